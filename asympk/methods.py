@@ -13,7 +13,7 @@ from asympk.naming import named
 from asympk.numbers import short
 from asympk.path import Path
 from asympk.scene import Scene, require_scene
-from asympk.systems.kernels import FOR_ARRAYS, FOR_SCENES, as_asked, kernel_scene
+from asympk.systems.kernels import FOR_ARRAYS, FOR_SCENES, kernel_scene
 
 # method -> module of asympk with ``run(scene, method, **options) -> Path`` for a scene of any system, or
 # module:function; "" where only the kernel of the rod has the method
@@ -48,7 +48,8 @@ def solve(scene: Scene, method: str = "exact", **options: Any) -> Path:
     require_scene(scene, "solve")
     name = named("method", method, METHODS)
     if inside := kernel_scene(scene):
-        return as_asked(_run(FOR_SCENES.get(name) or METHODS[name], name, inside, options), scene)
+        path = _run(FOR_SCENES.get(name) or METHODS[name], name, inside, options)
+        return path if path.scene is scene else replace(path, scene=scene)
     if not METHODS[name]:
         raise InputError(f"method {name!r} follows the Painlevé-Klein rod alone; for a system choose one of "
                          f"{', '.join(n for n, module in METHODS.items() if module)}")  # fmt: skip

@@ -49,7 +49,8 @@ def figure(path: Path) -> Any:
             _shade(axis, path)
             axis.plot(data[0], values, color=style.BLUE)
             _mark(axis, path, data[0], values)
-            _stretch(axis, data[0], values)
+            if limit := logarithmic_from(data[0], values):
+                axis.set_yscale("symlog", linthresh=limit * ABOVE)
             axis.set_ylabel(_label(path, name))
         _time_axis(panels[-1, 0], path)
         panels[-1, 0].set_xlabel(_label(path, "t"))
@@ -105,11 +106,6 @@ def logarithmic_from(times: Any, values: Any) -> float | None:
     if not sizes.max() > 20 * usual > 0:
         return None
     return float(10.0 ** np.ceil(np.log10(max(usual, sizes.max() / 10.0**DECADES))))
-
-
-def _stretch(axis: Any, times: tuple, values: tuple) -> None:
-    if limit := logarithmic_from(times, values):
-        axis.set_yscale("symlog", linthresh=limit * ABOVE)
 
 
 def _time_axis(axis: Any, path: Path) -> None:

@@ -164,7 +164,9 @@ def series_in_mu(value: str, spectrum: Eigenvalues, order: int) -> tuple[sp.Expr
     if value not in ("slow", "fast") or not isinstance(spectrum, Eigenvalues):
         raise InputError(f"{value!r}: give 'slow' or 'fast', and a spectrum of one slow and one fast eigenvalue")
     small = spectrum.small
-    polynomial = {"slow": spectrum.polynomial, "fast": _rescaled(spectrum.polynomial, small)}[value]
+    polynomial = spectrum.polynomial
+    if value == "fast":
+        polynomial = sp.expand(sp.cancel(small * polynomial.subs(LAMBDA, LAMBDA / small)))
     (start,) = (root for root in sp.roots(polynomial.subs(small, 0), LAMBDA) if root != 0 or value == "slow")
     slope = polynomial.diff(LAMBDA).subs({small: 0, LAMBDA: start})
     coefficients = [start]
@@ -173,10 +175,6 @@ def series_in_mu(value: str, spectrum: Eigenvalues, order: int) -> tuple[sp.Expr
         residual = sp.expand(polynomial.subs(LAMBDA, partial)).coeff(small, k)
         coefficients.append(sp.factor(-residual / slope))
     return tuple(coefficients)
-
-
-def _rescaled(polynomial, small):
-    return sp.expand(sp.cancel(small * polynomial.subs(LAMBDA, LAMBDA / small)))
 
 
 def _jacobian(mode):

@@ -237,12 +237,9 @@ def _linear(reduced):
     constant, slope = reduced.line
     if any(part.has(reduced.load) for part in (slope, reduced.slip, reduced.hold)):
         return False
-    return reduced.gap is None or (reduced.opened == constant and _lifts(reduced))
-
-
-def _lifts(reduced):
-    """Tell whether the contact is closed exactly where the load is positive."""
-    return (-reduced.gap / reduced.load).is_positive is True
+    if reduced.gap is None:
+        return True
+    return reduced.opened == constant and (-reduced.gap / reduced.load).is_positive is True  # closed just where s > 0
 
 
 def _plane(system, cone, reduced, moving):

@@ -5,7 +5,6 @@
 not in the table. A test in ``tests/affine/test_affine_scenes.py`` compares both over random scenes.
 """
 
-from dataclasses import replace
 from typing import Any
 
 from asympk.scene import Scene
@@ -42,8 +41,3 @@ def kernel_scene(scene: Any) -> Scene | None:
         return None
     mu, sigma, sigma0 = scene.values
     return Scene(sigma, mu, scene.start, scene.until, sigma0, scene.name)
-
-
-def as_asked(path: Any, scene: Any) -> Any:
-    """Return the path of a kernel with ``scene``, as the caller gave it, for its scene."""
-    return path if path.scene is scene else replace(path, scene=scene)

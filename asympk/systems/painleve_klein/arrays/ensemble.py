@@ -11,6 +11,7 @@ trajectory that no flow can follow to its end is left out, and its ``outcome`` s
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import pairwise
 from math import prod
 from typing import Any, NamedTuple
@@ -91,7 +92,7 @@ class RodEnsemble(Many):
             return Events(*(values[slice(*ends)] for values in self._events))
         again = _follow(self._job[1], start, stop, [])
         there = self.final.reshape(3, -1)[:, start:stop], self.n_events.reshape(-1)[start:stop]
-        if not all(map(_equal, (again.final, again.n_events), there)):
+        if not all(map(partial(np.array_equal, equal_nan=True), (again.final, again.n_events), there)):
             raise InputError("the arrays given to solve_many have changed since: ask for events=True there")
         return _in_order(again.notes)
 
@@ -246,10 +247,6 @@ def _put(segments, row, result):
         events = ((after.start, *segment.end) for segment, after in pairwise(segments))
         t, x, y, _, z, _ = map(np.array, zip(*events, strict=True))
         result.notes.append((np.full(kinds.size, row), kinds, t, x, y, z))
-
-
-def _equal(one, other):
-    return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
 
 
 def _in_order(notes):

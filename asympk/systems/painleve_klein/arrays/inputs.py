@@ -55,7 +55,7 @@ def scene_columns(
     if sigma0 is None:
         found["sigma0"] = found["sigma"]
     else:
-        require_order("sigma0", found["sigma0"], "sigma", found["sigma"])
+        _require_order(found["sigma0"], found["sigma"])
     return shape, found
 
 
@@ -91,13 +91,12 @@ def require_finite(name: str, values: Number, allowed: Callable | None = None, w
         _require(name, values, ends, allowed, words)
 
 
-def require_order(name: str, column: Column, least_name: str, least: Column) -> None:
-    """Raise ``InputError`` unless ``column >= least``, for the rows to which these two alone broadcast."""
-    above, below = np.broadcast_arrays(column.values, least.values)
-    bad = above < below
-    if bad.any():
-        at = _first(bad)
-        raise InputError(f"{entry_name(name, at)} = {above[at]}: it must be at least {least_name} = {below[at]}")
+def _require_order(sigma0, sigma):
+    """Raise ``InputError`` unless sigma0 >= sigma, for the rows to which these two alone broadcast."""
+    above, below = np.broadcast_arrays(sigma0.values, sigma.values)
+    if (above < below).any():
+        at = _first(above < below)
+        raise InputError(f"{entry_name('sigma0', at)} = {above[at]}: it must be at least sigma = {below[at]}")
 
 
 def _require(name, values, ends, allowed, words):
