@@ -106,7 +106,8 @@ class NumericMode:
         for expr, a, b in zip(self.mode.poles, before, after, strict=True):
             if a * b < 0:
                 raise OutOfRange(f"the rates of mode {self.name} have a pole, which the motion has passed before t = "
-                                 f"{float(t):.8g}: {expr!s:.120} = 0; end the run before it")  # fmt: skip
+                                 f"{float(t):.8g}: {expr!s:.120} = 0; end the run before it, or take other "
+                                 "states, of an elastic contact by another order of the coordinates")  # fmt: skip
         return after
 
     def vanishing(self, first: tuple, t: Any, state: State) -> sp.Expr | None:

@@ -12,7 +12,7 @@ from sympy.physics.mechanics import dynamicsymbols
 from test_jump_law import EACH, MECHANISMS, bead_rod
 
 import asympk as ap
-from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic
+from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic, OutOfRange
 from asympk.mechanics.evaluation import evaluate
 from asympk.systems import MECHANISMS as MECHANISM_NAMES
 
@@ -307,3 +307,22 @@ def test_a_body_that_presses_its_stiff_spring_in_by_its_weight_starts_at_rest_in
     path = ap.solve(ap.Scene(system=soft, values={str(soft.small): value}, start=start, until=1))
     assert path.final[1] == pytest.approx(-1e-7)
     assert body.start(soft, {"X": 1, "Y": math.sin(math.pi), "U": 0, "V": 0})["x"] == 0
+
+
+def test_a_motion_past_a_place_where_the_rates_are_no_basis_is_followed_with_the_coordinates_in_another_order():
+    """g' = Y', z = cos(p) X' + p' and p' are no basis where p = pi/2; with X' in place of p' they are one."""
+    x, y, p, u, v, w = sp.symbols("X Y p U V W", real=True)
+    rates, ground = {x: u, y: v, p: w}, ap.Contact(y, sp.cos(p) * u + w, sp.Rational(1, 10), unilateral=True)
+
+    def followed(*order):
+        own = [rates[q] for q in order]
+        body = ap.Mechanism(order, own, sp.eye(3), [-1 if q == y else 0 for q in order], ground)
+        system = body.elastic(compliance=c, damping=1)
+        values = {"c": "1/100"}
+        start = body.start(system, {"X": 0, "Y": 0, "p": 0, "U": 1, "V": 0, "W": 2})
+        path = ap.solve(ap.Scene(system=system, values=values, start=start, until=1))
+        return dict(zip(path.names, path.final, strict=True))["p"]
+
+    with pytest.raises(OutOfRange, match=r"have a pole, .* by another order of the coordinates"):
+        followed(x, y, p)
+    assert followed(p, y, x) > np.pi / 2
