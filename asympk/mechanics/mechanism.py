@@ -174,10 +174,11 @@ class Mechanism(ShownAsFormulas):
     def evaluate(self, expr: Any, values: dict[Any, Any]) -> Any:
         """Return an expression or condition in the mechanism's own symbols at numbers or arrays of numbers.
 
+        The expression may hold other symbols, too, such as the damping time h of a jump law.
         An expression that jumps at this place or time has its value just afterwards, if ``values`` contain the rates.
         """
-        exprs = (plainly(expression("expr", expr), self._names, self.time),)
-        return evaluate_ahead(self.plain, exprs, self.keyed(values))[0]
+        plain = plainly(expression("expr", expr), self._names, self.time)
+        return evaluate_ahead(self.plain, (plain,), keyed(values, self.plain, self._names, plain.free_symbols))[0]
 
     def motions(self, values: dict[Any, Any]) -> tuple[Motion, ...]:
         """Return the rigid motions of the closed contact at numbers: one, or where there is a paradox none or several.

@@ -35,15 +35,17 @@ def plainly(expr: sp.Expr, names: dict[sp.Expr, sp.Symbol], time: sp.Symbol) -> 
     return found
 
 
-def keyed(values: Any, kinetics: Kinetics, names: dict[sp.Expr, sp.Symbol]) -> dict[sp.Symbol, Any]:
+def keyed(
+    values: Any, kinetics: Kinetics, names: dict[sp.Expr, sp.Symbol], others: Iterable[sp.Symbol] = ()
+) -> dict[sp.Symbol, Any]:
     """Return ``values`` by plain symbol; a key is a symbol, a dynamicsymbol, a Derivative, or a name.
 
-    The rate of theta has the name ``theta'``. Raises ``UnknownName`` for other keys, and ``InputError`` if a symbol is
-    given twice or ``values`` is no dict.
+    The rate of theta has the name ``theta'``; ``others`` are symbols besides those of the mechanism. Raises
+    ``UnknownName`` for other keys, and ``InputError`` if a symbol is given twice or ``values`` is no dict.
     """
     if not isinstance(values, dict):
         raise InputError(f"values = {short(values)}: give a dict such as {{'theta': 1.1, \"theta'\": 0}}")
-    known = _known(kinetics, names)
+    known = {str(s): s for s in others} | _known(kinetics, names)
     found = {}
     for key, value in values.items():
         plain = known.get(str(key))

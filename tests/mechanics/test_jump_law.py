@@ -10,7 +10,7 @@ from mechanisms import slender_rod
 from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
-from asympk.errors import InputError, NotDerivable
+from asympk.errors import InputError, NotDerivable, UnknownName
 
 T = dynamicsymbols._t
 
@@ -296,3 +296,15 @@ def test_the_law_of_friction_by_the_speed_is_told_where_that_cannot_fall_before_
 def test_a_factor_of_friction_whose_sign_is_not_told_does_not_hide_that_it_falls_with_the_speed():
     rod, _ = _leaning(sp.Symbol("f") * (1 + sp.exp(-w)))
     assert rod.jump_law().velocities == _leaning(sp.Integer(2))[0].jump_law().velocities
+
+
+def test_a_law_is_evaluated_at_a_value_of_its_damping_which_the_mechanism_does_not_contain():
+    rod, ratio = slender_rod(), sp.Symbol("b", positive=True)
+    at = {"m": 1, "l": 1, "g": 1, "f": 2, "theta": "1.1", "X": 0, "Y": 1, "X'": -1, "Y'": 0, "theta'": 0}
+    damped, rebounding = rod.jump_law(), rod.jump_law(ratio=ratio)
+    impulse = rod.evaluate(damped.impulses[0], at)
+    assert rod.evaluate(damped.reaction, {**at, "h": "1/4"}) == pytest.approx(4 * impulse)
+    expected = rod.evaluate(rod.jump_law(ratio=sp.Rational(1, 2)).gap_rate, at)
+    assert rod.evaluate(rebounding.gap_rate, {**at, ratio: "1/2"}) == pytest.approx(expected)
+    with pytest.raises(UnknownName, match="k is no coordinate"):
+        rod.evaluate(damped.reaction, {**at, "h": 1, "k": 1})
