@@ -179,9 +179,11 @@ def _fields(system: "System", branch: Branch) -> tuple[sp.Dict, sp.Dict]:
         return sp.Dict(dict.fromkeys(system.slow, 0)), sp.Dict(dict.fromkeys(system.fast, 0))
     solved = forces(system, branch)
     resting = held(system, branch)
-    slow = {s: sp.S.Zero if s in resting else _put(system, branch, rate, solved) for s, rate in system.slow.items()}
-    fast = {s: _put(system, branch, rate, solved) for s, rate in system.fast.items()}
-    return sp.Dict(slow), sp.Dict(fast)
+    slow, fast = (
+        sp.Dict({s: sp.S.Zero if s in resting else _put(system, branch, rate, solved) for s, rate in rates.items()})
+        for rates in (system.slow, system.fast)
+    )
+    return slow, fast
 
 
 def where(system: "System", branch: Branch) -> sp.Basic:

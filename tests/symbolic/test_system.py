@@ -46,6 +46,13 @@ def test_stick_has_no_acceleration_and_slip_opposes_the_velocity():
             assert push * velocity < 0
 
 
+def test_a_fast_velocity_that_sticks_has_no_rate_whatever_other_forces_act_on_it():
+    other = Friction(velocity=x, force=N, load=y, kinetic=1 + 1 / (1 + x**2))
+    held = Friction(velocity=y, force=F, load=2, kinetic=1)
+    system = System.with_frictions({x: 1 + N}, {y: sp.cos(x) - 3 * N - y + F}, [other, held], small=mu)
+    assert [mode.fast[y] for mode in system.modes if mode.name.endswith("+stick")] == [0, 0, 0]
+
+
 def test_a_system_and_its_modes_are_values():
     assert _oscillator() == _oscillator()
     assert hash(_oscillator()) == hash(_oscillator())
