@@ -130,10 +130,10 @@ class _Field:
             if switching := rate.atoms(sp.Piecewise, *SWITCHING):
                 raise InputError(f"the rate of {state} switches too often, by {max(switching, key=str)!s:.60}, to "
                                  "have a series on every side; use an exact method")  # fmt: skip
+            if rate.subs(small, 0).has(*INFINITE):
+                raise InputError(f"the rate of {state} has no series in {small}: in mode {mode.name} it is singular "
+                                 "where that is 0; use an exact method")  # fmt: skip
         self.force = [g.subs(small, 0) for g in self.full_force]
-        for state, force in zip(self.fast_states, self.force, strict=True):
-            if force.has(*INFINITE):
-                raise InputError(f"the rate of {state} has no series in {small}: it is singular where that is 0")
         self.jacobian = fast_jacobian(mode, small)
         self.affine = not any(e.has(*self.fast_states) for e in self.jacobian)
         across = [g.diff(x) for g in self.force for x in self.slow_states]

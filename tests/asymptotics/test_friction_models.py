@@ -14,7 +14,7 @@ import asympk as ap
 from asympk.asymptotics.impact import Creep
 from asympk.asymptotics.nonstiff import steps
 from asympk.asymptotics.watching import watched
-from asympk.errors import NoManifold, NotDerivable, NotNormallyHyperbolic, OrderError, OutOfRange
+from asympk.errors import InputError, NoManifold, NotDerivable, NotNormallyHyperbolic, OrderError, OutOfRange
 from asympk.studies.decreasing import held_rod
 from asympk.studies.ladder import distance
 from asympk.systems import arm, brake_shoe, nonlinear_rod, painleve_klein
@@ -220,6 +220,14 @@ def test_what_is_not_derived_is_refused_by_name():
     scene = ap.Scene(system=ROD, values={s: 1, c: "1/1000"}, start=STARTS[0], until=1)
     with pytest.raises(OrderError, match="known to the orders"):
         ap.solve(scene, "jump", order=5)
+
+
+def test_a_stick_that_drags_a_slow_state_along_with_a_fast_one_has_no_slow_motion_and_says_so():
+    dragged = ap.System.with_frictions({a: F}, {b: a - 2 * b + 1}, [ap.Friction(a - b, F, load=2, kinetic=1)], small=c)
+    scene = ap.Scene(system=dragged, values={c: "1/1000"}, start={a: 1, b: 0}, until=3)
+    assert ap.solve(scene).final == pytest.approx((1, 1))
+    with pytest.raises(InputError, match="the rate of a has no series in c: in mode stick it is singular"):
+        ap.solve(scene, "jump", order=1)
 
 
 def test_the_rods_own_system_still_has_its_own_kernel():
