@@ -7,6 +7,8 @@ first remaining start and groups with it all starts for which every sign that de
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from asympk.asymptotics import composite
 from asympk.asymptotics.models import arrays, itineraries_for, line_of, order_taken
 from asympk.asymptotics.validity import validity_conditions
@@ -32,8 +34,6 @@ class FinalStates(ShownAsTable):
     reasons: tuple[str, ...]
 
     def _card(self):
-        import numpy as np
-
         known = np.isfinite(self.error)
         rows = [("shape", str(self.error.shape)), ("predicted", f"{known.sum()} of {known.size}")]
         rows += [("largest error", f"{self.error[known].max():.1e}")] if known.any() else []
@@ -48,8 +48,6 @@ def solve_many(
 
     Raises ``InputError`` and ``OrderError``. For a start at which ``solve`` would raise, ``reason`` names the error.
     """
-    import numpy as np
-
     order = order_taken(method, order)
     shape, job = scene_columns(sigma, mu, x, y, z, until, sigma0)
     for name in "xyz":
@@ -71,8 +69,6 @@ def solve_many(
 
 def _groups(method, sigma, sigma0, mu, x, y, z, until):
     """Yield (indices, itineraries) of the starts that share their itineraries, or (indices, message) where refused."""
-    import numpy as np
-
     left = np.arange(sigma.size)
     while left.size:
         agree = np.ones(left.size, bool)
@@ -100,8 +96,6 @@ def _follow(itineraries, order, layers, sigma, sigma0, mu, x, y, z, until):
 
 
 def _store(at, results, final, error, reason, reasons):
-    import numpy as np
-
     states, errors, problems = results
     good = np.ones(at.size, bool)
     for holds, words in problems:

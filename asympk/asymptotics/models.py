@@ -15,6 +15,8 @@ from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
+
 from asympk.asymptotics import composite
 from asympk.asymptotics.compiledlayers import coefficient, model
 from asympk.asymptotics.itinerary import LoadLine
@@ -138,8 +140,6 @@ class CompositeDense:
     digits: int | None = None
 
     def __call__(self, t: Any) -> Any:
-        import numpy as np
-
         if self.digits is None:
             with np.errstate(all="ignore"):
                 return np.stack(composite.states(self.motion, times_within(t, self.until), arrays()))
@@ -152,8 +152,6 @@ class CompositeDense:
 
 def arrays() -> SimpleNamespace:
     """Return the functions ``m`` of a composite expansion for arrays."""
-    import numpy as np
-
     return SimpleNamespace(
         number=np.asarray, exp=np.exp, expm1=np.expm1, log=np.log, eps=2.0**-52, pick=composite.states, where=np.where,
     )

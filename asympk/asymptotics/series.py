@@ -15,6 +15,8 @@ from fractions import Fraction
 from math import factorial, log
 from typing import Any
 
+import sympy as sp
+
 from asympk.errors import NotDerivable, OrderError
 from asympk.numbers import number
 from asympk.shown import Card, ShownAsFormulas, cut
@@ -107,8 +109,6 @@ class Series(ShownAsFormulas):
     @property
     def expr(self) -> Any:
         """The terms as a SymPy expression in ``small``."""
-        import sympy as sp
-
         mu = self.small or sp.Symbol("mu", positive=True)
         large = sp.log(1 / mu, evaluate=False)
         return sp.Add(*(sp.sympify(c, strict=True) * mu**p * large**q for (p, q), c in self.terms.items()))
@@ -245,8 +245,6 @@ def balance(step: Callable[[Series], Series], dominant: Series, order: int) -> S
 
 def substitute(expr: Any, values: Mapping[Any, Series]) -> Any:
     """Evaluate a SymPy expression on series given by ``{symbol: Series}`` (sums, products, powers, exp, log)."""
-    import sympy as sp
-
     if expr in values:
         return values[expr]
     if not expr.has(*values):
@@ -270,8 +268,6 @@ def solve_for_series(equation: Any, unknown: Any, dominant: Series, values: Mapp
 
     ``values`` gives the other symbols as series. Raises ``NotDerivable`` when ``dominant`` does not balance.
     """
-    import sympy as sp
-
     def correction(w):
         return (substitute(equation, {**values, unknown: w}) * slope).map(sp.cancel)
 
@@ -321,8 +317,6 @@ def _powers(mu, p, q):
 
 def _product(printer, c, monomial):
     """Return a coefficient times a monomial as LaTeX."""
-    import sympy as sp
-
     if monomial and c in (1, -1):
         return monomial if c == 1 else f"-{monomial}"
     factor = sp.sympify(c, strict=True)

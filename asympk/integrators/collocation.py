@@ -18,6 +18,9 @@ from math import ceil, inf, log2, log10
 from time import monotonic
 from typing import Any
 
+import numpy as np
+from mpmath.libmp import to_fixed
+
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.decide import is_of_numbers
 from asympk.automaton.loop import Run, Segment, follow
@@ -312,8 +315,6 @@ def _step(scheme: Scheme, t: Any, state: tuple, h: Any) -> list[FixedPoint] | No
 
 def _in_doubles(scheme: Scheme, times: list, state: tuple, h: Any) -> list | None:
     """Return the stage derivatives in doubles, from which the sweeps in many digits begin, or None if these diverge."""
-    import numpy as np
-
     floats, moments = np.array([float(v) for v in state]), [float(t) for t in times]
     slopes = np.zeros((len(times), len(state)))
     with np.errstate(all="ignore"), suppress(ArithmeticError, ValueError, TypeError):
@@ -329,8 +330,6 @@ def _in_doubles(scheme: Scheme, times: list, state: tuple, h: Any) -> list | Non
 
 def _correction(scheme: Scheme, times: list, stages: list, residual: Any, h: Any) -> Any:
     """Return the Newton step of the stage derivatives, an array of doubles of shape (stages, states)."""
-    import numpy as np
-
     jacobians = [scheme.doubles.jac(float(t), tuple(map(float, w))) for t, w in zip(times, stages, strict=True)]
     residual, steps = np.array(residual, dtype=float), scheme.tableau.floats * float(h)
     coupling = np.einsum("ikl,ij->ikjl", np.array(jacobians, dtype=float), steps).reshape(2 * (residual.size,))
@@ -342,8 +341,6 @@ def _solved(matrix: Any, right: Any) -> Any:
 
     Where other processes run, several threads wait for one another, up to a thousand times as long as they compute.
     """
-    import numpy as np
-
     rows, size = np.column_stack([matrix, right]), len(right)
     blocks = [slice(start, min(start + BLOCK, size)) for start in range(0, size, BLOCK)]
     for k, here in enumerate(blocks, start=1):
@@ -385,8 +382,6 @@ class CollocationDense:
     digits: int
 
     def __call__(self, t: Any) -> Any:
-        import numpy as np
-
         t = np.asarray(t)
         columns = [self._state(v) for v in t.ravel().tolist()]
         return np.array(columns, dtype=object).T.reshape(-1, *t.shape)
@@ -408,8 +403,6 @@ class _Tableau:
     """Radau IIA with s stages: nodes, matrix a, and the rows that give Legendre coefficients of stage derivatives."""
 
     def __init__(self, stages: int, digits: int):
-        import numpy as np
-
         self.ctx = ctx = carrier_context(digits)
         places = _radau_places(ctx, stages)
         self.nodes = [(u + 1) / 2 for u in places]
@@ -439,8 +432,6 @@ def _legendre(u: Any, count: int) -> list:
 
 def _legendre_multiples(u: Any, count: int) -> FixedPoint:
     """Return P_0(u) .. P_(count - 1)(u), at most 1, in fixed point, which makes their recurrence far faster."""
-    from mpmath.libmp import to_fixed
-
     bits = u.context.prec + GUARD_BITS
     u = to_fixed(u._mpf_, bits)
     values = [1 << bits, u]
@@ -461,8 +452,6 @@ def _lagrange(values: list, u: Any) -> list:
 
 def _radau_places(ctx: Any, stages: int) -> list:
     """Return the Radau nodes in (-1, 1], the roots of P_s - P_(s-1), by Newton's method from doubles."""
-    import numpy as np
-
     coefficients = np.zeros(stages + 1)
     coefficients[-2:] = -1, 1
     places = [ctx.mpf(u) for u in np.sort(np.polynomial.legendre.legroots(coefficients).real)[:-1].tolist()]

@@ -8,8 +8,8 @@ has its number of steps. The limit on seconds is checked between runs. ``_compil
 from collections.abc import Callable
 from functools import cache, lru_cache
 from itertools import product
-from typing import TYPE_CHECKING
 
+import numpy as np
 import sympy as sp
 
 from asympk.automaton.loop import Segment
@@ -20,9 +20,6 @@ from asympk.integrators.integrate import Settings, missing
 from asympk.integrators.stepwise import IDLE, follow_steps
 from asympk.integrators.watch import Look, near
 from asympk.symbolic.branches import all_phases
-
-if TYPE_CHECKING:
-    import numpy as np
 
 AT_ONCE = 1000  # most steps of a compiled run
 
@@ -49,7 +46,6 @@ class KvaernoSteps:
 
     def __init__(self, mode: NumericMode, t: float, state: tuple[float, ...], until: float, settings: Settings):
         import jax
-        import numpy as np
 
         together = _together(mode.mode)
         template, self.run = _compiled(together)
@@ -63,7 +59,6 @@ class KvaernoSteps:
     def step(self) -> str | None:
         """Make steps until one is of interest; return the reason if they fail, or None."""
         import jax
-        import numpy as np
 
         due, first = next(look for look in self.looks if look > self.t), self.y is self.y_old
         with jax.enable_x64(True):
@@ -74,10 +69,8 @@ class KvaernoSteps:
         self.status = "failed" if stalled else "finished" if self.t >= self.until else "running"
         return "steps below the spacing of floats" if stalled else None
 
-    def dense_output(self) -> "Callable[[float], np.ndarray]":
+    def dense_output(self) -> Callable[[float], np.ndarray]:
         """Return the state as a function of the time within the last step: the Hermite cubic that diffrax uses."""
-        import numpy as np
-
         h, (y_old, y) = self.t - self.t_old, (self.y_old, self.y)
         slopes = [h * np.array(self.mode.rhs(t, w.tolist())) for t, w in ((self.t_old, y_old), (self.t, y))]
 
@@ -109,7 +102,6 @@ def _compiled(modes):
     import diffrax
     import jax
     import jax.numpy as jnp
-    import numpy as np
 
     padded = _equally_many(modes)
     field, guards, rates = (_chosen(modes, *which) for which in (

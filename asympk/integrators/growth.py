@@ -12,16 +12,15 @@ of tolerances does not show the errors of such a motion, because they grow from 
 
 from collections.abc import Sequence
 from itertools import accumulate, zip_longest
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from asympk.automaton.automaton import ROUNDED, Automaton
 from asympk.automaton.contacts import nudges
 from asympk.automaton.loop import Segment
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import Undecided
-
-if TYPE_CHECKING:
-    import numpy as np
 
 LOST = 1e-3  # relative error at the end from which a run is refused
 CARRIED = 1e180  # growth of errors that more digits can compensate
@@ -52,8 +51,6 @@ def growth(
     it is relative to the ``sizes`` of the states. A state that is 0 and stays 0 has no error. The growth is ``inf``
     beyond the range of doubles, and 0 where rates have no derivative.
     """
-    import numpy as np
-
     factors = list[tuple[Any, Any]]()
     with np.errstate(all="ignore"):
         try:
@@ -74,8 +71,6 @@ def without_rounding(automaton: Automaton, segments: Sequence[Segment]) -> Seque
 
     Linear solvers leave rounding in such a state: it is no size of the state, and falls with every tolerance.
     """
-    import numpy as np
-
     still = np.array(segments[0].steps[0][1] if segments[0].steps else segments[0].state) == 0
     while still.any():
         try:
@@ -91,7 +86,7 @@ def without_rounding(automaton: Automaton, segments: Sequence[Segment]) -> Seque
     return segments
 
 
-def balances(automaton: Automaton, segments: Sequence[Segment]) -> "tuple[np.ndarray, np.ndarray]":
+def balances(automaton: Automaton, segments: Sequence[Segment]) -> tuple[np.ndarray, np.ndarray]:
     """Return (sizes, gains): each state's size by the terms of its rate, and its gain by an error of another state.
 
     The size holds in any units, and the rounding of the state is relative to it, also where the terms of the rate
@@ -99,8 +94,6 @@ def balances(automaton: Automaton, segments: Sequence[Segment]) -> "tuple[np.nda
     time 1 / |J_ii| in which the state forgets an error, at most that of the run. The gains are |J_ij| times the time
     until the state forgets the error or swings back.
     """
-    import numpy as np
-
     found, gains = np.zeros(len(segments[-1].state)), np.zeros((len(segments[-1].state),) * 2)
     with np.errstate(all="ignore"):
         for segment in segments:
@@ -122,29 +115,23 @@ def balances(automaton: Automaton, segments: Sequence[Segment]) -> "tuple[np.nda
     return found, gains
 
 
-def _halfway(segment: Segment) -> "tuple[np.ndarray, np.ndarray]":
+def _halfway(segment: Segment) -> tuple[np.ndarray, np.ndarray]:
     """Return the times and states in the middle of the steps of a segment: at the ends a root may vanish."""
-    import numpy as np
-
     times, states = (np.array(part, dtype=float) for part in zip(*segment.steps, strict=True))
     return (times[1:] + times[:-1]) / 2, (states[1:] + states[:-1]) / 2
 
 
-def _slopes(mode: NumericMode, times: "np.ndarray", states: "np.ndarray") -> "np.ndarray":
+def _slopes(mode: NumericMode, times: np.ndarray, states: np.ndarray) -> np.ndarray:
     """Return the Jacobians at times and states."""
-    import numpy as np
-
     n = states.shape[1]
     rows = [mode.jac(t, tuple(w)) for t, w in zip(times.tolist(), states.tolist(), strict=True)]
     return np.array(rows).reshape(-1, n, n).astype(float)
 
 
 def _passed(
-    automaton: Automaton, segment: Segment, after: Segment | None, scales: "np.ndarray"
-) -> "list[tuple[np.ndarray, np.ndarray]]":
+    automaton: Automaton, segment: Segment, after: Segment | None, scales: np.ndarray
+) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return (transition matrix, sizes of errors) for each step of a segment, then for the event that ends it."""
-    import numpy as np
-
     mode = automaton.mode(segment.branch, sides=segment.sides)
     times, states = (np.array(part, dtype=float) for part in zip(*segment.steps, strict=True))
     at = list(zip(times.tolist(), map(tuple, states.tolist()), strict=True))
@@ -159,18 +146,14 @@ def _passed(
     return found
 
 
-def _saltation(mode: NumericMode, after: NumericMode, hit: int, t: float, state: tuple) -> "np.ndarray":
-    import numpy as np
-
+def _saltation(mode: NumericMode, after: NumericMode, hit: int, t: float, state: tuple) -> np.ndarray:
     gradient, rate = mode.guard_gradient(hit, t, state), mode.guard_rates(t, state)[hit]
     change = np.subtract(after.rhs(t, state), mode.rhs(t, state))
     return np.eye(len(state)) + (np.outer(change, gradient) / rate if change.any() else 0)  # a guard may only touch 0
 
 
-def _exponentials(matrices: "np.ndarray") -> "np.ndarray":
+def _exponentials(matrices: np.ndarray) -> np.ndarray:
     """Return the exponentials of many matrices by scaling and squaring of their Taylor series."""
-    import numpy as np
-
     size = np.abs(matrices).sum(axis=2).max(initial=0.5)
     halvings = max(0, int(np.ceil(np.log2(size))) + 1) if np.isfinite(size) else 0
     part = matrices / 2.0**halvings

@@ -7,15 +7,14 @@ it (``Reasons``), and linear systems go to LAPACK without checks.
 import math
 from collections.abc import Callable
 from functools import cache, partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from asympk.automaton.loop import Segment
 from asympk.automaton.numericmode import NumericMode
 from asympk.integrators.integrate import Settings
 from asympk.integrators.stepwise import field_and_start, follow_steps
-
-if TYPE_CHECKING:
-    import numpy as np
 
 CLASSES = {"rk45": "RK45", "dop853": "DOP853", "radau": "Radau", "bdf": "BDF", "lsoda": "LSODA"}
 EXPLICIT = ("rk45", "dop853")
@@ -27,7 +26,6 @@ def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float,
 
 
 def _solver(mode, t, state, until, settings):
-    import numpy as np
     from scipy import integrate
 
     field, start, jacobian = field_and_start(mode, t, state)
@@ -64,7 +62,7 @@ class Rates:
         self.field, self.p, self.start, self.told = field, p, (t, *start), told
         self.nowhere, self.left = (math.nan,) * len(start), False
 
-    def __call__(self, t: float, state: "np.ndarray") -> tuple:
+    def __call__(self, t: float, state: np.ndarray) -> tuple:
         """Return the rates, or nan where they are no finite real numbers."""
         try:
             return self.field(t, *state.tolist(), *self.p)
@@ -106,7 +104,6 @@ def _by_lapack():
 
     For few states SciPy's checks take longer. A right side that is not finite gives inf, and so a shorter step.
     """
-    import numpy as np
     from scipy.linalg import lapack
 
     routines = {"d": (lapack.dgetrf, lapack.dgetrs), "D": (lapack.zgetrf, lapack.zgetrs)}

@@ -7,15 +7,14 @@ from collections.abc import Callable
 from functools import cache
 from math import isfinite
 from time import monotonic
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
+
+import numpy as np
 
 from asympk.automaton.loop import Segment
 from asympk.automaton.numericmode import NumericMode
 from asympk.integrators.integrate import Settings, Work
 from asympk.integrators.watch import Look, first_lost, lost_with, suspects
-
-if TYPE_CHECKING:
-    import numpy as np
 
 STEP_LIMIT = "step limit reached"
 PATIENCE, STANDSTILL = 500, 0.01  # steps near a zero of a divisor, and the relative gain in time that counts as none
@@ -35,7 +34,7 @@ class Solver(Protocol):
 
     t_old: float
     t: float
-    y: "np.ndarray"
+    y: np.ndarray
     status: str
     made: int
     nfev: int
@@ -44,7 +43,7 @@ class Solver(Protocol):
     def step(self) -> str | None:
         """Make one step or several; return what stops it, or None."""
 
-    def dense_output(self) -> Callable[[float], "np.ndarray"]:
+    def dense_output(self) -> Callable[[float], np.ndarray]:
         """Return the state as a function of the time within the last step."""
 
 
@@ -52,9 +51,7 @@ def follow_steps(
     solver: Solver, mode: NumericMode, t: float, state: tuple[float, ...], settings: Settings
 ) -> Segment:
     """Follow ``mode`` by the steps of ``solver`` until a guard is lost or the solver is at its end."""
-    from numpy import errstate
-
-    with errstate(all="ignore"):  # the step control of scipy divides by errors that may be zero
+    with np.errstate(all="ignore"):  # the step control of scipy divides by errors that may be zero
         return _followed(solver, mode, t, state, settings)
 
 

@@ -1,15 +1,13 @@
 """CVODE (BDF) of SUNDIALS through scikit-sundae, stepped one by one; its own interpolation is the dense output."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from asympk.automaton.loop import Segment
 from asympk.automaton.numericmode import NumericMode
 from asympk.integrators.integrate import Settings, missing
 from asympk.integrators.stepwise import field_and_start, follow_steps
-
-if TYPE_CHECKING:
-    import numpy as np
 
 MOST_TRIES = 100_000  # internal steps that CVODE may take for one call
 
@@ -25,8 +23,6 @@ class CvodeSteps:
     made = 1
 
     def __init__(self, mode: NumericMode, t: float, state: tuple[float, ...], until: float, settings: Settings):
-        import numpy as np
-
         try:
             from sksundae.cvode import CVODE
         except ImportError as error:
@@ -56,6 +52,6 @@ class CvodeSteps:
         self.status = "failed" if not found.success else "finished" if self.t >= self.until else "running"
         return None if found.success else found.message
 
-    def dense_output(self) -> "Callable[[float], np.ndarray]":
+    def dense_output(self) -> Callable[[float], np.ndarray]:
         """Return the state as a function of the time within the last step."""
         return lambda t: self.y if t == self.t else self.solver.step(t, method="normal").y
