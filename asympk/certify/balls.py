@@ -11,13 +11,12 @@ from fractions import Fraction
 from math import prod
 from threading import RLock
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
+
+import sympy as sp
 
 from asympk.errors import MissingPackage
 from asympk.numbers import Number
-
-if TYPE_CHECKING:
-    import sympy as sp
 
 Ball: TypeAlias = Any  # a flint.arb
 _WORKING = RLock()
@@ -101,13 +100,11 @@ def whole_power(base: Ball, exponent: int) -> Ball:
     return size ** (exponent - odd) * (base if odd else 1)
 
 
-def ball_of(expr: "sp.Expr", values: "Mapping[sp.Symbol, Ball]") -> Ball:
+def ball_of(expr: sp.Expr, values: Mapping[sp.Symbol, Ball]) -> Ball:
     """Return a SymPy expression as a ball, ``values`` mapping its symbols to balls.
 
     Raises ``Refused`` for a function without an enclosure here, and for a float.
     """
-    import sympy as sp
-
     if expr.is_Symbol:
         return values[expr]
     if expr.is_Rational:

@@ -3,6 +3,8 @@
 from pathlib import Path as File
 from typing import Any
 
+import numpy as np
+
 from asympk.many import Itineraries, Many
 from asympk.pictures import plate, sheets, style
 
@@ -18,7 +20,6 @@ def plot(many: Many, file: str | File | None = None) -> Any:
 
 def _map(many: Many) -> Any:
     """Draw the itinerary of each trajectory as a colour; itineraries beyond the seven most frequent share one."""
-    import numpy as np
     from matplotlib.colors import ListedColormap
 
     found = many.itineraries()
@@ -44,8 +45,6 @@ def _legend(drawing: Any, found: Itineraries) -> None:
 
 
 def _panels(many: Many) -> Any:
-    import numpy as np
-
     axes = many._axes()
     name, values = axes[0] if len(axes) == 1 else ("trajectory", np.arange(many.n_events.size))
     rows = [*many.final.reshape(len(many.names), -1), many.n_events.ravel()]

@@ -1,13 +1,20 @@
 """Maps over the parameters: regimes over sigma, stick over static friction, collisions, convergence in mu."""
 
 from collections.abc import Sequence
+from fractions import Fraction
 from itertools import pairwise
 from typing import TYPE_CHECKING
+
+import numpy as np
+import sympy as sp
 
 from asympk.pictures import plate, style
 from asympk.pictures.portraits import HELD, LINEAR, LOADS, SLOW, UNSTABLE, level_formulas
 from asympk.storage.rows import Row
 from asympk.symbolic.lowering import lower
+from asympk.symbolic.regimes import thresholds
+from asympk.symbolic.stick import stick_regions
+from asympk.systems import painleve_klein as pk
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -15,12 +22,6 @@ if TYPE_CHECKING:
 
 def regime_map(most: int = 2) -> "Figure":
     """Draw where the slow planes and the edges of the stick region lie over sigma, for sigma0 = sigma."""
-    import sympy as sp
-
-    from asympk.symbolic.regimes import thresholds
-    from asympk.symbolic.stick import stick_regions
-    from asympk.systems import painleve_klein as pk
-
     cuts = thresholds(pk.system())
     with plate(2.3) as (figure, axes):
         ax = axes.flat[0]
@@ -49,13 +50,6 @@ def regime_map(most: int = 2) -> "Figure":
 
 def stick_over_static_friction(sigmas: Sequence[str], most: int = 4) -> "Figure":
     """Draw the stick region over sigma0, hatched where crossing is consistent, too; a panel for each sigma."""
-    from fractions import Fraction
-
-    import sympy as sp
-
-    from asympk.symbolic.stick import stick_regions
-    from asympk.systems import painleve_klein as pk
-
     regions = stick_regions(pk.system())
     with plate(2.2, 1, len(sigmas), sharey=True) as (figure, axes):
         for ax, sigma in zip(axes.flat, sigmas, strict=True):
@@ -97,15 +91,11 @@ def _load_axis(ax, limits, label=True):
 
 def _span(start, end, count=80):
     """Return numbers from start to end, without the ends and dense near them."""
-    import numpy as np
-
     half = np.geomspace(1e-6, 0.5, count)
     return start + (end - start) * np.concatenate((half, 1 - half[-2::-1]))
 
 
 def _curve(ax, parameter, formula, start, end, **looks):
-    import numpy as np
-
     at = _span(start, end)
     load = np.broadcast_to(lower((parameter,), formula)(at), at.shape)
     seen = abs(load) < ax.get_ylim()[1]
@@ -114,8 +104,6 @@ def _curve(ax, parameter, formula, start, end, **looks):
 
 def _fill(ax, cell, parameter, fixed, limits, **looks):
     """Fill a cell's spans over the open range of ``parameter`` that the cell covers; single values have no area."""
-    import numpy as np
-
     part = cell.box[parameter]
     if part.is_FiniteSet:
         return
@@ -206,8 +194,6 @@ def _maps(axes, rows, name, titles, along, what, shade, label):
 
 def _cells_panel(ax, rows, along_key, value_key, grey):
     """Draw whole numbers over a logarithmic grid of ``along_key`` and |z|, each as a grey area with its number."""
-    import numpy as np
-
     along, up = (sorted({abs(row[key]) for row in rows}) for key in (along_key, "z"))
     counts = np.zeros((len(up), len(along)), dtype=int)
     for row in rows:
@@ -245,7 +231,6 @@ def _runs(values):
 
 def _inside(mask, room=2):
     """Return the cell of ``mask`` farthest from its border, or None when there is no room for a number."""
-    import numpy as np
     from scipy.ndimage import distance_transform_cdt
 
     depth = distance_transform_cdt(np.pad(mask, 1), metric="chessboard")[1:-1, 1:-1]

@@ -10,15 +10,19 @@ from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+import numpy as np
+import sympy as sp
+
 from asympk.numbers import Number
 from asympk.path import Path
 from asympk.pictures import plate, style
 from asympk.symbolic.lowering import lower
+from asympk.symbolic.manifold import C, integral_curves, rest_state, slow_manifolds
 from asympk.symbolic.reading import rational
+from asympk.symbolic.stick import stick_regions
+from asympk.systems import painleve_klein as pk
 
 if TYPE_CHECKING:
-    import numpy as np
-    import sympy as sp
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -29,10 +33,8 @@ _FLOOR = -0.25  # mu y of the plane on which the shadows of the curves lie, in t
 INKS = (style.BLUE, style.RED, style.GREEN, style.PURPLE)
 
 
-def sampled(path: Path) -> "tuple[np.ndarray, np.ndarray]":
+def sampled(path: Path) -> tuple[np.ndarray, np.ndarray]:
     """Return (t, states) along a path, dense where it jumps: logarithmic from both ends of every mode."""
-    import numpy as np
-
     edges = [0.0, *(float(event.t) for event in path.events), float(path.scene.until)]
     steps = np.concatenate(([0], np.geomspace(1e-7, 0.5, 120)))
     times = [a + (b - a) * u for a, b in pairwise(edges) for u in (steps, 1 - steps[::-1])]
@@ -49,14 +51,8 @@ def levels(sigma: Number) -> dict[str, float]:
 
 
 @cache
-def level_formulas() -> "dict[str, sp.Expr]":
+def level_formulas() -> dict[str, sp.Expr]:
     """Return the loads of Pi1, Pi2, Gamma1 and Gamma2 as expressions in sigma and sigma0."""
-    import sympy as sp
-
-    from asympk.symbolic.manifold import slow_manifolds
-    from asympk.symbolic.stick import stick_regions
-    from asympk.systems import painleve_klein as pk
-
     planes = {plane.name: sp.cancel(pk.x + plane.coefficient(0)) for plane in slow_manifolds(pk.system(), order=0)}
     edges = dict(zip(("Gamma1", "Gamma2"), stick_regions(pk.system()).edges, strict=True))
     return {**{name: planes[name] for name in ("Pi1", "Pi2")}, **edges}
@@ -132,10 +128,8 @@ def _trajectory(ax, path, ink, name):
     arrows(ax, x + y, z, ink)
 
 
-def arrows(ax: "Axes", u: "np.ndarray", v: "np.ndarray", ink: str, every: float = 0.9) -> None:
+def arrows(ax: "Axes", u: np.ndarray, v: np.ndarray, ink: str, every: float = 0.9) -> None:
     """Put an arrowhead on a curve every so many inches of its drawn length."""
-    import numpy as np
-
     place = ax.transData.transform(np.column_stack((u, v))) / ax.figure.dpi
     length = np.concatenate(([0], np.cumsum(np.hypot(*np.diff(place, axis=0).T))))
     for wanted in np.arange(every / 2, length[-1], every):
@@ -145,13 +139,11 @@ def arrows(ax: "Axes", u: "np.ndarray", v: "np.ndarray", ink: str, every: float 
                                 "mutation_scale": 6})
 
 
-def jump_beside_the_vertical_one(paths: Sequence[Path], paper: "tuple[np.ndarray, np.ndarray]") -> "Figure":
+def jump_beside_the_vertical_one(paths: Sequence[Path], paper: tuple[np.ndarray, np.ndarray]) -> "Figure":
     """Draw the jump from z < 0 over x, z and mu y: as computed for several mu, and as in the paper, with x constant.
 
     ``paper`` is the (x, z) of the paper's trajectory: up at constant x, then along Pi1.
     """
-    import numpy as np
-
     with plate(2.7, subplot_kw={"projection": "3d"}) as (figure, axes):
         ax = axes.flat[0]
         for path, ink, dash in zip(paths, INKS, ((0, (1, 1)), (0, (4, 1.5)), "-"), strict=False):
@@ -171,10 +163,8 @@ def jump_beside_the_vertical_one(paths: Sequence[Path], paper: "tuple[np.ndarray
     return figure
 
 
-def with_x_held(sigma: Number, start: Sequence[Number | str], until: Number) -> "tuple[np.ndarray, np.ndarray]":
+def with_x_held(sigma: Number, start: Sequence[Number | str], until: Number) -> tuple[np.ndarray, np.ndarray]:
     """Return (x, z) of the jump in Fufaev's paper: up at constant x to z = 0, then along Pi1 for the time ``until``."""
-    import numpy as np
-
     curve, rest = _curves("Pi1", sigma)
     x0, _, z0 = map(float, map(Fraction, start))
     x = rest + (x0 - rest) * np.exp(-np.linspace(0, until, 100))
@@ -183,10 +173,6 @@ def with_x_held(sigma: Number, start: Sequence[Number | str], until: Number) -> 
 
 def _curves(name, sigma):
     """Return z(x) of the integral curve with C = 0 on a slow plane, as a callable, and x at rest."""
-
-    from asympk.symbolic.manifold import C, integral_curves, rest_state, slow_manifolds
-    from asympk.systems import painleve_klein as pk
-
     plane = next(plane for plane in slow_manifolds(pk.system(), order=0) if plane.name == name)
     at = {pk.sigma: rational("sigma", sigma), pk.mu: 0, C: 0}
     height = integral_curves(plane)[pk.z].subs(at)

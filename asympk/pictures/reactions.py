@@ -8,6 +8,8 @@ beyond the separatrix through a saddle (p < 0), and on all where there is no equ
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from asympk.mechanics.evaluation import evaluate
 from asympk.pictures import style
 from asympk.pictures.portraits import arrows
@@ -63,8 +65,6 @@ def _line(system: Any, mode: str, at: dict) -> tuple[float, float]:
 
 def draw_reactions(axes: Any, described: Any) -> None:
     """Draw the planes of both directions on two axes: level lines, separatrix, centre and saddle."""
-    import numpy as np
-
     drawn = planes(described)
     bounds = [p for plane in drawn for p in (plane.pushing, plane.pulling) if p]
     width = _WIDTH * max(abs(drawn[0].free / p) for p in bounds)
@@ -91,8 +91,6 @@ def _title(plane: ReactionPlane) -> str:
 
 def _levels(plane: ReactionPlane, energy: Any) -> list[float]:
     """Return levels between centre and saddle, and beyond them to the ends of the window."""
-    import numpy as np
-
     at = sorted(float(plane.energy(np.float64(R), 0.0)) for R, _ in plane.rests)
     low, high = float(energy.min()), float(energy.max())
     if not at:

@@ -7,6 +7,9 @@ from collections.abc import Iterable
 from pathlib import Path as File
 from typing import TYPE_CHECKING
 
+import numpy as np
+import sympy as sp
+
 from asympk.errors import InputError
 from asympk.mechanics.described import Described
 from asympk.mechanics.paradoxset import ROWS, ParadoxSet
@@ -41,9 +44,6 @@ def motion_plot(described: Described) -> "Figure":
 
 def draw_motions(ax: "Axes", described: Described) -> set[int]:
     """Draw the map of a mechanism into ``ax``; return the set of numbers of rigid motions on the map."""
-    import numpy as np
-    import sympy as sp
-
     rod, (name, first, last, *_) = described.mechanism, described.turn or ()
     most = 2 * (float(rod.evaluate(rod.contact.friction, described.numbers)) or 1.0)
     at = np.linspace(as_floats(name, first), as_floats(name, last), 241)

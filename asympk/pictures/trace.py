@@ -4,6 +4,8 @@ from itertools import pairwise
 from pathlib import Path as File
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from asympk.errors import MissingPackage
 from asympk.numbers import whole
 from asympk.path import Path
@@ -28,8 +30,6 @@ def sampled_modes(path: Path, samples: int) -> list[tuple[str, Any]]:
     There are about ``samples`` times in all, dense where a mode begins and ends. An event occurs twice, as the end of
     one mode and as the start of the next, both with the state in ``path.events``.
     """
-    import numpy as np
-
     events = [(float(event.t), *map(float, event.state)) for event in path.events]
     ends = np.array([(0.0, *path(0.0)), *events, (float(path.end), *map(float, path.final))], dtype=float).T
     each = max(6, samples // len(path.modes))
@@ -56,16 +56,12 @@ def trace(path: Path, samples: int | None = None) -> list[tuple]:
 
 def _at(path: Path, times: Any) -> Any:
     """Return times and states as rows; the path is called once, as an integrator runs anew in each call."""
-    import numpy as np
-
     states = np.asarray(path(times), dtype=float) if times.size else np.empty((len(path.names), 0))
     return np.vstack([times, states])
 
 
 def _times(begin: float, end: float, count: int) -> Any:
     """Return times in (begin, end), a third evenly spaced, a third crowding towards either end."""
-    import numpy as np
-
     part = np.linspace(0, 1, count // 3 + 2)[1:-1]
     close = 10.0 ** (12 * (part - 1))
     found = np.unique(begin + (end - begin) * np.concatenate([part, close, 1 - close]))

@@ -12,6 +12,9 @@ from statistics import median
 from time import perf_counter
 from typing import Any
 
+import numpy as np
+import sympy as sp
+
 import asympk as ap
 
 SCENES = {"i": (0, 0, 1), "ii": (0, 0.2, -1), "iii": (-1, -1, 1)}
@@ -57,8 +60,6 @@ def random_starts(mu: float) -> str:
 
 def many(box: str, mu: float) -> str:
     """Time the array flow on starts in a box against the scalar flow."""
-    import numpy as np
-
     random = np.random.default_rng(1)
     x, y, z = (random.uniform(low, high, STARTS) for low, high in BOXES[box])
     each = median_seconds(lambda: ap.solve_many(1, mu, x, y, z, 5)) / STARTS
@@ -70,8 +71,6 @@ def many(box: str, mu: float) -> str:
 @cache
 def rod_in_general_clothes() -> ap.System:
     """Return the system of the rod under other names, under which its kernel does not apply."""
-    import sympy as sp
-
     p, q, w, force = sp.symbols("p q w force", real=True)
     eps, k, k0 = sp.symbols("eps k k0")
     return ap.System.with_friction(
@@ -93,8 +92,6 @@ def beside_the_kernel(name: str, mu: float) -> tuple[ap.Scene, float, float, flo
 
 def general(name: str, mu: float) -> str:
     """Compare the affine flow with the rod's kernel, with LSODA on the same system, and with its own arrays."""
-    import numpy as np
-
     scene, affine, kernel, lsoda = beside_the_kernel(name, mu)
     values = dict(zip(scene.system.parameters, scene.values, strict=True))
     spread = np.random.default_rng(1).uniform(-0.1, 0.1, (3, 20_000))
