@@ -12,21 +12,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from asympk.systems.painleve_klein.equations import ASSUMPTIONS as ASSUMPTIONS
-    from asympk.systems.painleve_klein.equations import Group as Group
-    from asympk.systems.painleve_klein.equations import friction_parameter as friction_parameter
-    from asympk.systems.painleve_klein.equations import groups as groups
-    from asympk.systems.painleve_klein.equations import kinetic_ratio as kinetic_ratio
-    from asympk.systems.painleve_klein.equations import mechanism as mechanism
-    from asympk.systems.painleve_klein.equations import mu as mu
-    from asympk.systems.painleve_klein.equations import phi as phi
-    from asympk.systems.painleve_klein.equations import scenes as scenes
-    from asympk.systems.painleve_klein.equations import sigma as sigma
-    from asympk.systems.painleve_klein.equations import sigma0 as sigma0
-    from asympk.systems.painleve_klein.equations import system as system
-    from asympk.systems.painleve_klein.equations import x as x
-    from asympk.systems.painleve_klein.equations import y as y
-    from asympk.systems.painleve_klein.equations import z as z
+    from asympk.systems.painleve_klein.equations import *  # noqa: F403
 
 
 def _load(name: str) -> Any:
