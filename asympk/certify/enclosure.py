@@ -19,6 +19,7 @@ _LARGEST_EXPONENT = 2.0**400  # largest |t rate| in a matrix exponential, which 
 _MATRIX_WORK = 2
 _CHEAP_BITS = 768  # up to which a piece of time takes as long as with few bits
 _NEWTON_STEPS = 200
+_SOONEST = 2.0**-1074  # the smallest double
 
 
 class RodBalls(NamedTuple):
@@ -185,8 +186,8 @@ def first_event(
 ) -> tuple[Any, Ball] | None:
     """Return (guard, time ball) of the first guard to vanish in (0, upper end of ``left``], or None if none vanishes.
 
-    Raises ``Refused`` where a piece of time would have to be shorter than ``finest`` times its end, and when the
-    ``Budget`` is spent.
+    Raises ``Refused`` where a piece of time would have to be shorter than ``finest`` times its end, or to end before
+    the smallest double, and when the ``Budget`` is spent.
     """
     arb = flint().arb
     pieces, lo = [left.upper().mid()] if left.upper() > 0 else [], arb(0)
@@ -199,7 +200,7 @@ def first_event(
         elif verdicts.count("falls") == 1 and "unknown" not in verdicts:
             guard = guards[verdicts.index("falls")]
             return guard, _root(segment, guard, lo, hi)
-        elif not hi - lo > hi * finest:
+        elif not (hi - lo > hi * finest and hi > _SOONEST):
             unproven = [guard for guard, verdict in zip(guards, verdicts, strict=True) if verdict != "positive"]
             raise _refused(segment, unproven, hi, left)
         else:

@@ -17,6 +17,7 @@ flint = pytest.importorskip("flint")
 
 from asympk.certify import certify, cover  # noqa: E402
 from asympk.certify.balls import Refused, ball, ball_of, common, hull, times  # noqa: E402
+from asympk.certify.enclosure import Budget, LevelGuard, first_event  # noqa: E402
 from asympk.certify.proofs import Inequality, inequalities, prove  # noqa: E402
 from asympk.output.terminal import covered  # noqa: E402
 
@@ -312,3 +313,14 @@ def test_cutting_where_it_is_undecided_proves_more_of_a_wide_box_than_cutting_al
     found = cover(scene, box, 24)
     assert len(found) == 24
     assert covered(found) > 2 * covered(breadth_first(scene, box, 24))
+
+
+def test_a_guard_without_a_sign_from_the_start_on_is_refused_as_grazing_before_the_work_is_spent():
+    class Blurred:
+        unstable, work = False, 1
+
+        def jet(self, guard, t, order=0):
+            return (flint.arb(0, 1),) * (order + 1)
+
+    with pytest.raises(Refused, match="grazing: velocity_zero"):
+        first_event(Blurred(), [LevelGuard("velocity_zero", "z", 1, 0)], ball(1), 2.0**-16, Budget(2000))
