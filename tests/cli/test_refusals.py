@@ -138,12 +138,13 @@ def test_the_work_is_done_and_the_status_right_where_stderr_takes_nothing(tmp_pa
 
 @pytest.mark.parametrize("address", ["nope", "http://x", "", "tcp://127.0.0.1:1", "nope:99999"])
 def test_a_scheduler_that_is_not_there_is_one_line_at_once(tmp_path, address):
+    """At once is less than the 30 seconds that a dask client waits; a busy machine takes 5 for the imports alone."""
     pytest.importorskip("distributed")
     (tmp_path / "sweep.toml").write_text(SWEEP)
     begun = time.monotonic()
     run = _asympk("sweep", str(tmp_path / "sweep.toml"), "--out", str(tmp_path / "out"), "--dask", address)
     assert "--dask" in _in_one_line(run)
-    assert time.monotonic() - begun < 5
+    assert time.monotonic() - begun < 20
 
 
 @pytest.mark.parametrize(
