@@ -63,10 +63,13 @@ def _in_units_that_fit(follow: Callable, scene: Any) -> Path:
     units = (sp.S.One,) * len(scene.start)
     try:
         path = follow(scene)
-    except OutOfRange:
+    except OutOfRange as refused:
         if (small := _powers([abs(float(w)) for w in scene.start])) == units:
             raise
-        path, units = _followed(follow, scene, small), small
+        try:
+            path, units = _followed(follow, scene, small), small
+        except OutOfRange:
+            raise refused from None
     sizes = _sizes(path, units)
     while _smaller(sizes, units).any():
         try:

@@ -23,7 +23,7 @@ import numpy as np
 
 from asympk.asymptotics import matched, reduced
 from asympk.asymptotics.fibre import Formulas
-from asympk.asymptotics.landing import Landing, land
+from asympk.asymptotics.landing import Landing, land, listed, root
 from asympk.asymptotics.reduced import Reduced
 from asympk.automaton.automaton import Automaton
 from asympk.errors import OutOfRange
@@ -33,6 +33,7 @@ EXTRA = 2  # the number of orders beyond the one asked for, from which its error
 STEADY, STALLED = 0.1, 0.5  # bounds of the ratio of successive omitted terms from which the rest of them is estimated
 FINEST, COARSEST = 1e-13, 1e-7  # bounds of the tolerance of the integrations
 FINER = 1e-5  # the tolerance of the integrations in units of mu^(n + 1)
+ROUGH = 1e-6  # the tolerance of the motion that tells the branch at the given mu, and the distance between branches
 WATCHED = 1e-9  # the tolerance of the motion that tells whether a switching surface is crossed
 ROUNDING = 50  # the error of the integrations in units of their tolerance
 
@@ -71,16 +72,19 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: An
 
     The motion must cross no switching surface (``leaves_its_sides``). ``path.info["omitted"]`` is the first term
     that the composite omits at ``until``, state by state. The error is that of the states times ``units``. Raises
-    ``InputError`` for functions that have no series, ``OutOfRange`` where the layer settles on no attracting branch,
+    ``InputError`` for functions that have no series, ``OutOfRange`` where the layer settles on no attracting branch or
+    on another one than in the limit,
     the expansion does not hold or a pole of the rates is passed, and ``NotNormallyHyperbolic`` where the slow manifold
     is lost before ``until``.
     """
     mu, until = matched.small_number(scene), float(scene.until)
-    begun = matched.begun(Automaton(scene.system, scene.values), scene.start)
+    automaton = Automaton(scene.system, scene.values)
+    begun = matched.begun(automaton, scene.start)
     slowly = matched.slow_of(begun.mode, order + EXTRA)
     begin = slowly.point(0.0, begun.state)
     motion = layered_motion(slowly.formulas, order, begin, mu, slowly.values, until, slowly.places)
     matched.require_no_pole(begun, slowly, motion.reduced)
+    _require_branch(automaton, begun, slowly, motion, until)
     slow, layer = motion.states(until), motion.layer(until)
     now, next_, _ = slow + layer
     layered = method == "jump"
@@ -95,6 +99,29 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: An
     final = now if layered else slow[0]
     return Path(scene, method, tuple(final.tolist()), (), begun.modes, LayeredDense(motion, layered, until), error,
                 {"omitted": tuple((next_ - now).tolist())})  # fmt: skip
+
+
+def _require_branch(
+    automaton: Automaton, begun: matched.MatchedPath, slowly: matched.Slow, motion: LayeredMotion, until: float
+) -> None:
+    """Raise ``OutOfRange`` where the layer at the given mu leads to another branch than in the limit mu -> 0.
+
+    This happens to a start within O(mu) of the edge between two basins, and the terms of the expansion need not tell.
+    """
+    known, size, values = slowly.formulas, slowly.slow, slowly.values
+    if known.field.affine:  # then there is one branch
+        return
+    try:
+        path = matched.through_layer(automaton, begun, until, motion.reduced.mu, motion.landing.order, ROUGH)
+    except OutOfRange:  # the full equations need too many steps
+        return
+    true, limit = (slowly.point(path.t, at) for at in (path.state, motion.states(path.t)[0].tolist()))
+    reached, expected = (root(known, true[:size], at[size:], values) for at in (true, limit))
+    if path.t < until and reached and expected and math.dist(reached, expected) > ROUGH * max(1, *map(abs, expected)):
+        fast = known.mode.fast
+        raise OutOfRange(f"the layer leads to {listed(fast, reached)} at t = {path.t:.6g}, and in the limit to "
+                         f"{listed(fast, expected)}: {automaton.system.small} = {motion.reduced.mu:.3g} is not small "
+                         "so near the edge of a basin; use an exact method")  # fmt: skip
 
 
 def leaves_its_sides(scene: Any, order: int) -> bool:

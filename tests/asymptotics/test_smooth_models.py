@@ -1,6 +1,7 @@
 """Smooth slow-fast systems: base points, reduced flows and composites against exact solutions and stiff integrators."""
 
 import math
+from fractions import Fraction
 from functools import cache
 
 import numpy as np
@@ -231,6 +232,23 @@ def test_a_layer_whose_parts_are_as_far_apart_as_140_is_followed_to_the_highest_
     scene = ap.Scene(system=burst, values={mu: small}, start=(3, "-1.3", -8), until="1/2")
     path, truth = ap.solve(scene, "jump", order=4), ap.solve(scene, "radau", rtol=1e-11, atol=1e-11)
     assert distance(path.final, truth.final) < path.error + 1e-10 < 1e-5
+
+
+@pytest.mark.parametrize("method", ["slow", "jump"])
+@pytest.mark.parametrize("order", [0, 1, 2])
+@pytest.mark.parametrize(("drift", "force", "start"), [(-x + y / 2, y - y**3 + mu * x, (1, "-1/2000")),
+                                                       (1, (y - x) * (1 - y**2), (0, "1/2000"))])  # fmt: skip
+def test_a_start_so_near_the_edge_of_a_basin_that_the_small_parameter_decides_is_refused(
+    drift, force, start, order, method
+):
+    """The motion tends to the other branch than its limit; ten times as far from the edge both tend to the same."""
+    system, (begun, near) = ap.System.smooth({x: drift}, {y: force}, mu), start
+    side = round(math.copysign(1, Fraction(near)))
+    words = rf"the layer leads to y = {-side} at t = .* in the limit to y = {side}: mu = 0.001 is not small"
+    with pytest.raises(OutOfRange, match=words):
+        _solved(system, {mu: "1/1000"}, {x: begun, y: near}, "1/4", method, order=order)
+    far = _solved(system, {mu: "1/1000"}, {x: begun, y: 10 * Fraction(near)}, "1/4", method, order=order)
+    assert far.final[1] == pytest.approx(side, abs=0.01)
 
 
 def test_a_layer_to_a_double_root_settles_on_no_branch_though_its_rounding_seems_to_attract(monkeypatch):
