@@ -70,7 +70,8 @@ class CriticalManifold(ShownAsFormulas):
         """The condition under which the branch is real, without its ends: even roots and logs have positive arguments.
 
         The arguments of asin, acos, atanh, acosh and Lambert's W lie inside the domains of these. A branch with an odd
-        root, such as Cardano's for a cubic, is taken to be real.
+        root, such as Cardano's for a cubic, is taken to be real. Where g contains one square root, it is positive on
+        the branch: y = x**2 solves x - sqrt(y) = 0 for x > 0 alone.
         """
         roots = _fractional_powers(*self.branch.values())
         if any(map(_is_complex, self.branch.values())):
@@ -80,6 +81,7 @@ class CriticalManifold(ShownAsFormulas):
         found = self.branch.values()
         inside = {_POSITIVE[type(f)](f.args[0]) for h in found for f in h.atoms(*_POSITIVE)} | {p.base for p in roots}
         inside |= {-f.args[0] for h in found for f in h.atoms(sp.LambertW) if len(f.args) == 2}
+        inside |= {_square_root(g.subs(self.small, 0), self.branch) for g in self.dynamics.fast.values()} - {None}
         return sp.And(*(_located(sp.Gt(expr, 0), list(self.dynamics.slow), self.assumptions) for expr in inside))
 
     @property
@@ -313,6 +315,23 @@ def _with_lower(solution):
 def _fractional_powers(*heights):
     powers = sp.Tuple(*heights).atoms(sp.Pow)
     return {p for p in powers if p.exp.is_Rational and not p.exp.is_Integer}
+
+
+def _square_root(g, branch):
+    """Return a multiple of the square root in g where g = 0, by a positive factor and on a branch, or None.
+
+    The root of one expression P(y) is meant, and g = 0 is linear in it: a + b sqrt(P) = 0 as P = sqrt(P)**2.
+    """
+    roots = {p for p in _fractional_powers(g) if p.base.has(*branch)}
+    if heavy(g) or len({p.base for p in roots}) != 1 or any(p.exp.q != 2 for p in roots):
+        return None
+    root, (base, *_) = sp.Dummy(positive=True), (p.base for p in roots)
+    numerator, _ = sp.fraction(sp.together(g.xreplace({p: root ** (2 * p.exp) for p in roots})))
+    if not numerator.is_polynomial(root):
+        return None
+    terms = sp.Poly(numerator, root).terms()
+    rest, factor = (sp.Add(*(c * base ** (k // 2) for (k,), c in terms if k % 2 == odd)) for odd in (0, 1))
+    return sp.factor((-rest * factor).subs(branch, simultaneous=True))
 
 
 def _is_nested(h):

@@ -384,6 +384,17 @@ def test_inverse_functions_are_of_what_theirs_give_and_complex_branches_are_none
         assert (len(hyperbolic), len(sixth), {m.exists for m in sixth}) == (1, 2, {u_ > 0})
 
 
+@pytest.mark.parametrize("force", [x - sp.sqrt(y), x - y - sp.sqrt(1 + y**2), x - sp.sqrt(1 - y**2),
+                                   x - sp.sqrt(y) - 1 / sp.sqrt(y), x - y / (1 + sp.sqrt(y))])  # fmt: skip
+def test_a_branch_exists_just_where_it_is_a_root_and_not_one_with_the_other_sign_of_a_square_root(force):
+    """Squaring adds roots: y = x**2 solves x = -sqrt(y), too."""
+    for branch in critical_manifolds(ap.System.smooth({x: -y}, {y: force}, mu)):
+        for at in (Fraction(-7, 3), Fraction(-1, 3), Fraction(1, 3), Fraction(7, 3)):
+            height = branch.branch[y].subs(x, at)
+            root = height.is_real and abs(force.subs({x: at, y: height}).evalf(30)) < 1e-20
+            assert branch.exists.subs(x, at) == bool(root)
+
+
 def test_a_branch_at_a_value_at_which_it_is_not_real_is_refused_as_that():
     a = sp.Symbol("a", real=True)
     lower, _ = ap.slow_manifolds(ap.System.smooth({u: sp.S.One}, {v: a - v**2}, mu))
