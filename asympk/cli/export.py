@@ -2,7 +2,7 @@
 
 from argparse import ArgumentParser, Namespace
 
-from asympk.cli.options import place_name
+from asympk.cli.options import meter, place_name
 
 HELP = "write a stand-alone module of a system's formulas"
 
@@ -21,5 +21,6 @@ def run(options: Namespace) -> None:
     from asympk.systems import painleve_klein
 
     given = read_scene(options.scene).system if options.scene is not None else None
-    for path in export(given or painleve_klein.system(), options.target, options.out):
-        print(path)
+    with meter("deriving the formulas"):
+        paths = export(given or painleve_klein.system(), options.target, options.out)
+    print(*paths, sep="\n")
