@@ -373,7 +373,7 @@ def _solutions(equal_zero, unknowns):
         if not matrix.has(*unknowns):
             return _linear_solution(matrix, force.subs(dict.fromkeys(unknowns, 0)), unknowns)
     if len(unknowns) == 1:
-        if own := _by_lambert(*equal_zero, *unknowns):
+        if own := _by_lambert(*equal_zero, *unknowns) or _by_logarithm(*equal_zero, *unknowns):
             return own
         if _loses_roots(*equal_zero, *unknowns):
             return None
@@ -405,6 +405,22 @@ def _by_lambert(force, y):
             return [{y: -a / b - sp.LambertW(q * c / b * sp.exp(p - q * a / b)) / q}]
         terms = dict(sp.Poly(told, y, power).terms())
     return None
+
+
+def _by_logarithm(force, y):
+    """Return [root] of a + b y + c log(p + q y), or of its product with a power of p + q y, else None.
+
+    In w = log(p + q y) the logarithm is linear beside an exponential, which ``_by_lambert`` solves for w.
+    """
+    logarithms = [f for f in force.atoms(sp.log) if f.has(y)]
+    if len(logarithms) != 1 or not logarithms[0].args[0].is_polynomial(y):
+        return None
+    w, inside = sp.Dummy(real=True), sp.Poly(logarithms[0].args[0], y)
+    if inside.degree() != 1:
+        return None
+    height = (sp.exp(w) - inside.nth(0)) / inside.nth(1)
+    found = _by_lambert(force.xreplace({logarithms[0]: w}).subs(y, height), w)
+    return found and [{y: height.subs(root)} for root in found]
 
 
 def _given_by_others(equal_zero, unknowns):

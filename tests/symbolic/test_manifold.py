@@ -654,6 +654,17 @@ def test_both_real_branches_of_lambert_are_found_each_where_it_is_real():
     assert [sp.N(m.coefficients[1].subs(at)) for m in (below, above)] == pytest.approx(first)
 
 
+@pytest.mark.parametrize(("force", "stable"), [(x - y - sp.log(10**6 * y + 1), [True]),
+                                               (x - y * sp.log(y), [True, False])])  # fmt: skip
+def test_a_logarithm_beside_linear_terms_has_the_branches_of_lambert(force, stable):
+    """SymPy takes a root of the order of the coefficient in the logarithm, which does not end."""
+    found, at = ap.slow_manifolds(ap.System.smooth({x: -x}, {y: force}, mu), order=0), {x: sp.Rational(-1, 5)}
+    roots = [sp.N(m.branch[y].subs(at), 20) for m in found]
+    assert all(abs(force.subs(at).subs(y, root)) < 1e-15 for root in roots)
+    assert [sp.sympify(m.stability).subs(at) == sp.Symbol("stable") for m in found] == stable
+    assert all(m.exists.subs(at) for m in found)
+
+
 @pytest.mark.parametrize("force", [(sp.exp(5 * x - 5 * y) - 1) / 20 - y, (sp.exp(5 * x - 5 * y) - 1) / 10**6 - y])
 def test_roots_of_exponentials_that_solve_nothing_are_no_manifolds(force):
     """The current of a diode meets a load line once; SymPy finds four roots, one of them real and wrong."""
