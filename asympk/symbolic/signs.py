@@ -74,7 +74,10 @@ def factored(expr: sp.Expr) -> tuple[sp.Expr, list[tuple[sp.Expr, int]]]:
     numerator, denominator = sp.fraction(sp.together(expr))
     powers = (p for p in expr.atoms(sp.Pow) if p.is_positive and p.free_symbols and not p.exp.is_Integer)
     names = {p: sp.Dummy(positive=True) for p in powers}  # SymPy does not factor roots of positive symbols
-    content, factors = sp.factor_list((numerator * denominator).xreplace(names))
+    try:
+        content, factors = sp.factor_list((numerator * denominator).xreplace(names))
+    except sp.PolynomialError:  # of a power of a number with a state as exponent
+        return sp.S.One, [(numerator * denominator, 1)]
     meaning = {name: p for p, name in names.items()}
     return content, [(factor.xreplace(meaning), power) for factor, power in factors]
 

@@ -654,6 +654,13 @@ def test_both_real_branches_of_lambert_are_found_each_where_it_is_real():
     assert [sp.N(m.coefficients[1].subs(at)) for m in (below, above)] == pytest.approx(first)
 
 
+def test_a_state_may_be_an_exponent():
+    (found,) = ap.slow_manifolds(ap.System.smooth({x: -x}, {y: y**x - 2}, mu), order=0)
+    assert float(found.branch[y].subs(x, -3)) == pytest.approx(2 ** (-1 / 3))
+    assert found.exists.subs(x, -3) == sp.true
+    assert sp.sympify(found.stability).subs(x, -3) == sp.Symbol("stable")
+
+
 @pytest.mark.parametrize(("force", "stable"), [(x - y - sp.log(10**6 * y + 1), [True]),
                                                (x - y * sp.log(y), [True, False])])  # fmt: skip
 def test_a_logarithm_beside_linear_terms_has_the_branches_of_lambert(force, stable):
