@@ -93,9 +93,9 @@ def run(scene: Any, method: str = "exact", *, digits: int | None = None, events:
     """Follow ``scene`` in closed form, in doubles, or on mpmath numbers right to ``digits`` digits (1 to 1000).
 
     ``error`` of the path is an estimate in doubles, relative to the largest of 1 and the final states, and with
-    ``digits`` the distance from a run at lower precision.
-    ``events`` bounds the number of events. Raises ``OutOfRange`` where a rate is not finite, ``TooManyEvents``,
-    ``TooLarge``, ``Undecided``, ``Accumulation``, ``NoMotion`` and ``TwoMotions``.
+    ``digits`` the distance from a run at lower precision. ``events`` bounds the number of events. Raises
+    ``OutOfRange`` where a rate is not finite, ``TooManyEvents``, ``TooLarge``, ``Undecided``, ``Accumulation``,
+    ``NoMotion`` and ``TwoMotions``.
     """
     case = SceneFlows(scene, flows(Automaton(scene.system, scene.values)), events)
     try:

@@ -73,9 +73,8 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: An
     The motion must cross no switching surface (``leaves_its_sides``). ``path.info["omitted"]`` is the first term
     that the composite omits at ``until``, state by state. The error is that of the states times ``units``. Raises
     ``InputError`` for functions that have no series, ``OutOfRange`` where the layer settles on no attracting branch or
-    on another one than in the limit,
-    the expansion does not hold or a pole of the rates is passed, and ``NotNormallyHyperbolic`` where the slow manifold
-    is lost before ``until``.
+    on another one than in the limit, the expansion does not hold or a pole of the rates is passed, and
+    ``NotNormallyHyperbolic`` where the slow manifold is lost before ``until``.
     """
     mu, until = matched.small_number(scene), float(scene.until)
     automaton = Automaton(scene.system, scene.values)

@@ -399,11 +399,11 @@ def _by_lambert(force, y):
         return None
     terms = dict(sp.Poly(told, y, power).terms())
     for shift, sign in ((0, 1), (1, -1)):
-        a, b, c = (terms.pop(index, 0) for index in ((0, shift), (1, shift), (0, 1 - shift)))
-        if b and c and not terms:
+        constant, linear, other = (0, shift), (1, shift), (0, 1 - shift)
+        if {linear, other} <= terms.keys() <= {constant, linear, other}:
+            a, b, c = (terms.get(index, 0) for index in (constant, linear, other))
             q, p = (sign * k for k in exponent.all_coeffs())
             return [{y: -a / b - sp.LambertW(q * c / b * sp.exp(p - q * a / b)) / q}]
-        terms = dict(sp.Poly(told, y, power).terms())
     return None
 
 

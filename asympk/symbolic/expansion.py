@@ -146,10 +146,11 @@ def is_zero_somewhere(expr: sp.Expr) -> bool:
 
 def _value(expr, k, scale=1):
     """Evaluate at the k-th of a few points times ``scale``, each symbol at a rational of its own sign."""
-    symbols = sorted(expr.free_symbols, key=str)
-    points = {s: scale * sp.Rational(13 * k + 7 * i + 2, 11 + 3 * k) for i, s in enumerate(symbols)}
-    signs = {s: -1 if s.is_negative else 1 if s.is_positive else sp.sign(scale) for s in symbols}
-    return expr.subs({s: signs[s] * abs(p) for s, p in points.items()}).evalf(50)
+    points = {}
+    for i, s in enumerate(sorted(expr.free_symbols, key=str)):
+        sign = -1 if s.is_negative else 1 if s.is_positive else sp.sign(scale)
+        points[s] = sign * abs(scale) * sp.Rational(13 * k + 7 * i + 2, 11 + 3 * k)
+    return expr.subs(points).evalf(50)
 
 
 class _Recurrence:
