@@ -19,12 +19,12 @@ import numpy as np
 import sympy as sp
 
 from asympk.asymptotics.frictional import follow_stretches
-from asympk.asymptotics.smooth import follow_smooth, leaves_its_sides
+from asympk.asymptotics.smooth import EXTRA, follow_smooth, leaves_its_sides
 from asympk.errors import AsympkError, NotDerivable, OrderError, OutOfRange
 from asympk.numbers import short
 from asympk.path import Path, SolvedAgain
 from asympk.symbolic.long import atoms
-from asympk.symbolic.reading import rational
+from asympk.symbolic.reading import rational, spare
 
 HIGHEST_ORDER = 4
 SMALL = 1e-4  # the size of a state, in its unit, below which the unit is made smaller
@@ -44,15 +44,33 @@ def run(scene: Any, method: str = "jump", *, order: int | None = None) -> Path:
     if scene.system.small is None:
         raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
     with _refused(scene):
-        follow = follow_smooth if smooth and not leaves_its_sides(scene, order) else follow_stretches
-        path = _in_units_that_fit(partial(follow, method=method, order=order), scene)
-    return replace(path, at=SolvedAgain(path.at, run, scene, {"method": method, "order": order}))
+        inside = _with_low_powers(scene, order + EXTRA)
+        follow = follow_smooth if smooth and not leaves_its_sides(inside, order) else follow_stretches
+        path = _in_units_that_fit(partial(follow, method=method, order=order), inside)
+    return replace(path, scene=scene, at=SolvedAgain(path.at, run, scene, {"method": method, "order": order}))
 
 
 def _checked_order(method: str, order: int) -> int:
     if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= HIGHEST_ORDER:
         raise OrderError(f"order = {order!r}: method {method!r} is known to the orders 0 .. {HIGHEST_ORDER}")
     return order
+
+
+def _with_low_powers(scene: Any, highest: int) -> Any:
+    """Return a scene whose rates have mu^k as mu^``highest`` times a parameter of the value mu^(k - ``highest``).
+
+    A term like 100 mu^3 is thus among those that predict the error, whatever the order.
+    """
+    system, given = scene.system, dict(zip(scene.system.parameters, scene.values, strict=True))
+    rates = sp.Tuple(*system.slow.values(), *system.fast.values())
+    powers = (p for p in atoms(rates, sp.Pow) if p.base == system.small and p.exp.is_Integer and p.exp > highest)
+    name = spare(system.small.name, (*system.states, *system.parameters))
+    told = {p: system.small**highest * name ** (p.exp - highest) for p in powers}
+    if not told:
+        return scene
+    slow, fast = (sp.Dict({s: rate.xreplace(told) for s, rate in of.items()}) for of in (system.slow, system.fast))
+    values = {**given, name: given[system.small]}
+    return replace(scene, system=replace(system, slow=slow, fast=fast), values=values)
 
 
 def _in_units_that_fit(follow: Callable, scene: Any) -> Path:

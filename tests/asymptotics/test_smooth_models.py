@@ -108,6 +108,15 @@ def test_the_predicted_error_bounds_the_error_and_tends_to_it(name, order):
     assert error < path.error < 1.2 * error + 1e-11
 
 
+@pytest.mark.parametrize("order", range(5))
+@pytest.mark.parametrize(("rate", "force"), [((10 * mu) ** 4, 0), (0, (10 * mu) ** 3), (0, (5 * mu) ** 7)])
+def test_powers_of_mu_beyond_those_expanded_are_predicted(rate, force, order):
+    path = _solved(ap.System.smooth({x: rate - x}, {y: x - y + force}, mu), {mu: "1/40"}, {x: 1, y: 2}, 1, order=order)
+    true = ap.solve(path.scene, digits=20).final
+    assert path.scene.system.parameters == (mu,)
+    assert distance(path.final, true) < path.error < 15 * distance(path.final, true)
+
+
 def test_a_manifold_of_order_two_from_the_start_itself_is_wrong_by_order_mu():
     known = formulas(ENZYME.modes[0], mu, (kappa, lambda_), 2)
     start, errors = np.array(known.on_branch((1.0,), (0.5,))), []
