@@ -59,11 +59,12 @@ def given_scene(options: Namespace) -> "Scene":
     """Return the ``Scene`` that the options name, with the numbers that they give; raises ``InputError``."""
     from asympk.errors import InputError
     from asympk.scene import Scene
-    from asympk.scenes.scenefile import read_scene
+    from asympk.scenes.scenefile import changed_scene
 
     given, named = scene_numbers(options), settings(options)
     if options.scene is not None:
-        return _turned(read_scene(options.scene), given, named)
+        scene, named = changed_scene(options.scene, named)
+        return _turned(scene, given, named)
     if named:
         raise InputError(f"--set {next(iter(named))}: it changes a number of a scene; name the scene")
     missing = [f"--{name}" for name in _REQUIRED if name not in given]

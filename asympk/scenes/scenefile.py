@@ -29,6 +29,7 @@ from asympk.errors import InputError
 from asympk.mechanics.described import scene_table
 from asympk.naming import named
 from asympk.scene import Scene
+from asympk.scenes.turned import with_changes
 from asympk.storage.tomlfile import parse_table, read_table, refuse_unknown, require_keys, word
 from asympk.systems.catalogue import about_system, example_scenes
 
@@ -36,6 +37,7 @@ COMMON = ("name", "about", "start", "until")
 SYSTEM = ("system", "values")
 NONDIMENSIONAL = ("sigma", "mu", "sigma0", "near")
 PHYSICAL = ("m", "P", "f", "f0", "alpha", "l", "k", "h")
+_NUMBERS = {"values", "state", "start"}  # tables
 _NEAR = ("manifold", "x", "offset", "z")
 
 
@@ -55,6 +57,21 @@ def read_scene(where: str | Path) -> Scene:
     if name in scene_names():
         return _scene_of(parse_table(shipped(name).encode(), name), name)
     return example_scenes(name)[0]
+
+
+def changed_scene(where: str, changes: dict[str, Any]) -> tuple[Scene, dict[str, Any]]:
+    """Return the scene ``where`` after ``changes`` of numbers in tables of its file, and the changes of other numbers.
+
+    A start in coordinates and rates is derived anew. Raises as ``read_scene`` does.
+    """
+    if not is_file(where):
+        return read_scene(where), changes
+    table, left = read_table(where), changes
+    for key in _NUMBERS & table.keys():
+        if isinstance(own := table[key], dict):
+            table[key] = with_changes(own, changes)
+            left = {name: value for name, value in left.items() if name not in own}
+    return _scene_of(table, where), left
 
 
 def is_file(where: str | Path) -> bool:

@@ -20,7 +20,8 @@ with ``contact = "elastic"`` and the formulas ``compliance`` and ``damping``; it
 coordinates and rates of the mechanism.
 """
 
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Mapping
 from importlib import import_module
 from typing import Any
 
@@ -49,7 +50,8 @@ def read_system_scene(entry: dict[str, Any]) -> Scene:
     system, mechanism = system_of(entry["system"], values)
     if isinstance(start, dict) and mechanism and coordinates_of_start(system, mechanism, start):
         start = start_at(mechanism, system, values, start)
-    return Scene(system=system, values=values, start=start, until=entry["until"], name=entry.get("name", ""))
+    kept = without(cancelled(entry["system"], system, mechanism), values)
+    return Scene(system=system, values=kept, start=start, until=entry["until"], name=entry.get("name", ""))
 
 
 def system_of(entry: Any, parameters: Any) -> tuple[System, Mechanism | None]:
@@ -63,6 +65,20 @@ def system_of(entry: Any, parameters: Any) -> tuple[System, Mechanism | None]:
         mechanism = _mechanism(entry, parameters)
         return _with_contact(mechanism, entry, parameters), mechanism
     return read_system(entry, parameters), None
+
+
+def cancelled(entry: Any, system: System, mechanism: Mechanism | None) -> set[str]:
+    """Return the names in the formulas of an ``entry`` that no rate has, such as the height of a ground in a gap.
+
+    The system needs no number for them, but the start of its ``mechanism`` may.
+    """
+    written = {*re.findall(r"\w+", str(entry))} | {*map(str, mechanism.plain.parameters if mechanism else ())}
+    return written - {*map(str, system.parameters)}
+
+
+def without(names: set[str], values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return ``values`` without those of ``names``."""
+    return {name: value for name, value in values.items() if name not in names}
 
 
 def coordinates_of_start(system: System, mechanism: Mechanism, start: Iterable[str]) -> tuple[str, ...]:

@@ -31,15 +31,21 @@ def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: An
     shown, own = in_own_units(scene), scene_parameters(scene)
     _require_names(given, own, "parameter")
     _require_names(start, shown.names, "state of the start")
-    values = {name: _read(name, given[name], own[name]) if name in given else v for name, v in own.items()}
-    for static, kinetic in STATIC.items():
-        if static in own and static not in given and own[static] == own[kinetic]:
-            values[static] = values[kinetic]
+    values = with_changes(own, {name: _read(name, value, own[name]) for name, value in given.items()})
     placed, horizon = _given(scene)
     begin = tuple(number(f"start {name}", start[name]) if name in start else value
                   for name, value in zip(shown.names, placed, strict=True))  # fmt: skip
     end = horizon if until is None else number("until", until)
     return _built(scene, values, begin, end, moved=bool(start))
+
+
+def with_changes(own: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:
+    """Return the numbers ``own`` with those of ``given`` that they name, and the static friction that follows."""
+    changed = {name: value for name, value in given.items() if name in own}
+    for static, kinetic in STATIC.items():
+        if static in own and kinetic in changed and own[static] == own[kinetic]:
+            changed.setdefault(static, changed[kinetic])
+    return {**own, **changed}
 
 
 def _built(scene: Scene, values: dict[str, Any], start: tuple, until: Any, moved: bool) -> Scene:

@@ -21,7 +21,7 @@ from asympk.many import PHASES, REFUSALS, outcome_of
 from asympk.methods import solve
 from asympk.numbers import Number, number, short
 from asympk.scene import Scene
-from asympk.scenes.systemfile import coordinates_of_start, system_of
+from asympk.scenes.systemfile import cancelled, coordinates_of_start, system_of, without
 from asympk.storage.tomlfile import require_keys
 from asympk.sweep.family import Followed, by_state, require_time
 from asympk.sweep.itineraries import Alphabet
@@ -70,8 +70,13 @@ class SystemFamily:
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """The names of the parameters."""
-        return tuple(dict.fromkeys(s.name for s in self.system.parameters))
+        """The names of the parameters, also of those on which only a start depends."""
+        own = dict.fromkeys(s.name for s in self.system.parameters)
+        return (*own, *(name for name in json.loads(self.text)[1] if name in self._cancelled))
+
+    @property
+    def _cancelled(self):
+        return cancelled(json.loads(self.text)[0], *_system(self.text))
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -100,7 +105,9 @@ class SystemFamily:
         if isinstance(start, list):
             start = by_state(start, self.states)
         found: dict[str, Any] = {}
-        told = {"values": (table.get("values", {}), self.system.parameters, "parameter")}
+        values = table.get("values", {})
+        told = {"values": (without(self._cancelled, values), self.system.parameters, "parameter")}
+        found |= values
         if self.coordinates:
             found |= start
         else:
@@ -132,7 +139,7 @@ class SystemFamily:
         for corner in corners:
             values = dict(zip(self.parameters, corner, strict=True))
             begun = self._in_states(values, start) if fixed else dict.fromkeys(self.states, 0)
-            self.system.placed(values, begun)
+            self.system.placed(without(self._cancelled, values), begun)
 
     def chunk(self, axes: "Mapping[str, Axis]") -> int:
         """Return the number of trajectories per chunk, smaller where one takes longer."""
@@ -148,6 +155,7 @@ class SystemFamily:
         values, start = ({name: columns[name] for name in names} for names in (self.parameters, self._begins))
         if self.coordinates:
             start = self._starts(values, start, size)
+        values = without(self._cancelled, values)
         if affine(self.system):
             with suppress(InputError):  # refused parameters: scenes are then tried one by one
                 return _together(solve_many(system=self.system, values=values, start=start, until=columns[UNTIL]))

@@ -18,7 +18,7 @@ from asympk.errors import InputError, MissingPackage, UnknownName
 from asympk.formulas import read_formula
 from asympk.pictures.trace import trace
 from asympk.scenes import scenefile
-from asympk.scenes.scenefile import scene_text
+from asympk.scenes.scenefile import changed_scene, scene_text
 from asympk.scenes.turned import turned
 
 ROD = {"m": 2, "P": 10, "f": "3", "f0": '"7/2"', "alpha": '"60 deg"', "l": "0.5", "k": "1e5", "h": "0.02",
@@ -325,3 +325,70 @@ def test_a_scene_is_known_by_the_name_of_its_system_in_any_case():
     assert ap.read_scene("Arm") == ap.systems.arm.scenes()[0]
     with pytest.raises(UnknownName, match="did you mean 'arm'"):
         ap.read_scene("amr")
+
+
+HIGH = f"until = 0.1\ncompliance = \"c\"\ndamping = \"h\"\n{SLENDER_ROD}" + """\
+[values]
+m = 1
+l = 1
+g = 1
+f = 2
+c = 0.125
+h = 1
+H = {height}
+[state]
+X = 0
+Y = {centre}
+theta = 0
+"X'" = -1
+"Y'" = 0
+"theta'" = 0
+"""
+
+
+def _high(tmp_path, height, centre):
+    """Return the file of the slender rod, lying on ground at a height H, which no rate contains."""
+    file = tmp_path / f"high-{height}.toml"
+    text = HIGH.replace("m*g*Y", "m*g*(Y - H)").replace("gap = \"Y", "gap = \"Y - H")
+    file.write_text(text.format(height=height, centre=centre))
+    return file
+
+
+def _begun(scene):
+    return dict(zip(scene.names, scene.start, strict=True))
+
+
+def test_only_the_start_depends_on_the_height_of_the_ground(tmp_path):
+    low, high = (ap.read_scene(_high(tmp_path, height, height)) for height in (0, 2))
+    assert (low.system, low.values) == (high.system, high.values)
+    assert _begun(high) == _begun(low) | {"Y": 2}
+    assert _begun(ap.read_scene(_high(tmp_path, 1, "0.875")))["x"] == 1
+    file = _high(tmp_path, 3, 3)
+    file.write_text(file.read_text().replace("H = 3", "H = 3\nU = 1"))
+    with pytest.raises(InputError, match="U is not a parameter of this system"):
+        ap.read_scene(file)
+
+
+def test_numbers_of_a_mechanism_are_changed_before_its_start_is_derived(tmp_path):
+    """At theta = 0 the sliding velocity is X', and x = -g/c with the gap g = Y - H."""
+    file = str(_high(tmp_path, 0, 0))
+    scene, left = changed_scene(file, {"X'": "-2", "Y": "0.875", "H": "1", "c": "0.25", "x": "3"})
+    assert left == {"x": "3"}
+    assert _begun(scene) == {"X": 0, "Y": Fraction("0.875"), "theta": 0, "x": 0.5, "theta'": 0, "y": 0, "z": -2}
+    assert dict(zip(scene.system.parameters, scene.values, strict=True))[scene.system.small] == Fraction("0.25")
+
+
+def test_a_setting_changes_coordinates_and_rates_in_a_file(tmp_path, capsys):
+    file = str(_high(tmp_path, 0, 0))
+    assert main(["solve", file, "--set", "X'=-2", "--set", "H=1", "--set", "Y=1", "--until", "0", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert dict(zip(told["names"], told["final"], strict=True)) == {
+        "X": 0, "Y": 1, "theta": 0, "x": 0, "theta'": 0, "y": 0, "z": -2}  # fmt: skip
+
+
+def test_static_friction_in_a_file_follows_the_kinetic_friction_that_it_equals(tmp_path):
+    file = tmp_path / "belt.toml"
+    file.write_text("until = 1\n[system.slow]\nx = \"v\"\nv = \"F - x\"\n[[system.frictions]]\nvelocity = \"v\"\n"
+                    "force = \"F\"\nload = 1\nkinetic = \"f\"\nstatic = \"f0\"\n"
+                    "[values]\nf = 1\nf0 = 1\n[start]\nx = 0\nv = 0\n")  # fmt: skip
+    assert changed_scene(str(file), {"f": "2"})[0].values == (2, 2)

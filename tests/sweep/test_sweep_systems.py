@@ -361,6 +361,33 @@ def test_an_elastic_mechanism_is_swept_over_from_coordinates_and_rates_as_its_sc
     assert [OUTCOMES[k] for k in _whole(tmp_path / "above")["outcome"]] == ["followed", "refused"]
 
 
+def test_a_sweep_may_be_over_a_quantity_on_which_only_the_start_depends(tmp_path):
+    """At theta = 0 the reaction x = -g/c starts at (H - Y)/c."""
+    rod = SLENDER_ROD.replace("Y - l*sin", "Y - H - l*sin")
+    text = f'until = 0\ncompliance = "c"\ndamping = "h"\n{rod}' + """
+[values]
+m = 1
+l = 1
+g = 1
+f = 2
+c = 0.125
+h = 1
+H = [0, 0.125, 0.25]
+[state]
+X = 0
+Y = 0
+theta = 0
+"X'" = -1
+"Y'" = 0
+"theta'" = 0
+"""
+    sweep = parse_sweep(text)
+    run_sweep(sweep, tmp_path / "sweep")
+    assert _whole(tmp_path / "sweep")["x"].tolist() == [0, 1, 2]
+    with pytest.raises(InputError, match="U is not a parameter of this system"):
+        parse_sweep(text.replace("h = 1", "h = 1\nU = 1"))
+
+
 RELAY = """
 until = [1, 9]
 [system.slow]
