@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,7 @@ from asympk.numbers import short
 from asympk.path import Path, SolvedAgain
 from asympk.symbolic.long import atoms
 from asympk.symbolic.reading import rational, spare
+from asympk.symbolic.system import System
 
 HIGHEST_ORDER = 4
 SMALL = 1e-4  # the size of a state, in its unit, below which the unit is made smaller
@@ -61,16 +62,22 @@ def _with_low_powers(scene: Any, highest: int) -> Any:
 
     A term like 100 mu^3 is thus among those that predict the error, whatever the order.
     """
-    system, given = scene.system, dict(zip(scene.system.parameters, scene.values, strict=True))
-    rates = sp.Tuple(*system.slow.values(), *system.fast.values())
-    powers = (p for p in atoms(rates, sp.Pow) if p.base == system.small and p.exp.is_Integer and p.exp > highest)
-    name = spare(system.small.name, (*system.states, *system.parameters))
-    told = {p: system.small**highest * name ** (p.exp - highest) for p in powers}
-    if not told:
+    system, small = scene.system, scene.system.small
+    if not (found := _lowered(system, small, highest)):
         return scene
+    lowered, name = found
+    given = dict(zip(system.parameters, scene.values, strict=True))
+    return replace(scene, system=lowered, values={**given, name: given[small]})
+
+
+@lru_cache(maxsize=64)
+def _lowered(system: System, small: sp.Symbol, highest: int) -> tuple[System, sp.Symbol] | None:
+    rates = sp.Tuple(*system.slow.values(), *system.fast.values())
+    powers = (p for p in atoms(rates, sp.Pow) if p.base == small and p.exp.is_Integer and p.exp > highest)
+    name = spare(small.name, (*system.states, *system.parameters))
+    told = {p: small**highest * name ** (p.exp - highest) for p in powers}
     slow, fast = (sp.Dict({s: rate.xreplace(told) for s, rate in of.items()}) for of in (system.slow, system.fast))
-    values = {**given, name: given[system.small]}
-    return replace(scene, system=replace(system, slow=slow, fast=fast), values=values)
+    return (replace(system, slow=slow, fast=fast), name) if told else None
 
 
 def _in_units_that_fit(follow: Callable, scene: Any) -> Path:
