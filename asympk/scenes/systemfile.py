@@ -72,8 +72,15 @@ def cancelled(entry: Any, system: System, mechanism: Mechanism | None) -> set[st
 
     The system needs no number for them, but the start of its ``mechanism`` may.
     """
-    written = {*re.findall(r"\w+", str(entry))} | {*map(str, mechanism.plain.parameters if mechanism else ())}
-    return written - {*map(str, system.parameters)}
+    own = {*map(str, mechanism.plain.parameters if mechanism else ())}
+    return (_words(entry) | own) - {*map(str, system.parameters)}
+
+
+def _words(entry: Any) -> set[str]:
+    if isinstance(entry, str):
+        return {*re.findall(r"\w+", entry)}
+    parts = entry.values() if isinstance(entry, dict) else entry if isinstance(entry, list) else ()
+    return set().union(*map(_words, parts))
 
 
 def without(names: set[str], values: Mapping[str, Any]) -> dict[str, Any]:

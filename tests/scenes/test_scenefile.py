@@ -364,9 +364,12 @@ def test_only_the_start_depends_on_the_height_of_the_ground(tmp_path):
     assert _begun(high) == _begun(low) | {"Y": 2}
     assert _begun(ap.read_scene(_high(tmp_path, 1, "0.875")))["x"] == 1
     file = _high(tmp_path, 3, 3)
-    file.write_text(file.read_text().replace("H = 3", "H = 3\nU = 1"))
-    with pytest.raises(InputError, match="U is not a parameter of this system"):
-        ap.read_scene(file)
+    for unknown in ("U", "gap"):
+        text = file.read_text()
+        file.write_text(text.replace("H = 3", f"H = 3\n{unknown} = 1"))
+        with pytest.raises(InputError, match=f"{unknown} is not a parameter of this system"):
+            ap.read_scene(file)
+        file.write_text(text)
 
 
 def test_numbers_of_a_mechanism_are_changed_before_its_start_is_derived(tmp_path):
