@@ -27,7 +27,7 @@ from asympk.asymptotics.landing import NEAR, OVER, UNBOUNDED, abscissa, attracti
 from asympk.asymptotics.nonstiff import Step, Trajectory, steps
 from asympk.asymptotics.watching import watched
 from asympk.automaton.automaton import ROUNDED, Automaton, mode_on_sides
-from asympk.automaton.loop import mode_after
+from asympk.automaton.loop import lost_with, mode_after
 from asympk.automaton.modes import GuardedMode
 from asympk.automaton.numericmode import LOOKS, NumericMode
 from asympk.errors import NoManifold, NotNormallyHyperbolic, OutOfRange, TooManyEvents
@@ -72,18 +72,22 @@ class MatchedPath:
     stretches: tuple[Stretch, ...] = ()
 
     def met(
-        self, automaton: Automaton, guard: int, t: float, state: tuple, stretch: Stretch, told: tuple | None = None
-    ) -> "MatchedPath":
+        self, automaton: Automaton, guard: int, near: float, t: float, state: tuple, stretch: Stretch,
+        told: tuple | None = None,
+    ) -> "MatchedPath":  # fmt: skip
         """Return the path continued into the mode that follows when ``guard`` vanishes at (t, state).
 
-        The mode is that which follows at the state ``told``, if given.
+        Guards that vanish within the time ``near`` of it vanish with it. The mode is that which follows at the state
+        ``told``, if given.
         """
         if len(self.stretches) == STRETCHES:
             raise TooManyEvents(f"more than {STRETCHES} layers and slow motions by t = {t:.6g}, at "
                                 f"{listed(automaton.system.states, state)}")  # fmt: skip
         at, seen = told or (t, state)
-        seen = self.mode.snapped(guard, at, seen)
-        mode, seen, event = mode_after(automaton, self.mode, at, seen, (guard,), fixed=True)
+        hits = (guard, *lost_with(self.mode, guard, at, seen, near))
+        for hit in hits:
+            seen = self.mode.snapped(hit, at, seen)
+        mode, seen, event = mode_after(automaton, self.mode, at, seen, hits, fixed=True)
         state = mode.settled(t, state) if told else seen
         path = replace(self, t=t, state=state, mode=mode, stretches=(*self.stretches, stretch))
         if event is None:
@@ -175,7 +179,7 @@ def through_layer(
         if guard is None:
             t = until if span == until - path.t else t
             return replace(path, t=t, state=state, stretches=(*path.stretches, stretch))
-        path = path.met(automaton, guard, t, state, stretch)
+        path = path.met(automaton, guard, late_by(rtol, until, mu), t, state, stretch)
 
 
 def late_by(rtol: float, until: float, mu: float) -> float:
@@ -314,7 +318,7 @@ def slowly(
 
     found = _reduced(slow, path, (order,), until, mu, rtol, guards)
     places = list(slow.places)
-    points = tuple(found.trajectory(u).tolist() for u in (0.0, found.end))
+    points = found.trajectory.start, found.last
     stretch = Stretch(path.t, mode, lambda u: found.states(u)[0][places], points)
     t, state = path.t + found.end, tuple(stretch.states(found.end).tolist())
     require_no_pole(path, slow, found)
@@ -324,12 +328,13 @@ def slowly(
     if not max(map(abs, seen)) < FAR:
         raise NotNormallyHyperbolic(f"the slow manifold of {mode.name} is lost where it meets its edge at t = {t:.6g}: "
                                     f"its terms of order {known} grow beyond bounds there; use an exact method")
+    met = partial(path.met, automaton, found.guard, late_by(rtol, until, mu), t)
     if orders[found.guard] == known:
-        return path.met(automaton, found.guard, t, seen, stretch)
+        return met(seen, stretch)
     span = _until_lost(mode, found.guard, t, seen)
     rates = slow.formulas.flow[order](*points[1], mu, *slow.values)
     moved = [w + span * rate for w, rate in zip(points[1], rates, strict=True)]
-    return path.met(automaton, found.guard, t, state, stretch, (t + span, slow.state(known, moved, mu)))
+    return met(state, stretch, (t + span, slow.state(known, moved, mu)))
 
 
 def _until_lost(mode: NumericMode, guard: int, t: float, state: tuple) -> float:

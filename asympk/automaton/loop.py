@@ -6,6 +6,7 @@
 
 from collections.abc import Callable
 from itertools import pairwise
+from math import ulp
 from typing import Any, NamedTuple
 
 import sympy as sp
@@ -23,6 +24,7 @@ from asympk.symbolic.sides import Sides, inside
 
 WATCHED = 12  # intervals between events that must shrink in a geometric sequence before they count as accumulating
 CROSSINGS = 10_000  # crossings of edges that are allowed in addition to the allowed number of events
+TOGETHER = 16  # spacings of doubles between the times of events that count as one
 SHORTLY = 64  # multiple of the error of an event beyond which a change is due to a new side, not to this error
 PARADOX = 2.0**-40  # part of the first motion's stiffness by which that of the second must be negative in a paradox
 
@@ -140,6 +142,17 @@ def _left_at(mode: NumericMode, segment: Segment) -> tuple[Any, tuple, tuple[int
         return segment.t, _on_zeros(mode, hits, segment.t, segment.state), hits
     t, state = mode.after_switch(segment.t), segment.state
     return t, state, tuple(k for k, value in enumerate(mode.guard_values(t, state)) if value < 0)
+
+
+def lost_with(mode: NumericMode, hit: int | None, t: Any, state: tuple, near: Any = None) -> tuple[int, ...]:
+    """Return the other guards that fall through zero within the time ``near`` of the event at which ``hit`` is lost.
+
+    By default ``near`` is ``TOGETHER`` spacings of doubles.
+    """
+    if hit is None:
+        return ()
+    near, rates = TOGETHER * ulp(t) if near is None else near, mode.guard_rates(t, state)
+    return tuple(k for k, value in enumerate(mode.guard_values(t, state)) if k != hit and abs(value) < -near * rates[k])
 
 
 def mode_after(

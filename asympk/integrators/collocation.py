@@ -23,14 +23,14 @@ from mpmath.libmp import to_fixed
 
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.decide import is_of_numbers
-from asympk.automaton.loop import Run, Segment, follow
+from asympk.automaton.loop import Run, Segment, follow, lost_with
 from asympk.automaton.numericmode import NumericMode
 from asympk.digits import GUARD_BITS, FixedPoint, carried, carrier_context, dot, fixed_point
 from asympk.errors import OutOfRange, TooManyEvents, Unfinished
 from asympk.integrators.growth import LOST, grown, growth
 from asympk.integrators.integrate import AT_REST
 from asympk.integrators.singular import followed
-from asympk.integrators.watch import Look, first_lost, lost_with
+from asympk.integrators.watch import Look, first_lost
 from asympk.multiprecision import in_context
 from asympk.numbers import whole
 from asympk.path import Event, Path, within

@@ -3,12 +3,11 @@
 from functools import cache, lru_cache
 from time import monotonic
 
-from asympk.automaton.loop import Segment
+from asympk.automaton.loop import Segment, lost_with
 from asympk.automaton.modes import function, namespace
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import InputError
 from asympk.integrators.integrate import Settings, Work, missing
-from asympk.integrators.watch import lost_with
 
 CHUNK = 1000  # steps between two looks at the clock
 FINEST = 2.3e-16  # the smallest tolerance that is passed on: about the spacing of doubles

@@ -11,10 +11,10 @@ from typing import Protocol
 
 import numpy as np
 
-from asympk.automaton.loop import Segment
+from asympk.automaton.loop import Segment, lost_with
 from asympk.automaton.numericmode import NumericMode
 from asympk.integrators.integrate import Settings, Work
-from asympk.integrators.watch import Look, first_lost, lost_with, suspects
+from asympk.integrators.watch import Look, first_lost, suspects
 
 STEP_LIMIT = "step limit reached"
 PATIENCE, STANDSTILL = 500, 0.01  # steps near a zero of a divisor, and the relative gain in time that counts as none

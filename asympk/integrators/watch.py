@@ -7,14 +7,10 @@ does not turn and is far from its zero, compared with its rates at the ends, and
 
 from collections.abc import Callable, Iterable
 from itertools import pairwise
-from math import ulp
 from typing import Any, NamedTuple
-
-from asympk.automaton.numericmode import NumericMode
 
 PARTS = (0.25, 0.5, 0.75)  # the parts of a step at whose ends guards and rates are evaluated in the search
 STEEPER = 16  # largest ratio of a guard's rate within a step to its rates at the ends, if the guard turns within
-TOGETHER = 16  # spacings of doubles between the times of events that count as one
 
 
 class Look(NamedTuple):
@@ -56,17 +52,6 @@ def first_lost(
         if (t := _falls(looks, k, values, rates, root, _crosses(before, after, k), touch)) is not None:
             found.append((t, k))
     return min(found, default=None)
-
-
-def lost_with(mode: NumericMode, hit: int | None, t: Any, state: tuple, near: Any = None) -> tuple[int, ...]:
-    """Return the other guards that fall through zero within the time ``near`` of the event at which ``hit`` is lost.
-
-    By default ``near`` is ``TOGETHER`` spacings of doubles.
-    """
-    if hit is None:
-        return ()
-    near, rates = TOGETHER * ulp(t) if near is None else near, mode.guard_rates(t, state)
-    return tuple(k for k, value in enumerate(mode.guard_values(t, state)) if k != hit and abs(value) < -near * rates[k])
 
 
 def suspects(before: Look, after: Look) -> list[int]:

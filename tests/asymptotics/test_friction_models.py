@@ -728,3 +728,17 @@ def test_a_manifold_that_stops_attracting_at_an_edge_is_lost_before_it(power):
     scene = ap.Scene(system=system, values={c: "1e-4"}, start={b: "1/2", a: 0, w: 1}, until="0.505")
     with pytest.raises(NotNormallyHyperbolic, match=r"b = 0\.01, "):
         ap.solve(scene, "jump", order=0)
+
+
+@pytest.mark.parametrize("order", range(3))
+def test_blocks_that_stop_at_the_same_time_stop_together(order):
+    (u, v, x, z), (first, second) = sp.symbols("u v x z", real=True), sp.symbols("f1 f2", real=True)
+    blocks = [ap.Friction(velocity=q, force=p, load=1, kinetic=1, static=2) for q, p in ((u, first), (v, second))]
+    springs = ap.System.with_frictions(
+        {x: u, u: first - x + b, z: v, v: second - z + b}, {b: x + z - 3 * b}, blocks, small=c
+    )
+    start = {x: 3, u: 1, z: 3, v: 1, b: 1}
+    scene = ap.Scene(system=springs, values={c: "1/1000"}, start=start, until=6)
+    truth, path = ap.solve(scene), ap.solve(scene, "jump", order=order)
+    assert np.abs(np.subtract(path.final, truth.final)).max() <= path.error * max(map(abs, truth.final))
+    assert [(e.kind, e.friction) for e in path.events] == [(e.kind, e.friction) for e in truth.events]
