@@ -46,7 +46,7 @@ def eigenpairs(whole: np.ndarray, denominator: int, bits: int) -> Eigenpairs | N
     try:
         matrix = (whole / denominator).astype(float)
         values, vectors = _started(matrix, len(whole) - zeros)
-        with np.errstate(divide="raise", invalid="raise"):  # raised where a matrix of corrections has a row of zeros
+        with np.errstate(divide="raise", invalid="raise", over="raise"):  # a matrix of corrections has a row of zeros
             right, left = _refined(whole, denominator, matrix, values, vectors, bits)
     except (np.linalg.LinAlgError, OverflowError, ArithmeticError):
         return None

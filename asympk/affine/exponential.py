@@ -7,20 +7,24 @@ Otherwise they are residues (``of_roots``). With ``adj(z - M) = sum A_i (z - l)^
 ``(z - l)^m / p(z) = sum s_j (z - l)^j``, the residue of ``e^{z t} (z - M)^{-1}`` at an eigenvalue l of multiplicity m
 gives the coefficient of ``t^k/k! e^{l t}``: the sum of A_i s_j over i + j = m - 1 - k (``polynomial.residues_at``).
 For a simple eigenvalue adj(l - M) has rank one, and its diagonal, one column and one row suffice.
+
+The D_r grow as eigenvalues approach one another, and their sum loses digits. ``exponential`` therefore takes more bits
+until ``X = sum F_r D_r`` satisfies ``X(0) = 1`` and ``X' = M X``, which only ``e^{M t}`` does (``_solves``).
 """
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any, NamedTuple
 
 import numpy as np
 
 from asympk.affine.eigenpairs import Eigenpairs, cleaned, eigenpairs
+from asympk.affine.functions import Block, initial, rate_of
 from asympk.affine.polynomial import in_whole_numbers, polynomial_roots, residues_at, resolvent, taylor
 from asympk.arithmetic import flow_context, set_digits
-from asympk.errors import InputError
+from asympk.errors import InputError, Undecided
 
 MOST_STATES = 48
 DIGITS_FOR_DOUBLES = 24
@@ -28,14 +32,8 @@ LARGEST = 400  # the power of ten beyond which numbers are refused, which no num
 _SPARE_BITS = 64
 _BITS_A_DIGIT = 5.4  # some 1.6 digits for each digit asked for
 _CLEAR_BITS = 24  # bits above the rounding error from which on a value counts
-
-
-class Block(NamedTuple):
-    """The functions of one eigenvalue ``decay + i turn``: ``size`` of them, or ``size`` pairs (cos, sin)."""
-
-    decay: Any
-    turn: Any
-    size: int
+_RIGHT_BITS_A_DIGIT = 3.7  # bits to which ``e^{M t}`` is right for each digit asked for
+_DOUBLINGS = 6  # numbers of bits that are tried, each twice the one before
 
 
 @dataclass(frozen=True)
@@ -54,23 +52,40 @@ class Exponential:
 def exponential(entries: tuple[tuple[Fraction, ...], ...], digits: int) -> Exponential:
     """Return the ``Exponential`` of rows of Fractions to ``digits`` digits, with more bits the more their sizes differ.
 
-    Raises ``InputError`` for more than 48 states.
+    Raises ``InputError`` for more than 48 states, ``Undecided`` where eigenvalues are too near to one another.
     """
     if len(entries) > MOST_STATES:
         raise InputError(f"a mode has {len(entries)} states, forcing included: the exact flow takes {MOST_STATES}; "
                          "ask for an integrator, such as method='lsoda'")
     whole, denominator = in_whole_numbers(entries)
-    bits = _bits_for(digits, whole)
-    found = eigenpairs(whole, denominator, bits)
-    pieces = of_pairs(found) if found else of_roots(entries, digits, bits)
+    lengths = [abs(entry).bit_length() for entry in whole.flat if entry]
+    spread = max(lengths, default=0) - min(lengths, default=0)
+    for k in range(_DOUBLINGS):
+        bits = int(_BITS_A_DIGIT * digits) + _SPARE_BITS + 2 * spread << k
+        with suppress(Undecided, ZeroDivisionError):  # roots that only more bits tell apart
+            found = _found(entries, whole, denominator, bits)
+            if _solves(found, whole, denominator, int(_RIGHT_BITS_A_DIGIT * digits) + spread):
+                return found
+    raise Undecided(f"eigenvalues of a mode are too near to one another for {bits} bits: give parameters at which they "
+                    "are equal, or differ more")  # fmt: skip
+
+
+def _found(entries, whole, denominator, bits):
+    """Return the ``Exponential`` with the given number of bits, some of which eigenvalues near one another take."""
+    pairs = eigenpairs(whole, denominator, bits)
+    pieces = of_pairs(pairs) if pairs else of_roots(entries, bits)
     kept = sorted((piece for piece in pieces if piece[0].size), key=lambda piece: -abs(piece[0].decay) - piece[0].turn)
     return Exponential(bits, tuple(block for block, _ in kept), np.concatenate([matrices for _, matrices in kept]))
 
 
-def _bits_for(digits, whole):
-    """Return the bits that ``digits`` digits need, also in products of the smallest and the largest entries."""
-    lengths = [abs(entry).bit_length() for entry in whole.flat if entry]
-    return int(_BITS_A_DIGIT * digits) + _SPARE_BITS + 2 * (max(lengths, default=0) - min(lengths, default=0))
+def _solves(found, whole, denominator, right):
+    """Tell whether ``X = sum F_r D_r`` has ``X(0) v = v`` and ``X' v = M X v`` to ``right`` bits, for one v."""
+    unit, vector = 1 << found.bits, np.array([pow(5, k, 97) for k in range(len(whole))], dtype=object)
+    parts = found.matrices @ vector
+    begun = np.array(initial(found.blocks)) @ parts - vector * unit
+    moved = parts @ whole.T // denominator - (rate_of(found.blocks, unit) @ parts >> found.bits)
+    largest = abs(whole).max() // denominator + 1
+    return abs(begun).max() <= unit >> right and abs(moved).max() <= largest * (unit >> right)
 
 
 def of_pairs(found: Eigenpairs) -> Iterator[tuple[Block, np.ndarray]]:
@@ -80,11 +95,11 @@ def of_pairs(found: Eigenpairs) -> Iterator[tuple[Block, np.ndarray]]:
     yield Block(0, 0, len(found.zero)), np.array(found.zero).reshape(-1, *found.parts.shape[2:])
 
 
-def of_roots(entries: tuple[tuple[Fraction, ...], ...], digits: int, bits: int) -> Iterator[tuple[Block, np.ndarray]]:
+def of_roots(entries: tuple[tuple[Fraction, ...], ...], bits: int) -> Iterator[tuple[Block, np.ndarray]]:
     """Yield (block, matrices) of all eigenvalues, which may be multiple, as roots of the characteristic polynomial."""
     found = resolvent(entries)
     m = flow_context(LARGEST)
-    set_digits(m, int(1.6 * digits) + 40 + 3 * len(entries))
+    set_digits(m, int(0.3 * bits) + 20 + 3 * len(entries))
     for root in polynomial_roots(found, m):
         block, matrices = _piece(m, found, root)
         decay, turn = _fixed(np.array([block.decay, block.turn]), bits)

@@ -5,13 +5,21 @@ derivative has ``(a + i w) z`` in place of z. The derivative of ``t^k/k!`` adds 
 """
 
 from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from asympk.affine.exponential import Block
 from asympk.numbers import Arithmetic, Number
 
 MOST_EXPONENT = 600.0
+
+
+class Block(NamedTuple):
+    """The functions of one eigenvalue ``decay + i turn``: ``size`` of them, or ``size`` pairs (cos, sin)."""
+
+    decay: Any
+    turn: Any
+    size: int
 
 
 class Arrays:

@@ -12,12 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from asympk.affine.exponential import Block
-from asympk.affine.functions import MOST_EXPONENT, Arrays, areas, functions, tremors
+from asympk.affine.functions import MOST_EXPONENT, Arrays, Block, areas, functions, tremors
 
 POINTS = 96  # intervals of a window
 _PART = 0.4  # the length of an interval, in units of the time of the fastest part left
 _KEPT = 64  # windows kept per mode
+_SLOWEST = 1e-150  # a smaller speed counts as 0: the times of its intervals would not be finite
 _LARGEST = 1e300  # the bound of all functions: it is finite, so that a function of weight 0 contributes 0
 
 
@@ -61,7 +61,7 @@ class Mesh:
         self._windows: list[FunctionTable] = []
         self._speeds = _leading([(decay, abs(complex(decay, turn))) for decay, turn, _ in blocks])
         fastest = max((speed for _, speed in self._speeds), default=0.0)
-        self._first = _PART / fastest if fastest else 1.0
+        self._first = _PART / fastest if fastest > _SLOWEST else 1.0
 
     def windows(self) -> Iterator[FunctionTable]:
         """Yield the windows in order of time, without end."""

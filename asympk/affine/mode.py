@@ -281,6 +281,15 @@ class ClosedSegment:
 
     def without_rounding(self, t: Number, state: np.ndarray) -> np.ndarray:
         """Return the state at t, with components within the rounding error of their terms set to zero."""
+        return np.where(abs(state) > self.m.slack * self._terms(t), state, self.m.number(0))
+
+    def require_digits(self, t: Number, state: np.ndarray) -> None:
+        """Raise ``Undecided`` where the terms of the state at t cancel so far that two runs may agree by chance."""
+        size = max(map(abs, (*self.start, *state)))
+        if self.m.eps * max(self._terms(t)) > self.m.root_tol * size > 0:
+            raise Undecided
+
+    def _terms(self, t):
+        """Return the sizes of the terms of the states at t, to which rounding errors are proportional."""
         gained, _ = tremors(self.m, self.flow.blocks, t)
-        off = self._sum(self.off.sums, gained, functions(self.m, self.flow.blocks, t)[2])
-        return np.where(abs(state) > self.m.slack * off, state, self.m.number(0))
+        return self._sum(self.off.sums, gained, functions(self.m, self.flow.blocks, t)[2])

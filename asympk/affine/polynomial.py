@@ -95,12 +95,12 @@ def _simple_roots(m, factor, found):
         return [-m.mpf(factor[0]) / factor[1]]
     values = _starts(m, factor, found)
     close = m.ldexp(1, -m.prec * 2 // 5)  # after so small a step one more is exact to rounding: convergence is cubic
-    settled = False
-    for _ in range(_MOST_ITERATIONS):
+    sizes, settled = [abs(c) for c in factor], False
+    for _ in range(_MOST_ITERATIONS + m.prec):  # roots near one another are approached by a factor of some 3 a step
         moved = m.zero
         for i, z in enumerate(values):
             value, slope = horner(factor, z)
-            if not value:
+            if abs(value) <= m.eps * horner(sizes, abs(z))[0]:  # rounding
                 continue
             newton = value / slope
             step = newton / (1 - newton * sum(1 / (z - other) for j, other in enumerate(values) if j != i))

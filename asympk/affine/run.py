@@ -208,6 +208,8 @@ def _followed(m, case):
         span, hits = _span(case, m, mode, segment, until - t, len(segments))
         found, hit = bool(hits), hits[0] if hits else None
         end = segment.at_event(span, hit) if found else segment.state(span)
+        if digits and not case.known:
+            segment.require_digits(span, end)
         end = end if m.margin else segment.without_rounding(span, end)
         if (size := max(map(abs, end))) > m.largest:
             raise TooLarge(f"the path reaches 1e{int(m.log(size) / m.log(10))} at t = {float(t + span):.6g}, beyond "

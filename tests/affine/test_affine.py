@@ -81,7 +81,7 @@ def test_refined_eigenpairs_are_those_of_the_roots_of_the_characteristic_polynom
         whole, denominator = in_whole_numbers(rows)
         found = eigenpairs(whole, denominator, 320)
         values = sorted(zip(*found.values, strict=True))
-        expected = sorted(b[:2] for b, _ in of_roots(rows, 60, 320) if b.decay or b.turn)
+        expected = sorted(b[:2] for b, _ in of_roots(rows, 320) if b.decay or b.turn)
         for pair, other in zip(values, expected, strict=True):
             assert all(abs(a - b) < 2.0**-200 * 2**320 for a, b in zip(pair, other, strict=True))
         parts = sum((1 + (turn != 0)) * part for turn, part in zip(found.values[1], found.parts[0], strict=True))

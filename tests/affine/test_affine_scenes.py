@@ -9,6 +9,7 @@ import sympy as sp
 
 import asympk as ap
 from asympk.affine.form import mode_obstacle
+from asympk.affine.mode import AffineMode
 from asympk.affine.run import flows, run
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import mode_of
@@ -450,3 +451,42 @@ def test_modes_that_rounding_alone_makes_consistent_are_told_apart_by_more_digit
     path, fine = ap.solve(scene), ap.solve(scene, digits=40)
     assert path.modes == fine.modes == ("slip_same", "slip_opposite", "stick", "slip_same")
     assert [float(e.t) for e in path.events] == pytest.approx([float(e.t) for e in fine.events], rel=1e-14)
+
+
+def linear_scene(rows, start, until=1):
+    states = sp.symbols(f"y0:{len(rows)}", real=True)
+    rates = {s: sum(sp.Rational(c) * w for c, w in zip(row, states, strict=True))
+             for s, row in zip(states, rows, strict=True)}  # fmt: skip
+    system = ap.System.with_frictions(rates, {}, [])
+    return ap.Scene(system=system, start=dict(zip(states, start, strict=True)), until=until)
+
+
+@pytest.mark.parametrize("digits", [None, 30])
+@pytest.mark.parametrize("apart", [Fraction(1, 10**10), Fraction(1, 10**60), Fraction(1, 2**200), Fraction(1, 10**120)])
+def test_eigenvalues_much_nearer_to_one_another_than_the_digits_in_use_lose_nothing(apart, digits):
+    # the coefficients are sums of terms of the size 1/apart, which cancel; in powers of two they cancel without a rest
+    for rows in ([[-1, 1], [apart**2, -1]], [[-1, 1], [0, -1 - apart]], [[-1, 1], [-(apart**2), -1]]):
+        final = ap.solve(linear_scene(rows, (1, 2)), digits=digits).final
+        with mpmath.workdps(400):
+            d, small = mpmath.mpf(apart.numerator) / apart.denominator, rows[1][0]
+            sinh, cosh = (mpmath.sin(d), mpmath.cos(d)) if small < 0 else (mpmath.sinh(d), mpmath.cosh(d))
+            true = (cosh + 2 * sinh / d, 2 * cosh + sinh * d * mpmath.sign(small)) if small else (
+                1 - 2 * mpmath.expm1(-d) / d, 2 * mpmath.exp(-d))
+            true = [w * mpmath.exp(-1) for w in true]
+            assert all(abs(a - b) < (1e-15 if digits is None else mpmath.mpf(10) ** -30)
+                       for a, b in zip(final, true, strict=True))  # fmt: skip
+
+
+def test_eigenvalues_that_no_number_of_bits_in_use_tells_apart_are_refused_by_name(monkeypatch):
+    from asympk.affine import exponential
+
+    monkeypatch.setattr(exponential, "_DOUBLINGS", 1)
+    rows = AffineMode.of([[-1, 1], [0, -1 - Fraction(1, 10**70)]], [0, 0]).homogeneous
+    with pytest.raises(AsympkError, match="eigenvalues of a mode are too near to one another for 193 bits"):
+        exponential.exponential(rows, 24)
+
+
+def test_rates_too_slow_for_doubles_warn_of_nothing():
+    tiny = Fraction(1, 10**320)
+    for rows in ([[0, 1], [0, -tiny]], [[0, 1, 0], [0, 0, 1], [tiny**3, 0, 0]]):
+        assert ap.solve(linear_scene(rows, (1, 2, 0)[: len(rows)])).final[:2] == pytest.approx((3, 2), abs=1e-15)
