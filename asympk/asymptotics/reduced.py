@@ -171,11 +171,11 @@ def _check(formulas, slow, mu, values, guards, began, step, state):
         if guards is not None and min(guards(low, state), default=0) < 0:
             return
     y, largest = _attraction(formulas, state, slow, mu, values)
-    raise NotNormallyHyperbolic(
-        f"the slow manifold is lost at {_place(formulas, state, y, began + t)}, by a fold, a change of stability, or "
-        f"slow motion that is not slow: the largest real part of an eigenvalue of g_y is {largest:.6g}; take a smaller "
-        "until, or a smaller parameter"
-    )
+    small = formulas.small
+    why = (f"it attracts at the rate {-largest / mu:.6g}, and changes, or the motion on it does, about as fast, as "
+           f"before a fold, or where {small} is not small") if largest < 0 else "it does not attract"  # fmt: skip
+    raise NotNormallyHyperbolic(f"the slow manifold is lost at {_place(formulas, state, y, began + t)}: {why}; take a "
+                                f"smaller until, or a smaller {small}")  # fmt: skip
 
 
 def _place(formulas, state, y, t):
