@@ -8,7 +8,7 @@ from typing import Any
 from asympk.doors import through
 from asympk.errors import InputError, NoManifold
 from asympk.numbers import number, short
-from asympk.shown import Card, ShownAsTable
+from asympk.shown import ROWS, Card, ShownAsTable, few
 from asympk.shown import number_as_text as shown
 from asympk.systems.painleve_klein.modes import coefficients
 
@@ -134,7 +134,7 @@ class Scene(ShownAsTable):
             given = {s.name: v for s, v in zip(self.system.parameters, self.values, strict=True)}
         start = ", ".join(f"{name} = {shown(value)}" for name, value in zip(self.names, self.start, strict=True))
         rows = [(name, shown(value)) for name, value in given.items()]
-        rows += [("start", start), ("until", shown(self.until))]
+        rows = [*few(rows, ROWS - 2), ("start", start), ("until", shown(self.until))]
         return Card(f"Scene {self.name + ' ' if self.name else ''}{kind}", tuple(rows))
 
 

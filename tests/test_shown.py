@@ -81,6 +81,14 @@ def test_a_path_tells_itself_in_a_few_lines(path):
     assert "<table>" in path._repr_html_()
 
 
+def test_a_scene_of_many_parameters_shows_its_start_and_its_horizon():
+    many = sp.symbols("p0:12")
+    system = ap.System.smooth(slow={x: sum(many)}, fast={v: -v}, small=sp.Symbol("mu", positive=True))
+    told = repr(ap.Scene(system=system, values=range(1, 14), start=(7, 8), until=9))
+    assert "start  x = 7, v = 8" in told
+    assert "until  9" in told
+
+
 @pytest.mark.parametrize(("scene", "options"), [(ROD, {}), (ROD, {"digits": 40}), (SPRING, {"digits": 15})])
 def test_equal_scenes_solved_equally_are_equal_paths_and_others_are_not(scene, options):
     first, second = ap.solve(scene, **options), ap.solve(scene, **options)

@@ -60,11 +60,11 @@ class Contact(ShownAsFormulas):
     @property
     def side(self) -> str:
         """The words for a unilateral or a bilateral contact in a card."""
-        return "one that only pushes" if self.unilateral else "one that holds both ways"
+        return "that only pushes" if self.unilateral else "that holds both ways"
 
     def _card(self) -> Card:
         names = ("gap", "slip", "friction", "static", "load")
-        return Card(f"Contact, {self.side}", tuple((name, getattr(self, name)) for name in names))
+        return Card(f"Contact {self.side}", tuple((name, getattr(self, name)) for name in names))
 
 
 @dataclass(frozen=True, repr=False)
@@ -96,7 +96,7 @@ class Mechanism(ShownAsFormulas):
         rows: list[tuple[str, Any]] = [("coordinates", sp.Tuple(*self.coordinates)), ("mass", self.mass)]
         rows += [("forces", sp.Tuple(*self.forces))]
         rows += self.contact._card().rows
-        return Card(f"Mechanism of {len(self.coordinates)} coordinates and a contact, {self.contact.side}", tuple(rows))
+        return Card(f"Mechanism of {len(self.coordinates)} coordinates and a contact {self.contact.side}", tuple(rows))
 
     def __post_init__(self) -> None:
         put = object.__setattr__

@@ -102,7 +102,9 @@ def ladder_as_text(ladder: "Ladder") -> str:
         shown = [f"{number:.1e}" if number is not None else "--" for number in numbers]
         shown.append(f"{rung.cost:.1f}" if rung.cost else "--")
         lines.append(f"{mark} {rung.model:<8}{shown[0]:>11}{shown[1]:>11}{shown[2]:>12}")
-        lines += wrap(rung.reason, _WIDTH, initial_indent=" " * 6, subsequent_indent=" " * 6)
+        first = next(other.model for other in ladder.rungs if other.reason == rung.reason)
+        reason = f"as {first}" if rung.reason and first != rung.model else rung.reason
+        lines += wrap(reason, _WIDTH, initial_indent=" " * 6, subsequent_indent=" " * 6)
     return "\n".join([*lines, f"least model for an error below {ladder.rtol:g} at until: {ladder.model}"])
 
 

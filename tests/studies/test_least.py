@@ -2,6 +2,7 @@
 
 import json
 import random
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -89,6 +90,13 @@ def test_the_table_marks_the_chosen_rung_and_the_json_has_every_rung():
     told = json.loads(ladder_as_json(ladder))
     assert [rung["model"] for rung in told["rungs"]] == list(LADDER)
     assert told["rungs"][-1]["cost"] == 1
+
+
+def test_the_table_gives_a_reason_once():
+    ladder = least_model(BACKWARD)
+    rungs = tuple(replace(rung, reason="no slow manifold") if rung.reason else rung for rung in ladder.rungs)
+    lines = ladder_as_text(replace(ladder, rungs=rungs)).splitlines()
+    assert [line.strip() for line in lines if line.startswith("      ")] == ["no slow manifold", "as rigid"]
 
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-6])
