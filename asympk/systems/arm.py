@@ -14,9 +14,7 @@ import sympy as sp
 from sympy.physics.mechanics import dynamicsymbols
 
 from asympk.mechanics.mechanism import Contact, Mechanism
-from asympk.scene import Scene
-from asympk.symbolic.system import System
-from asympk.systems.catalogue import c, example_scene, f, h
+from asympk.systems.catalogue import f, on_elastic_contact
 
 a, b = dynamicsymbols("a b")
 m, height = sp.symbols("m b_0", positive=True)
@@ -36,12 +34,4 @@ def mechanism() -> Mechanism:
     return Mechanism.from_lagrangian(m * turning / 6, (a, b), contact=tip, forces={a: S, b: E})
 
 
-@cache
-def system() -> System:
-    """Return the arm on an elastic, damped surface, damping time h."""
-    return mechanism().elastic(compliance=c, damping=h)
-
-
-def scenes() -> tuple[Scene, ...]:
-    """Return a wipe over the surface."""
-    return (example_scene(mechanism(), system(), VALUES, STATE, "1/5", "arm-wipe"),)
+system, scenes = on_elastic_contact(mechanism, VALUES, STATE, "1/5", "arm-wipe")

@@ -8,10 +8,8 @@ Mechanical Systems with Coulomb Friction, Springer (2003).
 from functools import cache
 
 from asympk.mechanics.mechanism import Mechanism
-from asympk.scene import Scene
-from asympk.symbolic.system import System
 from asympk.systems import painleve_rod
-from asympk.systems.catalogue import c, example_scene, h
+from asympk.systems.catalogue import on_elastic_contact
 
 VALUES, STATE, TURN = painleve_rod.VALUES, painleve_rod.STATE, painleve_rod.TURN
 
@@ -22,12 +20,4 @@ def mechanism() -> Mechanism:
     return painleve_rod.mechanism(unilateral=False)
 
 
-@cache
-def system() -> System:
-    """Return the rod on an elastic, damped wire, damping time h."""
-    return mechanism().elastic(compliance=c, damping=h)
-
-
-def scenes() -> tuple[Scene, ...]:
-    """Return the jump from a slide without a rigid motion."""
-    return (example_scene(mechanism(), system(), VALUES, STATE, "1/2", "bead-rod-jump"),)
+system, scenes = on_elastic_contact(mechanism, VALUES, STATE, "1/2", "bead-rod-jump")

@@ -14,9 +14,7 @@ import sympy as sp
 from sympy.physics.mechanics import dynamicsymbols
 
 from asympk.mechanics.mechanism import Contact, Mechanism
-from asympk.scene import Scene
-from asympk.symbolic.system import System
-from asympk.systems.catalogue import Turn, c, example_scene, f, h
+from asympk.systems.catalogue import Turn, f, on_elastic_contact
 
 X, theta = dynamicsymbols("X theta")
 M, m, l, kappa, T, b = sp.symbols("M m l kappa T b", positive=True)
@@ -36,12 +34,4 @@ def mechanism() -> Mechanism:
     return Mechanism.from_lagrangian(kinetic - kappa * X**2 / 2, (X, theta), contact=shoe, forces={theta: -T})
 
 
-@cache
-def system() -> System:
-    """Return the shoe on an elastic, damped lining, damping time h."""
-    return mechanism().elastic(compliance=c, damping=h)
-
-
-def scenes() -> tuple[Scene, ...]:
-    """Return a shoe that is put on the running belt."""
-    return (example_scene(mechanism(), system(), VALUES, STATE, "1/2", "brake-shoe-jump"),)
+system, scenes = on_elastic_contact(mechanism, VALUES, STATE, "1/2", "brake-shoe-jump")

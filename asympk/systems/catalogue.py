@@ -7,6 +7,7 @@ and the coordinates that the closed contact determines, as functions of that var
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import cache
 from importlib import import_module
 from typing import Any
 
@@ -32,6 +33,24 @@ def example_scene(
     needed = {s.name for s in system.parameters}
     numbers = {key: value for key, value in values.items() if key in needed}
     return Scene(system=system, values=numbers, start=start, until=until, name=name)
+
+
+def on_elastic_contact(
+    mechanism: Callable[[], Mechanism], values: Mapping[str, Any], state: Mapping[str, Any], until: Any, name: str,
+    compliance: sp.Expr = c, damping: Any = h,
+) -> tuple[Callable[[], System], Callable[[], tuple[Scene, ...]]]:  # fmt: skip
+    """Return the functions ``system`` and ``scenes`` of a module of the catalogue with a single example."""
+
+    @cache
+    def system() -> System:
+        """Return the mechanism with an elastic, damped contact."""
+        return mechanism().elastic(compliance, damping)
+
+    def scenes() -> tuple[Scene, ...]:
+        """Return the example of the mechanism."""
+        return (example_scene(mechanism(), system(), values, state, until, name),)
+
+    return system, scenes
 
 
 def start_at(

@@ -14,9 +14,7 @@ import sympy as sp
 from sympy.physics.mechanics import dynamicsymbols
 
 from asympk.mechanics.mechanism import Contact, Mechanism
-from asympk.scene import Scene
-from asympk.symbolic.system import System
-from asympk.systems.catalogue import c, example_scene, f, h
+from asympk.systems.catalogue import f, on_elastic_contact
 
 theta, phi = dynamicsymbols("theta phi")
 J, m, r, l, T = sp.symbols("J m r l T", positive=True)
@@ -36,12 +34,4 @@ def mechanism() -> Mechanism:
     return Mechanism.from_lagrangian(kinetic, (theta, phi), contact=guide, forces={theta: T})
 
 
-@cache
-def system() -> System:
-    """Return the slider in an elastic, damped guide, damping time h."""
-    return mechanism().elastic(compliance=c, damping=h)
-
-
-def scenes() -> tuple[Scene, ...]:
-    """Return a stroke of the crank."""
-    return (example_scene(mechanism(), system(), VALUES, STATE, "1/4", "crank-slider-stroke"),)
+system, scenes = on_elastic_contact(mechanism, VALUES, STATE, "1/4", "crank-slider-stroke")

@@ -12,9 +12,7 @@ import sympy as sp
 from sympy.physics.mechanics import dynamicsymbols
 
 from asympk.mechanics.mechanism import Contact, Mechanism
-from asympk.scene import Scene
-from asympk.symbolic.system import System
-from asympk.systems.catalogue import Turn, c, example_scene, f, h
+from asympk.systems.catalogue import Turn, f, on_elastic_contact
 
 x1, x2 = dynamicsymbols("x1 x2")
 m, alpha, P, kappa = sp.symbols("m alpha P kappa", positive=True)
@@ -32,12 +30,4 @@ def mechanism() -> Mechanism:
     return Mechanism.from_lagrangian(lagrangian, (x1, x2), contact=rod, forces={x1: P})
 
 
-@cache
-def system() -> System:
-    """Return the masses with an elastic, damped rod, damping time h."""
-    return mechanism().elastic(compliance=c, damping=h)
-
-
-def scenes() -> tuple[Scene, ...]:
-    """Return the jump from a slide without a rigid motion, and the motion on the spring after it."""
-    return (example_scene(mechanism(), system(), VALUES, STATE, 3, "held-rod-jump"),)
+system, scenes = on_elastic_contact(mechanism, VALUES, STATE, 3, "held-rod-jump")

@@ -12,9 +12,7 @@ import sympy as sp
 from sympy.physics.mechanics import dynamicsymbols
 
 from asympk.mechanics.mechanism import Contact, Mechanism
-from asympk.scene import Scene
-from asympk.symbolic.system import System
-from asympk.systems.catalogue import Turn, c, example_scene, f, h
+from asympk.systems.catalogue import Turn, f, on_elastic_contact
 
 x1, x2 = dynamicsymbols("x1 x2")
 m1, m2, alpha, P = sp.symbols("m_1 m_2 alpha P", positive=True)
@@ -33,12 +31,4 @@ def mechanism() -> Mechanism:
     return Mechanism.from_lagrangian(kinetic, (x1, x2), contact=rod, forces={x1: P, x2: S})
 
 
-@cache
-def system() -> System:
-    """Return the masses with an elastic, damped rod, damping time h."""
-    return mechanism().elastic(compliance=c, damping=h)
-
-
-def scenes() -> tuple[Scene, ...]:
-    """Return the jump from a slide without a rigid motion."""
-    return (example_scene(mechanism(), system(), VALUES, STATE, 3, "unequal-masses-jump"),)
+system, scenes = on_elastic_contact(mechanism, VALUES, STATE, 3, "unequal-masses-jump")
