@@ -19,7 +19,7 @@ from asympk.ledger.runs import (
     symbolic_number,
     tends_to_one,
 )
-from asympk.ledger.verdicts import Check, claim, numeric, symbolic, symbolic_left_out
+from asympk.ledger.verdicts import Check, claim, left_out, numeric, symbolic
 from asympk.symbolic.manifold import integral_curves, reduced_flow, rest_state, slow_manifolds
 from asympk.symbolic.regimes import regimes
 from asympk.symbolic.stability import Eigenvalues, eigenvalues
@@ -64,13 +64,13 @@ def stick_half_planes() -> Iterator[Check]:
     written = sp.Union(sp.Interval.open(-sp.oo, sp.Rational(-1, 2)), sp.Interval.open(sp.Rational(1, 4), sp.oo))
     yield symbolic("the friction cone at sigma = 1 has this interior", found.interior == written, found)
     yield numeric("runs from the edges +- 1e-30 stick or not as it says, at every mu", *_edges_decide())
-    yield symbolic_left_out(
+    yield left_out.symbolic(
         "the cone does not depend on mu: the half-planes are exact, not a limit",
         not drive_of_load(pk.system())[1].has(pk.mu),
         f"edges {', '.join(map(str, regions.edges))}",
     )
     counts = {value: len(regions.stick.spans(sigma=value)) for value in ("1", "-1", "-3/2")}
-    yield symbolic_left_out(
+    yield left_out.symbolic(
         "G2 exists for sigma0 > -1 only; below, G1 is a bounded strip",
         counts == {"1": 2, "-1": 1, "-3/2": 1} and regions.down.contains(3, sigma="-3/2"),
         regions.stick.spans(sigma="-3/2")[0].as_set(),
@@ -209,13 +209,13 @@ def static_friction() -> Iterator[Check]:
     start = (0, Fraction(1, 5), -1)
     same = [precise_path(start, mu).modes == precise_path(start, mu, sigma0=3).modes for mu in MUS]
     yield numeric("runs with sigma0 = 3 and 1 have the same modes", all(same))
-    yield symbolic_left_out(
+    yield left_out.symbolic(
         "between the cones the elastic model has two motions, resting and crossing: a convention must choose",
         regions.ambiguous.contains("1/5", sigma=1, sigma0=3),
         regions.convention,
     )
     jump = sp.cancel(pk.system().mode("slip_same").slow[pk.z].subs(pk.y, upper - pk.x))
-    yield symbolic_left_out("leaving Gamma1 the acceleration then jumps from 0", jump != 0, jump)
+    yield left_out.symbolic("leaving Gamma1 the acceleration then jumps from 0", jump != 0, jump)
 
 
 @claim("C29", "3", "Shallow rod, -2 < sigma < 0: Pi2 lies in z < 0 and is stable")
@@ -297,7 +297,7 @@ def planes_and_rigid_motions() -> Iterator[Check]:
     yield numeric("gain of z on Pi1 less 1/5 over its first term", *tends_to_one(ratios(acceleration, predicted)))
     second = {name: sp.cancel(plane.dynamics.slow[pk.x].subs(plane.branch)) for name, plane in planes.items()}
     remembers = all(sp.cancel(rate - loads[name] + pk.x) == 0 for name, rate in second.items())
-    yield symbolic_left_out("x is a second state on both planes: x' = load - x in units of h l", remembers, second)
+    yield left_out.symbolic("x is a second state on both planes: x' = load - x in units of h l", remembers, second)
 
 
 def _rigid_loads(condition, position):

@@ -15,16 +15,7 @@ import sympy as sp
 
 from asympk.asymptotics.jump import first_integral, jump_map
 from asympk.ledger.runs import MUS, M, listing, modes, precise, precise_path, ratios, symbolic_number, tends_to_one
-from asympk.ledger.verdicts import (
-    Check,
-    claim,
-    numeric,
-    numeric_instead,
-    numeric_left_out,
-    symbolic,
-    symbolic_instead,
-    symbolic_left_out,
-)
+from asympk.ledger.verdicts import Check, claim, instead, left_out, numeric, symbolic
 from asympk.symbolic.manifold import slow_manifolds
 from asympk.symbolic.regimes import regimes
 from asympk.symbolic.stability import Eigenvalues, eigenvalues
@@ -65,9 +56,9 @@ def _of_x(along_y, limit, gain, what):
     moves = sp.cancel(limit - pk.x - gain) == 0 and gain != 0
     if along_y:
         yield symbolic("x is then what it was: the jump is along y", limit == pk.x, limit)
-        yield symbolic_instead(what, moves, limit)
+        yield instead.symbolic(what, moves, limit)
     else:
-        yield symbolic_left_out(what, moves, limit)
+        yield left_out.symbolic(what, moves, limit)
 
 
 def _event(path, kind):
@@ -101,7 +92,7 @@ def stick_ends_on_the_edge() -> Iterator[Check]:
     landing, leaving = jump.events
     height = landing.y.coefficient(-1)
     yield from _of_x(False, sp.cancel(_limit(leaving.x) - _limit(landing.x) + pk.x), height, _IN_STICK)
-    yield numeric_left_out("from mu y = 1 x gains 1 on the way, over the terms mu log(1/mu) and mu", *_gain_in_stick())
+    yield left_out.numeric("from mu y = 1 x gains 1 on the way, over the terms mu log(1/mu) and mu", *_gain_in_stick())
 
 
 _IN_STICK = "from landing to Gamma1 x gains the limit of mu y on landing"
@@ -156,10 +147,10 @@ def jump_from_below() -> Iterator[Check]:
     landed = [_event(precise_path(start, mu), "velocity_zero") for start in starts for mu in MUS]
     yield numeric("runs from s = 1/5 and -2, z = -1 land at s > 1/4", all(event.x + event.y > 1 for event in landed))
     found = _over_first_terms(lambda path: path.events[0].x, _FROM_BELOW, landing.x)
-    yield numeric_instead("x on landing less that, over the terms mu log(1/mu) and mu", *found)
+    yield instead.numeric("x on landing less that, over the terms mu log(1/mu) and mu", *found)
     near = [precise_path((0, -2, -mu / 100), mu).events[0] for mu in MUS]
     outside = all(event.kind == "velocity_zero" and event.x + event.y < -1 for event in near)
-    yield numeric_left_out("with |z| = O(mu) and s < 0 it can land at s < 0: from s = -2, z = -mu/100 in G2", outside)
+    yield left_out.numeric("with |z| = O(mu) and s < 0 it can land at s < 0: from s = -2, z = -mu/100 in G2", outside)
 
 
 def _positive_below(expr):
@@ -185,12 +176,12 @@ def jump_to_the_first_plane() -> Iterator[Check]:
     sequences = modes(_FROM_BELOW) + modes((0, -2, -1))
     expected = [jump.itinerary, ("slip_same", *jump.itinerary)]
     yield numeric("runs from s = 1/5 and -2, z = -1 do so", sequences == expected, listing(sequences))
-    yield symbolic_left_out("z comes to 0 in the limit", _limit(jump.z) == 0, first_integral(pk.system()).expr)
+    yield left_out.symbolic("z comes to 0 in the limit", _limit(jump.z) == 0, first_integral(pk.system()).expr)
     yield from _of_x(False, _limit(jump.x), -pk.z, "x moves on by as much as z did: x -> x - z")
     leaves = _over_first_terms(lambda path: _event(path, "slip_onset").x, _FROM_BELOW, jump.events[1].x)
-    yield numeric_left_out("x on leaving Gamma1 less x - z, over the terms mu log(1/mu) and mu", *leaves)
+    yield left_out.numeric("x on leaving Gamma1 less x - z, over the terms mu log(1/mu) and mu", *leaves)
     again = [precise_path((0, Fraction(1, 5), -_FAR / mu), mu, until=9).modes.count("stick") for mu in MUS]
-    yield numeric_left_out(
+    yield left_out.numeric(
         f"where mu |x| is not small there are further collisions: from z = -{_FAR}/mu", set(again) == {2}, again
     )
 
@@ -218,11 +209,11 @@ def jump_from_beyond_the_divide() -> Iterator[Check]:
         sequences == [jump.itinerary],
         listing(sequences),
     )
-    yield symbolic_instead("and by z in all: z -> 0, x -> x - z", (_limit(jump.x), _limit(jump.z)) == (pk.x - pk.z, 0))
+    yield instead.symbolic("and by z in all: z -> 0, x -> x - z", (_limit(jump.x), _limit(jump.z)) == (pk.x - pk.z, 0))
     found = _over_first_terms(lambda path: path.events[0].x, _FROM_ABOVE, landing.x)
-    yield numeric_instead("x on landing less that, over the terms mu log(1/mu) and mu", *found)
+    yield instead.numeric("x on landing less that, over the terms mu log(1/mu) and mu", *found)
     leaves = _over_first_terms(lambda path: _event(path, "slip_onset").x, _FROM_ABOVE, jump.events[1].x)
-    yield numeric_instead("x on leaving Gamma2 less x - z, over the terms mu log(1/mu) and mu", *leaves)
+    yield instead.numeric("x on leaving Gamma2 less x - z, over the terms mu log(1/mu) and mu", *leaves)
 
 
 @claim(
@@ -245,16 +236,16 @@ def shallow_rod() -> Iterator[Check]:
         "distance from Pi2 on reaching z = 0 over the slow manifold's first term", *tends_to_one(_arrival(steeper))
     )
     reached = {str(condition): second.meets for condition, second in seconds.items()}
-    yield symbolic_left_out(
+    yield left_out.symbolic(
         "for -3/2 <= sigma < 0 it reaches z = 0 inside G1 and sticks before Pi1; below it crosses directly",
         set(reached.values()) == {"stick", "up"},
         ", ".join(f"{condition}: {part}" for condition, part in reached.items()),
     )
     sequences = modes((0, -1, -4), steeper, until=6)
     sticks = sequences == [("slip_same", "slip_opposite", "stick", "slip_same")]
-    yield numeric_left_out("runs at sigma = -1 stick on the way", sticks, listing(sequences))
+    yield left_out.numeric("runs at sigma = -1 stick on the way", sticks, listing(sequences))
     times = ratios(_stick_duration, lambda mu: precise(mu) * M.log(2))
-    yield numeric_left_out("their time in stick over mu log((sigma + 3)/(-sigma))", *tends_to_one(times))
+    yield left_out.numeric("their time in stick over mu log((sigma + 3)/(-sigma))", *tends_to_one(times))
 
 
 def _arrival(sigma):

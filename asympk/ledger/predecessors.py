@@ -8,7 +8,7 @@ import sympy as sp
 
 from asympk.ledger import undamped
 from asympk.ledger.runs import MUS, M, precise, precise_path, ratios, tends_to_one
-from asympk.ledger.verdicts import Check, claim, numeric, numeric_left_out, symbolic, symbolic_left_out
+from asympk.ledger.verdicts import Check, claim, left_out, numeric, symbolic
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.methods import solve
 from asympk.symbolic.manifold import slow_manifolds
@@ -56,10 +56,10 @@ def one_limit_is_unstable() -> Iterator[Check]:
     near = all(abs(ratio - 1) < M.mpf(10) ** -15 for ratio in left)
     yield numeric("from s = -1 + 1e-20, v = 1 the load turns after epsilon log(2e20)", near)
     turning = {sp.re(root.subs(undamped.sigma, 1)) for root in centre} == {0}
-    yield symbolic_left_out("a centre where s v > 0", turning, sorted(map(str, centre)))
+    yield left_out.symbolic("a centre where s v > 0", turning, sorted(map(str, centre)))
     s, w, _ = undamped.precise_undamped_path((Fraction(3, 10), 0, 2), _SMALLS[0], 20 * _SMALLS[0]).final
     kept = abs((5 * s - 1) ** 2 + 5 * w**2 - M.mpf(1) / 4) < M.mpf(10) ** -30
-    yield numeric_left_out("from s = 1/5 + 1/10 the amplitude is 1/10 still after 20 epsilon", kept)
+    yield left_out.numeric("from s = 1/5 + 1/10 the amplitude is 1/10 still after 20 epsilon", kept)
 
 
 @claim(
@@ -75,12 +75,12 @@ def hypothesis_of_a_stop() -> Iterator[Check]:
     start = (0, Fraction(1, 5), -1)
     found = ratios(lambda mu: 5 * precise_path(start, mu).final[2], lambda mu: 1)
     yield numeric("z of the damped rod at t = 1, from z = -1, over that of this motion", *tends_to_one(found))
-    yield symbolic_left_out("for x1' > 0 two motions remain", counts[1] == 2, counts[1])
+    yield left_out.symbolic("for x1' > 0 two motions remain", counts[1] == 2, counts[1])
     held = [solve(undamped.undamped_scene(_BELOW, small, 1)).events[-1] for small in _COARSE]
     waits = all(event.t > 0.8 and abs(event.state[2]) < 0.1 for event in held)
-    yield numeric_left_out("without damping it still sticks and slips near t = 1, epsilon = 1/10 and 1/20", waits)
+    yield left_out.numeric("without damping it still sticks and slips near t = 1, epsilon = 1/10 and 1/20", waits)
     gained = [precise_path(start, mu).events[-1].x for mu in MUS]
-    yield numeric_left_out("x on leaving tends to 1, from x = 0", all(abs(x - 1) < 0.1 for x in gained))
+    yield left_out.numeric("x on leaving tends to 1, from x = 0", all(abs(x - 1) < 0.1 for x in gained))
 
 
 @claim(

@@ -9,16 +9,7 @@ import sympy as sp
 from asympk.errors import NotDerivable
 from asympk.ledger import undamped
 from asympk.ledger.runs import MUS, M, decimals, negligible, precise, precise_path, ratios, tends_to_one
-from asympk.ledger.verdicts import (
-    Check,
-    claim,
-    numeric,
-    numeric_instead,
-    numeric_left_out,
-    symbolic,
-    symbolic_instead,
-    symbolic_left_out,
-)
+from asympk.ledger.verdicts import Check, claim, instead, left_out, numeric, symbolic
 from asympk.symbolic.manifold import rest_state, slow_manifolds
 from asympk.symbolic.regimes import regimes
 from asympk.symbolic.stick import stick_regions
@@ -44,7 +35,7 @@ def sign_of_the_cosine() -> Iterator[Check]:
     yield numeric("as many rigid motions at -w as at w, w = 1/2 and 3/2", counts[0] == counts[1], counts[0])
     compression = rod.geometry()[0].subs(rod.alpha, sp.pi / 2)
     flat = sp.diff(compression, rod.delta).subs(rod.delta, 0) == 0
-    yield symbolic_left_out("at cos a = 0 the rod's length does not change to first order", flat, compression)
+    yield left_out.symbolic("at cos a = 0 the rod's length does not change to first order", flat, compression)
 
 
 @claim(
@@ -60,7 +51,7 @@ def held_damping() -> Iterator[Check]:
     yield numeric("what one stick takes of z0^2/2 over sigma^2/(sigma + 1)^2, h held", *tends_to_one(found))
     shares = [_share_at_fixed_ratio(small) for small in MUS[:3]]
     settles = abs(shares[2] - shares[1]) < abs(shares[1] - shares[0]) / 10 and shares[2] > 0.1
-    yield numeric_left_out("its share settles for h ~ k^(-1/2) (damping ratio 1) as well", settles, decimals(shares))
+    yield left_out.numeric("its share settles for h ~ k^(-1/2) (damping ratio 1) as well", settles, decimals(shares))
 
 
 def _energy():
@@ -134,8 +125,8 @@ def stick_region_by_stability() -> Iterator[Check]:
                   back == [True, True, False, False])  # fmt: skip
     load = Fraction(1, 5)
     held = regions.ambiguous.contains("1/5", sigma=1, sigma0=3)
-    yield symbolic_left_out("at sigma0 = 3 rest is possible at s = 1/5, outside the kinetic cone", held)
-    yield numeric_left_out("and a run from z = 1e-12 there moves away", not _returns(load, sigma0=3))
+    yield left_out.symbolic("at sigma0 = 3 rest is possible at s = 1/5, outside the kinetic cone", held)
+    yield left_out.numeric("and a run from z = 1e-12 there moves away", not _returns(load, sigma0=3))
 
 
 def _returns(load, sigma0=None):
@@ -163,7 +154,7 @@ def fast_motions_below() -> Iterator[Check]:
     yield numeric(gained, all(gains), decimals(shifts[1]))
     yield numeric("at sigma = -1 it stays up to O(mu log(1/mu))", all(stays), decimals(shifts[-1]))
     loads = [_load_at_stop(mu) for mu in MUS]
-    yield numeric_left_out("at sigma = -sqrt(mu)/10 the mass stops before the load is half that on Pi2",
+    yield left_out.numeric("at sigma = -sqrt(mu)/10 the mass stops before the load is half that on Pi2",
                            all(load < 0.5 for load in loads), decimals(loads))  # fmt: skip
 
 
@@ -198,8 +189,8 @@ def line_of_the_shallow_rod() -> Iterator[Check]:
     away = {sigma: end - 1 / precise(Fraction(sigma) + 4) for sigma, end in ends.items()}
     near = [abs(end - M.mpf(1) / 5) < 1e-3 for end in ends.values()]
     yield numeric("runs at sigma = -1 and -3/2 end there", all(near))
-    yield symbolic_instead("the rest state of Pi1 is x = 1/(sigma + 4)", sp.cancel(rest * (pk.sigma + 4)) == 1, rest)
-    yield numeric_instead("where they do end", all(negligible(gap)[0] for gap in away.values()))
+    yield instead.symbolic("the rest state of Pi1 is x = 1/(sigma + 4)", sp.cancel(rest * (pk.sigma + 4)) == 1, rest)
+    yield instead.numeric("where they do end", all(negligible(gap)[0] for gap in away.values()))
 
 
 @claim(
@@ -216,6 +207,6 @@ def equations_to_be_solved() -> Iterator[Check]:
     yield numeric("at sigma = 2, s = 1 as well", misfit == 0, misfit)
     fields = {mode.name: sp.expand(mode.fast[pk.y].subs(pk.sigma, 1)) for mode in pk.system().modes}
     three = {"slip_same": 1 - 5 * _S, "slip_opposite": 1 + _S, "stick": -_S}
-    yield symbolic_instead("(2.10)-(2.12) are the three modes at sigma = 1",
+    yield instead.symbolic("(2.10)-(2.12) are the three modes at sigma = 1",
                            all(sp.expand(fields[name] - field) == 0 for name, field in three.items()))  # fmt: skip
-    yield numeric_instead("at sigma = 1 both say the same", (same - written).subs({pk.sigma: 1, pk.x: 1, pk.y: 0}) == 0)
+    yield instead.numeric("at sigma = 1 both say the same", (same - written).subs({pk.sigma: 1, pk.x: 1, pk.y: 0}) == 0)

@@ -96,13 +96,20 @@ def claim(
     return decorate
 
 
-def _check(role, kind):
-    def make(what, holds, value=""):
-        return Check(role, kind, what, bool(holds), str(value))
+@dataclass(frozen=True)
+class Role:
+    """A role that evidence can have, which makes checks of either kind."""
 
-    return make
+    name: str
+
+    def symbolic(self, what: str, holds: Any, value: Any = "") -> Check:
+        """Return a check in symbols; ``value`` is what was found."""
+        return Check(self.name, "symbolic", what, bool(holds), str(value))
+
+    def numeric(self, what: str, holds: Any, value: Any = "") -> Check:
+        """Return a check in numbers; ``value`` is what was found."""
+        return Check(self.name, "numeric", what, bool(holds), str(value))
 
 
-symbolic, numeric = _check("as written", "symbolic"), _check("as written", "numeric")
-symbolic_left_out, numeric_left_out = _check("left out", "symbolic"), _check("left out", "numeric")
-symbolic_instead, numeric_instead = _check("instead", "symbolic"), _check("instead", "numeric")
+symbolic, numeric = Role("as written").symbolic, Role("as written").numeric
+left_out, instead = Role("left out"), Role("instead")
