@@ -69,20 +69,22 @@ class CriticalManifold(ShownAsFormulas):
     def real(self) -> sp.Basic:
         """The condition under which the branch is real, without its ends: even roots and logs have positive arguments.
 
-        The arguments of asin, acos, atanh, acosh and Lambert's W lie inside the domains of these. A branch with an odd
-        root, such as Cardano's for a cubic, is taken to be real. Where g contains one square root, it is positive on
-        the branch: y = x**2 solves x - sqrt(y) = 0 for x > 0 alone.
+        The arguments of odd roots are positive, too, and those of asin, acos, atanh, acosh and Lambert's W lie inside
+        the domains of these. Odd roots of roots, such as Cardano's for a cubic, are taken to be real. Where g contains
+        one square root, it is positive on the branch: y = x**2 solves x - sqrt(y) = 0 for x > 0 alone.
         """
-        roots = _fractional_powers(*self.branch.values())
         if any(map(_is_complex, self.branch.values())):
             return sp.false
-        if any(p.exp.q % 2 for p in roots):
-            return sp.true
-        found = self.branch.values()
-        inside = {_POSITIVE[type(f)](f.args[0]) for h in found for f in h.atoms(*_POSITIVE)} | {p.base for p in roots}
-        inside |= {-f.args[0] for h in found for f in h.atoms(sp.LambertW) if len(f.args) == 2}
+        found = sp.Tuple(*self.branch.values())
+        roots, nested = _fractional_powers(found), [p for p in _fractional_powers(found) if _is_nested(p)]
+        roots -= {*nested} | _fractional_powers(*(p.base for p in nested))
+        inside = {_POSITIVE[type(f)](f.args[0]) for f in found.atoms(*_POSITIVE)} | {p.base for p in roots}
+        inside |= {-f.args[0] for f in found.atoms(sp.LambertW) if len(f.args) == 2}
+        inside = {expr for expr in inside if not expr.has(*nested)}
         inside |= {_square_root(g.subs(self.small, 0), self.branch) for g in self.dynamics.fast.values()} - {None}
-        return sp.And(*(_located(sp.Gt(expr, 0), list(self.dynamics.slow), self.assumptions) for expr in inside))
+        names = {p: sp.Dummy(positive=True) for p in roots}
+        positive = {sp.Gt(expr.xreplace(names), 0).xreplace({v: p for p, v in names.items()}) for expr in inside}
+        return sp.And(*(_located(relation, list(self.dynamics.slow), self.assumptions) for relation in positive))
 
     @property
     def _assumed(self):
@@ -297,19 +299,21 @@ def _branches(mode, small):
     if (solutions := _solutions(equal_zero, list(mode.fast))) is None:
         raise NotDerivable(f"mode {mode.name!r}: SymPy does not solve g = 0; give slow_manifold a branch")
     complete = [s for s in solutions if s.keys() == {*mode.fast} and not any(map(_is_complex, s.values()))]
-    if not all(g.is_rational_function(*mode.fast) for g in equal_zero):
-        both = (either for s in complete for either in _with_lower(s))  # SymPy finds false roots of exponentials
-        complete = [s for s in both if all(is_zero_somewhere(g.subs(s, simultaneous=True)) for g in equal_zero)]
+    told = all(g.is_rational_function(*mode.fast) for g in equal_zero)  # SymPy finds false roots of exponentials
+    complete = [form for s in complete for form in _real_forms(s)
+                if (told and form is s) or all(is_zero_somewhere(g.subs(form, simultaneous=True)) for g in equal_zero)]
     return [sp.Dict({y: by_powers(h, tuple(mode.slow)) for y, h in s.items()}) for s in complete]
 
 
-def _with_lower(solution):
-    """Return a solution and, where it has Lambert's W, that with the lower real branch of W, which SymPy leaves out."""
-    upper = [w for h in solution.values() for w in h.atoms(sp.LambertW) if len(w.args) == 1]
-    if not upper or any(w.args[0].is_nonnegative for w in upper):
-        return [solution]
-    lower = {w: sp.LambertW(w.args[0], -1) for w in upper}
-    return [solution, {y: h.xreplace(lower) for y, h in solution.items()}]
+def _real_forms(solution):
+    """Return a solution, and what SymPy leaves out: the lower real branch of Lambert's W, and odd roots below 0."""
+    upper = {w for h in solution.values() for w in h.atoms(sp.LambertW) if len(w.args) == 1}
+    roots = {p for p in _fractional_powers(*solution.values()) if p.exp.q % 2 and not _is_nested(p)}
+    lower = {} if any(w.args[0].is_nonnegative for w in upper) else {w: sp.LambertW(w.args[0], -1) for w in upper}
+    below = {p: (-1) ** p.exp.p * (-p.base) ** p.exp for p in roots if not p.base.is_nonnegative}
+    forms = [{y: h.xreplace(form) for y, h in solution.items()} for form in (lower, below) if form]
+    both = [{y: h.xreplace(lower).xreplace(below) for y, h in solution.items()}] if lower and below else []
+    return [solution, *forms, *both]
 
 
 def _fractional_powers(*heights):
@@ -351,7 +355,7 @@ def _is_complex(h):
             root = bases.setdefault(p.base, sp.Dummy(real=True, nonzero=True, positive=positive))
             told[p] = root ** (p.exp * p.exp.q)
     h = h.xreplace(told)
-    if bases and h.has(sp.I):
+    if bases and any(part.is_imaginary for part in h.atoms(sp.Pow, type(sp.I))):
         inside = (f.args[0] for f in h.atoms(sp.log, sp.LambertW))
         return any(sp.expand_complex(part).as_real_imag()[1].is_nonzero for part in (*inside, h))
     return h.is_real is False

@@ -609,17 +609,26 @@ def test_what_is_said_of_a_root_of_a_cubic_is_said_by_its_value():
         assert m.stability.free_symbols == {y, sp.Symbol("stable"), sp.Symbol("unstable")}
 
 
+POLYNOMIALS = (x - y - y**3, -x - (1 + z**2) * y - y**3, x - 2 * y - y**2 - y**3, x - y**3, x - y**5, x + z - 2 * y**3)
+ODD_ROOTS_IN_LAMBERT = {x - y**3 * sp.exp(-y): {-1: 1, 1: 2, 2: 0}, x - y**5 * sp.exp(2 * y): {1: 1, -0.01: 2, -1: 0}}
+
+
 @pytest.mark.parametrize(
-    "force", [x - y - y**3, -x - (1 + z**2) * y - y**3, x - 2 * y - y**2 - y**3, x - y**3, x - y**5]
+    ("force", "counts"), [*((p, {0.3: 1, -0.7: 1}) for p in POLYNOMIALS), *ODD_ROOTS_IN_LAMBERT.items()]
 )
-def test_a_polynomial_with_one_real_root_everywhere_has_one_slow_manifold(force):
-    """Those of its complex roots were said to be stable, or under conditions in the imaginary unit."""
-    (found,) = ap.slow_manifolds(ap.System.smooth({x: -y, z: x}, {y: force}, mu), order=0)
-    at = {x: 0.3, z: 0.5}
-    value = sp.N(found.expr.subs(at))
-    assert value.is_real
-    assert abs(force.subs(at).subs(y, value)) < 1e-14
-    assert found.stability == "stable"
+def test_there_are_as_many_slow_manifolds_over_a_place_as_real_roots(force, counts):
+    """Complex roots were said to be stable, or under conditions in the imaginary unit, and odd roots to be real."""
+    found = ap.slow_manifolds(ap.System.smooth({x: -y, z: x}, {y: force}, mu), order=0)
+    for place, count in counts.items():
+        at = {x: place, z: 0.5}
+        existing = [m for m in found if m.exists.subs(at) == sp.true]
+        assert len(existing) == count
+        for m in existing:
+            value = sp.N(m.expr.subs(at))
+            assert value.is_real
+            assert abs(force.subs(at).subs(y, value)) < 1e-14
+            slope = sp.Symbol("stable" if force.diff(y).subs(at).subs(y, value) < 0 else "unstable")
+            assert sp.sympify(m.stability).subs(at) == slope
 
 
 def test_a_manifold_folds_where_the_determinant_vanishes_and_not_at_its_poles():
