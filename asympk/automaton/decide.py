@@ -318,9 +318,10 @@ def _stands(here: Junction, mode: GuardedMode) -> bool:
 
 
 def _stays(here: Junction, mode: GuardedMode, guard: int) -> bool:
-    """Tell whether a guard is constant from now on: it depends only on states that stand still."""
-    rates = mode.rates_behind(mode.guards[guard].value)
-    return rates is not None and _vanish(here, rates)
+    """Tell whether a guard that vanishes stays 0: the states on which it depends stand still, or its zeros are kept."""
+    value = mode.guards[guard].value
+    rates = mode.rates_behind(value)
+    return (rates is not None and _vanish(here, rates)) or mode.keeps(value)
 
 
 def _vanish(here: Junction, exprs: tuple[sp.Expr, ...]) -> bool:

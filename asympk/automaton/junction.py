@@ -206,13 +206,13 @@ def _closed(here: Junction, k: int) -> list[Phase]:
     contacts = [point.contacts[k] for point in here.points]
     resting = (was is not None and was.mode == "stick") or ("velocity_zero", k) in here.lost
     velocity = 0 if resting else here.numbers.decided_sign([c.velocity for c in contacts])
+    sign = (was.load if was else 0) or 1  # where both signs of the load go on alike, the first is taken
+    loads: tuple[int, ...] = (sign, -sign)
     if branches.lifts(friction):
-        loads: tuple[int, ...] = (1,)
-    elif friction.constraint is not None or ("force_zero", k) in here.lost:
-        loads = (1, -1)
-    else:
+        loads = (1,)
+    elif friction.constraint is None and ("force_zero", k) not in here.lost:
         load = here.numbers.decided_sign([c.load for c in contacts])
-        loads = (load,) if load else (1, -1) if _loads_move(here.system)[k] else (1,)
+        loads = (load,) if load else loads if _loads_move(here.system)[k] else (1,)
     return [Phase(load, v) for load in loads for v in ((velocity,) if velocity else (0, 1, -1))]
 
 

@@ -222,6 +222,10 @@ class GuardedMode:
         """Return the rates of all states on which ``expr`` depends, also through rates; None if the time is one."""
         return _rates_behind(self, expr)
 
+    def keeps(self, expr: sp.Expr) -> bool:
+        """Tell whether no motion leaves the zeros of ``expr``: solved for a state, they make its derivative 0."""
+        return _keeps(self, expr)
+
     @cached_property
     def pressed(self) -> bool:
         """Whether a rate or a guard of the mode contains the penetration of a contact."""
@@ -293,6 +297,14 @@ def _rates_behind(mode: GuardedMode, expr: sp.Expr) -> tuple[sp.Expr, ...] | Non
         left += [rates[s] for s in states]
     timed = mode.system.time in sp.Tuple(expr, *found.values()).free_symbols
     return None if timed else tuple(found.values())
+
+
+@lru_cache(maxsize=512)
+def _keeps(mode: GuardedMode, expr: sp.Expr) -> bool:
+    slopes = ((s, slope_by(expr, s)) for s in mode.system.states if expr.has(s))
+    zeros = ({s: sp.expand(s - expr / slope)} for s, slope in slopes if not slope.free_symbols & mode.moving)
+    zero = next(zeros, None)
+    return zero is not None and sp.expand(mode.drift(expr).xreplace(zero)) == 0
 
 
 @lru_cache(maxsize=512)

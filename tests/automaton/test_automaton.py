@@ -590,3 +590,17 @@ def test_a_load_that_no_equation_determines_is_refused_where_its_friction_moves_
         return
     with pytest.raises(UnboundedReaction, match=r"not determined at t = 0.*: stick\+slip_same has more"):
         ap.solve(scene, **way)
+
+
+@pytest.mark.parametrize("way", [{}, {"method": "radau"}, {"method": "jump", "order": 2}])
+def test_a_load_that_decays_beside_friction_of_the_velocity_loses_no_contact_by_rounding(way):
+    stribeck = [1 + 1 / (1 + v**2), 2 + 2 / (1 + (w - x / 4) ** 2)]
+    brakes = [ap.Friction(v, F, load=w, kinetic=stribeck[0], static=2),
+              ap.Friction(w - x / 4, G, load=w, kinetic=stribeck[1], static=4)]  # fmt: skip
+    system = ap.System.with_frictions(
+        {x: v, v: F - x - 2 * w + sp.Rational(3, 2) * (1 - sp.cos(t))}, {w: F + G - (2 + x**2) * w}, brakes,
+        small=eps, time=t,
+    )  # fmt: skip
+    path = ap.solve(ap.Scene(system=system, values={eps: "1/1000"}, start={x: 0, v: -1, w: -1}, until=1), **way)
+    assert [e.kind for e in path.events] == ["velocity_zero", "velocity_zero", "slip_onset"]
+    assert path.final == pytest.approx((-0.691161, -0.174826, 0), abs=1e-5)
