@@ -13,6 +13,7 @@ import pytest
 import sympy as sp
 
 import asympk as ap
+from asympk.certify import certify
 from asympk.digits import carried
 from asympk.doors import DOORS
 from asympk.errors import InputError, MissingPackage, Unfinished
@@ -94,6 +95,13 @@ def test_equal_scenes_solved_equally_are_equal_paths_and_others_are_not(scene, o
     first, second = ap.solve(scene, **options), ap.solve(scene, **options)
     assert first == second
     assert len({first, second, ap.solve(ap.Scene(1, "1e-3", (0, "0.2", -1), 3))}) == 2
+
+
+def test_certificates_and_jump_maps_may_be_members_of_sets():
+    pytest.importorskip("flint")
+    rod = ap.systems.painleve_klein.system()
+    assert len({certify(ROD), certify(ROD, {"x": (0, "1e-6")})}) == 2
+    assert len({ap.jump_map(rod, order=0), ap.jump_map(rod, order=0), ap.jump_map(rod)}) == 2
 
 
 @pytest.mark.parametrize("digits", [1, 15, 50, 200])

@@ -10,7 +10,7 @@ add, multiply and divide: ``Ratio``, ``Fraction``, SymPy expressions, floats, mp
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from math import factorial, log
 from typing import Any
@@ -44,7 +44,7 @@ def _vanishes(c):
 class Series(ShownAsFormulas):
     """Terms ``{(p, q): c}`` of ``c mu^p L^q``, and the largest monomial left out (None: the series is exact)."""
 
-    terms: Mapping[tuple[int, int], Any]
+    terms: Mapping[tuple[int, int], Any] = field(hash=False)
     remainder: tuple[int, int] | None = None
     small: Any = None
 

@@ -52,11 +52,11 @@ class Certificate(ShownAsTable):
     scene: Any
     proven: bool
     modes: tuple = ()
-    events: tuple = ()
-    final: tuple = ()
+    events: tuple = field(default=(), hash=False)  # balls have no hash
+    final: tuple = field(default=(), hash=False)
     reason: str = ""
     bits: int = 0
-    box: dict = field(default_factory=dict)
+    box: dict = field(default_factory=dict, hash=False)
 
     def _card(self) -> Card:
         box = [(name, f"{low} .. {high}") for name, (low, high) in self.box.items()]
