@@ -17,7 +17,15 @@ from asympk.numbers import short
 from asympk.shown import Card, Several, ShownAsFormulas
 from asympk.symbolic.branches import heavy
 from asympk.symbolic.conditions import reduce_under
-from asympk.symbolic.expansion import by_powers, fast_jacobian, is_zero, is_zero_somewhere, one_side, over_fast
+from asympk.symbolic.expansion import (
+    by_powers,
+    fast_jacobian,
+    is_zero,
+    is_zero_somewhere,
+    jacobian_on_branch,
+    one_side,
+    over_fast,
+)
 from asympk.symbolic.hurwitz import attracting, characteristic, off_axis, repelling, split
 from asympk.symbolic.reading import expression
 from asympk.symbolic.sides import Sides, is_switched, measured, on_sides, phases
@@ -52,7 +60,7 @@ class CriticalManifold(ShownAsFormulas):
     def jacobian(self) -> sp.Matrix:
         """The matrix dg/dy on the manifold."""
         at = {**self.branch, **over_fast(self.dynamics, self.small, self.branch)}
-        return fast_jacobian(self.dynamics, self.small).subs(at, simultaneous=True).applyfunc(sp.factor)
+        return jacobian_on_branch(self.dynamics, self.small).subs(at, simultaneous=True).applyfunc(sp.factor)
 
     @cached_property
     def characteristic(self) -> tuple[sp.Expr, ...]:

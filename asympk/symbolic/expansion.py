@@ -86,7 +86,7 @@ def expand(mode: Mode, small: sp.Symbol, branch: sp.Dict, order: int) -> Expansi
     over = over_fast(mode, small, branch)
     value = over if named else branch
     ties = _ties(mode, small, branch) if named and not implicit else []
-    inverse = _inverse(fast_jacobian(mode, small).subs(value, simultaneous=True), ties)
+    inverse = _inverse(jacobian_on_branch(mode, small).subs(value, simultaneous=True), ties)
     derivations = {x: _derivation(x, mode, small, inverse if named else None, value) for x in slow}
     at = {small: 0, **value}
     flow, force = (_taylor(rates.values(), fast, small, order, at) for rates in (mode.slow, mode.fast))
@@ -118,6 +118,16 @@ def fast_jacobian(mode: Mode, small: sp.Symbol) -> sp.Matrix:
     """Return dg/dy at mu = 0, a matrix of functions of the states."""
     fast = sp.Matrix([g.subs(small, 0) for g in mode.fast.values()])
     return fast.jacobian(list(mode.fast))
+
+
+def jacobian_on_branch(mode: Mode, small: sp.Symbol) -> sp.Matrix:
+    """Return dg/dy at mu = 0 where g = 0: a quotient P/Q of polynomials that vanishes has the derivative P_y/Q."""
+    found = fast_jacobian(mode, small).as_mutable()
+    for k, g in enumerate(g.subs(small, 0) for g in mode.fast.values()):
+        if g.is_rational_function(*mode.fast) and not g.is_polynomial(*mode.fast) and not heavy(g):
+            numerator, denominator = sp.fraction(sp.together(g))
+            found[k, :] = sp.Matrix([[numerator.diff(y) / denominator for y in mode.fast]])
+    return found
 
 
 def by_powers(expr: sp.Expr, slow: tuple[sp.Symbol, ...]) -> sp.Expr:

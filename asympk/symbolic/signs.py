@@ -48,6 +48,9 @@ def _of_sign(expr, sign, known, assumptions):
         rest *= told**power if told or factor in known else 1
         if factor not in known and _vanishes(factor, assumptions):
             conditions.append(told * factor > 0 if told else sp.Ne(factor, 0))
+    if len(undecided) > 1 and (told := _sign_by_root(sp.Mul(*undecided), assumptions)):
+        conditions += [sp.Ne(factor, 0) for factor in undecided]
+        rest, undecided = rest * told, []
     if not undecided:
         return conditions if rest == sign else [sp.false]
     if len(undecided) == 1:
@@ -90,7 +93,20 @@ def known_sign(expr: sp.Expr, assumptions: sp.Basic) -> int:
     if known := {sp.true: 1, sp.false: -1}.get(_relation(expr, assumptions)):
         return known
     facts = sp.And.make_args(assumptions)
-    return next((sign for sign in (1, -1) if _is_known(sign * expr, facts)), 0)
+    found = next((sign for sign in (1, -1) if _is_known(sign * expr, facts)), 0)
+    return found or _sign_by_root(expr, assumptions)
+
+
+def _sign_by_root(expr, assumptions):
+    """Return the sign of a + b sqrt(d) where that of a**2 - b**2 d tells which term is larger; else 0."""
+    roots = [p for p in expr.atoms(sp.Pow) if p.exp == sp.S.Half and p.free_symbols]
+    root = sp.Dummy()
+    if len(roots) != 1 or not (told := expr.xreplace({roots[0]: root})).is_polynomial(*told.free_symbols):
+        return 0
+    found = sp.Poly(told, root).rem(sp.Poly(root**2 - roots[0].base, root))
+    a, b = map(found.nth, (0, 1))
+    larger = known_sign(sp.factor(a**2 - b**2 * roots[0].base), assumptions)
+    return larger and known_sign(sp.factor(a if larger > 0 else b), assumptions)
 
 
 def follows(relation: sp.Basic, facts: tuple[sp.Basic, ...]) -> bool:

@@ -631,6 +631,25 @@ def test_there_are_as_many_slow_manifolds_over_a_place_as_real_roots(force, coun
             assert sp.sympify(m.stability).subs(at) == slope
 
 
+def test_two_opposed_enzymes_settle_whatever_their_rates():
+    """The conditions of Goldbeter and Koshland's switch were sums of many roots, whose sign was left open."""
+    rate = sp.Symbol("rate", positive=True)
+    force = rate * (1 - y) / (kappa + 1 - y) - y / (lam + y)
+    found = ap.slow_manifolds(ap.System.smooth({rate: y - rate}, {y: force}, mu), order=0)
+    assert [m.stability for m in found] == ["stable", "stable"]
+    at = {kappa: 0.1, lam: 0.3, rate: 0.7}
+    for m in found:
+        assert m.jacobian[0].subs(at) == pytest.approx(float(force.diff(y).subs(m.branch).subs(at)))
+    assert any(0 < m.expr.subs(at) < 1 for m in found)
+
+
+def test_a_root_larger_than_the_term_beside_it_gives_the_sum_its_sign():
+    c = sp.Symbol("c", positive=True)
+    root = sp.sqrt(x**2 + c)
+    assert conjunction([(x + root, 1), (x - root, -1), (c - x * root + x**2 + c**2, 1)]) == sp.true
+    assert conjunction([(3 * x - root, 1)]) == (3 * x - root > 0)
+
+
 def test_a_manifold_folds_where_the_determinant_vanishes_and_not_at_its_poles():
     (manifold,) = ap.slow_manifolds(ap.System.smooth({x: -x}, {y: 1 - x * y / (1 + x)}, mu), order=0)
     assert (manifold.folds, manifold.exists) == (sp.Eq(x, 0), sp.Ne(x, 0) & sp.Ne(x, -1))
