@@ -92,7 +92,7 @@ def parser() -> argparse.ArgumentParser:
         description="Verified asymptotics for mechanical systems with dry friction. Without a command: rederive the "
         "paper of the Painlevé-Klein example, check its claims, write its tables, and summarise them.",
     )
-    whole.set_defaults(debug=False)
+    whole.set_defaults(debug=False, root=".")
     whole.add_argument("--version", action="version", version=f"asympk {__version__}")
     whole.add_argument("--debug", action="store_true", help="show the traceback of an error")
     _add(whole, "everything")

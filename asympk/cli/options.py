@@ -1,7 +1,7 @@
 """Shared by several commands: options, the scene that the options name, and the meter of progress."""
 
 import sys
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from argparse import SUPPRESS, ArgumentParser, ArgumentTypeError, Namespace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -12,8 +12,8 @@ _REQUIRED = ("sigma", "mu", "start", "until")
 
 
 def add_root(parser: ArgumentParser) -> None:
-    """Add the option that names the checkout."""
-    parser.add_argument("--root", type=place_name, default=".", metavar="DIR",
+    """Add the option that names the checkout, which may stand before and after the command."""
+    parser.add_argument("--root", type=place_name, default=SUPPRESS, metavar="DIR",
                         help="the checkout with derivations/ and paper/ (here)")  # fmt: skip
 
 
