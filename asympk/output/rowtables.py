@@ -82,7 +82,7 @@ def decreasing_table(rows: Sequence[Row]) -> Table:
     for (name, order), several in groupby(rows, key=lambda row: (row["system"], row["order"])):
         by_mu = {row["mu"]: row for row in several}
         measure = Cell(r"$\mu\log(1/\mu)$", "mu log(1/mu)") if is_limit(next(iter(by_mu.values()))) else "omitted term"
-        cells = [f"{by_mu[mu]['ratio']:.5f}" if mu in by_mu else "--" for mu in mus]
+        cells = [f"${by_mu[mu]['ratio']:.5f}$" if mu in by_mu else "--" for mu in mus]
         body.append((name if name != last else Cell("", name), Cell(f"${order}$", str(order)), measure, *cells))
         last = name
     header = ("system", "order", "error over", *(Cell(f"${_scale(mu)}$", f"mu = {_bare(mu)}") for mu in mus))
