@@ -187,9 +187,8 @@ def _same(automaton: Automaton, sided: Automaton, branch: Branch | None, hits: t
     """Return the numbers of the guards ``hits`` among the guards on a side; a guard constant there is left out."""
     if branch is None:
         return ()
-    there = [(guard.kind, guard.friction) for guard in mode_of(sided.system, branch).guards]
-    kinds = automaton.mode(branch).kinds
-    return tuple(there.index(kinds[k]) for k in hits if kinds[k] in there)
+    there, guards = ([g.key for g in mode_of(own.system, branch).guards] for own in (sided, automaton))
+    return tuple(there.index(guards[k]) for k in hits if guards[k] in there)
 
 
 def mode_on_sides(

@@ -202,40 +202,34 @@ def _ties(here: Junction, branch: Branch) -> list[int] | None:
             return None
         if sign == 0:
             ties.append(key)
-    guards = _all_guards(mode_of(here.system, branch))
-    return [k for k, guard in enumerate(guards) if (guard.kind, guard.friction, _side(guards, k)) in ties]
+    return [k for k, guard in enumerate(_all_guards(mode_of(here.system, branch))) if guard.key in ties]
 
 
 def _all_guards(mode: GuardedMode) -> tuple[Guard, ...]:
     return (*mode.guards, *mode.fixed_guards)
 
 
-def _side(guards: tuple, k: int) -> int:
-    """Return 0, or 1 for the second of two guards of one kind and friction (the two edges of stick)."""
-    return int(k > 0 and guards[k][:2] == guards[k - 1][:2])
-
-
 def _margins(here: Junction, branch: Branch, point: ContactPoint, solved: Solved) -> dict[tuple, Any]:
-    """Return the values of the guards by (kind, friction, side); for a vanishing velocity the value is its rate."""
+    """Return the values of the guards by ``Guard.key``; for a vanishing velocity the value is its rate."""
     forces = (1, *(solved.forces[u] for u in contact_formulas(here.system)[1]))
-    found: dict[tuple[str, int, int], Any] = {}
+    found: dict[tuple[str, int, bool], Any] = {}
     for k, (friction, phase) in enumerate(zip(here.system.frictions, branch, strict=True)):
         contact = point.contacts[k]
         if phase == OPEN:
-            found["touch_down", k, 0] = _opening(here, k, point, forces)
+            found["touch_down", k, False] = _opening(here, k, point, forces)
             continue
         load = contact.load + contact.reaction * solved.forces.get(friction.normal, 0)
         if friction.gap is not None:
-            found["lift_off", k, 0] = -contact.gap if friction.constraint is None else load
+            found["lift_off", k, False] = -contact.gap if friction.constraint is None else load
         if phase.velocity == 0:
             bound = contact.static * phase.load * load
-            found["slip_onset", k, 0] = bound + solved.forces[friction.force]
-            found["slip_onset", k, 1] = bound - solved.forces[friction.force]
+            found["slip_onset", k, False] = bound + solved.forces[friction.force]
+            found["slip_onset", k, True] = bound - solved.forces[friction.force]
         else:
             if not branches.lifts(friction):
-                found["force_zero", k, 0] = phase.load * load
+                found["force_zero", k, False] = phase.load * load
             rate = row_at(point.rows[k], forces)
-            found["velocity_zero", k, 0] = phase.velocity * (rate if k in here.resting else contact.velocity)
+            found["velocity_zero", k, False] = phase.velocity * (rate if k in here.resting else contact.velocity)
     return found
 
 
@@ -283,7 +277,7 @@ def _growth(here: Junction, mode: GuardedMode, guard: int) -> int:
     0 means that all those computed vanish. Powers of the penetration are left out of each derivative (Lemma 11); one
     with infinite powers is first multiplied by a power that makes them finite. Raises ``Undecided`` if one is too long.
     """
-    kind, friction, _, divided = mode.guards[guard]
+    kind, friction, _, _, divided = mode.guards[guard]
     first = 3 if kind == "touch_down" and friction in here.touching else 1 - divided  # g, g' and g'' vanish there
     moving = 5 if mode.system.time else min(len(mode.system.states), 5)
     for order in range(first, 2 + moving):

@@ -239,18 +239,13 @@ def _crossed(mode: NumericMode, hits: tuple[int, ...]) -> tuple[list[sp.Expr], l
     """Return the edges among the lost guards ``hits``, with either sign, and the keys of the other lost guards."""
     switched = [k for k in hits if mode.kinds[k][0] == SWITCH]
     phases = [sign * mode.mode.edges[k - len(mode.kinds)] for k in switched for sign in (1, -1)]
-    return phases, [key for k, key in enumerate(_keys(mode)) if k in hits and k not in switched]
-
-
-def _keys(mode: NumericMode) -> list[tuple]:
-    """Return a key for every guard, the same on other sides: (kind, friction, whether it is the second of these)."""
-    return [(*own, own == before) for before, own in pairwise(((), *mode.kinds))]
+    return phases, [guard.key for k, guard in enumerate(mode.mode.guards) if k in hits and k not in switched]
 
 
 def _lost_beyond(mode: NumericMode, left: list[tuple], place: tuple, later: tuple) -> tuple[int, ...]:
     """Return the lost guards of ``mode`` on its new side: those ``left`` from the old one, and those that fall."""
-    values = zip(mode.guard_values(*place), mode.guard_values(*later), _keys(mode), strict=True)
-    lost = (key in left or ((value or after) < 0 and key[0] != SWITCH) for value, after, key in values)
+    values = zip(mode.guard_values(*place), mode.guard_values(*later), mode.mode.guards, strict=True)
+    lost = (guard.key in left or ((value or after) < 0 and guard.kind != SWITCH) for value, after, guard in values)
     return tuple(k for k, falls in enumerate(lost) if falls)
 
 

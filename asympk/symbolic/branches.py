@@ -64,14 +64,21 @@ def awake(branch: Branch) -> Branch:
 class Guard(NamedTuple):
     """A function that is positive inside a mode; ``kind`` is the event where it vanishes, ``friction`` an index.
 
-    ``divided`` means that a power of the penetration, a positive factor, was cancelled from ``value``. The margin of
-    the contact vanishes with this factor, even where ``value`` does not.
+    ``upper`` tells the second of the two edges of stick from the first. ``divided`` means that a power of the
+    penetration, a positive factor, was cancelled from ``value``. The margin of the contact vanishes with this factor,
+    even where ``value`` does not.
     """
 
     kind: str
     friction: int
     value: sp.Expr
+    upper: bool = False
     divided: bool = False
+
+    @property
+    def key(self) -> tuple[str, int, bool]:
+        """What tells the guard from the others of its mode, the same on all sides."""
+        return self.kind, self.friction, self.upper
 
 
 def mode_name(branch: Branch) -> str:
@@ -332,7 +339,8 @@ def _every_guard(system: "System", branch: Branch) -> tuple[Guard, ...]:
             found.append(Guard("velocity_zero", k, phase.velocity * v))
         else:
             bound = friction.static * phase.load * load
-            found += [Guard("slip_onset", k, bound + friction.force), Guard("slip_onset", k, bound - friction.force)]
+            edges = bound + friction.force, bound - friction.force
+            found += [Guard("slip_onset", k, edge, upper) for edge, upper in zip(edges, (False, True), strict=True)]
     found += _unambiguous(system, branch)
     return tuple(_divided(g._replace(value=_put(system, branch, g.value, solved))) for g in found)
 

@@ -196,3 +196,31 @@ def smoothed(system, width, path):
     start = [float(value) for value in path.scene.start]
     run = solve_ivp(rates, (0, float(path.scene.until)), start, method="LSODA", rtol=1e-9, atol=1e-12)
     return tuple(run.y[:, -1])
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("way", WAYS)
+def test_a_pull_that_grows_as_the_load_falls_moves_a_block_though_one_edge_of_its_cone_stands_still(way, sign):
+    # the margins of rest are 2 - 2 t and 2, so that for t > 1 the velocity is the integral of t - (2 - t)
+    x, v, force = sp.symbols("x v F", real=True)
+    system = ap.System.with_frictions({x: v, v: sign * t + force}, {}, [ap.Friction(v, force, 2 - t, 1)], None, t)
+    path = ap.solve(ap.Scene(system=system, values={}, start=[0, 0], until="3/2"), **way)
+    assert told(path) == [("slip_onset", 0)]
+    assert [*map(float, path.final)] == pytest.approx([sign / 24, sign / 4], abs=1e-8)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_block_slips_from_between_two_fingers_once_their_grip_is_too_weak_for_its_weight(way):
+    # the reaction of each finger is its thrust 4 - t, and both bounds add up to the weight 3 at t = 1
+    x, y, u, v, left, right, *forces = sp.symbols("x y u v N_1 N_2 F_1 F_2", real=True)
+    thrust = 4 - t
+    fingers = [
+        ap.Friction(velocity=v, force=force, normal=normal, load=normal, kinetic=sp.Rational(1, 2),
+                    constraint=side * (left - right) - thrust + normal, gap=side * x)
+        for side, normal, force in ((1, left, forces[0]), (-1, right, forces[1]))
+    ]  # fmt: skip
+    rates = {x: u, u: left - right, y: v, v: sum(forces) - 3}
+    scene = ap.Scene(system=ap.System.with_frictions(rates, {}, fingers, None, t), values={}, start=[0] * 4, until=2)
+    path = ap.solve(scene, **way)
+    assert told(path) == [("slip_onset", 0)]
+    assert [*map(float, path.final)] == pytest.approx([0, 0, -1 / 6, -1 / 2], abs=1e-8)
