@@ -99,14 +99,23 @@ def known_sign(expr: sp.Expr, assumptions: sp.Basic) -> int:
 
 def _sign_by_root(expr, assumptions):
     """Return the sign of a + b sqrt(d) where that of a**2 - b**2 d tells which term is larger; else 0."""
+    if not (parts := _root_parts(expr)):
+        return 0
+    a, b, norm = parts
+    larger = known_sign(norm, assumptions)
+    return larger and known_sign(a if larger > 0 else b, assumptions)
+
+
+@lru_cache(maxsize=1024)
+def _root_parts(expr):
+    """Return (a, b, a**2 - b**2 d) of an expression a + b sqrt(d) in one root, or ()."""
     roots = [p for p in expr.atoms(sp.Pow) if p.exp == sp.S.Half and p.free_symbols]
     root = sp.Dummy()
     if len(roots) != 1 or not (told := expr.xreplace({roots[0]: root})).is_polynomial(*told.free_symbols):
-        return 0
+        return ()
     found = sp.Poly(told, root).rem(sp.Poly(root**2 - roots[0].base, root))
     a, b = map(found.nth, (0, 1))
-    larger = known_sign(sp.factor(a**2 - b**2 * roots[0].base), assumptions)
-    return larger and known_sign(sp.factor(a if larger > 0 else b), assumptions)
+    return sp.factor(a), sp.factor(b), sp.factor(a**2 - b**2 * roots[0].base)
 
 
 def follows(relation: sp.Basic, facts: tuple[sp.Basic, ...]) -> bool:
@@ -156,6 +165,8 @@ def _vanishes(factor, assumptions):
     """Tell whether a factor may be 0: its symbols and the assumptions do not exclude it."""
     if factor.has(sp.I):
         return True
+    if parts := _root_parts(factor):
+        return _vanishes(parts[-1], assumptions)
     facts = sp.And.make_args(assumptions)
     return not any((f > 0) in facts or _relation(f, assumptions) == sp.true or _is_known(f, facts, strict=True)
                    for f in (factor, -factor))  # fmt: skip
