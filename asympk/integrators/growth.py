@@ -142,7 +142,7 @@ def _passed(
     found = list(zip(_exponentials(means * np.array(mode.movable)), sizes[:-1], strict=True))
     if after is not None and segment.hit is not None and (after.branch, after.sides) != (segment.branch, segment.sides):
         later = automaton.mode(after.branch, sides=after.sides)
-        found.append((_saltation(mode, later, segment.hit, *at[-1]), 0 * sizes[-1]))
+        found.append((_saltation(mode, later, segment.hit, *after.steps[0]), 0 * sizes[-1]))
     return found
 
 

@@ -334,7 +334,7 @@ def _every_guard(system: "System", branch: Branch) -> tuple[Guard, ...]:
         if friction.gap is not None:
             found.append(Guard("lift_off", k, -friction.gap if friction.constraint is None else friction.normal))
         if phase.velocity:
-            if not lifts(friction):
+            if not lifts(friction) and not _never_negative(system, phase.load * load):
                 found.append(Guard("force_zero", k, phase.load * load))
             found.append(Guard("velocity_zero", k, phase.velocity * v))
         else:
@@ -343,6 +343,12 @@ def _every_guard(system: "System", branch: Branch) -> tuple[Guard, ...]:
             found += [Guard("slip_onset", k, edge, upper) for edge, upper in zip(edges, (False, True), strict=True)]
     found += _unambiguous(system, branch)
     return tuple(_divided(g._replace(value=_put(system, branch, g.value, solved))) for g in found)
+
+
+def _never_negative(system: "System", expr: sp.Expr) -> bool:
+    """Tell whether an expression is negative at no real states, as an even power: rounding alone would lose it."""
+    real = {s: sp.Dummy(real=True) for s in (*system.states, system.time)}
+    return bool(expr.xreplace(real).is_nonnegative)
 
 
 def _divided(guard: Guard) -> Guard:

@@ -474,3 +474,24 @@ def test_blocks_that_mirror_each_other_stop_together_in_many_digits():
     path = ap.solve(ap.Scene(system=_mirrored(sp.sin), start=(1, -1, 0, 0), until=6), digits=15)
     assert path.modes == ("slip_opposite+slip_same", "slip_same+slip_opposite", "stick+stick")
     assert abs(path.final[0] + path.final[1]) < 1e-14
+
+
+def _under(load, push, fast, small=None):
+    x, v, F = sp.symbols("x v F", real=True)
+    return ap.System.with_frictions({x: 1, v: push + F}, fast, [ap.Friction(v, F, load=load, kinetic=1)], small=small)
+
+
+def test_a_load_whose_slow_motion_touches_zero_where_it_changes_nothing_makes_no_error_grow():
+    (x, y), mu = sp.symbols("x y", real=True), sp.Symbol("mu", positive=True)
+    system = _under(y, -1, {y: (x - 1) ** 2 + 2 * mu * (x - 1) - y}, small=mu)
+    path = ap.solve(ap.Scene(system=system, values={mu: "1/1000"}, start=[0, 5, 1], until=3))
+    assert path.events[-1].t == pytest.approx(2.78161805, rel=1e-7)
+    assert path.final == pytest.approx((3, 0, 4), abs=1e-7)
+
+
+@pytest.mark.parametrize("options", [{}, {"method": "radau"}, {"digits": 15}])
+def test_a_load_that_is_an_even_power_is_never_lost(options):
+    system = _under((sp.Symbol("x", real=True) - 1) ** 6, sp.Rational(1, 2000), {})
+    path = ap.solve(ap.Scene(system=system, start=[0, 0], until=3), **options)
+    assert [e.kind for e in path.events] == ["slip_onset", "velocity_zero"]
+    assert float(path.events[1].t) == pytest.approx(1.42028, rel=1e-4)
