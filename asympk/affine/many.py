@@ -20,7 +20,7 @@ from asympk.affine.run import affine, flows, run
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import function
 from asympk.errors import InputError, OutOfRange
-from asympk.many import PHASES, REFUSALS, Many, outcome_of
+from asympk.many import PHASES, REFUSALS, Many, axes_of, outcome_of
 from asympk.numbers import common_shape, entry_name, numbers, short, unread
 from asympk.scene import Scene
 from asympk.symbolic.branches import OPEN, all_phases, at_rest
@@ -61,6 +61,10 @@ class AffineEnsemble(Many):
     alone: int
     _left: dict = field(repr=False)
     _events: SystemEvents = field(repr=False)
+    _given: dict = field(repr=False)
+
+    def _axes(self):
+        return axes_of(self.n_events.shape, {name: _floats(name, value) for name, value in self._given.items()})
 
     def events(self) -> SystemEvents:
         """Return the ``SystemEvents``."""
@@ -101,7 +105,8 @@ def solve_many(
     final, count = result.final.reshape(len(names), *shape), result.n_events.reshape(shape)
     events = _in_order(result.notes, len(names))
     first = first.reshape(len(first), *shape)
-    return AffineEnsemble(names, final, count, first, len(result.alone), result.left, events)
+    given = {str(key): value for key, value in (*values.items(), *start.items(), ("until", until))}
+    return AffineEnsemble(names, final, count, first, len(result.alone), result.left, events, given)
 
 
 @dataclass(frozen=True)

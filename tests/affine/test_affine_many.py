@@ -57,6 +57,15 @@ def test_parameters_may_be_arrays(starts):
         assert many.final[:, i] == pytest.approx(alone(values, starts, 3, i).final, rel=1e-11, abs=1e-12)
 
 
+def test_results_are_drawn_over_the_argument_that_varies(starts):
+    frictions = np.linspace(0.25, 1, 5)
+    start = {name: values[0] for name, values in starts.items()}
+    many = ap.solve_many(system=CHAIN, values={mu: "1/100", k: frictions}, start=start, until=[[1], [2]])
+    (down, ends), (across, values) = many._axes()
+    assert (down, across) == ("until", "k")
+    assert (ends.tolist(), values.tolist()) == ([1, 2], frictions.tolist())
+
+
 def test_shapes_broadcast_and_progress_is_told(starts):
     seen = []
     many = ap.solve_many(
