@@ -51,6 +51,6 @@ def _panels(many: Many) -> Any:
     with plate(0.4 + PANEL * len(rows), len(rows), sharex=True) as (drawing, panels):
         for axis, row, label in zip(panels.flat, rows, (*many.names, "events"), strict=True):
             axis.plot(values, row, ".", color=style.BLUE, markersize=2.4)
-            axis.set_ylabel(label)
+            axis.set_ylabel(style.folded(label, PANEL))
         panels[-1, 0].set_xlabel(name)
     return drawing

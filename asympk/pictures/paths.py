@@ -51,7 +51,7 @@ def figure(path: Path) -> Any:
             _mark(axis, path, data[0], values)
             if limit := logarithmic_from(data[0], values):
                 axis.set_yscale("symlog", linthresh=limit * ABOVE)
-            axis.set_ylabel(_label(path, name))
+            axis.set_ylabel(style.folded(_label(path, name), PANEL))
         _time_axis(panels[-1, 0], path)
         panels[-1, 0].set_xlabel(_label(path, "t"))
         _legend(drawing, path)

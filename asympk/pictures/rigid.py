@@ -45,8 +45,8 @@ def motion_plot(described: Described) -> "Figure":
 def draw_motions(ax: "Axes", described: Described) -> set[int]:
     """Draw the map of a mechanism into ``ax``; return the set of numbers of rigid motions on the map."""
     rod, (name, first, last, *_) = described.mechanism, described.turn or ()
-    most = 2 * (float(rod.evaluate(rod.contact.friction, described.numbers)) or 1.0)
     at = np.linspace(as_floats(name, first), as_floats(name, last), 241)
+    most = _most(described, at)
     friction = np.linspace(most / 240, most, 240)
     count = rod.motion_map(described.closed(at[None, :], friction[:, None])).count
     shown = {*count.flat}
@@ -55,6 +55,14 @@ def draw_motions(ax: "Axes", described: Described) -> set[int]:
         ax.contourf(at, friction, count == number, levels=[0.5, 1.5], colors=[colour], hatches=[hatch])
     ax.set(xlabel=f"${sp.latex(sp.Symbol(name))}$", ylabel="friction", ylim=(0, most))
     return shown
+
+
+def _most(described: Described, at: np.ndarray) -> float:
+    """Return twice the friction of the example, or more so that the least critical friction over ``at`` is shown."""
+    rod = described.mechanism
+    twice = 2 * (float(rod.evaluate(rod.contact.friction, described.numbers)) or 1.0)
+    coupling = np.max(rod.evaluate(1 / rod.critical_friction, described.closed(at, twice)))
+    return max(twice, float(1.5 / coupling)) if coupling > 0 else twice
 
 
 def motion_handles(shown: Iterable[int]) -> "list[Artist]":

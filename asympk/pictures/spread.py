@@ -32,7 +32,7 @@ def _spread(panel: Any, state: str, quantiles: dict[float, float]) -> None:
             panel.plot([quantiles[low], quantiles[high]], [0, 0], color=style.BLUE, linewidth=width, alpha=0.5,
                        solid_capstyle="butt")  # fmt: skip
         panel.plot([quantiles[0.5]], [0], "o", color=style.BLACK, markersize=3)
-    panel.set(yticks=[], ylabel=state)
+    panel.set(yticks=[], ylabel=style.folded(state, 1.5 * ROW))
     panel.locator_params(axis="x", nbins=5)  # more ticks would overlap where numbers are long
 
 

@@ -4,13 +4,14 @@ Colours are those of Okabe and Ito; no two things in one picture differ by colou
 """
 
 from math import log10
+from textwrap import wrap
 from types import ModuleType
 from typing import Any
 
 from asympk.errors import InputError, MissingPackage
 from asympk.numbers import short
 
-COLUMN = 3.4  # inches
+COLUMN, CHARACTER = 3.4, 0.06  # inches
 RC = {
     "font.size": 7,
     "axes.titlesize": 7,
@@ -87,6 +88,11 @@ def curve(method: str) -> dict[str, Any]:
     if marker == "*" or marker.startswith("$"):
         shape = {"markersize": 4.4, "markeredgewidth": 0.2}
     return {"label": name, "color": colour, "marker": marker, "linestyle": dash, **shape}
+
+
+def folded(label: str, height: float) -> str:
+    """Return a label in lines that fit upright beside a panel of so many inches."""
+    return "\n".join(wrap(label, int(height / CHARACTER)))
 
 
 def power_of_ten(value: Any) -> str:

@@ -9,10 +9,11 @@ import sympy as sp
 from legibility import flaws
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
+from asympk.affine.many import solve_many
 from asympk.methods import solve
 from asympk.output import gallery
 from asympk.output.arrow import arrow_drawing, parts_in_order
-from asympk.pictures import maps, portraits
+from asympk.pictures import maps, portraits, spread
 from asympk.pictures.figures import save
 from asympk.pictures.rigid import motion_plot
 from asympk.scene import Scene
@@ -87,6 +88,28 @@ def test_the_path_of_a_decay_is_legible_whatever_its_sizes(rate, start, until):
     x = sp.Symbol("x", real=True)
     decay = System.smooth({x: -rate * x}, {}, None)
     assert flaws(solve(Scene(system=decay, start={x: start}, until=until)).plot()) == []
+
+
+LONG = sp.Symbol("position_of_the_left_hand_block", real=True)
+GROWTH = System.smooth({LONG: LONG}, {}, None)
+
+
+@pytest.mark.parametrize("figure", [
+    lambda: solve(Scene(system=GROWTH, start={LONG: 1}, until=1)).plot(),
+    lambda: solve_many(system=GROWTH, values={}, start={LONG: np.ones(5)}, until=1).plot(),
+    lambda: spread.plot({"quantiles": {LONG.name: [0, 1, 2, 3, 4, 5, 6]}, "itineraries": {},
+                         "probabilities": [0, 0.05, 0.25, 0.5, 0.75, 0.95, 1]}),
+], ids=["path", "crowd", "spread"])  # fmt: skip
+def test_a_long_name_stays_on_the_sheet(figure):
+    assert flaws(figure()) == []
+
+
+def test_a_map_of_rigid_motions_reaches_beyond_the_least_critical_friction():
+    """That of the slender rod is 4/3."""
+    rod = described_mechanism("painleve_rod")
+    low, steep = (motion_plot(rod.changed({"f": friction})).axes[0].get_ylim()[1] for friction in ("1/4", 2))
+    assert low == pytest.approx(2, rel=1e-3)
+    assert steep == 4
 
 
 @pytest.mark.slow
