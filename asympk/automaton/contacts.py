@@ -120,12 +120,14 @@ def clear_sign(values: Sequence) -> int:
 def nudges(t: Any, state: tuple, slack: Any, least: Any = 0) -> Iterator[tuple[Any, tuple]]:
     """Yield times and states displaced by the relative error ``slack``, with two patterns of signs.
 
-    ``least`` is the part of the largest state by which states are displaced besides: the rounding of a zero.
+    With ``least``, states follow in which one alone is displaced, by this part of the largest: the rounding of a zero.
     """
-    floor = least * max(map(abs, state), default=0)
     for signs in _NUDGES:
-        moved = (w * (1 + signs[k % len(signs)] * slack) + signs[k % len(signs)] * floor for k, w in enumerate(state))
+        moved = (w * (1 + signs[k % len(signs)] * slack) for k, w in enumerate(state))
         yield t * (1 + signs[-1] * slack), tuple(moved)
+    floor = least * max(map(abs, state), default=0)
+    for k in range(len(state)) if floor else ():
+        yield t, (*state[:k], state[k] + floor, *state[k + 1 :])
 
 
 @lru_cache(maxsize=64)

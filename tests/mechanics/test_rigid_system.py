@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
-from mechanisms import THETA, T, X, l, masses_between_guides, slender_rod
+from mechanisms import THETA, T, X, Y, l, masses_between_guides, slender_rod
 from peers import here
 from scipy.integrate import solve_ivp
 from scipy.optimize import linprog
@@ -810,3 +810,15 @@ def test_a_block_whose_start_is_turned_by_pi_in_doubles_slides_as_if_by_whole_nu
     )
     assert turned.modes == whole.modes
     assert turned.final == pytest.approx(whole.final, abs=1e-15)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("unilateral", [True, False])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_rod_whose_two_rates_are_computed_zeros_slides_on_either_of_its_ends(side, unilateral, sign):
+    """Y' + theta' was 2e-16: the one end was hit or off its constraint, where its mirror image slid."""
+    rod = slender_rod(unilateral, gap=Y + side * l * sp.sin(THETA), slip=X + side * l * sp.cos(THETA))
+    rates = {"Y'": sign * math.cos(math.pi / 2), "theta'": sign * math.sin(math.pi)}
+    start = rod.start(rod.rigid(), {**GROUND, "X": 0, "Y": 0, "theta": 0, "X'": 1, **rates})
+    path = ap.solve(ap.Scene(system=rod.rigid(), values={**GROUND, "f": "1/2"}, start=start, until="1/5"))
+    assert path.modes == ("slip_same",)
