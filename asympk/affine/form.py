@@ -17,7 +17,7 @@ import sympy as sp
 from asympk.affine.exponential import LARGEST
 from asympk.affine.forcing import CONSTANT, Wave, rate, waves_of, with_derivatives
 from asympk.affine.mode import AffineMode
-from asympk.arithmetic import flow_context, set_digits
+from asympk.arithmetic import MOST_DIGITS, flow_context, set_digits
 from asympk.automaton.modes import GuardedMode, function, namespace, source
 from asympk.errors import InputError, OutOfRange
 from asympk.numbers import mantissa_and_exponent
@@ -26,6 +26,7 @@ from asympk.symbolic.long import atoms, replaced
 from asympk.symbolic.sides import is_switched
 from asympk.symbolic.system import System
 
+_MOST_WORKING = 20_000  # digits with which a coefficient is computed at most
 ROUGH = 1e-6  # a difference of values, relative to their size, that is not rounding
 
 
@@ -168,16 +169,34 @@ def exact_values(system: System, entries: tuple[sp.Expr, ...], values: tuple, di
 
 
 def _agreed(system, outputs, arguments, digits):
-    """Return the values on which computations at two precisions agree to ``digits`` digits, and 0 where none agree."""
-    m, before = flow_context(LARGEST), [math.nan] * len(outputs)
-    for times in (1, 2, 4, 8):
-        set_digits(m, times * (digits + 10))
-        numbers = _evaluated(system, outputs, m, map(m.number, arguments))
-        agree = [abs(a - b) * 10**digits <= abs(b) for a, b in zip(before, numbers, strict=True)]
+    """Return the values on which computations at two precisions agree to ``digits`` digits, and 0 where none agree.
+
+    A part that cancels to nothing, such as log(1 + p) of a tiny p, may still be multiplied by a large part. Therefore
+    the second computation has as many more digits as all parts together are large or small.
+    """
+    parts = tuple(sorted(atoms(sp.Tuple(*outputs), sp.Symbol, sp.Pow, sp.Function), key=str))
+    before, working = [math.nan] * len(outputs), digits + 10
+    for _ in range(4):
+        m = flow_context(max(LARGEST, working))
+        set_digits(m, working)
+        try:
+            numbers = _evaluated(system, (*outputs, *parts), m, map(m.number, arguments))
+        except OutOfRange:
+            if digits > MOST_DIGITS:
+                raise
+            return _agreed(system, outputs, arguments, 4 * digits)  # more digits may tell a divisor from 0
+        sizes = (m.mag(value) for value in numbers[len(outputs) :])
+        needed = digits + 10 + sum(abs(size) for size in sizes if isinstance(size, int)) * 3 // 10
+        if needed > _MOST_WORKING:
+            raise OutOfRange(f"a coefficient of the system has parts so large or small that it takes {needed} digits "
+                             f"at these parameters, beyond {_MOST_WORKING}: give others")  # fmt: skip
+        agree = [working >= needed and b and abs(a - b) * 10**digits <= abs(b)
+                 for a, b in zip(before, numbers, strict=False)]  # fmt: skip
         if all(agree):
             break
-        before = numbers
-    return [_fraction(b) if of_use else Fraction(0) for b, of_use in zip(numbers, agree, strict=True)]
+        before, working = numbers[: len(outputs)], max(2 * working, needed)
+    set_digits(m, 2 * (digits + 10))
+    return [_fraction(+b) if of_use else Fraction(0) for b, of_use in zip(numbers, agree, strict=False)]
 
 
 @lru_cache(maxsize=512)

@@ -488,6 +488,29 @@ def test_eigenvalues_that_no_number_of_bits_in_use_tells_apart_are_refused_by_na
         exponential.exponential(rows, 24)
 
 
+p = sp.Symbol("p", positive=True)
+
+
+@pytest.mark.parametrize("digits", [None, 30])
+@pytest.mark.parametrize(
+    ("coefficient", "value", "limit"),
+    [(sp.log(1 + p) / p, "1e-90", 1), (p / sp.log(1 + p), "1e-90", 1), ((1 - sp.cos(p)) / p**2, "1e-40", 0.5),
+     ((1 - sp.tanh(p)) * sp.exp(2 * p) / 2, 100, 1)],
+)  # fmt: skip
+def test_a_part_of_a_coefficient_that_cancels_to_its_last_digit_counts_where_a_large_part_multiplies_it(
+    coefficient, value, limit, digits
+):
+    system = ap.System.with_frictions({F: -coefficient * F}, {}, [])
+    (final,) = ap.solve(ap.Scene(system=system, values={p: value}, start={F: 1}, until=1), digits=digits).final
+    assert float(final) == pytest.approx(np.exp(-limit), rel=1e-15)
+
+
+def test_parts_of_a_coefficient_that_take_too_many_digits_are_refused_by_name():
+    system = ap.System.with_frictions({F: -sp.sinh(p) / sp.cosh(p + 1) * F}, {}, [])
+    with pytest.raises(AsympkError, match=r"parts so large or small that it takes .* digits"):
+        ap.solve(ap.Scene(system=system, values={p: "1e6"}, start={F: 1}, until=1))
+
+
 def test_rates_too_slow_for_doubles_warn_of_nothing():
     scene = linear_scene([[0, 1], [0, -Fraction(1, 10**320)]], (1, 2))
     assert ap.solve(scene).final == pytest.approx((3, 2), abs=1e-15)
