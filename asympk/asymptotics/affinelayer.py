@@ -62,30 +62,44 @@ class Terms:
 def terms(formulas: Formulas, order: int) -> Terms:
     """Derive the ``Terms`` to ``order``."""
     field = formulas.field
-    slow, (y,) = field.slow_states, field.fast_states
-    states = (*slow, y)
+    states = (*field.slow_states, *field.fast_states)
     tape, values = field.tape(*(f"v{i}_0" for i in range(len(states))))
     start = {s: tape.node(f"v{i}_0") for i, s in enumerate(states)}
     (rate,) = evaluated(field.jacobian, {**values, **start}, tape)
-    found = {s: {(0, 0): start[s]} for s in slow} | {y: {}}
-    for k in range(order + 1):
-        if k:
-            for s, rest in zip(slow, _rests(field.drift, field, values, found, tape, order, k - 1), strict=True):
-                found[s][k, 0] = _integral(rest, rate)
-        (rest,) = _rests(field.full_force, field, values, found, tape, order, k)
-        found[y][k, 0] = _solved(rest, rate, start[y] if k == 0 else 0)
+    found = coefficients(field, (order, order), tape, values, start, rate)
     entries = [(k, i, *power, c) for i, s in enumerate(states) for k in range(order + 1)
                for power, c in _powers(found[s].get((k, 0), 0)).items()]  # fmt: skip
     places = np.array([entry[:-1] for entry in entries])
     return Terms(places, tape.function((rate, *(entry[-1] for entry in entries)), field.functions))
 
 
-def _rests(exprs, field, values, found, tape, order, k):
+def coefficients(
+    field: Any, orders: tuple[int, int], tape: Any, values: dict, start: dict, rate: Any,
+    tidied: Callable[[Any], Any] = lambda c: c,
+) -> dict:  # fmt: skip
+    """Return {state: {(k, 0): X_k or Y_k}}, the slow and the fast states to ``orders``.
+
+    ``values`` are those of the parameters on ``tape``, ``start`` those of the states, and ``rate`` is a. ``tidied`` is
+    applied to every coefficient.
+    """
+    slow, (y,) = field.slow_states, field.fast_states
+    known: dict = {s: {(0, 0): start[s]} for s in slow} | {y: {}}
+    for k in range(max(orders) + 1):
+        if 0 < k <= orders[0]:
+            for s, rest in zip(slow, _rests(field.drift, field, values, known, tape, k - 1), strict=True):
+                known[s][k, 0] = _integral(rest.map(tidied), rate).map(tidied)
+        if k <= orders[1]:
+            (rest,) = _rests(field.full_force, field, values, known, tape, k)
+            known[y][k, 0] = _solved(rest.map(tidied), rate, start[y] if k == 0 else 0).map(tidied)
+    return known
+
+
+def _rests(exprs, field, values, found, tape, k):
     """Return the coefficients of mu^k in the rates along the terms found so far, without those of the unknown Y_k."""
     known = {s: Taylor({i: c for i, c in terms.items() if i[0] <= k}, k) for s, terms in found.items()}
     small = Taylor({(1, 0): 1} if k else {}, k)
     known |= values | {field.small: small}
-    return [_powers(as_taylor(value, k)[k, 0]) for value in evaluated(exprs, known, tape)]
+    return [Fading(_powers(as_taylor(value, k)[k, 0])) for value in evaluated(exprs, known, tape)]
 
 
 def _powers(value):
@@ -94,17 +108,17 @@ def _powers(value):
 
 def _integral(rest, rate):
     """Return the solution X of X' = ``rest``, X(0) = 0."""
-    found = {(0, j + 1): c * Fraction(1, j + 1) for (p, j), c in rest.items() if p == 0}
-    for p in {p for p, _ in rest} - {0}:
-        found |= _particular(rest, p, rate, p)
+    found = {(0, j + 1): c * Fraction(1, j + 1) for (p, j), c in rest.terms.items() if p == 0}
+    for p in {p for p, _ in rest.terms} - {0}:
+        found |= _particular(rest.terms, p, rate, p)
     return _begun(found, (0, 0), 0)
 
 
 def _solved(rest, rate, start):
     """Return the solution Y of Y' = a Y + ``rest``, Y(0) = ``start``, where ``rate`` is a."""
-    found = {(1, j + 1): c * Fraction(1, j + 1) for (p, j), c in rest.items() if p == 1}
-    for p in {p for p, _ in rest} - {1}:
-        found |= _particular(rest, p, rate, p - 1)
+    found = {(1, j + 1): c * Fraction(1, j + 1) for (p, j), c in rest.terms.items() if p == 1}
+    for p in {p for p, _ in rest.terms} - {1}:
+        found |= _particular(rest.terms, p, rate, p - 1)
     return _begun(found, (1, 0), start)
 
 
@@ -141,5 +155,8 @@ class Fading:
                 index, product = (p + q, j + i), a * b
                 found[index] = found[index] + product if index in found else product
         return Fading(found)
+
+    def map(self, convert: Callable[[Any], Any]) -> "Fading":
+        return Fading({index: convert(c) for index, c in self.terms.items()})
 
     __radd__, __rmul__ = __add__, __mul__

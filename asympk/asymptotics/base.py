@@ -1,25 +1,23 @@
 r"""The base point of the fast fibre in closed form, where g is affine in the fast states and f a polynomial in them.
 
-The corrections of the layer xi_k = X_k - S_k and eta_k = Y_k - H_k obey, with A = g_y(x_0) and D = d/dtau,
+With one fast state it is read off the layer in closed form (``affinelayer``), with SymPy expressions as coefficients.
+With several, A = g_y(x_0), D = d/dtau and eta = Y_0 - H_0, the first correction xi = X_1 - S_1 of the layer obeys
 
-    D eta_0 = A eta_0,    D xi_k = [mu^(k-1)] (f - f on the slow motion),    D eta_k = A eta_k + R_k(tau, eta_0, ...).
+    D eta = A eta,    D xi = f(x_0, H_0 + eta) - f(x_0, H_0).
 
-Consider the polynomials in tau and the eta_k that vanish where all eta_k do. D maps this space into itself. Where A
-attracts, D is one to one: on the monomials of given degrees in every eta_k, D is the linear map that A induces on these
-monomials, plus monomials that come later in the order of their degrees. So xi_k is a polynomial. ``antiderivative``,
-the hard method, finds it by linear algebra. The base point has the coefficients -xi_k(0) of mu^k, k > 0.
+D maps the polynomials in eta that vanish at eta = 0 into themselves. Where A attracts, D is one to one, and so xi is
+such a polynomial. ``_correction`` finds it by linear algebra. The base point is x_0 - mu xi at tau = 0.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import product
 
 import sympy as sp
 
-from asympk.asymptotics.fibre import Formulas, formulas
+from asympk.asymptotics import affinelayer
+from asympk.asymptotics.fibre import formulas
 from asympk.asymptotics.landing import land
 from asympk.asymptotics.series import Series
-from asympk.asymptotics.taylor import Taylor, as_taylor, evaluated
 from asympk.errors import NotDerivable, UnknownName
 from asympk.numbers import known_order
 from asympk.symbolic.expansion import fast_jacobian, is_zero
@@ -27,7 +25,6 @@ from asympk.symbolic.placing import place
 from asympk.symbolic.system import System
 
 HIGHEST_ORDER = 3
-TAU = sp.Dummy("tau")
 
 
 @dataclass(frozen=True)
@@ -86,12 +83,12 @@ def base_point(system: System, order: int = 1) -> BasePoint:
     if not _is_closed(system.modes[0], order):
         return BasePoint(system, order, None)
     _require_settling(system.modes[0], system.small)
-    found = _Corrections(system.modes[0], system.small, order).base()
-    slow = tuple(system.slow)
-    states = {
-        x: Series({(k, 0): c[i] for k, c in enumerate(found)}, (order + 1, 0), system.small) for i, x in enumerate(slow)
-    }
-    return BasePoint(system, order, states)
+    closed = _of_one_fast_state if len(system.fast) == 1 else _of_fast_states
+    found = closed(system.modes[0], system.small, order).items()
+    return BasePoint(system, order, {
+        x: Series({(k, 0): sp.factor(c) for k, c in enumerate((x, *terms))}, (order + 1, 0), system.small)
+        for x, terms in found
+    })  # fmt: skip
 
 
 def _require_settling(mode, small):
@@ -123,122 +120,44 @@ class _Symbols:
         return getattr(sp, name)(value)
 
 
-class _Corrections:
-    """The corrections of a layer, polynomials in tau and the eta_k, level by level; ``rates`` is {eta_k: D eta_k}.
-
-    Symbols stand for the slow motion: ``start`` for the terms of its base point, ``branch`` for the branch's value.
-    """
-
-    def __init__(self, mode, small, order):
-        self.mode, self.small, self.order = mode, small, order
-        self.slow, self.fast = tuple(mode.slow), tuple(mode.fast)
-        n, m = len(self.slow), len(self.fast)
-        self.start = [[sp.Symbol(f"v{i}_{k}") for i in range(n)] for k in range(1, order + 1)]
-        self.branch = [sp.Symbol(f"v{n + i}_0") for i in range(m)]
-        self.eta = [[sp.Symbol(f"e{i}_{k}") for i in range(m)] for k in range(order)]
-        self.xi = [[sp.S.Zero] * n]
-        self.motion, self.rates = self._slow_motion(), {}
-
-    def base(self):
-        """Return the coefficients of 1, mu, ..., mu^n of the base point, each a list over the slow states."""
-        known = dict(zip(self.branch, self._critical(), strict=True))
-        at_start, found = {TAU: 0}, [list(self.slow)]
-        for k in range(self.order):
-            heights = [self.motion[s][k].subs(TAU, 0) for s in self.fast]
-            begin = self.fast if k == 0 else [0] * len(heights)
-            at_start |= {e: s - c for e, s, c in zip(self.eta[k], begin, heights, strict=True)}
-            self.rates |= dict(zip(self.eta[k], self._differences(self.mode.fast, k), strict=True))
-            self.xi.append([self.antiderivative(rate) for rate in self._differences(self.mode.slow, k)])
-            values = [-xi.subs(at_start, simultaneous=True).subs(known) for xi in self.xi[-1]]
-            found.append([sp.factor(v) for v in values])
-            known |= dict(zip(self.start[k], found[-1], strict=True))
-        return found
-
-    def _critical(self):
-        """Return the fast states on the critical manifold."""
-        force = sp.Matrix(list(self.mode.fast.values())).subs(self.small, 0)
-        rest = force.subs(dict.fromkeys(self.fast, 0))
-        return [sp.cancel(-c) for c in force.jacobian(self.fast).LUsolve(rest)]
-
-    def antiderivative(self, expr):
-        """Return the polynomial P with D P = ``expr`` in which every monomial contains an eta."""
-        names = [e for level in reversed(self.eta) for e in level]
-        rest, found = sp.Poly(expr, *names, TAU), sp.S.Zero
-        while rest:
-            degrees, terms = self._leading(rest)
-            part = self._inverted(degrees, terms, names) * TAU ** degrees[-1]
-            found += part
-            rest = _reduced(rest - sp.Poly(self._derivative(part), *names, TAU))
-        return found
-
-    def _leading(self, poly):
-        """Return the leading degrees, one for each level of eta and one for tau, and the terms of these degrees."""
-        m, by_degrees = len(self.fast), {}
-        for monomial, c in poly.terms():
-            degrees = (*(sum(monomial[i : i + m]) for i in range(0, len(monomial) - 1, m)), monomial[-1])
-            by_degrees.setdefault(degrees, {})[monomial[:-1]] = c
-        leading = max(by_degrees)
-        return leading, by_degrees[leading]
-
-    def _inverted(self, degrees, terms, names):
-        """Return the preimage of ``terms`` under the map that A induces on the monomials of ``degrees``."""
-        monomials = [sum(parts, ()) for parts in product(*(_monomials(d, len(self.fast)) for d in degrees[:-1]))]
-        exprs = [sp.Mul(*(e**p for e, p in zip(names, monomial, strict=True))) for monomial in monomials]
-        columns = []
-        for expr in exprs:
-            image = sp.Poly(self._linear(expr), *names)
-            columns.append([image.coeff_monomial(e) for e in exprs])
-        right = sp.Matrix([terms.get(monomial, 0) for monomial in monomials])
-        solved = sp.Matrix(columns).T.LUsolve(right)
-        return sum(sp.cancel(c) * e for c, e in zip(solved, exprs, strict=True))
-
-    def _linear(self, expr):
-        """Return D of a monomial in the eta_k, with A eta_k alone in place of every D eta_k."""
-        matrix = sp.Matrix([self.rates[e] for e in self.eta[0]]).jacobian(self.eta[0])
-        return sp.expand(sum(
-            expr.diff(e) * rate for level in self.eta if level[0] in self.rates
-            for e, rate in zip(level, matrix * sp.Matrix(level), strict=True)
-        ))  # fmt: skip
-
-    def _derivative(self, expr):
-        return sp.expand(expr.diff(TAU) + sum(expr.diff(e) * rate for e, rate in self.rates.items()))
-
-    def _differences(self, rates, k):
-        """Return the coefficient of mu^k in the rates on the motion less the same on the slow motion."""
-        eta = [self.eta[j] if j < len(self.eta) else [0] * len(self.fast) for j in range(k + 1)]
-        added = {s: [xi[i] for xi in self.xi[: k + 1]] for i, s in enumerate(self.slow)}
-        added |= {s: [level[i] for level in eta] for i, s in enumerate(self.fast)}
-        full = {s: [c + d for c, d in zip(self.motion[s], added[s], strict=False)] for s in added}
-        both = [self._along(rates.values(), of, k) for of in (full, self.motion)]
-        return [sp.expand(a - b) for a, b in zip(*both, strict=True)]
-
-    def _along(self, exprs, series, k):
-        values = {s: Taylor({(j, 0): c for j, c in enumerate(terms[: k + 1])}, k) for s, terms in series.items()}
-        values |= {self.small: Taylor({(1, 0): 1} if k else {}, k)} | {p: p for p in self._parameters()}
-        return [as_taylor(value, k)[k, 0] for value in evaluated(exprs, values, _Symbols())]
-
-    def _slow_motion(self):
-        """Return {state: [S_0, S_1, ...]}, polynomials in tau; for fast states [H_0, H_1, ...]."""
-        field = Formulas(self.mode, self.small, (), self.order).field
-        begin = [{(0, 0): s} | {(k, 0): v[i] for k, v in enumerate(self.start, 1)} for i, s in enumerate(self.slow)]
-        x, y, _ = field.motion(_Symbols(), {p: p for p in self._parameters()}, begin, self.branch, self.order)
-        return {
-            s: [sum((c[m - j, j] * TAU**j for j in range(m + 1)), sp.S.Zero) for m in range(self.order + 1)]
-            for s, c in zip((*self.slow, *self.fast), (*x, *y), strict=True)
-        }
-
-    def _parameters(self):
-        rates = (*self.mode.slow.values(), *self.mode.fast.values())
-        return set().union(*(r.free_symbols for r in rates)) - {*self.slow, *self.fast, self.small}
+def _of_one_fast_state(mode, small, order):
+    """Return {slow state: the coefficients of mu, ..., mu^order of the base point}."""
+    known = formulas(mode, small, (), order)
+    rates = (*mode.slow.values(), *mode.fast.values())
+    values = {p: p for p in set().union(*(rate.free_symbols for rate in rates)) - {*mode.slow, *mode.fast, small}}
+    start = {s: s for s in (*mode.slow, *mode.fast)}
+    rate, (known_rate,) = sp.Dummy("a"), known.field.jacobian
+    found = affinelayer.coefficients(
+        known.field, (order, order - 1), _Symbols(), values, start, rate, lambda c: sp.expand(sp.sympify(c))
+    )
+    return {x: [found[x][k, 0].terms[0, 0].subs(rate, known_rate) for k in range(1, order + 1)] for x in mode.slow}
 
 
-def _monomials(degree, count):
-    """Return the exponents of the monomials of ``degree`` in ``count`` variables."""
-    if count == 1:
-        return [(degree,)]
-    return [(first, *rest) for first in range(degree + 1) for rest in _monomials(degree - first, count - 1)]
+def _of_fast_states(mode, small, order):
+    """Return the same for several fast states, to ``order`` 0 or 1."""
+    fast = tuple(mode.fast)
+    force = sp.Matrix(list(mode.fast.values())).subs(small, 0)
+    matrix = force.jacobian(fast)
+    branch = [sp.cancel(-c) for c in matrix.LUsolve(force.subs(dict.fromkeys(fast, 0)))]
+    eta, heights = ([sp.Dummy(f"{name}{i}") for i in range(len(fast))] for name in ("eta", "h"))
+    moved = {y: h + e for y, h, e in zip(fast, heights, eta, strict=True)}
+    at_start = {e: y - h for y, h, e in zip(fast, heights, eta, strict=True)}
+    known = dict(zip(heights, branch, strict=True))
+    found = {}
+    for x, rate in mode.slow.items():
+        rate = sp.Poly(rate.subs(small, 0).subs(moved, simultaneous=True), *eta)
+        found[x] = [-_correction(rate, matrix).subs(at_start).subs(known)] * order
+    return found
 
 
-def _reduced(poly):
-    """Return the polynomial without the terms whose coefficients vanish when cancelled."""
-    return sp.Poly.from_dict({m: c for m, c in ((m, sp.cancel(c)) for m, c in poly.terms()) if c != 0}, *poly.gens)
+def _correction(rate, matrix):
+    """Return the polynomial P in eta, 0 at eta = 0, with D P = ``rate`` less its value at eta = 0."""
+    eta, found = rate.gens, sp.S.Zero
+    motion = [sp.Poly(r, *eta) for r in matrix * sp.Matrix(eta)]
+    for degree in range(1, rate.total_degree() + 1):  # D keeps the degree
+        monomials = sorted(sp.itermonomials(eta, degree, degree), key=str)
+        images = [sum(sp.Poly(m, *eta).diff(e) * r for e, r in zip(eta, motion, strict=True)) for m in monomials]
+        columns = sp.Matrix([[image.coeff_monomial(m) for m in monomials] for image in images])
+        solved = columns.T.LUsolve(sp.Matrix([rate.coeff_monomial(m) for m in monomials]))
+        found += sum(sp.cancel(c) * m for c, m in zip(solved, monomials, strict=True))
+    return found
