@@ -481,11 +481,13 @@ def test_slip_begins_in_the_limit_where_stick_ends_in_the_limit():
     assert path.events[0].t == pytest.approx(0.8, abs=1e-12)
 
 
+@pytest.mark.parametrize("drag", [0, 1, -1])
 @pytest.mark.parametrize("until", ["1.01", 2])
-def test_the_limit_lifts_off_where_a_growing_pull_opens_the_contact(until):
+def test_the_limit_lifts_off_where_a_growing_pull_opens_the_contact_whatever_drags_the_body(until, drag):
+    # the gap rate is -mu y: in flight y is no fast state, and its drag no layer
     x, y, q, v, N, mu = (sp.Symbol(n, real=True) for n in ("x", "y", "q", "v", "N", "mu"))
     contact = ap.Friction(velocity=v, force=F, load=x + y, kinetic=sp.Rational(1, 2), gap=-x - y, normal=N)
-    block = ap.System.with_frictions({x: y, q: 1, v: F}, {y: 1 - q - N}, [contact], small=mu)
+    block = ap.System.with_frictions({x: y, q: 1, v: F}, {y: 1 - q - N - drag * mu * y}, [contact], small=mu)
     scene = ap.Scene(system=block, values={"mu": "1e-3"}, start={"x": 1, "y": 0, "q": 0, "v": 1}, until=until)
     path, truth = ap.solve(scene, "jump", order=0), ap.solve(scene)
     assert path.modes == truth.modes == ("slip_same", "open")
