@@ -6,8 +6,8 @@ corrects the K_i by a Newton step in doubles. Every sweep so gains up to 15 digi
 in many digits. The length of a step is chosen so that the last two Legendre coefficients of K are below the tolerance.
 The zero of a guard is found on the polynomial of the step.
 
-``run`` compares two runs of different order, which must agree to the digits asked for. ``_segment`` follows one mode,
-``_step`` is one step, and ``_Tableau`` computes the coefficients of the method.
+``run`` compares two runs of different order, in different numbers of digits, which must agree to the digits asked for.
+``_segment`` follows one mode, ``_step`` is one step, and ``_Tableau`` computes the coefficients of the method.
 """
 
 from bisect import bisect_left
@@ -118,18 +118,18 @@ def _with_steps(segment: Segment) -> Segment:
 
 def _references(scene: Scene, digits: int, events: int, deadline: float) -> tuple[Run, Any]:
     """Return the finer of two runs, and their relative difference, which is ``inf`` if their modes differ."""
-    automaton, ctx = automaton_of(scene), carrier_context(digits + SPARE)
-    start, until = tuple(in_context(ctx, v) for v in scene.start), in_context(ctx, scene.until)
-    first = automaton.first(scene.start, scene.until)
-    stages = max(STAGES, ceil(PER_DIGIT * digits))
-    rough, fine = (_follow(automaton, first, start, until, stages + more, digits + extra, events, deadline)
-                   for more, extra in ORDERS)  # fmt: skip
+    automaton, stages = automaton_of(scene), max(STAGES, ceil(PER_DIGIT * digits))
+    places = [carrier_context(SPARE).mag(carried(v, SPARE)) for v in automaton.values if v]
+    lost = sum(map(abs, places)) * 3 // 10  # digits that a rate such as log(1 + p)/p of a tiny parameter may lose
+    spare = [carrier_context(digits + SPARE + times * lost + extra) for times, (_, extra) in enumerate(ORDERS, 1)]
+    rough, fine = (_follow(automaton, scene, ctx, stages + more, digits + extra, events, deadline)
+                   for ctx, (more, extra) in zip(spare, ORDERS, strict=True))  # fmt: skip
     if fine.last.short:
         raise TooManyEvents(f"{fine.last.short} at t = {float(fine.last.t):.6g}; take a smaller until, or more events=")
     if rough.modes != fine.modes:
-        return fine, ctx.inf
+        return fine, fine.last.t.context.inf
     scale = max(1, *map(abs, fine.last.state))
-    return fine, max(abs(a - b) for a, b in zip(rough.last.state, fine.last.state, strict=True)) / scale
+    return fine, max(abs(b - a) for a, b in zip(rough.last.state, fine.last.state, strict=True)) / scale
 
 
 def _event(event: Event, digits: int) -> Event:
@@ -141,10 +141,10 @@ def _rounded(state: tuple, digits: int) -> tuple:
 
 
 def _follow(
-    automaton: Automaton, first: tuple, start: tuple, until: Any, stages: int, digits: int, events: int, deadline: float
+    automaton: Automaton, scene: Scene, ctx: Any, stages: int, digits: int, events: int, deadline: float
 ) -> Run:
-    ctx = until.context
-    tolerance = ctx.mpf(10) ** -digits
+    start, until = tuple(in_context(ctx, v) for v in scene.start), in_context(ctx, scene.until)
+    first, tolerance = automaton.first(scene.start, scene.until), ctx.mpf(10) ** -digits
     tableau = _tableau(stages, ctx.dps)
 
     def advance(mode: NumericMode, t: Any, state: tuple, segments: list) -> Segment:

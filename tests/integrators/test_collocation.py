@@ -132,3 +132,15 @@ def test_steps_beyond_the_stop_of_a_puck_are_given_up_after_a_few_sweeps(monkeyp
     with pytest.raises(OutOfRange, match=r"standstill at t = 1\.41421356"):
         ap.solve(ap.Scene(system=puck, start={u: 1, v: 1}, until=3), digits=15)
     assert len(sweeps) < 1500
+
+
+def test_a_rate_whose_parts_cancel_keeps_the_digits_asked_for_or_is_refused():
+    x, p = sp.Symbol("x", real=True), sp.Symbol("p", positive=True)
+
+    def final(factor, value):
+        system = ap.System.with_frictions({x: -(x**2) * factor}, {}, [])
+        return ap.solve(ap.Scene(system=system, values={p: value}, start={x: 1}, until=1), digits=12).final[0]
+
+    assert abs(final(sp.log(1 + p) / p, "1e-30") - 0.5) < 1e-12
+    with pytest.raises(OutOfRange, match=r"two references differ by 0\.5"):
+        final(2 * (1 - sp.cos(p)) / p**2, "1e-40")
