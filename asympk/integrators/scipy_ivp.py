@@ -25,6 +25,7 @@ def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float,
     return follow_steps(_solver(mode, t, state, until, settings), mode, t, state, settings)
 
 
+@np.errstate(all="ignore")  # SciPy chooses the first step by norms that may be infinite
 def _solver(mode, t, state, until, settings):
     from scipy import integrate
 

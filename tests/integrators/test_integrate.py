@@ -4,6 +4,7 @@ import random
 import re
 import sys
 import tomllib
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -444,6 +445,14 @@ def test_an_integrator_that_gives_up_says_why_and_warns_nobody():
     wall = sp.exp(600 * sp.tanh(10**8 * (x - sp.Rational(1, 2))))
     with pytest.raises(Unfinished, match=r"stalled \(repeated convergence failures\) at t = 0.5;"):
         ap.solve(ap.Scene(system=ap.System.smooth({x: 1 - wall}, {}, None), start=[0], until=3), "lsoda")
+
+
+@pytest.mark.parametrize("method", ["rk45", "dop853", "bdf"])
+def test_a_first_step_whose_size_cannot_be_chosen_warns_nobody(method):
+    x, v = sp.symbols("x v", real=True)
+    huge = ap.Scene(system=ap.System.smooth({x: v, v: -x}, {}, None), start=[1e200, 0], until=1)
+    with suppress(Unfinished):
+        ap.solve(huge, method)
 
 
 def test_slopes_that_are_whole_numbers_of_any_size_are_numbers():
