@@ -30,11 +30,13 @@ CONSTANT = Wave(0, sp.S.Zero, sp.S.Zero, False)
 
 def waves_of(expr: sp.Expr, time: sp.Symbol | None) -> dict[Wave, sp.Expr] | None:
     """Return {Wave: coefficient} of an expression in the time, or None where the expression is no sum of waves."""
+    if time is not None and expr.has(time):
+        expr = sp.expand(expr)
+        expr = sp.expand(TR8(expr)) if expr.has(sp.cos, sp.sin) else expr
     if time is None or not expr.has(time):
         return {CONSTANT: expr}
     found: dict[Wave, sp.Expr] = {}
-    expr = sp.expand(expr)
-    for term in sp.Add.make_args(sp.expand(TR8(expr)) if expr.has(sp.cos, sp.sin) else expr):
+    for term in sp.Add.make_args(expr):
         parts = _waves_of_term(term, time)
         if parts is None:
             return None

@@ -261,6 +261,15 @@ def test_a_system_that_is_nearly_affine_goes_to_an_integrator_and_the_path_says_
     assert "why" not in spring(1, {"x": 3, "v": -1}, 1).info
 
 
+@pytest.mark.parametrize("nothing", [sp.sin(t) ** 2 + sp.cos(t) ** 2 - 1, (1 + t) ** 2 - t**2 - 2 * t - 1])
+def test_forces_that_cancel_at_all_times_leave_a_system_affine(nothing):
+    x, v = sp.symbols("x v", real=True)
+    oscillator = ap.System.smooth(slow={x: v, v: -x + nothing}, fast={}, small=None, time=t)
+    path = ap.solve(ap.Scene(system=oscillator, values={}, start=[1, 0], until=1))
+    assert path.model == "exact"
+    assert path.final == pytest.approx((np.cos(1), -np.sin(1)), rel=1e-15)
+
+
 @pytest.mark.parametrize(
     "bend", [lambda x, v: sp.sin(x) * v, lambda x, v: sp.sqrt(x**2 + v**2), lambda x, v: sp.sin(t**2) * x]
 )
