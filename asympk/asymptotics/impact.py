@@ -119,7 +119,7 @@ class LimitLayers:
             if event is not None:
                 events.append(event)
                 modes.append(mode.name)
-        raise OutOfRange(f"the layer at t = {t:.6g} passes more than {PASSAGES} modes: {' -> '.join(modes[:6])} ...")
+        raise NoLaw(f"the layer at t = {t:.6g} passes more than {PASSAGES} modes: {' -> '.join(modes[:6])} ...")
 
     def _ahead(self, mode: NumericMode, t: float, state: tuple, speed: float) -> tuple[float, int | None, float]:
         """Return the limit of y in a mode and None, or y at the first guard that y meets and this guard.

@@ -744,3 +744,13 @@ def test_blocks_that_stop_at_the_same_time_stop_together(order):
     truth, path = ap.solve(scene), ap.solve(scene, "jump", order=order)
     assert np.abs(np.subtract(path.final, truth.final)).max() <= path.error * max(map(abs, truth.final))
     assert [(e.kind, e.friction) for e in path.events] == [(e.kind, e.friction) for e in truth.events]
+
+
+def test_a_velocity_that_a_fast_state_brings_to_rest_is_followed_by_order_0_too():
+    system = ap.System.with_frictions(
+        {a: w, w: F - a}, {b: a - b + F}, [ap.Friction(w + b, F, load=1, kinetic=sp.Rational(1, 4))], small=c
+    )
+    scene = ap.Scene(system=system, values={c: "1/1000"}, start={a: 4, w: 0, b: 0}, until=10)
+    truth, path = ap.solve(scene), ap.solve(scene, "jump", order=0)
+    assert path.modes == truth.modes
+    assert np.abs(np.subtract(path.final, truth.final)).max() <= path.error * max(map(abs, truth.final))
