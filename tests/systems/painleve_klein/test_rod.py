@@ -3,6 +3,7 @@
 import pytest
 import sympy as sp
 
+import asympk as ap
 from asympk.errors import InputError, NotDerivable
 from asympk.systems import painleve_klein as pk
 from asympk.systems.painleve_klein import rod
@@ -112,6 +113,14 @@ def test_the_modes_are_those_of_the_paper_for_general_sigma():
         assert sp.expand(mode.fast[pk.y] - fast) == 0
         assert sp.expand(mode.slow[pk.z] - velocity) == 0
         assert mode.slow[pk.x] == pk.y
+
+
+def test_the_scenes_run_forward_jump_from_below_and_escape_from_beyond_the_divide():
+    assert [(scene.name, ap.solve(scene).modes) for scene in pk.scenes()] == [
+        ("forward", ("slip_same",)),
+        ("backward", ("slip_opposite", "stick", "slip_same")),
+        ("escape", ("slip_opposite", "stick", "slip_opposite", "slip_same")),
+    ]
 
 
 def test_the_smooth_mass_gives_an_invariant_in_every_mode():
