@@ -20,8 +20,8 @@ import sympy as sp
 
 from asympk.asymptotics.frictional import follow_stretches
 from asympk.asymptotics.smooth import EXTRA, follow_smooth, leaves_its_sides
-from asympk.errors import AsympkError, NotDerivable, OrderError, OutOfRange
-from asympk.numbers import short
+from asympk.errors import AsympkError, NotDerivable, OutOfRange
+from asympk.numbers import known_order, short
 from asympk.path import Path, SolvedAgain
 from asympk.symbolic.long import atoms
 from asympk.symbolic.reading import rational, spare
@@ -41,7 +41,7 @@ def run(scene: Any, method: str = "jump", *, order: int | None = None) -> Path:
     finite, and the errors of ``follow_smooth`` and ``follow_stretches``.
     """
     smooth = not scene.system.frictions
-    order = _checked_order(method, int(smooth) if order is None else order)
+    order = known_order(int(smooth) if order is None else order, HIGHEST_ORDER, f"method {method!r} takes whole orders")
     if scene.system.small is None:
         raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
     with _refused(scene):
@@ -49,12 +49,6 @@ def run(scene: Any, method: str = "jump", *, order: int | None = None) -> Path:
         follow = follow_smooth if smooth and not leaves_its_sides(inside, order) else follow_stretches
         path = _in_units_that_fit(partial(follow, method=method, order=order), inside)
     return replace(path, scene=scene, at=SolvedAgain(path.at, run, scene, {"method": method, "order": order}))
-
-
-def _checked_order(method: str, order: int) -> int:
-    if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= HIGHEST_ORDER:
-        raise OrderError(f"order = {order!r}: method {method!r} is known to the orders 0 .. {HIGHEST_ORDER}")
-    return order
 
 
 def _with_low_powers(scene: Any, highest: int) -> Any:

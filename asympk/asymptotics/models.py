@@ -112,7 +112,7 @@ def order_taken(method: str, order: int | None) -> int:
     """Return ``order``, or the default, which is 1 and for ``"rigid"`` 0; raises ``OrderError``."""
     highest = 0 if method == "rigid" else HIGHEST_ORDER
     order = min(1, highest) if order is None else order
-    return known_order(order, highest, f"method {method!r} is known to the orders")
+    return known_order(order, highest, f"method {method!r} takes whole orders")
 
 
 def rigid_modes(line: LoadLine, velocity: Any, sign: Callable[[Any], int]) -> list[str]:

@@ -270,7 +270,7 @@ def test_starts_on_the_divide_and_at_sigma_zero_are_refused_by_name():
 
 @pytest.mark.parametrize(("method", "order"), [("jump", -1), ("jump", 7), ("jump", 1.5), ("slow", True), ("rigid", 1)])
 def test_an_order_that_is_not_known_is_refused(method, order):
-    with pytest.raises(OrderError, match="known to the orders"):
+    with pytest.raises(OrderError, match="takes whole orders"):
         ap.solve(ap.Scene(1, 1e-3, (0, 1, 1), 1), method, order=order)
 
 
@@ -404,7 +404,7 @@ def test_bad_arguments_of_arrays_are_refused_by_name():
         ap.solve_many(1.0, 1e-3, 0, 0.2, -1.0, 1.0, 0.5, "jump")
     with pytest.raises(InputError, match="method 'exact' has no option 'order'; it has events, progress"):
         ap.solve_many(1.0, 1e-3, 0, 0.2, -1.0, 1.0, order=1)
-    with pytest.raises(OrderError, match="known to the orders"):
+    with pytest.raises(OrderError, match="takes whole orders"):
         ap.solve_many(1.0, 1e-3, 0, 0.2, -1.0, 1.0, method="jump", order=7)
     with pytest.raises(UnknownName, match="'radau' does not follow arrays; choose one of exact, rigid, slow, jump"):
         ap.solve_many(1.0, 1e-3, 0, 0.2, -1.0, 1.0, method="radau")

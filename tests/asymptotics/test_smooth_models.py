@@ -284,8 +284,10 @@ def test_a_layer_on_a_limit_cycle_is_refused_a_fifth_of_the_way_that_one_may_tak
 
 
 def test_orders_and_numbers_that_are_not_known_are_refused():
-    with pytest.raises(OrderError):
-        _path("cubic", "1/100", 1, order=5)
+    for order in (5, 1.0, "1", True, 10**5000):
+        with pytest.raises(OrderError, match=r"method 'jump' takes whole orders 0 \.\. 4"):
+            _path("cubic", "1/100", 1, order=order)
+    assert _path("cubic", "1/100", 1, order=np.int64(1)).final == _path("cubic", "1/100", 1, order=1).final
     with pytest.raises(InputError, match="from 0 to until"):
         _path("cubic", "1/100", 1)(2)
 
