@@ -19,7 +19,7 @@ from asympk.automaton import decide
 from asympk.automaton.modes import is_nested, mode_of, phases_of
 from asympk.automaton.numericmode import NumericMode, State
 from asympk.digits import carrier_context
-from asympk.errors import InputError, NoMotion, NotDerivable, OutOfRange, TwoMotions, Undecided
+from asympk.errors import InputError, NoMotion, NotDerivable, TwoMotions, Undecided
 from asympk.multiprecision import in_context
 from asympk.numbers import sign_of
 from asympk.symbolic.branches import OPEN, Branch, rate_along
@@ -280,10 +280,7 @@ def _choices(
 def _numeric(automaton: Automaton, branch: Branch, digits: int | None, sides: Sides) -> NumericMode:
     mode = mode_of(automaton.system, branch, sides)
     if digits is None:
-        try:
-            return NumericMode(mode, tuple(map(float, automaton.values)), "math", math)
-        except OverflowError:
-            raise OutOfRange("a parameter is beyond the range of doubles; ask for digits=") from None
+        return NumericMode(mode, tuple(map(float, automaton.values)), "math", math)
     context = carrier_context(digits)
     return NumericMode(mode, _exact(automaton.values, context), "mpmath", context)
 

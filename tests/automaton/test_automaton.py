@@ -604,3 +604,12 @@ def test_a_load_that_decays_beside_friction_of_the_velocity_loses_no_contact_by_
     path = ap.solve(ap.Scene(system=system, values={eps: "1/1000"}, start={x: 0, v: -1, w: -1}, until=1), **way)
     assert [e.kind for e in path.events] == ["velocity_zero", "velocity_zero", "slip_onset"]
     assert path.final == pytest.approx((-0.691161, -0.174826, 0), abs=1e-5)
+
+
+def test_more_frictions_than_can_be_tried_in_all_combinations_are_refused_in_one_line():
+    rates, forces = sp.symbols("v1:10"), sp.symbols("F1:10", real=True)
+    contacts = [ap.Friction(velocity=v, force=F, load=1, kinetic=1) for v, F in zip(rates, forces, strict=True)]
+    slow = {v: F - v for v, F in zip(rates, forces, strict=True)}
+    blocks = ap.System.with_frictions(slow, {}, contacts)
+    with pytest.raises(InputError, match="9 frictions are undecided at once; combinations are tried for at most 8"):
+        ap.solve(ap.Scene(system=blocks, values={}, start=[0] * 9, until=1))
