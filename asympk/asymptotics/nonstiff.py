@@ -84,10 +84,10 @@ class Trajectory:
         t = np.asarray(t, dtype=float)
         if not self.steps:
             return np.array(self.start).reshape(-1, *[1] * t.ndim) + 0 * t
-        if t.size == 1 and not self.steps[0].t < t < self.steps[-1].after:
-            end = self.start if t <= self.steps[0].t else self.steps[-1].end
-            return np.array(end).reshape(-1, *t.shape)
         ends = np.array([step.after for step in self.steps])
+        if t.size == 1:  # not by interpolation, which at the end of a layer has errors far beyond those of a step
+            at = min(max(self.steps[0].t, t.item()), ends[-1])
+            return np.array(self.steps[np.searchsorted(ends, at)].state_at(at)).reshape(-1, *t.shape)
         which = np.minimum(np.searchsorted(ends, t.ravel()), len(ends) - 1)
         found = np.empty((len(self.start), t.size))
         for k in set(which.tolist()):

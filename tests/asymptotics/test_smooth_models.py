@@ -117,6 +117,14 @@ def test_powers_of_mu_beyond_those_expanded_are_predicted(rate, force, order):
     assert distance(path.final, true) < path.error < 15 * distance(path.final, true)
 
 
+def test_a_layer_that_is_over_leaves_no_more_than_the_error_of_its_steps():
+    """Within the last steps, as long as the layer, their interpolation was wrong by ten times the predicted error."""
+    system = ap.System.smooth({}, {u: v - u / 2 - sp.atan(u) / 8, v: sp.atan(v) / 4 - v}, mu)
+    for tau in range(30, 90, 5):
+        path = _solved(system, {mu: "1/50"}, {u: -1, v: "7/8"}, Fraction(tau, 50))
+        assert max(map(abs, path.final)) < path.error + math.exp(-tau / 2)
+
+
 def test_a_manifold_of_order_two_from_the_start_itself_is_wrong_by_order_mu():
     known = formulas(ENZYME.modes[0], mu, (kappa, lambda_), 2)
     start, errors = np.array(known.on_branch((1.0,), (0.5,))), []
