@@ -20,7 +20,7 @@ from asympk.asymptotics.landing import land
 from asympk.asymptotics.series import Series
 from asympk.errors import NotDerivable, UnknownName
 from asympk.numbers import known_order
-from asympk.symbolic.expansion import fast_jacobian, is_zero
+from asympk.symbolic.expansion import fast_jacobian, is_zero, require_series
 from asympk.symbolic.placing import place
 from asympk.symbolic.system import System
 
@@ -80,6 +80,7 @@ def base_point(system: System, order: int = 1) -> BasePoint:
     order = known_order(order, HIGHEST_ORDER, "the base point is derived to orders")
     if system.small is None or len(system.modes) > 1 or system.time is not None:
         raise NotDerivable("a base point is that of one smooth mode with fast states and without an explicit time")
+    require_series(system.modes[0], system.small, order)
     if not _is_closed(system.modes[0], order):
         return BasePoint(system, order, None)
     _require_settling(system.modes[0], system.small)

@@ -23,9 +23,9 @@ from importlib import import_module
 import sympy as sp
 
 from asympk.asymptotics.tape import Definitions, Tape
-from asympk.asymptotics.taylor import FUNCTIONS, INFINITE, Taylor, as_taylor, evaluated
+from asympk.asymptotics.taylor import FUNCTIONS, Taylor, as_taylor, evaluated
 from asympk.errors import InputError
-from asympk.symbolic.expansion import fast_jacobian
+from asympk.symbolic.expansion import fast_jacobian, require_series
 from asympk.symbolic.sides import SWITCHING
 from asympk.symbolic.system import Mode
 
@@ -130,9 +130,7 @@ class _Field:
             if switching := rate.atoms(sp.Piecewise, *SWITCHING):
                 raise InputError(f"the rate of {state} switches too often, by {max(switching, key=str)!s:.60}, to "
                                  "have a series on every side; use an exact method")  # fmt: skip
-            if rate.subs(small, 0).has(*INFINITE):
-                raise InputError(f"the rate of {state} has no series in {small}: in mode {mode.name} it is singular "
-                                 "where that is 0; use an exact method")  # fmt: skip
+        require_series(mode, small)
         self.force = [g.subs(small, 0) for g in self.full_force]
         self.jacobian = fast_jacobian(mode, small)
         self.affine = not any(e.has(*self.fast_states) for e in self.jacobian)

@@ -16,6 +16,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError
+from asympk.symbolic.expansion import INFINITE
 from asympk.symbolic.penetration import Penetration
 
 FUNCTIONS = ("exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan", "asinh", "acosh",
@@ -24,7 +25,6 @@ _QUOTIENTS = {
     sp.sec: lambda a: 1 / sp.cos(a), sp.csc: lambda a: 1 / sp.sin(a), sp.cot: lambda a: sp.cos(a) / sp.sin(a),
     sp.sech: lambda a: 1 / sp.cosh(a), sp.csch: lambda a: 1 / sp.sinh(a), sp.coth: lambda a: 1 / sp.tanh(a),
 }  # fmt: skip
-INFINITE = (sp.zoo, sp.nan, sp.oo)
 U = sp.Symbol("u", positive=True)
 
 

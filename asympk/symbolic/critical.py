@@ -25,6 +25,7 @@ from asympk.symbolic.expansion import (
     jacobian_on_branch,
     one_side,
     over_fast,
+    require_series,
 )
 from asympk.symbolic.hurwitz import attracting, characteristic, off_axis, repelling, split
 from asympk.symbolic.reading import expression
@@ -224,11 +225,12 @@ def critical_manifolds(system: System) -> Several[CriticalManifold]:
     Manifolds of modes other than stick are named Pi1, Pi2, ... in order, those of stick Lambda1, ...; a manifold that
     lies nowhere in its mode has ``domain`` False. Where the rates of a mode switch by a state or the time, every side
     of the switch has its own manifolds, each with its domain. Raises ``NotDerivable`` when SymPy cannot solve g = 0, or
-    where a mode has too many sides.
+    where a mode has too many sides, and ``InputError`` where rates are singular at mu = 0.
     """
     found: list[CriticalManifold] = []
     count: dict[str, int] = {}
     for mode in (part for m in system.modes for part in _smooth_parts(system.autonomous(m), system.assumptions)):
+        require_series(mode, system.small)
         letter = "Lambda" if mode.name == "stick" else "Pi"
         for branch in _branches(mode, system.small):
             count[letter] = count.get(letter, 0) + 1

@@ -20,12 +20,13 @@ from math import factorial, prod
 
 import sympy as sp
 
-from asympk.errors import NotDerivable
+from asympk.errors import InputError, NotDerivable
 from asympk.symbolic.branches import heavy, put_sign, without_squares
 from asympk.symbolic.diffring import DifferentialRing, Fraction, atoms_of
 from asympk.symbolic.long import is_longer
 from asympk.symbolic.system import Mode
 
+INFINITE = (sp.zoo, sp.nan, sp.oo)
 _TINY = sp.Rational(1, 10**30)
 LONG = 200  # operations; from longer rates that are not rational come coefficients of a hundred thousand operations
 
@@ -59,6 +60,14 @@ def require_short(mode: Mode, order: int) -> None:
     if order and heavy(rates) and is_longer(rates, LONG):
         raise NotDerivable(f"the rates of {mode.name} are too long for coefficients in symbols beyond order 0; "
                            "export writes them, and solve(scene, method='slow', order=n) uses them")  # fmt: skip
+
+
+def require_series(mode: Mode, small: sp.Symbol, order: int = 0) -> None:
+    """Raise ``InputError`` if a rate or one of its first ``order`` derivatives by mu is singular where mu = 0."""
+    for state, rate in {**mode.slow, **mode.fast}.items():
+        if any(rate.diff(small, k).subs(small, 0).has(*INFINITE) for k in range(order + 1)):
+            raise InputError(f"the rate of {state} has no series in {small}: in mode {mode.name} it is singular where "
+                             "that is 0; use an exact method, or replace what is singular by a parameter")  # fmt: skip
 
 
 def over_fast(mode: Mode, small: sp.Symbol, branch: sp.Dict) -> dict[sp.Symbol, sp.Expr]:

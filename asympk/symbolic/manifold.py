@@ -29,7 +29,15 @@ from asympk.symbolic.critical import (
     in_words,
 )
 from asympk.symbolic.diffring import DifferentialRing
-from asympk.symbolic.expansion import expand, fast_jacobian, is_implicit, is_zero, over_fast, require_short
+from asympk.symbolic.expansion import (
+    expand,
+    fast_jacobian,
+    is_implicit,
+    is_zero,
+    over_fast,
+    require_series,
+    require_short,
+)
 from asympk.symbolic.reading import spare
 from asympk.symbolic.system import Mode, System, of_system
 
@@ -113,6 +121,7 @@ def slow_manifold(
     """
     order = known_order(order)
     dynamics = system.autonomous(system.mode(mode))
+    require_series(dynamics, system.small, order)
     at = sp.Dict({y: y for y in dynamics.fast}) if branch is None else checked_branch(branch, dynamics, system.small)
     manifold = SlowManifold(name, dynamics, system.small, at, system.assumptions, order)
     if is_zero(manifold.jacobian.det()):
@@ -139,6 +148,7 @@ def slow_manifolds(system: System, order: int = 1) -> Several[SlowManifold]:
     found = [c for c in critical_manifolds(system) if c.exists != sp.false and c.domain != sp.false]
     for c in found:
         require_short(c.dynamics, order)
+        require_series(c.dynamics, c.small, order)
     return Several(SlowManifold(c.name, c.dynamics, c.small, c.branch, c.assumptions, order) for c in found)
 
 

@@ -631,6 +631,16 @@ def test_there_are_as_many_slow_manifolds_over_a_place_as_real_roots(force, coun
             assert sp.sympify(m.stability).subs(at) == slope
 
 
+@pytest.mark.parametrize("singular", [mu * sp.log(mu), sp.exp(-1 / mu), sp.sqrt(mu) * y, sp.sin(mu) / mu])
+def test_rates_without_a_series_in_mu_have_no_slow_manifold(singular):
+    """The series had the coefficient zoo or nan, or no manifold was found at all."""
+    for rate, force in ((-x, x - y + singular), (singular - x, x - y)):
+        system = ap.System.smooth({x: rate}, {y: force}, mu)
+        for derive in (ap.slow_manifolds, ap.slow_manifold, ap.jump_map):
+            with pytest.raises(InputError, match="has no series in mu"):
+                derive(system, order=1)
+
+
 def test_two_opposed_enzymes_settle_whatever_their_rates():
     """The conditions of Goldbeter and Koshland's switch were sums of many roots, whose sign was left open."""
     rate = sp.Symbol("rate", positive=True)
