@@ -17,6 +17,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
+from itertools import count, takewhile
 
 import numpy as np
 
@@ -33,7 +34,7 @@ _SPARE_BITS = 64
 _BITS_A_DIGIT = 5.4  # some 1.6 digits for each digit asked for
 _CLEAR_BITS = 24  # bits above the rounding error from which on a value counts
 _RIGHT_BITS_A_DIGIT = 3.7  # bits to which ``e^{M t}`` is right for each digit asked for
-_DOUBLINGS = 6  # numbers of bits that are tried, each twice the one before
+_MOST_BITS = 1 << 13  # beyond which the bits are not doubled again: the search for roots would take minutes
 
 
 @dataclass(frozen=True)
@@ -60,14 +61,14 @@ def exponential(entries: tuple[tuple[Fraction, ...], ...], digits: int) -> Expon
     whole, denominator = in_whole_numbers(entries)
     lengths = [abs(entry).bit_length() for entry in whole.flat if entry]
     spread = max(lengths, default=0) - min(lengths, default=0)
-    for k in range(_DOUBLINGS):
-        bits = int(_BITS_A_DIGIT * digits) + _SPARE_BITS + 2 * spread << k
+    first = int(_BITS_A_DIGIT * digits) + _SPARE_BITS + 2 * spread
+    for bits in takewhile(lambda bits: bits <= max(first, _MOST_BITS), (first << k for k in count())):
         with suppress(Undecided, ZeroDivisionError):  # roots that only more bits tell apart
             found = _found(entries, whole, denominator, bits)
             if _solves(found, whole, denominator, int(_RIGHT_BITS_A_DIGIT * digits) + spread):
                 return found
-    raise Undecided(f"eigenvalues of a mode are too near to one another for {bits} bits: give parameters at which they "
-                    "are equal, or differ more")  # fmt: skip
+    raise Undecided(f"eigenvalues of a mode are too near to one another for {_MOST_BITS} bits: give parameters at "
+                    "which they are equal, or differ more")  # fmt: skip
 
 
 def _found(entries, whole, denominator, bits):

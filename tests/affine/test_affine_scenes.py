@@ -491,9 +491,9 @@ def test_eigenvalues_much_nearer_to_one_another_than_the_digits_in_use_lose_noth
 def test_eigenvalues_that_no_number_of_bits_in_use_tells_apart_are_refused_by_name(monkeypatch):
     from asympk.affine import exponential
 
-    monkeypatch.setattr(exponential, "_DOUBLINGS", 1)
+    monkeypatch.setattr(exponential, "_MOST_BITS", 200)
     rows = AffineMode.of([[-1, 1], [0, -1 - Fraction(1, 10**70)]], [0, 0]).homogeneous
-    with pytest.raises(AsympkError, match="eigenvalues of a mode are too near to one another for 193 bits"):
+    with pytest.raises(AsympkError, match="eigenvalues of a mode are too near to one another for 200 bits"):
         exponential.exponential(rows, 24)
 
 
