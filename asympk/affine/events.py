@@ -114,6 +114,22 @@ class Guards:
         found = areas(self.m, self.blocks, lo, hi)
         return [_dot(w, found) for w in self.lists[4]]
 
+    def floors(self, lo: Number, hi: Number) -> list[Number]:
+        """Return a lower bound of every guard on [lo, hi], term by term: a real exponential is least at an end."""
+        m, blocks = self.m, self.blocks
+        (first, begun), (last, later) = (functions(m, blocks, t)[1:] for t in (lo, hi))
+        if begun != later:
+            return [float("-inf") for _ in self.every]
+        real = [k < (not turn) for _, turn, count in blocks for k in range(count * (1 + bool(turn)))]
+        ends = (first, tremors(m, blocks, lo)[0], last, tremors(m, blocks, hi)[0], sizes(m, blocks, lo, hi), real)
+        weights, off_weights, _, _, _, bases, off_bases = self.lists
+        found = [base - m.margin * off for base, off in zip(bases[begun], off_bases[begun], strict=True)]
+        for q in self.every:
+            for w, off, a, off_a, b, off_b, size, least_at_end in zip(weights[q], off_weights[q], *ends, strict=True):
+                low = min(w * a - m.margin * off * off_a, w * b - m.margin * off * off_b)
+                found[q] += low if least_at_end else -2 * off * size
+        return found
+
     @cached_property
     def derivatives(self) -> list[list[list[Number]]]:
         """The weights of the guards' derivatives from the second to that of order ``_ORDER``, one list per guard."""
@@ -298,6 +314,9 @@ def _isolated(guards, lo, hi, until):
     for step in range(_MOST_STEPS):
         right = pieces[-1]
         verdicts = _verdicts(guards, left, right, guards.bounds(left.t, right.t))
+        if "unknown" in verdicts:
+            floors = guards.floors(left.t, right.t)
+            verdicts = ["positive" if low > 0 else verdict for verdict, low in zip(verdicts, floors, strict=True)]
         if step > _PATIENCE and "unknown" in verdicts:
             verdicts = _closer_verdicts(guards, left, right)
         fall = [q for q, verdict in zip(guards.every, verdicts, strict=True) if verdict == "falls"]

@@ -192,3 +192,13 @@ def test_a_block_leaves_rest_under_a_drive_that_grows_as_a_power_from_what_frict
     path = pushed(1 + t**power, until=2, **way)
     assert path.modes == ("slip_same",)
     assert float(path.final[0]) == pytest.approx(2 ** (power + 1) / (power + 1), rel=1e-9)
+
+
+@pytest.mark.parametrize("small", ["1/1000", "1/1000000"])
+def test_a_margin_that_decays_to_zero_is_positive_at_a_few_looks_however_long(small, monkeypatch):
+    looks, at = [], Guards.at
+    monkeypatch.setattr(Guards, "at", lambda *arguments: looks.append(1) or at(*arguments))
+    mu = sp.Symbol("mu", positive=True)
+    held = ap.System.with_frictions({v: F - 1}, {y: -y}, [ap.Friction(v, F, load=1 + y, kinetic=1)], small=mu)
+    assert ap.solve(ap.Scene(system=held, values={mu: small}, start=(0, 1), until=50)).modes == ("stick",)
+    assert len(looks) < 200
