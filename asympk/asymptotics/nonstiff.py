@@ -8,9 +8,11 @@ section II.10). Where implicit steps are far longer, ``steps`` continues with th
 """
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache, partial
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -84,10 +86,11 @@ class Trajectory:
         t = np.asarray(t, dtype=float)
         if not self.steps:
             return np.array(self.start).reshape(-1, *[1] * t.ndim) + 0 * t
-        ends = np.array([step.after for step in self.steps])
         if t.size == 1:  # not by interpolation, which at the end of a layer has errors far beyond those of a step
-            at = min(max(self.steps[0].t, t.item()), ends[-1])
-            return np.array(self.steps[np.searchsorted(ends, at)].state_at(at)).reshape(-1, *t.shape)
+            at = min(max(self.steps[0].t, t.item()), self.steps[-1].after)
+            step = self.steps[bisect_left(self.steps, at, key=attrgetter("after"))]
+            return np.array(step.state_at(at)).reshape(-1, *t.shape)
+        ends = np.array([step.after for step in self.steps])
         which = np.minimum(np.searchsorted(ends, t.ravel()), len(ends) - 1)
         found = np.empty((len(self.start), t.size))
         for k in set(which.tolist()):
