@@ -641,6 +641,10 @@ def test_rates_without_a_series_in_mu_have_no_slow_manifold(singular):
                 derive(system, order=1)
 
 
+def test_a_system_without_small_parameter_has_no_critical_manifolds():
+    assert not critical_manifolds(ap.System.smooth({x: -x}, {}, None))
+
+
 def test_two_opposed_enzymes_settle_whatever_their_rates():
     """The conditions of Goldbeter and Koshland's switch were sums of many roots, whose sign was left open."""
     rate = sp.Symbol("rate", positive=True)
