@@ -66,14 +66,14 @@ def terms(formulas: Formulas, order: int) -> Terms:
     tape, values = field.tape(*(f"v{i}_0" for i in range(len(states))))
     start = {s: tape.node(f"v{i}_0") for i, s in enumerate(states)}
     (rate,) = evaluated(field.jacobian, {**values, **start}, tape)
-    found = coefficients(field, (order, order), tape, values, start, rate)
+    found = layer_coefficients(field, (order, order), tape, values, start, rate)
     entries = [(k, i, *power, c) for i, s in enumerate(states) for k in range(order + 1)
                for power, c in _powers(found[s].get((k, 0), 0)).items()]  # fmt: skip
     places = np.array([entry[:-1] for entry in entries])
     return Terms(places, tape.function((rate, *(entry[-1] for entry in entries)), field.functions))
 
 
-def coefficients(
+def layer_coefficients(
     field: Any, orders: tuple[int, int], tape: Any, values: dict, start: dict, rate: Any,
     tidied: Callable[[Any], Any] = lambda c: c,
 ) -> dict:  # fmt: skip
