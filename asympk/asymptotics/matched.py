@@ -318,7 +318,7 @@ def slowly(
 
     found = _reduced(slow, path, (order,), until, mu, rtol, guards)
     places = list(slow.places)
-    points = found.trajectory.start, found.last
+    points = found.trajectory.start, tuple(found.trajectory(found.end).tolist())
     stretch = Stretch(path.t, mode, lambda u: found.states(u)[0][places], points)
     t, state = path.t + found.end, tuple(stretch.states(found.end).tolist())
     require_no_pole(path, slow, found)

@@ -51,12 +51,6 @@ class Reduced:
     guard: int | None
     trajectory: Trajectory = field(repr=False)
 
-    @property
-    def last(self) -> tuple:
-        """The points at the time ``end``, to the accuracy of a step: dense output is less accurate."""
-        steps = self.trajectory.steps
-        return steps[-1].state_at(self.end) if steps else self.trajectory.start
-
     def states(self, t: Any) -> np.ndarray:
         """Return x and y on the manifold at the array ``t`` of times for every order: (orders, states) + t.shape."""
         t = np.asarray(t, dtype=float)
