@@ -121,9 +121,10 @@ def _references(scene: Scene, digits: int, events: int, deadline: float) -> tupl
     automaton, stages = automaton_of(scene), max(STAGES, ceil(PER_DIGIT * digits))
     places = [carrier_context(SPARE).mag(carried(v, SPARE)) for v in automaton.values if v]
     lost = sum(map(abs, places)) * 3 // 10  # digits that a rate such as log(1 + p)/p of a tiny parameter may lose
-    spare = [carrier_context(digits + SPARE + times * lost + extra) for times, (_, extra) in enumerate(ORDERS, 1)]
-    rough, fine = (_follow(automaton, scene, ctx, stages + more, digits + extra, events, deadline)
-                   for ctx, (more, extra) in zip(spare, ORDERS, strict=True))  # fmt: skip
+    contexts = [carrier_context(digits + SPARE + times * lost + extra) for times, (_, extra) in enumerate(ORDERS, 1)]
+    first = automaton.first(scene.start, scene.until)
+    rough, fine = (_follow(automaton, first, scene, ctx, stages + more, digits + extra, events, deadline)
+                   for ctx, (more, extra) in zip(contexts, ORDERS, strict=True))  # fmt: skip
     if fine.last.short:
         raise TooManyEvents(f"{fine.last.short} at t = {float(fine.last.t):.6g}; take a smaller until, or more events=")
     if rough.modes != fine.modes:
@@ -141,10 +142,10 @@ def _rounded(state: tuple, digits: int) -> tuple:
 
 
 def _follow(
-    automaton: Automaton, scene: Scene, ctx: Any, stages: int, digits: int, events: int, deadline: float
+    automaton: Automaton, first: tuple, scene: Scene, ctx: Any, stages: int, digits: int, events: int, deadline: float
 ) -> Run:
     start, until = tuple(in_context(ctx, v) for v in scene.start), in_context(ctx, scene.until)
-    first, tolerance = automaton.first(scene.start, scene.until), ctx.mpf(10) ** -digits
+    tolerance = ctx.mpf(10) ** -digits
     tableau = _tableau(stages, ctx.dps)
 
     def advance(mode: NumericMode, t: Any, state: tuple, segments: list) -> Segment:
