@@ -76,7 +76,7 @@ class SystemFamily:
 
     @property
     def _cancelled(self):
-        return cancelled(json.loads(self.text)[0], *_system(self.text))
+        return _cancelled(self.text)
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -104,20 +104,15 @@ class SystemFamily:
         start = table["start"]
         if isinstance(start, list):
             start = by_state(start, self.states)
-        found: dict[str, Any] = {}
         values = table.get("values", {})
         told = {"values": (without(self._cancelled, values), self.system.parameters, "parameter")}
-        found |= values
-        if self.coordinates:
-            found |= start
-        else:
+        if not self.coordinates:
             told["start"] = (start, self.system.states, "state")
         for what, (entries, symbols, kind) in told.items():
             placed = by_symbol(entries, symbols, "this system", kind)
             if missing := [s.name for s in symbols if s not in placed]:
                 raise InputError(f"{what}: the {kind} {', '.join(missing)} is missing")
-            found |= entries
-        return {**found, UNTIL: table[UNTIL]}
+        return {**values, **start, UNTIL: table[UNTIL]}
 
     def number(self, field: str, value: Any) -> Number:
         """Return ``value`` as an exact number; raises ``InputError`` if it is none."""
@@ -231,3 +226,8 @@ def _written(system, parameters):
 @lru_cache(maxsize=8)
 def _system(text):
     return system_of(*json.loads(text))
+
+
+@lru_cache(maxsize=8)
+def _cancelled(text):
+    return cancelled(json.loads(text)[0], *_system(text))
