@@ -20,6 +20,25 @@ slip = "X - l*cos(theta)"
 friction = "f"
 unilateral = true
 """
+ON_HIGH_GROUND = SLENDER_ROD.replace("m*g*Y", "m*g*(Y - H)").replace("Y - l*sin", "Y - H - l*sin") + """\
+compliance = "c"
+damping = "h"
+[values]
+m = 1
+l = 1
+g = 1
+f = 2
+c = 0.125
+h = 1
+H = {height}
+[state]
+X = 0
+Y = {centre}
+theta = 0
+"X'" = -1
+"Y'" = 0
+"theta'" = 0
+"""  # the slender rod, lying on ground at a height H, which no rate contains
 
 
 @cache

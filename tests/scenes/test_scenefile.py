@@ -10,7 +10,7 @@ from importlib import import_module
 import mpmath
 import pytest
 import sympy as sp
-from mechanisms import SLENDER_ROD
+from mechanisms import ON_HIGH_GROUND, SLENDER_ROD
 
 import asympk as ap
 from asympk.__main__ import main
@@ -327,30 +327,9 @@ def test_a_scene_is_known_by_the_name_of_its_system_in_any_case():
         ap.read_scene("amr")
 
 
-HIGH = f"until = 0.1\ncompliance = \"c\"\ndamping = \"h\"\n{SLENDER_ROD}" + """\
-[values]
-m = 1
-l = 1
-g = 1
-f = 2
-c = 0.125
-h = 1
-H = {height}
-[state]
-X = 0
-Y = {centre}
-theta = 0
-"X'" = -1
-"Y'" = 0
-"theta'" = 0
-"""
-
-
 def _high(tmp_path, height, centre):
-    """Return the file of the slender rod, lying on ground at a height H, which no rate contains."""
     file = tmp_path / f"high-{height}.toml"
-    text = HIGH.replace("m*g*Y", "m*g*(Y - H)").replace("gap = \"Y", "gap = \"Y - H")
-    file.write_text(text.format(height=height, centre=centre))
+    file.write_text("until = 0.1\n" + ON_HIGH_GROUND.format(height=height, centre=centre))
     return file
 
 

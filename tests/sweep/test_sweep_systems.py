@@ -11,7 +11,7 @@ from itertools import product
 import numpy as np
 import pytest
 from blocks import spring_block
-from mechanisms import SLENDER_ROD
+from mechanisms import ON_HIGH_GROUND, SLENDER_ROD
 
 import asympk as ap
 from asympk.__main__ import main
@@ -363,24 +363,7 @@ def test_an_elastic_mechanism_is_swept_over_from_coordinates_and_rates_as_its_sc
 
 def test_a_sweep_may_be_over_a_quantity_on_which_only_the_start_depends(tmp_path):
     """At theta = 0 the reaction x = -g/c starts at (H - Y)/c."""
-    rod = SLENDER_ROD.replace("Y - l*sin", "Y - H - l*sin")
-    text = f'until = 0\ncompliance = "c"\ndamping = "h"\n{rod}' + """
-[values]
-m = 1
-l = 1
-g = 1
-f = 2
-c = 0.125
-h = 1
-H = [0, 0.125, 0.25]
-[state]
-X = 0
-Y = 0
-theta = 0
-"X'" = -1
-"Y'" = 0
-"theta'" = 0
-"""
+    text = "until = 0\n" + ON_HIGH_GROUND.format(height="[0, 0.125, 0.25]", centre=0)
     sweep = parse_sweep(text)
     run_sweep(sweep, tmp_path / "sweep")
     assert _whole(tmp_path / "sweep")["x"].tolist() == [0, 1, 2]
