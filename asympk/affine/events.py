@@ -120,7 +120,7 @@ class Guards:
         (first, begun), (last, later) = (functions(m, blocks, t)[1:] for t in (lo, hi))
         if begun != later:
             return [float("-inf") for _ in self.every]
-        real = [k < (not turn) for _, turn, count in blocks for k in range(count * (1 + bool(turn)))]
+        real = [not turn and k == 0 for _, turn, count in blocks for k in range(2 * count if turn else count)]
         ends = (first, tremors(m, blocks, lo)[0], last, tremors(m, blocks, hi)[0], sizes(m, blocks, lo, hi), real)
         weights, off_weights, _, _, _, bases, off_bases = self.lists
         found = [base - m.margin * off for base, off in zip(bases[begun], off_bases[begun], strict=True)]

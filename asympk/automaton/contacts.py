@@ -125,9 +125,8 @@ def nudges(t: Any, state: tuple, slack: Any, least: Any = 0) -> Iterator[tuple[A
     for signs in _NUDGES:
         moved = (w * (1 + signs[k % len(signs)] * slack) for k, w in enumerate(state))
         yield t * (1 + signs[-1] * slack), tuple(moved)
-    floor = least * max(map(abs, state), default=0)
-    for k in range(len(state)) if floor else ():
-        yield t, (*state[:k], state[k] + floor, *state[k + 1 :])
+    if floor := least * max(map(abs, state), default=0):
+        yield from ((t, (*state[:k], w + floor, *state[k + 1 :])) for k, w in enumerate(state))
 
 
 @lru_cache(maxsize=64)

@@ -321,9 +321,10 @@ def _real_forms(solution):
     roots = {p for p in _fractional_powers(*solution.values()) if p.exp.q % 2 and not _is_nested(p)}
     lower = {} if any(w.args[0].is_nonnegative for w in upper) else {w: sp.LambertW(w.args[0], -1) for w in upper}
     below = {p: (-1) ** p.exp.p * (-p.base) ** p.exp for p in roots if not p.base.is_nonnegative}
-    forms = [{y: h.xreplace(form) for y, h in solution.items()} for form in (lower, below) if form]
-    both = [{y: h.xreplace(lower).xreplace(below) for y, h in solution.items()}] if lower and below else []
-    return [solution, *forms, *both]
+    forms = [solution]
+    for rule in filter(None, (lower, below)):
+        forms += [{y: h.xreplace(rule) for y, h in form.items()} for form in forms]
+    return forms
 
 
 def _fractional_powers(*heights):

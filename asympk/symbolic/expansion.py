@@ -64,8 +64,10 @@ def require_short(mode: Mode, order: int) -> None:
 
 def require_series(mode: Mode, small: sp.Symbol | None, order: int = 0) -> None:
     """Raise ``InputError`` if a rate or one of its first ``order`` derivatives by mu is singular where mu = 0."""
+    if small is None:
+        return
     for state, rate in {**mode.slow, **mode.fast}.items():
-        if small is not None and any(rate.diff(small, k).subs(small, 0).has(*INFINITE) for k in range(order + 1)):
+        if any(rate.diff(small, k).subs(small, 0).has(*INFINITE) for k in range(order + 1)):
             raise InputError(f"the rate of {state} has no series in {small}: in mode {mode.name} it is singular where "
                              "that is 0; use an exact method, or replace what is singular by a parameter")  # fmt: skip
 
