@@ -268,8 +268,9 @@ def on_all_sides(mode: GuardedMode) -> Iterator[GuardedMode]:
 
 
 def _time_of_fall(edge: sp.Expr, time: sp.Symbol | None) -> sp.Expr | None:
-    """Return the time at which an edge falls through 0, infinity if the edge rises, or None if this is not known."""
-    if edge.free_symbols != {time} or not (slope := slope_by(edge, time)).is_Rational:
+    """Return the time at which an edge falls through 0, infinity if it rises, or None if it is no line in time."""
+    slope = slope_by(edge, time) if edge.free_symbols == {time} and not is_switched(edge, (time,)) else None
+    if slope is None or not slope.is_Rational:
         return None
     return -edge.subs(time, 0) / slope if slope < 0 else sp.oo
 

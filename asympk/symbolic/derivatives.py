@@ -61,8 +61,8 @@ def slope_by(expr: sp.Expr, s: sp.Symbol) -> sp.Expr:
     if isinstance(expr, sp.Piecewise):  # SymPy compares all conditions anew, which takes minutes for a table
         pieces = [(slope_by(piece, s), condition) for piece, condition in expr.args]
         return sp.Piecewise(*pieces, evaluate=False) if any(part for part, _ in pieces) else sp.S.Zero
-    if isinstance(expr, sp.frac | sp.Mod):
-        number, divisor = expr.args if isinstance(expr, sp.Mod) else (expr.args[0], sp.S.One)
+    if isinstance(expr, sp.Mod):
+        number, divisor = expr.args
         return slope_by(number - divisor * sp.floor(number / divisor), s)
     if isinstance(expr, sp.Abs):
         return sp.sign(expr.args[0]) * slope_by(expr.args[0], s)

@@ -33,7 +33,7 @@ from asympk.symbolic.penetration import computed
 from asympk.symbolic.reading import entries_of, expression
 from asympk.symbolic.tables import as_tree, without_tables
 
-BRANCHING = (sp.Piecewise, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.floor, sp.ceiling, sp.frac, sp.Mod)
+BRANCHING = (sp.Piecewise, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.floor, sp.ceiling, sp.Mod)
 _OPEN = (sp.Derivative, sp.Subs, sp.Sum, sp.Product)  # unevaluated: .doit() works them out
 _LARGEST = 2**1024  # no double is this large
 STRICT = {"allow_unknown_functions": False, "strict": True}
@@ -214,9 +214,6 @@ class _Remainders:
     def _print_Mod(self, expr):
         a, b = map(self._print, expr.args)
         return f"(({a}) % ({b}))"
-
-    def _print_frac(self, expr):
-        return f"(({self._print(expr.args[0])}) % 1)"
 
 
 class _Mpmath(_Quick, _Pieces, _Remainders, MpmathPrinter):

@@ -8,6 +8,7 @@ import sympy as sp
 
 from asympk.errors import InputError
 from asympk.numbers import number, numbers, short, unread
+from asympk.symbolic.long import atoms
 
 
 def rational(name: str, value: Any) -> sp.Rational:
@@ -70,13 +71,17 @@ def entries_of(name: str, value: Any, entries: str) -> tuple:
 
 
 def expression(name: str, value: Any) -> sp.Basic:
-    """Return a SymPy object, or a number as one; raises ``InputError`` for a string or a container."""
+    """Return a SymPy object, or a number as one; raises ``InputError`` for a string or a container.
+
+    A fractional part becomes a remainder, as SymPy cannot compare fractional parts with numbers above 1.
+    """
     try:
         if isinstance(value, (str, tuple, list, dict, set, frozenset)) or getattr(value, "is_Matrix", False):
             raise sp.SympifyError(value)
-        return sp.sympify(value, strict=True)
+        found = sp.sympify(value, strict=True)
     except (sp.SympifyError, TypeError):
         raise InputError(f"{name} = {short(value)}: it must be a SymPy expression or a number") from None
+    return found.replace(sp.frac, lambda part: sp.Mod(part, 1)) if atoms(found, sp.frac) else found
 
 
 def real_expression(name: str, value: Any) -> sp.Expr:

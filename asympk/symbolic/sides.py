@@ -13,6 +13,7 @@ from itertools import combinations, product
 
 import sympy as sp
 
+from asympk.numbers import sign_of
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.long import atoms, replaced
 from asympk.symbolic.penetration import Penetration
@@ -24,7 +25,7 @@ FEW = 16  # phases linear in the time; with more, as in a record of ground motio
 _ORDERED = (sp.Lt, sp.Le, sp.Gt, sp.Ge)
 _TRUE = {1: (sp.Gt, sp.Ge), 0: (sp.Ge, sp.Le), -1: (sp.Lt, sp.Le)}  # the true relations by the sign of left - right
 _SIZES = (sp.Abs, sp.sign, sp.Heaviside)
-WHOLE = (sp.floor, sp.ceiling, sp.frac, sp.Mod)
+WHOLE = (sp.floor, sp.ceiling, sp.Mod)
 _POLAR = (sp.tan, sp.cot, sp.sec, sp.csc, sp.atan2, sp.acot)
 _TWICE = dict.fromkeys((sp.tan, sp.cot), lambda u: sp.sin(2 * u))
 _WAVES = {sp.sec: sp.cos, sp.csc: sp.sin, **_TWICE}  # a function without poles that has the same sign
@@ -207,7 +208,7 @@ def _on_side(atom: sp.Basic, signs: dict[sp.Expr, int]) -> sp.Basic:
     phase, factor = phase_of(switching_parts(atom)[0])
     if phase not in signs:
         return atom
-    sign = factor * signs[phase]
+    sign = sign_of(factor * signs[phase])  # the side of a whole part is its value
     if isinstance(atom, _ORDERED):
         return sp.true if isinstance(atom, _TRUE[sign]) else sp.false
     if isinstance(atom, sp.Heaviside):

@@ -114,6 +114,25 @@ def test_what_stands_still_between_steps_of_the_time_is_new_at_each_of_them(step
     assert float(path.final[0]) == pytest.approx(sum(ways), abs=1e-12)
 
 
+STAIRS = sp.floor(2 / sp.sqrt(3) * sp.sin(sp.pi * t / 6))  # 0, 1, 0, -1, -2, -1 for two units of time each
+
+
+@pytest.mark.parametrize(
+    ("steps", "way"),
+    [
+        (sp.floor(sp.Mod(t, 2)), 6),
+        (sp.floor(3 * sp.frac(t)), 12),
+        (sp.Abs(STAIRS), 10),
+        (sp.sign(STAIRS), -4),
+        (5 * sp.Max(STAIRS, 4 * sp.frac(t) / 5), 30),
+    ],
+)
+def test_a_switch_within_a_switch_goes_its_own_way(steps, way, method):
+    system = ap.System.smooth({x: steps}, {}, None, time=t)
+    path = ap.solve(ap.Scene(system=system, start=[0], until=12), **method)
+    assert float(path.final[0]) == pytest.approx(way, abs=1e-3)  # a switch that is missed costs 1 at least
+
+
 def test_a_square_wave_is_followed_in_closed_form():
     path = ap.solve(ap.Scene(system=_block(sp.sign(2 * sp.sin(t) - 1)), start=[0, 0], until=1), digits=30)
     back = math.pi / 6
