@@ -31,7 +31,7 @@ from asympk.naming import named
 from asympk.scene import Scene
 from asympk.scenes.turned import with_changes
 from asympk.storage.tomlfile import parse_table, read_table, refuse_unknown, require_keys, word
-from asympk.systems.catalogue import about_system, example_scenes
+from asympk.systems.catalogue import about_system, described_mechanism, example_scene, example_scenes
 
 COMMON = ("name", "about", "start", "until")
 SYSTEM = ("system", "values")
@@ -62,16 +62,27 @@ def read_scene(where: str | Path) -> Scene:
 def changed_scene(where: str, changes: dict[str, Any]) -> tuple[Scene, dict[str, Any]]:
     """Return the scene ``where`` after ``changes`` of numbers in tables of its file, and the changes of other numbers.
 
-    A start in coordinates and rates is derived anew. Raises as ``read_scene`` does.
+    The numbers of an example of the catalogue are those of its mechanism. A start in coordinates and rates is derived
+    anew. Raises as ``read_scene`` does.
     """
     if not is_file(where):
-        return read_scene(where), changes
+        return _changed_example(read_scene(where), known_name(where), changes)
     table, left = read_table(where), changes
     for key in _NUMBERS & table.keys():
         if isinstance(own := table[key], dict):
             table[key] = with_changes(own, changes)
             left = {name: value for name, value in left.items() if name not in own}
     return _scene_of(table, where), left
+
+
+def _changed_example(scene: Scene, name: str, changes: dict[str, Any]) -> tuple[Scene, dict[str, Any]]:
+    """Return a scene that ships, derived anew if it is the example of a mechanism, and the changes of other numbers."""
+    told = described_mechanism(name) if name in systems.MECHANISMS and scene.system and changes else None
+    if told is None or not {*told.mechanism.plain.coordinates} <= {*scene.system.states}:
+        return scene, changes
+    values, state = (with_changes(own, changes) for own in (told.values, told.state))
+    left = {key: value for key, value in changes.items() if key not in {**values, **state}}
+    return example_scene(told.mechanism, scene.system, values, state, scene.until, scene.name), left
 
 
 def is_file(where: str | Path) -> bool:

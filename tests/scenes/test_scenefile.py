@@ -360,6 +360,15 @@ def test_numbers_of_a_mechanism_are_changed_before_its_start_is_derived(tmp_path
     assert dict(zip(scene.system.parameters, scene.values, strict=True))[scene.system.small] == Fraction("0.25")
 
 
+def test_numbers_of_a_mechanism_of_the_catalogue_are_changed_before_its_start_is_derived():
+    """The reaction x of the rod is -g/c with the gap g = Y - l sin(theta), and z is its sliding velocity."""
+    scene, left = changed_scene("painleve_rod", {"theta": "1.2", "l": 2, "X'": "-2", "c": "1e-3", "x": "3"})
+    begun, before, turning = _begun(scene), 1.1, 0.2
+    assert left == {"x": "3"}
+    assert begun["x"] == pytest.approx((2 * math.sin(1.2) - math.sin(before)) * 1e3)
+    assert begun["z"] == pytest.approx(-2 + turning * 2 * math.sin(1.2))
+
+
 def test_a_setting_changes_coordinates_and_rates_in_a_file(tmp_path, capsys):
     file = str(_high(tmp_path, 0, 0))
     assert main(["solve", file, "--set", "X'=-2", "--set", "H=1", "--set", "Y=1", "--until", "0", "--json"]) == 0
