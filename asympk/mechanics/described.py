@@ -74,8 +74,11 @@ class Described:
         return self.turn is not None and friction.is_Symbol and str(friction) != self.turn[0]
 
     def changed(self, changes: dict[str, Any]) -> "Described":
-        """Return the description with other numbers; raises ``UnknownName`` for a name of no parameter or state."""
-        self.mechanism.keyed(dict(changes))
+        """Return the description with other numbers; raises ``UnknownName`` for a name of no value or state.
+
+        The values of the elastic contact may change, too, but the rigid motions and the jump do not depend on them.
+        """
+        self.mechanism.keyed({name: value for name, value in changes.items() if name not in self.values})
         values = {name: changes.get(name, value) for name, value in self.values.items()}
         state = {name: changes.get(name, value) for name, value in self.state.items()}
         added = {name: value for name, value in changes.items() if name not in values and name not in state}

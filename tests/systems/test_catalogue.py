@@ -244,6 +244,14 @@ def test_a_command_that_makes_no_sense_is_refused_in_one_line(arguments, match, 
     assert len(told.splitlines()) == 1
 
 
+def test_what_is_told_of_a_mechanism_does_not_depend_on_the_numbers_of_its_elastic_contact(capsys):
+    told = []
+    for settings in ([], ["--set", "c=1", "--set", "h=2"]):
+        assert main(["mechanism", "painleve_rod", *settings]) == 0
+        told.append(capsys.readouterr().out)
+    assert told[0] == told[1]
+
+
 @pytest.mark.parametrize(("setting", "said"), [("Y=1", "g = 0.108793"), ("Y'=0.5", "g' = 0.409281")])
 def test_numbers_off_the_contact_are_said_to_be(setting, said, capsys):
     assert main(["mechanism", "painleve_rod"]) == 0
