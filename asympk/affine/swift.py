@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from asympk.affine.forcing import value
-from asympk.affine.form import exact_values
 from asympk.arithmetic import Doubles
+from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import phases_of
 from asympk.errors import InputError
 from asympk.symbolic.branches import Branch, Phase, determined, most_at_rest

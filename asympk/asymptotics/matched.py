@@ -34,6 +34,7 @@ from asympk.errors import NoManifold, NotNormallyHyperbolic, OutOfRange, TooMany
 from asympk.path import Event
 from asympk.symbolic import branches
 from asympk.symbolic.branches import Branch
+from asympk.symbolic.coefficients import name_of, with_names
 from asympk.symbolic.sides import on_sides
 from asympk.symbolic.system import Mode, System
 
@@ -133,15 +134,18 @@ class Slow:
 
 def slow_of(mode: NumericMode, order: int) -> Slow:
     """Return the slow motion of a mode with its formulas to ``order``."""
-    system, known = mode.mode.system, _formulas(mode.mode, order)
+    system, known = mode.mode.system, _formulas(mode.mode, order, mode.coefficients)
     small = system.parameters.index(system.small)
     return Slow(known, len(known.mode.slow), mode.p[:small] + mode.p[small + 1 :], *_places(system, known.mode))
 
 
 @lru_cache(maxsize=256)
-def _formulas(mode: GuardedMode, order: int) -> Formulas:
-    parameters = tuple(p for p in mode.system.parameters if p != mode.system.small)
-    return formulas(bare_mode(mode), mode.system.small, parameters, order)
+def _formulas(mode: GuardedMode, order: int, coefficients: tuple[sp.Expr, ...]) -> Formulas:
+    bare, parameters = bare_mode(mode), tuple(p for p in mode.system.parameters if p != mode.system.small)
+    slow, fast = (sp.Dict(dict(zip(rates, with_names(mode.system, (*rates.values(),), coefficients), strict=True)))
+                  for rates in (bare.slow, bare.fast))  # fmt: skip
+    bare = replace(bare, slow=slow, fast=fast)
+    return formulas(bare, mode.system.small, (*parameters, *map(name_of, coefficients)), order)
 
 
 @lru_cache(maxsize=256)

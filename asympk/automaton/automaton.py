@@ -7,8 +7,11 @@ the side into which its own law leads. ``mode_on_sides`` puts the mode of a know
 """
 
 import math
+import sys
 from collections.abc import Callable, Collection, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import lru_cache
 from itertools import product
 from typing import Any
@@ -16,18 +19,22 @@ from typing import Any
 import sympy as sp
 
 from asympk.automaton import decide
+from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import is_nested, mode_of, phases_of
 from asympk.automaton.numericmode import NumericMode, State
 from asympk.digits import carrier_context
-from asympk.errors import InputError, NoMotion, NotDerivable, TwoMotions, Undecided
+from asympk.errors import InputError, NoMotion, NotDerivable, OutOfRange, TwoMotions, Undecided
 from asympk.multiprecision import in_context
 from asympk.numbers import sign_of
 from asympk.symbolic.branches import OPEN, Branch, rate_along
+from asympk.symbolic.coefficients import coefficients_of
 from asympk.symbolic.sides import Sides, inside, is_switched, measured, system_on_sides
 from asympk.symbolic.system import System
 
 ROUNDED = 2.0**-48  # the relative error of a state that was computed in doubles
 EDGES = 3  # the largest number of edges through one state of which all sides are tried
+DIGITS = 17  # digits to which doubles are right
+LEAST, LARGEST = sys.float_info.min, sys.float_info.max
 _NEVER = 3  # the rank of a side that the motion leaves by the law of this side
 
 
@@ -278,11 +285,25 @@ def _choices(
 
 @lru_cache(maxsize=512)
 def _numeric(automaton: Automaton, branch: Branch, digits: int | None, sides: Sides) -> NumericMode:
-    mode = mode_of(automaton.system, branch, sides)
+    mode, known = mode_of(automaton.system, branch, sides), _coefficients(automaton, digits or DIGITS)
+    values = (*automaton.values, *known.values())
     if digits is None:
-        return NumericMode(mode, tuple(map(float, automaton.values)), "math", math)
+        return NumericMode(mode, tuple(map(float, values)), "math", math, (*known,))
     context = carrier_context(digits)
-    return NumericMode(mode, _exact(automaton.values, context), "mpmath", context)
+    return NumericMode(mode, _exact(values, context), "mpmath", context, (*known,))
+
+
+@lru_cache(maxsize=256)
+def _coefficients(automaton: Automaton, digits: int) -> dict[sp.Expr, Fraction]:
+    """Return the coefficients of a system that are doubles of full precision, with values right to ``digits`` digits.
+
+    Others, and those without a real value, which belong to other sides of a switch, stay in the formulas.
+    """
+    found: dict[sp.Expr, Fraction] = {}
+    for part in coefficients_of(automaton.system):
+        with suppress(OutOfRange, TypeError):
+            found |= exact_values(automaton.system, (part,), automaton.values, digits)
+    return {part: value for part, value in found.items() if not value or LEAST <= abs(value) <= LARGEST}
 
 
 def _exact(values: State, context: Any) -> State:

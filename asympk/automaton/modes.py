@@ -11,7 +11,7 @@ import math
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cached_property, lru_cache, reduce
+from functools import cached_property, lru_cache, partial, reduce
 from itertools import chain, islice
 from types import ModuleType
 from typing import Any
@@ -20,6 +20,7 @@ import sympy as sp
 
 from asympk.symbolic import branches
 from asympk.symbolic.branches import Branch, Guard
+from asympk.symbolic.coefficients import name_of, with_names
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.long import atoms, replaced
 from asympk.symbolic.lowering import WIDE, Lowered, lower, without_overflow
@@ -318,35 +319,41 @@ def _derivative(mode: GuardedMode, guard: int, order: int) -> sp.Expr:
 @lru_cache(maxsize=1024)
 def function(
     system: System, outputs: tuple[sp.Expr, ...], target: str, functions: Any, directions: tuple[Direction, ...] = (),
-    products: bool = False,
+    products: bool = False, coefficients: tuple[sp.Expr, ...] = (),
 ) -> Callable[..., tuple]:  # fmt: skip
     """Return ``f(t, *state, *p)``, which returns the tuple of ``outputs`` on the numbers of ``functions``.
+
+    The parameters p are followed by the values of the ``coefficients``.
 
     ``target`` is the spelling of the text: in ``"math"`` rational constants are rounded once, in ``"mpmath"`` they are
     divided at the working precision. With ``directions`` the function returns the derivatives of the outputs along each
     direction, output by output. With ``products`` integer powers of any base are written as products.
     """
     space: dict[str, Any] = {target: functions}
-    text = source(system, outputs, target, directions)
+    text = source(system, outputs, target, directions, coefficients)
     if functions is math:
         exprs = (*outputs, *chain(*directions))
-        return without_overflow(text, exprs, lambda: function(system, outputs, "mpmath", WIDE, directions))
+        wide = partial(function, system, outputs, "mpmath", WIDE, directions, coefficients=coefficients)
+        return without_overflow(text, exprs, wide)
     exec(ast.unparse(_Products().visit(ast.parse(text))) if products else text, space)
     return space["f"]
 
 
 @lru_cache(maxsize=1024)
 def source(
-    system: System, outputs: tuple[sp.Expr, ...], target: str, directions: tuple[Direction, ...] = ()
+    system: System, outputs: tuple[sp.Expr, ...], target: str, directions: tuple[Direction, ...] = (),
+    coefficients: tuple[sp.Expr, ...] = (),
 ) -> str:  # fmt: skip
     """Return the text of ``f(t, *state, *p)``; for ``"math"``, integer powers of symbols are written as products."""
     plain, time = _plain(system)
-    arguments = (time, *(plain[s] for s in (*system.states, *system.parameters)))
+    plain = plain | {name_of(part): sp.Symbol(f"c{k}", real=True) for k, part in enumerate(coefficients)}
+    fixed = (*system.parameters, *map(name_of, coefficients))
+    arguments = (time, *(plain[s] for s in (*system.states, *fixed)))
     changed = {s: name for s, name in plain.items() if s != name}
-    values = tuple(replaced(e, changed) for e in outputs)
+    values, *rows = (tuple(replaced(e, changed) for e in with_names(system, exprs, coefficients))
+                     for exprs in (outputs, *directions))  # fmt: skip
     if directions:
-        still = (sp.S.Zero,) * len(system.parameters)
-        rates = tuple((*(replaced(e, changed) for e in direction), *still) for direction in directions)
+        rates = tuple((*row, *(sp.S.Zero for _ in fixed)) for row in rows)
         text = Lowered(arguments, values, target, directions=rates).source
     else:
         text = lower(arguments, values, target=target, branching=True).source

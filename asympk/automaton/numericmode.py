@@ -39,14 +39,16 @@ class NumericMode:
     """A mode in numbers: ``rhs``, ``jac`` and ``guard_values`` of (t, state); guards are positive inside the mode.
 
     ``kinds`` gives for every guard the kind of event that its loss is, and the friction. ``field``, ``jacobian`` and
-    ``guards`` are the same functions of ``(t, *state, *p)``, as they are compiled. ``p`` are the parameters, ``target``
-    and ``functions`` the numbers, as in ``asympk.automaton.modes.function``.
+    ``guards`` are the same functions of ``(t, *state, *p)``, as they are compiled. ``p`` are the parameters and
+    the values of the ``coefficients``, ``target`` and ``functions`` the numbers, as in
+    ``asympk.automaton.modes.function``.
     """
 
     mode: GuardedMode
     p: tuple[Any, ...]
     target: str
     functions: Any
+    coefficients: tuple[sp.Expr, ...] = ()
 
     @property
     def name(self) -> str:
@@ -341,7 +343,8 @@ class NumericMode:
         return self._compiled((expr,), self.mode.units)
 
     def _compiled(self, outputs: tuple, directions: tuple = ()) -> Callable[..., tuple]:
-        return function(self.mode.system, outputs, self.target, self.functions, directions)
+        return function(self.mode.system, outputs, self.target, self.functions, directions,
+                        coefficients=self.coefficients)  # fmt: skip
 
 
 def _across(direction: list, basis: list[list]) -> list:

@@ -21,7 +21,8 @@ from scipy.sparse.csgraph import connected_components
 from sympy.polys.matrices import DomainMatrix
 
 from asympk.affine.forcing import CONSTANT, Wave, with_derivatives
-from asympk.affine.form import Form, affine_parts, form_of, is_rational, row_over
+from asympk.affine.form import Form, affine_parts, form_of, row_over
+from asympk.automaton.exact import is_rational
 from asympk.automaton.modes import GuardedMode, mode_of, on_all_sides
 from asympk.certify.balls import Ball, Refused, ball, ball_of, certain_sign, hull
 from asympk.certify.spectrum import Spectrum, core_of, of_balls, of_exact, seen_in

@@ -48,7 +48,7 @@ class KvaernoSteps:
         import jax
 
         together = _together(mode.mode)
-        template, self.run = _compiled(together)
+        template, self.run = _compiled(together, mode.coefficients)
         self.mode, self.limit, self.looks, self.until = mode, settings.steps, [*settings.times, until], until
         p, w = (np.array(v, dtype=float) for v in (mode.p, state))
         with jax.enable_x64(True):
@@ -97,14 +97,14 @@ def _together(mode):
 
 
 @lru_cache(maxsize=24)
-def _compiled(modes):
+def _compiled(modes, coefficients):
     """Return (template of the carried values, run of steps) for several modes, which are chosen by their index."""
     import diffrax
     import jax
     import jax.numpy as jnp
 
     padded = _equally_many(modes)
-    field, guards, rates = (_chosen(modes, *which) for which in (
+    field, guards, rates = (_chosen(modes, coefficients, *which) for which in (
         (lambda m: m.rates,), (padded,), (padded, lambda m: (m.flow,))))
     term = diffrax.ODETerm(lambda t, w, args: field(t, w, *args))
 
@@ -144,11 +144,12 @@ def _equally_many(modes):
     return lambda m: (*m.guard_values, *[sp.S.One] * (most - len(m.guard_values)))
 
 
-def _chosen(modes, outputs, directions=lambda m: ()):
+def _chosen(modes, coefficients, outputs, directions=lambda m: ()):
     """Return the ``outputs`` of a mode, or their derivatives, as a function of (t, w, p, index of the mode)."""
     import jax.numpy as jnp
 
-    lowered = [function(m.system, outputs(m), "math", _functions(), directions(m)) for m in modes]
+    lowered = [function(m.system, outputs(m), "math", _functions(), directions(m), coefficients=coefficients)
+               for m in modes]  # fmt: skip
     return lambda t, w, p, k: jnp.stack([jnp.stack(jnp.broadcast_arrays(*f(t, *w, *p))) for f in lowered])[k] * 1.0
 
 

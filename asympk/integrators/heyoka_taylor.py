@@ -16,7 +16,7 @@ MARGIN = 8 * 2.0**-52  # a guard that starts at 0 counts as lost only below -MAR
 
 def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float, settings: Settings) -> Segment:
     """Follow ``mode`` from (t, state) until a guard is lost or ``until``."""
-    solver = _compiled(settings.method, mode.mode, max(min(settings.rtol, settings.atol), FINEST))
+    solver = _compiled(settings.method, mode.mode, mode.coefficients, max(min(settings.rtol, settings.atol), FINEST))
     if solver.with_events:
         solver.reset_cooldowns()
     solver.time, solver.state[:] = t, state
@@ -47,18 +47,18 @@ def _reason(outcome):
 
 
 @lru_cache(maxsize=32)
-def _compiled(method, mode, tol):
+def _compiled(method, mode, coefficients, tol):
     """Return the compiled integrator of a mode; its parameters are those of the system and a margin for every guard."""
     try:
         import heyoka as hy
     except ImportError as error:
         raise missing(method) from error
-    system, count = mode.system, len(mode.system.parameters)
+    system, count = mode.system, len(mode.system.parameters) + len(coefficients)
     states = hy.make_vars(*(f"w{k}" for k in range(len(system.states))))
     states = states if isinstance(states, list) else [states]
     arguments = (hy.time, *states, *(hy.par[k] for k in range(count)))
     try:
-        rates, guards = (function(system, outputs, "math", _functions(), products=True)(*arguments)
+        rates, guards = (function(system, outputs, "math", _functions(), (), True, coefficients)(*arguments)
                          for outputs in (mode.rates, mode.guard_values))  # fmt: skip
     except (AttributeError, TypeError) as reason:
         raise InputError(f"method {method!r}: the system has a function that heyoka lacks ({reason})") from None

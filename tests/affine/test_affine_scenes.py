@@ -15,7 +15,7 @@ from asympk.affine.mode import AffineMode
 from asympk.affine.run import flows, run
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import mode_of
-from asympk.errors import AsympkError, InputError
+from asympk.errors import AsympkError, InputError, OutOfRange
 from asympk.studies.bench import rod_in_general_clothes as rod
 
 flint = pytest.importorskip("flint")
@@ -524,3 +524,10 @@ def test_rates_too_slow_for_doubles_warn_of_nothing():
     scene = linear_scene([[0, 1], [0, -Fraction(1, 10**320)]], (1, 2))
     assert ap.solve(scene).final == pytest.approx((3, 2), abs=1e-15)
     assert np.isfinite(next(Mesh([Block(-1e-320, 0.0, 1)]).windows()).t).all()
+
+
+def test_a_coefficient_that_is_complex_at_the_given_numbers_is_refused():
+    x, q = sp.symbols("x q", real=True)
+    system = ap.System.smooth({x: -x * sp.sqrt(q - 1)}, {}, None)
+    with pytest.raises(OutOfRange, match="not a real number at these parameters"):
+        ap.solve(ap.Scene(system=system, values={q: 0}, start={x: 1}, until=1))

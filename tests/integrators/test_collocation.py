@@ -134,13 +134,27 @@ def test_steps_beyond_the_stop_of_a_puck_are_given_up_after_a_few_sweeps(monkeyp
     assert len(sweeps) < 1500
 
 
-def test_a_rate_whose_parts_cancel_keeps_the_digits_asked_for_or_is_refused():
-    x, p = sp.Symbol("x", real=True), sp.Symbol("p", positive=True)
+CANCELLING = {  # coefficients that tend to 1 though their parts cancel at the given p, in doubles to nothing
+    "1e-30": lambda p: sp.log(1 + p) / p,
+    "1e-40": lambda p: 2 * (1 - sp.cos(p)) / p**2,
+    "100": lambda p: (1 - sp.tanh(p)) * sp.exp(2 * p) / 2,
+    "1.00000000000000000001": lambda p: (p - 1) * 10**20,
+}
 
-    def final(factor, value):
-        system = ap.System.with_frictions({x: -(x**2) * factor}, {}, [])
-        return ap.solve(ap.Scene(system=system, values={p: value}, start={x: 1}, until=1), digits=12).final[0]
 
-    assert abs(final(sp.log(1 + p) / p, "1e-30") - 0.5) < 1e-12
-    with pytest.raises(OutOfRange, match=r"two references differ by 0\.5"):
-        final(2 * (1 - sp.cos(p)) / p**2, "1e-40")
+@pytest.mark.parametrize("value", CANCELLING)
+@pytest.mark.parametrize("options", [{"digits": 12}, {}, {"method": "radau", "rtol": 1e-9}, {"method": "jump"}])
+def test_a_coefficient_whose_parts_cancel_keeps_its_digits_in_every_method(value, options):
+    x, y = sp.symbols("x y", real=True)
+    p, mu = sp.symbols("p mu", positive=True)
+    factor = CANCELLING[value](p)
+    system = ap.System.smooth({x: -(x**2) * y}, {y: factor - y}, mu)
+    path = ap.solve(ap.Scene(system=system, values={p: value, mu: "1e-9"}, start={x: 1, y: 1}, until=1), **options)
+    assert max(abs(path.final[0] - 0.5), abs(path.final[1] - 1)) < 1e-8
+
+
+def test_a_coefficient_without_a_value_on_another_side_of_its_switch_stays_there():
+    x, p = sp.symbols("x p", real=True)
+    switched = ap.System.smooth({x: -(x**2) * sp.Piecewise((sp.sqrt(p - 1), p > 1), (sp.sqrt(1 - p), True))}, {}, None)
+    ends = [ap.solve(ap.Scene(system=switched, values={p: v}, start={x: 1}, until=1)).final[0] for v in (0, 2)]
+    assert max(abs(end - 0.5) for end in ends) < 1e-8

@@ -1,0 +1,60 @@
+"""Coefficients: the largest parts of expressions in the parameters alone that contain a sum, such as (1 - cos(p))/p**2.
+
+A sum may cancel, in doubles without a trace. A coefficient therefore gets a name, under which its value, computed once
+with enough digits, enters the rates. The small parameter is in no coefficient: models expand in its powers.
+"""
+
+from collections.abc import Callable, Collection, Sequence
+from functools import lru_cache
+
+import sympy as sp
+
+from asympk.symbolic.switches import exprs_of
+from asympk.symbolic.system import System
+
+
+@lru_cache(maxsize=256)
+def coefficients_of(system: System) -> tuple[sp.Expr, ...]:
+    """Return the coefficients in the rates and the frictions of a system."""
+    found: dict[sp.Expr, None] = {}
+    _each(sp.Tuple(*exprs_of(system)), _fixed(system), lambda part: found.setdefault(part) or part)
+    return tuple(found)
+
+
+def with_names(system: System, exprs: Sequence[sp.Expr], known: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
+    """Return expressions with the names of the coefficients ``known``."""
+    names = {part: name_of(part) for part in known}
+    return _each(sp.Tuple(*exprs), _fixed(system), lambda part: names.get(part, part)).args if names else tuple(exprs)
+
+
+@lru_cache(maxsize=512)
+def name_of(part: sp.Expr) -> sp.Symbol:
+    """Return the symbol that stands for a coefficient."""
+    return sp.Dummy(str(part), positive=True) if part.is_positive else sp.Dummy(str(part), real=True)
+
+
+def _fixed(system: System) -> set[sp.Symbol]:
+    return {*system.parameters} - {system.small}
+
+
+def _each(expr: sp.Basic, fixed: Collection[sp.Symbol], put: Callable[[sp.Expr], sp.Expr]) -> sp.Basic:
+    """Return an expression with ``put(part)`` for each of its coefficients; each part is visited once."""
+    seen: dict[sp.Basic, tuple[sp.Basic, bool, bool]] = {}  # part -> its new form, whether it is fixed, and has a sum
+
+    def visited(part: sp.Basic) -> tuple[sp.Basic, bool, bool]:
+        if part not in seen:
+            seen[part] = parted(part) if part.args else (part, not part.is_Symbol or part in fixed, False)
+        return seen[part]
+
+    def parted(part: sp.Basic) -> tuple[sp.Basic, bool, bool]:
+        args = [(arg, *visited(arg)[1:]) for arg in part.args]
+        still = [arg for arg, is_fixed, _ in args if is_fixed]
+        if len(still) == len(args) and isinstance(part, sp.Expr):
+            return part, True, part.is_Add or any(has_sum for *_, has_sum in args)
+        if part.is_Add or part.is_Mul:
+            joined = part.func(*still)
+            args = [(joined, True, visited(joined)[2]), *(a for a in args if not a[1])] if len(still) > 1 else args
+        new = [put(arg) if is_fixed and has_sum else visited(arg)[0] for arg, is_fixed, has_sum in args]
+        return (part.func(*new) if new != [*part.args] else part), False, False
+
+    return visited(expr)[0]
