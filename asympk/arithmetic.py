@@ -5,7 +5,6 @@ A flow uses the functions and tolerances of an object ``m``: ``Doubles``, or a c
 
 import math
 from collections.abc import Callable
-from contextlib import suppress
 from typing import Any
 
 from asympk.errors import Undecided
@@ -67,18 +66,22 @@ def agreed(
 
     ``follow(working, tie)`` returns the run with ``working`` digits, or raises ``Undecided``. ``distance`` of two runs
     is None if their events differ. The working digits are doubled until the runs agree; from ``most`` on, ``tie`` is
-    True, and a sign within the margin of rounding is trusted. Raises ``Undecided`` where no two runs agree.
+    True, and a sign within the margin of rounding is trusted. Raises ``Undecided`` where no two runs agree, with the
+    words of the last run if it gave any.
     """
-    working = digits + SPARE_DIGITS
+    working, words = digits + SPARE_DIGITS, ""
     while working < 2 * most:
-        with suppress(Undecided):
+        try:
             coarse, fine = (follow(n, working >= most) for n in (working, working + 8 + digits // 4))
             error = distance(coarse, fine)
             if error is not None and error * 10**digits < 1:
                 return fine, error
+            words = ""
+        except Undecided as reason:
+            words = str(reason)
         working *= 2
-    raise Undecided(f"the sequence of events is not decided with {working // 2} digits: it depends on a sign that is "
-                    "within rounding, or errors grow too large; take a smaller until or another start")  # fmt: skip
+    raise Undecided(words or f"the sequence of events is not decided with {working // 2} digits: it depends on a sign "
+                    "that is within rounding, or errors grow too large; take a smaller until or another start")
 
 
 def _expm1(m, p):

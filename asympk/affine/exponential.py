@@ -67,8 +67,8 @@ def exponential(entries: tuple[tuple[Fraction, ...], ...], digits: int) -> Expon
             found = _found(entries, whole, denominator, bits)
             if _solves(found, whole, denominator, int(_RIGHT_BITS_A_DIGIT * digits) + spread):
                 return found
-    raise Undecided(f"eigenvalues of a mode are too near to one another for {_MOST_BITS} bits: give parameters at "
-                    "which they are equal, or differ more")  # fmt: skip
+    raise Undecided(f"eigenvalues of a mode are too near to one another for {bits} bits: give parameters at which "
+                    "they are equal, or differ more")  # fmt: skip
 
 
 def _found(entries, whole, denominator, bits):
@@ -104,6 +104,8 @@ def of_roots(entries: tuple[tuple[Fraction, ...], ...], bits: int) -> Iterator[t
     for root in polynomial_roots(found, m):
         block, matrices = _piece(m, found, root)
         decay, turn = _fixed(np.array([block.decay, block.turn]), bits)
+        if not (turn or root.real):
+            raise Undecided("a pair of eigenvalues may be two real ones")
         yield block._replace(decay=decay, turn=turn), _fixed(matrices, bits)
 
 

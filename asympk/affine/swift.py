@@ -6,6 +6,7 @@ zero to rounding, or not exactly one mode remains, the automaton itself decides.
 automaton. ``Swift`` is the entry, and ``_decided`` the hard function.
 """
 
+from contextlib import suppress
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -15,7 +16,7 @@ from asympk.affine.forcing import value
 from asympk.arithmetic import Doubles
 from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import phases_of
-from asympk.errors import InputError
+from asympk.errors import InputError, Undecided
 from asympk.symbolic.branches import Branch, Phase, determined, most_at_rest
 from asympk.symbolic.sides import Sides
 
@@ -82,13 +83,16 @@ class Swift:
             self._asked[key] = self._asked.get(key, 0) + 1
             if self._asked[key] <= _PAYS:
                 return None
-            self._tables[key] = self._table(candidates(), zeros)
+            self._tables[key] = None
+            with suppress(Undecided, OverflowError):  # the flow of a mode that may never be met
+                self._tables[key] = self._table(candidates(), zeros)
         return self._tables[key]
 
     def entered(self, branch: Branch) -> tuple | None:
         """Return what ``Flows.of`` returns in doubles, or None for a branch that is never entered.
 
         The forces of such a branch are not determined, or a guard that depends on the parameters alone is negative.
+        Raises ``Undecided`` and ``OverflowError`` for a branch whose flow doubles do not hold.
         """
         try:
             conditions = self.mode(branch).mode.conditions

@@ -493,8 +493,27 @@ def test_eigenvalues_that_no_number_of_bits_in_use_tells_apart_are_refused_by_na
 
     monkeypatch.setattr(exponential, "_MOST_BITS", 200)
     rows = AffineMode.of([[-1, 1], [0, -1 - Fraction(1, 10**70)]], [0, 0]).homogeneous
-    with pytest.raises(AsympkError, match="eigenvalues of a mode are too near to one another for 200 bits"):
-        exponential.exponential(rows, 24)
+    scene = linear_scene([[-1, 1], [0, -1 - Fraction(1, 10**71)]], (1, 2))
+    for refused in (lambda: exponential.exponential(rows, 24), lambda: ap.solve(scene)):
+        with pytest.raises(AsympkError, match="eigenvalues of a mode are too near to one another for 193 bits"):
+            refused()
+
+
+def test_two_real_eigenvalues_are_no_pair_with_no_frequency_however_few_bits_tell_them_apart():
+    with mpmath.workdps(400):
+        d = mpmath.mpf(10) ** -300
+        true = (mpmath.exp(-1) * (1 - 2 * mpmath.expm1(-d) / d), 2 * mpmath.exp(-1 - d))
+    final = ap.solve(linear_scene([[-1, 1], [0, -1 - Fraction(1, 10**300)]], (1, 2)), digits=30).final
+    assert all(abs(a - b) < mpmath.mpf(10) ** -30 for a, b in zip(final, true, strict=True))
+
+
+def test_a_table_of_decisions_is_not_made_of_flows_that_doubles_do_not_hold():
+    # the eigenvalues of slip are 1e-310 apart, so that the terms of its flow are beyond the range of doubles
+    v, w, force = sp.symbols("v w F", real=True)
+    apart = sp.Rational(1, 10**310)
+    system = ap.System.with_frictions({w: v - w, v: force - (1 + apart) * v}, {}, [ap.Friction(v, force, 1, 1)])
+    scene = ap.Scene(system=system, values={}, start=[1, 0], until=2)
+    assert {ap.solve(scene).modes for _ in range(8)} == {("stick",)}
 
 
 p = sp.Symbol("p", positive=True)
