@@ -20,22 +20,21 @@ def run(options: Namespace) -> None:
     """Serve the page until Ctrl-C; the page opens while the equations are still being derived."""
     import webbrowser
     from contextlib import suppress
-    from functools import partial
     from threading import Thread
 
-    from asympk.explore.choice import chosen_scenes, require_known
+    from asympk.explore.choice import chosen_scenes
     from asympk.explore.server import Server
     from asympk.numbers import whole as require_whole
 
     port = require_whole("--port", options.port, 0, 65535)
-    require_known(options.scene)
+    scenes = chosen_scenes(options.scene)
     with Server(port) as server, suppress(KeyboardInterrupt):
         serving = Thread(target=server.serve_forever, daemon=True)
         serving.start()
         print(server.address, flush=True)
         if not options.no_browser:
             webbrowser.open(server.address)
-        server.show(partial(chosen_scenes, options.scene))
+        server.show(scenes)
         print("Ctrl-C ends it.", flush=True)
         while serving.is_alive():
             serving.join(HEARD)  # an interrupt that comes just before a wait does not end it

@@ -1,9 +1,14 @@
 """The scenes that an argument of the command line names: one that ships, a file, or a system of the catalogue."""
 
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
 from asympk import systems
 from asympk.errors import InputError
+from asympk.mechanics.described import mechanism_of_table
 from asympk.scene import Scene
-from asympk.scenes.scenefile import is_file, known_name, read_scene, scene_names
+from asympk.scenes.scenefile import is_file, known_name, read_scene, scene_names, scene_of_table
 from asympk.storage.tomlfile import read_table
 from asympk.systems.catalogue import example_scene, example_scenes
 
@@ -11,28 +16,26 @@ FIRST = "backward"
 COMPLIANCE, DAMPING, UNTIL = "1e-4", "1/2", 1  # for a mechanism's file without these
 
 
-def require_known(word: str | None) -> None:
-    """Raise ``UnknownName`` for a word that names no scene, ``InputError`` for a file that cannot be read."""
-    if word is not None:
-        read_table(word) if is_file(word) else known_name(word)
+def chosen_scenes(word: str | None) -> Callable[[], tuple[Scene, ...]]:
+    """Return the function that derives the scenes that ``word`` names; for None, all that ship.
 
-
-def chosen_scenes(word: str | None) -> tuple[Scene, ...]:
-    """Return the scenes that ``word`` names; for None, all that ship. Raises ``UnknownName``, ``InputError``."""
+    A file, which may be a pipe, is read once, before the function is returned. Raises ``UnknownName`` for a word that
+    names no scene, ``InputError`` for a file that is not TOML; the function raises the other errors of a file.
+    """
     if word is None:
-        return tuple(read_scene(name) for name in (FIRST, *(name for name in scene_names() if name != FIRST)))
+        names = FIRST, *(name for name in scene_names() if name != FIRST)
+        return lambda: tuple(map(read_scene, names))
     if is_file(word):
-        keys = read_table(word).keys()
-        return _of_mechanism(word) if "coordinates" in keys and "until" not in keys else (read_scene(word),)
+        table = read_table(word)
+        alone = "coordinates" in table and "until" not in table
+        return partial(_of_mechanism, table, word) if alone else lambda: (scene_of_table(table, word),)
     name = known_name(word)
-    return example_scenes(name) if name in systems.__all__ else (read_scene(name),)
+    return partial(example_scenes, name) if name in systems.__all__ else lambda: (read_scene(name),)
 
 
-def _of_mechanism(file: str) -> tuple[Scene, ...]:
+def _of_mechanism(table: dict[str, Any], file: str) -> tuple[Scene, ...]:
     """Return the example in a mechanism's file with an elastic and with a rigid contact, where its start fits each."""
-    from asympk.mechanics.described import read_mechanism
-
-    found = read_mechanism(file)
+    found = mechanism_of_table(table, file)
     c, h = (found.mechanism.plain.spare(name, positive=True) for name in "ch")
     values = {str(c): COMPLIANCE, str(h): DAMPING, **found.values}
     models = {"elastic contact": found.mechanism.elastic(compliance=c, damping=h), "rigid": found.mechanism.rigid()}

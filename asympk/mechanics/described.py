@@ -113,11 +113,15 @@ class Described:
 
 def read_mechanism(path: Any) -> Described:
     """Return the ``Described`` mechanism of a TOML file; raises ``InputError`` if the file describes none."""
-    table = read_table(path)
+    return mechanism_of_table(read_table(path), path)
+
+
+def mechanism_of_table(table: dict[str, Any], where: Any) -> Described:
+    """Return the ``Described`` mechanism of the table in a file; raises ``InputError`` if the table describes none."""
     if "until" in table and "coordinates" not in table:
-        raise InputError(f"{path}: it is a scene, followed by asympk solve; a mechanism has coordinates")
-    refuse_unknown(table, FILE, path)
-    return replace(_described(table, path), followed="until" in table)
+        raise InputError(f"{where}: it is a scene, followed by asympk solve; a mechanism has coordinates")
+    refuse_unknown(table, FILE, where)
+    return replace(_described(table, where), followed="until" in table)
 
 
 def described_by(table: Any, parameters: Any) -> Described:

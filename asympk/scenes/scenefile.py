@@ -52,10 +52,10 @@ def read_scene(where: str | Path) -> Scene:
     if not isinstance(where, str | Path):
         raise InputError(f"read_scene takes the name of a scene or of a file, not {type(where).__name__}")
     if is_file(where):
-        return _scene_of(read_table(where), str(where))
+        return scene_of_table(read_table(where), str(where))
     name = known_name(str(where))
     if name in scene_names():
-        return _scene_of(parse_table(shipped(name).encode(), name), name)
+        return scene_of_table(parse_table(shipped(name).encode(), name), name)
     return example_scenes(name)[0]
 
 
@@ -72,7 +72,7 @@ def changed_scene(where: str, changes: dict[str, Any]) -> tuple[Scene, dict[str,
         if isinstance(own := table[key], dict):
             table[key] = with_changes(own, changes)
             left = {name: value for name, value in left.items() if name not in own}
-    return _scene_of(table, where), left
+    return scene_of_table(table, where), left
 
 
 def _changed_example(scene: Scene, name: str, changes: dict[str, Any]) -> tuple[Scene, dict[str, Any]]:
@@ -139,7 +139,8 @@ def _number(value):
     return decimal if Fraction(decimal) == value else f'"{value}"'
 
 
-def _scene_of(table, where):
+def scene_of_table(table: dict[str, Any], where: str) -> Scene:
+    """Return the ``Scene`` in a table of TOML, that of a mechanism included; raises ``InputError``."""
     if "coordinates" in table:
         table = scene_table(table, where)
     refuse_unknown(table, (*COMMON, *NONDIMENSIONAL, *PHYSICAL, *SYSTEM), where)

@@ -254,7 +254,7 @@ KEYS = st.sampled_from([*scenefile.COMMON, *scenefile.NONDIMENSIONAL, *scenefile
 @given(table=st.dictionaries(KEYS, VALUES, max_size=9), good=st.booleans(), kind=st.sampled_from(["scene", "sweep"]))
 def test_any_table_is_read_or_refused_in_one_sentence(table, good, kind):
     base = {"sigma": 1, "mu": "1e-3", "start": [0, 0, -1], "until": 5} if good else {}
-    read = sweepfile.sweep_of_table if kind == "sweep" else scenefile._scene_of
+    read = sweepfile.sweep_of_table if kind == "sweep" else scenefile.scene_of_table
     refusal = _refusal(read, {**base, **table}, "file")
     assert "\n" not in str(refusal)
     assert len(str(refusal)) < 400

@@ -52,7 +52,7 @@ theta = 0.9
 # ---- what is turned -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("scene", chosen_scenes(None), ids=lambda scene: scene.name)
+@pytest.mark.parametrize("scene", chosen_scenes(None)(), ids=lambda scene: scene.name)
 def test_a_scene_of_which_nothing_is_turned_is_the_scene_itself(scene):
     assert turned(scene, {}, {}, None) == scene
 
@@ -94,7 +94,7 @@ def test_a_start_beside_a_slow_line_stays_beside_it_while_parameters_turn():
 def test_files_of_ones_own_are_explored_too(tmp_path, text, quantities):
     file = tmp_path / "own.toml"
     file.write_text(text)
-    scene = chosen_scenes(str(file))[0]
+    scene = chosen_scenes(str(file))()[0]
     assert knobs_of(scene)["quantities"][: len(quantities)] == quantities
     assert motion(turned(scene, {}, {}, "1/2"))["t"][-1] == 0.5
 
@@ -102,13 +102,25 @@ def test_files_of_ones_own_are_explored_too(tmp_path, text, quantities):
 def test_a_body_above_its_contact_has_the_rigid_one_alone(tmp_path):
     file = tmp_path / "own.toml"
     file.write_text(MECHANISM.replace("0.7833269", "0.8"))
-    assert [scene.name for scene in chosen_scenes(str(file))] == ["rigid"]
+    assert [scene.name for scene in chosen_scenes(str(file))()] == ["rigid"]
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/fd"), reason="a pipe has no name")
+@pytest.mark.parametrize(("text", "names"), [(BLOCK, 1), (MECHANISM, 2)])
+def test_a_scene_is_explored_from_a_pipe(text, names):
+    end, other = os.pipe()
+    os.write(other, text.encode())
+    os.close(other)
+    try:
+        assert len(chosen_scenes(f"/dev/fd/{end}")()) == names
+    finally:
+        os.close(end)
 
 
 def test_a_motion_that_stops_shows_what_was_followed_and_says_why(tmp_path):
     file = tmp_path / "own.toml"
     file.write_text(MECHANISM)
-    rigid = chosen_scenes(str(file))[1]
+    rigid = chosen_scenes(str(file))()[1]
     scene = turned(rigid, {"f": 1}, {"Y": "0.9"}, 3)
     with pytest.raises(ap.AsympkError) as stopped:
         ap.solve(scene)
@@ -204,7 +216,7 @@ def server(tmp_path_factory):
     file.write_text(BLOCK)
     with Server() as running:
         Thread(target=running.serve_forever, daemon=True).start()
-        running.show(lambda: (ROD, *chosen_scenes(str(file))))
+        running.show(lambda: (ROD, *chosen_scenes(str(file))()))
         yield running
         running.shutdown()
 
@@ -384,7 +396,7 @@ def test_a_mechanism_of_ones_own_is_explored_with_an_elastic_and_with_a_rigid_co
     file.write_text(MECHANISM.replace("f = 2", "f = 1"))  # no paradox yet
     with Server() as running:
         Thread(target=running.serve_forever, daemon=True).start()
-        running.show(lambda: chosen_scenes(str(file)))
+        running.show(chosen_scenes(str(file)))
         told = json.loads(_reply(running, "GET", "scenes")[1])
         assert [scene["name"] for scene in told] == ["elastic contact", "rigid"]
         for number, scene in enumerate(told):
@@ -400,7 +412,7 @@ def test_a_mechanism_with_a_c_and_an_h_of_its_own_keeps_them_beside_those_of_the
     named = MECHANISM.replace("l*sin(theta)", "h*sin(theta)").replace('friction = "f"', 'friction = "c"')
     file.write_text(named.replace("f = 2", "h = 3\nc = 2"))
     elastic, rigid = (dict(zip(map(str, scene.system.parameters), scene.values, strict=True))
-                      for scene in chosen_scenes(str(file)))  # fmt: skip
+                      for scene in chosen_scenes(str(file))())  # fmt: skip
     assert {"h", "h_", "c", "c_"} <= elastic.keys()
     assert elastic["h"] == rigid["h"] == 3
 
