@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from asympk.studies.least import Ladder
 
 _WIDTH = 110
+SHORT = 8  # digits of a number in a table
 NEXT = (
     "asympk claims C23                    the evidence of one claim",
     "asympk solve backward --plot a.svg   a steep rod where the rigid one has no motion",
@@ -51,10 +52,10 @@ def path_as_text(path: Path, digits: int | None = None) -> str:
     """
     scene, columns = path.scene, ("t", *path.names)
     begins = [("start", 0, *scene.start), *((event.kind, event.t, *event.state) for event in path.events)]
-    lines = [f"{'  '.join(f'{name:>14}' for name in columns)}  event -> mode"]
+    lines = [_row(columns, "event -> mode")]
     for (kind, *state), mode in zip(begins, path.modes, strict=True):
-        lines.append(f"{_columns(state)}  {kind} -> {mode}")
-    lines.append(f"{_columns((scene.until, *path.final))}  until ({path.model})")
+        lines.append(_row(map(_shortly, state), f"{kind} -> {mode}"))
+    lines.append(_row(map(_shortly, (scene.until, *path.final)), f"until ({path.model})"))
     if digits is not None:
         lines += [f"{name} = {_plain(value, digits)}" for name, value in zip(columns[1:], path.final, strict=True)]
     return "\n".join(lines)
@@ -68,16 +69,16 @@ def scenes_as_text(names: Iterable[str]) -> str:
     return "\n".join(f"{name:<{width}}  {about(name)}" for name in names)
 
 
-def _columns(numbers):
-    return "  ".join(f"{_shortly(number):>14}" for number in numbers)
+def _row(cells, words):
+    return "  ".join([*(f"{cell:>14}" for cell in cells), words])
 
 
 def _shortly(number):
-    """Return a number with eight digits; an mpf may lie outside the range of doubles."""
+    """Return a number with ``SHORT`` digits; an mpf may lie outside the range of doubles."""
     near = float(number)
     if not hasattr(number, "_mpf_") or not number or sys.float_info.min <= abs(near) <= sys.float_info.max:
-        return f"{near:.8g}"
-    return _plain(number, 8)
+        return f"{near:.{SHORT}g}"
+    return _plain(number, SHORT)
 
 
 def _plain(value, digits):
@@ -109,7 +110,10 @@ def ladder_as_text(ladder: "Ladder") -> str:
 
 
 def certificates_as_text(found: "Sequence[Certificate]", digits: int) -> str:
-    """Return certificates as text: a single one in full; those of the pieces of a box as counts by outcome."""
+    """Return certificates as text: a single one with a row for each event; the pieces of a box counted by outcome.
+
+    A row shows the digits of a ball that are certain, at most ``SHORT``; the final state has ``digits`` of them.
+    """
     if len(found) == 1:
         return _certificate_as_text(found[0], digits)
     proven = [piece for piece in found if piece.proven]
@@ -133,8 +137,9 @@ def _certificate_as_text(one, digits):
     if not one.proven:
         return f"undecided: {one.reason}"
     lines = [f"proven: {' -> '.join(one.modes)}, with {one.bits} bits"]
-    for kind, t, state, _ in one.events:
-        lines += [f"  {kind}", *_balls(("t", *one.scene.names), (t, *state), digits)]
+    lines += [_row(("t", *one.scene.names), "event -> mode")] if one.events else []
+    for (kind, t, state, _), mode in zip(one.events, one.modes[1:], strict=True):
+        lines.append(_row((ball.str(SHORT, radius=False) for ball in (t, *state)), f"{kind} -> {mode}"))
     return "\n".join([*lines, "  final", *_balls(one.scene.names, one.final, digits)])
 
 

@@ -3,6 +3,7 @@
 import json
 import pickle
 import random
+import re
 from fractions import Fraction
 from itertools import pairwise
 
@@ -246,6 +247,20 @@ def test_a_false_inequality_is_not_proven():
 
     assert not prove(Inequality("C22", "false beyond 1", (1 - sigma,), {sigma: (0, 2)})).proven
     assert not prove(Inequality("C22", "false at 1 alone", ((1 - sigma) ** 2,), {sigma: (0, 3)})).proven
+
+
+def test_the_command_shows_the_events_that_solve_shows_in_as_many_rows(capsys):
+    rows = []
+    for command in ("solve", "certify"):
+        assert main([command, "collisions"]) == 0
+        out = capsys.readouterr().out
+        rows.append([(*map(float, numbers.split()), words) for numbers, words in
+                     re.findall(r"^([-+.e\d ]+)  (\w+_\w+ -> \w+)$", out, re.MULTILINE)])  # fmt: skip
+    followed, proven = rows
+    assert [row[-1] for row in proven] == [row[-1] for row in followed]
+    assert len(proven) == 5
+    for one, other in zip(followed, proven, strict=True):
+        assert one[:-1] == pytest.approx(other[:-1], rel=1e-7)
 
 
 def test_the_command_tells_a_proof_from_a_refusal(capsys, tmp_path):
