@@ -112,9 +112,9 @@ def sign_of(value: Number) -> int:
 
 
 def short(value: Any) -> str:
-    """Return ``repr(value)`` on one line of at most 60 characters, for a message."""
+    """Return ``repr(value)``, of a Fraction the ratio, on one line of at most 60 characters, for a message."""
     try:
-        text = " ".join(repr(value).split())
+        text = " ".join((str if isinstance(value, Fraction) else repr)(value).split())
     except ValueError:  # Python spells no integer of more than some thousand digits
         return f"({type(value).__name__} of very many digits)"
     return text if len(text) <= 60 else text[:57] + "..."

@@ -64,6 +64,7 @@ BAD_LINES = [
     ("solve backward --until -1", "until"),
     ("solve backward --start 1 2", "expected 3 arguments"),
     ("solve backward --sigma0 0", "at least sigma"),
+    ("solve backward --sigma0 1/2", "sigma0 = 1/2: it must be at least sigma = 1"),
     ("solve backward --digits 0", "digits"),
     ("solve backward --digits 1e3", "invalid int"),
     ("solve backward --method eulre", "unknown"),
