@@ -13,7 +13,9 @@ from importlib.util import find_spec
 from itertools import starmap
 from math import inf
 from time import monotonic
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
 
 from asympk.automaton.loop import Run, Segment, follow
 from asympk.automaton.numericmode import NumericMode
@@ -24,9 +26,6 @@ from asympk.numbers import number, numbers, whole
 from asympk.path import Path
 from asympk.scene import Scene
 from asympk.systems.automata import automaton_of
-
-if TYPE_CHECKING:
-    import numpy as np
 
 # method -> module of asympk.integrators that has ``advance``
 FAMILIES = {
@@ -195,10 +194,8 @@ class SteppedDense:
     reached: float
     sample: Callable
 
-    def __call__(self, t: Any) -> "np.ndarray":
+    def __call__(self, t: Any) -> np.ndarray:
         """Return an array of shape ``(n,) + t.shape``; raises ``OutOfRange`` outside [0, reached]."""
-        import numpy as np
-
         t = numbers("t", t).astype(float)
         times, where = np.unique(t, return_inverse=True)
         if times.size and not (times[0] >= 0 and times[-1] <= self.reached):

@@ -10,6 +10,8 @@ steps have the paradox of the rigid rod again (Lemma 9).
 from functools import partial
 from time import monotonic
 
+import numpy as np
+
 from asympk.automaton.loop import Segment
 from asympk.errors import InputError
 from asympk.integrators.integrate import SteppedDense, Work, bounds, endpoints, finished, report
@@ -106,6 +108,4 @@ def _kind(before, after):
 
 
 def _between(times, states, ts):
-    import numpy as np
-
     return np.column_stack([np.interp(ts, times, column) for column in zip(*states, strict=True)])

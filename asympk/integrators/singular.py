@@ -10,6 +10,8 @@ from collections.abc import Callable
 from itertools import count
 from typing import Any
 
+import numpy as np
+
 from asympk.automaton.loop import Segment
 from asympk.automaton.numericmode import NumericMode
 
@@ -30,7 +32,6 @@ def followed(mode: NumericMode, t: Any, state: tuple, until: Any, advance: Calla
 
 def approach(mode: NumericMode, guard: int, t: float, state: tuple, until: float) -> tuple | None:
     """Return (t of the first level, t, state) of the zero of the guard p, or None if it is not met first."""
-    import numpy as np
     from scipy.integrate import solve_ivp
 
     first = mode.guard_values(t, state)[guard]

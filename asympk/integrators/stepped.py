@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.loop import Segment
 from asympk.integrators import collocation, integrate
@@ -54,8 +56,6 @@ def _scales(automaton: Automaton, segments: Sequence[Segment]) -> tuple[tuple[fl
     For a state that may be rounding, or that only such states move, the scale, too, is that by the terms of its rate; a
     state without any has 1. Sizes are at least ``NOISE`` times the largest, so that tiny states do not count as wrong.
     """
-    import numpy as np
-
     states = [state for segment in segments for _, state in segment.steps] or [segments[-1].state]
     own = [max(map(abs, column)) for column in zip(*states, strict=True)]
     made, gains = balances(automaton, segments)

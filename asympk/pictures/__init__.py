@@ -6,11 +6,11 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from asympk.pictures import style
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from asympk.pictures.sheet import Sheet
 
 

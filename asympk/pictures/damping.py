@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from asympk.path import Path
 from asympk.pictures import plate, style
 from asympk.storage.rows import Row
@@ -64,8 +66,6 @@ def _by_epsilon(rows):
 
 
 def _phase_plane(ax, path):
-    import numpy as np
-
     root = float(path.scene.mu) ** 0.5
     edges = [0.0, *(float(event.t) for event in path.events), float(path.scene.until)]
     for mode, (start, end) in zip(path.modes, pairwise(edges), strict=True):

@@ -9,11 +9,12 @@ from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from asympk.pictures import plate, sheets, style
 from asympk.storage.rows import Row
 
 if TYPE_CHECKING:
-    import numpy as np
     from matplotlib.figure import Figure
 
 # key -> (mark, grey of its cell, words in the legend)

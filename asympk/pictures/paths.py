@@ -5,6 +5,8 @@ from math import floor, log10
 from pathlib import Path as File
 from typing import Any
 
+import numpy as np
+
 from asympk.errors import MissingPackage
 from asympk.path import Path
 from asympk.pictures import plate, sheets, style
@@ -98,8 +100,6 @@ def logarithmic_from(times: Any, values: Any) -> float | None:
     |state| stays below some value for 95 % of the time. The size is the power of ten above that value, but at most
     ``DECADES`` below the largest |state|; the axis is linear unless |state| exceeds 20 times that value.
     """
-    import numpy as np
-
     sizes, weights = np.abs(values), np.gradient(np.array(times)) if times[-1] > 0 else np.ones(len(times))
     order = np.argsort(sizes)
     usual = sizes[order][np.searchsorted(np.cumsum(weights[order]), 0.95 * weights.sum())]

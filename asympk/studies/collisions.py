@@ -3,6 +3,8 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+import numpy as np
+
 from asympk.storage.rows import Stored
 
 SIGMA, MUS, UNTIL = 1, (1e-3, 3.0), 60
@@ -22,8 +24,6 @@ class CollisionRow:
 
 def rows(mus: Iterable[float] = MUS, cells: tuple[int, int] = CELLS) -> list[CollisionRow]:
     """Return the rows of a logarithmic grid in mu x0 and |z0| for every mu and both signs of z0."""
-    import numpy as np
-
     from asympk.systems.painleve_klein.arrays.ensemble import solve_many
 
     scaled, height = (_grid(*ends, n) for ends, n in zip((EXPONENTS_X, EXPONENTS_Z), cells, strict=True))

@@ -10,6 +10,8 @@ from dataclasses import asdict, dataclass
 from math import inf
 from typing import Any, cast
 
+import numpy as np
+
 from asympk.errors import InputError
 from asympk.methods import solve_many
 from asympk.numbers import number, short
@@ -91,8 +93,6 @@ def atlas(
 
 def _least_places(shape, columns, rtol, progress):
     """Return the index on ``LADDER`` of the least model of every rod, in the given shape."""
-    import numpy as np
-
     left = np.arange(int(np.prod(shape)))
     flat: dict[str, Any] = {name: column.array(slice(0, left.size)) for name, column in columns.items()}
     found = np.full(left.size, len(LADDER) - 1, dtype=np.int8)

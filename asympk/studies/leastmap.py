@@ -3,6 +3,8 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+import numpy as np
+
 from asympk.storage.rows import Stored
 from asympk.studies.least import LADDER, atlas
 
@@ -24,8 +26,6 @@ class LeastMapRow:
 def rows(sigmas: Iterable[str] = SIGMAS, cells: tuple[int, int] = CELLS) -> list[LeastMapRow]:
     """Return the rows of a logarithmic grid in mu and |z0| for every sigma and both signs of z0."""
     from fractions import Fraction
-
-    import numpy as np
 
     mus, heights = (np.logspace(*ends, n) for ends, n in zip((EXPONENTS_MU, EXPONENTS_Z), cells, strict=True))
     speeds = np.concatenate((-heights[::-1], heights))

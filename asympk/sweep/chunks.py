@@ -11,6 +11,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from asympk import __version__
 from asympk.errors import InputError, MissingPackage
 from asympk.many import OUTCOMES
@@ -19,8 +21,6 @@ from asympk.sweep import stored
 from asympk.sweep.family import Family
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from asympk.sweep.sweepfile import Sweep
 
 _NAME = re.compile(r"chunk-(\d{8,15})\.(?:npz|parquet)", re.ASCII)
@@ -28,8 +28,6 @@ _NAME = re.compile(r"chunk-(\d{8,15})\.(?:npz|parquet)", re.ASCII)
 
 def chunk_provenance(sweep: "Sweep", index: int) -> dict[str, Any]:
     """Return the provenance of a chunk: its sweep, its trajectories, and the versions that compute it."""
-    import numpy as np
-
     start, stop = sweep.rows(index)
     return {"sweep": sweep.digest, "chunk": index, "start": start, "stop": stop, "asympk": __version__,
             "numpy": np.__version__}  # fmt: skip
@@ -45,7 +43,7 @@ def compute(sweep: "Sweep", index: int) -> tuple[dict[str, Any], bytes]:
 
 def chunk_columns(
     family: Family, columns: Mapping[str, Any], size: int, itineraries: bool = True
-) -> "dict[str, np.ndarray]":
+) -> dict[str, np.ndarray]:
     """Follow ``size`` trajectories of a family from {field: number or array} and return their columns {name: array}."""
     found = family.follow(columns, size, itineraries)
     made = {**dict(zip(family.states, found.final, strict=True)), "n_events": found.n_events, "outcome": found.outcome}
@@ -61,8 +59,6 @@ def _kinds(family, itineraries):
 
 def _coded(alphabet, found):
     """Return the number of collisions, and the itinerary as a number, 0 where the outcome is not 0."""
-    import numpy as np
-
     count = found.n_events
     trajectory = np.repeat(np.arange(count.size), count)
     hits = np.bincount(trajectory[found.kind == "velocity_zero"], minlength=count.size)
@@ -82,7 +78,7 @@ def index_of(file: str) -> int | None:
 
 def read_chunk(
     sweep: "Sweep", path: str | Path, only: Iterable[str] | None = None
-) -> "tuple[dict[str, Any], dict[str, np.ndarray]]":
+) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Return (provenance, {name: array}) of a chunk's file, all or ``only`` some; raises ``InputError`` if damaged."""
     path = Path(path)
     try:
@@ -97,8 +93,6 @@ def read_chunk(
 
 def _check(sweep, written, columns):
     """Raise an error unless a chunk has its columns and no others, of the right kinds and lengths, with valid codes."""
-    import numpy as np
-
     expected = _kinds(sweep.family, sweep.itineraries)
     if {name: values.dtype for name, values in columns.items()} != {k: np.dtype(v) for k, v in expected.items()}:
         raise ValueError(f"its columns are {', '.join(columns)}")

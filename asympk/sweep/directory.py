@@ -18,7 +18,9 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, wait
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from asympk.errors import AsympkError, InputError, WorkersLost
 from asympk.storage.files import named_file, write_bytes, write_text
@@ -26,9 +28,6 @@ from asympk.sweep import chunks
 from asympk.sweep.executors import Here
 from asympk.sweep.lock import locked
 from asympk.sweep.sweepfile import Sweep, from_description
-
-if TYPE_CHECKING:
-    import numpy as np
 
 MANIFEST = "sweep.json"
 LARGEST = 100_000_000  # bytes of the manifest: seven grids of 10^5 exact values
@@ -186,7 +185,7 @@ def _write(sweep, out, index, written, content):
 
 def results(
     out: str | Path, only: Iterable[str] | None = None
-) -> "Iterator[tuple[str, dict[str, Any], dict[str, np.ndarray]]]":
+) -> Iterator[tuple[str, dict[str, Any], dict[str, np.ndarray]]]:
     """Yield (file name, provenance, {name: array}) of each chunk in ``out``, all arrays or ``only`` some.
 
     Raises ``InputError`` for a directory without a sweep, one that is not complete, or a damaged chunk.

@@ -5,13 +5,11 @@ letter is 0. Of an itinerary that is too long for 62 bits, only the first events
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+
+import numpy as np
 
 from asympk.errors import InputError
 from asympk.many import PHASES
-
-if TYPE_CHECKING:
-    import numpy as np
 
 KINDS = ("force_zero", "velocity_zero", "slip_onset", "lift_off", "touch_down")
 _BITS = 62
@@ -43,15 +41,13 @@ class Alphabet:
         return left
 
     def codes(
-        self, first: "np.ndarray", count: "np.ndarray", kind: "np.ndarray", friction: "np.ndarray"
-    ) -> "np.ndarray":
+        self, first: np.ndarray, count: np.ndarray, kind: np.ndarray, friction: np.ndarray
+    ) -> np.ndarray:
         """Return the itineraries of trajectories as numbers.
 
         ``first`` (frictions, n) are indices in ``PHASES``, and ``count`` (n,) the numbers of events. ``kind`` and
         ``friction`` list the events of all trajectories, one trajectory after the other.
         """
-        import numpy as np
-
         found, width = np.zeros(count.size, "<u8"), np.uint64(self.bits)
         for phase in first:
             found = found << width | (phase + np.uint64(1))
@@ -63,8 +59,6 @@ class Alphabet:
 
     def _letters(self, kind, friction):
         """Return the letters of events; kinds are distinguished by their initials, as comparing whole words is slow."""
-        import numpy as np
-
         if not kind.size:
             return np.zeros(0, dtype=np.uint64)
         initials = np.ascontiguousarray(kind).view(np.uint32).reshape(kind.size, -1)[:, 0]

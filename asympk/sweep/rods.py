@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
+import numpy as np
+
 from asympk.errors import InputError
 from asympk.many import PHASES
 from asympk.numbers import Number, number
@@ -13,8 +15,6 @@ from asympk.sweep.family import Followed, by_state, require_static, require_time
 from asympk.sweep.itineraries import Alphabet
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from asympk.sweep.sweepfile import Axis
 
 
@@ -56,8 +56,6 @@ class RodFamily:
 
     def follow(self, columns: Mapping[str, Any], size: int, itineraries: bool) -> Followed:
         """Follow ``size`` trajectories in arrays."""
-        import numpy as np
-
         from asympk.systems.painleve_klein.arrays.ensemble import solve_many
 
         arrays: dict[str, Any] = {field: np.broadcast_to(values, (size,)) for field, values in columns.items()}
@@ -105,8 +103,6 @@ class PhysicalRodFamily(RodFamily):
 
     def follow(self, columns: Mapping[str, Any], size: int, itineraries: bool) -> Followed:
         """Follow ``size`` trajectories in nondimensional quantities; their final states are physical again."""
-        import numpy as np
-
         from asympk.systems.painleve_klein.units import in_arrays
 
         quantities = {"f0": columns["f"], **columns}
@@ -115,10 +111,8 @@ class PhysicalRodFamily(RodFamily):
         return found._replace(final=np.array(units.state(*found.final)))
 
 
-def first_phases(part: "Mapping[str, np.ndarray]") -> "np.ndarray":
+def first_phases(part: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return the mode of the rod in which each trajectory begins, as an index in ``PHASES``."""
-    import numpy as np
-
     from asympk.systems.painleve_klein.arrays.safeguarded import starting_signs
 
     x, y, z = (part[axis] for axis in "xyz")

@@ -15,12 +15,11 @@ import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from asympk.errors import MissingPackage
-
-if TYPE_CHECKING:
-    import numpy as np
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
@@ -42,13 +41,13 @@ def uninterrupted() -> Iterator[None]:
 
 
 @uninterrupted()
-def content(columns: "Mapping[str, np.ndarray]", provenance: Mapping[str, Any], kind: str) -> bytes:
+def content(columns: Mapping[str, np.ndarray], provenance: Mapping[str, Any], kind: str) -> bytes:
     """Return {name: array} and their provenance as the bytes of a file of the format ``kind``."""
     return (_as_npz if kind == "npz" else _as_parquet)(columns, provenance)
 
 
 @uninterrupted()
-def load_arrays(path: Path) -> "tuple[dict[str, Any], dict[str, np.ndarray]]":
+def load_arrays(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Return (provenance, {name: array}) of a file; a damaged file may raise any error."""
     if not path.is_file():
         raise ValueError("it is not a regular file")
@@ -56,8 +55,6 @@ def load_arrays(path: Path) -> "tuple[dict[str, Any], dict[str, np.ndarray]]":
 
 
 def _as_npz(columns, provenance):
-    import numpy as np
-
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
         for key, values in {**columns, "provenance": np.array(_text(provenance))}.items():
@@ -68,8 +65,6 @@ def _as_npz(columns, provenance):
 
 
 def _load_npz(raw):
-    import numpy as np
-
     with np.load(io.BytesIO(raw), allow_pickle=False) as archive:
         columns = {key: archive[key] for key in archive.files}
     provenance = json.loads(str(columns.pop("provenance")))
@@ -101,8 +96,6 @@ def _load_parquet(raw):
 
 
 def _digest(columns):
-    import numpy as np
-
     found = hashlib.sha256()
     for name, values in columns.items():
         found.update(f"{name} {values.dtype.str} {values.shape}".encode())

@@ -7,14 +7,13 @@ import json
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from asympk.many import OUTCOMES
 from asympk.storage.files import write_text
 from asympk.sweep import read_manifest, results
-
-if TYPE_CHECKING:
-    import numpy as np
 
 PROBABILITIES = (0, 0.05, 0.25, 0.5, 0.75, 0.95, 1)
 _WIDTHS = (20, 16, 14, 14)  # bits of a double that each pass finds; 64 in all
@@ -55,8 +54,6 @@ def _final_states(out, states, counts):
 
 
 def _count(columns, good, counts):
-    import numpy as np
-
     for name, column in _COLUMNS.items():
         if column in columns:
             values = columns[column] if name == "outcomes" else columns[column][good]
@@ -64,7 +61,7 @@ def _count(columns, good, counts):
 
 
 def quantiles(
-    parts: "Callable[[bool], Iterable[dict[str, np.ndarray]]]", probabilities: Sequence[float]
+    parts: Callable[[bool], Iterable[dict[str, np.ndarray]]], probabilities: Sequence[float]
 ) -> dict[str, list[float]]:
     """Return {axis: quantiles} of all arrays that ``parts(first)`` yields as {axis: array}, in at most four passes.
 
@@ -106,8 +103,6 @@ class _Search:
                 self._tally(prefix, (chosen >> shift) - lowest, width)
 
     def _tally(self, prefix, digits, width):
-        import numpy as np
-
         if prefix not in self.tables:
             self.tables[prefix] = np.zeros(1 << width, dtype=np.int64)
         least = int(digits.min())
@@ -116,8 +111,6 @@ class _Search:
 
     def narrow(self, shift, width):
         """Find the next bits of every wanted key from the counts, or all its bits from the gathered keys."""
-        import numpy as np
-
         if self.found is not None:
             return
         if self.few:
@@ -135,8 +128,6 @@ class _Search:
             self.found = self.prefixes
 
     def _descend(self, width, lowest):
-        import numpy as np
-
         sizes = {}
         for k, (prefix, rank) in enumerate(zip(self.prefixes, self.ranks, strict=True)):
             table = self.tables[prefix]
@@ -150,8 +141,6 @@ class _Search:
 
 def _keys(values):
     """Return doubles as integers in the same order; -0.0 counts as 0.0."""
-    import numpy as np
-
     bits = (values + 0.0).view(np.int64)
     return bits ^ (bits >> 63 & 2**63 - 1)
 

@@ -23,6 +23,8 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from asympk.errors import InputError
 from asympk.mechanics.described import scene_table
 from asympk.numbers import number, short, whole
@@ -111,8 +113,6 @@ class Sweep:
 
 
 def _column(axis, start, stop, period, key):
-    import numpy as np
-
     if axis.random:
         return _draws(axis, start, stop, key)
     values = np.array([float(value) for value in axis.values])
@@ -123,8 +123,6 @@ def _column(axis, start, stop, period, key):
 
 def _draws(axis, start, stop, key):
     """Return the outputs ``start`` to ``stop`` of the stream ``key``, 53 bits each, spread over the range."""
-    import numpy as np
-
     block = start // 4  # Philox makes four numbers at each value of its counter
     raw = np.random.Philox(key=key, counter=block).random_raw(stop - 4 * block)[start - 4 * block:]
     part = (raw >> np.uint64(11)) * 2.0**-53
