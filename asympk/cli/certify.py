@@ -3,6 +3,7 @@
 from argparse import ArgumentParser, Namespace
 
 from asympk.cli.options import add_scene, given_scene, meter, scene_numbers, whole_number
+from asympk.errors import InputError
 
 HELP = "prove what a scene does, in ball arithmetic"
 
@@ -21,7 +22,6 @@ def arguments(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> int:
     """Prove the motion of the scene or of its box, or the inequalities; return 1 where a proof is not found."""
-    from asympk.errors import InputError
     from asympk.numbers import whole as require_whole
 
     given = options.box or options.json or options.set or options.scene is not None or scene_numbers(options)
@@ -44,7 +44,6 @@ def _prove_claims() -> int:
 
 def _prove_scene(options: Namespace) -> int:
     from asympk.certify import certify, cover
-    from asympk.errors import InputError
     from asympk.output.terminal import certificates_as_json, certificates_as_text
 
     box = {name: ends for name, *ends in options.box or ()}

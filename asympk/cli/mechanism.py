@@ -4,6 +4,7 @@ from argparse import ArgumentParser, Namespace
 from typing import Any
 
 from asympk.cli.options import add_settings, meter, place_name, settings
+from asympk.errors import InputError
 
 HELP = "print the paradox of a mechanism, and the jump through it"
 
@@ -22,7 +23,8 @@ def run(options: Namespace) -> None:
     from asympk.systems import MECHANISMS
 
     if options.name is None:
-        _require_alone(options)
+        if options.set or options.plot:
+            raise InputError("--set and --plot are for one mechanism; name it, or give a TOML file")
         print(scenes_as_text(MECHANISMS))
         return
     described = load_mechanism(options.name).changed(settings(options))
@@ -32,13 +34,6 @@ def run(options: Namespace) -> None:
     with meter("looking for the paradox"):
         lines = mechanism_as_text(described)
     print(lines)
-
-
-def _require_alone(options: Namespace) -> None:
-    from asympk.errors import InputError
-
-    if options.set or options.plot:
-        raise InputError("--set and --plot are for one mechanism; name it, or give a TOML file")
 
 
 def _plot(described: Any, file: str) -> None:

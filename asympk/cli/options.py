@@ -4,6 +4,8 @@ import sys
 from argparse import SUPPRESS, ArgumentParser, ArgumentTypeError, Namespace
 from typing import TYPE_CHECKING
 
+from asympk.errors import InputError
+
 if TYPE_CHECKING:
     from asympk.output.meter import Meter
     from asympk.scene import Scene
@@ -36,7 +38,6 @@ def add_settings(parser: ArgumentParser, words: str) -> None:
 
 def settings(options: Namespace) -> dict[str, str]:
     """Return ``{name: value}`` of settings such as ``f=2.5``; raises ``InputError`` for a setting of another form."""
-    from asympk.errors import InputError
     from asympk.numbers import number
 
     found = {}
@@ -57,7 +58,6 @@ def scene_numbers(options: Namespace) -> dict:
 
 def given_scene(options: Namespace) -> "Scene":
     """Return the ``Scene`` that the options name, with the numbers that they give; raises ``InputError``."""
-    from asympk.errors import InputError
     from asympk.scene import Scene
     from asympk.scenes.scenefile import changed_scene
 
@@ -74,7 +74,6 @@ def given_scene(options: Namespace) -> "Scene":
 
 
 def _turned(scene: "Scene", given: dict, named: dict[str, str]) -> "Scene":
-    from asympk.errors import InputError
     from asympk.scenes.turned import in_own_units, turned
 
     names, start, until = in_own_units(scene).names, given.pop("start", ()), given.pop("until", None)
@@ -88,8 +87,6 @@ def _turned(scene: "Scene", given: dict, named: dict[str, str]) -> "Scene":
 def require_other_file(written: str | None, read: str | None) -> None:
     """Raise ``InputError`` where a file to be written is the one that is read."""
     from pathlib import Path
-
-    from asympk.errors import InputError
 
     if written and read and Path(read).is_file() and Path(written).exists() and Path(written).samefile(read):
         raise InputError(f"{written}: it is the scene's own file; give another to write")
