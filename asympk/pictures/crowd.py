@@ -35,12 +35,10 @@ def _map(many: Many) -> Any:
 
 
 def _legend(drawing: Any, found: Itineraries) -> None:
-    from matplotlib.patches import Patch
-
     words = [" → ".join(sequence) or "no event" for sequence in found.sequences]
     if len(words) > len(INKS):
         words = [*words[: len(INKS) - 1], f"{len(words) - len(INKS) + 1} others"]
-    handles = [Patch(facecolor=ink, label=word) for ink, word in zip(INKS, words, strict=False)]
+    handles = [*map(style.patch, INKS, words)]
     drawing.legend(handles=handles, loc="outside upper left", ncols=1)
 
 

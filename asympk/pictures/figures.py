@@ -308,7 +308,7 @@ def failures(parts: Sequence[tuple[str, Sequence[Row], str]]) -> "Figure":
             ax.set_xlabel(words)
         axes.flat[0].set_yticks(range(len(methods)), [style.SHORT.get(m, style.curve(m)["label"]) for m in methods])
         axes.flat[0].set_ylim(len(methods) - 0.5, -0.5)
-        handles = [_failure_handle(key) for key in FAILURES]
+        handles = [style.patch(colour, words, edgecolor="0.5", linewidth=0.4) for colour, _, words in FAILURES.values()]
         figure.legend(handles=handles, loc="outside lower center", ncols=4, columnspacing=0.8, handlelength=1.2)
     return figure
 
@@ -335,13 +335,6 @@ def _failure_block(ax, rows, along, methods):
     if places[0] < 0 < places[-1]:
         ends[bisect(places, 0) - 0.5] = "0"
     ax.set_xticks([*ends], [*ends.values()])
-
-
-def _failure_handle(key):
-    from matplotlib.patches import Patch
-
-    colour, _, words = FAILURES[key]
-    return Patch(facecolor=colour, edgecolor="0.5", linewidth=0.4, label=words)
 
 
 def _methods(rows):

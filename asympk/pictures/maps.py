@@ -66,17 +66,10 @@ def stick_over_static_friction(sigmas: Sequence[str], most: int = 4) -> "Figure"
             for name, start, end in (("Gamma1", least, most), ("Gamma2", max(least, -1), most),
                                      *((("Gamma2", least, -1),) if least < -1 else ())):
                 _curve(ax, pk.sigma0, level_formulas()[name], start, end, color="black", lw=0.7)
-        handles = _legend_patches()
+        handles = [style.patch(HELD, "stick"), style.patch(HELD, "stick, but crossing is consistent", hatch="//////",
+                                                           edgecolor="0.35", linewidth=0)]  # fmt: skip
         figure.legend(handles=handles, loc="outside lower center", ncols=2)
     return figure
-
-
-def _legend_patches():
-    from matplotlib.patches import Patch
-
-    return [Patch(facecolor=HELD, label="stick"),
-            Patch(facecolor=HELD, hatch="//////", edgecolor="0.35", linewidth=0,
-                  label="stick, but crossing is consistent")]
 
 
 def _load_axis(ax, limits, label=True):
@@ -153,13 +146,11 @@ def least_models(rows: Sequence[Row], names: Sequence[str]) -> "Figure":
 
     There is a panel for each sigma and sign of z0. A model has a grey, and its number stands where its area is widest.
     """
-    from matplotlib.patches import Patch
-
     sigmas = {sigma: rf"$\sigma = {sigma}$" for sigma in dict.fromkeys(row["sigma"] for row in rows)}
     with plate(1.45 * len(sigmas) + 0.55, len(sigmas), 2, sharex=True, sharey=True) as (figure, axes):
         _maps(axes, rows, "sigma", sigmas, "mu", "rung", _shade, r"$\mu$")
         met = sorted({row["rung"] for row in rows})
-        handles = [Patch(facecolor=_shade(k), edgecolor="0.4", linewidth=0.3, label=f"{k}  {names[k]}") for k in met]
+        handles = [style.patch(_shade(k), f"{k}  {names[k]}", edgecolor="0.4", linewidth=0.3) for k in met]
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), columnspacing=0.9,
                       handlelength=1.0, handletextpad=0.4)
     return figure

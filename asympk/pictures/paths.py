@@ -117,9 +117,7 @@ def _time_axis(axis: Any, path: Path) -> None:
 
 
 def _legend(drawing: Any, path: Path) -> None:
-    from matplotlib.patches import Patch
-
     present = list(dict.fromkeys(path.modes))
-    handles = [Patch(facecolor=shade(mode), edgecolor="0.5", linewidth=0.4, label=mode) for mode in present]
+    handles = [style.patch(shade(mode), mode, edgecolor="0.5", linewidth=0.4) for mode in present]
     columns = max(1, min(3, LETTERS // max(map(len, present)), len(present)))
     drawing.legend(handles=handles, loc="outside upper center", ncols=columns)

@@ -67,17 +67,13 @@ def _most(described: Described, at: np.ndarray) -> float:
 
 def motion_handles(shown: Iterable[int]) -> "list[Artist]":
     """Return the entries of a legend for numbers of rigid motions."""
-    from matplotlib.patches import Patch
-
     looks = [(number, *LOOKS[min(number, 3)]) for number in sorted(shown)]
-    return [Patch(facecolor=colour, hatch=hatch, edgecolor=style.BLACK, linewidth=0.4,
-                  label=f"{word} rigid motion{'s' if number > 1 else ''}") for number, word, colour, hatch in looks]
+    return [style.patch(colour, f"{word} rigid motion{'s' if number > 1 else ''}", hatch=hatch, edgecolor=style.BLACK,
+                        linewidth=0.4) for number, word, colour, hatch in looks]  # fmt: skip
 
 
 def paradox_plot(found: ParadoxSet, file: str | File | None = None) -> "Figure":
     """Draw where a ``ParadoxSet`` has a paradox: bars over one quantity, an area over two; return the figure."""
-    from matplotlib.patches import Patch
-
     sheet = sheets(file)
     with plate(2.6 if len(found.over) == 2 else 1.2) as (figure, axes):
         ax = axes.flat[0]
@@ -89,5 +85,5 @@ def paradox_plot(found: ParadoxSet, file: str | File | None = None) -> "Figure":
         ax.set(xlabel=found.over[0], xlim=found.ends[0], ylim=found.ends[1] if len(found.over) == 2 else (0, 1))
         ax.set_ylabel(found.over[1] if len(found.over) == 2 else "")
         ax.set_yticks(ax.get_yticks() if len(found.over) == 2 else [])
-        figure.legend(handles=[Patch(facecolor=LOOKS[0][1], label="paradox")], loc="outside lower center")
+        figure.legend(handles=[style.patch(LOOKS[0][1], "paradox")], loc="outside lower center")
     return sheet.kept(figure, file)

@@ -100,3 +100,10 @@ def power_of_ten(value: Any) -> str:
     exponent = log10(abs(value))
     power = f"10^{{{round(exponent)}}}" if abs(exponent - round(exponent)) < 1e-9 else f"{abs(value):g}"
     return f"-{power}" if value < 0 else power
+
+
+def patch(colour: Any, label: str, **looks: Any) -> Any:
+    """Return an area of one ``colour`` as an entry of a legend."""
+    from matplotlib.patches import Patch
+
+    return Patch(facecolor=colour, label=label, **looks)
