@@ -9,7 +9,7 @@ Order 0 uses ``_to_order`` where a layer or a jump has no law in the limit (``No
 """
 
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -46,19 +46,12 @@ def follow_stretches(scene: Any, method: str = "jump", *, order: int = 0, units:
 def _in_limit(scene: Any, method: str) -> Path:
     """Follow a scene with one friction and one fast state through layers that take no time; raises ``NoLaw``."""
     automaton, until, mu = Automaton(scene.system, scene.values), float(scene.until), matched.small_number(scene)
-    layer = partial(_through_limit, LimitLayers(automaton, mu))
+    layer = LimitLayers(automaton, mu).arrive
     first = matched.begun(automaton, scene.start)
     landed = layer(first) if until > 0 else first
     matched.require_landed(method, landed)
     path = matched.onward(automaton, landed, until, mu, 0, RTOL, layer, limit=True)
     return Path(scene, method, path.state, path.events, path.modes, StretchedDense(path, until))
-
-
-def _through_limit(layers: LimitLayers, path: MatchedPath) -> MatchedPath:
-    """Return the path after its layer in the limit mu -> 0, in which the layer takes no time."""
-    landed = layers.arrive(path.t, path.state, path.mode)
-    return replace(path, state=landed.state, mode=landed.mode, events=path.events + landed.events,
-                   modes=path.modes + landed.modes[1:])  # fmt: skip
 
 
 def _to_order(scene: Any, method: str, order: int, units: Any) -> Path:

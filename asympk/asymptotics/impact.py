@@ -19,7 +19,7 @@ ends, and ``_stop``, which carries the state through the impulse.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
 from typing import Any
 
@@ -28,7 +28,7 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from asympk.asymptotics.matched import bare_mode, entered
+from asympk.asymptotics.matched import MatchedPath, bare_mode, entered
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.loop import mode_after
 from asympk.automaton.modes import SWITCH, GuardedMode
@@ -45,16 +45,6 @@ REACH = 1e6  # the largest impulse, in units of that which changes the states by
 
 class NoLaw(NotDerivable):
     """A layer or a jump has no law in the limit mu -> 0 and must be integrated at the given mu (``matched``)."""
-
-
-@dataclass(frozen=True)
-class Arrival:
-    """Where a layer lands: its last mode, the state with y on the critical manifold of this mode, and its events."""
-
-    mode: NumericMode
-    state: tuple
-    events: tuple[Event, ...]
-    modes: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -101,16 +91,20 @@ class LimitLayers:
         (y,) = self.automaton.system.fast
         return self.automaton.system.states.index(y)
 
-    def arrive(self, t: float, state: tuple, mode: NumericMode) -> Arrival:
-        """Follow the layer from (t, state) in ``mode``; raises ``OutOfRange`` where it never settles, ``NoLaw``."""
-        events: list[Event] = []
-        modes, speed = [mode.name], 0.0
+    def arrive(self, path: MatchedPath) -> MatchedPath:
+        """Return the path after its layer, with y on the critical manifold of its mode; the layer takes no time.
+
+        Raises ``OutOfRange`` where the layer never settles, ``NoLaw``.
+        """
+        t, state, mode, speed = path.t, path.state, path.mode, 0.0
+        events, modes = [*path.events], [*path.modes]
         event: Event | None
         for _ in range(PASSAGES):
             target, guard, speed = self._ahead(mode, t, state, speed)
             if guard is None and not math.isinf(target):
-                self._require_off_edges(mode, t, self._with(state, target))
-                return Arrival(mode, self._with(state, target), tuple(events), tuple(modes))
+                state = self._with(state, target)
+                self._require_off_edges(mode, t, state)
+                return replace(path, state=state, mode=mode, events=tuple(events), modes=tuple(modes))
             if guard is None:
                 mode, state, event = self._stop(mode, t, state, math.copysign(1, target))
             else:
@@ -119,7 +113,7 @@ class LimitLayers:
             if event is not None:
                 events.append(event)
                 modes.append(mode.name)
-        raise NoLaw(f"the layer at t = {t:.6g} passes more than {PASSAGES} modes: {' -> '.join(modes[:6])} ...")
+        raise NoLaw(f"the layer at t = {t:.6g} passes more than {PASSAGES} modes")
 
     def _ahead(self, mode: NumericMode, t: float, state: tuple, speed: float) -> tuple[float, int | None, float]:
         """Return the limit of y in a mode and None, or y at the first guard that y meets and this guard.
@@ -230,8 +224,7 @@ class LimitLayers:
         if not ends:
             raise OutOfRange(f"the load grows without bounds at t = {t:.6g} in mode {mode.name}: nothing stops it")
         if not found.t_events[0].size:
-            hit = next(k for k, times in zip(edges, found.t_events[1:], strict=True) if times.size)
-            raise NoLaw(f"the jump at t = {t:.6g} meets {mode.mode.guard_values[hit]!s:.120} = 0")
+            raise NoLaw(f"the jump at t = {t:.6g} meets a switching surface of {mode.name}")
         return tuple(ends[0][:-1].tolist()), float(ends[0][-1])
 
     def _require_held(self, mode: NumericMode, t: float, state: tuple, side: float) -> None:
