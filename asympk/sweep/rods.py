@@ -25,11 +25,7 @@ class RodFamily:
     fields: ClassVar[tuple[str, ...]] = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
     states: ClassVar[tuple[str, ...]] = ("x", "y", "z")
     alphabet = Alphabet()
-
-    @property
-    def description(self) -> dict[str, Any]:
-        """No entry: a description that names no family is of the rod."""
-        return {}
+    description: ClassVar[dict[str, Any]] = {}  # one that names no family is of the rod
 
     def given(self, table: Mapping[str, Any]) -> dict[str, Any]:
         """Return the entries of a table by field."""
@@ -74,11 +70,7 @@ class PhysicalRodFamily(RodFamily):
 
     fields = (*PHYSICAL, "R_1", "dR_1", "u", "until")
     states = ("R_1", "dR_1", "u")
-
-    @property
-    def description(self) -> dict[str, Any]:
-        """The entry that distinguishes physical quantities from nondimensional ones."""
-        return {"quantities": "physical"}
+    description: ClassVar[dict[str, Any]] = {"quantities": "physical"}
 
     def given(self, table: Mapping[str, Any]) -> dict[str, Any]:
         """Return the entries of a table by field."""

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
-from typing import Any
+from typing import Any, ClassVar
 
 import sympy as sp
 
@@ -87,25 +87,17 @@ class RodInUnits:
 class PhysicalScene:
     """The scene of a path in physical quantities: start, horizon, and ``delay`` = h l, the unit of time."""
 
+    names: ClassVar[tuple[str, ...]] = ("R_1", "dR_1", "u")  # of the states
+    units: ClassVar[dict[str, str]] = {"t": "s", "R_1": "N", "dR_1": "N/s", "u": "m/s", "R": "N"}  # in SI
     name: str
     start: tuple[Any, ...]
     until: Any
     delay: float
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """The names of the states."""
-        return ("R_1", "dR_1", "u")
-
-    @property
     def combinations(self) -> tuple[tuple[str, tuple], ...]:
         """The load R = R_1 + h l R_1' (2.3)."""
         return (("R", (1, self.delay, 0)),)
-
-    @property
-    def units(self) -> dict[str, str]:
-        """The units of time and states in SI."""
-        return {"t": "s", "R_1": "N", "dR_1": "N/s", "u": "m/s", "R": "N"}
 
 
 @dataclass(frozen=True)
