@@ -61,20 +61,19 @@ class Terms:
 @lru_cache(maxsize=64)
 def terms(formulas: Formulas, order: int) -> Terms:
     """Derive the ``Terms`` to ``order``."""
-    field = formulas.field
-    states = (*field.slow_states, *field.fast_states)
-    tape, values = field.tape(*(f"v{i}_0" for i in range(len(states))))
+    states = (*formulas.slow_states, *formulas.fast_states)
+    tape, values = formulas.tape(*(f"v{i}_0" for i in range(len(states))))
     start = {s: tape.node(f"v{i}_0") for i, s in enumerate(states)}
-    (rate,) = evaluated(field.jacobian, {**values, **start}, tape)
-    found = layer_coefficients(field, (order, order), tape, values, start, rate)
+    (rate,) = evaluated(formulas.slopes, {**values, **start}, tape)
+    found = layer_coefficients(formulas, (order, order), tape, values, start, rate)
     entries = [(k, i, *power, c) for i, s in enumerate(states) for k in range(order + 1)
                for power, c in _powers(found[s].get((k, 0), 0)).items()]  # fmt: skip
     places = np.array([entry[:-1] for entry in entries])
-    return Terms(places, tape.function((rate, *(entry[-1] for entry in entries)), field.functions))
+    return Terms(places, tape.function((rate, *(entry[-1] for entry in entries)), formulas.functions))
 
 
 def layer_coefficients(
-    field: Any, orders: tuple[int, int], tape: Any, values: dict, start: dict, rate: Any,
+    formulas: Formulas, orders: tuple[int, int], tape: Any, values: dict, start: dict, rate: Any,
     tidied: Callable[[Any], Any] = lambda c: c,
 ) -> dict:  # fmt: skip
     """Return {state: {(k, 0): X_k or Y_k}}, the slow and the fast states to ``orders``.
@@ -82,23 +81,23 @@ def layer_coefficients(
     ``values`` are those of the parameters on ``tape``, ``start`` those of the states, and ``rate`` is a. ``tidied`` is
     applied to every coefficient.
     """
-    slow, (y,) = field.slow_states, field.fast_states
+    slow, (y,) = formulas.slow_states, formulas.fast_states
     known: dict = {s: {(0, 0): start[s]} for s in slow} | {y: {}}
     for k in range(max(orders) + 1):
         if 0 < k <= orders[0]:
-            for s, rest in zip(slow, _rests(field.drift, field, values, known, tape, k - 1), strict=True):
+            for s, rest in zip(slow, _rests(formulas.drift, formulas, values, known, tape, k - 1), strict=True):
                 known[s][k, 0] = _integral(rest.map(tidied), rate).map(tidied)
         if k <= orders[1]:
-            (rest,) = _rests(field.full_force, field, values, known, tape, k)
+            (rest,) = _rests(formulas.full_force, formulas, values, known, tape, k)
             known[y][k, 0] = _solved(rest.map(tidied), rate, start[y] if k == 0 else 0).map(tidied)
     return known
 
 
-def _rests(exprs, field, values, found, tape, k):
+def _rests(exprs, formulas, values, found, tape, k):
     """Return the coefficients of mu^k in the rates along the terms found so far, without those of the unknown Y_k."""
     known = {s: Taylor({i: c for i, c in terms.items() if i[0] <= k}, k) for s, terms in found.items()}
     small = Taylor({(1, 0): 1} if k else {}, k)
-    known |= values | {field.small: small}
+    known |= values | {formulas.small: small}
     return [Fading(_powers(as_taylor(value, k)[k, 0])) for value in evaluated(exprs, known, tape)]
 
 

@@ -60,7 +60,7 @@ class BasePoint:
         placed, begins = place(self.system, {self.system.small: 1, **values}, start)
         numbers = {s: float(v) for s, v in zip(self.system.parameters, placed, strict=True) if s != self.system.small}
         slow = len(self.system.slow)
-        known = formulas(self.system.modes[0], self.system.small, tuple(numbers), self.order)
+        known = formulas(self.system.modes[0], self.system.small, tuple(numbers))
         begin = tuple(map(float, begins))
         base = land(known, self.order, begin[:slow], begin[slow:], tuple(numbers.values()), rtol).base
         return {s.name: tuple(base[:, i].tolist()) for i, s in enumerate(self.system.slow)}
@@ -123,13 +123,13 @@ class _Symbols:
 
 def _of_one_fast_state(mode, small, order):
     """Return {slow state: the coefficients of mu, ..., mu^order of the base point}."""
-    known = formulas(mode, small, (), order)
+    known = formulas(mode, small, ())
     rates = (*mode.slow.values(), *mode.fast.values())
     values = {p: p for p in set().union(*(rate.free_symbols for rate in rates)) - {*mode.slow, *mode.fast, small}}
     start = {s: s for s in (*mode.slow, *mode.fast)}
-    rate, (known_rate,) = sp.Dummy("a"), known.field.jacobian
+    rate, (known_rate,) = sp.Dummy("a"), known.slopes
     orders = order, order - 1
-    found = affinelayer.layer_coefficients(known.field, orders, _Symbols(), values, start, rate, _expanded)
+    found = affinelayer.layer_coefficients(known, orders, _Symbols(), values, start, rate, _expanded)
     return {x: [found[x][k, 0].terms[0, 0].subs(rate, known_rate) for k in range(1, order + 1)] for x in mode.slow}
 
 

@@ -10,19 +10,19 @@ fibre is S(0). The slow motion is the Taylor series in mu and t that solves x' =
 
     (j + 1) x_(k,j+1) = f_kj,    (j + 1) y_(k-1,j+1) = g_kj,    S_m = sum_(k+j=m) x_kj tau^j.
 
-The second equation is linear in y_kj and gives it, so that no derivative of h is needed. ``Formulas`` names the
-compiled functions. ``_Field`` derives each of them once, on a ``Tape``; the hard method is ``motion``, this recursion.
+The second equation is linear in y_kj and gives it, so that no derivative of h is needed. ``Formulas``
+derives each compiled function once, on a ``Tape``; its hard method is ``_motion``, this recursion.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 from importlib import import_module
+from typing import Any
 
 import sympy as sp
 
-from asympk.asymptotics.tape import Definitions, Tape
+from asympk.asymptotics.tape import Tape
 from asympk.asymptotics.taylor import FUNCTIONS, Taylor, as_taylor, evaluated
 from asympk.errors import InputError
 from asympk.symbolic.expansion import fast_jacobian, require_series
@@ -32,20 +32,19 @@ from asympk.symbolic.system import Mode
 NUMPY_NAMES = {f"a{f}": f"arc{f}" for f in ("sin", "cos", "tan", "sinh", "cosh", "tanh")}
 
 
-@dataclass(frozen=True)
 class Formulas:
-    """One smooth mode as compiled functions to one order n: x the slow states, y the fast ones, b the branch's value.
+    """One smooth mode as compiled functions: x the slow states, y the fast ones, b the branch's value.
 
     Every argument is one number: x, y, b and the parameters p stand for as many arguments as they have components. A
-    series is X_0, Y_0, X_1, Y_1, ..., X_n, Y_n, state by state.
+    series to order n is X_0, Y_0, X_1, Y_1, ..., X_n, Y_n, state by state.
 
-    1. ``layer(series, p)`` returns the derivatives of the series by tau, without X_0', which is 0.
-    2. ``slow(x, b, X_1, ..., X_n, p)`` returns S_0, ..., S_n, H_0, ..., H_n, each as (state, power of tau).
-    3. ``flow[m](x, b, mu, p)`` returns x' and b' on the manifold to order m; ``height[m]`` of the same returns y.
+    1. ``layer(n)(series, p)`` returns the derivatives of the series by tau, without X_0', which is 0.
+    2. ``slow(n)(x, b, X_1, ..., X_n, p)`` returns S_0, ..., S_n, H_0, ..., H_n, each as (state, power of tau).
+    3. ``flow(n)(x, b, mu, p)`` returns x' and b' on the manifold to order n; ``height(n)`` of the same returns y.
     4. ``slow_rates(x, b, mu, p)`` returns d log|det g_y| / dt on the manifold to order 0, and the matrices -h_x f_y and
        -h_x f_x f_y by columns.
     5. ``force(x, y, p)`` returns g at mu = 0, and ``jacobian(x, y, p)`` returns g_y at mu = 0 by rows.
-    6. ``series`` is (definitions, coefficients): auxiliary symbols, each defined by those before it, and in them the
+    6. ``series(n)`` is (definitions, coefficients): auxiliary symbols, each defined by those before it, and in them the
        coefficients of 1, mu, ..., mu^n of y on the manifold, order by order. The symbols of fast states stand for b.
 
     Functions 3, 4 and 6 do without b and b' where g is affine in y at mu = 0: there b = -g_y^-1 g(x, 0, 0).
@@ -55,75 +54,8 @@ class Formulas:
     raised for a function that has no series here.
     """
 
-    mode: Mode
-    small: sp.Symbol
-    parameters: tuple[sp.Symbol, ...]
-    order: int
-    target: str = "math"
-
-    @cached_property
-    def arrays(self) -> "Formulas":
-        return formulas(self.mode, self.small, self.parameters, self.order, "numpy")
-
-    @cached_property
-    def complexes(self) -> "Formulas":
-        return formulas(self.mode, self.small, self.parameters, self.order, "cmath")
-
-    def on_branch(self, x: Sequence[float], b: Sequence[float]) -> tuple[float, ...]:
-        """Return the arguments x, and b where needed, of ``flow``, ``height`` and ``slow_rates``."""
-        return (*x,) if self.field.affine else (*x, *b)
-
-    @cached_property
-    def layer(self) -> Callable[..., tuple]:
-        return self.field.layer(self.order)
-
-    @cached_property
-    def slow(self) -> Callable[..., tuple]:
-        return self.field.slow(self.order)
-
-    @cached_property
-    def flow(self) -> tuple[Callable[..., tuple], ...]:
-        return tuple(_manifold(self.field, m)[0] for m in range(self.order + 1))
-
-    @cached_property
-    def height(self) -> tuple[Callable[..., tuple], ...]:
-        return tuple(_manifold(self.field, m)[1] for m in range(self.order + 1))
-
-    @cached_property
-    def force(self) -> Callable[..., tuple]:
-        return self.field.at_point(self.field.force)
-
-    @cached_property
-    def series(self) -> tuple[Definitions, tuple[sp.Expr, ...]]:
-        return self.field.series(self.order)
-
-    @cached_property
-    def jacobian(self) -> Callable[..., tuple]:
-        return self.field.at_point(self.field.jacobian)
-
-    @cached_property
-    def slow_rates(self) -> Callable[..., tuple]:
-        return self.field.slow_rates()
-
-    @cached_property
-    def field(self) -> "_Field":
-        return _field(self.mode, self.small, self.parameters, self.target)
-
-
-formulas = lru_cache(maxsize=64)(Formulas)
-
-
-def _functions(target):
-    """Return {name: function or constant} of ``"math"``, ``"cmath"`` or ``"numpy"``."""
-    module, known = import_module(target), NUMPY_NAMES if target == "numpy" else {}
-    return {f: getattr(module, known.get(f, f)) for f in (*FUNCTIONS, "pi")} | {"E": module.e}
-
-
-class _Field:
-    """The derivation of the functions of one mode; ``names`` are the names of its parameters in compiled code."""
-
-    def __init__(self, mode, small, parameters, target):
-        self.small = small
+    def __init__(self, mode: Mode, small: sp.Symbol, parameters: tuple[sp.Symbol, ...], target: str = "math"):
+        self.mode, self.small, self.parameters = mode, small, parameters
         self.slow_states, self.fast_states = tuple(mode.slow), tuple(mode.fast)
         self.drift, self.full_force = list(mode.slow.values()), list(mode.fast.values())
         for state, rate in (*mode.slow.items(), *mode.fast.items()):
@@ -131,20 +63,43 @@ class _Field:
                 raise InputError(f"the rate of {state} switches too often, by {max(switching, key=str)!s:.60}, to "
                                  "have a series on every side; use an exact method")  # fmt: skip
         require_series(mode, small)
-        self.force = [g.subs(small, 0) for g in self.full_force]
-        self.jacobian = fast_jacobian(mode, small)
-        self.affine = not any(e.has(*self.fast_states) for e in self.jacobian)
-        across = [g.diff(x) for g in self.force for x in self.slow_states]
-        self.across = sp.Matrix(len(self.force), len(self.slow_states), across)
+        self.limit = [g.subs(small, 0) for g in self.full_force]
+        self.slopes = fast_jacobian(mode, small)
+        self.affine = not any(e.has(*self.fast_states) for e in self.slopes)
+        across = [g.diff(x) for g in self.limit for x in self.slow_states]
+        self.across = sp.Matrix(len(self.limit), len(self.slow_states), across)
         self.names = {p: f"p{i}" for i, p in enumerate(parameters)}
         self.functions = _functions(target)
+        self.layer, self.slow, self.series = map(cache, (self._layer, self._slow, self._series))
+        manifold = cache(self._manifold)
+        self.flow, self.height = cache(lambda order: manifold(order)[0]), cache(lambda order: manifold(order)[1])
 
-    def tape(self, *inputs):
+    @cached_property
+    def arrays(self) -> "Formulas":
+        return formulas(self.mode, self.small, self.parameters, "numpy")
+
+    @cached_property
+    def complexes(self) -> "Formulas":
+        return formulas(self.mode, self.small, self.parameters, "cmath")
+
+    @cached_property
+    def force(self) -> Callable[..., tuple]:
+        return self._at_point(self.limit)
+
+    @cached_property
+    def jacobian(self) -> Callable[..., tuple]:
+        return self._at_point(self.slopes)
+
+    def on_branch(self, x: Sequence[float], b: Sequence[float]) -> tuple[float, ...]:
+        """Return the arguments x, and b where needed, of ``flow``, ``height`` and ``slow_rates``."""
+        return (*x,) if self.affine else (*x, *b)
+
+    def tape(self, *inputs: str) -> tuple[Tape, dict[sp.Symbol, Any]]:
         """Return a tape with ``inputs`` and the parameters as inputs, and {parameter: node}."""
         tape = Tape(*inputs, *self.names.values())
         return tape, {p: tape.node(name) for p, name in self.names.items()}
 
-    def layer(self, order):
+    def _layer(self, order):
         """Compile the rates of the layer's series."""
         states = (*self.slow_states, *self.fast_states)
         names = [[f"v{i}_{k}" for i in range(len(states))] for k in range(order + 1)]
@@ -158,7 +113,7 @@ class _Field:
             rates += [*(f[k - 1, 0] for f in drift), *(g[k, 0] for g in force)]
         return tape.function(tuple(rates), self.functions)
 
-    def slow(self, order):
+    def _slow(self, order):
         """Compile the slow motion in powers of mu at fixed tau, from the series of its initial slow states."""
         n = len(self.slow_states)
         inputs = [f"v{i}_0" for i in range(n + len(self.fast_states))]
@@ -166,11 +121,11 @@ class _Field:
         tape, values = self.tape(*inputs)
         start = [{(k, 0): tape.node(f"v{i}_{k}") for k in range(order + 1)} for i in range(n)]
         branch = [tape.node(f"v{n + i}_0") for i in range(len(self.fast_states))]
-        *motion, _ = self.motion(tape, values, start, branch, order)
+        *motion, _ = self._motion(tape, values, start, branch, order)
         levels = (([c[m - j, j] for j in range(m + 1)] for c in series) for series in motion for m in range(order + 1))
         return tape.function(tuple(tuple(map(tuple, level)) for level in levels), self.functions)
 
-    def manifold(self, order):
+    def _manifold(self, order):
         """Compile two functions on the manifold to ``order``: the rates of x and of the branch's value, and y."""
         tape, values, drift, y = self._at_rest(order)
         height = tape.function(tuple(_polynomial(c, order, tape) for c in y), self.functions)
@@ -180,7 +135,7 @@ class _Field:
             rates += [-1 * c for c in _product(self._inverse(values, tape), across)]
         return tape.function(tuple(rates), self.functions), height
 
-    def series(self, order):
+    def _series(self, order):
         """Return the definitions of auxiliary symbols, and the coefficients of the manifold in them."""
         tape, _, _, y = self._at_rest(order)
         functions = {f: getattr(sp, f) for f in (*FUNCTIONS, "pi", "E")}
@@ -188,10 +143,11 @@ class _Field:
         inputs = (*states, self.small, *self.names)
         return tape.definitions(tuple(c[k, 0] for k in range(order + 1) for c in y), functions, inputs)
 
-    def slow_rates(self):
+    @cached_property
+    def slow_rates(self) -> Callable[..., tuple]:
         """Compile the logarithmic rate of det g_y along the slow motion at mu = 0, -h_x f_y and -h_x f_x f_y."""
         tape, values, _, _ = self._at_rest(1)
-        (found,) = self._along([self.jacobian.det()], values, tape, 1)
+        (found,) = self._along([self.slopes.det()], values, tape, 1)
         point, drift = _first(values), [f.subs(self.small, 0) for f in self.drift]
         across = _matrix(self.across, point, tape)
         inverse, once, twice = self._inverse(values, tape), [], []
@@ -203,7 +159,7 @@ class _Field:
             twice += _product(inverse, _product(across, again))
         return tape.function((found[0, 1] / found[0, 0], tuple(once), tuple(twice)), self.functions)
 
-    def at_point(self, exprs):
+    def _at_point(self, exprs):
         """Compile expressions at (x, y)."""
         states = (*self.slow_states, *self.fast_states)
         tape, values = self.tape(*(f"v{i}_0" for i in range(len(states))))
@@ -217,16 +173,16 @@ class _Field:
         tape, values = self.tape(*names, "mu")
         x = [tape.node(name) for name in names[:n]]
         branch = [tape.node(name) for name in names[n:]] or self._branch(tape, values, x)
-        _, y, drift = self.motion(tape, values, [{(0, 0): node} for node in x], branch, order)
+        _, y, drift = self._motion(tape, values, [{(0, 0): node} for node in x], branch, order)
         return tape, values, drift, y
 
     def _branch(self, tape, values, x):
         """Return the branch's value at x where g is affine in the fast states."""
         point = values | dict(zip(self.slow_states, x, strict=True)) | dict.fromkeys(self.fast_states, 0)
-        force = evaluated(self.force, point, tape)
+        force = evaluated(self.limit, point, tape)
         return [-1 * c for c in _product(self._inverse(point, tape), force)]
 
-    def motion(self, tape, values, start, branch, order):
+    def _motion(self, tape, values, start, branch, order):
         """Return x, y and x' of the slow motion as series in mu and t; ``start`` gives the terms of x at t = 0."""
         x = [{index: c for index, c in terms.items() if sum(index) <= order} for terms in start]
         y = [{(0, 0): c} for c in branch]
@@ -258,12 +214,18 @@ class _Field:
     def _inverse(self, values, tape):
         """Return g_y^-1 at the start, by cofactors: pivoting would compare numbers, which a tape cannot."""
         point = _first(values)
-        entries = _matrix(self.jacobian, point, tape)
+        entries = _matrix(self.slopes, point, tape)
         symbols = sp.Matrix(len(entries), len(entries), lambda i, j: sp.Symbol(f"j{i}_{j}"))
         known = {symbols[i, j]: e for i, row in enumerate(entries) for j, e in enumerate(row)}
         (determinant,) = evaluated([symbols.det(method="berkowitz")], known, tape)
         adjugate = symbols.adjugate(method="berkowitz")
         return [[c * (Fraction(1) / determinant) for c in row] for row in _matrix(adjugate, known, tape)]
+
+
+def _functions(target):
+    """Return {name: function or constant} of ``"math"``, ``"cmath"`` or ``"numpy"``."""
+    module, known = import_module(target), NUMPY_NAMES if target == "numpy" else {}
+    return {f: getattr(module, known.get(f, f)) for f in (*FUNCTIONS, "pi")} | {"E": module.e}
 
 
 def _first(values):
@@ -293,5 +255,4 @@ def _product(matrix, vector):
     return [sum((a * b for a, b in zip(row, vector, strict=True)), 0) for row in matrix]
 
 
-_field = lru_cache(maxsize=64)(_Field)
-_manifold = lru_cache(maxsize=256)(_Field.manifold)
+formulas = lru_cache(maxsize=64)(Formulas)

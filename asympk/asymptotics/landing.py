@@ -67,7 +67,7 @@ def land(
     through mu alone: its tolerance is ``rtol`` / mu until ``corrections`` are asked for, which repeat the integration.
     Raises ``OutOfRange`` where the layer does not settle on an attracting branch.
     """
-    if formulas.field.affine and not (largest := abscissa(formulas, x, y, values)) < 0:
+    if formulas.affine and not (largest := abscissa(formulas, x, y, values)) < 0:
         raise OutOfRange(f"the branch{_at(formulas, x)} does not attract, so no layer fades there: "
                          f"the largest real part of an eigenvalue of g_y is {largest + 0.0:.6g} for all fast states")
     if affinelayer.is_affine(formulas):
@@ -101,10 +101,10 @@ def _followed(formulas, order, x, y, values, fine, coarse):
     branch, found = _settled(formulas, first, x, y, values, order, coarse)
     end, last = found[-1].after, np.array(found[-1].end)
     jets = last[len(y) :].reshape(order, -1)[:, : len(x)].ravel()
-    slow = formulas.slow(*x, *branch, *jets, *values)
+    slow = formulas.slow(order)(*x, *branch, *jets, *values)
     count = order + 1
     base = np.array([[np.polyval(c[::-1], -end) for c in level] for level in slow[:count]])
-    motion = formulas.slow(*x, *branch, *base[1:].ravel(), *values)  # in powers of tau from the base point
+    motion = formulas.slow(order)(*x, *branch, *base[1:].ravel(), *values)  # in powers of tau from the base point
     rest = np.array([[c[0] for c in level] for level in motion[count:]])
 
     @cache
@@ -132,7 +132,7 @@ def root(formulas: Formulas, x: Sequence, guess: Sequence, values: tuple) -> tup
             return None
         b = tuple(v - s for v, s in zip(b, step, strict=True))
         size, scale = max(map(abs, step)), max(1, *map(abs, b))
-        if size <= 4e-16 * scale or (k and formulas.field.affine):  # then the first step is exact, but for rounding
+        if size <= 4e-16 * scale or (k and formulas.affine):  # then the first step is exact, but for rounding
             return b
     return b if size <= 1e-13 * scale else None
 
@@ -184,8 +184,10 @@ def _settled(formulas, first, x, y, values, order, tolerances):
     """Integrate the series of the layer until the layer is over; return the value of the branch and the steps."""
     known, until, found, now = None, math.inf, [], y
     settled = max(SETTLED, STILL * tolerances[0])
-    ahead = steps((partial(formulas.layer, *x),), values, first, math.inf, *tolerances,
-                  slopes=lambda at: jacobian(lambda w: formulas.complexes.layer(*x, *w, *values), at))  # fmt: skip
+    ahead = steps(
+        (partial(formulas.layer(order), *x),), values, first, math.inf, *tolerances,
+        slopes=lambda at: jacobian(lambda w: formulas.complexes.layer(order)(*x, *w, *values), at),
+    )  # fmt: skip
     mode, spent, words = formulas.mode, 0, UNBOUNDED
     while spent < (STEPS if known else SEARCHING):
         scale = max(1, *map(abs, now))

@@ -123,29 +123,29 @@ class Slow:
 
     def state(self, order: int, point: Sequence[float], mu: float) -> tuple:
         """Return the state of the system on the manifold to ``order`` at a point (x, b) of the slow motion."""
-        whole = (*point[: self.slow], *self.formulas.height[order](*point, mu, *self.values))
+        whole = (*point[: self.slow], *self.formulas.height(order)(*point, mu, *self.values))
         return tuple(whole[k] for k in self.places)
 
     def distance(self, order: int, x: tuple, y: tuple, branch: tuple, mu: float) -> float:
         """Return max |y - h(x, mu)| for the manifold to ``order``; ``branch`` is h(x, 0)."""
-        height = self.formulas.height[order](*self.formulas.on_branch(x, branch), mu, *self.values)
+        height = self.formulas.height(order)(*self.formulas.on_branch(x, branch), mu, *self.values)
         return max(abs(v - h) for v, h in zip(y, height, strict=True))
 
 
-def slow_of(mode: NumericMode, order: int) -> Slow:
-    """Return the slow motion of a mode with its formulas to ``order``."""
-    system, known = mode.mode.system, _formulas(mode.mode, order, mode.coefficients)
+def slow_of(mode: NumericMode) -> Slow:
+    """Return the slow motion of a mode with its formulas."""
+    system, known = mode.mode.system, _formulas(mode.mode, mode.coefficients)
     small = system.parameters.index(system.small)
     return Slow(known, len(known.mode.slow), mode.p[:small] + mode.p[small + 1 :], *_places(system, known.mode))
 
 
 @lru_cache(maxsize=256)
-def _formulas(mode: GuardedMode, order: int, coefficients: tuple[sp.Expr, ...]) -> Formulas:
+def _formulas(mode: GuardedMode, coefficients: tuple[sp.Expr, ...]) -> Formulas:
     bare, parameters = bare_mode(mode), tuple(p for p in mode.system.parameters if p != mode.system.small)
     slow, fast = (sp.Dict(dict(zip(rates, with_names(mode.system, (*rates.values(),), coefficients), strict=True)))
                   for rates in (bare.slow, bare.fast))  # fmt: skip
     bare = replace(bare, slow=slow, fast=fast)
-    return formulas(bare, mode.system.small, (*parameters, *map(name_of, coefficients)), order)
+    return formulas(bare, mode.system.small, (*parameters, *map(name_of, coefficients)))
 
 
 @lru_cache(maxsize=256)
@@ -170,9 +170,9 @@ def through_layer(
     Raises ``OutOfRange`` where the fast motion does not settle, and every error of ``mode_after``.
     """
     while True:
-        slow, mode = slow_of(path.mode, order), path.mode
+        mode = path.mode
         mode.require_smooth(path.t, path.t)
-        found, lost = _in_mode(mode, slow, path, until, mu, order, rtol, off_by(rtol, mu))
+        found, lost = _in_mode(mode, slow_of(mode), path, until, mu, order, rtol, off_by(rtol, mu))
         if not found:
             return path
         last, size = found[-1], len(path.state)
@@ -311,8 +311,9 @@ def slowly(
     ``NotNormallyHyperbolic`` where the slow manifold is lost, and ``OutOfRange`` at a pole of the rates.
     """
     known = max(order, 1)  # the next mode depends on the rates of the fast states, which order 0 does not give
-    slow, mode = slow_of(path.mode, known), path.mode
+    mode = path.mode
     mode.require_smooth(path.t, until)
+    slow = slow_of(mode)
     orders = [0 if limit and kind == "slip_onset" else known for kind, _ in mode.kinds]
     distinct = {*orders}
 
@@ -336,7 +337,7 @@ def slowly(
     if orders[found.guard] == known:
         return met(seen, stretch)
     span = _until_lost(mode, found.guard, t, seen)
-    rates = slow.formulas.flow[order](*points[1], mu, *slow.values)
+    rates = slow.formulas.flow(order)(*points[1], mu, *slow.values)
     moved = [w + span * rate for w, rate in zip(points[1], rates, strict=True)]
     return met(state, stretch, (t + span, slow.state(known, moved, mu)))
 
@@ -407,7 +408,7 @@ def end_to(
     if len(path.stretches) != len(landed.stretches) + 1:
         layer = partial(through_layer, automaton, until=until, mu=mu, order=orders[1], rtol=rtol)
         return np.array(onward(automaton, landed, until, mu, orders[1], rtol, layer).state)
-    slow = slow_of(landed.mode, orders[1])
+    slow = slow_of(landed.mode)
     found = _reduced(slow, landed, orders, until, mu, max(rtol, SIDE_BY_SIDE))
     first, second = found.states(found.end)[:, list(slow.places)]
     return np.array(path.state) + second - first
@@ -417,7 +418,7 @@ def decay(scene: Any, path: MatchedPath, order: int) -> float:
     """Return the second term of the slow motion that ``order`` omits over the first, the largest at stretches' ends."""
     mu, worst = small_number(scene), 0.0
     for stretch in path.stretches:
-        slow = slow_of(stretch.mode, order + 2)
+        slow = slow_of(stretch.mode)
         for at in stretch.points:
             known = [_slow_motion(slow, k, at, mu) for k in range(order, order + 3)]
             first, second = (max(abs(a - b) for a, b in zip(*pair, strict=True)) for pair in pairwise(known))
@@ -427,7 +428,7 @@ def decay(scene: Any, path: MatchedPath, order: int) -> float:
 
 def _slow_motion(slow: Slow, order: int, at: tuple, mu: float) -> tuple:
     """Return y and the rates of (x, b) on the manifold to ``order`` at the point ``at`` = (x, b)."""
-    return *slow.formulas.height[order](*at, mu, *slow.values), *slow.formulas.flow[order](*at, mu, *slow.values)
+    return *slow.formulas.height(order)(*at, mu, *slow.values), *slow.formulas.flow(order)(*at, mu, *slow.values)
 
 
 def small_number(scene: Any) -> float:

@@ -61,7 +61,7 @@ class Reduced:
         found, width = [], len(motion) // len(self.orders)
         for k, order in enumerate(self.orders):
             point = motion[k * width : (k + 1) * width]
-            found.append([*point[: self.slow], *map(spread, known.height[order](*point, self.mu, *self.values))])
+            found.append([*point[: self.slow], *map(spread, known.height(order)(*point, self.mu, *self.values))])
         return np.array(found).reshape(len(found), len(found[0]), *t.shape)
 
 
@@ -82,7 +82,7 @@ def follow_reduced_flow(
     check(None, first[:size])
     if not first:  # no slow states, no slow motion
         return Reduced(formulas, orders, slow, mu, values, until, None, Trajectory((), ()))
-    flows, slopes = tuple(formulas.flow[m] for m in orders), partial(_slopes, formulas, orders, (mu, *values))
+    flows, slopes = tuple(map(formulas.flow, orders)), partial(_slopes, formulas, orders, (mu, *values))
     within = until / LOOKS if any(rate == 1 for rate in formulas.mode.slow.values()) else within  # a clock may drive it
     along = steps(flows, (mu, *values), first, until, rtol, (rtol,) * len(first), within=within, slopes=slopes)
     for step, lost in watched(_held(along, check, size), guards, size):
@@ -103,18 +103,18 @@ def follow_reduced_flow(
 
 def _slopes(formulas, orders, parameters, state):
     """Return the Jacobian matrix of the flows to every order, side by side."""
-    return jacobian(partial(rates, tuple(formulas.complexes.flow[m] for m in orders), parameters), state)
+    return jacobian(partial(rates, tuple(map(formulas.complexes.flow, orders)), parameters), state)
 
 
 def _unbounded(formulas, last, mu, values, t):
-    where = _place(formulas, last, formulas.height[0](*last, mu, *values), t)
+    where = _place(formulas, last, formulas.height(0)(*last, mu, *values), t)
     return OutOfRange(f"the reduced flow ends near {where}: its states grow beyond bounds, or its steps become too "
                       "small")  # fmt: skip
 
 
 def branch_at(formulas: Formulas, x: Sequence[float], near: Sequence[float], values: tuple) -> np.ndarray:
     """Return (x, b), b a root of g found from ``near``, or x where b is not integrated; raises ``OutOfRange``."""
-    b = () if formulas.field.affine else root(formulas, x, near, values)
+    b = () if formulas.affine else root(formulas, x, near, values)
     if b is None:
         raise OutOfRange(f"the base point {listed(formulas.mode.slow, x)} is off the branch that the layer settles on; "
                          "the small parameter is not small here")  # fmt: skip
@@ -140,7 +140,7 @@ def _size(entries):
 
 def _attraction(formulas, state, slow, mu, values):
     """Return y on the branch, and the largest real part of an eigenvalue of g_y there."""
-    y = formulas.height[0](*state, mu, *values)
+    y = formulas.height(0)(*state, mu, *values)
     return y, abscissa(formulas, state[:slow], y, values)
 
 

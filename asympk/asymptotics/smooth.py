@@ -79,7 +79,7 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: An
     mu, until = matched.small_number(scene), float(scene.until)
     automaton = Automaton(scene.system, scene.values)
     begun = matched.begun(automaton, scene.start)
-    slowly = matched.slow_of(begun.mode, order + EXTRA)
+    slowly = matched.slow_of(begun.mode)
     begin = slowly.point(0.0, begun.state)
     motion = layered_motion(slowly.formulas, order, begin, mu, slowly.values, until, slowly.places)
     matched.require_no_pole(begun, slowly, motion.reduced)
@@ -108,7 +108,7 @@ def _require_branch(
     This happens to a start within O(mu) of the edge between two basins, and the terms of the expansion need not tell.
     """
     known, size, values = slowly.formulas, slowly.slow, slowly.values
-    if known.field.affine:  # then there is one branch
+    if known.affine:  # then there is one branch
         return
     try:
         path = matched.through_layer(automaton, begun, until, motion.reduced.mu, motion.landing.order, ROUGH)

@@ -132,7 +132,7 @@ def _coefficients(m, system, order):
     signs = {sp.Dummy("s"): quantity for quantity in mode.signed}
     one_sided = replace(mode, slow=one_side(mode.slow, signs), fast=one_side(mode.fast, signs))
     parameters = (*(p for p in system.parameters if p != m.small), *signs)
-    definitions, found = formulas(one_sided, m.small, parameters, order).series
+    definitions, found = formulas(one_sided, m.small, parameters).series(order)
     used = sp.Tuple(*(e for _, e in definitions)).free_symbols
     taken = [(s, sp.Abs(on := q.subs(m.branch)) / on) for s, q in signs.items() if s in used]
     return (*taken, *definitions), [found[k : k + count] for k in range(0, len(found), count)]

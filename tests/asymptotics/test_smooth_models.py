@@ -71,18 +71,18 @@ def test_the_base_point_of_a_linear_system_is_that_of_its_eigenvectors():
     total, product = -1 - 2 / m, 1 / m
     slow, fast = ((total + s * sp.sqrt(total**2 - 4 * product)) / 2 for s in (1, -1))
     exact = sp.series(sp.simplify((3 - (fast + 1)) / (slow - fast)), m, 0, 5).removeO()
-    found = land(formulas(LINEAR.modes[0], mu, (), 4), 4, (1.0,), (3.0,), ()).base
+    found = land(formulas(LINEAR.modes[0], mu, ()), 4, (1.0,), (3.0,), ()).base
     assert found.ravel() == pytest.approx([float(exact.coeff(m, k)) for k in range(5)], abs=1e-11)
 
 
 def test_the_slow_motion_in_numbers_is_that_of_the_symbolic_expansion():
-    known = formulas(FOUR.modes[0], mu, (), 2)
+    known = formulas(FOUR.modes[0], mu, ())
     branch = root(known, (1.0, 0.5), (0.0, 0.0), ())
     at = {x: 1.0, w: 0.5, mu: 0.01, **dict(zip((u, v), branch, strict=True))}
     manifold = ap.slow_manifold(FOUR, order=2)
     flow = ap.reduced_flow(manifold)
-    assert known.height[2](1.0, 0.5, *branch, 0.01) == pytest.approx([float(manifold.expr[s].subs(at)) for s in (u, v)])
-    assert known.flow[2](1.0, 0.5, *branch, 0.01) == pytest.approx([float(flow[s].subs(at)) for s in (x, w, u, v)])
+    assert known.height(2)(1.0, 0.5, *branch, 0.01) == pytest.approx([float(manifold.expr[s].subs(at)) for s in (u, v)])
+    assert known.flow(2)(1.0, 0.5, *branch, 0.01) == pytest.approx([float(flow[s].subs(at)) for s in (x, w, u, v)])
 
 
 @pytest.mark.slow
@@ -126,7 +126,7 @@ def test_a_layer_that_is_over_leaves_no_more_than_the_error_of_its_steps():
 
 
 def test_a_manifold_of_order_two_from_the_start_itself_is_wrong_by_order_mu():
-    known = formulas(ENZYME.modes[0], mu, (kappa, lambda_), 2)
+    known = formulas(ENZYME.modes[0], mu, (kappa, lambda_))
     start, errors = np.array(known.on_branch((1.0,), (0.5,))), []
     for small in ("1/50", "1/200"):
         h = float(sp.Rational(small))
