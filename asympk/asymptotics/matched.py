@@ -103,7 +103,7 @@ def entered(automaton: Automaton, branch: Branch, t: float, state: tuple) -> Num
 
 @dataclass(frozen=True)
 class Slow:
-    """The slow motion of one mode in numbers; ``slow`` counts its slow states, ``values`` are all parameters but mu.
+    """The slow motion of one mode in numbers; ``values`` are all parameters but mu.
 
     The mode lists its states as (*slow, *fast), and the time of the system, if any, is one of its slow states.
     ``places[i]`` is the index in that list of state i of the system. ``sources[j]`` is the index of state j of that
@@ -111,19 +111,18 @@ class Slow:
     """
 
     formulas: Formulas
-    slow: int
     values: tuple
     places: tuple[int, ...]
     sources: tuple[int, ...]
 
-    def point(self, t: float, state: tuple) -> tuple:
+    def point(self, t: float, state: tuple) -> tuple[tuple, tuple]:
         """Return (x, y) of the mode."""
-        whole = (*state, t)
-        return tuple(whole[k] for k in self.sources)
+        whole, slow = (*state, t), len(self.formulas.slow_states)
+        return tuple(whole[k] for k in self.sources[:slow]), tuple(whole[k] for k in self.sources[slow:])
 
     def state(self, order: int, point: Sequence[float], mu: float) -> tuple:
         """Return the state of the system on the manifold to ``order`` at a point (x, b) of the slow motion."""
-        whole = (*point[: self.slow], *self.formulas.height(order)(*point, mu, *self.values))
+        whole = (*point[: len(self.formulas.slow_states)], *self.formulas.height(order)(*point, mu, *self.values))
         return tuple(whole[k] for k in self.places)
 
     def distance(self, order: int, x: tuple, y: tuple, branch: tuple, mu: float) -> float:
@@ -136,7 +135,7 @@ def slow_of(mode: NumericMode) -> Slow:
     """Return the slow motion of a mode with its formulas."""
     system, known = mode.mode.system, _formulas(mode.mode, mode.coefficients)
     small = system.parameters.index(system.small)
-    return Slow(known, len(known.mode.slow), mode.p[:small] + mode.p[small + 1 :], *_places(system, known.mode))
+    return Slow(known, mode.p[:small] + mode.p[small + 1 :], *_places(system, known.mode))
 
 
 @lru_cache(maxsize=256)
@@ -201,8 +200,7 @@ def _growing(slow: Slow, order: int, t: float, state: tuple, mu: float, rtol: fl
 
     The layer amplifies this distance, so an error of the fast states relative to it is an error in time.
     """
-    point = slow.point(t, state)
-    x, y = point[: slow.slow], point[slow.slow :]
+    x, y = slow.point(t, state)
     if abscissa(slow.formulas, x, y, slow.values) <= 0 or (branch := root(slow.formulas, x, y, slow.values)) is None:
         return 1.0
     return min(1.0, max(rtol, slow.distance(order, x, y, branch, mu)))
@@ -210,7 +208,8 @@ def _growing(slow: Slow, order: int, t: float, state: tuple, mu: float, rtol: fl
 
 def _fastest(slow: Slow, t: float, state: tuple) -> float:
     """Return the largest entry of g_y, at least the smallest normal number."""
-    return max(sys.float_info.min, *map(abs, slow.formulas.jacobian(*slow.point(t, state), *slow.values)))
+    x, y = slow.point(t, state)
+    return max(sys.float_info.min, *map(abs, slow.formulas.jacobian(*x, *y, *slow.values)))
 
 
 def _in_mode(
@@ -280,8 +279,7 @@ def _during(trajectory, size):
 
 def _over(slow: Slow, order: int, t: float, state: tuple, mu: float, off: float) -> float:
     """Return how long the fast motion still lasts if it is near an attracting manifold to ``order``, else inf."""
-    point = slow.point(t, state)
-    x, y = point[: slow.slow], point[slow.slow :]
+    x, y = slow.point(t, state)
     scale, step = max(1.0, *map(abs, y)), newton(slow.formulas, x, y, slow.values)
     if step is None or max(map(abs, step)) > FAR_OFF * scale:
         return math.inf
@@ -366,10 +364,10 @@ def _reduced(
     guards: Callable | None = None,
 ) -> reduced.Reduced:  # fmt: skip
     """Return the reduced flow to ``orders`` in the mode of a path, from the end of the path to ``until``."""
-    point, left = slow.point(path.t, path.state), until - path.t
-    branch = reduced.branch_at(slow.formulas, point[: slow.slow], point[slow.slow :], slow.values)
+    left = until - path.t
+    branch = reduced.branch_at(slow.formulas, *slow.point(path.t, path.state), slow.values)
     return reduced.follow_reduced_flow(
-        slow.formulas, orders, [branch] * len(orders), slow.slow, mu, slow.values, left, rtol, guards, path.t,
+        slow.formulas, orders, [branch] * len(orders), mu, slow.values, left, rtol, guards, path.t,
         left / LOOKS if path.mode.timed else math.inf,
     )  # fmt: skip
 

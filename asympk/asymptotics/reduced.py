@@ -44,7 +44,6 @@ class Reduced:
 
     formulas: Formulas
     orders: tuple[int, ...]
-    slow: int
     mu: float
     values: tuple
     end: float
@@ -58,15 +57,15 @@ class Reduced:
         spread: Callable = partial(np.broadcast_to, shape=t.size)
         if t.size == 1:
             motion, known, spread = motion[:, 0].tolist(), self.formulas, float
-        found, width = [], len(motion) // len(self.orders)
+        found, slow, width = [], len(self.formulas.slow_states), len(motion) // len(self.orders)
         for k, order in enumerate(self.orders):
             point = motion[k * width : (k + 1) * width]
-            found.append([*point[: self.slow], *map(spread, known.height(order)(*point, self.mu, *self.values))])
+            found.append([*point[:slow], *map(spread, known.height(order)(*point, self.mu, *self.values))])
         return np.array(found).reshape(len(found), len(found[0]), *t.shape)
 
 
 def follow_reduced_flow(
-    formulas: Formulas, orders: tuple[int, ...], starts: list[np.ndarray], slow: int, mu: float, values: tuple,
+    formulas: Formulas, orders: tuple[int, ...], starts: list[np.ndarray], mu: float, values: tuple,
     until: float, rtol: float = 1e-12, guards: Callable | None = None, began: float = 0.0, within: float = math.inf,
 ) -> Reduced:  # fmt: skip
     """Integrate the flow to each order of ``orders`` from its point of ``starts``, (x, b) of ``Formulas.on_branch``.
@@ -78,10 +77,10 @@ def follow_reduced_flow(
     """
     first, size = tuple(float(v) for start in starts for v in start), len(starts[0])
     found, end, guard, far = list[Any](), until, None, FAR * max([1.0, *map(abs, first)])
-    check = partial(_check, formulas, slow, mu, values, guards, began)
+    check = partial(_check, formulas, mu, values, guards, began)
     check(None, first[:size])
     if not first:  # no slow states, no slow motion
-        return Reduced(formulas, orders, slow, mu, values, until, None, Trajectory((), ()))
+        return Reduced(formulas, orders, mu, values, until, None, Trajectory((), ()))
     flows, slopes = tuple(map(formulas.flow, orders)), partial(_slopes, formulas, orders, (mu, *values))
     within = until / LOOKS if any(rate == 1 for rate in formulas.mode.slow.values()) else within  # a clock may drive it
     along = steps(flows, (mu, *values), first, until, rtol, (rtol,) * len(first), within=within, slopes=slopes)
@@ -96,9 +95,9 @@ def follow_reduced_flow(
         t, last = (found[-1].after, found[-1].end[:size]) if found else (0.0, first[:size])
         if any(orders):  # near the loss of a manifold higher terms are unbounded, and order 0 raises the error
             later = guards and (lambda span, at: guards(t + span, at))
-            follow_reduced_flow(formulas, (0,), [np.array(last)], slow, mu, values, until - t, rtol, later, began + t)
+            follow_reduced_flow(formulas, (0,), [np.array(last)], mu, values, until - t, rtol, later, began + t)
         raise _unbounded(formulas, last, mu, values, began + t)
-    return Reduced(formulas, orders, slow, mu, values, end, guard, Trajectory(first, tuple(found)))
+    return Reduced(formulas, orders, mu, values, end, guard, Trajectory(first, tuple(found)))
 
 
 def _slopes(formulas, orders, parameters, state):
@@ -121,11 +120,11 @@ def branch_at(formulas: Formulas, x: Sequence[float], near: Sequence[float], val
     return np.array(formulas.on_branch(x, b))
 
 
-def margin(formulas: Formulas, state: Sequence[float], slow: int, mu: float, values: tuple) -> float:
+def margin(formulas: Formulas, state: Sequence[float], mu: float, values: tuple) -> float:
     """Return the rate of attraction of the manifold less its least admissible value, or -inf if undefined."""
     try:
         turning, once, twice = formulas.slow_rates(*state, mu, *values)
-        _, largest = _attraction(formulas, state, slow, mu, values)
+        _, largest = _attraction(formulas, state, mu, values)
         meeting = max(abs(turning), MEETING * _size(once), AGAIN * math.sqrt(_size(twice)))
         return -largest - mu * meeting
     except (ArithmeticError, ValueError):
@@ -138,10 +137,10 @@ def _size(entries):
     return math.sqrt(np.abs(matrix * matrix.T).sum()) if len(entries) > 1 else abs(entries[0])
 
 
-def _attraction(formulas, state, slow, mu, values):
+def _attraction(formulas, state, mu, values):
     """Return y on the branch, and the largest real part of an eigenvalue of g_y there."""
     y = formulas.height(0)(*state, mu, *values)
-    return y, abscissa(formulas, state[:slow], y, values)
+    return y, abscissa(formulas, state[: len(formulas.slow_states)], y, values)
 
 
 def _held(along, check, size):
@@ -151,20 +150,20 @@ def _held(along, check, size):
         yield step
 
 
-def _check(formulas, slow, mu, values, guards, began, step, state):
+def _check(formulas, mu, values, guards, began, step, state):
     """Raise ``NotNormallyHyperbolic`` if the manifold is lost in ``step`` to ``state`` before a guard is."""
-    if margin(formulas, state, slow, mu, values) > 0:
+    if margin(formulas, state, mu, values) > 0:
         return
     t, size = 0.0, len(state)
     if step is not None:
         low, high = step.t, step.after
         while high - low > 1e-12 * max(1, high):
             t = (low + high) / 2
-            low, high = (t, high) if margin(formulas, step(t)[:size].tolist(), slow, mu, values) > 0 else (low, t)
+            low, high = (t, high) if margin(formulas, step(t)[:size].tolist(), mu, values) > 0 else (low, t)
         state = step(low)[:size].tolist()
         if guards is not None and min(guards(low, state), default=0) < 0:
             return
-    y, largest = _attraction(formulas, state, slow, mu, values)
+    y, largest = _attraction(formulas, state, mu, values)
     small = formulas.small
     why = (f"it attracts at the rate {-largest / mu:.6g}, and changes, or the motion on it does, about as fast, as "
            f"before a fold, or where {small} is not small") if largest < 0 else "it does not attract"  # fmt: skip

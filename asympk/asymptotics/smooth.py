@@ -58,7 +58,7 @@ class LayeredMotion:
 
     def misses(self) -> np.ndarray:
         """Return composite - start of the fast states at t = 0, for every order: (orders, fast states)."""
-        return self.reduced.states(0.0)[:, self.reduced.slow :] - self._sums @ self.landing.rest
+        return self.reduced.states(0.0)[:, len(self.reduced.formulas.slow_states) :] - self._sums @ self.landing.rest
 
     @cached_property
     def _sums(self) -> np.ndarray:
@@ -107,15 +107,15 @@ def _require_branch(
 
     This happens to a start within O(mu) of the edge between two basins, and the terms of the expansion need not tell.
     """
-    known, size, values = slowly.formulas, slowly.slow, slowly.values
+    known, values = slowly.formulas, slowly.values
     if known.affine:  # then there is one branch
         return
     try:
         path = matched.through_layer(automaton, begun, until, motion.reduced.mu, motion.landing.order, ROUGH)
     except OutOfRange:  # the full equations need too many steps
         return
-    true, limit = (slowly.point(path.t, at) for at in (path.state, motion.states(path.t)[0].tolist()))
-    reached, expected = (root(known, true[:size], at[size:], values) for at in (true, limit))
+    (x, true), (_, limit) = (slowly.point(path.t, at) for at in (path.state, motion.states(path.t)[0].tolist()))
+    reached, expected = (root(known, x, near, values) for near in (true, limit))
     if path.t < until and reached and expected and math.dist(reached, expected) > ROUGH * max(1, *map(abs, expected)):
         fast = known.mode.fast
         raise OutOfRange(f"the layer leads to {listed(fast, reached)} at t = {path.t:.6g}, and in the limit to "
@@ -137,16 +137,16 @@ def leaves_its_sides(scene: Any, order: int) -> bool:
 
 
 def layered_motion(
-    known: Formulas, order: int, begin: tuple, mu: float, values: tuple, until: float, kept: tuple[int, ...]
-) -> LayeredMotion:
-    """Return the ``LayeredMotion`` to ``order`` and the ``EXTRA`` orders beyond it."""
-    slow = len(known.mode.slow)
+    known: Formulas, order: int, begin: tuple[tuple, tuple], mu: float, values: tuple, until: float,
+    kept: tuple[int, ...],
+) -> LayeredMotion:  # fmt: skip
+    """Return the ``LayeredMotion`` from ``begin`` = (x, y) to ``order`` and the ``EXTRA`` orders beyond it."""
     rtol = tolerance(mu, order)
-    landing = land(known, order + EXTRA, begin[:slow], begin[slow:], values, rtol, mu)
+    landing = land(known, order + EXTRA, *begin, values, rtol, mu)
     orders = tuple(range(order, order + EXTRA + 1))
     powers = mu ** np.arange(order + EXTRA + 1)
     starts = [reduced.branch_at(known, powers[: m + 1] @ landing.base[: m + 1], landing.branch, values) for m in orders]
-    flow = reduced.follow_reduced_flow(known, orders, starts, slow, mu, values, until, rtol)
+    flow = reduced.follow_reduced_flow(known, orders, starts, mu, values, until, rtol)
     return LayeredMotion(landing, flow, rtol, kept)
 
 
