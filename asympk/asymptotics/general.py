@@ -10,7 +10,7 @@ too large, the hard function ``_in_units_that_fit`` follows the system again in 
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache, partial
 from typing import Any
@@ -161,21 +161,13 @@ def _out_of(units: tuple[sp.Rational, ...], scene: Any, path: Any) -> Path:
     def out(values):
         return tuple((np.array(values) * numbers).tolist())
 
+    def at(t):
+        states = path.at(t)
+        return states * numbers.reshape(-1, *[1] * (states.ndim - 1))
+
     events = tuple(event._replace(state=out(event.state)) for event in path.events)
     info = {name: out(terms) for name, terms in path.info.items()}
-    return replace(path, scene=scene, final=out(path.final), events=events, at=_Units(path.at, numbers), info=info)
-
-
-@dataclass(frozen=True)
-class _Units:
-    """A dense motion times the units of its states."""
-
-    dense: Any
-    units: np.ndarray
-
-    def __call__(self, t: Any) -> Any:
-        states = self.dense(t)
-        return states * self.units.reshape(-1, *[1] * (states.ndim - 1))
+    return replace(path, scene=scene, final=out(path.final), events=events, at=at, info=info)
 
 
 @contextmanager

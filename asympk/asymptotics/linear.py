@@ -78,11 +78,11 @@ def linear(system: System) -> Linear:
     if system.friction is None or system.small is None:
         raise NotDerivable(f"{len(system.frictions)} frictions, small parameter {system.small}: a jump is derived for "
                            f"one friction and a small parameter; {IN_NUMBERS}")  # fmt: skip
-    if system.time is not None and sp.Tuple(*system.slow.values(), *system.fast.values(), *_law(system.friction)).has(
-        system.time
-    ):
+    f = system.friction
+    law = sp.Tuple(*system.slow.values(), *system.fast.values(), f.velocity, f.load, f.kinetic, f.static)
+    if system.time is not None and law.has(system.time):
         raise NotDerivable(f"the time {system.time} is in the system: a jump is derived without; {IN_NUMBERS}")
-    z = system.friction.velocity
+    z = f.velocity
     if z not in system.slow:
         raise NotDerivable(f"the sliding velocity {z!s:.60} is no slow state of its own: a jump is derived for one; "
                            f"{IN_NUMBERS}")  # fmt: skip
@@ -99,14 +99,10 @@ def linear(system: System) -> Linear:
     drive = sp.cancel(system.drive / system.coupling)  # what static friction must hold
     found = Linear(
         states, _parameters(system, states), fields,
-        _affine(system.friction.load, states), _affine(drive, states), system.friction.static,
+        _affine(f.load, states), _affine(drive, states), f.static,
     )
     _require_load(found)
     return found
-
-
-def _law(friction):
-    return friction.velocity, friction.load, friction.kinetic, friction.static
 
 
 def _affine(expr, states):

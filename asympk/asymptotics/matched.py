@@ -418,15 +418,11 @@ def decay(scene: Any, path: MatchedPath, order: int) -> float:
     for stretch in path.stretches:
         slow = slow_of(stretch.mode)
         for at in stretch.points:
-            known = [_slow_motion(slow, k, at, mu) for k in range(order, order + 3)]
+            known = [(*slow.formulas.height(k)(*at, mu, *slow.values), *slow.formulas.flow(k)(*at, mu, *slow.values))
+                     for k in range(order, order + 3)]  # fmt: skip
             first, second = (max(abs(a - b) for a, b in zip(*pair, strict=True)) for pair in pairwise(known))
             worst = max(worst, second / first if first > 0 else math.inf if second > 0 else 0.0)
     return worst
-
-
-def _slow_motion(slow: Slow, order: int, at: tuple, mu: float) -> tuple:
-    """Return y and the rates of (x, b) on the manifold to ``order`` at the point ``at`` = (x, b)."""
-    return *slow.formulas.height(order)(*at, mu, *slow.values), *slow.formulas.flow(order)(*at, mu, *slow.values)
 
 
 def small_number(scene: Any) -> float:

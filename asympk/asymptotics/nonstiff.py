@@ -199,7 +199,7 @@ def _compiled(
     *before, parameters = [[f"g{g}_{i}" for i in range(count)] for g, count in enumerate(given)]
     lines += [f"    {''.join(f'{name}, ' for name in names)} = given[{g}]"
               for g, names in enumerate([*before, parameters]) if names]  # fmt: skip
-    shares = _shares(size, len(functions))
+    shares = [range(g * size // len(functions), (g + 1) * size // len(functions)) for g in range(len(functions))]
     flows = [inlined(function, f"f{g}_", first, [f"v{i}" for i in share], parameters, longest)
              for g, (function, first, share) in enumerate(zip(functions, before, shares, strict=True))]  # fmt: skip
     for flow in flows:
@@ -231,10 +231,6 @@ def _error_lines(size: int, timeless: bool) -> list[str]:
         lines += [f"    ahead = part*({_dot('e', 'u', every)})", *(f"    e{i} -= ahead*u{i}" for i in every)] * timeless
         lines.append(f"    {name} = {_dot('e', 'e', every)}" + " + ahead*ahead" * timeless)
     return lines
-
-
-def _shares(size, groups):
-    return [range(g * size // groups, (g + 1) * size // groups) for g in range(groups)]
 
 
 def _dot(a: str, b: str, indices: Iterable[int]) -> str:
