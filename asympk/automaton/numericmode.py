@@ -126,7 +126,7 @@ class NumericMode:
         return self._before((*switches_of(self.mode.system), *peaks_of(self.mode.system)), t, until)
 
     def _before(self, known: tuple[Switch, ...], t: Any, until: Any) -> Any:
-        ends = (switch * (1 - self.beside) for switch in self._switched_near(known, t))
+        ends = (switch - width for switch, width in self._switched_near(known, t))
         return min([until, *(end for end in ends if end > t)])
 
     def require_smooth(self, t: Any, until: Any) -> None:
@@ -152,7 +152,8 @@ class NumericMode:
 
     def after_switch(self, t: Any) -> Any:
         """Return the time just after a switch that ``t`` is just before."""
-        return t * (1 + 3 * self.beside)
+        near = self._switched_near(switches_of(self.mode.system), t)
+        return t + 3 * max([self.beside * t, *(width for switch, width in near if abs(switch - t) <= 2 * width)])
 
     def moved_on(self, t: Any, state: State, span: Any) -> tuple[Any, State]:
         """Return the time and the state after a span so short that the rates are constant."""
@@ -160,24 +161,28 @@ class NumericMode:
 
     def after_start(self, until: Any) -> Any:
         """Return the time at which a run to ``until`` starts: 0, or just after 0 if there may be a switch at 0."""
-        near = self.beside * until
-        system, start = self.mode.system, 0 * until
-        return 3 * near if any(abs(t) <= near for t in self._switched_near(sideless_of(system), start)) else start
+        near, start = self.beside * until, 0 * until
+        found = self._switched_near(sideless_of(self.mode.system), start)
+        return 3 * max((max(near, width) for switch, width in found if abs(switch) <= max(near, width)), default=start)
 
     @property
     def beside(self) -> Any:
-        """The relative distance in time that smooth stretches keep from a switch."""
+        """The least relative distance in time that smooth stretches keep from a switch."""
         return BESIDE * getattr(self.functions, "eps", 2.0**-52)
 
-    def _switched_near(self, known: tuple[Switch, ...], t: Any) -> list:
-        """Return the times next to ``t`` of the ``known`` switches."""
+    def _switched_near(self, known: tuple[Switch, ...], t: Any) -> list[tuple[Any, Any]]:
+        """Return the times next to ``t`` of the ``known`` switches, each with the distance that stretches keep from it.
+
+        The distance is some roundings of the time, or of the phase where that is larger, as in floor(t + 100).
+        """
         found: list = []
         if known:
             lines = slopes_and_phases(known, self.mode.system.time)
             values = self.values(lines, t, tuple(t for _ in self.mode.system.states))
             for switch, slope, phase in zip(known, values[::2], values[1::2], strict=True):
                 wholes = range(int(phase) - 2, int(phase) + 3) if switch.every else (0,)
-                found += [t + (n - phase) / slope for n in wholes] if slope else []
+                times = ((t + (n - phase) / slope, abs(n / slope)) for n in wholes if slope)
+                found += [(at, self.beside * max(abs(at), phase_size)) for at, phase_size in times]
         return found
 
     def values(self, exprs: tuple[sp.Expr, ...], t: Any, state: State) -> tuple:

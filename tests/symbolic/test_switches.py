@@ -122,6 +122,7 @@ STAIRS = sp.floor(2 / sp.sqrt(3) * sp.sin(sp.pi * t / 6))  # 0, 1, 0, -1, -2, -1
     [
         (sp.floor(sp.Mod(t, 2)), 6),
         (sp.floor(3 * sp.frac(t)), 12),
+        (sp.floor(sp.Mod(t + 300 - sp.Rational(1, 4), 3) / 2), 4),
         (sp.Abs(STAIRS), 10),
         (sp.sign(STAIRS), -4),
         (5 * sp.Max(STAIRS, 4 * sp.frac(t) / 5), 30),
