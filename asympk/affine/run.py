@@ -203,7 +203,7 @@ def _followed(m, case):
         flow, waves, kept = case.flows.of(m, mode.mode)
         known = [*map(abs, state), *(amplitude(m, *wave, t) for wave in waves)]
         start = (*state, *(value(m, *wave, t) for wave in waves))
-        zeros = _vanishing(mode, segments)
+        zeros = _vanishing(mode, t, state, segments)
         segment = ClosedSegment(flow, start, known, zeros=[q for q, guard in enumerate(kept) if guard in zeros])
         span, hits = _span(case, m, mode, segment, until - t, len(segments))
         found, hit = bool(hits), hits[0] if hits else None
@@ -229,15 +229,16 @@ def _followed(m, case):
     return joined
 
 
-def _vanishing(mode, segments):
+def _vanishing(mode, t, state, segments):
     """Return the guards that are exactly 0 where a mode begins: velocities of frictions that have changed their phase.
 
     Rounding may hide these zeros, and where several guards vanish together, no state may be movable onto all of them:
     the sliding velocity of a body at rest on a shaken table depends on the time alone.
     """
-    before = segments[-1].branch if segments else mode.branch
+    before, jumping = segments[-1].branch if segments else mode.branch, mode.mode.jumping
     turned = {k for k, (was, now) in enumerate(zip(before, mode.branch, strict=True))
-              if OPEN not in (was, now) and was.velocity != now.velocity and k not in mode.mode.jumping}  # fmt: skip
+              if OPEN not in (was, now) and was.velocity != now.velocity
+              and not (k in jumping and mode.signs((jumping[k],), t, state)[0])}  # fmt: skip
     return [k for k, (kind, friction) in enumerate(mode.kinds) if kind == "velocity_zero" and friction in turned]
 
 

@@ -179,6 +179,8 @@ def mode_after(
         hits = _lost_beyond(mode, left, (t, state), later)
     places = (before, t if since is None else since), (mode, t)
     event = _left_by_ground(*places[0], mode, t, state) or _torn(places, state)
+    if event is None and switches:  # a velocity at rest whose slope jumps is 0 on the new side, too
+        state = mode.settled(t, state)
     if event is not None:
         branch = automaton.next(None, (), *later, doubt, entered)
     elif hits:

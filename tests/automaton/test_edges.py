@@ -292,6 +292,15 @@ def test_a_belt_whose_speed_has_kinks_takes_a_block_along_without_any_slip(belt,
     assert [float(w) for w in path.final] == pytest.approx(end, abs=1e-8)
 
 
+def test_a_block_slips_on_its_belt_at_the_very_kink_of_the_speed(how):
+    """The belt moves the block by 1 until it stops at t = pi; up to there the friction is 6/5, and 17/10 after it."""
+    friction = ap.Friction(velocity=v - sp.Max(0, sp.sin(t)) / 2, force=F, load=1, kinetic=1, static=sp.Rational(5, 4))
+    block = ap.System.with_frictions({x: v, v: F - x}, {}, [friction], time=t)
+    path = ap.solve(ap.Scene(system=block, start={x: sp.Rational(7, 10), v: 0}, until=5), **how)
+    slid = 5 - math.pi
+    assert ends(path, ("stick", "slip_opposite"), (1 + 0.7 * math.cos(slid), -0.7 * math.sin(slid)))
+
+
 def test_a_belt_that_turns_in_a_saw_of_the_time_lets_its_block_slide_on():
     """The belt |mod(t, 4) - 2| - 1 turns at every even time; v = 3 t/10 until 10/13, then 6/13 - 3 t/10."""
     friction = ap.Friction(velocity=v - sp.Abs(sp.Mod(t, 4) - 2) + 1, force=F, load=1, kinetic=sp.Rational(3, 10))
