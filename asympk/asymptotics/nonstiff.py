@@ -10,7 +10,7 @@ section II.10). Where implicit steps are far longer, ``steps`` continues with th
 import math
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, partial
 from operator import attrgetter
 from typing import Any
@@ -32,7 +32,10 @@ Flow = Callable[..., tuple]
 
 @dataclass(frozen=True)
 class ExplicitStep:
-    """One accepted step of ``flows`` from (t, state) over ``span`` to ``end`` at ``after``, with its stages."""
+    """One accepted step of ``flows`` from (t, state) over ``span`` to ``end`` at ``after``, with its stages.
+
+    Its error is below ``atol``, one number per state, plus ``rtol`` times the state.
+    """
 
     flows: tuple[Flow, ...]
     parameters: tuple
@@ -42,15 +45,34 @@ class ExplicitStep:
     state: tuple
     end: tuple
     stages: tuple = field(repr=False)
+    rtol: float
+    atol: tuple
 
     def state_at(self, t: float) -> tuple:
         """Return the state at a time ``t`` within the step, to the accuracy of a step."""
         if t in (self.t, self.after):
             return self.state if t == self.t else self.end
-        take, ones = _step_of(self.flows, self.parameters, len(self.state)), (1.0,) * len(self.state)
-        return take(t - self.t, self.state, self.stages[0], 1.0, ones, 0.0)[0]
+        return _step_of(self.flows, self.parameters, len(self.state))(
+            t - self.t, self.state, self.stages[0], self.rtol, self.atol, 0.0)[0]  # fmt: skip
 
     def __call__(self, t: Any) -> np.ndarray:
+        """Return the states at the array ``t`` of times within the step, to the accuracy of a step."""
+        return Trajectory(self.state, self._halves)(t) if self._halves else self._interpolated(t)
+
+    @cached_property
+    def _halves(self) -> tuple["ExplicitStep", ...]:
+        """The halves of a step that is too long to be interpolated to its accuracy, as the last of a layer, or ()."""
+        take, half = _step_of(self.flows, self.parameters, len(self.state)), self.span / 2
+        middle, first, *_ = take(half, self.state, self.stages[0], self.rtol, self.atol, 0.0)
+        found = self._interpolated(t := self.t + half).tolist()
+        allowed = [a + self.rtol * abs(w) for a, w in zip(self.atol, middle, strict=True)]
+        if not any(abs(v - w) > a for v, w, a in zip(found, middle, allowed, strict=True)):
+            return ()
+        _, last, *_ = take(half, middle, first[-1], self.rtol, self.atol, 0.0)
+        return (replace(self, span=half, after=t, end=middle, stages=first),
+                replace(self, t=t, span=self.after - t, state=middle, stages=last))  # fmt: skip
+
+    def _interpolated(self, t: Any) -> np.ndarray:
         """Return the states at the array ``t`` of times within the step: (states,) + t.shape."""
         share = (np.asarray(t, dtype=float) - self.t) / self.span if self.span else np.zeros_like(t, dtype=float)
         shape = (-1, *[1] * share.ndim)
@@ -86,7 +108,7 @@ class Trajectory:
         t = np.asarray(t, dtype=float)
         if not self.steps:
             return np.array(self.start).reshape(-1, *[1] * t.ndim) + 0 * t
-        if t.size == 1:  # not by interpolation, which at the end of a layer has errors far beyond those of a step
+        if t.size == 1:
             at = min(max(self.steps[0].t, t.item()), self.steps[-1].after)
             step = self.steps[bisect_left(self.steps, at, key=attrgetter("after"))]
             return np.array(step.state_at(at)).reshape(-1, *t.shape)
@@ -132,7 +154,7 @@ def steps(
         factor = max(SHRINK, SAFETY * error**EXPONENT) if error > 0 else GROW
         if error < 1:
             after = until if span == until - t else t + span
-            yield ExplicitStep(flows, parameters, t, span, after, state, new, stages)
+            yield ExplicitStep(flows, parameters, t, span, after, state, new, stages, rtol, atol)
             t, state, first, span = after, new, stages[-1], span * min(grow, factor)
             grow, count = GROW, count + 1
         else:

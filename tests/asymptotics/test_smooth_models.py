@@ -125,6 +125,15 @@ def test_a_layer_that_is_over_leaves_no_more_than_the_error_of_its_steps():
         assert max(map(abs, path.final)) < path.error + math.exp(-tau / 2)
 
 
+def test_states_at_an_array_of_times_are_as_accurate_as_the_state_at_each():
+    """Two fast states apart by a factor of 50: interpolation in the long steps of the layer was off by 1e-9."""
+    system = ap.System.smooth({x: -u}, {u: x - u - u**2 / 10, v: 50 * (u - v)}, mu)
+    path = _solved(system, {mu: "1/1000"}, {x: 1, u: 2, v: 0}, "1/2", order=4)
+    times = np.linspace(0, 0.01, 101)
+    off = path(times) - np.transpose([path(t) for t in times])
+    assert np.abs(off).max() < 1e-11
+
+
 def test_a_manifold_of_order_two_from_the_start_itself_is_wrong_by_order_mu():
     known = formulas(ENZYME.modes[0], mu, (kappa, lambda_))
     start, errors = np.array(known.on_branch((1.0,), (0.5,))), []
