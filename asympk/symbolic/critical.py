@@ -8,6 +8,7 @@ for all branches; ``_solutions`` is the hard function. ``CriticalManifold`` stat
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
+from itertools import starmap
 from typing import Any, Self
 
 import sympy as sp
@@ -28,6 +29,7 @@ from asympk.symbolic.expansion import (
     require_series,
 )
 from asympk.symbolic.hurwitz import attracting, characteristic, off_axis, repelling, split
+from asympk.symbolic.long import generic_place
 from asympk.symbolic.reading import expression
 from asympk.symbolic.sides import Sides, is_switched, measured, on_sides, phases
 from asympk.symbolic.signs import conjunction, factored, nonzero
@@ -387,13 +389,12 @@ def _solutions(equal_zero, unknowns):
         matrix = (force := sp.Matrix(equal_zero)).jacobian(unknowns)
         if not matrix.has(*unknowns):
             return _linear_solution(matrix, force.subs(dict.fromkeys(unknowns, 0)), unknowns)
-    if len(unknowns) == 1:
-        if own := _by_lambert(*equal_zero, *unknowns) or _by_logarithm(*equal_zero, *unknowns):
-            return own
-        if _loses_roots(*equal_zero, *unknowns):
-            return None
+    if len(unknowns) == 1 and (own := _by_lambert(*equal_zero, *unknowns) or _by_logarithm(*equal_zero, *unknowns)):
+        return own
     if len(unknowns) > 1 and (own := _given_by_others(equal_zero, unknowns)):
         return _without(*own, equal_zero, unknowns)
+    if any(starmap(_loses_roots, _eliminants(equal_zero, unknowns))):
+        return None
     try:
         return sp.solve(equal_zero, unknowns, dict=True)
     except NotImplementedError:
@@ -461,6 +462,22 @@ def _linear_solution(matrix, rest, unknowns):
     if is_zero(determinant := matrix.det(method="berkowitz")):
         return []
     return [dict(zip(unknowns, -matrix.adjugate(method="berkowitz") * rest / determinant, strict=True))]
+
+
+def _eliminants(equal_zero, unknowns):
+    """Return pairs (function that vanishes where g = 0, the only unknown y in it), with several unknowns for each y.
+
+    With several unknowns g is rational, and the functions hold at generic numbers for all other symbols.
+    """
+    if len(unknowns) == 1:
+        return [(*equal_zero, *unknowns)]
+    place = {s: number for s, number in generic_place(sp.Matrix(equal_zero)).items() if s not in unknowns}
+    found = [sp.fraction(sp.together(g.subs(place)))[0] for g in equal_zero]
+    if not all(g.is_polynomial(*unknowns) and sp.Poly(g, *unknowns).domain in (sp.ZZ, sp.QQ) for g in found):
+        return []
+    bases = [sp.groebner(found, *(s for s in unknowns if s != y), y, order="grevlex") for y in unknowns]
+    return [(basis.fglm("lex").exprs[-1], y) for basis, y in zip(bases, unknowns, strict=True)
+            if basis.is_zero_dimensional]  # fmt: skip
 
 
 def _loses_roots(force, y):

@@ -169,10 +169,19 @@ def test_the_expansion_of_a_named_branch_equals_that_of_the_same_branch_written_
         assert sp.simplify(a.subs(u, positive_u) - b.subs(u, positive_u**2)) == 0
 
 
-@pytest.mark.parametrize("force", ["u - v - v**5", "(v - u)*(v**5 + v - u)"])
-def test_branches_that_no_radicals_give_are_not_said_to_be_absent(force):
-    u, v = sp.symbols("u v", real=True)
-    system = ap.System.smooth(slow={u: -u}, fast={v: sp.sympify(force, {"u": u, "v": v})}, small=mu)
+@pytest.mark.parametrize(
+    "forces",
+    [
+        ["u - v - v**5"],
+        ["(v - u)*(v**5 + v - u)"],
+        ["u - v - v*w**2", "v**2 - w - w**3"],
+        ["u - v - v*w/(1 + v**2)", "v - w/(1 + v) - w**2"],
+    ],
+)
+def test_branches_that_no_radicals_give_are_not_said_to_be_absent(forces):
+    u, v, w = sp.symbols("u v w", real=True)
+    fast = [sp.sympify(force, {"u": u, "v": v, "w": w}) for force in forces]
+    system = ap.System.smooth(slow={u: -u}, fast=dict(zip((v, w), fast, strict=False)), small=mu)
     with pytest.raises(NotDerivable, match="SymPy does not solve g = 0; give slow_manifold a branch"):
         ap.slow_manifolds(system)
     by_radicals = ap.slow_manifolds(ap.System.smooth(slow={u: -u}, fast={v: u - v**5}, small=mu))
