@@ -342,13 +342,23 @@ def _every_guard(system: "System", branch: Branch) -> tuple[Guard, ...]:
             edges = bound + friction.force, bound - friction.force
             found += [Guard("slip_onset", k, edge, upper) for edge, upper in zip(edges, (False, True), strict=True)]
     found += _unambiguous(system, branch)
-    return tuple(_divided(g._replace(value=_put(system, branch, g.value, solved))) for g in found)
+    return tuple(_divided(g._replace(value=_with_powers(_put(system, branch, g.value, solved)))) for g in found)
 
 
 def _never_negative(system: "System", expr: sp.Expr) -> bool:
     """Tell whether an expression is negative at no real states, as an even power: rounding alone would lose it."""
     real = {s: sp.Dummy(real=True) for s in (*system.states, system.time)}
-    return bool(expr.xreplace(real).is_nonnegative)
+    return bool(_with_powers(expr).xreplace(real).is_nonnegative)
+
+
+@lru_cache(maxsize=512)
+def _with_powers(expr: sp.Expr) -> sp.Expr:
+    """Return a polynomial with its multiple factors as powers: written out, they are rounding near their zeros."""
+    squares = any(power.exp.is_Integer and power.exp > 1 for power in atoms(expr, sp.Pow))
+    if not (expr.is_Add and squares) or is_longer(expr, LONG) or not expr.is_polynomial():
+        return expr
+    factor, found = sp.sqf_list(expr)
+    return sp.Mul(factor, *(part**k for part, k in found)) if any(k > 1 for _, k in found) else expr
 
 
 def _divided(guard: Guard) -> Guard:

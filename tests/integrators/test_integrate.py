@@ -498,9 +498,18 @@ def test_a_load_whose_slow_motion_touches_zero_where_it_changes_nothing_makes_no
     assert path.final == pytest.approx((3, 0, 4), abs=1e-7)
 
 
+@pytest.mark.parametrize("form", [sp.factor, sp.expand])
 @pytest.mark.parametrize("options", [{}, {"method": "radau"}, {"digits": 15}])
-def test_a_load_that_is_an_even_power_is_never_lost(options):
-    system = _under((sp.Symbol("x", real=True) - 1) ** 6, sp.Rational(1, 2000), {})
+def test_a_load_that_is_an_even_power_is_never_lost(options, form):
+    system = _under(form((sp.Symbol("x", real=True) - 1) ** 6), sp.Rational(1, 2000), {})
     path = ap.solve(ap.Scene(system=system, start=[0, 0], until=3), **options)
     assert [e.kind for e in path.events] == ["slip_onset", "velocity_zero"]
     assert float(path.events[1].t) == pytest.approx(1.42028, rel=1e-4)
+
+
+@pytest.mark.parametrize(("late", "order"), [(10, 4), (30, 6)])
+@pytest.mark.parametrize("method", ["lsoda", "radau", "rk45"])
+def test_a_margin_of_stick_that_only_touches_zero_holds_however_late_and_flat_the_touch_is(method, late, order):
+    x, v, F, t = sp.symbols("x v F t", real=True)
+    system = ap.System.with_frictions({x: v, v: F - 1 + (t / late - 1) ** order}, {}, [ap.Friction(v, F, 1, 1)], time=t)
+    assert ap.solve(ap.Scene(system=system, start=[0, 0], until=2 * late - 1), method=method).modes == ("stick",)
