@@ -23,6 +23,7 @@ from asympk.symbolic.branches import OPEN, Branch, at_rest, awake, moves_alike
 from asympk.symbolic.sides import Sides, inside
 
 WATCHED = 12  # intervals between events that must shrink in a geometric sequence before they count as accumulating
+FEW = WATCHED // 3  # guards of which such a number of losses at one time is rounding
 CROSSINGS = 10_000  # crossings of edges that are allowed in addition to the allowed number of events
 TOGETHER = 16  # spacings of doubles between the times of events that count as one
 SHORTLY = 64  # multiple of the error of an event beyond which a change is due to a new side, not to this error
@@ -105,7 +106,7 @@ def _follow(
             _require_apart(ends, state, automaton)
         ended, since = mode, segment.t if segment.hit is None else None
         mode, state, event = mode_after(automaton, mode, t, state, hits, digits, slack, since)
-        if event is None or _switches(ended, hits):
+        if segment.hit is not None:
             _require_progress(segments, ended)
         if event is not None:
             marks.append(event)
@@ -320,10 +321,11 @@ def _kind(mode: NumericMode, hits: tuple[int, ...], after: Branch) -> tuple[str,
 
 
 def _require_progress(segments: list[Segment], mode: NumericMode) -> None:
-    """Raise ``Undecided`` where the same guard is lost again and again at the same time."""
+    """Raise ``Undecided`` where few guards are lost again and again at the same time."""
     last = segments[-WATCHED:]
     hit = last[-1].hit
-    if len(last) == WATCHED and hit is not None and all(s.t == last[-1].t and s.hit == hit for s in last):
+    few = last[0].t == last[-1].t and len({(s.branch, s.hit) for s in last}) <= FEW
+    if few and len(last) == WATCHED:
         kind = mode.kinds[hit][0]
         at = _state_in_words(mode.mode.system, last[-1].state)
         raise Undecided(f"rounding hides whether there is a {kind} at t = {float(last[-1].t):.12g}, {at}, in mode "

@@ -513,3 +513,13 @@ def test_a_margin_of_stick_that_only_touches_zero_holds_however_late_and_flat_th
     x, v, F, t = sp.symbols("x v F t", real=True)
     system = ap.System.with_frictions({x: v, v: F - 1 + (t / late - 1) ** order}, {}, [ap.Friction(v, F, 1, 1)], time=t)
     assert ap.solve(ap.Scene(system=system, start=[0, 0], until=2 * late - 1), method=method).modes == ("stick",)
+
+
+def test_events_that_recur_at_one_time_are_said_to_be_rounding_and_not_to_be_too_many():
+    # load p^2 and pull p s / 3 vanish together, and the error of the steps makes the block slip and stick by turns
+    x, v, p, q, r, s, F = sp.symbols("x v p q r s F", real=True)
+    rates = {x: v, v: F - s * p / 3, p: -q, q: p, r: -2 * s, s: 2 * r}
+    scene = ap.Scene(system=ap.System.with_frictions(rates, {}, [ap.Friction(v, F, p**2, 1)]), start=[0, 0, 1, 0, 1, 0],
+                     until=20)  # fmt: skip
+    with pytest.raises(Undecided, match="rounding hides whether there is a velocity_zero"):
+        ap.solve(scene, method="lsoda")
