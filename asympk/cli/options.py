@@ -45,6 +45,8 @@ def settings(options: Namespace) -> dict[str, str]:
         name, equals, value = setting.partition("=")
         if not (name.strip() and equals and value.strip()):
             raise InputError(f"--set {setting!r:.60}: write it as NAME=VALUE, f=2.5")
+        if name.strip() in found:
+            raise InputError(f"{name.strip()} is given twice; give it once")
         found[name.strip()] = value.strip()
         number(name.strip(), value.strip())
     return found
@@ -60,11 +62,15 @@ def given_scene(options: Namespace) -> "Scene":
     """Return the ``Scene`` that the options name, with the numbers that they give; raises ``InputError``."""
     from asympk.scene import Scene
     from asympk.scenes.scenefile import changed_scene
+    from asympk.scenes.turned import in_own_units
 
     given, named = scene_numbers(options), settings(options)
     if options.scene is not None:
-        scene, named = changed_scene(options.scene, named)
-        return _turned(scene, given, named)
+        scene, left = changed_scene(options.scene, named)
+        taken = {*given, *(in_own_units(scene).names if "start" in given else ())}
+        if twice := [name for name in named if name in taken]:
+            raise InputError(f"{twice[0]} is given twice; give it once")
+        return _turned(scene, given, left)
     if named:
         raise InputError(f"--set {next(iter(named))}: it changes a number of a scene; name the scene")
     missing = [f"--{name}" for name in _REQUIRED if name not in given]
