@@ -18,6 +18,8 @@ HUES = ((1, 1, 1), (0.62, 0.8, 1), (1, 0.82, 0.55), (0.66, 1, 0.8))  # tints by 
 PANEL, LEGEND, AXIS = 0.95, 0.3, 0.35  # inches
 LETTERS = 45  # characters that fit into a row of the legend
 MANY = 40  # the most events that are marked by dots on the curves
+TICKS = 6  # of a logarithmic axis of time, which gets fewer than twice as many
+WHOLE = 12  # decades
 DECADES = 6  # the most of an axis, whose ticks then stand apart
 ABOVE = 1 + 1e-9  # a threshold of 1000 gets a tick at 100, too: log(1000) / log(10) is below 3 in doubles
 
@@ -111,9 +113,12 @@ def logarithmic_from(times: Any, values: Any) -> float | None:
 def _time_axis(axis: Any, path: Path) -> None:
     until = float(path.end)
     first = float(path.events[0].t) if path.events else until
+    axis.set_xlim(0, until or 1)  # before the scale, whose margins could leave the range of doubles
     if 0 < first < until / 50:
-        axis.set_xscale("symlog", linthresh=10.0 ** floor(log10(first)) * ABOVE)  # its tick stands apart from 0
-    axis.set_xlim(0, until or 1)
+        begin = floor(log10(first))
+        room = max(1, (log10(until) - begin) / WHOLE)  # of the linear part, whose tick stands apart from 0, in decades
+        axis.set_xscale("symlog", linthresh=10.0**begin * ABOVE, linscale=room)
+        axis.xaxis.get_major_locator().set_params(numticks=TICKS)
 
 
 def _legend(drawing: Any, path: Path) -> None:

@@ -79,6 +79,11 @@ def test_the_path_of_every_scene_that_ships_is_legible(name):
     assert flaws(solve(read_scene(name)).plot()) == []
 
 
+@pytest.mark.parametrize("mu", ["1e-9", "1e-15", "1e-300"])
+def test_a_picture_of_a_jump_of_any_shortness_is_legible(mu):
+    assert flaws(solve(Scene(sigma=1, mu=mu, start=(0, "0.2", -1), until=5)).plot()) == []
+
+
 @pytest.mark.parametrize(("rate", "start", "until"), [
     (1000, 7, 1),     # ends 430 powers of ten below its start
     (100, 20000, 1),  # is usually below a thousand
