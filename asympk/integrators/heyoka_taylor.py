@@ -1,6 +1,7 @@
 """Heyoka: Taylor series, compiled once per mode and tolerance; zeros of guards are found on its polynomials."""
 
 from functools import cache, lru_cache
+from math import isfinite
 from time import monotonic
 
 from asympk.automaton.loop import Segment, lost_with
@@ -28,12 +29,13 @@ def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float,
         if chunk <= 0 or monotonic() > settings.deadline:
             short = f"{'step' if chunk <= 0 else 'time'} limit reached"
             break
+        last = float(solver.time), tuple(solver.state.tolist())
         outcome, *_, made, output, _ = solver.propagate_until(until, max_steps=chunk, c_output=bool(times))
         steps += made
         hit, short = _reason(int(outcome))
         while len(samples) < len(times) and times[len(samples)] <= solver.time and output is not None:
             samples.append(tuple(output(times[len(samples)]).tolist()))
-    end, state = float(solver.time), tuple(solver.state.tolist())
+    end, state = (float(solver.time), tuple(solver.state.tolist())) if isfinite(solver.time) else last
     together = lost_with(mode, hit, end, state)
     return Segment(end, state, hit, Work(steps, steps, 0), short, tuple(samples), together)
 

@@ -440,6 +440,14 @@ def test_a_motion_that_ends_where_rates_have_values_is_followed_to_its_end(metho
     assert short.value.path.final[0] == pytest.approx(0, abs=1e-6)
 
 
+@pytest.mark.parametrize("method", here("heyoka"))
+def test_a_step_that_leads_nowhere_is_not_made(method):
+    scene = ap.Scene(sigma=1, mu="1e-300", start=("1e200", 0, 1), until=5)
+    with pytest.raises(Unfinished, match="left the range of floats at t = 0;") as short:
+        ap.solve(scene, method)
+    assert short.value.path.final == (1e200, 0, 1)
+
+
 def test_an_integrator_that_gives_up_says_why_and_warns_nobody():
     x = sp.Symbol("x", real=True)
     wall = sp.exp(600 * sp.tanh(10**8 * (x - sp.Rational(1, 2))))
