@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, TypeVar
 WIDTH = 100  # most characters of a line of text
 ROWS = 10  # most rows of a card as text
 LONGEST = 60  # most characters of a number
+_RELATIONS = {"->": r"\to ", "<=": r"\le ", ">=": r"\ge ", "<": "<", ">": ">", "|": "|"}
 _LINE = "text-align:left;white-space:nowrap"
 
 
@@ -113,8 +114,13 @@ def as_html(card: Card) -> str:
 def as_latex(card: Card) -> str:
     """Return a card as a LaTeX array: the title, and the rows below it."""
     rows = [rf"{_text(label)} & {_formula(value)}" for label, value in card.rows]
-    body = r" \\ ".join([rf"\rlap{{{_text(card.title)}}} &", *rows])
-    return rf"\begin{{array}}{{ll}} {body} \end{{array}}"
+    below = [_array("ll", rows)] if rows else []
+    return _array("l", [_text(card.title), *below])
+
+
+def _array(align: str, rows: Sequence[str]) -> str:
+    body = r" \\[1ex] ".join(rows)
+    return rf"\begin{{array}}{{{align}}} {body} \end{{array}}"
 
 
 def latex_of(value: Any) -> str:
@@ -152,6 +158,10 @@ def _formula(value: Any) -> str:
 
 
 def _text(words: str) -> str:
-    r"""Return words as LaTeX \text; special characters are escaped outside of it, as MathJax requires."""
-    parts = re.split(r"([{}$&#_%])", re.sub(r"[\\^~]", " ", words))
-    return "".join(rf"\{part}" if k % 2 else rf"\text{{{part}}}" for k, part in enumerate(parts) if part) or r"\text{}"
+    r"""Return words as LaTeX \text; special characters are escaped outside of it, as MathJax requires.
+
+    Relations are mathematics: the text font of LaTeX has other characters in place of <, > and |.
+    """
+    parts = re.split(r"(->|[<>]=?|[|{}$&#_%])", re.sub(r"[\\^~]", " ", words))
+    return "".join(_RELATIONS.get(part, rf"\{part}") if k % 2 else rf"\text{{{part}}}"
+                   for k, part in enumerate(parts) if part) or r"\text{}"  # fmt: skip

@@ -2,10 +2,12 @@
 
 import pickle
 import re
+import subprocess
 import sys
 import threading
 from fractions import Fraction
 from functools import cache
+from shutil import which
 
 import mpmath
 import numpy as np
@@ -276,6 +278,16 @@ def test_a_noun_of_formulas_tells_itself_briefly_and_as_latex(nouns, k):
     assert sp.latex(noun)
     assert latex.count("{") == latex.count("}")
     assert pickle.loads(pickle.dumps(noun)) == noun
+
+
+@pytest.mark.skipif(not which("pdflatex"), reason="TeX is not installed")
+def test_the_nouns_of_formulas_are_set_by_latex_with_amsmath_alone_and_in_its_text_font(nouns, tmp_path):
+    shown = [noun._repr_latex_() for noun in nouns]
+    assert not [text for latex in shown for text in re.findall(r"\\text{([^}]*)}", latex) if {*text} & {*"<>|"}]
+    page = r"\documentclass{article}\usepackage{amsmath}\begin{document}" + "\n\n".join(shown) + r"\end{document}"
+    (tmp_path / "page.tex").write_text(page)
+    run = subprocess.run(["pdflatex", "-interaction=nonstopmode", "page"], capture_output=True, cwd=tmp_path)
+    assert re.findall(rb"^! .*", run.stdout, re.MULTILINE) == []
 
 
 def test_a_formula_in_a_table_is_no_markup():

@@ -179,7 +179,7 @@ def _spans_in_words(spans: tuple[Span, ...]) -> str:
 
 
 def _latex_union(spans):
-    return r" \cup ".join(latex_of(span.as_set()) for span in spans) or r"\varnothing"
+    return r" \cup ".join(latex_of(span.as_set()) for span in spans) or r"\emptyset"
 
 
 def _latex_condition(condition):

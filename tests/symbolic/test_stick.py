@@ -88,7 +88,7 @@ def test_numbers_and_arrays_agree_and_arrays_of_parameters_broadcast():
 def test_the_convention_and_the_latex_say_what_happens():
     assert "at rest stays at rest" in regions().convention
     assert r"\frac{1}{\sigma_{0} + 3}" in regions().stick.latex()
-    assert regions().down.latex().count(r"\varnothing") == 2
+    assert regions().down.latex().count(r"\emptyset") == 2
 
 
 @pytest.mark.parametrize(
