@@ -109,7 +109,7 @@ def values_of(symbol: sp.Symbol, values: sp.Set) -> Cell:
 def union_of(spans: Iterable[Span], at: Mapping[sp.Symbol, sp.Expr]) -> Cell:
     """Make a cell of a union of spans with symbols replaced as in ``at``."""
     sets = [span.as_set().subs(at) for span in spans]
-    typeset = r" \cup ".join(map(sp.latex, sets)) or r"\varnothing"
+    typeset = r" \cup ".join(map(sp.latex, sets)) or r"\emptyset"
     return Cell(f"${typeset}$", " u ".join(map(_interval, sets)) or "nowhere")
 
 

@@ -97,6 +97,18 @@ def test_the_regimes_of_the_readme_are_those_of_the_package():
         assert f"| {' | '.join(row)} |".replace("--", "–") in readme
 
 
+@pytest.mark.skipif(not shutil.which("pdflatex"), reason="TeX is not installed")
+def test_the_tables_need_the_packages_that_the_how_to_page_names(tmp_path):
+    named = re.search(r"\(packages (.*?)\)", (ROOT / "docs" / "howto.md").read_text(encoding="utf-8"))[1]
+    packages = ",".join(re.split(", | and ", named))
+    tables = sorted((PAPER / "generated" / "tables").glob("*.tex"))
+    floats = "".join(rf"\begin{{table}}\input{{{file}}}\end{{table}}" for file in tables)
+    page = rf"\documentclass{{article}}\usepackage{{{packages}}}\begin{{document}}{floats}\end{{document}}"
+    (tmp_path / "page.tex").write_text(page)
+    run = subprocess.run(["pdflatex", "-interaction=nonstopmode", "page"], capture_output=True, cwd=tmp_path)
+    assert re.findall(rb"^! .*", run.stdout, re.MULTILINE) == []
+
+
 def test_the_readme_names_the_integrators_that_fail_beside_the_unstable_plane_as_the_rows_do():
     readme = re.sub(r"\s+", " ", (ROOT / "README.md").read_text(encoding="utf-8"))
     found = macros.of_plane(read_rows(PAPER / "generated" / "rows" / "plane.csv"))
