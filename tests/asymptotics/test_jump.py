@@ -45,6 +45,15 @@ def values(s, start, static=None):
     return {symbol: sp.Rational(value) for symbol, value in named.items()}
 
 
+def test_the_layer_of_a_rod_that_all_of_several_assumptions_make_shallow_does_not_jump():
+    shallow = System.with_friction({x: y}, {y: 1 - 2 * (x + y) + F}, velocity={z: 1 - (x + y) + F}, force=F,
+                                   load=x + y, kinetic=sigma + 2, small=mu,
+                                   assumptions=sp.And(sigma > -2, sigma < 0))  # fmt: skip
+    found = jump_map(shallow)
+    assert found.itinerary == ("slip_opposite",)
+    assert sp.cancel(found.x.coefficient(1) - (x + y + 1 / sigma) / -sigma) == 0  # y - (-1/sigma - x) decays at -sigma
+
+
 @cache
 def derived(s, start, order, static=None):
     return jump_map(SYSTEM, order, values(s, start, static))

@@ -46,6 +46,15 @@ def _contains(enclosure, value, slack=0):
         return bool((enclosure + room).contains(ball(exact)))
 
 
+@pytest.mark.parametrize(("x", "y", "mode"), [("1/20", "1/20", "slip_same"), ("-1/5", "-1/5", "slip_opposite")])
+def test_a_box_at_rest_outside_the_static_cone_begins_to_slip_as_its_load_pushes(x, y, mode):
+    scene, near = ap.Scene(1, "1e-3", (x, y, 0), "1e-4"), Fraction(1, 1000)
+    found = certify(scene, {"x": (Fraction(x) - near, Fraction(x) + near)})
+    assert found.proven
+    assert found.modes == (mode,) == ap.solve(scene).modes
+    assert all(_contains(b, v) for b, v in zip(found.final, ap.solve(scene, digits=20).final, strict=True))
+
+
 def _random_scene(rnd):
     sigma = Fraction(rnd.randint(-1999, 8000), 1000)
     mu = Fraction(rnd.randint(1, 99)) / 10 ** rnd.randint(0, 7)

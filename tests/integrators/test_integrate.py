@@ -267,6 +267,11 @@ def test_a_pole_that_a_motion_meets_is_refused_by_every_method(method):
         ap.solve(_passing(lambda x: 1 / (x - sp.Rational(1, 3))), **options)
 
 
+def test_a_pole_of_one_rate_is_none_of_the_limits_of_the_others():
+    with pytest.raises(Unfinished, match=r"rates are divided by x, and that is 0 at t = 0\.5"):
+        ap.solve(_passing(lambda x: 1 / x), method="rk45")
+
+
 def test_a_quotient_that_has_a_limit_where_its_divisor_vanishes_is_followed_through_it():
     path = ap.solve(_passing(lambda x: sp.sin(x) / x))
     assert path.final[1] == pytest.approx(2 * float(sp.Si(sp.Rational(1, 2))), abs=1e-9)

@@ -71,6 +71,15 @@ def test_kinds_agree_with_the_signs_of_the_eigenvalues(mode, sigma, mu, kind):
     assert ("saddle" in kind) == (sp.re(values[0]) * sp.re(values[1]) < 0)
 
 
+@pytest.mark.parametrize(("small", "kind"), [("1/10", "stable node"), ("1/2", "stable focus"), (2, "stable node")])
+def test_a_discriminant_quadratic_in_mu_bounds_the_foci_on_both_sides(small, kind):
+    x, y = sp.symbols("x y", real=True)
+    a = sp.Symbol("a", positive=True)  # (1 + a mu)^2 = 4 (1 + a) mu: at mu = 1/9 and at mu = 1 for a = 3
+    (spectrum,) = stability.eigenvalues(System.smooth({x: y - a * x}, {y: -x - y}, pk.mu), at={x: 0, y: 0})
+    at = {a: 3, pk.mu: sp.Rational(small)}
+    assert [name for name, condition in spectrum.kinds if condition.subs(at) == sp.true] == [kind]
+
+
 def test_no_kind_is_listed_that_the_assumptions_exclude():
     assert {name for name, _ in SPECTRA["slip_same"].kinds} == {"stable node", "stable focus"}
     assert {name for name, _ in SPECTRA["slip_opposite"].kinds} == {"saddle", "stable node", "stable focus"}
