@@ -5,6 +5,8 @@ from collections import Counter
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from asympk import errors
 from asympk.doors import through
 from asympk.path import MODES
@@ -52,8 +54,6 @@ class Itineraries(NamedTuple):
     @property
     def counts(self) -> tuple[int, ...]:
         """The number of trajectories with each of the sequences."""
-        import numpy as np
-
         return tuple(np.bincount(self.index.ravel(), minlength=len(self.sequences)).tolist())
 
 
@@ -74,8 +74,6 @@ class Many(ShownAsTable):
     @cached_property
     def outcome(self) -> Any:
         """The outcome of each trajectory, an index of ``outcomes``."""
-        import numpy as np
-
         found = np.zeros(self.n_events.size, dtype=np.uint8)
         found[list(self._left)] = list(self._left.values())
         return found.reshape(self.n_events.shape)
@@ -86,8 +84,6 @@ class Many(ShownAsTable):
 
     def itineraries(self) -> Itineraries:
         """Return the sequences of events that occur, and which of them each trajectory has."""
-        import numpy as np
-
         flat = self.n_events.ravel()
         kinds = self.events().kind
         ends = np.cumsum(flat)
@@ -109,8 +105,6 @@ class Many(ShownAsTable):
 
     def _at_rest(self) -> Any:
         """Return which trajectories are at rest at the end; by default none, as this is not known."""
-        import numpy as np
-
         return np.zeros(self.n_events.shape, dtype=bool)
 
     def _axes(self) -> tuple[tuple[str, Any], ...]:
@@ -132,8 +126,6 @@ class Many(ShownAsTable):
 
 def axes_of(shape: tuple[int, ...], arguments: dict[str, Any]) -> tuple[tuple[str, Any], ...]:
     """Return, for each axis, (name, values) of the first argument that varies along this axis only, or the count."""
-    import numpy as np
-
     found = []
     for k, size in enumerate(shape):
         wide = tuple(size if axis == k else 1 for axis in range(len(shape)))
