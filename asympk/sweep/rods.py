@@ -22,32 +22,34 @@ if TYPE_CHECKING:
 class RodFamily:
     """The Painlevé-Klein rod in nondimensional quantities."""
 
-    fields: ClassVar[tuple[str, ...]] = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
+    parameters: ClassVar[tuple[str, ...]] = ("sigma", "mu", "sigma0")
+    kinetic, static = "sigma", "sigma0"  # the parameters of friction; the static one may be missing
     states: ClassVar[tuple[str, ...]] = ("x", "y", "z")
     alphabet = Alphabet()
     description: ClassVar[dict[str, Any]] = {}  # one that names no family is of the rod
 
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """The names of the parameters, of the states at the start, and of the horizon."""
+        return (*self.parameters, *self.states, "until")
+
     def given(self, table: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the entries of a table by field."""
-        require_keys(table, ("sigma", "mu", "start", "until"))
-        return {**{key: table[key] for key in ("sigma", "mu", "sigma0", "until") if key in table},
+        require_keys(table, (*(key for key in self.parameters if key != self.static), "start", "until"))
+        return {**{key: table[key] for key in (*self.parameters, "until") if key in table},
                 **by_state(table["start"], self.states)}  # fmt: skip
 
     def number(self, field: str, value: Any) -> Number:
-        """Return ``value`` as an exact number; raises ``InputError`` if it is none."""
         return number(field, value)
 
     def check(self, axes: "Mapping[str, Axis]") -> None:
-        """Raise ``InputError`` where a range contains values that are not allowed."""
         lowest = {field: min(axis.values) for field, axis in axes.items()}
         for field, bound in (("sigma", -2), ("mu", 0)):
             if lowest[field] <= bound:
                 raise InputError(f"{field} reaches {float(lowest[field]):g}: it must be greater than {bound}")
         require_time("until", axes)
-        require_static("sigma0", "sigma", axes)
+        require_static(self.static, self.kinetic, axes)
 
     def chunk(self, axes: "Mapping[str, Axis]") -> int:
-        """Return the number of trajectories per chunk."""
         return 65536
 
     def follow(self, columns: Mapping[str, Any], size: int, itineraries: bool) -> Followed:
@@ -68,15 +70,9 @@ class RodFamily:
 class PhysicalRodFamily(RodFamily):
     """The Painlevé-Klein rod in physical quantities; its final states are physical, too."""
 
-    fields = (*PHYSICAL, "R_1", "dR_1", "u", "until")
+    parameters, kinetic, static = PHYSICAL, "f", "f0"
     states = ("R_1", "dR_1", "u")
     description: ClassVar[dict[str, Any]] = {"quantities": "physical"}
-
-    def given(self, table: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the entries of a table by field."""
-        require_keys(table, (*(key for key in PHYSICAL if key != "f0"), "start", "until"))
-        return {**{key: table[key] for key in (*PHYSICAL, "until") if key in table},
-                **by_state(table["start"], self.states)}  # fmt: skip
 
     def number(self, field: str, value: Any) -> Number:
         """Return ``value`` as a number of a field, an angle in radians; raises ``InputError`` if it is not allowed."""
@@ -90,8 +86,7 @@ class PhysicalRodFamily(RodFamily):
         return number(field, found.radians) if isinstance(found, Degrees) else found
 
     def check(self, axes: "Mapping[str, Axis]") -> None:
-        """Raise ``InputError`` for static friction below kinetic friction; ``number`` checks all else."""
-        require_static("f0", "f", axes)
+        require_static(self.static, self.kinetic, axes)  # ``number`` checks all else
 
     def follow(self, columns: Mapping[str, Any], size: int, itineraries: bool) -> Followed:
         """Follow ``size`` trajectories in nondimensional quantities; their final states are physical again."""
