@@ -207,25 +207,44 @@ class GuardedMode:
         moved = sum((slope_by(expr, s) * r for s, r in zip(self.system.states, self.rates, strict=True)), sp.S.Zero)
         return moved + (slope_by(expr, self.system.time) if self.system.time else 0)
 
+    @lru_cache(maxsize=512)
     def drift(self, expr: sp.Expr) -> sp.Expr:
         """Return the derivative of ``expr`` along the field, or 0 if it is a multiple of a sliding velocity at rest."""
-        return _drift(self, expr)
+        rate, phases = self.lie_derivative(expr), zip(self.system.frictions, self.branch, strict=True)
+        resting = (on_sides(f.velocity, self.sides) for f, phase in phases if phase.mode == "stick")
+        return sp.S.Zero if any(_is_multiple(rate, v, self.system.states) for v in resting) else rate
 
+    @lru_cache(maxsize=512)
     def derivative(self, guard: int, order: int) -> sp.Expr:
         """Return the derivative of the given order of a guard along the field; order 0 is the guard itself.
 
         Factors that are powers of the penetration are left out of every derivative (Lemma 11): they are positive in
         the mode, and need not have a Taylor series in t.
         """
-        return _derivative(self, guard, order)
+        if order == 0:
+            return self.guards[guard].value
+        return without_penetration(self.lie_derivative(self.derivative(guard, order - 1)))
 
+    @lru_cache(maxsize=512)
     def rates_behind(self, expr: sp.Expr) -> tuple[sp.Expr, ...] | None:
         """Return the rates of all states on which ``expr`` depends, also through rates; None if the time is one."""
-        return _rates_behind(self, expr)
+        rates = dict(zip(self.system.states, self.rates, strict=True))
+        found: dict[sp.Symbol, sp.Expr] = {}
+        left = [expr]
+        while left:
+            states = left.pop().free_symbols & rates.keys() - found.keys()
+            found |= {s: rates[s] for s in states}
+            left += [rates[s] for s in states]
+        timed = self.system.time in sp.Tuple(expr, *found.values()).free_symbols
+        return None if timed else tuple(found.values())
 
+    @lru_cache(maxsize=512)
     def keeps(self, expr: sp.Expr) -> bool:
         """Tell whether no motion leaves the zeros of ``expr``: solved for a state, they make its derivative 0."""
-        return _keeps(self, expr)
+        slopes = ((s, slope_by(expr, s)) for s in self.system.states if expr.has(s))
+        zeros = ({s: sp.expand(s - expr / slope)} for s, slope in slopes if not slope.free_symbols & self.moving)
+        zero = next(zeros, None)
+        return zero is not None and sp.expand(self.drift(expr).xreplace(zero)) == 0
 
     @cached_property
     def pressed(self) -> bool:
@@ -276,44 +295,9 @@ def _time_of_fall(edge: sp.Expr, time: sp.Symbol | None) -> sp.Expr | None:
     return -edge.subs(time, 0) / slope if slope < 0 else sp.oo
 
 
-@lru_cache(maxsize=512)
-def _drift(mode: GuardedMode, expr: sp.Expr) -> sp.Expr:
-    rate, phases = mode.lie_derivative(expr), zip(mode.system.frictions, mode.branch, strict=True)
-    resting = (on_sides(f.velocity, mode.sides) for f, phase in phases if phase.mode == "stick")
-    return sp.S.Zero if any(_is_multiple(rate, v, mode.system.states) for v in resting) else rate
-
-
 def _is_multiple(expr: sp.Expr, other: sp.Expr, states: tuple[sp.Symbol, ...]) -> bool:
     ratios = (slope_by(expr, s) / slope_by(other, s) for s in states if other.has_free(s))
     return any(not c.free_symbols & {*states} and sp.expand(expr - c * other) == 0 for c in ratios)
-
-
-@lru_cache(maxsize=512)
-def _rates_behind(mode: GuardedMode, expr: sp.Expr) -> tuple[sp.Expr, ...] | None:
-    rates = dict(zip(mode.system.states, mode.rates, strict=True))
-    found: dict[sp.Symbol, sp.Expr] = {}
-    left = [expr]
-    while left:
-        states = left.pop().free_symbols & rates.keys() - found.keys()
-        found |= {s: rates[s] for s in states}
-        left += [rates[s] for s in states]
-    timed = mode.system.time in sp.Tuple(expr, *found.values()).free_symbols
-    return None if timed else tuple(found.values())
-
-
-@lru_cache(maxsize=512)
-def _keeps(mode: GuardedMode, expr: sp.Expr) -> bool:
-    slopes = ((s, slope_by(expr, s)) for s in mode.system.states if expr.has(s))
-    zeros = ({s: sp.expand(s - expr / slope)} for s, slope in slopes if not slope.free_symbols & mode.moving)
-    zero = next(zeros, None)
-    return zero is not None and sp.expand(mode.drift(expr).xreplace(zero)) == 0
-
-
-@lru_cache(maxsize=512)
-def _derivative(mode: GuardedMode, guard: int, order: int) -> sp.Expr:
-    if order == 0:
-        return mode.guards[guard].value
-    return without_penetration(mode.lie_derivative(_derivative(mode, guard, order - 1)))
 
 
 @lru_cache(maxsize=1024)
