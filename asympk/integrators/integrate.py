@@ -29,11 +29,7 @@ from asympk.systems.automata import automaton_of
 
 # method -> module of asympk.integrators that has ``advance``
 FAMILIES = {
-    "rk45": "scipy_ivp",
-    "dop853": "scipy_ivp",
-    "radau": "scipy_ivp",
-    "bdf": "scipy_ivp",
-    "lsoda": "scipy_ivp",
+    **dict.fromkeys(("rk45", "dop853", "radau", "bdf", "lsoda"), "scipy_ivp"),
     "heyoka": "heyoka_taylor",
     "cvode": "sundials",
     "kvaerno5": "diffrax_dirk",

@@ -11,16 +11,12 @@ from asympk.scene import Scene
 
 FOR_SCENES = {
     "exact": "systems.painleve_klein.flow.exact",
-    "rigid": "asymptotics.models",
-    "slow": "asymptotics.models",
-    "jump": "asymptotics.models",
+    **dict.fromkeys(("rigid", "slow", "jump"), "asymptotics.models"),
     "moreau": "integrators.moreau",
 }
 FOR_ARRAYS = {
     "exact": "systems.painleve_klein.arrays.ensemble",
-    "rigid": "asymptotics.arrays",
-    "slow": "asymptotics.arrays",
-    "jump": "asymptotics.arrays",
+    **dict.fromkeys(("rigid", "slow", "jump"), "asymptotics.arrays"),
 }
 
 
