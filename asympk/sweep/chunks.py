@@ -18,10 +18,9 @@ from asympk.errors import InputError, MissingPackage
 from asympk.many import OUTCOMES
 from asympk.numbers import short
 from asympk.sweep import stored
-from asympk.sweep.family import Family
 
 if TYPE_CHECKING:
-    from asympk.sweep.sweepfile import Sweep
+    from asympk.sweep.sweepfile import Family, Sweep
 
 _NAME = re.compile(r"chunk-(\d{8,15})\.(?:npz|parquet)", re.ASCII)
 
@@ -42,7 +41,7 @@ def compute(sweep: "Sweep", index: int) -> tuple[dict[str, Any], bytes]:
 
 
 def chunk_columns(
-    family: Family, columns: Mapping[str, Any], size: int, itineraries: bool = True
+    family: "Family", columns: Mapping[str, Any], size: int, itineraries: bool = True
 ) -> dict[str, np.ndarray]:
     """Follow ``size`` trajectories of a family from {field: number or array} and return their columns {name: array}."""
     found = family.follow(columns, size, itineraries)

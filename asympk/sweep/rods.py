@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -11,11 +11,8 @@ from asympk.many import PHASES
 from asympk.numbers import Number, number
 from asympk.scenes.scenefile import PHYSICAL
 from asympk.storage.tomlfile import require_keys
-from asympk.sweep.family import Followed, by_state, require_static, require_time
+from asympk.sweep.family import Axis, Followed, by_state, require_static, require_time
 from asympk.sweep.itineraries import Alphabet
-
-if TYPE_CHECKING:
-    from asympk.sweep.sweepfile import Axis
 
 
 @dataclass(frozen=True)
@@ -41,7 +38,7 @@ class RodFamily:
     def number(self, field: str, value: Any) -> Number:
         return number(field, value)
 
-    def check(self, axes: "Mapping[str, Axis]") -> None:
+    def check(self, axes: Mapping[str, Axis]) -> None:
         lowest = {field: min(axis.values) for field, axis in axes.items()}
         for field, bound in (("sigma", -2), ("mu", 0)):
             if lowest[field] <= bound:
@@ -49,7 +46,7 @@ class RodFamily:
         require_time("until", axes)
         require_static(self.static, self.kinetic, axes)
 
-    def chunk(self, axes: "Mapping[str, Axis]") -> int:
+    def chunk(self, axes: Mapping[str, Axis]) -> int:
         return 65536
 
     def follow(self, columns: Mapping[str, Any], size: int, itineraries: bool) -> Followed:
@@ -85,7 +82,7 @@ class PhysicalRodFamily(RodFamily):
         found = quantity(field, value)
         return number(field, found.radians) if isinstance(found, Degrees) else found
 
-    def check(self, axes: "Mapping[str, Axis]") -> None:
+    def check(self, axes: Mapping[str, Axis]) -> None:
         require_static(self.static, self.kinetic, axes)  # ``number`` checks all else
 
     def follow(self, columns: Mapping[str, Any], size: int, itineraries: bool) -> Followed:

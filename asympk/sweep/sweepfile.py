@@ -21,7 +21,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -30,32 +30,18 @@ from asympk.mechanics.described import scene_table
 from asympk.numbers import number, short, whole
 from asympk.scenes.scenefile import NONDIMENSIONAL, PHYSICAL, SYSTEM, keys_of
 from asympk.storage.tomlfile import parse_table, read_table, refuse_unknown, word
-from asympk.sweep.family import Family
+from asympk.sweep.family import Axis
 from asympk.sweep.rods import PhysicalRodFamily, RodFamily
 
+if TYPE_CHECKING:
+    from asympk.sweep.systems import SystemFamily
+
+Family: TypeAlias = "RodFamily | SystemFamily"
 FORMATS = ("npz", "parquet")
 _MOST, _MOST_POINTS, _MOST_BITS = 10**12, 10**5, 4000
 _SETTINGS = ("name", "seed", "count", "chunk", "format", "itineraries")
 _KEYS = (*_SETTINGS, "about", "sigma", "mu", "sigma0", "start", "until", *PHYSICAL, *SYSTEM)
 _RANGES = ("grid", "log_grid", "uniform", "log_uniform")
-
-
-@dataclass(frozen=True)
-class Axis:
-    """How one quantity varies: ``kind`` is "values" (a grid, or one number), "uniform" or "log_uniform"."""
-
-    kind: str
-    values: tuple
-
-    @property
-    def random(self) -> bool:
-        """Whether the quantity is drawn at random."""
-        return self.kind != "values"
-
-    @property
-    def points(self) -> int:
-        """The number of grid points that this quantity contributes."""
-        return 1 if self.random else len(self.values)
 
 
 @dataclass(frozen=True)

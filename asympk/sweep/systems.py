@@ -10,7 +10,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -23,16 +23,13 @@ from asympk.numbers import Number, number, short
 from asympk.scene import Scene
 from asympk.scenes.systemfile import cancelled, coordinates_of_start, system_of, without
 from asympk.storage.tomlfile import require_keys
-from asympk.sweep.family import Followed, by_state, require_time
+from asympk.sweep.family import Axis, Followed, by_state, require_time
 from asympk.sweep.itineraries import Alphabet
 from asympk.sweep.rods import RodFamily
 from asympk.symbolic.system import System
 from asympk.symbolic.values import by_symbol
 from asympk.systems.catalogue import start_at
 from asympk.systems.kernels import is_rod
-
-if TYPE_CHECKING:
-    from asympk.sweep.sweepfile import Axis
 
 UNTIL = "until"
 COLUMNS = ("n_events", "outcome", "collisions", "itinerary", "provenance")  # of a chunk, beside those of the states
@@ -117,7 +114,7 @@ class SystemFamily:
     def number(self, field: str, value: Any) -> Number:
         return number(field, value)
 
-    def check(self, axes: "Mapping[str, Axis]") -> None:
+    def check(self, axes: Mapping[str, Axis]) -> None:
         """Raise ``InputError`` where the system refuses parameters at the ends of their ranges.
 
         All combinations of ends are tried, or only the lowest and the highest if there are too many.
@@ -135,7 +132,7 @@ class SystemFamily:
             begun = self._in_states(values, start) if fixed else dict.fromkeys(self.states, 0)
             self.system.placed(without(self._cancelled, values), begun)
 
-    def chunk(self, axes: "Mapping[str, Axis]") -> int:
+    def chunk(self, axes: Mapping[str, Axis]) -> int:
         """Return the number of trajectories per chunk, smaller where one takes longer."""
         if is_rod(self.system):
             return RodFamily().chunk(axes)
