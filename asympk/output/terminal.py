@@ -9,13 +9,12 @@ from math import prod
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
-from asympk.ledger.verdicts import VERDICTS
+from asympk.ledger.verdicts import VERDICTS, Claim
 from asympk.path import Path
 
 if TYPE_CHECKING:
     from asympk.certify.certificates import Certificate
     from asympk.certify.proofs import Proof
-    from asympk.ledger.verdicts import Claim
     from asympk.studies.least import Ladder
 
 _WIDTH = 110
@@ -177,12 +176,12 @@ def _decimal(value):
     return f"{float(value):.7g}"
 
 
-def claims_as_json(found: "Sequence[Claim]") -> str:
+def claims_as_json(found: Sequence[Claim]) -> str:
     """Return claims with all their evidence as JSON."""
     return json.dumps([claim.as_dict() for claim in found], indent=1, ensure_ascii=False) + "\n"
 
 
-def print_claims(found: "Sequence[Claim]", as_json: bool, evidence: bool) -> int:
+def print_claims(found: Sequence[Claim], as_json: bool, evidence: bool) -> int:
     """Print claims, as JSON, with their ``evidence``, or a line each; return the exit status as ``exit_status``."""
     if as_json:
         print(claims_as_json(found), end="")
@@ -193,7 +192,7 @@ def print_claims(found: "Sequence[Claim]", as_json: bool, evidence: bool) -> int
     return exit_status(found)
 
 
-def exit_status(found: "Sequence[Claim]") -> int:
+def exit_status(found: Sequence[Claim]) -> int:
     """Return 0, or 1 when a claim is not settled."""
     return 0 if all(claim.verdict in VERDICTS for claim in found) else 1
 
@@ -215,7 +214,7 @@ def _with_evidence(claim):
     return "\n".join(lines)
 
 
-def summary(found: "Sequence[Claim]", files: int) -> str:
+def summary(found: Sequence[Claim], files: int) -> str:
     """Return the screen of the main job: counts of verdicts, claims refined or corrected, results beyond the paper."""
     counts = Counter(claim.verdict for claim in found)
     checks = [check for claim in found for check in claim.evidence]

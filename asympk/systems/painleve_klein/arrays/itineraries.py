@@ -20,12 +20,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate, pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from asympk.numbers import Number
 from asympk.systems.painleve_klein.arrays.kernels import (
+    ModeConstants,
     deepest_fall,
     deviation,
     force_zero,
@@ -38,9 +39,6 @@ from asympk.systems.painleve_klein.arrays.kernels import (
 )
 from asympk.systems.painleve_klein.arrays.safeguarded import EXTENDED
 from asympk.systems.painleve_klein.modes import coefficients, cone
-
-if TYPE_CHECKING:
-    from asympk.systems.painleve_klein.arrays.kernels import ModeConstants
 
 SAFE = 1e-10  # relative margin by which a trajectory must fit its itinerary
 NEAR = 1e-6  # a start with |s| or |z| up to this takes no common itinerary
@@ -65,15 +63,15 @@ class Setting:
         return Setting(*pick(rows, *values)) if any(isinstance(v, np.ndarray) for v in values) else self
 
     @cached_property
-    def same(self) -> "ModeConstants":
+    def same(self) -> ModeConstants:
         return self._mode("slip_same")
 
     @cached_property
-    def opposite(self) -> "ModeConstants":
+    def opposite(self) -> ModeConstants:
         return self._mode("slip_opposite")
 
     @cached_property
-    def stick(self) -> "ModeConstants":
+    def stick(self) -> ModeConstants:
         return self._mode("stick")
 
     def _mode(self, name):

@@ -6,13 +6,13 @@ to all digits of a double. A trajectory whose states do change, or which depends
 doubtful. The logic is the same as in ``flow.segments``; ``slip_ends`` is the hard function.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from asympk.numbers import Number
 from asympk.path import KINDS
-from asympk.systems.painleve_klein.arrays.motions import SeparateSegments, SmoothSegments
+from asympk.systems.painleve_klein.arrays.motions import Segments, SeparateSegments, SmoothSegments
 from asympk.systems.painleve_klein.flow.segments import MOST_EVENTS
 from asympk.systems.painleve_klein.modes import (
     MODES,
@@ -22,9 +22,6 @@ from asympk.systems.painleve_klein.modes import (
     leaving,
     signs_after,
 )
-
-if TYPE_CHECKING:
-    from asympk.systems.painleve_klein.arrays.motions import Segments
 
 FORCE_ZERO, VELOCITY_ZERO, SLIP_ONSET, NOTHING = range(4)
 AGREED = 2e-14  # relative distance between both precisions up to which the finer result is accepted
@@ -207,7 +204,7 @@ def _sticks(sigma0, s):
 
 
 def slip_ends(
-    motion: "Segments", s_sign: np.ndarray, z_sign: np.ndarray, left: Number
+    motion: Segments, s_sign: np.ndarray, z_sign: np.ndarray, left: Number
 ) -> tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]:
     """Return (kind, time, state, doubt) of the event that ends a slip within the time left, or of the end."""
     end = motion.horizon(left)
@@ -273,7 +270,7 @@ def _leaving(search, rows, part, side, lo, hi, s, leaves):
 
 
 def stick_ends(
-    motion: "Segments", sigma0: Number, s_sign: np.ndarray, left: Number
+    motion: Segments, sigma0: Number, s_sign: np.ndarray, left: Number
 ) -> tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]:
     """Return (kind, time, state, doubt) of the slip onset within the time left, or of the end."""
     search = _Search(motion, left)
@@ -296,7 +293,7 @@ def stick_ends(
 
 
 def settled_ends(
-    motion: "Segments", sigma0: Number, left: Number, kind: np.ndarray, span: np.ndarray
+    motion: Segments, sigma0: Number, left: Number, kind: np.ndarray, span: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]:
     """Return (kind, time, state, doubt) of events, or ends, whose kinds and approximate times are known."""
     near, far = edges(sigma0, motion.s0)

@@ -9,19 +9,16 @@ cannot be decided, or if doubles overflow, the flow is followed on mpmath number
 from collections.abc import Callable, Sequence
 from functools import lru_cache, partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from asympk.arithmetic import LARGEST_DOUBLE, MOST_DIGITS, UNIT, Doubles, agreed, flow_context, set_digits
 from asympk.errors import InputError, Undecided
 from asympk.numbers import Arithmetic, Number, whole
 from asympk.path import ClosedForm, Event, Path
+from asympk.scene import Scene
 from asympk.systems.painleve_klein.flow.rounding import calm, estimated_error, largest_state
-from asympk.systems.painleve_klein.flow.segments import RodFlow, follow_rod
+from asympk.systems.painleve_klein.flow.segments import RodFlow, SolvedSegment, follow_rod
 from asympk.systems.painleve_klein.flow.starts import beginning
-
-if TYPE_CHECKING:
-    from asympk.scene import Scene
-    from asympk.systems.painleve_klein.flow.segments import SolvedSegment
 
 MOST_SPARE = 1200  # digits at work beyond four times those asked for
 DIGITS_OF_DOUBLES = 20  # of a run that is rounded to doubles: its own error does not add to that of rounding
@@ -46,7 +43,7 @@ class RodNumbers(NamedTuple):
 
 
 def run(
-    scene: "Scene",
+    scene: Scene,
     method: str = "exact",
     *,
     digits: int | None = None,
@@ -72,7 +69,7 @@ def _case(scene):
     return RodNumbers(scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until, scene.near_to)
 
 
-def followed_in_doubles(case: RodNumbers) -> "tuple[list[SolvedSegment], list[SolvedSegment], float, Callable]":
+def followed_in_doubles(case: RodNumbers) -> tuple[list[SolvedSegment], list[SolvedSegment], float, Callable]:
     """Return (segments rounded to doubles, segments as followed, error, conversion to doubles) of a ``RodNumbers``."""
     try:
         solved = segments_of(Doubles, case)
@@ -107,8 +104,8 @@ def _refining():
 
 
 def segments_of(
-    m: Arithmetic, case: RodNumbers, known: "Sequence[SolvedSegment] | None" = None, on_event: Any = None
-) -> "list[SolvedSegment]":
+    m: Arithmetic, case: RodNumbers, known: Sequence[SolvedSegment] | None = None, on_event: Any = None
+) -> list[SolvedSegment]:
     """Return the segments of the solution of ``case`` in the numbers of ``m``; ``follow_rod`` has the other options."""
     parameters = m.number(case.sigma), m.number(case.sigma0), m.number(case.mu)
     flow = _flow_in_doubles(*parameters) if m is Doubles else RodFlow(m, *parameters)
@@ -156,6 +153,6 @@ class RodDense(ClosedForm):
 
     __slots__ = ()
 
-    def state_within(self, solved: "SolvedSegment", t: Number) -> tuple[Number, ...]:
+    def state_within(self, solved: SolvedSegment, t: Number) -> tuple[Number, ...]:
         x, y, _, z, _ = solved.segment.state(t)
         return x, y, z
