@@ -17,7 +17,7 @@ from asympk.arithmetic import Doubles
 from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import phases_of
 from asympk.errors import InputError, Undecided
-from asympk.symbolic.branches import Branch, Phase, determined, most_at_rest
+from asympk.symbolic.branches import Branch, Phase, determined, most_at_rest, stands
 from asympk.symbolic.sides import Sides
 
 _ZERO, _CLEAR = 1e-13, 1e-11  # relative sizes up to which a value is 0, and beyond which its sign is clear
@@ -151,10 +151,10 @@ def _begun(table, state):
 def _following(system, branch, event):
     """Return the branches that may follow an event of one friction; none where other frictions may change, too.
 
-    Other frictions may change where a contact opens or closes, and where static friction exceeds kinetic friction, so
-    that another contact at rest may slip instead.
+    Other frictions may change where a contact opens or closes, where contacts at rest share forces that are not
+    determined, and where static friction exceeds kinetic friction, so that another contact at rest may slip instead.
     """
-    if len(branch) > 1 and any(f.static != f.kinetic for f in system.frictions):
+    if stands(branch) or (len(branch) > 1 and any(f.static != f.kinetic for f in system.frictions)):
         return []
     kind, k = event
     if kind not in _AT_EVENT:

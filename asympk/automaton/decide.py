@@ -39,7 +39,7 @@ from asympk.automaton.contacts import (
 )
 from asympk.automaton.junction import Junction, junction_at
 from asympk.automaton.modes import GuardedMode, mode_of
-from asympk.automaton.rest import has_forces, moves_in_several_ways, stands_still
+from asympk.automaton.rest import has_forces, moves_in_several_ways, standing_branch
 from asympk.digits import carrier_context
 from asympk.errors import AsympkError, InputError, NoMotion, OutOfRange, TwoMotions, UnboundedReaction, Undecided
 from asympk.multiprecision import in_context
@@ -55,6 +55,7 @@ DIGITS = 60  # digits to which an exact start is converted
 EXACT = 45  # digits of an exact start that count as correct; the other 15 are left to rounding
 WORKING = 40  # least number of digits on which the following mode is decided, whatever the digits of the state
 COARSER = 10  # digits by which a second, coarser evaluation is shorter; a sign on which the two differ is rounding
+ORDERS = 5  # derivatives by which it is decided whether what vanishes stays 0
 LONGEST = 5_000  # operations of the longest derivative of a guard that is differentiated once more
 MOST = 8  # largest number of undecided frictions whose combinations of phases are all tried
 SAME = 1e-12  # relative difference below which static and kinetic friction count as equal
@@ -261,25 +262,26 @@ def _still(here: Junction, mode: GuardedMode, ties: list[int]) -> list[int] | No
     """Return the guards of ``ties`` all of whose computed derivatives vanish, or None as soon as one guard falls."""
     if mode.pressed and any(v < 0 for v in here.at.values(mode.system, mode.conditions)):
         return None  # a condition is a margin divided by the penetration: the margin is negative once there is one
-    still = []
-    for k in ties:
-        sign = _growth(here, mode, k) if k < len(mode.guards) else 0
-        if sign < 0:
+    left = {k: _growth(here, mode, k) for k in ties if k < len(mode.guards)}
+    grown = set()
+    while left:  # one derivative of each at a time: those of a guard that stays 0 grow long
+        signs = {k: next(growth, None) for k, growth in left.items()}
+        if -1 in signs.values():
             return None
-        if sign == 0:
-            still.append(k)
-    return still
+        grown |= {k for k, sign in signs.items() if sign == 1}
+        left = {k: growth for k, growth in left.items() if signs[k] == 0}
+    return [k for k in ties if k not in grown]
 
 
-def _growth(here: Junction, mode: GuardedMode, guard: int) -> int:
-    """Return the sign of the first nonvanishing derivative of a vanishing guard along the field, or 0.
+def _growth(here: Junction, mode: GuardedMode, guard: int) -> Iterator[int]:
+    """Yield the signs of the derivatives of a vanishing guard along the field, as far as they are computed.
 
-    0 means that all those computed vanish. Powers of the penetration are left out of each derivative (Lemma 11); one
-    with infinite powers is first multiplied by a power that makes them finite. Raises ``Undecided`` if one is too long.
+    Powers of the penetration are left out of each derivative (Lemma 11); one with infinite powers is first multiplied
+    by a power that makes them finite. Raises ``Undecided`` if one is too long.
     """
     kind, friction, _, _, divided = mode.guards[guard]
     first = 3 if kind == "touch_down" and friction in here.touching else 1 - divided  # g, g' and g'' vanish there
-    moving = 5 if mode.system.time else min(len(mode.system.states), 5)
+    moving = ORDERS if mode.system.time else min(len(mode.system.states), ORDERS)
     for order in range(first, 2 + moving):
         if order > first and _length(mode.derivative(guard, order - (1 if mode.pressed else 2))) > LONGEST:
             raise Undecided(f"{kind} of {mode.name} vanishes at t = {float(here.at.t):.6g} with "
@@ -289,12 +291,9 @@ def _growth(here: Junction, mode: GuardedMode, guard: int) -> int:
             found = mode.derivative(guard, order)
             asked = [((expr,), ()) for expr in dict.fromkeys((with_finite_powers(found), found))]
         for part in asked:
-            values = [place.values(mode.system, *part)[0] for place in here.places]
-            if sign := here.numbers.decided_sign(values):
-                return sign
+            yield here.numbers.decided_sign([place.values(mode.system, *part)[0] for place in here.places])
         if order == first and _stays(here, mode, guard):
             break
-    return 0
 
 
 def _idle(here: Junction, branch: Branch, still: list[int]) -> Branch:
@@ -333,13 +332,32 @@ def _length(expr: sp.Expr) -> int:
 
 def _standing(here: Junction) -> Branch | None:
     """Return a branch in which the system rests on contacts that have more forces than equations, or None."""
-    if here.system.time is not None or any(kind == "slip_onset" for kind, _ in here.lost):
+    if not branches.stands(here.before or ()) and any(kind == "slip_onset" for kind, _ in here.lost):
         return None
     for branch in branches.most_at_rest(b for b in here.tried if not any(phase.velocity for phase in b)):
         loose = len(branches.at_rest(branch)) > 1 and here.solved(branch) is None
-        if loose and stands_still(here, branch):
-            return tuple(phase._replace(still=phase != OPEN) for phase in branch)
+        standing = standing_branch(here, branch, partial(_margin_growth, here)) if loose else None
+        if standing and (here.system.time is None or _lasts(here, standing)):
+            return standing
     return None
+
+
+def _margin_growth(here: Junction, branch: Branch, margin: Guard) -> int:
+    """Return the sign with which a margin of a branch that stands leaves 0, or 0 if the margin stays 0."""
+    mode = mode_of(here.system, branch)
+    guard = next((k for k, guard in enumerate(mode.guards) if guard.key == margin.key), None)
+    return 0 if guard is None else next(filter(None, _growth(here, mode, guard)), 0)
+
+
+def _lasts(here: Junction, branch: Branch) -> bool:
+    """Tell whether what is 0 in a branch that stands stays 0 as the time goes on, as far as computed."""
+    mode = mode_of(here.system, branch)
+    rows = tuple(row for row in branches.unused_rows(here.system, branch)[0] if row.has(here.system.time))
+    for _ in range(ORDERS):
+        rows = tuple(map(mode.drift, rows))
+        if not _vanish(here, rows):
+            return False
+    return True
 
 
 def _require_determined(here: Junction) -> None:

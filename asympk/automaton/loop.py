@@ -19,7 +19,7 @@ from asympk.automaton.modes import SWITCH
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import Accumulation, NoMotion, TwoMotions, UnboundedReaction, Undecided
 from asympk.path import Event
-from asympk.symbolic.branches import OPEN, Branch, at_rest, awake, moves_alike
+from asympk.symbolic.branches import OPEN, Branch, at_rest, awake, bare, moves_alike
 from asympk.symbolic.sides import Sides, inside
 
 WATCHED = 12  # intervals between events that must shrink in a geometric sequence before they count as accumulating
@@ -307,7 +307,7 @@ def _kind(mode: NumericMode, hits: tuple[int, ...], after: Branch) -> tuple[str,
     first. If a contact has reached the edge of its cone and yet sticks, the event is either the ``slip_onset`` of
     another contact at the same time, or ``force_zero``: the load vanishes at the tip of the cone.
     """
-    phases = [*zip(awake(mode.branch), awake(after), strict=True)]
+    phases = [*zip(bare(mode.branch), bare(after), strict=True)]
     lost = [mode.kinds[hit] for hit in sorted(hits)]
     kind, friction = next((own for own in lost if len({*phases[own[1]]}) > 1), lost[0])
     if kind == "velocity_zero":

@@ -1,19 +1,21 @@
 r"""Rest on more contacts than determine its forces.
 
 The forces and reactions u of contacts at rest obey E u + e = 0, a row for each sliding velocity and each constraint.
-Where E is singular, the equations do not determine u. Yet a system without explicit time rests if some u satisfies
+Where E is singular, the equations do not determine u. Yet the system rests if some u satisfies
 
     E u + e = 0,    |F_k| <= static_k N_k,    all rates 0.
 
 If such a u exists, then one exists at one of finitely many corners, where as many of the inequalities are equations as
-the equations above leave dimensions free (Lemma 10). The criss-cross method finds it (``_has_corner``). Each inequality
+the equations above leave dimensions free (Lemma 10). The criss-cross method finds it (``_corner``). Each inequality
 is affine in those that are equations at the present corner. The first violated inequality is exchanged for the first of
-these that can restore it; if none of them can, there is no such u.
+these that can restore it; if none of them can, there is no such u. Where e depends on the time, an inequality that is
+an equation and whose margin falls counts as violated. The equations of the corner determine u until the next margin
+vanishes, where another corner is sought, or rest ends.
 
 Where a contact slips besides, undetermined forces may give different rates, and the motion is then not determined.
 """
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Iterable
 from functools import lru_cache
 
 import sympy as sp
@@ -29,22 +31,34 @@ from asympk.automaton.contacts import (
     unit_row,
 )
 from asympk.automaton.junction import Junction
-from asympk.symbolic.branches import OPEN, Branch
+from asympk.symbolic.branches import OPEN, Branch, Guard, standing_rows
 from asympk.symbolic.system import System
 
+Growth = Callable[[Branch, Guard], int]  # the sign with which a margin leaves 0 in a branch that stands
 Table = list[tuple]  # rows with the columns 1, u; after an exchange a row stands for the unknown of its column
 
 
-def stands_still(here: Junction, branch: Branch) -> bool:
-    """Tell whether forces that the contacts of a branch, all at rest, can bear make all rates of the system 0."""
-    zeros = [contact_equations(here.system, branch, p) + r for p, r in zip(here.points, _rates_at(here), strict=True)]
-    return _holds_somewhere(zeros, [_cone(here.system, branch, p) for p in here.points], here.numbers)
+def standing_branch(here: Junction, branch: Branch, growth: Growth) -> Branch | None:
+    """Return a branch with the rows of a corner at which its contacts, all at rest, make all rates of the system 0.
+
+    None means that they cannot bear such forces. A margin that vanishes must not fall as the time goes on.
+    """
+    zeros, margins = standing_rows(here.system, branch)
+    tables = _tables(here, _standing_rows(here.system, branch))
+
+    def standing(rows: Iterable[int]) -> Branch:
+        return tuple(phase._replace(still=tuple(sorted(rows))) if phase != OPEN else phase for phase in branch)
+
+    parts = ([table[: len(zeros)] for table in tables], [table[len(zeros) :] for table in tables])
+    rows = _corner(*parts, here.numbers, len(here.system.states),
+                   lambda rows, row: growth(standing(rows), margins[row - len(zeros)]))  # fmt: skip
+    return None if rows is None else standing(rows)
 
 
 def has_forces(here: Junction, branch: Branch) -> bool:
     """Tell whether some forces agree with a branch each of whose equations contains a force."""
     zeros, cones = _agreeing(here, branch)
-    return all(any(row[1:]) for row in zeros[0]) and _holds_somewhere(zeros, cones, here.numbers)
+    return all(any(row[1:]) for row in zeros[0]) and _corner(zeros, cones, here.numbers) is not None
 
 
 def moves_in_several_ways(here: Junction, branch: Branch) -> bool:
@@ -57,10 +71,11 @@ def moves_in_several_ways(here: Junction, branch: Branch) -> bool:
     if not has_forces(here, branch):
         return False
     zeros, cones = (list(map(_doubled, tables)) for tables in _agreeing(here, branch))
-    for rows in zip(*_rates_at(here), strict=True):
+    for rows in zip(*_tables(here, _rates(here.system)), strict=True):
         apart = [(-1, 0, *r, *(-a for a in r)) for _, *r in rows]
-        if any(apart[0][1:]) and _holds_somewhere([[*z, row] for z, row in zip(zeros, apart, strict=True)],
-                                                  [[*c, unit_row(0, len(apart[0]) - 1)] for c in cones], here.numbers):
+        with_apart = [[*z, row] for z, row in zip(zeros, apart, strict=True)]
+        with_s = [[*c, unit_row(0, len(apart[0]) - 1)] for c in cones]
+        if any(apart[0][1:]) and _corner(with_apart, with_s, here.numbers) is not None:
             return True
     return False
 
@@ -77,18 +92,41 @@ def _agreeing(here: Junction, branch: Branch) -> tuple[list[Table], list[Table]]
     return [contact_equations(here.system, branch, p) for p in here.points], cones
 
 
-def _holds_somewhere(zeros: list[Table], cones: list[Table], numbers: Numbers) -> bool:
-    """Tell whether some forces make all rows of the tables ``zeros`` 0 and no row of the tables ``cones`` negative."""
+def _corner(
+    zeros: list[Table], cones: list[Table], numbers: Numbers, first: int = 0,
+    grown: Callable[[set[int], int], int] = lambda rows, row: 0,
+) -> set[int] | None:  # fmt: skip
+    """Return the rows that vanish at a corner at which all rows of ``zeros`` are 0 and no row of ``cones`` negative.
+
+    Rows are counted through both tables; the ``first`` ones are solved before the others. None means that there is no
+    such corner. The sign of a row that vanishes besides those of a corner is ``grown(corner, row)``.
+    """
     tables = [z + cone for z, cone in zip(zeros, cones, strict=True)]
     equations, cone = range(len(zeros[0])), range(len(zeros[0]), len(tables[0]))
-    columns = range(1, len(tables[0][0]))
-    tables, solved = _without(tables, equations, columns, numbers)
+    columns, solved = range(1, len(tables[0][0])), dict[int, int]()
+    for rows in (equations[:first], equations[first:]):
+        tables, found = _without(tables, rows, [j for j in columns if j not in solved], numbers)
+        solved |= found
     free = [row[0] for row in zeros[0]]
     left = [i for i in equations if i not in solved.values()]
     if any(_sign(tables, i, 0, numbers) and not numbers.is_singular(tables[0][i][0], free) for i in left):
-        return False
+        return None
     tables, corner = _without(tables, cone, [j for j in columns if j not in solved], numbers)
-    return _has_corner(tables, {i: i for i in cone if i not in corner.values()}, corner, numbers)
+    basic = {i: i for i in cone if i not in corner.values()}  # rows and columns to inequalities, exchanged below
+    tried: set[frozenset] = set()
+    while frozenset(corner.values()) not in tried:
+        tried.add(frozenset(corner.values()))
+        at = {*solved.values(), *corner.values()}
+        signs = ((i, _sign(tables, i, 0, numbers) or grown(at, basic[i])) for i in sorted(basic, key=basic.__getitem__))
+        i = next((i for i, sign in signs if sign < 0), None)
+        if i is None:
+            return at
+        j = next((j for j in sorted(corner, key=corner.__getitem__) if _sign(tables, i, j, numbers) > 0), None)
+        if j is None:
+            return None
+        tables = [_exchanged(table, i, j) for table in tables]
+        basic[i], corner[j] = corner[j], basic[i]
+    return None
 
 
 def _without(
@@ -102,22 +140,6 @@ def _without(
         if pivot is not None and not numbers.is_singular(tables[0][pivot][j], tables[0][pivot][1:]):
             tables, found[j] = [_exchanged(table, pivot, j) for table in tables], pivot
     return tables, found
-
-
-def _has_corner(tables: list[Table], basic: dict[int, int], corner: dict[int, int], numbers: Numbers) -> bool:
-    """Tell whether all inequalities can hold together; ``basic`` and ``corner`` map rows, columns to inequalities."""
-    tried: set[frozenset] = set()
-    while frozenset(corner.values()) not in tried:
-        tried.add(frozenset(corner.values()))
-        i = next((i for i in sorted(basic, key=basic.__getitem__) if _sign(tables, i, 0, numbers) < 0), None)
-        if i is None:
-            return True
-        j = next((j for j in sorted(corner, key=corner.__getitem__) if _sign(tables, i, j, numbers) > 0), None)
-        if j is None:
-            return False
-        tables = [_exchanged(table, i, j) for table in tables]
-        basic[i], corner[j] = corner[j], basic[i]
-    return False
 
 
 def _sign(tables: list[Table], i: int, j: int, numbers: Numbers) -> int:
@@ -154,12 +176,18 @@ def _parting(here: Junction, branch: Branch, point: ContactPoint) -> list[tuple]
     return rows + [gap_row(here.system, k, point) for k in opening]
 
 
-def _rates_at(here: Junction) -> list[Table]:
-    """Return, for each place, the rates of the system as rows in the forces."""
+def _tables(here: Junction, rows: tuple[sp.Expr, ...]) -> list[Table]:
+    """Return, for each place, the values of rows in the forces."""
     unknowns = contact_formulas(here.system)[1]
-    return [linear_rows(place.values(here.system, _rates(here.system)), unknowns) for place in here.places]
+    return [linear_rows(place.values(here.system, rows), unknowns) for place in here.places]
 
 
 @lru_cache(maxsize=64)
 def _rates(system: System) -> tuple[sp.Expr, ...]:
     return in_forces(system, system.rates.values())
+
+
+@lru_cache(maxsize=64)
+def _standing_rows(system: System, branch: Branch) -> tuple[sp.Expr, ...]:
+    zeros, margins = standing_rows(system, branch)
+    return in_forces(system, (*zeros, *(margin.value for margin in margins)))

@@ -32,14 +32,15 @@ class Phase(NamedTuple):
     """The signs of one friction's load and velocity; velocity 0 is stick, load 0 an open contact.
 
     With ``either`` both signs may also be the opposite ones: the name of a mode gives only their product. With
-    ``still`` the whole system is at rest on sticking contacts that have more forces than equations. ``idle`` are the
-    kinds of guards that stay 0 along the motion and are therefore not watched.
+    ``still`` the whole system is at rest on sticking contacts that have more forces than equations; ``still`` are then
+    the ``standing_rows`` that vanish and determine the forces. ``idle`` are the kinds of guards that stay 0 along the
+    motion and are therefore not watched.
     """
 
     load: int
     velocity: int
     either: bool = False
-    still: bool = False
+    still: tuple[int, ...] = ()
     idle: tuple[str, ...] = ()
 
     @property
@@ -59,6 +60,11 @@ Branch = tuple[Phase, ...]
 def awake(branch: Branch) -> Branch:
     """Return a branch without its record of idle guards: a guard may be idle on one side of a switch only."""
     return tuple(phase._replace(idle=()) for phase in branch)
+
+
+def bare(branch: Branch) -> Branch:
+    """Return a branch without its records of idle guards and of the rows that determine its forces at rest."""
+    return tuple(phase._replace(idle=(), still=()) for phase in branch)
 
 
 class Guard(NamedTuple):
@@ -94,6 +100,11 @@ def at_rest(branch: Branch) -> frozenset[int]:
 def stands(branch: Branch) -> bool:
     """Tell whether the whole system is at rest on contacts whose forces are not determined."""
     return any(phase.still for phase in branch)
+
+
+def still_rows(branch: Branch) -> tuple[int, ...]:
+    """Return the ``standing_rows`` that determine the forces of a branch that stands."""
+    return next(phase.still for phase in branch if phase.still)
 
 
 def most_at_rest(branches: Iterable[Branch], among: Iterable[int] | None = None) -> list[Branch]:
@@ -223,7 +234,7 @@ def _forces(system: "System", branch: Branch) -> dict[sp.Symbol, sp.Expr]:
         return {}
     if heavy(sp.Tuple(*matrix)):
         return _by_elimination(branch, matrix, right, unknowns)
-    if sp.cancel(matrix.det()) == 0:
+    if not stands(branch) and sp.cancel(matrix.det()) == 0:
         raise _undetermined(branch)
     if matrix.is_lower:
         return dict(zip(unknowns, map(_tidy, matrix.lower_triangular_solve(right)), strict=True))
@@ -245,6 +256,10 @@ def _equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], sp.Ma
         if friction.normal is not None:
             unknowns.append(friction.normal)
             equations.append(_reaction_law(friction, phase))
+    if stands(branch):
+        laws, margins = standing_rows(system, branch)
+        rows = (*laws, *(margin.value for margin in margins))
+        equations = [rows[k] for k in still_rows(branch)]
     equations = [_signed(system, branch, e) for e in equations]
     try:
         return unknowns, *(sp.linear_eq_to_matrix(equations, unknowns) if unknowns else (sp.Matrix(), sp.Matrix()))
@@ -306,7 +321,7 @@ def _put_in(rows: sp.Matrix) -> dict[int, int]:
 
 def guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
     """Return the guards of the mode that depend on the states or the time, with the forces substituted."""
-    moving = {*system.states, system.time}
+    moving = {system.time} if stands(branch) else {*system.states, system.time}
     return tuple(g for g in _placed_guards(system, branch) if g.value.free_symbols & moving)
 
 
@@ -324,7 +339,7 @@ def _placed_guards(system: "System", branch: Branch) -> list[Guard]:
 @lru_cache(maxsize=256)
 def _every_guard(system: "System", branch: Branch) -> tuple[Guard, ...]:
     if stands(branch):
-        return ()
+        return unused_rows(system, branch)[1] if system.time else ()
     solved, found = forces(system, branch), []
     for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
         v, load = friction.velocity, friction.load
@@ -338,11 +353,45 @@ def _every_guard(system: "System", branch: Branch) -> tuple[Guard, ...]:
                 found.append(Guard("force_zero", k, phase.load * load))
             found.append(Guard("velocity_zero", k, phase.velocity * v))
         else:
-            bound = friction.static * phase.load * load
-            edges = bound + friction.force, bound - friction.force
-            found += [Guard("slip_onset", k, edge, upper) for edge, upper in zip(edges, (False, True), strict=True)]
+            found += _edges(friction, phase, k)
     found += _unambiguous(system, branch)
     return tuple(_divided(g._replace(value=_with_powers(_put(system, branch, g.value, solved)))) for g in found)
+
+
+def _edges(friction: "Friction", phase: Phase, k: int) -> list[Guard]:
+    """Return the guards of a contact that sticks, the friction forces left at the two edges of its cone."""
+    bound = friction.static * phase.load * friction.load
+    return [Guard("slip_onset", k, bound + friction.force), Guard("slip_onset", k, bound - friction.force, True)]
+
+
+@lru_cache(maxsize=64)
+def standing_rows(system: "System", branch: Branch) -> tuple[tuple[sp.Expr, ...], tuple[Guard, ...]]:
+    """Return what is 0 where the system rests on the contacts of a branch, and the margins that must not be negative.
+
+    All are linear in the forces. First the rates are 0, then laws of reactions, forces of open contacts, and what the
+    time alone adds to sliding velocities. Loads of closed rigid contacts and edges of stick must not be negative.
+    """
+    zeros, margins = [*system.rates.values()], list[Guard]()
+    for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
+        zeros += [_reaction_law(friction, phase)] if friction.normal is not None else []
+        if phase == OPEN:
+            zeros.append(friction.force)
+            continue
+        zeros += [slope_by(friction.velocity, system.time)] if system.time else []
+        if friction.constraint is not None:
+            kind = "force_zero" if friction.gap is None else "lift_off"
+            margins.append(Guard(kind, k, phase.load * friction.load))
+        margins += _edges(friction, phase, k)
+    return tuple(zeros), tuple(margins)
+
+
+def unused_rows(system: "System", branch: Branch) -> tuple[tuple[sp.Expr, ...], tuple[Guard, ...]]:
+    """Return the ``standing_rows`` of a branch besides those that determine its forces, at these forces."""
+    solved, used = forces(system, branch), still_rows(branch)
+    zeros, margins = standing_rows(system, branch)
+    left = tuple(_put(system, branch, row, solved) for k, row in enumerate(zeros) if k not in used)
+    free = (margin for k, margin in enumerate(margins, start=len(zeros)) if k not in used)
+    return left, tuple(margin._replace(value=_put(system, branch, margin.value, solved)) for margin in free)
 
 
 def _never_negative(system: "System", expr: sp.Expr) -> bool:
@@ -477,7 +526,7 @@ def _is_carried(system: "System", branch: Branch, k: int) -> bool:
 def moves_alike(system: "System", one: Branch, other: Branch) -> bool:
     """Tell whether two branches differ at most in their idle guards and in how contacts at rest share their forces."""
     ways = [[phase._replace(velocity=0) if _is_carried(system, branch, k) else phase for k, phase in enumerate(branch)]
-            for branch in map(awake, (one, other))]  # fmt: skip
+            for branch in map(bare, (one, other))]  # fmt: skip
     return ways[0] == ways[1]
 
 

@@ -1,5 +1,7 @@
 """Blocks stacked on one another: several frictions that hold each other, and which of them gives way."""
 
+import math
+
 import pytest
 import sympy as sp
 from peers import here
@@ -166,13 +168,22 @@ def test_contacts_at_rest_that_share_a_force_anew_make_no_event(bounds, way):
     assert (path.events, path.final) == ((), (0,))
 
 
-def test_what_a_contact_at_rest_bears_is_refused_where_its_velocity_is_a_multiple_by_the_state():
+def test_contacts_whose_velocities_are_multiples_by_the_state_hold_what_their_static_bounds_add_up_to():
     x, v, one, other = sp.symbols("x v F_1 F_2", real=True)
-    turned = v * sp.cos(x)
-    contacts = [ap.Friction(v, one, 1, 1, 2), ap.Friction(turned, other, 1, exactly(1, 2), 1)]
+    contacts = [ap.Friction(v, one, 1, 1, 2), ap.Friction(v * sp.cos(x), other, 1, exactly(1, 2), 1)]
     system = ap.System.with_frictions({x: v, v: t / 2 + one + other * sp.cos(x)}, {}, contacts, time=t)
+    path = ap.solve(ap.Scene(system=system, values={}, start=["1/2", 0], until=6))
+    assert [event.t for event in path.events] == pytest.approx([2 * (2 + math.cos(0.5))], rel=1e-14)
+    assert path.modes == ("stick+stick", "slip_same+slip_same")
+
+
+def test_what_a_contact_at_rest_bears_is_refused_where_its_velocity_is_a_multiple_by_a_state_that_moves():
+    x, v, y, one, other = sp.symbols("x v y F_1 F_2", real=True)
+    contacts = [ap.Friction(v, one, 1, 1, 2), ap.Friction(v * sp.cos(y), other, 1, exactly(1, 2), 1)]
+    rates = {x: v, y: sp.S.One, v: t / 2 + one + other * sp.cos(y)}
+    system = ap.System.with_frictions(rates, {}, contacts, time=t)
     with pytest.raises(UnboundedReaction, match=r"at t = 0.* friction 1 rests where others do, and what its static"):
-        ap.solve(ap.Scene(system=system, values={}, start=["1/2", 0], until=2))
+        ap.solve(ap.Scene(system=system, values={}, start=[0, "1/2", 0], until=2))
 
 
 def test_contacts_at_rest_in_a_ring_share_their_forces_as_the_limit_of_steep_smooth_friction_does():

@@ -633,6 +633,63 @@ def test_a_body_on_many_feet_rests_where_a_linear_program_finds_forces_that_hold
             assert not rests
 
 
+def _flat_block(pull, others=None):
+    """Return a block on feet 1/2 apart, pulled at a height of 1 above them, that turns by small angles only."""
+    x, y, h, U, V, W, f = sp.symbols("x y h U V W f", real=True)
+    N, F, b = sp.symbols("N1:3", real=True), sp.symbols("F1:3", real=True), sp.Rational(1, 4)
+    rates = {x: U, y: V, h: W, U: pull + sum(F), V: sum(N) - 1, W: 2 * (b * (N[1] - N[0]) + sum(F))}
+    feet = [ap.Friction(U + W, force, normal, f, gap=y + side * b * h, normal=normal,
+                        constraint=rates[V] + side * b * rates[W])
+            for side, normal, force in zip((-1, 1), N, F, strict=True)]  # fmt: skip
+    return ap.System.with_frictions(rates | (others or {}), {}, feet, time=sp.Symbol("t", real=True))
+
+
+@pytest.mark.parametrize("way", [{}, {"digits": 20}, {"method": "lsoda", "rtol": 1e-10}])
+@pytest.mark.parametrize(("friction", "event", "final"), [
+    ("1/10", ("slip_onset", 0.1), [0.9**3 / 6, 0, 0]),
+    ("1/2", ("lift_off", 0.25), [0.75**3 / 6 * 16 / 25, 0.75**3 / 6 * 4 / 25, -(0.75**3) / 6 * 16 / 25])])  # fmt: skip
+def test_a_block_rests_on_both_feet_under_a_pull_that_grows_until_it_slides_or_tips(friction, event, final, way):
+    """About its foot the block has the moment of inertia 1/2 + 1 + 1/16 = 25/16, and tips by the moment t - 1/4."""
+    t = sp.Symbol("t", real=True)
+    path = ap.solve(ap.Scene(system=_flat_block(t), values={"f": friction}, start=[0] * 6, until=1), **way)
+    (told,) = path.events
+    assert (told.kind, float(told.t)) == (event[0], pytest.approx(event[1], rel=1e-9))
+    assert path.modes[0] == "stick+stick"
+    assert [*map(float, path.final[:3])] == pytest.approx(final, abs=1e-8)
+
+
+def test_a_block_rests_on_both_feet_whenever_a_pull_that_swings_lets_it():
+    """Friction 1/10 holds a pull of sin(t)/10 for ever, and one of sin(t)/5 until its first sixth of a swing."""
+    t = sp.Symbol("t", real=True)
+    weak, strong = (ap.Scene(system=_flat_block(sp.sin(t) / n), values={"f": "1/10"}, start=[0] * 6, until=until)
+                    for n, until in ((10, 7), (5, 1)))  # fmt: skip
+    assert (ap.solve(weak).events, ap.solve(weak).final) == ((), (0,) * 6)
+    assert ap.solve(strong).events[0].t == pytest.approx(math.pi / 6, rel=1e-14)
+    parabola = sp.Rational(1, 10) - (t - sp.Rational(1, 2)) ** 2
+    path = ap.solve(ap.Scene(system=_flat_block(parabola), values={"f": "1/10"}, start=[0] * 6, until=1))
+    assert path.modes == ("slip_opposite+slip_opposite", "stick+stick", "slip_opposite+slip_opposite")
+    assert path.events[1].t == pytest.approx(0.5 + 0.2**0.5, rel=1e-14)
+
+
+def test_a_system_is_not_at_rest_where_its_rates_vanish_for_an_instant():
+    t, r, s = sp.symbols("t r s", real=True)
+    scene = ap.Scene(system=_flat_block(0, {r: s, s: t}), values={"f": "1/10"}, start=[0] * 8, until=1)
+    assert ap.solve(scene).final == (0,) * 6 + (pytest.approx(1 / 6), pytest.approx(1 / 2))
+
+
+def test_a_ladder_holds_a_climber_up_to_the_height_of_limit_analysis():
+    """At the limit W = N + f2 T and f1 N = T; with tan(a) = 4/3 the climber is at s = 2 f1 (4/3 + f2)/(1 + f1 f2)."""
+    t, M = sp.symbols("t M", real=True)
+    body, start = _body([(sp.Rational(3, 5), -sp.Rational(4, 5)), (-sp.Rational(3, 5), sp.Rational(4, 5))],
+                        [(0, 1), (1, 0)], push=0)  # fmt: skip
+    climbed = {M: sp.Rational(3, 5) * (t - 1)}
+    contacts = [replace(friction, constraint=friction.constraint.subs(climbed)) for friction in body.frictions]
+    ladder = ap.System.with_frictions({s: rate.subs(climbed) for s, rate in body.slow.items()}, {}, contacts, time=t)
+    path = ap.solve(ap.Scene(system=ladder, values={"f1": "3/10", "f2": "1/5"}, start=start, until="9/10"))
+    assert path.modes == ("stick+stick", "slip_same+slip_same")
+    assert path.events[0].t == pytest.approx(46 / 53, rel=1e-14)
+
+
 @pytest.mark.parametrize("two_sided", [False, True])
 @pytest.mark.parametrize(("push", "velocity"), [(1, 0), (0, 1)])
 def test_a_body_that_slides_on_three_feet_is_refused_for_the_forces_of_its_slip(push, velocity, two_sided):
