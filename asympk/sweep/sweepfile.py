@@ -25,10 +25,11 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from asympk import systems
 from asympk.errors import InputError
 from asympk.mechanics.described import scene_table
 from asympk.numbers import number, short, whole
-from asympk.scenes.scenefile import NONDIMENSIONAL, PHYSICAL, SYSTEM, keys_of
+from asympk.scenes.scenefile import NONDIMENSIONAL, PHYSICAL, SYSTEM, keys_of, scene_names
 from asympk.storage.tomlfile import parse_table, read_table, refuse_unknown, word
 from asympk.sweep.family import Axis
 from asympk.sweep.rods import PhysicalRodFamily, RodFamily
@@ -131,6 +132,9 @@ def from_description(description: Mapping[str, Any]) -> Sweep:
 
 def read_sweep(path: str | Path) -> Sweep:
     """Return the ``Sweep`` in the TOML file ``path``; raises ``InputError`` if the file describes none."""
+    if str(path) in (*scene_names(), *systems.__all__) and not Path(path).exists():
+        raise InputError(f"{path}: it is one scene; asympk scenes {path} prints its file, in which a list, a grid or a "
+                         "random draw in place of a number makes a sweep")  # fmt: skip
     return sweep_of_table(read_table(path), path)
 
 

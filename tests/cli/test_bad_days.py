@@ -88,6 +88,8 @@ BAD_LINES = [
     ("scenes nonsense", "choose one of backward"),
     ("sweep good.toml", "--out"),
     ("sweep absent.toml --out o", "no such file"),
+    ("sweep painleve_rod --out o", "it is one scene; asympk scenes painleve_rod prints its file"),
+    ("sweep backward --out o", "it is one scene; asympk scenes backward prints its file"),
     ("sweep typo.toml --out o", "'sgima' is unknown"),
     ("sweep scene.toml --out file", ""),
     ("sweep good.toml --out file/o", ""),
