@@ -30,6 +30,8 @@ def arguments(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> None:
     """Follow the scene, write the files asked for and print the path."""
+    from contextlib import redirect_stdout
+
     from asympk.methods import solve
     from asympk.output.terminal import path_as_json, path_as_text
 
@@ -39,7 +41,7 @@ def run(options: Namespace) -> None:
     for written in (options.csv, options.plot):
         require_other_file(written, options.scene)
     scene = given_scene(options)
-    with meter("following the scene", log=True) as shown:
+    with meter("following the scene", log=True) as shown, redirect_stdout(None):  # where scikit-sundae prints
         path = solve(scene, options.method, **given, **_reaching(scene, options, shown))
     if options.physical:
         path = path.physical()

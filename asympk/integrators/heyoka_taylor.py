@@ -55,6 +55,7 @@ def _compiled(method, mode, coefficients, tol):
         import heyoka as hy
     except ImportError as error:
         raise missing(method) from error
+    hy.set_logger_level_critical()  # its warnings go to stdout; what they warn of is told by the segment
     system, count = mode.system, len(mode.system.parameters) + len(coefficients)
     states = hy.make_vars(*(f"w{k}" for k in range(len(system.states))))
     states = states if isinstance(states, list) else [states]

@@ -1,5 +1,6 @@
 """CVODE (BDF) of SUNDIALS through scikit-sundae, stepped one by one; its own interpolation is the dense output."""
 
+import os
 from collections.abc import Callable
 
 import numpy as np
@@ -9,6 +10,7 @@ from asympk.automaton.numericmode import NumericMode
 from asympk.integrators.integrate import Settings, missing
 from asympk.integrators.stepwise import field_and_start, follow_steps
 
+os.environ.setdefault("SUNLOGGER_WARNING_FILENAME", os.devnull)  # else stdout; what it warns of is told by the segment
 MOST_TRIES = 100_000  # internal steps that CVODE may take for one call
 
 

@@ -10,6 +10,7 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
+from peers import here
 
 import asympk as ap
 from asympk.errors import InputError, UnknownName
@@ -24,6 +25,13 @@ SWEEP = "seed = 1\ncount = 6\nchunk = 2\nsigma = 1\nmu = 1e-3\nstart = [{uniform
 def _asympk(*arguments, **options):
     command = [sys.executable, "-m", "asympk", *arguments]
     return subprocess.run(command, text=True, timeout=100, check=False, **{"capture_output": True, **options})
+
+
+@pytest.mark.parametrize("method", here("heyoka", "cvode"))
+def test_what_a_solver_prints_itself_is_not_in_the_output(method):
+    beyond = "--sigma", "1", "--mu", "1e-300", "--start", "1e200", "0", "1", "--until", "5"
+    run = _asympk("solve", *beyond, "--method", method)
+    assert (run.returncode, run.stdout) == (2, "")
 
 
 def _in_one_line(run):
