@@ -122,7 +122,6 @@ class LimitLayers:
         velocity is of order mu. The third value is the same at the guard.
         """
         y = state[self.fast]
-        mode.require_smooth(t, t)
         _require_affine(mode.mode)
         slope = self.mu * mode.jac(t, state)[self.fast][self.fast]
         force = self.mu * mode.rhs(t, state)[self.fast]

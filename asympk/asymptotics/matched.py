@@ -170,7 +170,6 @@ def through_layer(
     """
     while True:
         mode = path.mode
-        mode.require_smooth(path.t, path.t)
         found, lost = _in_mode(mode, slow_of(mode), path, until, mu, order, rtol, off_by(rtol, mu))
         if not found:
             return path

@@ -146,11 +146,6 @@ class GuardedMode:
         return phases((*self.rates, *guards, *map(self._placed, kept)), self.system.states, self.system.time)
 
     @cached_property
-    def bent_phases(self) -> tuple[sp.Expr, ...]:
-        """The phases of rates and guards that still switch the mode, except those linear in the time alone."""
-        return phases((*self.rates, *self.guard_values), self.system.states, self.system.time, few=0)
-
-    @cached_property
     def fixed_phases(self) -> tuple[sp.Expr, ...]:
         """The phases of parameters and time alone that still switch the mode, which is on no side of them."""
         known = {*self.system.parameters, self.system.time} - {None}

@@ -130,13 +130,10 @@ class NumericMode:
         return min([until, *(end for end in ends if end > t)])
 
     def require_smooth(self, t: Any, until: Any) -> None:
-        """Raise ``NotDerivable`` where the mode is switched by the state, or by the time before ``until``."""
-        switched, otherwise = [f"{phase} = 0" for phase in self.mode.bent_phases], ""
-        if not switched and t < until and self.mode.switches and (end := self.smooth_until(t, until)) < until:
-            switched, otherwise = [f"t = {float(end):.6g}"], ", or end the run before it"
-        if switched:
-            raise NotDerivable(f"mode {self.name} switches at {', '.join(switched)}: this model follows no switch; use "
-                               f"an exact method{otherwise}")  # fmt: skip
+        """Raise ``NotDerivable`` where the time alone switches the mode before ``until``."""
+        if self.mode.switches and (end := self.smooth_until(t, until)) < until:
+            raise NotDerivable(f"mode {self.name} switches at t = {float(end):.6g}: this model follows no switch; use "
+                               "an exact method, or end the run before it")  # fmt: skip
 
     def longest_step(self, span: Any) -> Any:
         """Return the longest step within a span; a motion that the time drives may stand still between two pulses."""

@@ -14,6 +14,7 @@ import asympk as ap
 from asympk.asymptotics.impact import Creep
 from asympk.asymptotics.nonstiff import steps
 from asympk.asymptotics.watching import watched
+from asympk.automaton import modes
 from asympk.errors import InputError, NoManifold, NotDerivable, NotNormallyHyperbolic, OrderError, OutOfRange
 from asympk.studies.decreasing import held_rod
 from asympk.studies.ladder import distance
@@ -402,6 +403,18 @@ def test_a_bound_that_the_time_lowers_and_raises_again_lets_a_block_go(method, o
     assert distance(path.final, truth.final) < (path.error if order else 1e-4)
     before = replace(scene, until="3/10")
     assert ap.solve(before, method, order=order).final == pytest.approx((0, 0, 1))
+
+
+def test_a_bound_that_the_time_switches_more_often_than_is_followed_is_refused_from_its_first_switch_on(monkeypatch):
+    monkeypatch.setattr(modes, "RECORD", 18)
+    t = sp.Symbol("t", real=True)
+    bound = sp.Piecewise(*((2 + k % 2, t < sp.Rational(k, 20)) for k in range(1, 20)), (2, True))
+    held = ap.Friction(velocity=w, force=F, load=1, kinetic=sp.Rational(1, 2), static=bound)
+    driven = ap.System.with_frictions({a: w, w: b + F}, {b: a + 1 - b}, [held], small=c, time=t)
+    scene = ap.Scene(system=driven, values={c: "1e-4"}, start={a: 0, w: 0, b: 1}, until="0.04")
+    assert ap.solve(scene, "slow").final == pytest.approx((0, 0, 1))
+    with pytest.raises(NotDerivable, match=r"mode stick switches at t = 0\.05: .* or end the run before it"):
+        ap.solve(replace(scene, until="0.06"), "slow")
 
 
 @pytest.mark.parametrize(("method", "order"), [("slow", 0), ("jump", 1)])
