@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
 LOOKS = {0: ("no", "0.25", ""), 1: ("one", "white", ""), 2: ("two", "0.8", "////"), 3: ("three", "0.6", "xx")}
 
@@ -27,8 +28,8 @@ LOOKS = {0: ("no", "0.25", ""), 1: ("one", "white", ""), 2: ("two", "0.8", "////
 def motion_plot(described: Described) -> "Figure":
     """Draw the number of rigid motions over ``described.turn`` and the coefficient of friction; return the figure.
 
-    The contact is closed and slides as in the example. Raises ``InputError`` where friction is not a single parameter,
-    or where the description names no other quantity to draw over.
+    The contact is closed and slides as in the example, whose place is marked. Raises ``InputError`` where friction is
+    not a single parameter, or where the description names no other quantity to draw over.
     """
     if not described.mapped:
         raise InputError("a map needs [over] in the description, and as friction one parameter that is not in [over]")
@@ -36,7 +37,8 @@ def motion_plot(described: Described) -> "Figure":
     with plate(2.3 if rows == 1 else 6.2, rows) as (figure, axes):
         shown = draw_motions(axes.flat[0], described)
         place = "outside lower center" if rows == 1 else "outside upper center"
-        figure.legend(handles=motion_handles(shown), loc=place, ncols=len(shown), columnspacing=1)
+        handles = [*motion_handles(shown), *_mark_example(axes.flat[0], described)]
+        figure.legend(handles=handles, loc=place, ncols=len(handles) if len(handles) < 4 else 2, columnspacing=1)
         if described.undamped is not None:
             reactions.draw_reactions(axes.flat[1:], described)
     return figure
@@ -55,6 +57,17 @@ def draw_motions(ax: "Axes", described: Described) -> set[int]:
         ax.contourf(at, friction, count == number, levels=[0.5, 1.5], colors=[colour], hatches=[hatch])
     ax.set(xlabel=f"${sp.latex(sp.Symbol(name))}$", ylabel="friction", ylim=(0, most))
     return shown
+
+
+def _mark_example(ax: "Axes", described: Described) -> "list[Line2D]":
+    """Mark the place of the example on the map ``ax``, unless it has none there; return the entry of a legend."""
+    (name, first, last, _), contact = described.turn or (), described.mechanism.contact.friction
+    place = [float(as_floats(key, described.numbers[key])) for key in (name, str(contact)) if key in described.numbers]
+    if len(place) < 2 or not as_floats(name, first) <= place[0] <= as_floats(name, last):
+        return []
+    at, friction = place
+    label = f"${sp.latex(sp.Symbol(name))}$ = {at:.4g}, ${sp.latex(contact)}$ = {friction:.4g}"
+    return ax.plot(at, friction, "o", color=style.ORANGE, markeredgecolor="white", markersize=5, label=label)
 
 
 def _most(described: Described, at: np.ndarray) -> float:

@@ -117,6 +117,15 @@ def test_a_map_of_rigid_motions_reaches_beyond_the_least_critical_friction():
     assert steep == 4
 
 
+@pytest.mark.parametrize(("changes", "marked"), [
+    ({}, [(1.1, 2)]), ({"theta": 1, "f": "3/2"}, [(1, 1.5)]), ({"theta": 2}, []),  # the map ends at 1.5
+])  # fmt: skip
+def test_a_map_of_rigid_motions_marks_the_example_where_it_lies_on_the_map(changes, marked):
+    figure = motion_plot(described_mechanism("painleve_rod").changed(changes))
+    assert [tuple(map(float, (*line.get_xdata(), *line.get_ydata()))) for line in figure.axes[0].lines] == marked
+    assert flaws(figure) == []
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "kind"), [("phase", "pdf"), ("phase", "svg"), ("collisions", "svg")])
 def test_the_same_picture_has_the_same_bytes(name, kind, tmp_path):
