@@ -18,8 +18,7 @@ from asympk.affine.mode import AffineMode
 from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import GuardedMode, function
 from asympk.errors import InputError
-from asympk.symbolic.branches import heavy
-from asympk.symbolic.long import replaced
+from asympk.symbolic.long import heavy, replaced
 from asympk.symbolic.sides import is_switched
 from asympk.symbolic.system import System
 

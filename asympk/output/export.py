@@ -20,9 +20,8 @@ from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic
 from asympk.naming import named
 from asympk.numbers import known_order, short
 from asympk.storage.files import named_file, write_text
-from asympk.symbolic.branches import heavy
 from asympk.symbolic.expansion import fast_jacobian, is_implicit, one_side
-from asympk.symbolic.long import is_longer
+from asympk.symbolic.long import heavy, is_longer
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.manifold import slow_manifold, slow_manifolds
 from asympk.symbolic.reading import spare

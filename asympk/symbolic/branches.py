@@ -21,7 +21,7 @@ from sympy.solvers.solveset import NonlinearError
 from asympk.errors import InputError
 from asympk.numbers import short
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.long import atoms, is_longer, is_regular, replaced
+from asympk.symbolic.long import LONG, atoms, expanded, heavy, is_longer, is_regular, replaced, tidied
 from asympk.symbolic.penetration import without_penetration
 
 if TYPE_CHECKING:
@@ -53,7 +53,6 @@ class Phase(NamedTuple):
 
 OPEN = Phase(0, 0)
 NEVER_IDLE = ("unbounded", "several")  # kinds of guards of sliding rigid contacts; these are always watched
-LONG = 300  # operations; a rational expression divided by a sum is not expanded if it has more
 Branch = tuple[Phase, ...]
 
 
@@ -237,9 +236,9 @@ def _forces(system: "System", branch: Branch) -> dict[sp.Symbol, sp.Expr]:
     if not stands(branch) and sp.cancel(matrix.det()) == 0:
         raise _undetermined(branch)
     if matrix.is_lower:
-        return dict(zip(unknowns, map(_tidy, matrix.lower_triangular_solve(right)), strict=True))
+        return dict(zip(unknowns, map(tidied, matrix.lower_triangular_solve(right)), strict=True))
     solved = _by_elimination(branch, matrix, right, unknowns)
-    return {unknown: _tidy(value) for unknown, value in solved.items()}
+    return {unknown: tidied(value) for unknown, value in solved.items()}
 
 
 def _undetermined(branch: Branch) -> InputError:
@@ -463,7 +462,7 @@ def velocity_rate(system: "System", friction: "Friction") -> sp.Expr:
 def rate_along(system: "System", expr: sp.Expr) -> sp.Expr:
     """Return the rate of an expression in the states along the field, with the forces as symbols."""
     terms = [slope_by(expr, s) * r for s, r in system.rates.items() if expr.has(s)]
-    return _expanded(sp.Add(*terms, slope_by(expr, system.time) if system.time else 0))
+    return expanded(sp.Add(*terms, slope_by(expr, system.time) if system.time else 0))
 
 
 def check_friction(system: "System", friction: "Friction", number: int) -> None:
@@ -568,28 +567,8 @@ def lifts(friction: "Friction") -> bool:
     return not ratio.free_symbols & (friction.load.free_symbols & friction.gap.free_symbols)
 
 
-@lru_cache(maxsize=1024)
-def heavy(expr: sp.Basic) -> bool:
-    """Tell whether an expression is too long to expand: 60 operations, or ``LONG`` in a quotient of polynomials."""
-    if not _is_rational(expr):
-        return is_longer(expr, 60)
-    return any(p.exp.is_negative and p.base.is_Add for p in atoms(expr, sp.Pow)) and is_longer(expr, LONG)
-
-
-def _is_rational(expr: sp.Basic) -> bool:
-    return not expr.has(sp.Function) and all(power.exp.is_Integer for power in atoms(expr, sp.Pow))
-
-
-def _expanded(expr: sp.Expr) -> sp.Expr:
-    """Expand an expression, unless it is heavy, or is not rational and grows."""
-    if heavy(expr):
-        return expr
-    expanded = sp.expand(expr)
-    return expanded if _is_rational(expr) or expanded.count_ops() <= expr.count_ops() else expr
-
-
 def _put(system: "System", branch: Branch, expr: sp.Expr, solved: dict) -> sp.Expr:
-    return _tidy(replaced(_signed(system, branch, expr), solved))
+    return tidied(replaced(_signed(system, branch, expr), solved))
 
 
 def _signed(system: "System", branch: Branch, expr: sp.Expr) -> sp.Expr:
@@ -630,12 +609,3 @@ def of_either_sign(system: "System", branch: Branch) -> tuple[sp.Expr, ...]:
     """Return the quantities of unknown sign that keep it in a mode: velocities in slip, loads in stick."""
     either = ((f, phase) for f, phase in zip(system.frictions, branch, strict=True) if phase.either)
     return tuple(f.velocity if phase.velocity else f.load for f, phase in either)
-
-
-def _tidy(expr: sp.Expr) -> sp.Expr:
-    """Expand an expression unless it is heavy; write quotients of polynomials over a common denominator."""
-    expanded = _expanded(expr)
-    divided = any(power.exp.is_negative for power in atoms(expanded, sp.Pow))
-    if divided and _is_rational(expr) and expanded.is_rational_function():
-        return sp.cancel(expanded) if sp.denom(sp.together(expanded)).free_symbols else expanded
-    return expanded

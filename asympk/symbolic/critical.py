@@ -16,7 +16,6 @@ import sympy as sp
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic
 from asympk.numbers import short
 from asympk.shown import Card, Several, ShownAsFormulas
-from asympk.symbolic.branches import heavy
 from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.expansion import (
     by_powers,
@@ -29,7 +28,7 @@ from asympk.symbolic.expansion import (
     require_series,
 )
 from asympk.symbolic.hurwitz import attracting, characteristic, off_axis, repelling, split
-from asympk.symbolic.long import generic_place
+from asympk.symbolic.long import generic_place, heavy
 from asympk.symbolic.reading import expression
 from asympk.symbolic.sides import Sides, is_switched, measured, on_sides, phases
 from asympk.symbolic.signs import conjunction, factored, nonzero

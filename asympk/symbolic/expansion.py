@@ -21,9 +21,9 @@ from math import factorial, prod
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
-from asympk.symbolic.branches import heavy, put_sign, without_squares
+from asympk.symbolic.branches import put_sign, without_squares
 from asympk.symbolic.diffring import DifferentialRing, Fraction, atoms_of
-from asympk.symbolic.long import is_longer
+from asympk.symbolic.long import heavy, is_longer
 from asympk.symbolic.system import Mode
 
 INFINITE = (sp.zoo, sp.nan, sp.oo)

@@ -1,12 +1,14 @@
-"""Long expressions, which contain the same part many times: functions that visit each distinct part only once."""
+"""Long expressions, which contain the same part many times: each part is visited once, and none is expanded."""
 
 from collections.abc import Mapping
+from functools import lru_cache
 from itertools import islice
 from typing import Any
 
 import sympy as sp
 
 PARTS = 4  # a bound on the parts of a tree, without atoms, for one operation: -a/b in a sum has two and two
+LONG = 300  # operations; a rational expression divided by a sum is not expanded if it has more
 REGULAR = 1e9  # a condition number clearly below that of a singular matrix in fifteen digits
 
 
@@ -39,6 +41,35 @@ def is_longer(expr: sp.Basic, operations: int) -> bool:
     parts = (part for part in sp.preorder_traversal(expr) if part.args)
     many = PARTS * operations + 1
     return sum(1 for _ in islice(parts, many)) == many or expr.count_ops() > operations
+
+
+@lru_cache(maxsize=1024)
+def heavy(expr: sp.Basic) -> bool:
+    """Tell whether an expression is too long to expand: 60 operations, or ``LONG`` in a quotient of polynomials."""
+    if not _is_rational(expr):
+        return is_longer(expr, 60)
+    return any(p.exp.is_negative and p.base.is_Add for p in atoms(expr, sp.Pow)) and is_longer(expr, LONG)
+
+
+def expanded(expr: sp.Expr) -> sp.Expr:
+    """Expand an expression, unless it is heavy, or is not rational and grows."""
+    if heavy(expr):
+        return expr
+    found = sp.expand(expr)
+    return found if _is_rational(expr) or found.count_ops() <= expr.count_ops() else expr
+
+
+def tidied(expr: sp.Expr) -> sp.Expr:
+    """Expand an expression unless it is heavy; write quotients of polynomials over a common denominator."""
+    found = expanded(expr)
+    divided = any(power.exp.is_negative for power in atoms(found, sp.Pow))
+    if divided and _is_rational(expr) and found.is_rational_function():
+        return sp.cancel(found) if sp.denom(sp.together(found)).free_symbols else found
+    return found
+
+
+def _is_rational(expr: sp.Basic) -> bool:
+    return not expr.has(sp.Function) and all(power.exp.is_Integer for power in atoms(expr, sp.Pow))
 
 
 def generic_place(expr: Any) -> dict[sp.Symbol, sp.Expr]:

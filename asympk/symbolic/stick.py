@@ -20,8 +20,9 @@ import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
 from asympk.shown import Card, ShownAsFormulas
-from asympk.symbolic.branches import heavy, velocity_rate
+from asympk.symbolic.branches import velocity_rate
 from asympk.symbolic.conditions import with_implied_bounds
+from asympk.symbolic.long import heavy
 from asympk.symbolic.reading import spare
 from asympk.symbolic.regions import Plane, Region, RegionCell, Span
 from asympk.symbolic.sides import on_side
