@@ -325,7 +325,7 @@ def _require_progress(segments: list[Segment], mode: NumericMode) -> None:
     last = segments[-WATCHED:]
     hit = last[-1].hit
     few = last[0].t == last[-1].t and len({(s.branch, s.hit) for s in last}) <= FEW
-    if few and len(last) == WATCHED:
+    if few and hit is not None and len(last) == WATCHED:
         kind = mode.kinds[hit][0]
         at = _state_in_words(mode.mode.system, last[-1].state)
         raise Undecided(f"rounding hides whether there is a {kind} at t = {float(last[-1].t):.12g}, {at}, in mode "
