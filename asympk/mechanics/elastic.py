@@ -5,9 +5,9 @@ A spring 1/c beside a damper h/c makes the reaction R = (d + h d')/c of the pene
     x' = y,    c y' = -(a_N + G_NN R + G_NT F),    z' = a_T + G_NT R + G_TT F,    R = x + h y,
 
 with the sliding velocity z. The velocities are (g', gamma, w) = (-c y, z, w), where w are the rates of the last
-coordinates that complete g' and gamma to a basis. As all coordinates are states, g(q) + c x is an invariant. With
-c = eps^2 and h = b eps (a fixed damping ratio, b = 0 without damping) both x and y = eps x' are fast, R = x + b y and
-g' = -eps y. A unilateral contact has R = max(0, x + h y). ``elastic_fields`` derives the fields.
+coordinates that complete g' and gamma to a basis, at all places if any do. As all coordinates are states, g(q) + c x is
+an invariant. With c = eps^2 and h = b eps (a fixed damping ratio, b = 0 without damping) both x and y = eps x' are
+fast, R = x + b y and g' = -eps y. A unilateral contact has R = max(0, x + h y). ``elastic_fields`` derives the fields.
 """
 
 from collections.abc import Callable
@@ -131,12 +131,20 @@ def force_names(kinetics: Kinetics, *others: sp.Symbol) -> tuple[sp.Symbol, ...]
 
 
 def completing(kinetics: Kinetics) -> tuple[int, ...]:
-    """Return the places of the last coordinates whose rates complete (g', gamma) to a basis of the velocities."""
-    n = len(kinetics.coordinates)
+    """Return the places of the last coordinates whose rates complete (g', gamma) to a basis of the velocities.
+
+    Rates that do so at all times and places come first: the rates of the system have no pole then.
+    """
+    n, bases = len(kinetics.coordinates), []
     for chosen in reversed([*combinations(range(n), n - 2)]):
-        if not vanishes(_basis(kinetics, chosen).det()):
-            return chosen
-    raise NotDerivable("gap rate and sliding velocity depend on each other; no rates complete them to a basis")
+        determinant = _basis(kinetics, chosen).det()
+        if not vanishes(determinant):
+            bases.append(chosen)
+            if not tidy(determinant).free_symbols & {*kinetics.coordinates, kinetics.time}:
+                return chosen
+    if not bases:
+        raise NotDerivable("gap rate and sliding velocity depend on each other; no rates complete them to a basis")
+    return bases[0]
 
 
 def _basis(kinetics: Kinetics, chosen: tuple[int, ...]) -> sp.Matrix:

@@ -230,8 +230,9 @@ class Mechanism(ShownAsFormulas):
 
         ``compliance`` is a Symbol c with ``damping`` a time h, or ``eps**2`` with ``damping`` a multiple of eps, 0
         included. The states are the coordinates, the reaction x, its rate y, the sliding velocity z, and the
-        rates of the last coordinates that complete g' and z to a basis of the velocities.
-        The rates of the system have a pole where these cease to be a basis; another order of the coordinates moves it.
+        rates of the last coordinates that complete g' and z to a basis of the velocities, at all places if any do. If
+        none do, the rates of the system have a pole where these cease to be a basis; another order of the coordinates
+        moves it.
         With a damping time h, R = max(0, x + h y): a contact that has opened and returns pushes already at the gap
         h |g'|. So motions with flights need ``eps**2``. Raises ``InputError`` for other scalings, ``NotDerivable``.
         """

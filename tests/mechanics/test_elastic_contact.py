@@ -309,20 +309,31 @@ def test_a_body_that_presses_its_stiff_spring_in_by_its_weight_starts_at_rest_in
     assert body.start(soft, {"X": 1, "Y": math.sin(math.pi), "U": 0, "V": 0})["x"] == 0
 
 
+def _turned_past_a_right_angle(slip, *order):
+    """Return the system of a body in three coordinates, in an order, and p at the end, which began as 1/2."""
+    rates = {s: sp.Symbol(f"{s}'", real=True) for s in order}
+    x, y, p = sorted(order, key=str)
+    body = ap.Mechanism(order, [*rates.values()], sp.eye(3), [-1 if q == y else 0 for q in order],
+                        ap.Contact(y, slip(rates[x], p, rates[p]), sp.Rational(1, 10), unilateral=True))  # fmt: skip
+    system = body.elastic(compliance=c, damping=1)
+    start = body.start(system, {"X": 0, "Y": 0, "p": "1/2", "X'": 1, "Y'": 0, "p'": 2})
+    path = ap.solve(ap.Scene(system=system, values={"c": "1/100"}, start=start, until=1))
+    return system, dict(zip(path.names, path.final, strict=True))["p"]
+
+
 def test_a_motion_past_a_place_where_the_rates_are_no_basis_is_followed_with_the_coordinates_in_another_order():
-    """g' = Y', z = cos(p) X' + p' and p' are no basis where p = pi/2; with X' in place of p' they are one."""
-    x, y, p, u, v, w = sp.symbols("X Y p U V W", real=True)
-    rates, ground = {x: u, y: v, p: w}, ap.Contact(y, sp.cos(p) * u + w, sp.Rational(1, 10), unilateral=True)
-
-    def followed(*order):
-        own = [rates[q] for q in order]
-        body = ap.Mechanism(order, own, sp.eye(3), [-1 if q == y else 0 for q in order], ground)
-        system = body.elastic(compliance=c, damping=1)
-        values = {"c": "1/100"}
-        start = body.start(system, {"X": 0, "Y": 0, "p": 0, "U": 1, "V": 0, "W": 2})
-        path = ap.solve(ap.Scene(system=system, values=values, start=start, until=1))
-        return dict(zip(path.names, path.final, strict=True))["p"]
-
+    """g' = Y', z = cos(p) X' + sin(p) p' and p' are no basis where p = pi/2; with X' in place of p' they are one."""
+    x, y, p = sp.symbols("X Y p", real=True)
+    slip = lambda u, p, w: sp.cos(p) * u + sp.sin(p) * w  # noqa: E731
     with pytest.raises(OutOfRange, match=r"have a pole, .* by another order of the coordinates"):
-        followed(x, y, p)
-    assert followed(p, y, x) > np.pi / 2
+        _turned_past_a_right_angle(slip, x, y, p)
+    assert _turned_past_a_right_angle(slip, p, y, x)[1] > np.pi / 2
+
+
+def test_rates_that_complete_a_basis_everywhere_are_taken_before_those_of_later_coordinates():
+    """With z = cos(p) X' + p' the rate p' completes a basis where cos(p) is not 0, and X' everywhere."""
+    x, y, p = sp.symbols("X Y p", real=True)
+    ways = [_turned_past_a_right_angle(lambda u, p, w: sp.cos(p) * u + w, *order) for order in ((x, y, p), (p, y, x))]
+    assert all("X'" in map(str, system.states) for system, _ in ways)
+    assert ways[0][1] == pytest.approx(ways[1][1], abs=1e-8)
+    assert ways[0][1] > np.pi / 2
