@@ -377,6 +377,19 @@ def test_a_setting_changes_coordinates_and_rates_in_a_file(tmp_path, capsys):
         "X": 0, "Y": 1, "theta": 0, "x": 0, "theta'": 0, "y": 0, "z": -2}  # fmt: skip
 
 
+def test_a_rigid_contact_of_a_system_in_a_file_has_its_constraint(tmp_path):
+    """The load 1 - t slows a block from 1 to 1/2 over the way 2/3; from t = 1 on the block is lifted by (t - 1)^3/6."""
+    file = tmp_path / "lifted.toml"
+    file.write_text("until = 2\n[system]\ntime = \"t\"\n[system.slow]\nx = \"u\"\ny = \"v\"\nu = \"F\"\n"
+                    "v = \"N + t - 1\"\n[[system.frictions]]\nvelocity = \"u\"\nforce = \"F\"\nnormal = \"N\"\n"
+                    "load = \"N\"\nkinetic = \"f\"\ngap = \"y\"\nconstraint = \"N + t - 1\"\n"
+                    "[values]\nf = 1\n[start]\nx = 0\ny = 0\nu = 1\nv = 0\n")  # fmt: skip
+    path = ap.solve(ap.read_scene(file))
+    assert path.modes == ("slip_same", "open")
+    assert path.events[0].t == pytest.approx(1)
+    assert path.final == pytest.approx((2 / 3 + 1 / 2, 1 / 6, 1 / 2, 1 / 2))
+
+
 def test_static_friction_in_a_file_follows_the_kinetic_friction_that_it_equals(tmp_path):
     file = tmp_path / "belt.toml"
     file.write_text("until = 1\n[system.slow]\nx = \"v\"\nv = \"F - x\"\n[[system.frictions]]\nvelocity = \"v\"\n"
