@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from asympk.errors import NotDerivable, UnknownName
+from asympk.errors import NotDerivable, NotNormallyHyperbolic, UnknownName
 from asympk.numbers import short
 from asympk.scene import Scene
 from asympk.symbolic.critical import critical_manifolds
@@ -113,7 +113,7 @@ def _manifolds(system: System) -> tuple[tuple[str, Any], ...]:
     """Return (name, function) of the critical manifolds y = h; the function returns h, 1 where it exists, and dg/dy."""
     try:
         found = critical_manifolds(system)
-    except NotDerivable:
+    except (NotDerivable, NotNormallyHyperbolic):
         return ()
     return tuple(
         (m.name, _lowered(system, [*m.branch.values(), _holds(m.dynamics.where.subs(m.branch)), m.jacobian[0, 0]]))

@@ -153,6 +153,8 @@ def _real_manifolds(system):
         modes = dict.fromkeys(m.mode for m in found if any(h.has(*_ODD) for h in m.branch.values()) or _is_bent(m))
     except NotDerivable:
         found, modes = (), dict.fromkeys(mode.name for mode in system.modes)
+    except NotNormallyHyperbolic:
+        return ()
     implicit = (slow_manifold(system, order=0, mode=mode, name=f"Pi_{mode}") for mode in modes)
     return (*(m for m in found if m.mode not in modes), *implicit)
 

@@ -226,7 +226,8 @@ def critical_manifolds(system: System) -> Several[CriticalManifold]:
     Manifolds of modes other than stick are named Pi1, Pi2, ... in order, those of stick Lambda1, ...; a manifold that
     lies nowhere in its mode has ``domain`` False. Where the rates of a mode switch by a state or the time, every side
     of the switch has its own manifolds, each with its domain. Raises ``NotDerivable`` when SymPy cannot solve g = 0, or
-    where a mode has too many sides, and ``InputError`` where rates are singular at mu = 0.
+    where a mode has too many sides, ``NotNormallyHyperbolic`` where g = 0 leaves fast states free, and ``InputError``
+    where rates are singular at mu = 0.
     """
     found: list[CriticalManifold] = []
     count: dict[str, int] = {}
@@ -309,7 +310,12 @@ def _branches(mode, small):
     equal_zero = [g.subs(small, 0) for g in mode.fast.values()]
     if (solutions := _solutions(equal_zero, list(mode.fast))) is None:
         raise NotDerivable(f"mode {mode.name!r}: SymPy does not solve g = 0; give slow_manifold a branch")
-    complete = [s for s in solutions if s.keys() == {*mode.fast} and not any(map(_is_complex, s.values()))]
+    solutions = [{}] if {*equal_zero} == {0} else solutions
+    if (free := next((s for s in solutions if s.keys() != {*mode.fast}), None)) is not None:
+        left = in_words(y for y in mode.fast if y not in free)
+        raise NotNormallyHyperbolic(f"mode {mode.name!r}: g = 0 for all {left}{' on ' * bool(free)}{equations(free)}: "
+                                    "a function of the fast states changes slowly; make it a slow state")
+    complete = [s for s in solutions if not any(map(_is_complex, s.values()))]
     told = all(g.is_rational_function(*mode.fast) for g in equal_zero)  # SymPy finds false roots of exponentials
     complete = [form for s in complete for form in _real_forms(s)
                 if (told and form is s) or all(is_zero_somewhere(g.subs(form, simultaneous=True)) for g in equal_zero)]

@@ -188,6 +188,15 @@ def test_branches_that_no_radicals_give_are_not_said_to_be_absent(forces):
     assert u ** sp.Rational(1, 5) in [found.branch[v] for found in by_radicals]
 
 
+@pytest.mark.parametrize("forces", [["w - v", "v - w"], ["v*w - u", "u - v*w"], ["v*w", "v*(1 - w)"], ["0"]])
+def test_fast_equations_that_leave_a_fast_state_free_are_not_said_to_have_no_branch(forces):
+    u, v, w = sp.symbols("u v w", real=True)
+    fast = [sp.sympify(force, {"u": u, "v": v, "w": w}) for force in forces]
+    system = ap.System.smooth(slow={u: -u}, fast=dict(zip((v, w), fast, strict=False)), small=mu)
+    with pytest.raises(NotNormallyHyperbolic, match=r"g = 0 for all [vw].* make it a slow state"):
+        ap.slow_manifolds(system)
+
+
 def test_a_branch_that_is_solved_for_may_have_functions_that_the_rates_do_not_have():
     u, v = sp.symbols("u v", real=True)
     system = ap.System.smooth(slow={u: -u}, fast={v: sp.exp(2 * u) + sp.exp(-u) - v}, small=mu)
