@@ -481,8 +481,6 @@ def check_friction(system: "System", friction: "Friction", number: int) -> None:
     if any(sp.expand(slope).free_symbols & moved.keys() for s in moved if (slope := slope_by(v, s)).has(*moved)):
         raise InputError(f"{which}: the velocity {short(v)} must be linear in what {friction.force} moves, "
                          f"{', '.join(map(str, moved))}; give one that passes through 0")  # fmt: skip
-    if friction.load == 0:
-        raise InputError(f"{which}: the load is 0; without a load there is no friction")
     if any(
         e is not None and e.has(sp.Float) for e in (v, friction.load, friction.kinetic, friction.static, friction.gap)
     ):

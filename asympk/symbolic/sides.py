@@ -126,7 +126,7 @@ def system_on_sides(system: System, sides: Sides) -> System:
     on = partial(on_sides, sides=sides)
     slow, fast = ({s: on(rate) for s, rate in rates.items()} for rates in (system.slow, system.fast))
     found = [(f, {name: on(part) for name, part in f.parts.items()}) for f in system.frictions]
-    contacts = (replace(f, **(parts | {"load": parts["load"] or f.load})) for f, parts in found)  # a load 0 is refused
+    contacts = (replace(f, **parts) for f, parts in found)
     return replace(system, slow=sp.Dict(slow), fast=sp.Dict(fast), frictions=tuple(contacts))
 
 

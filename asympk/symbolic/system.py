@@ -185,6 +185,7 @@ class System(ShownAsFormulas):
         if z in slow or z in fast:
             raise InputError(f"the velocity {z} has a rate of its own; leave it out of slow and fast")
         friction = Friction(z, force, load, kinetic, static, gap, normal)
+        _require_loads((friction,))
         rates, order = {**slow, z: rate}, (*slow, *fast, z)
         assumed = expression("assumptions", assumptions)
         return cls(sp.Dict(rates), sp.Dict(fast), order, small, (friction,), time, assumed)
@@ -214,6 +215,7 @@ class System(ShownAsFormulas):
         if wrong := [f for f in given if not isinstance(f, Friction)]:
             raise InputError(f"frictions: {short(wrong[0])} is no Friction; give {wanted}")
         assumed = expression("assumptions", assumptions)
+        _require_loads(given)
         return cls(sp.Dict(slow), sp.Dict(fast), (*slow, *fast), small, given, time, assumed)
 
     @property
@@ -319,6 +321,12 @@ def _rates(what: str, rates: Any) -> dict[sp.Symbol, sp.Expr]:
             raise InputError(f"{what}: the state {short(state)} is not a Symbol")
         found[state] = expression(f"{what}: the rate of {state}", rate)
     return found
+
+
+def _require_loads(frictions: tuple[Friction, ...]) -> None:
+    """Raise ``InputError`` for a load that is written as 0; a load may become 0 on a side of a switch."""
+    if any(friction.load == 0 for friction in frictions):
+        raise InputError("friction: the load is 0; without a load there is no friction")
 
 
 def _check(system: System) -> None:

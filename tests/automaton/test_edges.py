@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 
 import asympk as ap
-from asympk.errors import Accumulation, NotDerivable, TooManyEvents
+from asympk.errors import Accumulation, InputError, NotDerivable, TooManyEvents
 
 x, v, t = sp.symbols("x v t", real=True)
 F = sp.Symbol("F", real=True)
@@ -354,3 +354,20 @@ def test_a_state_where_no_piece_holds_is_refused_by_name(at, said, options):
     system = ap.System.with_frictions({x: v, v: F - spring}, {}, [friction])
     with pytest.raises(ap.AsympkError, match=said):
         ap.solve(ap.Scene(system=system, start={x: at, v: 1}, until=3), **options)
+
+
+@pytest.mark.parametrize("speed", [-1, -3])
+def test_a_block_on_the_edge_beyond_which_its_load_is_zero_goes_on_without_friction(speed, how):
+    """Its speed is that at the start plus sin(t), and its place 1 - cos(t) more than at that speed."""
+    pressed = ap.Friction(velocity=v + 1, force=F, load=sp.Max(0, x), kinetic=2, static=4)
+    system = ap.System.with_frictions({x: v, v: F + sp.cos(t)}, {}, [pressed], time=t)
+    path = ap.solve(ap.Scene(system=system, start={x: 0, v: speed}, until=3), **how)
+    assert not path.events
+    assert [*map(float, path.final)] == pytest.approx([3 * speed + 1 - math.cos(3), speed + math.sin(3)], abs=1e-4)
+
+
+def test_a_load_is_not_written_as_zero_though_it_may_become_zero():
+    with pytest.raises(InputError, match="the load is 0; without a load there is no friction"):
+        ap.System.with_frictions({x: v, v: F - x}, {}, [ap.Friction(velocity=v, force=F, load=0, kinetic=1)])
+    with pytest.raises(InputError, match="the load is 0; without a load there is no friction"):
+        ap.System.with_friction({x: v}, {}, {v: F - x}, F, load=0, kinetic=1)
