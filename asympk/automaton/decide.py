@@ -185,19 +185,13 @@ def _unloaded(here: Junction, branch: Branch) -> set[int]:
 def _ties(here: Junction, branch: Branch) -> list[int] | None:
     """Return the numbers of the guards of a branch that vanish, fixed guards included, or None if one is negative.
 
-    None also means that the forces are not determined. Each margin is weighted by the determinant of the equations of
-    the forces: near a zero of the determinant the forces are large and of either sign.
+    None also means that the forces are not determined.
     """
-    margins, sizes, unloaded = [], [], _unloaded(here, branch)
-    for k, point in enumerate(here.points):
-        if (solved := here.solved(branch, k)) is None:
-            return None
-        margins.append(_margins(here, branch, point, solved))
-        sizes.append(solved.determinant)
-    ties, largest = [], max(sizes)
-    for key in margins[0]:
+    if (margins := _margins(here, branch)) is None:
+        return None
+    ties, unloaded = [], _unloaded(here, branch)
+    for key, values in margins.items():
         vanishes = key[0] == "force_zero" and key[1] in unloaded
-        values = [m[key] * size / largest for m, size in zip(margins, sizes, strict=True)]
         sign = 0 if vanishes else here.numbers.decided_sign(values)
         if sign < 0:
             return None
@@ -210,7 +204,23 @@ def _all_guards(mode: GuardedMode) -> tuple[Guard, ...]:
     return (*mode.guards, *mode.fixed_guards)
 
 
-def _margins(here: Junction, branch: Branch, point: ContactPoint, solved: Solved) -> dict[tuple, Any]:
+def _margins(here: Junction, branch: Branch) -> dict[tuple, list] | None:
+    """Return the margins of a branch at all points by ``Guard.key``, or None where its forces are not determined.
+
+    Each margin is weighted by the determinant of the equations of the forces: near a zero of the determinant the forces
+    are large and of either sign.
+    """
+    solved = [here.solved(branch, k) for k in range(len(here.points))]
+    found = [own for own in solved if own is not None]
+    if len(found) < len(solved):
+        return None
+    largest = max(own.determinant for own in found)
+    margins = [_margins_at(here, branch, *place) for place in zip(here.points, found, strict=True)]
+    return {key: [m[key] * own.determinant / largest for m, own in zip(margins, found, strict=True)]
+            for key in margins[0]}  # fmt: skip
+
+
+def _margins_at(here: Junction, branch: Branch, point: ContactPoint, solved: Solved) -> dict[tuple, Any]:
     """Return the values of the guards by ``Guard.key``; for a vanishing velocity the value is its rate."""
     forces = (1, *(solved.forces[u] for u in contact_formulas(here.system)[1]))
     found: dict[tuple[str, int, bool], Any] = {}
@@ -237,11 +247,11 @@ def _margins(here: Junction, branch: Branch, point: ContactPoint, solved: Solved
 def _breaks_loose(here: Junction, branch: Branch) -> bool:
     """Tell whether a contact slips in a branch that static friction would hold if every contact that may rest did."""
     rest = tuple(p._replace(velocity=0) if k in here.resting and p != OPEN else p for k, p in enumerate(branch))
-    if (solved := here.solved(rest)) is None:
+    if (margins := _margins(here, rest)) is None:
         return False
-    margins = _margins(here, rest, here.points[0], solved)
     loose = {k for kind, k in here.lost if kind == "slip_onset"}
-    loose |= {k for (kind, k, _), margin in margins.items() if kind == "slip_onset" and margin < 0}
+    loose |= {key[1] for key, values in margins.items()
+              if key[0] == "slip_onset" and here.numbers.decided_sign(values) < 0}  # fmt: skip
     return any(a != b and k not in loose for k, (a, b) in enumerate(zip(branch, rest, strict=True)))
 
 

@@ -235,3 +235,15 @@ def test_a_block_slips_from_between_two_fingers_once_their_grip_is_too_weak_for_
     path = ap.solve(scene, **way)
     assert told(path) == [("slip_onset", 0)]
     assert [*map(float, path.final)] == pytest.approx([0, 0, -1 / 6, -1 / 2], abs=1e-8)
+
+
+@pytest.mark.parametrize("unit", [1, exactly(10, 3)])
+def test_a_contact_that_static_friction_holds_with_nothing_to_spare_is_held_in_all_units(unit):
+    # the load of the other contact rises from 0: this one is pulled by 3 units / 2, and by 2 if both were to rest
+    x, y, v, w, upper, lower = sp.symbols("x y v w F G", real=True)
+    rates = {x: v, v: unit - y + x - upper, y: w, w: unit + y + upper + lower}
+    contacts = [ap.Friction(w - v + unit, upper, x, 1), ap.Friction(w, lower, unit, 1, 2)]
+    start = {x: 0, v: unit, y: unit / 2, w: 0}
+    path = ap.solve(ap.Scene(system=ap.System.with_frictions(rates, {}, contacts), start=start, until=exactly(1, 2)))
+    assert told(path) == [("slip_onset", 1)]
+    assert path.events[0].t == pytest.approx(6**0.5 - 2, rel=1e-12)
