@@ -447,7 +447,7 @@ def _bent_verdict(guards, q, left, right, bending):
 
 
 def guard_root(guards: Guards, q: int, lo: Number, hi: Number, t: Number) -> Number:
-    """Return the root of a guard that falls from plus at ``lo`` to minus at ``hi``, by Newton's method from ``t``.
+    """Return the root of a guard that falls from plus at ``lo`` to minus or 0 at ``hi``, by Newton's method from ``t``.
 
     Near a multiple root the steps decrease geometrically, and then the next step goes to their limit.
     """
@@ -465,7 +465,8 @@ def guard_root(guards: Guards, q: int, lo: Number, hi: Number, t: Number) -> Num
             return new - value / slope if slope else new
         if _SLOW * before < step < before:
             new, step = t + (new - t) * before / (before - step), 0 * step
-        if not lo < new < hi:
+        new = hi if hi < new <= hi + close else new
+        if not lo < new <= hi:
             new = lo + (hi - lo) / 2
             if not lo < new < hi:
                 return t

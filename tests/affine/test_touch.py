@@ -202,3 +202,13 @@ def test_a_margin_that_decays_to_zero_is_positive_at_a_few_looks_however_long(sm
     held = ap.System.with_frictions({v: F - 1}, {y: -y}, [ap.Friction(v, F, load=1 + y, kinetic=1)], small=mu)
     assert ap.solve(ap.Scene(system=held, values={mu: small}, start=(0, 1), until=50)).modes == ("stick",)
     assert len(looks) < 200
+
+
+@pytest.mark.parametrize("digits", [None, 20])
+def test_what_stops_while_its_pull_touches_the_bound_of_another_block_may_do_both_at_the_very_end(digits):
+    # y = -1 + 2 t - t^2/2 is largest, 1, where w = 2 - t ends at t = 2, and the margin of the other block is 1 - y
+    contacts = [ap.Friction(v, F, 1, 1, 2), ap.Friction(w, G, 1, 1)]
+    system = ap.System.with_frictions({v: F - 1 - y, y: w, w: G}, {}, contacts)
+    path = ap.solve(ap.Scene(system=system, start={v: 0, y: -1, w: 2}, until=2), digits=digits)
+    assert path.modes[0] == "stick+slip_same"
+    assert [*map(float, path.final)] == [0, 1, 0]
