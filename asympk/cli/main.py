@@ -41,6 +41,11 @@ def _run(whole, arguments):
             raise
         _complain(f"asympk: {_one_line(error)}")
         return 2
+    except AttributeError:
+        if options.debug or sys.flags.optimize < 2:
+            raise
+        _complain("asympk: python -OO drops the docstrings that SymPy's mechanics reads; run python -O, or neither")
+        return 2
 
 
 def _complete(whole: argparse.ArgumentParser) -> None:

@@ -34,6 +34,12 @@ def test_what_a_solver_prints_itself_is_not_in_the_output(method):
     assert (run.returncode, run.stdout) == (2, "")
 
 
+def test_without_docstrings_a_command_does_its_work_or_names_the_option():
+    without = {**os.environ, "PYTHONOPTIMIZE": "2"}
+    assert "slip_same" in _asympk(*LINE, env=without).stdout
+    assert "python -OO drops the docstrings" in _in_one_line(_asympk("mechanism", "arm", env=without))
+
+
 def _in_one_line(run):
     assert run.returncode == 2
     assert run.stderr.startswith("asympk")
