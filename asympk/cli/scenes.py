@@ -17,7 +17,7 @@ def run(options: Namespace) -> None:
     from asympk.scenes.scenefile import known_name, scene_names, scene_text
 
     if options.name is not None:
-        print(scene_text(known_name(options.name)))
+        print(scene_text(known_name(options.name, beyond="")))
         return
     shipped, catalogue = map(scenes_as_text, (scene_names(), systems.__all__))
     print(shipped, "the catalogue of systems, whose examples are scenes, too:", catalogue, sep="\n\n")

@@ -91,9 +91,9 @@ def is_file(where: str | Path) -> bool:
     return str(where) not in scene_names() and (str(where).endswith(".toml") or there)
 
 
-def known_name(word: str) -> str:
+def known_name(word: str, beyond: str = ", or a file that ends in .toml") -> str:
     """Return the scene that ships, or the system of the catalogue, that ``word`` spells; raises ``UnknownName``."""
-    return named("scene", word, (*scene_names(), *systems.__all__), beyond=", or a file that ends in .toml")
+    return named("scene", word, (*scene_names(), *systems.__all__), beyond)
 
 
 def scene_names() -> tuple[str, ...]:

@@ -86,6 +86,7 @@ BAD_LINES = [
     ("least backward --start 0 0.2 -1 --set z=2", "z is given twice; give it once"),
     ("solve backward extra", "unrecognized"),
     ("scenes nonsense", "choose one of backward"),
+    ("scenes absent.toml", "crank_slider, arm\n"),
     ("sweep good.toml", "--out"),
     ("sweep absent.toml --out o", "no such file"),
     ("sweep painleve_rod --out o", "it is one scene; asympk scenes painleve_rod prints its file"),
