@@ -10,6 +10,7 @@ from threading import Lock
 from typing import Any
 
 from asympk.errors import AsympkError
+from asympk.sweep.executors import deaf_children
 
 Answer = Callable[[Any, Any], Any]  # (what the worker is given, question) -> answer
 
@@ -79,7 +80,8 @@ class Worker:
         context = get_context("spawn")  # a copy of a process with threads may hang
         self._pipe, other = context.Pipe()
         process = context.Process(target=_serve, args=(other, self._answer, self._modules), daemon=True)
-        process.start()
+        with deaf_children():
+            process.start()
         self._process, self._announced = process, False
         other.close()
 

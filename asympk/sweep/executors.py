@@ -19,6 +19,22 @@ _PATIENCE = 2.5  # seconds to wait for the answer of a dask scheduler
 _ADDRESS = re.compile(r"(?:(?:tcp|tls|ws|wss|ucx)://)?([^/\s:]+|\[[0-9a-fA-F:.]+\]):(\d{1,5})", re.ASCII)
 
 
+@contextmanager
+def deaf_children() -> Iterator[None]:
+    """Keep Ctrl-C, where signals can be masked, from the processes that the block starts: also while they import."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    from multiprocessing import resource_tracker
+
+    resource_tracker.ensure_running()  # its start, which is a part of that of the first process, unmasks Ctrl-C
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 class Here(Executor):
     """An executor that computes in this process, during ``submit``."""
 
@@ -41,6 +57,7 @@ class Processes(Executor):
     def __init__(self, workers: int):
         self._workers, self._pool = workers, None
 
+    @deaf_children()
     def submit(self, function: Callable, /, *arguments: Any, **named: Any) -> Future:
         """Return the ``Future`` of a call in a worker; it ends in ``BrokenProcessPool`` when a worker is killed."""
         try:

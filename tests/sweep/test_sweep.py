@@ -280,6 +280,18 @@ def whole(tmp_path_factory):
     return folder / "whole"
 
 
+@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="there are no masks of signals")
+def test_a_worker_does_not_hear_ctrl_c_even_before_it_can_ignore_it():
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    workers = Processes(1)
+    try:
+        masked = workers.submit(signal.pthread_sigmask, signal.SIG_BLOCK, ()).result()
+    finally:
+        workers.shutdown()
+    assert signal.SIGINT in masked
+    assert signal.pthread_sigmask(signal.SIG_BLOCK, ()) == before
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("workers", [(), ("--workers", "2")])
 def test_killed_three_times_and_resumed_equals_the_uninterrupted_sweep(tmp_path, whole, workers):
