@@ -375,6 +375,14 @@ def test_what_is_no_phase_picture_is_refused_by_name(what, options, said):
         ap.phase(what, **options)
 
 
+def test_a_phase_picture_of_forces_in_time_names_the_time_of_its_field():
+    t = sp.Symbol("tau", real=True)
+    driven = ap.System.smooth({x: v, v: sp.cos(t) - x}, {}, None, time=t)
+    (axis,) = ap.phase(driven).axes
+    assert axis.get_title() == "the field at tau = 0"
+    assert ap.phase(SPRING).axes[0].get_title() == ""
+
+
 def test_a_rate_is_set_as_its_greek_letter_with_a_prime():
     rod = ap.systems.painleve_rod.system()
     for shown in (rod._repr_latex_(), ap.stick_regions(rod).stick.latex()):

@@ -113,6 +113,7 @@ def _field(axis: Any, system: System, parameters: tuple, window: Any, pair: tupl
     points = np.stack([grid[s.name] for s in system.states], axis=-1).reshape(-1, len(system.states)).tolist()
     axis.set(xlim=window[0], ylim=window[1], xlabel=pair[0], ylabel=pair[1])
     axis.grid(visible=False)
+    axis.set_title(f"the field at {system.time} = 0" if system.time is not None else "")
     velocities = tuple(friction.velocity for friction in system.frictions)
     for values in _evaluated(system, velocities, points, parameters):
         _zeros(axis, across, down, values, style.BLACK, "-")
