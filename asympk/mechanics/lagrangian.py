@@ -105,7 +105,7 @@ def _from_lagrange(method: Any) -> tuple[tuple, sp.Matrix, sp.Matrix, dict]:
 
 def _from_kane(method: Any) -> tuple[tuple, sp.Matrix, sp.Matrix, dict]:
     r"""Rewrite M u' = f for the speeds u = K q' + k as K' M K q'' = K' (f - M (dK/dt q' + dk/dt))."""
-    if len(method.q) != len(method.u) or method._qdot_u_map is None:
+    if method._qdep or method._udep or len(method.q) != len(method.u) or method._qdot_u_map is None:
         raise InputError("the KanesMethod has dependent coordinates or speeds; give independent ones, contact left out")
     if method._fr is None:
         raise InputError("the KanesMethod has no equations yet; call its kanes_equations first")

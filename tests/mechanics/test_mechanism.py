@@ -14,6 +14,7 @@ from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.tidy import cofactors, expanded_determinant
 
 FREE = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2
+U, V = dynamicsymbols("U V")
 
 
 def _same(left, right):
@@ -172,6 +173,11 @@ def test_what_is_no_mechanism_is_refused_in_one_line(changes, match):
     assert "\n" not in str(caught.value)
 
 
+def _kane(coordinates, speeds, **dependent):
+    kinematics = [X.diff(T) - U, Y.diff(T) - V]
+    return KanesMethod(ReferenceFrame("N"), q_ind=coordinates, u_ind=speeds, kd_eqs=kinematics, **dependent)
+
+
 @pytest.mark.parametrize(
     ("make", "match"),
     [
@@ -188,6 +194,14 @@ def test_what_is_no_mechanism_is_refused_in_one_line(changes, match):
         (lambda c: ap.Mechanism.from_lagrangian(FREE + X * X.diff(T, 2), (X, Y), contact=c), "first derivatives alone"),
         (lambda c: ap.Mechanism.from_lagrangian(FREE + Y * X.diff(T, 3), (X, Y), contact=c), "first derivatives alone"),
         (lambda c: ap.Mechanism.from_lagrangian(LagrangesMethod(FREE + X.diff(T, 2) ** 2, (X, Y)), contact=c), "parts"),
+        (lambda c: ap.Mechanism.from_lagrangian(LagrangesMethod(FREE, (X, Y)), (X, Y), contact=c), "own coordinates"),
+        (lambda c: ap.Mechanism.from_lagrangian(LagrangesMethod(FREE, (X, Y)), contact=c, forces=(1, 0)), "and forces"),
+        (lambda c: ap.Mechanism.from_lagrangian(LagrangesMethod(FREE, (X, Y), hol_coneqs=[X - Y]), contact=c), "const"),
+        (lambda c: ap.Mechanism.from_lagrangian(_kane((X, Y), (U, V)), contact=c), "no equations yet"),
+        (lambda c: ap.Mechanism.from_lagrangian(_kane((X, Y), (U,), u_dependent=[V], velocity_constraints=[U - V]),
+                                                contact=c), "dependent coordinates or speeds"),
+        (lambda c: ap.Mechanism.from_lagrangian(_kane((X,), (U, V), q_dependent=[Y], configuration_constraints=[Y]),
+                                                contact=c), "dependent coordinates or speeds"),
         (lambda c: ap.Mechanism.from_lagrangian(FREE + X.subs(T, T - 1), (X, Y), contact=c), r"X\(t - 1\) in the Lag"),
         (lambda c: ap.Mechanism.from_lagrangian(FREE + THETA.diff(T), (X, Y), contact=c), "no coordinate or velocity"),
         (lambda c: ap.Mechanism.from_lagrangian(FREE + sp.Abs(X.diff(T)), (X, Y), contact=c),
