@@ -57,6 +57,25 @@ def test_parameters_may_be_arrays(starts):
         assert many.final[:, i] == pytest.approx(alone(values, starts, 3, i).final, rel=1e-11, abs=1e-12)
 
 
+def test_a_velocity_of_several_states_that_rounding_leaves_beside_0_has_stopped():
+    tenths = sp.Rational(1, 10)
+    rubbing = ap.Friction(velocity=v - 7 * tenths * w + x / 3, force=F, load=1 + x / 3, kinetic=3 * tenths,
+                          static=4 * tenths)  # fmt: skip
+    pair = ap.System.with_frictions({x: v, y: w, v: F - 3 * x, w: -y - 7 * tenths * F}, {}, [rubbing])
+    columns = zip((-0.6079210585669754, 1.5194157560461075, 0.858785308174745, 0.09387569037322763),
+                  (0.3499386314883819, 1.811424490896429, -0.3358812939216138, 0.21526971624064517),
+                  (-0.20797470689824937, 0.8590466162813528, 1.4678133214037548, 1.8051306330282433),
+                  (0.20660308700965757, 0.02672494681142945, 0.7529519455976095, -0.08028370580911082),
+                  strict=True)  # fmt: skip
+    starts = dict(zip("xyvw", map(np.array, columns), strict=True))
+    many = ap.solve_many(system=pair, values={}, start=starts, until=6)
+    for i in range(4):
+        start = {name: column[i] for name, column in starts.items()}
+        path = ap.solve(ap.Scene(system=pair, values={}, start=start, until=6), digits=20)
+        assert many.n_events[i] == len(path.events)
+        assert many.final[:, i] == pytest.approx([float(value) for value in path.final], abs=1e-12)
+
+
 def test_results_are_drawn_over_the_argument_that_varies(starts):
     frictions = np.linspace(0.25, 1, 5)
     start = {name: values[0] for name, values in starts.items()}

@@ -329,6 +329,17 @@ def test_the_closed_base_point_is_that_of_the_layer_followed_in_numbers():
     assert numbers == pytest.approx([float(sp.sympify(closed[x].coefficient(k)).subs(at)) for k in range(3)], abs=1e-9)
 
 
+def test_a_base_point_is_closed_only_where_every_slow_rate_is_a_polynomial_in_the_fast_state():
+    a, b, small = sp.symbols("a b mu", real=True)
+    turned = ap.jump_map(ap.System.smooth({a: b, x: sp.sin(b)}, {b: -b}, small))
+    with pytest.raises(NotDerivable, match="a base point has a closed form where"):
+        turned[x]
+    # b = 2 exp(-tau), so that a and x gain mu times the integrals of 2 exp(-tau) and sin(2 exp(-tau))
+    found = turned.at({}, {a: 0, x: 0, b: 2})
+    assert found["a"] == pytest.approx((0, 2), abs=1e-8)
+    assert found["x"] == pytest.approx((0, float(sp.Si(2))), abs=1e-8)
+
+
 def test_the_first_correction_of_the_base_point_is_the_quadrature_along_the_layer():
     closed = ap.jump_map(ENZYME, order=1)["x"].coefficient(1)
     at = {x: sp.Rational(3, 2), y: sp.Rational(1, 7), kappa: 2, lambda_: sp.Rational(1, 3)}

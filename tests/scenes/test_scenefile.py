@@ -148,6 +148,13 @@ def test_named_scenes_do_what_their_line_says(name, modes):
     assert list(ap.solve(ap.read_scene(name)).modes) == modes
 
 
+def test_an_angle_below_one_degree_is_as_good_as_its_radians(tmp_path):
+    degrees = ap.read_scene(_file(tmp_path, {**ROD, "alpha": '"1/2 deg"'}))
+    radians = ap.read_scene(_file(tmp_path, {**ROD, "alpha": "0.0087266462599716478846"}))
+    assert degrees.sigma == pytest.approx(3 * math.tan(math.pi / 360) - 2)
+    assert float(degrees.mu) == pytest.approx(float(radians.mu), rel=1e-15)
+
+
 def test_repeated_collisions_are_repeated():
     kinds = [event.kind for event in ap.solve(ap.read_scene("collisions")).events]
     assert kinds.count("velocity_zero") == 2

@@ -107,6 +107,12 @@ def test_bad_parameters_are_named(kwargs, match):
         regions().stick.contains("1/4", **kwargs)
 
 
+def test_spans_refuse_the_parameters_that_no_place_may_have():
+    for refused, match in (({"sigma": -3}, "sigma = -3"), ({"sigma": 1, "sigma0": 0}, "sigma0 = 0")):
+        with pytest.raises(InputError, match=match):
+            regions().stick.spans(**refused)
+
+
 def test_a_system_without_friction_has_no_stick_regions():
     x, y, mu = sp.symbols("x y mu")
     with pytest.raises(NotDerivable, match="no friction"):
