@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from asympk.asymptotics.ratio import Ratios
 from asympk.asymptotics.series import O, Series, balance, series, solve_for_series, substitute
-from asympk.errors import NotDerivable, OrderError
+from asympk.errors import InputError, NotDerivable, OrderError
 
 MU, L = series({(1, 0): 1}), series({(0, 1): 1})
 mu, w = sp.symbols("mu w")
@@ -33,6 +33,12 @@ def test_addition_and_multiplication_are_those_of_a_commutative_ring(a, b, c):
     assert same(a * b, b * a)
     assert same((a + b) + c, a + (b + c))
     assert same((a * b) * c, a * (b * c))
+
+
+def test_a_series_at_a_number_has_the_logarithm_of_its_inverse_and_none_at_0():
+    assert (2 * MU * L + 3 * MU**2)(Fraction(1, 4)) == pytest.approx(log(4) / 2 + 3 / 16)
+    with pytest.raises(InputError, match="mu = 0: it must be positive"):
+        L(0)
 
 
 @settings(max_examples=100)

@@ -55,6 +55,14 @@ def test_a_box_at_rest_outside_the_static_cone_begins_to_slip_as_its_load_pushes
     assert all(_contains(b, v) for b, v in zip(found.final, ap.solve(scene, digits=20).final, strict=True))
 
 
+def test_a_box_beside_a_slow_line_whose_load_has_either_sign_is_refused():
+    scene = ap.Scene.near("Pi1", x=0, offset="-1/5", z=1, sigma=1, mu="1e-3", until=1)  # x + y = 1/(sigma + 4) - 1/5
+    assert certify(scene).proven
+    found = certify(scene, {"sigma": ("99/100", "101/100")})
+    assert not found.proven
+    assert found.reason == "start: the sign of x + y or z is not certain"
+
+
 def _random_scene(rnd):
     sigma = Fraction(rnd.randint(-1999, 8000), 1000)
     mu = Fraction(rnd.randint(1, 99)) / 10 ** rnd.randint(0, 7)

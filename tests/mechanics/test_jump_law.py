@@ -293,6 +293,14 @@ def test_the_law_of_friction_by_the_speed_is_told_where_that_cannot_fall_before_
         rod.jump_law(ratio=1)
 
 
+@pytest.mark.parametrize("way", [1, -1])
+def test_friction_that_falls_as_sliding_one_way_slows_down_has_no_law_even_if_the_other_way_has(way):
+    X, Y, U, V = sp.symbols("X Y U V")
+    block = ap.Mechanism((X, Y), (U, V), [[2, 1], [1, 1]], (0, -1), ap.Contact(Y, X, 1 + sp.exp(way * U)))
+    with pytest.raises(NotDerivable, match="falls as the contact slows down"):
+        block.jump_law()
+
+
 def test_a_factor_of_friction_whose_sign_is_not_told_does_not_hide_that_it_falls_with_the_speed():
     rod, _ = _leaning(sp.Symbol("f") * (1 + sp.exp(-w)))
     assert rod.jump_law().velocities == _leaning(sp.Integer(2))[0].jump_law().velocities

@@ -313,6 +313,13 @@ def test_motion_on_either_plane_is_attracted_by_a_half_line_along_which_z_drifts
     assert first.rate == second.rate == -1
 
 
+@pytest.mark.parametrize("height", [1, -1])
+def test_a_rest_state_lies_on_the_manifold_by_every_fast_state(height):
+    a, b, c = sp.symbols("a b c", real=True)
+    bistable = ap.System.smooth({a: 1 - a}, {b: a - b, c: 1 - c**2}, mu)
+    assert rest_state(ap.slow_manifold(bistable, {b: a, c: height})).state == sp.Dict({a: 1, b: 1, c: height})
+
+
 def test_a_manifold_without_rest_has_none_and_one_with_two_says_so():
     drifting = ap.System.smooth({u: 1 + v**2}, {v: u - v}, mu)
     two = ap.System.smooth({u: u**2 - 1}, {v: u - v}, mu)

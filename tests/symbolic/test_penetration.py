@@ -10,7 +10,7 @@ from scipy.integrate import quad, solve_ivp
 import asympk as ap
 from asympk.symbolic.expansion import is_zero
 from asympk.symbolic.lowering import lower
-from asympk.symbolic.penetration import Penetration, RootSlope, with_penetration
+from asympk.symbolic.penetration import Penetration, RootSlope, with_finite_powers, with_penetration
 
 x, v, y, F, N = sp.symbols("x v y F N", real=True)
 K, p, mu = sp.symbols("K p mu", positive=True)
@@ -21,6 +21,13 @@ def ball(load, gap=x, push=0, static=None):
     """A ball of mass 1 and weight 1 over rough ground, with a tangential velocity y that friction 1/5 turns down."""
     contact = ap.Friction(velocity=y, force=F, load=load, kinetic=sp.Rational(1, 5), static=static, gap=gap, normal=N)
     return ap.System.with_frictions({x: v, v: -1 + N, y: F + push * N}, {}, [contact])
+
+
+def test_the_most_negative_power_of_a_penetration_is_what_makes_all_of_them_finite():
+    depth, other = Penetration(-x), Penetration(-v)
+    expr = depth**-HERTZ + 3 / sp.sqrt(depth) + sp.sqrt(other) / depth - depth / other
+    expected = other + 3 * depth * other + other**HERTZ * sp.sqrt(depth) - depth ** (1 + HERTZ)
+    assert sp.expand(with_finite_powers(expr) - expected) == 0
 
 
 SIZES = sp.Max(-x, 0), -sp.Min(x, 0), sp.Abs(x)
