@@ -144,6 +144,15 @@ def test_an_interval_between_two_samples_is_found_without_a_polynomial_too():
     assert end - start < 2.7 / 2001
 
 
+def test_a_gap_between_two_samples_is_found_without_a_polynomial_too():
+    X, Y, U, V = sp.symbols("X Y U V", real=True)  # the critical friction is 2, and samples are 1/2000 apart
+    friction = 1 + sp.cosh(X - sp.Rational(1, 3)) - sp.Rational(1, 10**8)
+    block = ap.Mechanism((X, Y), (U, V), [[2, 1], [1, 1]], (0, -1), ap.Contact(Y, X, friction))
+    low, high = block.paradox_set({"X": (0, 1)}).intervals
+    assert (low.start, high.end) == (0, 1)
+    assert (low.end, high.start) == pytest.approx([1 / 3 + side * np.arccosh(1 + 1e-8) for side in (-1, 1)], abs=1e-10)
+
+
 def test_over_a_parameter_the_edge_is_the_critical_friction():
     rod = slender_rod()
     (edge,) = rod.paradox_set({"f": (0, 10)}, {"theta": "1.1", "m": 1}).edges
