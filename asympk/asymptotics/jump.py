@@ -30,7 +30,7 @@ from asympk.asymptotics.series import Series
 from asympk.errors import InputError, NotDerivable
 from asympk.numbers import known_order
 from asympk.shown import Card, ShownAsFormulas
-from asympk.symbolic.conditions import reduce_under
+from asympk.symbolic.conditions import assumed_range, points_in, reduce_under
 from asympk.symbolic.signs import follows
 from asympk.symbolic.system import System, of_system
 from asympk.symbolic.truth import require_relations
@@ -222,7 +222,8 @@ def _sample(system, model, start, arrival):
     known.setdefault(OFFSET, sp.Rational(1, 10))
     for p in model.parameters:
         if p not in known:
-            candidates = [*(known[q] for q in model.parameters if q in known), *SAMPLES]
+            inside = points_in(assumed_range(p, system.assumptions))
+            candidates = [*(known[q] for q in model.parameters if q in known), *SAMPLES, *inside]
             fitting = (c for c in candidates if _allowed(system, {**known, p: c}))
             known[p] = next(fitting, None)
             if known[p] is None:

@@ -1,5 +1,6 @@
 """Conditions on parameters, reduced under the assumptions on these (sigma > -2, mu > 0, ...)."""
 
+from collections.abc import Iterator
 from functools import lru_cache
 
 import sympy as sp
@@ -50,6 +51,17 @@ def assumed_range(parameter: sp.Symbol, assumptions: sp.Basic) -> sp.Set:
     """Return the set of values of ``parameter`` that the rational assumptions on ``parameter`` alone allow."""
     alone = [a for a in sp.And.make_args(assumptions) if a.free_symbols == {parameter} and _is_rational(a)]
     return sp.Intersection(_declared(parameter), _solutions(alone, parameter))
+
+
+def points_in(values: sp.Set) -> Iterator[sp.Expr]:
+    """Yield the points of a set of reals that stand alone, and one point inside each of its intervals."""
+    for part in values.args if isinstance(values, sp.Union) else (values,):
+        if isinstance(part, sp.FiniteSet):
+            yield from part
+        elif isinstance(part, sp.Interval):
+            start, end = part.start, part.end
+            outer = sp.Min(end - 1, 0) if start.is_infinite else start + 1
+            yield outer if start.is_infinite or end.is_infinite else (start + end) / 2
 
 
 def _declared(parameter):

@@ -12,7 +12,7 @@ from itertools import chain, pairwise, zip_longest
 import sympy as sp
 
 from asympk.errors import NotDerivable
-from asympk.symbolic.conditions import as_bound, assumed_range
+from asympk.symbolic.conditions import as_bound, assumed_range, points_in
 from asympk.symbolic.manifold import critical_manifolds
 from asympk.symbolic.regions import Span
 from asympk.symbolic.stick import drive_of_load, stick_regions
@@ -78,7 +78,7 @@ def regimes(system: System) -> tuple[Regime, ...]:
 
 
 def _regime(part, system):
-    sample = _sample(part)
+    sample = next(points_in(part))
     regions = stick_regions(system)
     manifolds = _slip_manifolds(system)
     passages = tuple(_passage(manifold, system, regions, sample) for manifold in manifolds)
@@ -112,9 +112,3 @@ def _parameter(system):
     if len(found) != 1:
         raise NotDerivable(f"regimes are those of one friction parameter; the kinetic bound has {in_words(found)}")
     return next(iter(found))
-
-
-def _sample(part):
-    if part.is_FiniteSet:
-        return next(iter(part))
-    return part.start + 1 if part.end is sp.oo else (part.start + part.end) / 2

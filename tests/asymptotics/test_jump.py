@@ -54,6 +54,17 @@ def test_the_layer_of_a_rod_that_all_of_several_assumptions_make_shallow_does_no
     assert sp.cancel(found.x.coefficient(1) - (x + y + 1 / sigma) / -sigma) == 0  # y - (-1/sigma - x) decays at -sigma
 
 
+@pytest.mark.parametrize("range_", [sp.And(sigma > 3, sigma < 40), sigma > 7, sp.Or(sigma > 5, sp.Eq(sigma, 4))])
+def test_a_layer_has_its_law_in_every_range_of_parameters_that_the_assumptions_allow(range_):
+    def limit(assumptions):
+        steep = System.with_friction({x: y}, {y: 1 - 2 * (x + y) + F}, velocity={z: 1 - (x + y) + F}, force=F,
+                                     load=x + y, kinetic=sigma + 2, small=mu, assumptions=assumptions)  # fmt: skip
+        return jump_map(steep)
+
+    assert limit(range_).itinerary == FROM_BELOW
+    assert sp.cancel(limit(range_).x.expr - limit(sigma > 0).x.expr) == 0
+
+
 @cache
 def derived(s, start, order, static=None):
     return jump_map(SYSTEM, order, values(s, start, static))
