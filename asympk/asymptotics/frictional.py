@@ -9,17 +9,15 @@ Order 0 uses ``_to_order`` where a layer or a jump has no law in the limit (``No
 """
 
 from contextlib import suppress
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from asympk.asymptotics import matched
 from asympk.asymptotics.impact import LimitLayers, NoLaw
-from asympk.asymptotics.matched import MatchedPath
+from asympk.asymptotics.matched import MatchedPath, Task
 from asympk.asymptotics.smooth import ROUNDING, predicted_error, tolerance
-from asympk.automaton.automaton import Automaton
 from asympk.errors import OutOfRange
 from asympk.path import Path, times_within
 
@@ -45,13 +43,12 @@ def follow_stretches(scene: Any, method: str = "jump", *, order: int = 0, units:
 
 def _in_limit(scene: Any, method: str) -> Path:
     """Follow a scene with one friction and one fast state through layers that take no time; raises ``NoLaw``."""
-    automaton, until, mu = Automaton(scene.system, scene.values), float(scene.until), matched.small_number(scene)
-    layer = LimitLayers(automaton, mu).arrive
-    first = matched.begun(automaton, scene.start)
-    landed = layer(first) if until > 0 else first
+    task = Task.of(scene, 0, RTOL)
+    layers, first = LimitLayers(task.automaton, task.mu), matched.begun(task.automaton, scene.start)
+    landed = layers.arrive(first) if task.until > 0 else first
     matched.require_landed(method, landed)
-    path = matched.onward(automaton, landed, until, mu, 0, RTOL, layer, limit=True)
-    return Path(scene, method, path.state, path.events, path.modes, StretchedDense(path, until))
+    path = matched.onward(task, landed, lambda _, path: layers.arrive(path), limit=True)
+    return Path(scene, method, path.state, path.events, path.modes, StretchedDense(path, task.until))
 
 
 def _to_order(scene: Any, method: str, order: int, units: Any) -> Path:
@@ -59,28 +56,28 @@ def _to_order(scene: Any, method: str, order: int, units: Any) -> Path:
 
     ``path.info["omitted"]`` is the change of the states at ``until`` by the next order.
     """
-    automaton, until, mu = Automaton(scene.system, scene.values), float(scene.until), matched.small_number(scene)
+    mu = matched.small_number(scene)
     rtol = min(tolerance(mu, order, FINER), COARSEST)
-    layer = partial(matched.through_layer, automaton, until=until, mu=mu, rtol=rtol)
-    landed = layer(matched.begun(automaton, scene.start), order=order + 1)
+    task = Task.of(scene, order, rtol)
+    begun = matched.begun(task.automaton, scene.start)
+    landed = matched.through_layer(replace(task, order=order + 1), begun)
     matched.require_landed(method, landed)
-    path = matched.onward(automaton, landed, until, mu, order, rtol, partial(layer, order=order))
-    end_to = partial(matched.end_to, automaton, landed, path, until, mu, rtol=rtol)
-    final, beyond = np.array(path.state), end_to(orders=(order, order + 1))
+    path = matched.onward(task, landed)
+    final, beyond = np.array(path.state), matched.end_to(order + 1, task, landed, path)
     omitted, scale = beyond - final, max(1.0, np.abs(final * units).max())
     apart = order > 0 or len(path.stretches) == len(landed.stretches) + 1  # orders 0 and 1 meet guards by the same y
     falls = apart and np.abs(omitted * units).max() < SLIGHT * scale and matched.decay(scene, path, order) <= FALLING
-    last = beyond + TAKEN * omitted if falls else end_to(orders=(order, order + 2))
+    last = beyond + TAKEN * omitted if falls else matched.end_to(order + 2, task, landed, path)
     error = predicted_error(np.array((final, beyond, last)) * units, rtol=rtol * np.max(units))
-    error += _of_layer(path, until, mu, rtol, scale, units)
+    error += _of_layer(task, path, scale, units)
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states: mu = {mu:.3g} is "
                          "not small here; use an exact method")  # fmt: skip
-    return Path(scene, method, path.state, path.events, path.modes, StretchedDense(path, until), error,
+    return Path(scene, method, path.state, path.events, path.modes, StretchedDense(path, task.until), error,
                 {"omitted": tuple(omitted.tolist())})  # fmt: skip
 
 
-def _of_layer(path: MatchedPath, until: float, mu: float, rtol: float, scale: float, units: Any) -> float:
+def _of_layer(task: Task, path: MatchedPath, scale: float, units: Any) -> float:
     """Return the predicted error of a layer that is not over at the end of a path, relative to ``scale``; else 0.
 
     The error is that allowed in the fast states plus an error in time times the largest rate, which covers errors that
@@ -88,9 +85,8 @@ def _of_layer(path: MatchedPath, until: float, mu: float, rtol: float, scale: fl
     """
     if not path.stretches or path.stretches[-1].points:
         return 0.0
-    late = ROUNDING * matched.late_by(rtol, until, mu)
     fastest = np.abs(np.array(path.mode.rhs(path.t, path.state)) * units).max()
-    return SEVERAL * matched.off_by(rtol, mu) * np.max(units) + late * fastest / scale
+    return SEVERAL * task.off * np.max(units) + ROUNDING * task.late * fastest / scale
 
 
 @dataclass(frozen=True)

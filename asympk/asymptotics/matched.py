@@ -49,6 +49,32 @@ STRETCHES = 3000
 SIDE_BY_SIDE = 1e-6  # the tolerance of slow motions to two orders: their difference, in which errors cancel, is used
 
 
+@dataclass(frozen=True)
+class Task:
+    """How motions are followed: in which automaton, until when, slow motion to which order, with which tolerance."""
+
+    automaton: Automaton
+    until: float
+    mu: float
+    order: int
+    rtol: float
+
+    @classmethod
+    def of(cls, scene: Any, order: int, rtol: float) -> "Task":
+        """Return the task of a scene."""
+        return cls(Automaton(scene.system, scene.values), float(scene.until), small_number(scene), order, rtol)
+
+    @property
+    def late(self) -> float:
+        """Return the allowed error in time of one step of a layer: slow states change by less than ``rtol`` in it."""
+        return min(LATE * self.rtol * min(1.0, self.until), ROUGHEST * self.mu)
+
+    @property
+    def off(self) -> float:
+        """Return the allowed error of the fast states in one step of a layer."""
+        return min(IN_FAST * self.rtol / self.mu, ROUGHEST)
+
+
 class Stretch(NamedTuple):
     """The motion in one mode from the time ``began`` on; ``states(t)`` takes an array of times since ``began``.
 
@@ -73,19 +99,19 @@ class MatchedPath:
     stretches: tuple[Stretch, ...] = ()
 
     def met(
-        self, automaton: Automaton, guard: int, near: float, t: float, state: tuple, stretch: Stretch,
-        told: tuple | None = None,
-    ) -> "MatchedPath":  # fmt: skip
+        self, task: Task, guard: int, t: float, state: tuple, stretch: Stretch, told: tuple | None = None
+    ) -> "MatchedPath":
         """Return the path continued into the mode that follows when ``guard`` vanishes at (t, state).
 
-        Guards that vanish within the time ``near`` of it vanish with it. The mode is that which follows at the state
+        Guards that vanish within the time ``late`` of it vanish with it. The mode is that which follows at the state
         ``told``, if given.
         """
+        automaton = task.automaton
         if len(self.stretches) == STRETCHES:
             raise TooManyEvents(f"more than {STRETCHES} layers and slow motions by t = {t:.6g}, at "
                                 f"{listed(automaton.system.states, state)}")  # fmt: skip
         at, seen = told or (t, state)
-        hits = (guard, *lost_with(self.mode, guard, at, seen, near))
+        hits = (guard, *lost_with(self.mode, guard, at, seen, task.late))
         for hit in hits:
             seen = self.mode.snapped(hit, at, seen)
         mode, seen, event = mode_after(automaton, self.mode, at, seen, hits, fixed=True)
@@ -161,16 +187,14 @@ def bare_mode(mode: GuardedMode) -> Mode:
     return mode.system.autonomous(Mode(mode.name, slow, fast))
 
 
-def through_layer(
-    automaton: Automaton, path: MatchedPath, until: float, mu: float, order: int, rtol: float
-) -> MatchedPath:
-    """Follow a path through its layer until only slow motion is left, or to ``until``.
+def through_layer(task: Task, path: MatchedPath) -> MatchedPath:
+    """Follow a path through its layer until only slow motion is left, or to the end.
 
     Raises ``OutOfRange`` where the fast motion does not settle, and every error of ``mode_after``.
     """
     while True:
         mode = path.mode
-        found, lost = _in_mode(mode, slow_of(mode), path, until, mu, order, rtol, off_by(rtol, mu))
+        found, lost = _in_mode(task, mode, slow_of(mode), path, task.off)
         if not found:
             return path
         last, size = found[-1], len(path.state)
@@ -179,22 +203,12 @@ def through_layer(
         t, state = path.t + span, (last.end if guard is None else last.state_at(span))[:size]
         mode.require_one_side(mode.pole_values(path.t, path.state), t, state)
         if guard is None:
-            t = until if span == until - path.t else t
+            t = task.until if span == task.until - path.t else t
             return replace(path, t=t, state=state, stretches=(*path.stretches, stretch))
-        path = path.met(automaton, guard, late_by(rtol, until, mu), t, state, stretch)
+        path = path.met(task, guard, t, state, stretch)
 
 
-def late_by(rtol: float, until: float, mu: float) -> float:
-    """Return the allowed error in time of one step of a layer: slow states change by less than ``rtol`` in it."""
-    return min(LATE * rtol * min(1.0, until), ROUGHEST * mu)
-
-
-def off_by(rtol: float, mu: float) -> float:
-    """Return the allowed error of the fast states in one step of a layer."""
-    return min(IN_FAST * rtol / mu, ROUGHEST)
-
-
-def _growing(slow: Slow, order: int, t: float, state: tuple, mu: float, rtol: float) -> float:
+def _growing(task: Task, slow: Slow, t: float, state: tuple) -> float:
     """Return the distance of the state from a repelling manifold, at most 1, or 1 where the manifold attracts.
 
     The layer amplifies this distance, so an error of the fast states relative to it is an error in time.
@@ -202,7 +216,7 @@ def _growing(slow: Slow, order: int, t: float, state: tuple, mu: float, rtol: fl
     x, y = slow.point(t, state)
     if abscissa(slow.formulas, x, y, slow.values) <= 0 or (branch := root(slow.formulas, x, y, slow.values)) is None:
         return 1.0
-    return min(1.0, max(rtol, slow.distance(order, x, y, branch, mu)))
+    return min(1.0, max(task.rtol, slow.distance(task.order, x, y, branch, task.mu)))
 
 
 def _fastest(slow: Slow, t: float, state: tuple) -> float:
@@ -212,18 +226,19 @@ def _fastest(slow: Slow, t: float, state: tuple) -> float:
 
 
 def _in_mode(
-    mode: NumericMode, slow: Slow, path: MatchedPath, until: float, mu: float, order: int, rtol: float, off: float
+    task: Task, mode: NumericMode, slow: Slow, path: MatchedPath, off: float
 ) -> tuple[tuple[Step, ...], tuple[float, int] | None]:
-    """Return the steps in one mode, and (time, guard) where a guard ends them, or None: layer over, or ``until``.
+    """Return the steps in one mode, and (time, guard) where a guard ends them, or None: layer over, or the end.
 
     Times are measured from the start of the layer: the rounding of a later time, over mu, would move the fast states.
     The fast states have errors of ``off``. Where such errors would move the time of an event, as the guard changes
     slowly there, the mode is followed again with errors of ``rtol``.
     """
-    ahead, size, left = _watched_steps(mode, slow, path, until, mu, order, rtol, off), len(path.state), until - path.t
+    ahead, size = _watched_steps(task, mode, slow, path, off), len(path.state)
+    left, mu, rtol = task.until - path.t, task.mu, task.rtol
     found, span, state, over = list[Any](), 0.0, path.state, math.inf
     while len(found) < STEPS:
-        over = span + _over(slow, order, path.t + span, state, mu, off) if over == math.inf else over
+        over = span + _over(task, slow, path.t + span, state, off) if over == math.inf else over
         if span >= min(over, left):
             soon = mode.moved_on(path.t + span, state, mu * OVER / _fastest(slow, path.t + span, state))
             if off > rtol and min(mode.guard_values(*soon), default=0.0) < 0:
@@ -241,20 +256,20 @@ def _in_mode(
             return tuple(found), lost
     else:
         raise _unsettled(mode, path.t, path.t + span, state, "does not settle")
-    return _in_mode(mode, slow, path, until, mu, order, rtol, rtol)
+    return _in_mode(task, mode, slow, path, rtol)
 
 
 def _watched_steps(
-    mode: NumericMode, slow: Slow, path: MatchedPath, until: float, mu: float, order: int, rtol: float, off: float
+    task: Task, mode: NumericMode, slow: Slow, path: MatchedPath, off: float
 ) -> Iterator[tuple[Step, tuple[float, int] | None]]:
     """Return the steps in one mode from the end of a path, each with the first guard that it loses, or None."""
     system, flow, now = mode.mode.system, partial(mode.field, 0.0), path.state
-    least = off * _growing(slow, order, path.t, path.state, mu, rtol)
+    least, rtol = off * _growing(task, slow, path.t, path.state), task.rtol
     atol = tuple(least if s in system.fast else rtol for s in system.states)
     if system.time is not None:
         flow, now = _timed(mode), (*path.state, path.t)
-    along = steps((flow,), mode.p, now, until - path.t, rtol, (*atol, rtol)[: len(now)], late=late_by(rtol, until, mu),
-                  longest=mu / _fastest(slow, path.t, path.state), slopes=partial(_slopes, mode))  # fmt: skip
+    along = steps((flow,), mode.p, now, task.until - path.t, rtol, (*atol, rtol)[: len(now)], late=task.late,
+                  longest=task.mu / _fastest(slow, path.t, path.state), slopes=partial(_slopes, mode))  # fmt: skip
     return watched(along, lambda span, state: mode.guard_values(path.t + span, state), len(atol))
 
 
@@ -276,8 +291,8 @@ def _during(trajectory, size):
     return lambda t: trajectory(t)[:size]
 
 
-def _over(slow: Slow, order: int, t: float, state: tuple, mu: float, off: float) -> float:
-    """Return how long the fast motion still lasts if it is near an attracting manifold to ``order``, else inf."""
+def _over(task: Task, slow: Slow, t: float, state: tuple, off: float) -> float:
+    """Return how long the fast motion still lasts if it is near an attracting manifold, else inf."""
     x, y = slow.point(t, state)
     scale, step = max(1.0, *map(abs, y)), newton(slow.formulas, x, y, slow.values)
     if step is None or max(map(abs, step)) > FAR_OFF * scale:
@@ -287,8 +302,8 @@ def _over(slow: Slow, order: int, t: float, state: tuple, mu: float, off: float)
     branch = root(slow.formulas, x, y, slow.values)
     if branch is None or not (rate := attraction(slow.formulas, x, branch, slow.values)) > 0:
         return math.inf
-    left = slow.distance(order, x, y, branch, mu) / scale
-    return mu * math.log(max(1.0, left / off)) / rate if left < NEAR else math.inf
+    left = slow.distance(task.order, x, y, branch, task.mu) / scale
+    return task.mu * math.log(max(1.0, left / off)) / rate if left < NEAR else math.inf
 
 
 @lru_cache(maxsize=256)
@@ -298,15 +313,14 @@ def _timed(mode):
     return lambda *arguments: (*mode.field(arguments[size], *arguments[:size], *arguments[size + 1 :]), 1.0)
 
 
-def slowly(
-    automaton: Automaton, path: MatchedPath, until: float, mu: float, order: int, rtol: float, limit: bool = False
-) -> MatchedPath:
-    """Follow a path by slow motion to ``order`` from the end of its layer, to ``until`` or into the next mode.
+def slowly(task: Task, path: MatchedPath, limit: bool = False) -> MatchedPath:
+    """Follow a path by slow motion from the end of its layer, to the end or into the next mode.
 
     With ``limit``, for the motion of order 0 whose layers take no time, stick ends where it does to order 0. Raises
     ``NotDerivable`` where a mode has more switches than are followed or the motion stays on a switching surface,
     ``NotNormallyHyperbolic`` where the slow manifold is lost, and ``OutOfRange`` at a pole of the rates.
     """
+    until, mu, order = task.until, task.mu, task.order
     known = max(order, 1)  # the next mode depends on the rates of the fast states, which order 0 does not give
     mode = path.mode
     mode.require_smooth(path.t, until)
@@ -318,7 +332,7 @@ def slowly(
         values = {m: mode.guard_values(path.t + span, slow.state(m, at, mu)) for m in distinct}
         return [values[m][k] for k, m in enumerate(orders)]
 
-    found = _reduced(slow, path, (order,), until, mu, rtol, guards)
+    found = _reduced(task, slow, path, (order,), guards=guards)
     places = list(slow.places)
     points = found.trajectory.start, tuple(found.trajectory(found.end).tolist())
     stretch = Stretch(path.t, mode, lambda u: found.states(u)[0][places], points)
@@ -330,7 +344,7 @@ def slowly(
     if not max(map(abs, seen)) < FAR:
         raise NotNormallyHyperbolic(f"the slow manifold of {mode.name} is lost where it meets its edge at t = {t:.6g}: "
                                     f"its terms of order {known} grow beyond bounds there; use an exact method")
-    met = partial(path.met, automaton, found.guard, late_by(rtol, until, mu), t)
+    met = partial(path.met, task, found.guard, t)
     if orders[found.guard] == known:
         return met(seen, stretch)
     span = _until_lost(mode, found.guard, t, seen)
@@ -359,15 +373,15 @@ def require_no_pole(path: MatchedPath, slow: Slow, found: reduced.Reduced) -> No
 
 
 def _reduced(
-    slow: Slow, path: MatchedPath, orders: tuple[int, ...], until: float, mu: float, rtol: float,
+    task: Task, slow: Slow, path: MatchedPath, orders: tuple[int, ...], rtol: float = 0.0,
     guards: Callable | None = None,
 ) -> reduced.Reduced:  # fmt: skip
-    """Return the reduced flow to ``orders`` in the mode of a path, from the end of the path to ``until``."""
-    left = until - path.t
+    """Return the reduced flow to ``orders`` from the end of a path on; the tolerance is at least ``rtol``."""
+    left = task.until - path.t
     branch = reduced.branch_at(slow.formulas, *slow.point(path.t, path.state), slow.values)
     return reduced.follow_reduced_flow(
-        slow.formulas, orders, [branch] * len(orders), mu, slow.values, left, rtol, guards, path.t,
-        left / LOOKS if path.mode.timed else math.inf,
+        slow.formulas, orders, [branch] * len(orders), task.mu, slow.values, left, max(rtol, task.rtol), guards,
+        path.t, left / LOOKS if path.mode.timed else math.inf,
     )  # fmt: skip
 
 
@@ -377,36 +391,30 @@ def begun(automaton: Automaton, start: tuple) -> MatchedPath:
     return MatchedPath(0.0, tuple(map(float, start)), mode, modes=(mode.name,))
 
 
-def onward(
-    automaton: Automaton, path: MatchedPath, until: float, mu: float, order: int, rtol: float, layer: Callable,
-    limit: bool = False,
-) -> MatchedPath:  # fmt: skip
-    """Follow a path from the end of a layer to ``until``; ``layer(path)`` follows each later layer."""
-    while path.t < until:
-        before, path = path, slowly(automaton, path, until, mu, order, rtol, limit)
+def onward(task: Task, path: MatchedPath, layer: Callable = through_layer, limit: bool = False) -> MatchedPath:
+    """Follow a path from the end of a layer to the end; ``layer(task, path)`` follows each later layer."""
+    while path.t < task.until:
+        before, path = path, slowly(task, path, limit)
         if path.t == before.t and path.mode is before.mode:
+            small = f"{task.automaton.system.small} = {task.mu:.3g}"
             raise OutOfRange(f"the slow motion in {path.mode.name} goes on from its edge at t = {path.t:.6g} onto the "
-                             f"same: rounding, over {automaton.system.small} = {mu:.3g}, decides; use an exact method")
-        if path.t < until:
-            path = layer(path)
+                             f"same: rounding, over {small}, decides; use an exact method")  # fmt: skip
+        if path.t < task.until:
+            path = layer(task, path)
     return path
 
 
-def end_to(
-    automaton: Automaton, landed: MatchedPath, path: MatchedPath, until: float, mu: float, orders: tuple[int, int],
-    rtol: float,
-) -> np.ndarray:  # fmt: skip
-    """Return the states at ``until`` to the second of two ``orders``; ``path`` continues ``landed`` to the first.
+def end_to(order: int, task: Task, landed: MatchedPath, path: MatchedPath) -> np.ndarray:
+    """Return the last states of the motion to ``order``; ``path`` continues ``landed`` as ``task`` says.
 
     Where ``path`` meets no guard after ``landed``, the slow motions to both orders are integrated side by side, and
     their difference is added to the states of ``path``. The errors of their common steps nearly cancel in the
     difference, so these steps may be long.
     """
     if len(path.stretches) != len(landed.stretches) + 1:
-        layer = partial(through_layer, automaton, until=until, mu=mu, order=orders[1], rtol=rtol)
-        return np.array(onward(automaton, landed, until, mu, orders[1], rtol, layer).state)
+        return np.array(onward(replace(task, order=order), landed).state)
     slow = slow_of(landed.mode)
-    found = _reduced(slow, landed, orders, until, mu, max(rtol, SIDE_BY_SIDE))
+    found = _reduced(task, slow, landed, (task.order, order), SIDE_BY_SIDE)
     first, second = found.states(found.end)[:, list(slow.places)]
     return np.array(path.state) + second - first
 

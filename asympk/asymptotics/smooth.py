@@ -25,7 +25,6 @@ from asympk.asymptotics import matched, reduced
 from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.landing import Landing, land, listed, root
 from asympk.asymptotics.reduced import Reduced
-from asympk.automaton.automaton import Automaton
 from asympk.errors import OutOfRange
 from asympk.path import Path, times_within
 
@@ -76,14 +75,13 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: An
     on another one than in the limit, the expansion does not hold or a pole of the rates is passed, and
     ``NotNormallyHyperbolic`` where the slow manifold is lost before ``until``.
     """
-    mu, until = matched.small_number(scene), float(scene.until)
-    automaton = Automaton(scene.system, scene.values)
-    begun = matched.begun(automaton, scene.start)
+    task = matched.Task.of(scene, order + EXTRA, ROUGH)
+    mu, until, begun = task.mu, task.until, matched.begun(task.automaton, scene.start)
     slowly = matched.slow_of(begun.mode)
     begin = slowly.point(0.0, begun.state)
     motion = layered_motion(slowly.formulas, order, begin, mu, slowly.values, until, slowly.places)
     matched.require_no_pole(begun, slowly, motion.reduced)
-    _require_branch(automaton, begun, slowly, motion, until)
+    _require_branch(task, begun, slowly, motion)
     slow, layer = motion.states(until), motion.layer(until)
     now, next_, _ = slow + layer
     layered = method == "jump"
@@ -101,7 +99,7 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: An
 
 
 def _require_branch(
-    automaton: Automaton, begun: matched.MatchedPath, slowly: matched.Slow, motion: LayeredMotion, until: float
+    task: matched.Task, begun: matched.MatchedPath, slowly: matched.Slow, motion: LayeredMotion
 ) -> None:
     """Raise ``OutOfRange`` where the layer at the given mu leads to another branch than in the limit mu -> 0.
 
@@ -111,28 +109,29 @@ def _require_branch(
     if known.affine:  # then there is one branch
         return
     try:
-        path = matched.through_layer(automaton, begun, until, motion.reduced.mu, motion.landing.order, ROUGH)
+        path = matched.through_layer(task, begun)
     except OutOfRange:  # the full equations need too many steps
         return
     (x, true), (_, limit) = (slowly.point(path.t, at) for at in (path.state, motion.states(path.t)[0].tolist()))
     reached, expected = (root(known, x, near, values) for near in (true, limit))
-    if path.t < until and reached and expected and math.dist(reached, expected) > ROUGH * max(1, *map(abs, expected)):
+    least = ROUGH * max(1, *map(abs, expected or ()))
+    if path.t < task.until and reached and expected and math.dist(reached, expected) > least:
         fast = known.mode.fast
         raise OutOfRange(f"the layer leads to {listed(fast, reached)} at t = {path.t:.6g}, and in the limit to "
-                         f"{listed(fast, expected)}: {automaton.system.small} = {motion.reduced.mu:.3g} is not small "
+                         f"{listed(fast, expected)}: {task.automaton.system.small} = {task.mu:.3g} is not small "
                          "so near the edge of a basin; use an exact method")  # fmt: skip
 
 
 def leaves_its_sides(scene: Any, order: int) -> bool:
     """Tell whether the motion of a smooth system crosses a switching surface; slow motion is to ``order`` + 2."""
-    until, mu, automaton = float(scene.until), matched.small_number(scene), Automaton(scene.system, scene.values)
-    path = matched.begun(automaton, scene.start)
-    begun, rest = path.mode, (until, mu, order + EXTRA, WATCHED)
+    task = matched.Task.of(scene, order + EXTRA, WATCHED)
+    path = matched.begun(task.automaton, scene.start)
+    begun = path.mode
     if not begun.kinds:
         return False
-    path = matched.through_layer(automaton, path, *rest)
-    while path.mode is begun and path.t < until:
-        path = matched.slowly(automaton, path, *rest)
+    path = matched.through_layer(task, path)
+    while path.mode is begun and path.t < task.until:
+        path = matched.slowly(task, path)
     return any(mode is not begun for mode in (path.mode, *(stretch.mode for stretch in path.stretches)))
 
 
