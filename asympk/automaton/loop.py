@@ -106,8 +106,7 @@ def _follow(
             _require_apart(ends, state, automaton)
         ended, since = mode, segment.t if segment.hit is None else None
         mode, state, event = mode_after(automaton, mode, t, state, hits, digits, slack, since)
-        if segment.hit is not None:
-            _require_progress(segments, ended)
+        _require_progress(segments, ended)
         if event is not None:
             marks.append(event)
             names.append(mode.name)
