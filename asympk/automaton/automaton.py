@@ -49,6 +49,13 @@ class Automaton:
         """Return a mode on doubles, or on mpmath numbers of ``digits`` digits."""
         return _numeric(self, branch, digits, sides)
 
+    def coefficients(self, digits: int | None = None) -> dict[sp.Expr, Fraction]:
+        """Return the values, right to ``digits`` digits or as doubles, of the coefficients that have one in doubles.
+
+        Others, and those without a real value, which belong to other sides of a switch, stay in the formulas.
+        """
+        return _coefficients(self, DIGITS if digits is None else digits)
+
     def first(self, start: State, until: Any = 1) -> Branch:
         """Return the branch that begins at t = 0 from exact numbers; raises ``NoMotion`` and ``TwoMotions``.
 
@@ -285,7 +292,7 @@ def _choices(
 
 @lru_cache(maxsize=512)
 def _numeric(automaton: Automaton, branch: Branch, digits: int | None, sides: Sides) -> NumericMode:
-    mode, known = mode_of(automaton.system, branch, sides), _coefficients(automaton, digits or DIGITS)
+    mode, known = mode_of(automaton.system, branch, sides), automaton.coefficients(digits)
     values = (*automaton.values, *known.values())
     if digits is None:
         return NumericMode(mode, tuple(map(float, values)), "math", math, (*known,))
@@ -295,10 +302,6 @@ def _numeric(automaton: Automaton, branch: Branch, digits: int | None, sides: Si
 
 @lru_cache(maxsize=256)
 def _coefficients(automaton: Automaton, digits: int) -> dict[sp.Expr, Fraction]:
-    """Return the coefficients of a system that are doubles of full precision, with values right to ``digits`` digits.
-
-    Others, and those without a real value, which belong to other sides of a switch, stay in the formulas.
-    """
     found: dict[sp.Expr, Fraction] = {}
     for part in coefficients_of(automaton.system):
         with suppress(OutOfRange, TypeError):

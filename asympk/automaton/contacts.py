@@ -9,7 +9,7 @@ the rows, ``contact_equations`` chooses those of a branch, and ``solved_forces``
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import sympy as sp
 
@@ -18,6 +18,9 @@ from asympk.numbers import sign_of
 from asympk.symbolic import branches
 from asympk.symbolic.branches import OPEN, Branch
 from asympk.symbolic.system import System
+
+if TYPE_CHECKING:
+    from asympk.automaton.automaton import Automaton
 
 _NUDGES = ((1, -1, 1, -1, 1, -1, 0, 0), (1, 1, -1, -1, 0, 0, 1, -1))  # no two states move alike in both
 
@@ -79,16 +82,18 @@ class Numbers(NamedTuple):
 
 
 class Place(NamedTuple):
-    """A time, a state and the parameters as numbers of one kind."""
+    """A time, a state, the parameters and the values of the ``coefficients`` as numbers of one kind."""
 
     numbers: Numbers
     t: Any
     state: tuple
     p: tuple
+    coefficients: tuple[sp.Expr, ...] = ()
 
     def values(self, system: System, outputs: tuple, directions: tuple = ()) -> tuple:
         """Return the values of expressions here, or their derivatives along directions."""
-        found = function(system, outputs, self.numbers.target, self.numbers.functions, directions)
+        found = function(system, outputs, self.numbers.target, self.numbers.functions, directions,
+                         coefficients=self.coefficients)  # fmt: skip
         return found(self.t, *self.state, *self.p)
 
     def with_nudged(self, slack: Any, least: Any = 0) -> tuple["Place", ...]:
@@ -96,7 +101,15 @@ class Place(NamedTuple):
         numbers = self.numbers.coarser or self.numbers
         p = tuple(map(numbers.convert, self.p))
         moved = nudges(self.t, self.state, slack, least)
-        return (self, *(Place(numbers, numbers.convert(t), tuple(map(numbers.convert, w)), p) for t, w in moved))
+        return (self, *(Place(numbers, numbers.convert(t), tuple(map(numbers.convert, w)), p, self.coefficients)
+                        for t, w in moved))  # fmt: skip
+
+
+def place_of(automaton: "Automaton", numbers: Numbers, t: Any, state: tuple) -> Place:
+    """Return a time and a state of an automaton as a ``Place``."""
+    known = automaton.coefficients(getattr(numbers.functions, "dps", None))
+    own, p = (tuple(map(numbers.convert, values)) for values in (state, (*automaton.values, *known.values())))
+    return Place(numbers, numbers.convert(t), own, p, (*known,))
 
 
 class Unclear(Exception):

@@ -28,12 +28,12 @@ from asympk.automaton.contacts import (
     DOUBLES,
     ContactPoint,
     Numbers,
-    Place,
     Solved,
     Unclear,
     clear_sign,
     contact_formulas,
     gap_row,
+    place_of,
     row_at,
     solved_forces,
 )
@@ -116,8 +116,7 @@ def _values_near(automaton: "Automaton", exprs: tuple, t: Any, state: tuple, sla
         return []
     digits = digits_of(state)
     numbers = _numbers(digits) if digits else DOUBLES
-    own, p = (tuple(map(numbers.convert, values)) for values in (state, automaton.values))
-    at = Place(numbers, numbers.convert(t), own, p)
+    at = place_of(automaton, numbers, t, state)
     return [*zip(*(place.values(automaton.system, exprs) for place in at.with_nudged(slack)), strict=True)]
 
 

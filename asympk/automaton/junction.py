@@ -17,6 +17,7 @@ from asympk.automaton.contacts import (
     contact_point,
     gap_row,
     is_open,
+    place_of,
     solved_forces,
 )
 from asympk.automaton.modes import mode_of
@@ -95,8 +96,7 @@ def junction_at(
 ) -> Junction:
     """Return the ``Junction`` where the branch ``before``, or None at a start, has lost its guards ``hits``."""
     system = automaton.system
-    own, p = (tuple(map(numbers.convert, values)) for values in (state, automaton.values))
-    at = Place(numbers, numbers.convert(t), own, p)
+    at = place_of(automaton, numbers, t, state)
     places = tuple(_settled(automaton, before, hits, place) for place in at.with_nudged(slack))
     points = [contact_point(system, place) for place in places]
     guards = mode_of(system, before).guards if before else ()

@@ -613,3 +613,16 @@ def test_more_frictions_than_can_be_tried_in_all_combinations_are_refused_in_one
     blocks = ap.System.with_frictions(slow, {}, contacts)
     with pytest.raises(InputError, match="9 frictions are undecided at once; combinations are tried for at most 8"):
         ap.solve(ap.Scene(system=blocks, values={}, start=[0] * 9, until=1))
+
+
+def test_the_mode_that_follows_is_decided_by_coefficients_that_cancel_with_their_digits():
+    """At p = 1e-9 this friction is 1 - p**2/12, and 0 by its formula in doubles, by which the block slipped forward."""
+    x, v, force = sp.symbols("x v F", real=True)
+    p = sp.Symbol("p", positive=True)
+    friction = 2 * (1 - sp.cos(p)) / p**2
+    belt = ap.Friction(velocity=v - 1, force=force, load=1, kinetic=friction / (1 + sp.Abs(v - 1)),
+                       static=friction * sp.Rational(5, 4))  # fmt: skip
+    system = ap.System.with_frictions({x: v, v: force - x}, {}, [belt])
+    ends = [ap.solve(ap.Scene(system=system, values={p: value}, start={x: 0, v: 1}, until=8)).final
+            for value in ("1e-4", "1e-9")]  # fmt: skip
+    assert ends[1] == pytest.approx(ends[0], abs=1e-6)
