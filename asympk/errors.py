@@ -79,7 +79,7 @@ class WorkersLost(AsympkError, RuntimeError):
 
 
 class Accumulation(AsympkError, RuntimeError):
-    """Events accumulate at a time beyond which no mode of the system continues."""
+    """Events accumulate at a time: no run passes infinitely many of them, though a mode may begin there."""
 
 
 class UnboundedReaction(Stopped):

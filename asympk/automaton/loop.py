@@ -346,5 +346,5 @@ def _require_apart(ends: list, state: tuple, automaton: Automaton) -> None:
         at = _state_in_words(automaton.system, state)
         raise Accumulation(
             f"events accumulate at t = {float(limit):.12g}, {at}: {len(ends)} so far, the last "
-            f"{float(gaps[-1]):.1g} apart; no mode goes on there, end the run before"
+            f"{float(gaps[-1]):.1g} apart; no run passes infinitely many, end it before"
         )
