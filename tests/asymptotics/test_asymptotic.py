@@ -428,6 +428,14 @@ def test_more_digits_give_mpf_states_and_events_on_the_plane():
     assert path(np.array([0.1, 0.2])).shape == (3, 2)
 
 
+@pytest.mark.parametrize("digits", [None, 20])
+@pytest.mark.parametrize("beyond", [2, [0, 2], -1])
+def test_a_model_knows_no_states_outside_its_run(digits, beyond):
+    path = ap.solve(ap.Scene(1, "1e-3", (0, "0.2", -1), 1), "jump", digits=digits)
+    with pytest.raises(InputError, match=r"t = (2|-1).*: it must be from 0 to until = 1"):
+        path(beyond)
+
+
 def test_a_dip_to_z_zero_that_the_series_does_not_see_is_refused():
     start = (-1.0499066318716528, 0.070714082539439, 5.251864209683939e-06)
     numbers = 0.08375816648488327, 0.01122910310290655, *start, 2.827564024019965

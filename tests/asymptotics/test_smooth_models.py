@@ -14,7 +14,7 @@ import asympk as ap
 from asympk.asymptotics import landing, reduced
 from asympk.asymptotics.fibre import formulas
 from asympk.asymptotics.landing import land, root
-from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic, OrderError, OutOfRange
+from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic, OrderError, OutOfRange, UnknownName
 from asympk.studies.ladder import distance
 
 x, y, u, v, w, T = sp.symbols("x y u v w T", real=True)
@@ -338,6 +338,13 @@ def test_a_base_point_is_closed_only_where_every_slow_rate_is_a_polynomial_in_th
     found = turned.at({}, {a: 0, x: 0, b: 2})
     assert found["a"] == pytest.approx((0, 2), abs=1e-8)
     assert found["x"] == pytest.approx((0, float(sp.Si(2))), abs=1e-8)
+
+
+def test_a_base_point_names_its_slow_states_and_there_is_none_without_fast_states():
+    with pytest.raises(UnknownName, match="y is not a slow state; the base point has x"):
+        ap.jump_map(ENZYME)[y]
+    with pytest.raises(NotDerivable, match="one smooth mode with fast states"):
+        ap.jump_map(ap.System.smooth({x: -x}, {}, None))
 
 
 def test_the_first_correction_of_the_base_point_is_the_quadrature_along_the_layer():

@@ -88,6 +88,21 @@ def test_dense_output_is_the_run_itself_seen_at_other_times(method):
         path(5.5)
 
 
+@pytest.mark.parametrize("eps", [0, -1])
+def test_a_regularised_friction_law_has_a_positive_width(eps):
+    with pytest.raises(InputError, match=f"eps = {eps}: the width"):
+        ap.solve(scene("i", 0.05), method="tanh", eps=eps)
+
+
+@pytest.mark.parametrize("method", ["sign", "tanh"])
+def test_one_right_hand_side_has_no_contact_that_opens(method):
+    x, v, z, force = sp.symbols("x v z F", real=True)
+    contact = ap.Friction(velocity=z, force=force, load=1, kinetic=1, gap=x)
+    falling = ap.System.with_frictions({x: v, v: -1, z: force}, {}, [contact])
+    with pytest.raises(InputError, match="no contacts that open"):
+        ap.solve(ap.Scene(system=falling, values={}, start={x: 1, v: 0, z: 1}, until=1), method=method)
+
+
 def test_a_reference_with_digits_knows_its_end_under_the_double_next_to_it():
     x = sp.Symbol("x", real=True)
     decay = ap.System.smooth({x: -(x**2)}, {}, None)
