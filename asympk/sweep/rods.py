@@ -31,14 +31,17 @@ class RodFamily:
         return (*self.parameters, *self.states, "until")
 
     def given(self, table: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the entries of a table by field."""
         require_keys(table, (*(key for key in self.parameters if key != self.static), "start", "until"))
         return {**{key: table[key] for key in (*self.parameters, "until") if key in table},
                 **by_state(table["start"], self.states)}  # fmt: skip
 
     def number(self, field: str, value: Any) -> Number:
+        """Return ``value`` as an exact number; raises ``InputError`` if it is none."""
         return number(field, value)
 
     def check(self, axes: Mapping[str, Axis]) -> None:
+        """Raise ``InputError`` where a range contains values that are not allowed."""
         lowest = {field: min(axis.values) for field, axis in axes.items()}
         for field, bound in (("sigma", -2), ("mu", 0)):
             if lowest[field] <= bound:
@@ -47,6 +50,7 @@ class RodFamily:
         require_static(self.static, self.kinetic, axes)
 
     def chunk(self, axes: Mapping[str, Axis]) -> int:
+        """Return the number of trajectories per chunk."""
         return 65536
 
     def follow(self, columns: Mapping[str, Any], size: int, itineraries: bool) -> Followed:
@@ -83,7 +87,8 @@ class PhysicalRodFamily(RodFamily):
         return number(field, found.radians) if isinstance(found, Degrees) else found
 
     def check(self, axes: Mapping[str, Axis]) -> None:
-        require_static(self.static, self.kinetic, axes)  # ``number`` checks all else
+        """Raise ``InputError`` for static friction below kinetic friction; ``number`` checks all else."""
+        require_static(self.static, self.kinetic, axes)
 
     def follow(self, columns: Mapping[str, Any], size: int, itineraries: bool) -> Followed:
         """Follow ``size`` trajectories in nondimensional quantities; their final states are physical again."""

@@ -112,6 +112,7 @@ class SystemFamily:
         return {**values, **start, UNTIL: table[UNTIL]}
 
     def number(self, field: str, value: Any) -> Number:
+        """Return ``value`` as an exact number; raises ``InputError`` if it is none."""
         return number(field, value)
 
     def check(self, axes: Mapping[str, Axis]) -> None:
