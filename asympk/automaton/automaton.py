@@ -28,7 +28,7 @@ from asympk.multiprecision import in_context
 from asympk.numbers import sign_of
 from asympk.symbolic.branches import OPEN, Branch, rate_along
 from asympk.symbolic.coefficients import coefficients_of
-from asympk.symbolic.sides import Sides, inside, is_switched, measured, system_on_sides
+from asympk.symbolic.sides import Sides, inside, is_switched, measured, phase_of, system_on_sides
 from asympk.symbolic.system import System
 
 ROUNDED = 2.0**-48  # the relative error of a state that was computed in doubles
@@ -285,7 +285,7 @@ def _choices(
     number, floor = measured(phase), mode.functions.floor
     whole = number != phase
     edge = int(floor(value + 0.5)) if whole else 0
-    if value == edge or number - edge in crossed:
+    if value == edge or phase_of(number - edge)[0] in crossed:
         return [(edge, 0), (edge, 1), (edge - 1, -1)] if whole else [(0, 0), (1, 1), (-1, -1)]
     return [(int(floor(value)) if whole else sign_of(value), None)]
 

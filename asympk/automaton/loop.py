@@ -20,7 +20,7 @@ from asympk.automaton.numericmode import NumericMode
 from asympk.errors import Accumulation, NoMotion, TwoMotions, UnboundedReaction, Undecided
 from asympk.path import Event
 from asympk.symbolic.branches import OPEN, Branch, at_rest, awake, bare, moves_alike
-from asympk.symbolic.sides import Sides, inside
+from asympk.symbolic.sides import Sides, inside, phase_of
 
 WATCHED = 12  # intervals between events that must shrink in a geometric sequence before they count as accumulating
 FEW = WATCHED // 3  # guards of which such a number of losses at one time is rounding
@@ -175,7 +175,7 @@ def mode_after(
     elif switches:
         mode = mode_on_sides(automaton, awake(mode.branch), digits, t, state, crossed, fixed)
         later = mode.moved_on(t, state, SHORTLY * doubt * t)
-        entered = tuple(side for side in mode.mode.sides if {*inside(*side)} & {*crossed})
+        entered = tuple(side for side in mode.mode.sides if {phase_of(edge)[0] for edge in inside(*side)} & {*crossed})
         hits = _lost_beyond(mode, left, (t, state), later)
     places = (before, t if since is None else since), (mode, t)
     event = _left_by_ground(*places[0], mode, t, state) or _torn(places, state)
@@ -238,9 +238,9 @@ def _switches(mode: NumericMode, hits: tuple[int, ...]) -> bool:
 
 
 def _crossed(mode: NumericMode, hits: tuple[int, ...]) -> tuple[list[sp.Expr], list[tuple]]:
-    """Return the edges among the lost guards ``hits``, with either sign, and the keys of the other lost guards."""
+    """Return the phases of the edges among the lost guards ``hits``, and the keys of the other lost guards."""
     switched = [k for k in hits if mode.kinds[k][0] == SWITCH]
-    phases = [sign * mode.mode.edges[k - len(mode.kinds)] for k in switched for sign in (1, -1)]
+    phases = [phase_of(mode.mode.edges[k - len(mode.kinds)])[0] for k in switched]
     return phases, [guard.key for k, guard in enumerate(mode.mode.guards) if k in hits and k not in switched]
 
 

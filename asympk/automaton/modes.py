@@ -111,9 +111,13 @@ class GuardedMode:
     def edges(self) -> tuple[sp.Expr, ...]:
         """The quantities that are positive on the sides of the mode and vary: the values of its last guards.
 
-        Of the quantities that the time alone moves, only those that fall to 0 first are edges.
+        Of the quantities that the time alone moves, only those that fall to 0 first are edges. Of multiples of one
+        another only the first is one.
         """
-        edges = {edge: _time_of_fall(edge, self.system.time) for side in self.sides for edge in inside(*side)}
+        apart = dict[tuple, sp.Expr]()
+        for edge in chain.from_iterable(inside(*side) for side in self.sides):
+            apart.setdefault(phase_of(edge), edge)
+        edges = {edge: _time_of_fall(edge, self.system.time) for edge in apart.values()}
         first = min((t for t in edges.values() if t is not None), default=sp.oo)
         return tuple(edge for edge, t in edges.items() if t == first or (t is None and self.drift(edge) != 0))
 

@@ -114,6 +114,7 @@ def test_what_stands_still_between_steps_of_the_time_is_new_at_each_of_them(step
     assert float(path.final[0]) == pytest.approx(sum(ways), abs=1e-12)
 
 
+WAVE = sp.cos(sp.pi * t / 6)
 STAIRS = sp.floor(2 / sp.sqrt(3) * sp.sin(sp.pi * t / 6))  # 0, 1, 0, -1, -2, -1 for two units of time each
 
 
@@ -125,6 +126,7 @@ STAIRS = sp.floor(2 / sp.sqrt(3) * sp.sin(sp.pi * t / 6))  # 0, 1, 0, -1, -2, -1
         (sp.floor(sp.Mod(t + 300 - sp.Rational(1, 4), 3) / 2), 4),
         (sp.Abs(STAIRS), 10),
         (sp.sign(STAIRS), -4),
+        (sp.Max(WAVE, -5 * sp.floor(2 * WAVE) / 4), 12 / math.pi + 25 / 2),  # both parts switch where the wave is 0
         (5 * sp.Max(STAIRS, 4 * sp.frac(t) / 5), 30),
     ],
 )
