@@ -80,7 +80,8 @@ def _given(scene: Scene) -> tuple[tuple, Any]:
 def _require_names(given: dict[str, Any], known: Any, what: str) -> None:
     for name in given:
         if name not in known:
-            raise UnknownName(f"{short(name)} is no {what}; choose one of {', '.join(known)}")
+            told = f"choose one of {', '.join(known)}" if known else "the scene has none"
+            raise UnknownName(f"{short(name)} is no {what}; {told}")
 
 
 def _read(name: str, value: Any, own: Any) -> Any:

@@ -213,6 +213,13 @@ def test_options_replace_numbers_of_any_scene_by_the_names_that_it_has(capsys):
     assert "'mu' is no parameter; choose one of m, P, f" in capsys.readouterr().err
 
 
+def test_a_parameter_of_a_scene_without_any_is_refused_by_saying_so():
+    x = sp.Symbol("x", real=True)
+    scene = ap.Scene(system=ap.System.smooth({x: -x}, {}, None), start=[1], until=1)
+    with pytest.raises(ap.errors.UnknownName, match="'until' is no parameter; the scene has none"):
+        turned(scene, {"until": 6}, {}, None)
+
+
 def test_solve_tells_physical_units_on_request(capsys):
     assert main(["solve", "chalk", "--physical"]) == 0
     out = capsys.readouterr().out
