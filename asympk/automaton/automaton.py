@@ -215,7 +215,7 @@ def mode_on_sides(
     where the motion stays on a phase at which the rates jump, or where a rate has no value beyond it.
     """
     mode = automaton.mode(branch, digits)
-    while opened := mode.mode.open_phases or mode.mode.fixed_phases * fixed:
+    while opened := mode.mode.fixed_phases * fixed or mode.mode.open_phases:  # others may switch with fixed ones
         mode = _entered(automaton, mode, digits, opened, t, state, crossed)
     return mode
 

@@ -728,3 +728,11 @@ def test_models_know_inverse_hyperbolic_functions_and_quotients_of_circular_ones
     times = [0.0, 0.01, 0.3]
     assert distance(path.final, truth.final) < path.error < 1e-5
     assert path(times) == pytest.approx(truth(times), abs=3e-5)
+
+
+@pytest.mark.parametrize("order", [0, 1])
+def test_a_saw_tooth_that_comes_up_to_a_bound_jumps_back_from_it(order):
+    x, y, t = sp.symbols("x y t", real=True)
+    system = ap.System.smooth({x: sp.Max(1, sp.Mod(t, 1))}, {y: x - y}, sp.Symbol("mu", positive=True), time=t)
+    path = ap.solve(ap.Scene(system=system, values={"mu": "1e-3"}, start=[0, 0], until=3), "jump", order=order)
+    assert path.final[0] == pytest.approx(3, abs=1e-9)
