@@ -19,12 +19,17 @@ import sympy as sp
 from asympk.errors import InputError
 from asympk.numbers import short
 
-FUNCTIONS = {
+
+def fractional_part(of: sp.Expr) -> sp.Expr:
+    """Return the fractional part as a remainder: SymPy cannot compare its own ``frac`` with numbers above 1."""
+    return sp.Mod(of, 1)
+
+
+FUNCTIONS = {"frac": fractional_part} | {
     name: getattr(sp, name)
     for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh",
                  "asinh", "acosh", "atanh", "sign", "cbrt", "Heaviside", "floor", "ceiling", "erf", "Piecewise")
 } | {name: getattr(sp, name.capitalize()) for name in ("abs", "Abs", "max", "Max", "min", "Min", "mod", "Mod")}
-FUNCTIONS["frac"] = lambda part: sp.Mod(part, 1)  # SymPy cannot compare sp.frac with numbers above 1
 TWO = (sp.Max, sp.Min, sp.Mod, sp.atan2)  # functions that take two arguments
 CONSTANTS = {"pi": sp.pi}
 LONGEST = 4000  # most characters of a formula

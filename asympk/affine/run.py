@@ -18,7 +18,17 @@ from asympk.affine.functions import Arrays, functions
 from asympk.affine.mode import ClosedSegment, in_digits
 from asympk.affine.rounding import estimate
 from asympk.affine.swift import Swift
-from asympk.arithmetic import LARGEST_DOUBLE, MOST_DIGITS, SPARE_DIGITS, UNIT, Doubles, agreed, flow_context, set_digits
+from asympk.arithmetic import (
+    DIGITS_OF_DOUBLES,
+    LARGEST_DOUBLE,
+    MOST_DIGITS,
+    SPARE_DIGITS,
+    UNIT,
+    Doubles,
+    agreed,
+    flow_context,
+    set_digits,
+)
 from asympk.automaton import loop
 from asympk.automaton.automaton import Automaton, mode_on_sides
 from asympk.automaton.modes import GuardedMode, mode_of, on_all_sides, phases_of
@@ -31,7 +41,6 @@ from asympk.symbolic.branches import OPEN
 from asympk.symbolic.system import System
 
 MOST_SPARE = 300  # digits beyond four times those asked for, up to which a run is repeated
-DIGITS_OF_DOUBLES = 17
 SHOWN_OF_ERRORS = 3
 TRUSTED = 5e-14  # the largest estimated error of a run in doubles that is returned as it is
 TOLD = 1e-8  # the largest estimated error of a run in doubles whose sequence of events is trusted

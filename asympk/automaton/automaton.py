@@ -18,6 +18,7 @@ from typing import Any
 
 import sympy as sp
 
+from asympk.arithmetic import DIGITS_OF_DOUBLES
 from asympk.automaton import decide
 from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import is_nested, mode_of, phases_of
@@ -33,8 +34,6 @@ from asympk.symbolic.system import System
 
 ROUNDED = 2.0**-48  # the relative error of a state that was computed in doubles
 EDGES = 3  # the largest number of edges through one state of which all sides are tried
-DIGITS = 17  # digits to which doubles are right
-LEAST, LARGEST = sys.float_info.min, sys.float_info.max
 _NEVER = 3  # the rank of a side that the motion leaves by the law of this side
 
 
@@ -54,7 +53,7 @@ class Automaton:
 
         Others, and those without a real value, which belong to other sides of a switch, stay in the formulas.
         """
-        return _coefficients(self, DIGITS if digits is None else digits)
+        return _coefficients(self, DIGITS_OF_DOUBLES if digits is None else digits)
 
     def first(self, start: State, until: Any = 1) -> Branch:
         """Return the branch that begins at t = 0 from exact numbers; raises ``NoMotion`` and ``TwoMotions``.
@@ -306,7 +305,8 @@ def _coefficients(automaton: Automaton, digits: int) -> dict[sp.Expr, Fraction]:
     for part in coefficients_of(automaton.system):
         with suppress(OutOfRange, TypeError):
             found |= exact_values(automaton.system, (part,), automaton.values, digits)
-    return {part: value for part, value in found.items() if not value or LEAST <= abs(value) <= LARGEST}
+    least, largest = sys.float_info.min, sys.float_info.max
+    return {part: value for part, value in found.items() if not value or least <= abs(value) <= largest}
 
 
 def _exact(values: State, context: Any) -> State:

@@ -179,14 +179,14 @@ def mode_after(
         hits = _lost_beyond(mode, left, (t, state), later)
     places = (before, t if since is None else since), (mode, t)
     event = _left_by_ground(*places[0], mode, t, state) or _torn(places, state)
-    if event is None and switches:  # a velocity at rest whose slope jumps is 0 on the new side, too
+    if event is None and (switches or not hits):  # a velocity at rest whose slope jumps is 0 on the new side, too
         state = mode.settled(t, state)
     if event is not None:
         branch = automaton.next(None, (), *later, doubt, entered)
     elif hits:
         branch, event = _passed(automaton, mode, hits, *later, doubt, entered)
     else:
-        return mode, mode.settled(t, state), None
+        return mode, state, None
     crossed = [*crossed, *automaton.edges_at(*later, doubt)]
     after = mode_on_sides(automaton, branch, digits, t, state, crossed, fixed)
     state, alike = after.settled(t, state), moves_alike(automaton.system, branch, mode.branch)
@@ -323,8 +323,8 @@ def _require_progress(segments: list[Segment], mode: NumericMode) -> None:
     """Raise ``Undecided`` where few guards are lost again and again at the same time."""
     last = segments[-WATCHED:]
     hit = last[-1].hit
-    few = last[0].t == last[-1].t and len({(s.branch, s.hit) for s in last}) <= FEW
-    if few and hit is not None and len(last) == WATCHED:
+    at_once = len(last) == WATCHED and last[0].t == last[-1].t
+    if at_once and hit is not None and len({(s.branch, s.hit) for s in last}) <= FEW:
         kind = mode.kinds[hit][0]
         at = _state_in_words(mode.mode.system, last[-1].state)
         raise Undecided(f"rounding hides whether there is a {kind} at t = {float(last[-1].t):.12g}, {at}, in mode "

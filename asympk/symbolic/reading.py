@@ -7,6 +7,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError
+from asympk.formulas import fractional_part
 from asympk.numbers import number, numbers, short, unread
 from asympk.symbolic.long import atoms
 
@@ -71,9 +72,9 @@ def entries_of(name: str, value: Any, entries: str) -> tuple:
 
 
 def expression(name: str, value: Any) -> sp.Basic:
-    """Return a SymPy object, or a number as one; raises ``InputError`` for a string or a container.
+    """Return a SymPy object, or a number as one, with remainders for fractional parts (``fractional_part``).
 
-    A fractional part becomes a remainder, as SymPy cannot compare fractional parts with numbers above 1.
+    Raises ``InputError`` for a string or a container.
     """
     try:
         if isinstance(value, (str, tuple, list, dict, set, frozenset)) or getattr(value, "is_Matrix", False):
@@ -81,7 +82,7 @@ def expression(name: str, value: Any) -> sp.Basic:
         found = sp.sympify(value, strict=True)
     except (sp.SympifyError, TypeError):
         raise InputError(f"{name} = {short(value)}: it must be a SymPy expression or a number") from None
-    return found.replace(sp.frac, lambda part: sp.Mod(part, 1)) if atoms(found, sp.frac) else found
+    return found.replace(sp.frac, fractional_part) if atoms(found, sp.frac) else found
 
 
 def real_expression(name: str, value: Any) -> sp.Expr:

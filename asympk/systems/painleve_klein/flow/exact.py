@@ -21,7 +21,7 @@ from asympk.systems.painleve_klein.flow.segments import RodFlow, SolvedSegment, 
 from asympk.systems.painleve_klein.flow.starts import beginning
 
 MOST_SPARE = 1200  # digits at work beyond four times those asked for
-DIGITS_OF_DOUBLES = 20  # of a run that is rounded to doubles: its own error does not add to that of rounding
+BEFORE_ROUNDING = 20  # digits of a run that is rounded to doubles: its own error does not add to that of rounding
 SHOWN_OF_ERRORS = 3  # digits of an error
 TRUSTED = 2e-15  # estimated error up to which a run in doubles is the result
 SAFETY = 4  # factor on an error that is estimated to first order
@@ -80,7 +80,7 @@ def followed_in_doubles(case: RodNumbers) -> tuple[list[SolvedSegment], list[Sol
             return _to_doubles(segments_of(_refining(), case, solved))
     except (Undecided, OverflowError, ZeroDivisionError):
         pass
-    return _to_doubles(_certified(case, DIGITS_OF_DOUBLES, LARGEST_DOUBLE)[0])
+    return _to_doubles(_certified(case, BEFORE_ROUNDING, LARGEST_DOUBLE)[0])
 
 
 def _to_doubles(solved):
