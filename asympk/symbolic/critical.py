@@ -20,6 +20,7 @@ from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.expansion import (
     by_powers,
     fast_jacobian,
+    is_implicit,
     is_zero,
     is_zero_somewhere,
     jacobian_on_branch,
@@ -147,7 +148,7 @@ class CriticalManifold(ShownAsFormulas):
         ``NotNormallyHyperbolic`` where dg/dy has an eigenvalue on the imaginary axis on the whole manifold.
         """
         if self.exists == sp.false:
-            raise NotNormallyHyperbolic(f"{self._degeneracy()} on {equations(self.branch)}")
+            raise NotNormallyHyperbolic(self._degeneracy(self.branch))
         kinds = {"stable": self.attracting, "unstable": self.repelling, "saddle": self.saddle}
         cases = [(sp.Symbol(name), condition) for name, condition in kinds.items() if condition != sp.false]
         return cases[0][0].name if len(cases) == 1 else sp.Piecewise(*cases)  # the only one, wherever it exists
@@ -182,7 +183,7 @@ class CriticalManifold(ShownAsFormulas):
         found = replace(self, dynamics=mode, branch=branch, assumptions=assumptions)
         if found.exists == sp.false:
             raise NotNormallyHyperbolic(
-                f"{found._degeneracy()} on {equations(self.branch)} ({equations(given)}); "
+                f"{found._degeneracy(self.branch)} ({equations(given)}); "
                 f"{self.name} exists only for {_text(self.exists)}"
             )
         return found
@@ -203,15 +204,19 @@ class CriticalManifold(ShownAsFormulas):
         except NotNormallyHyperbolic as reason:
             return str(reason)
 
-    def _degeneracy(self):
-        """Return, in words, why the manifold is not normally hyperbolic, or not real, or not finite."""
+    def _degeneracy(self, branch):
+        """Return, in words, why the manifold ``branch`` is not normally hyperbolic, or not real, or not finite."""
+        if not is_implicit(branch) and (free := _free(branch)):
+            return free
         if self._finite == sp.false:
-            return "a denominator vanishes"
-        if self.real == sp.false:
-            return "a root or a logarithm is of a negative number"
-        if self.characteristic[-1] == 0:
-            return f"{determinant(self.branch)} vanishes"
-        return "dg/dy has eigenvalues with real part 0 (a centre)"
+            why = "a denominator vanishes"
+        elif self.real == sp.false:
+            why = "a root or a logarithm is of a negative number"
+        elif self.characteristic[-1] == 0:
+            why = f"{determinant(self.branch)} vanishes"
+        else:
+            why = "dg/dy has eigenvalues with real part 0 (a centre)"
+        return f"{why} on {equations(branch)}"
 
     def _parameters(self):
         parts = [*self.dynamics.slow.values(), *self.dynamics.fast.values(), self.dynamics.where, self.assumptions]
@@ -226,8 +231,9 @@ def critical_manifolds(system: System) -> Several[CriticalManifold]:
     Manifolds of modes other than stick are named Pi1, Pi2, ... in order, those of stick Lambda1, ...; a manifold that
     lies nowhere in its mode has ``domain`` False. Where the rates of a mode switch by a state or the time, every side
     of the switch has its own manifolds, each with its domain. Raises ``NotDerivable`` when SymPy cannot solve g = 0, or
-    where a mode has too many sides, ``NotNormallyHyperbolic`` where g = 0 leaves fast states free, and ``InputError``
-    where rates are singular at mu = 0.
+    where a mode has too many sides, ``NotNormallyHyperbolic`` where g = 0 leaves fast states free on all manifolds of a
+    mode, and ``InputError`` where rates are singular at mu = 0. Where g = 0 leaves a fast state y free on one manifold
+    of several, ``branch[y]`` is y there, and ``exists`` is False.
     """
     found: list[CriticalManifold] = []
     count: dict[str, int] = {}
@@ -311,15 +317,22 @@ def _branches(mode, small):
     if (solutions := _solutions(equal_zero, list(mode.fast))) is None:
         raise NotDerivable(f"mode {mode.name!r}: SymPy does not solve g = 0; give slow_manifold a branch")
     solutions = [{}] if {*equal_zero} == {0} else solutions
-    if (free := next((s for s in solutions if s.keys() != {*mode.fast}), None)) is not None:
-        left = in_words(y for y in mode.fast if y not in free)
-        raise NotNormallyHyperbolic(f"mode {mode.name!r}: g = 0 for all {left}{' on ' * bool(free)}{equations(free)}: "
-                                    "a function of the fast states changes slowly; make it a slow state")
+    solutions = [{y: y for y in mode.fast} | s for s in solutions]  # a state that g = 0 leaves free stands for itself
+    if solutions and all(map(_free, solutions)):
+        raise NotNormallyHyperbolic(f"mode {mode.name!r}: {_free(solutions[0])}: a function of the fast states changes "
+                                    "slowly; make it a slow state")  # fmt: skip
     complete = [s for s in solutions if not any(map(_is_complex, s.values()))]
     told = all(g.is_rational_function(*mode.fast) for g in equal_zero)  # SymPy finds false roots of exponentials
     complete = [form for s in complete for form in _real_forms(s)
                 if (told and form is s) or all(is_zero_somewhere(g.subs(form, simultaneous=True)) for g in equal_zero)]
     return [sp.Dict({y: by_powers(h, tuple(mode.slow)) for y, h in s.items()}) for s in complete]
+
+
+def _free(branch):
+    """Return words on the fast states that g = 0 leaves free on a branch, or "" where there are none."""
+    found = {y: h for y, h in branch.items() if y != h}
+    left = in_words(y for y in branch if y not in found)
+    return f"g = 0 for all {left}{' on ' * bool(found)}{equations(found)}" if len(found) < len(branch) else ""
 
 
 def _real_forms(solution):

@@ -197,6 +197,19 @@ def test_fast_equations_that_leave_a_fast_state_free_are_not_said_to_have_no_bra
         ap.slow_manifolds(system)
 
 
+def test_a_part_of_the_critical_set_that_leaves_a_fast_state_free_is_named_beside_the_other_parts():
+    u, v, w = sp.symbols("u v w", real=True)
+    system = ap.System.smooth(slow={u: -u}, fast={v: v * (v - w), w: v * (w - u)}, small=mu)
+    named, *_ = ap.critical_manifolds(system)
+    assert named.branch == sp.Dict({v: 0, w: w})
+    assert named.exists == sp.false
+    with pytest.raises(NotNormallyHyperbolic, match=r"^g = 0 for all w on v = 0$"):
+        _ = named.stability
+    (found,) = ap.slow_manifolds(system)
+    assert found.branch == sp.Dict({v: u, w: u})
+    assert found.stability == sp.Piecewise((sp.Symbol("stable"), u < 0), (sp.Symbol("unstable"), u > 0))
+
+
 def test_a_branch_that_is_solved_for_may_have_functions_that_the_rates_do_not_have():
     u, v = sp.symbols("u v", real=True)
     system = ap.System.smooth(slow={u: -u}, fast={v: sp.exp(2 * u) + sp.exp(-u) - v}, small=mu)
