@@ -18,7 +18,7 @@ from asympk.affine.mode import AffineMode
 from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import GuardedMode, function
 from asympk.errors import InputError
-from asympk.symbolic.long import heavy, replaced
+from asympk.symbolic.long import generic_place, heavy, replaced
 from asympk.symbolic.sides import is_switched
 from asympk.symbolic.system import System
 
@@ -88,12 +88,24 @@ def affine_parts(mode: GuardedMode, expr: sp.Expr) -> tuple[tuple[sp.Expr, ...],
     slopes = []
     for s in states:
         slope = expr.diff(s) if expr.has(s) else sp.S.Zero
+        if _varies(slope, (*states, time)):
+            return None
         slope = sp.cancel(slope) if slope.free_symbols & {*states} else slope
         if slope.free_symbols & {*states, time}:
             return None
         slopes.append(slope)
     forced = waves_of(replaced(expr, dict.fromkeys(states, sp.S.Zero)), time)
     return None if forced is None else (tuple(slopes), forced)
+
+
+def _varies(slope: sp.Expr, symbols: Iterable[sp.Symbol | None]) -> bool:
+    """Tell whether values at two generic places show that a slope depends on ``symbols``; nothing is expanded."""
+    place = generic_place(slope)
+    if not (moved := {s: 3 * v for s, v in place.items() if s in symbols}):
+        return False
+    here, there = (slope.evalf(subs=at) for at in (place, place | moved))
+    known = all(v.is_number and v.is_finite for v in (here, there))
+    return known and bool(abs(here - there) > ROUGH * (abs(here) + abs(there)))
 
 
 @lru_cache(maxsize=512)
