@@ -9,7 +9,7 @@ from sympy.core.function import AppliedUndef
 from asympk.errors import InputError, UnknownName
 from asympk.mechanics.kinetics import Kinetics
 from asympk.numbers import short
-from asympk.storage.tomlfile import nearest
+from asympk.symbolic.values import did_you_mean, in_words
 
 
 def plain_names(coordinates: Iterable[sp.Expr], velocities: Iterable[sp.Expr]) -> dict[sp.Expr, sp.Symbol]:
@@ -50,8 +50,9 @@ def keyed(
     for key, value in values.items():
         plain = known.get(str(key))
         if plain is None:
-            near = nearest(str(key), [name for name in known if "(" not in name])
-            raise UnknownName(f"{key} is no coordinate, rate or parameter; the nearest name is {near}")
+            plainly_named = {name for name in known if "(" not in name}
+            raise UnknownName(f"{key} is no coordinate, rate or parameter; these are {in_words(plainly_named)}"
+                              f"{did_you_mean(key, plainly_named)}")  # fmt: skip
         if plain in found:
             raise InputError(f"{plain} is given twice; give it once")
         found[plain] = value

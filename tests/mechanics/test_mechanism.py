@@ -225,7 +225,8 @@ def test_a_rate_that_is_not_written_out_has_its_inertia():
     ("values", "error", "match"),
     [
         ({"theta": 1}, InputError, "no value for X', f, g, l, m, theta'"),
-        ({"thta": 1}, UnknownName, "thta is no coordinate, rate or parameter; the nearest name is theta"),
+        ({"thta": 1}, UnknownName, "thta is no coordinate, rate or parameter; .* theta'; did you mean theta.$"),
+        ({"z": 1}, UnknownName, "z is no coordinate, rate or parameter; .* l, m, t, theta, theta'$"),
         ({"theta": 1, THETA: 1}, InputError, "theta is given twice"),
         ((1, 2), InputError, "give a dict"),
         ({"theta": "steep", "theta'": 0, "X'": 1, "f": 1, "g": 1, "l": 1, "m": 1}, InputError, "theta = 'steep'"),
