@@ -99,9 +99,11 @@ def require_other_file(written: str | None, read: str | None) -> None:
 
 
 def place_name(text: str) -> str:
-    """Return the name of a file or directory; refuse "", which comes from a shell variable that is not set."""
+    """Return the name of a file or directory; refuse "", which comes from a shell variable that is not set, and "-"."""
     if not text:
         raise ArgumentTypeError("it has no name; give one")
+    if text == "-":
+        raise ArgumentTypeError("- is no name; give one, such as ./- or, for the terminal, /dev/stdout")
     return text
 
 

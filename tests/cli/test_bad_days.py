@@ -112,6 +112,7 @@ BAD_LINES = [
     ("export --target c --out=", "--out: it has no name"),
     ("report --out=", "--out: it has no name"),
     ("tables --root=", "--root: it has no name"),
+    ("solve backward --csv -", "--csv: - is no name"),
     ("mechanism arm --plot=", "--plot: it has no name"),
     ("mechanism --set f=2", "name it, or give a TOML file"),
     ("mechanism --plot a.svg", "name it, or give a TOML file"),
