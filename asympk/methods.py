@@ -109,11 +109,14 @@ def _require_known(method: str, run: Any, options: dict[str, Any]) -> None:
     known = _options(run)
     unknown = [name for name in options if name not in known]
     if unknown:
-        raise InputError(f"method {method!r} has no option {unknown[0]!r}; it has {', '.join(known)}")
+        shown = (f"{name} (in Python)" if "Callable" in str(kind) else name for name, kind in known.items())
+        raise InputError(f"method {method!r} has no option {unknown[0]!r}; it has {', '.join(shown)}")
 
 
 @cache
-def _options(run: Any) -> list[str]:
+def _options(run: Any) -> dict[str, Any]:
+    """Return the annotations of the options of ``run``, by name."""
     from inspect import Parameter, signature
 
-    return [name for name, option in signature(run).parameters.items() if option.kind is Parameter.KEYWORD_ONLY]
+    found = signature(run).parameters.items()
+    return {name: option.annotation for name, option in found if option.kind is Parameter.KEYWORD_ONLY}

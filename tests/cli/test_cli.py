@@ -116,6 +116,10 @@ def test_negative_numbers_of_every_form_are_values(capsys):
     assert run(capsys, *arguments)[0] == 0
 
 
+def test_an_option_that_takes_a_function_is_told_as_one_of_python(capsys):
+    assert run(capsys, *GOOD, "--steps", "5")[2].endswith("it has digits, progress (in Python)\n")
+
+
 def test_claims_prints_a_line_each_and_the_evidence_of_one(capsys):
     status, out, _ = run(capsys, "claims", "C16", "C23")
     assert status == 0
