@@ -19,5 +19,6 @@ def run(options: Namespace) -> int:
     from asympk.output.terminal import print_claims
 
     with meter("checking claims") as shown:
-        found = tuple(map(claim_called, options.id)) or claims(lambda identifier: shown.tell(f"checking {identifier}"))
+        named = tuple(dict.fromkeys(map(claim_called, options.id)))
+        found = named or claims(lambda identifier: shown.tell(f"checking {identifier}"))
     return print_claims(found, options.json, bool(options.id))

@@ -120,6 +120,10 @@ def test_an_option_that_takes_a_function_is_told_as_one_of_python(capsys):
     assert run(capsys, *GOOD, "--steps", "5")[2].endswith("it has digits, progress (in Python)\n")
 
 
+def test_a_claim_that_is_named_twice_is_printed_once(capsys):
+    assert run(capsys, "claims", "C11", "c11")[1] == run(capsys, "claims", "C11")[1]
+
+
 def test_claims_prints_a_line_each_and_the_evidence_of_one(capsys):
     status, out, _ = run(capsys, "claims", "C16", "C23")
     assert status == 0
