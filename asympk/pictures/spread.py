@@ -3,6 +3,7 @@
 from pathlib import Path as File
 from typing import Any
 
+from asympk.many import OUTCOMES
 from asympk.pictures import plate, sheets, style
 
 ROW, MARGIN, SHOWN = 0.32, 0.9, 8  # inches, inches, itineraries
@@ -13,10 +14,14 @@ def plot(summary: dict[str, Any], file: str | File | None = None) -> Any:
     """Return the matplotlib ``Figure`` of a summary, and write it to ``file`` if one is given.
 
     For each state, the thick bar spans half of the final values, the thin bar nine tenths, the line all of them; the
-    dot is the median.
+    dot is the median. Below are the numbers of trajectories with each itinerary and, in grey, of those that were not
+    followed to their end.
     """
     sheet = sheets(file)
-    found, words = summary["quantiles"], [*summary["itineraries"].items()][:SHOWN]
+    found = {state: quantiles for state, quantiles in summary["quantiles"].items() if quantiles}
+    words = [(itinerary, n, style.BLUE) for itinerary, n in summary["itineraries"].items()][:SHOWN]
+    words += [(f"not followed: {outcome}", n, style.BLACK) for outcome, n in summary["outcomes"].items()
+              if outcome != OUTCOMES[0]]  # fmt: skip
     rows = [1.5] * len(found) + ([1 + len(words)] if words else [])
     with plate(MARGIN + ROW * sum(rows), len(rows), height_ratios=rows) as (drawing, panels):
         for panel, (state, quantiles) in zip(panels.flat, found.items(), strict=False):
@@ -27,19 +32,18 @@ def plot(summary: dict[str, Any], file: str | File | None = None) -> Any:
 
 
 def _spread(panel: Any, state: str, quantiles: dict[float, float]) -> None:
-    if quantiles:
-        for low, high, width in _BARS:
-            panel.plot([quantiles[low], quantiles[high]], [0, 0], color=style.BLUE, linewidth=width, alpha=0.5,
-                       solid_capstyle="butt")  # fmt: skip
-        panel.plot([quantiles[0.5]], [0], "o", color=style.BLACK, markersize=3)
+    for low, high, width in _BARS:
+        panel.plot([quantiles[low], quantiles[high]], [0, 0], color=style.BLUE, linewidth=width, alpha=0.5,
+                   solid_capstyle="butt")  # fmt: skip
+    panel.plot([quantiles[0.5]], [0], "o", color=style.BLACK, markersize=3)
     panel.set(yticks=[], ylabel=style.folded(state, 1.5 * ROW))
     panel.locator_params(axis="x", nbins=5)  # more ticks would overlap where numbers are long
 
 
-def _bars(panel: Any, words: list[tuple[str, int]]) -> None:
-    counts = [count for _, count in words]
-    panel.barh(range(len(words)), counts, color=style.BLUE, alpha=0.3)
-    for row, (itinerary, _) in enumerate(words):
+def _bars(panel: Any, words: list[tuple[str, int, str]]) -> None:
+    shown, counts, inks = zip(*words, strict=True)
+    panel.barh(range(len(words)), counts, color=inks, alpha=0.3)
+    for row, itinerary in enumerate(shown):
         panel.annotate(itinerary if len(itinerary) < 60 else f"{itinerary[:57]}...", (0, row), (2, 0), va="center",
                        textcoords="offset points")  # fmt: skip
     panel.set(yticks=[], ylabel="itineraries", xlabel="trajectories")

@@ -102,7 +102,7 @@ GROWTH = System.smooth({LONG: LONG}, {}, None)
 @pytest.mark.parametrize("figure", [
     lambda: solve(Scene(system=GROWTH, start={LONG: 1}, until=1)).plot(),
     lambda: solve_many(system=GROWTH, values={}, start={LONG: np.ones(5)}, until=1).plot(),
-    lambda: spread.plot({"quantiles": {LONG.name: [0, 1, 2, 3, 4, 5, 6]}, "itineraries": {},
+    lambda: spread.plot({"quantiles": {LONG.name: [0, 1, 2, 3, 4, 5, 6]}, "itineraries": {}, "outcomes": {},
                          "probabilities": [0, 0.05, 0.25, 0.5, 0.75, 0.95, 1]}),
 ], ids=["path", "crowd", "spread"])  # fmt: skip
 def test_a_long_name_stays_on_the_sheet(figure):
