@@ -182,10 +182,8 @@ def _side_by_side(ax, glyphs, begin=None):
 
     The row is centred at the place of the mark, or begins ``begin`` marks to the right of it.
     """
-    from matplotlib.patheffects import withStroke
     from matplotlib.transforms import ScaledTranslation
 
-    halo = [withStroke(linewidth=1.2, foreground="white")]
     scale = [log10(high / low) for low, high in (sorted(ax.get_xlim()), sorted(ax.get_ylim()))]
     groups = []
     for glyph in sorted(glyphs, key=lambda glyph: glyph[:1]):
@@ -195,7 +193,7 @@ def _side_by_side(ax, glyphs, begin=None):
         for k, (x, y, looks) in enumerate(group):
             aside = k - (len(group) - 1) / 2 if begin is None else k + begin
             shift = ScaledTranslation(aside * GLYPH / 72, 0, ax.figure.dpi_scale_trans)
-            ax.plot([x], [y], transform=ax.transData + shift, path_effects=halo, **looks)
+            ax.plot([x], [y], transform=ax.transData + shift, path_effects=style.halo(1.2), **looks)
 
 
 def _touch(one, other, scale):

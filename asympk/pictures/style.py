@@ -81,6 +81,13 @@ def matplotlib() -> ModuleType:
     return module
 
 
+def halo(width: float) -> list[Any]:
+    """Return matplotlib's effect of a white rim, so many points wide, around a mark or a word that lies on curves."""
+    from matplotlib.patheffects import withStroke
+
+    return [withStroke(linewidth=width, foreground="white")]
+
+
 def curve(method: str) -> dict[str, Any]:
     """Return matplotlib's keywords for a curve of ``method``; hollow markers keep overlaps readable."""
     name, colour, marker, dash = {**METHODS, **MODELS}[method]

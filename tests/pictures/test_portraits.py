@@ -65,6 +65,11 @@ def test_a_map_of_none_one_and_two_rigid_motions_is_legible(name):
     assert flaws(motion_plot(described_mechanism(name))) == []
 
 
+def test_words_on_the_level_lines_of_a_reaction_have_a_white_rim():
+    forward = motion_plot(described_mechanism("butenin")).axes[1]
+    assert sorted(word.get_text() for word in forward.texts if word.get_path_effects()) == ["centre", "saddle"]
+
+
 @pytest.mark.slow
 def test_the_arrow_of_imports_is_legible():
     figure = arrow_drawing(list(parts_in_order(ROWS.parents[2])))
