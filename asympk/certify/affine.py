@@ -289,9 +289,11 @@ class _Modes:
         torn = [k for k, (a, b) in enumerate(zip(before.branch, after.branch, strict=True)) if a != b]
         if not torn:
             return None
-        beyond = self.of(mode_of(self.system, before.branch, after.sides))
-        guards = [guard for guard in beyond.guards if guard.kind != SWITCH] if beyond else []
-        lost = (guard for guard in guards if leading_sign(guard.row, beyond.matrix, state) == -1)
+        beyond = mode_of(self.system, before.branch, after.sides)  # a mode that the parameters may exclude there
+        form = affine_form(beyond, self.waves)
+        matrix, rows = self.field.matrix(form), (tuple(map(self.field.exact, row)) for row in form.guards)
+        guards = (AffineGuard(guard.kind, guard.friction, row) for guard, row in zip(beyond.guards, rows, strict=True))
+        lost = (g for g in guards if g.kind != SWITCH and leading_sign(g.row, matrix, state) == -1)
         return next(lost, AffineGuard("slip_onset", torn[0], ()))
 
 
