@@ -289,6 +289,9 @@ SWITCHED = {
     "a square wave": block_under(2 * sp.sign(sp.sin(3 * t / 2)), {"x": 1, "v": 0}, until=7),
     "a belt that stops": block_under(0, {"x": 0, "v": "0.5"}, belt=sp.Piecewise((1, t < 3), (0, True)) / 2, until=5),
     "a start on an edge": block_under(-3 * sp.Max(0, x), {"x": 0, "v": 1}),
+    "steps": block_under(-sp.floor(x) / 2, {"x": "2.25", "v": 0}, until=3),
+    "a start up from a step": block_under(-sp.floor(x) / 2, {"x": 2, "v": 1}, until=2),
+    "a start down from a step": block_under(-sp.floor(x) / 2, {"x": -2, "v": -1}, until=1),
     "a push that begins at rest": block_under(sp.Piecewise((0, t < 1), (-2, True)), {"x": 0, "v": 0}, until=2),
     "a load that is reversed": block_under(0, {"x": 2, "v": 1}, until=2, load=sp.Piecewise((2, t < 1), (-1, True)) / 2),
 }
