@@ -220,8 +220,8 @@ def jump_from_beyond_the_divide() -> Iterator[Check]:
     "C30",
     "3",
     "Shallow rod: from z < 0 the point jumps to Pi2, moves along it to z = 0, then jumps to Pi1",
-    "for -3/2 <= sigma < 0 the point sticks for a time mu log((sigma + 3)/(-sigma)) before it jumps to "
-    "Pi1; only below -3/2 it crosses at once",
+    "for -3/2 < sigma < 0 the point sticks for a time mu log((sigma + 3)/(-sigma)) before it jumps to Pi1; below "
+    "-3/2 it crosses at once, and at -3/2 it does so where x > 2/3",
 )
 def shallow_rod() -> Iterator[Check]:
     shallow = [regime for regime in regimes(pk.system()) if regime.condition.subs(pk.sigma, 1) != sp.true]
@@ -237,13 +237,16 @@ def shallow_rod() -> Iterator[Check]:
     )
     reached = {str(condition): second.meets for condition, second in seconds.items()}
     yield left_out.symbolic(
-        "for -3/2 <= sigma < 0 it reaches z = 0 inside G1 and sticks before Pi1; below it crosses directly",
-        set(reached.values()) == {"stick", "up"},
+        "for -3/2 < sigma < 0 it reaches z = 0 inside G1 and sticks before Pi1; below it crosses directly",
+        list(dict.fromkeys(reached.values())) == ["up", "edge", "stick"],
         ", ".join(f"{condition}: {part}" for condition, part in reached.items()),
     )
     sequences = modes((0, -1, -4), steeper, until=6)
     sticks = sequences == [("slip_same", "slip_opposite", "stick", "slip_same")]
     yield left_out.numeric("runs at sigma = -1 stick on the way", sticks, listing(sequences))
+    sequences = modes((0, -1, -1), Fraction(-3, 2), until=3) + modes((3, -1, -1), Fraction(-3, 2), until=3)
+    parts = ["stick" in sequence for sequence in sequences] == [True, False]
+    yield left_out.numeric("runs at sigma = -3/2 stick from x = 0 and cross from x = 3", parts, listing(sequences))
     times = ratios(_stick_duration, lambda mu: precise(mu) * M.log(2))
     yield left_out.numeric("their time in stick over mu log((sigma + 3)/(-sigma))", *tends_to_one(times))
 

@@ -91,7 +91,8 @@ def regimes_table() -> Table:
 
 def _regime_row(regime):
     second = regime.passages[1]
-    reached = {"stick": "the stick region", "up": "upward crossing", "down": "downward crossing", None: "--"}
+    reached = {"stick": "the stick region", "edge": "the edge of stick", "up": "upward crossing",
+               "down": "downward crossing", None: "--"}  # fmt: skip
     return (
         values_of(regime.sigma, regime.values),
         union_of(regime.stick, {pk.sigma0: pk.sigma}),

@@ -25,8 +25,8 @@ class Passage:
     """A slow manifold in one regime.
 
     ``side`` is the sign of z on the manifold (0: it does not exist), ``stable`` tells whether the manifold attracts,
-    ``drift`` is the sign of z' on it, and ``meets`` is the region of z = 0 that its motions reach: "stick", "up" or
-    "down", or None if they move away from z = 0.
+    ``drift`` is the sign of z' on it, and ``meets`` is where its motions reach z = 0 in the limit: the region "stick",
+    "up" or "down", the "edge" of stick, or None if they move away from z = 0.
     """
 
     name: str
@@ -79,13 +79,12 @@ def regimes(system: System) -> tuple[Regime, ...]:
 
 def _regime(part, system):
     sample = next(points_in(part))
-    regions = stick_regions(system)
     manifolds = _slip_manifolds(system)
-    passages = tuple(_passage(manifold, system, regions, sample) for manifold in manifolds)
-    return Regime(_parameter(system), part, regions.stick.spans({_parameter(system): sample}), passages)
+    passages = tuple(_passage(manifold, system, sample) for manifold in manifolds)
+    return Regime(_parameter(system), part, stick_regions(system).stick.spans({_parameter(system): sample}), passages)
 
 
-def _passage(manifold, system, regions, sample):
+def _passage(manifold, system, sample):
     at = {_parameter(system): sample}
     if manifold.exists.subs(at) == sp.false:
         return Passage(manifold.name, 0, False, 0, None)
@@ -93,10 +92,15 @@ def _passage(manifold, system, regions, sample):
     side = int(sp.sign(level)) * (1 if manifold.mode == "slip_same" else -1)
     rate = manifold.dynamics.slow[system.friction.velocity].subs(manifold.branch).subs(at)
     drift = int(sp.sign(sp.cancel(rate)))
-    named = ((name, getattr(regions, name)) for name in ("stick", "up", "down"))
-    reached = next(name for name, region in named if region.contains(level, at))
     stable = manifold.jacobian.det().subs(at) < 0
-    return Passage(manifold.name, side, bool(stable), drift, reached if side * drift < 0 else None)
+    return Passage(manifold.name, side, bool(stable), drift, _reached(level, system, at) if side * drift < 0 else None)
+
+
+def _reached(level, system, at):
+    regions = stick_regions(system)
+    if level in {edge.subs(regions.stick.plane.default).subs(at) for edge in regions.edges}:
+        return "edge"
+    return next(name for name in ("stick", "up", "down") if getattr(regions, name).contains(level, at))
 
 
 def _slip_manifolds(system):

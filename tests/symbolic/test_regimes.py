@@ -40,6 +40,14 @@ def test_runs_along_pi2_meet_the_plane_where_the_table_says(sigma):
     assert after == {"stick": "stick", "up": "slip_same"}[meets]
 
 
+@pytest.mark.parametrize(("x", "after"), [(0, "stick"), (3, "slip_same")])
+def test_runs_along_pi2_come_to_the_edge_of_stick_at_minus_three_halves_and_x_decides(x, after):
+    # on Pi2 the load is s = 2/3 - (2 mu / 3) (x - 2/3) + O(mu^2), and the edge is s = 2/3
+    assert regimes(SYSTEM)[1].passages[1].meets == "edge"
+    path = solve(Scene(sigma="-3/2", mu=Fraction(1, 10**6), start=(x, -1, -1), until=2), digits=20)
+    assert path.modes[path.modes.index("slip_opposite") + 1] == after
+
+
 def test_runs_on_the_steep_rod_never_come_back_from_pi1():
     (first, _) = regimes(SYSTEM)[-1].passages
     assert (first.side, first.stable, first.drift, first.meets) == (1, True, 1, None)
