@@ -6,15 +6,20 @@ from fractions import Fraction
 
 import sympy as sp
 
-from asympk.ledger.runs import M, listing, modes, precise, precise_path, ratios, tends_to_one
-from asympk.ledger.verdicts import Check, claim, numeric, symbolic
+from asympk.ledger.runs import MUS, M, listing, modes, precise, precise_path, ratios, tends_to_one
+from asympk.ledger.verdicts import Check, claim, left_out, numeric, symbolic
 from asympk.symbolic.manifold import slow_manifolds
 from asympk.symbolic.regimes import regimes
 from asympk.symbolic.stability import eigenvalues
 from asympk.systems import painleve_klein as pk
 
 
-@claim("C25", "3", "From O5 (x + y > -1, z > 0) it jumps straight to Pi1")
+@claim(
+    "C25",
+    "3",
+    "From O5 (x + y > -1, z > 0) it jumps straight to Pi1",
+    "from z = O(mu), s < -1/(sigma + 1) the point can first land in G2",
+)
 def jump_from_above_the_divide() -> Iterator[Check]:
     steep = next(regime for regime in regimes(pk.system()) if regime.condition == (pk.sigma > 0))
     yield symbolic("Pi2 repels and Pi1 attracts, both in z > 0", [p.stable for p in steep.passages] == [True, False])
@@ -28,6 +33,9 @@ def jump_from_above_the_divide() -> Iterator[Check]:
 
     found = ratios(error, lambda mu: precise(mu) * precise(first))
     yield numeric("x at t = 1 less that of the vertical jump from (1, 2, 1), over its first term", *tends_to_one(found))
+    near = {precise_path((0, Fraction(-3, 4), mu / 100), mu).modes for mu in MUS}
+    lands = near == {("slip_opposite", "stick", "slip_opposite", "slip_same")}  # s < 0 before and after stick: in G2
+    yield left_out.numeric("with z = O(mu) it can land in G2: from s = -3/4, z = mu/100", lands, listing(near))
 
 
 def _first_term_on_the_first_plane():

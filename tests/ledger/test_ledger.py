@@ -39,7 +39,7 @@ def test_every_claim_has_a_verdict(claims):
 
 
 def test_every_check_holds_but_those_of_the_sentences_that_are_corrected(claims):
-    refined = {9, 16, 18, 24, 28, 30, 32, 34, 35, 37, 38, 40, 41}
+    refined = {9, 16, 18, 24, 25, 28, 30, 32, 34, 35, 37, 38, 40, 41}
     corrected = {"C23": 1, "C26": 1, "C42": 2, "C43": 2}  # sentences that fail
     for n, (name, found) in enumerate(claims.items(), start=1):
         expected = "corrected" if name in corrected else "refined" if n in refined else "confirmed"
