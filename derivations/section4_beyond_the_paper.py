@@ -35,7 +35,8 @@ catalan = {
 }  # fmt: skip
 
 # %% Where the shallow rod meets z = 0
-# Pi2 reaches z = 0 at s = -1/sigma: inside the stick region down to sigma = -3/2, above it below that.
+# Pi2 reaches z = 0 at s = -1/sigma: above the edge 1/(sigma + 3) of the stick region and so in it for sigma > -3/2,
+# below this edge, outside the region, for sigma < -3/2.
 meeting = {regime.condition: regime.passages[1].meets or "nothing" for regime in regimes(system)}
 
 RESULTS = {
