@@ -32,6 +32,7 @@ from asympk.errors import InputError, NotDerivable
 from asympk.mechanics import paradox
 from asympk.mechanics.kinetics import Kinetics
 from asympk.shown import Card, ShownAsFormulas
+from asympk.symbolic.long import modulus
 from asympk.symbolic.reading import real_expression
 
 
@@ -114,9 +115,9 @@ def rebound(kinetics: Kinetics, ratio: sp.Expr) -> sp.Expr:
     if bound.free_symbols & {*kinetics.velocities}:
         raise NotDerivable("friction depends on the velocity, and the rebound is known where it does not: follow the "
                            "elastic contact")  # fmt: skip
-    p = G[0, 0] - bound * sp.Abs(G[0, 1])
+    p = G[0, 0] - bound * modulus(G[0, 1])
     p_stick = kinetics.determinant / G[1, 1]
-    q = bound * G[1, 1] - sp.Abs(G[0, 1])
+    q = bound * G[1, 1] - modulus(G[0, 1])
     undamped = sp.Abs(kinetics.slip) * _root(p, p_stick) / q
     return undamped if ratio == 0 else undamped * sp.exp(-_decay(p, p_stick, ratio))
 

@@ -20,10 +20,15 @@ def replaced(expr: sp.Basic, rule: Mapping[sp.Basic, sp.Basic]) -> sp.Basic:
         if part not in found:
             args = [rebuilt(arg) for arg in part.args]
             changed = any(new is not old for new, old in zip(args, part.args, strict=True))
-            found[part] = part.func(*args) if changed else part
+            found[part] = (modulus if part.func is sp.Abs else part.func)(*args) if changed else part
         return found[part]
 
     return rebuilt(expr)
+
+
+def modulus(expr: sp.Expr) -> sp.Expr:
+    """Return the absolute value of an expression, which SymPy would expand; of a heavy one as it stands."""
+    return sp.Abs(expr, evaluate=not heavy(expr))
 
 
 def atoms(expr: sp.Basic, *types: type) -> set[Any]:

@@ -15,7 +15,7 @@ import sympy as sp
 
 from asympk.numbers import sign_of
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.long import atoms, replaced
+from asympk.symbolic.long import atoms, modulus, replaced
 from asympk.symbolic.penetration import Penetration
 from asympk.symbolic.system import System
 
@@ -155,7 +155,7 @@ def shortly_after(expr: sp.Basic, rate: Callable[[sp.Expr], sp.Expr | None], rou
         if (slope := rate(part)) is None:
             return atom
         after = atom.func(slope, *(atom.args[1:] if isinstance(atom, _SIZES) else (0,)))
-        apart = sp.Abs(part) > sp.Rational(rounding) * sp.Add(*map(sp.Abs, sp.Add.make_args(part)))
+        apart = modulus(part) > sp.Rational(rounding) * sp.Add(*map(modulus, sp.Add.make_args(part)))
         if isinstance(atom, _ORDERED):
             return sp.Or(sp.And(apart, atom), sp.And(sp.Not(apart), after))
         return sp.Piecewise((atom, apart), (after, True))

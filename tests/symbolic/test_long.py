@@ -6,7 +6,8 @@ import sympy as sp
 import asympk as ap
 from asympk.automaton.modes import mode_of
 from asympk.symbolic.branches import Phase
-from asympk.symbolic.long import atoms, is_longer, is_regular, replaced
+from asympk.symbolic.long import atoms, is_longer, is_regular, modulus, replaced
+from asympk.symbolic.sides import shortly_after
 
 a, b, c = sp.symbols("a b c", real=True)
 
@@ -37,6 +38,16 @@ def test_replacing_and_measuring_a_short_expression_are_those_of_sympy(expr):
     operations = expr.count_ops()
     assert is_longer(expr, operations - 1) if operations else expr.is_Atom
     assert not is_longer(expr, operations)
+
+
+def test_the_modulus_of_an_expression_of_a_trillion_terms_is_not_expanded():
+    def long(of):
+        return -c - sp.Mul(*(sp.sin(k * of) + b + c for k in range(1, 26)))
+
+    assert replaced(sp.Abs(long(a), evaluate=False), {a: b}) == modulus(long(b)) == sp.Abs(long(b), evaluate=False)
+    assert modulus(-2 * a) == 2 * sp.Abs(a)
+    jump = sp.Piecewise((1, sp.Gt(long(a), 0, evaluate=False)), (2, True), evaluate=False)
+    assert shortly_after(jump, lambda part: sp.S.One, 1e-15).has(sp.Abs(long(a), evaluate=False))
 
 
 def test_a_matrix_is_regular_at_a_place_where_its_determinant_is_not_zero_for_all_values():
