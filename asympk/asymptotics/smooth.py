@@ -114,7 +114,7 @@ def _require_branch(
         return
     (x, true), (_, limit) = (slowly.point(path.t, at) for at in (path.state, motion.states(path.t)[0].tolist()))
     reached, expected = (root(known, x, near, values) for near in (true, limit))
-    least = ROUGH * max(1, *map(abs, expected or ()))
+    least = ROUGH * max([1.0, *map(abs, expected or ())])
     if path.t < task.until and reached and expected and math.dist(reached, expected) > least:
         fast = known.mode.fast
         raise OutOfRange(f"the layer leads to {listed(fast, reached)} at t = {path.t:.6g}, and in the limit to "

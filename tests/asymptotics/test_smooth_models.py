@@ -277,6 +277,12 @@ def test_a_start_so_near_the_edge_of_a_basin_that_the_small_parameter_decides_is
     assert far.final[1] == pytest.approx(side, abs=0.01)
 
 
+def test_a_composite_that_is_near_no_branch_when_its_layer_is_over_is_refused_by_its_terms():
+    system = ap.System.smooth({x: 10 * y - 1}, {y: x + y - y**3 / 3}, mu)
+    with pytest.raises(OutOfRange, match=r"terms that order 2 omits amount to .* of the states"):
+        _solved(system, {mu: "1/10"}, {x: "-3/5", y: 8}, "1/20", order=2)
+
+
 def test_a_layer_to_a_double_root_settles_on_no_branch_though_its_rounding_seems_to_attract(monkeypatch):
     monkeypatch.setattr(landing, "STEPS", 2000)
     monkeypatch.setattr(landing, "SEARCHING", 2000)
