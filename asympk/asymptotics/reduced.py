@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from asympk.asymptotics.fibre import Formulas
-from asympk.asymptotics.landing import abscissa, listed, root
+from asympk.asymptotics.landing import ROOT, abscissa, listed, newton, root
 from asympk.asymptotics.nonstiff import Trajectory, rates, steps
 from asympk.asymptotics.stiff import jacobian
 from asympk.asymptotics.watching import watched
@@ -111,13 +111,43 @@ def _unbounded(formulas, last, mu, values, t):
                       "small")  # fmt: skip
 
 
-def branch_at(formulas: Formulas, x: Sequence[float], near: Sequence[float], values: tuple) -> np.ndarray:
-    """Return (x, b), b a root of g found from ``near``, or x where b is not integrated; raises ``OutOfRange``."""
-    b = () if formulas.affine else root(formulas, x, near, values)
+def branch_at(
+    formulas: Formulas, x: Sequence[float], near: Sequence[float], values: tuple, begun: Sequence[float] | None = None
+) -> np.ndarray:
+    """Return (x, b), b a root of g found from ``near``, or x where b is not integrated; raises ``OutOfRange``.
+
+    If ``begun`` is given, ``near`` is the branch's value there, and b its value at x.
+    """
+    b: Sequence[float] | None = ()
+    if not formulas.affine:
+        b = root(formulas, x, near, values) if begun is None else _carried(formulas, begun, x, near, values)
     if b is None:
         raise OutOfRange(f"the base point {listed(formulas.mode.slow, x)} is off the branch that the layer settles on; "
                          "the small parameter is not small here")  # fmt: skip
-    return np.array(formulas.on_branch(x, b))
+    return np.array((*x, *b))
+
+
+def _carried(formulas, begun, x, b, values):
+    """Return the value at x of the branch with the value b at ``begun``, or None where the branch ends between.
+
+    The branch is followed in parts so short that the second step of Newton's method is at most half of the first: from
+    there the method leads to no other branch.
+    """
+    done, part = 0.0, 1.0
+    while b is not None and done < 1:
+        at = [w + min(1.0, done + part) * (v - w) for v, w in zip(x, begun, strict=True)]
+        if _contracts(formulas, at, b, values):
+            b, done, part = root(formulas, at, b, values), done + part, 2 * part
+        elif (part := part / 2) < ROOT:
+            return None
+    return b
+
+
+def _contracts(formulas, x, b, values):
+    """Tell whether the second step of Newton's method from b is at most half of the first, or mere rounding."""
+    first = newton(formulas, x, b, values)
+    second = first and newton(formulas, x, [v - s for v, s in zip(b, first, strict=True)], values)
+    return bool(second) and math.hypot(*second) <= max(math.hypot(*first) / 2, ROOT * max(1.0, *map(abs, b)))
 
 
 def margin(formulas: Formulas, state: Sequence[float], mu: float, values: tuple) -> float:

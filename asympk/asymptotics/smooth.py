@@ -144,7 +144,8 @@ def layered_motion(
     landing = land(known, order + EXTRA, *begin, values, rtol, mu)
     orders = tuple(range(order, order + EXTRA + 1))
     powers = mu ** np.arange(order + EXTRA + 1)
-    starts = [reduced.branch_at(known, powers[: m + 1] @ landing.base[: m + 1], landing.branch, values) for m in orders]
+    bases = [powers[: m + 1] @ landing.base[: m + 1] for m in orders]
+    starts = [reduced.branch_at(known, base, landing.branch, values, begin[0]) for base in bases]
     flow = reduced.follow_reduced_flow(known, orders, starts, mu, values, until, rtol)
     return LayeredMotion(landing, flow, rtol, kept)
 

@@ -283,6 +283,15 @@ def test_a_composite_that_is_near_no_branch_when_its_layer_is_over_is_refused_by
         _solved(system, {mu: "1/10"}, {x: "-3/5", y: 8}, "1/20", order=2)
 
 
+@pytest.mark.parametrize("place", [-0.8, -0.85, -0.9, -0.95, -1.15])
+def test_a_branch_is_not_followed_past_its_fold_to_another_branch(place):
+    """y = 1.73 at x = 0 ends in the fold at x = -2/3, beyond which the only root is near y = -2."""
+    known = formulas(ap.System.smooth({x: y}, {y: x + y - y**3 / 3}, mu).modes[0], mu, ())
+    with pytest.raises(OutOfRange, match=rf"the base point x = {place} is off the branch"):
+        reduced.branch_at(known, (place,), (math.sqrt(3),), (), (0.0,))
+    assert reduced.branch_at(known, (-0.66,), (math.sqrt(3),), (), (0.0,))[1] == pytest.approx(1.08057, rel=1e-5)
+
+
 def test_a_layer_to_a_double_root_settles_on_no_branch_though_its_rounding_seems_to_attract(monkeypatch):
     monkeypatch.setattr(landing, "STEPS", 2000)
     monkeypatch.setattr(landing, "SEARCHING", 2000)
