@@ -2,9 +2,10 @@ r"""The explicit method of Dormand and Prince of order 8, as straight-line code 
 
 Layers in their fast time and flows on slow manifolds are short, smooth and as a rule not stiff. With two to ten states
 the arithmetic of a step costs less than one call of an array library. ``_compiled``, the hard function, therefore
-writes the stages out as Python code, once for each set of flows, and ``steps`` controls the step length. Steps, error
-estimate and dense output are those of DOP853 (Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I,
-section II.10). Where implicit steps are far longer, ``steps`` continues with those of ``stiff``.
+writes the stages out as Python code, once for each set of flows, and ``steps`` controls the step length. Steps, dense
+output and the error estimate of each state are those of DOP853 (Hairer, Nørsett and Wanner, Solving Ordinary
+Differential Equations I, section II.10). Where implicit steps are far longer, ``steps`` continues
+with those of ``stiff``.
 """
 
 import math
@@ -164,8 +165,8 @@ def steps(
 def _tried(take, span, state, first, rtol, atol, late):
     """Return the error of a step in units of the allowed error, the end of the step, and its stages."""
     try:
-        new, stages, high, low = take(span, state, first, rtol, atol, late)
-        error = span * high / math.sqrt((high + 0.01 * low) * len(state)) if high or low else 0.0
+        new, stages, square = take(span, state, first, rtol, atol, late)
+        error = span * math.sqrt(square / len(state))
     except (ArithmeticError, ValueError):
         return math.inf, state, ()
     return (error if math.isfinite(error) else math.inf), new, stages
@@ -190,9 +191,9 @@ def _first_span(flows, parameters, state, first, longest, rtol, atol):
 def _step_of(flows: tuple[Flow, ...], parameters: tuple, size: int, timeless: bool = False) -> Callable[..., tuple]:
     """Return ``take(h, w, k0, rtol, atol, late)``, one step of ``flows`` with ``size`` states in all.
 
-    ``take`` returns the end, the stages, and the sums of squares of the error estimates of order 5 and 3 in units of
-    the allowed errors. With ``timeless`` the estimates leave out the part of the error along the flow that an error in
-    time of up to ``late`` explains.
+    ``take`` returns the end, the stages, and the sum of squares of the error estimates of the states, over h, in units
+    of the allowed errors. With ``timeless`` the estimates leave out the part of the error along the flow that an error
+    in time of up to ``late`` explains.
     """
     functions = tuple(flow.func if isinstance(flow, partial) else flow for flow in flows)
     given = (*(flow.args if isinstance(flow, partial) else () for flow in flows), parameters)
@@ -235,23 +236,31 @@ def _compiled(
     lines += _error_lines(size, timeless)
     stages = ", ".join(f"({_names(f'k{stage}_', every)})" for stage in range(STAGES + 1))
     text = ["def take(given, h, w, k0, rtol, atol, late):", *lines,
-            f"    return ({_names('v', every)}), ({stages}), high, low"]  # fmt: skip
+            f"    return ({_names('v', every)}), ({stages}), square"]  # fmt: skip
     exec("\n".join(text), space)
     return space["take"]
 
 
 def _error_lines(size: int, timeless: bool) -> list[str]:
-    """Return the lines that compute the error estimates of a step."""
-    every, lines = range(size), list[str]()
+    """Return the lines that compute the error estimate of a step.
+
+    The estimate of each state combines those of order 5 and 3 of that state: a state with a large estimate of order 3,
+    as a polynomial in time has, must not hide the error of another.
+    """
+    every, lines, parts = range(size), list[str](), [*map(str, range(size)), *["u"] * timeless]
     for i in every:
         lines += [f"    a, b = abs(w{i}), abs(v{i})", f"    s{i} = atol[{i}] + rtol*(a if a > b else b)"]
     if timeless:
         lines += [f"    u{i} = late*k0_{i}/s{i}" for i in every]
         lines += [f"    speed = {_dot('u', 'u', every)}", "    part = 1/speed if speed > 1 else 0.0"]
-    for name, row in (("high", DOP853.E5), ("low", DOP853.E3)):
-        lines += [f"    e{i} = ({_sum(row, i)})/s{i}" for i in every]
-        lines += [f"    ahead = part*({_dot('e', 'u', every)})", *(f"    e{i} -= ahead*u{i}" for i in every)] * timeless
-        lines.append(f"    {name} = {_dot('e', 'e', every)}" + " + ahead*ahead" * timeless)
+    for name, row in (("e", DOP853.E5), ("d", DOP853.E3)):
+        lines += [f"    {name}{i} = ({_sum(row, i)})/s{i}" for i in every]
+        if timeless:
+            lines.append(f"    {name}u = part*({_dot(name, 'u', every)})")
+            lines += [f"    {name}{i} -= {name}u*u{i}" for i in every]
+    lines.append("    square = 0.0")
+    for part in parts:
+        lines += [f"    a = e{part}*e{part}", f"    if a: square += a*a/(a + 0.01*d{part}*d{part})"]
     return lines
 
 

@@ -64,3 +64,12 @@ def test_steps_up_to_where_the_states_leave_the_floats_have_finite_ends():
     ends = [step.end for step in nonstiff.steps((flow,), (), (30.0, 1.0), 2 * blow_up, 1e-8, (1e-8, 1e-8))]
     assert len(ends) > 1
     assert all(math.isfinite(value) for end in ends for value in end)
+
+
+@pytest.mark.parametrize("degree", [4, 5])
+def test_powers_of_the_time_do_not_hide_the_error_of_a_state_that_has_decayed(degree):
+    def flow(u, *powers):
+        return (-u, 1.0, *powers[:-1])
+
+    along = nonstiff.steps((flow,), (), (1.0, *[0.0] * degree), 60.0, 1e-13, (1e-13,) * (degree + 1))
+    assert max(abs(step.end[0] - step.state[0] * math.exp(-step.span)) for step in along) < 2e-13
