@@ -7,11 +7,12 @@ the rows, ``contact_equations`` chooses those of a branch, and ``solved_forces``
 """
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import sympy as sp
+from sympy.utilities.iterables import connected_components
 
 from asympk.automaton.modes import function
 from asympk.numbers import sign_of
@@ -199,19 +200,46 @@ def gap_row(system: System, k: int, point: ContactPoint) -> tuple:
     return point.rows[len(system.frictions) + contact_formulas(system)[2].index(k)]
 
 
-def solved_forces(system: System, branch: Branch, point: ContactPoint, numbers: Numbers) -> Solved | None:
-    """Return the forces and reactions of a branch at a point, or None where the equations do not determine them."""
-    return eliminated(contact_equations(system, branch, point), contact_formulas(system)[1], numbers)
+@lru_cache(maxsize=64)
+def coupled(system: System) -> tuple[tuple[int, ...], ...]:
+    """Return the frictions in groups such that no equation of one group contains a force or reaction of another."""
+    formulas, unknowns, normals = contact_formulas(system)
+    count = len(system.frictions)
+    owner = {u: k for k, f in enumerate(system.frictions) for u in (f.force, f.normal)}
+    rows = zip((*range(count), *normals), linear_rows(formulas[6 * count :], unknowns), strict=True)
+    pairs = [(k, owner[u]) for k, (_, *row) in rows for u, entry in zip(unknowns, row, strict=True) if entry != 0]
+    return tuple(sorted(tuple(sorted(group)) for group in connected_components((range(count), pairs))))
 
 
-def contact_equations(system: System, branch: Branch, point: ContactPoint) -> list[tuple]:
-    """Return the rows that are 0 in a branch: of each friction its law or v', then of each reaction its equation."""
+def solved_forces(
+    system: System, branch: Branch, point: ContactPoint, numbers: Numbers, group: Collection[int]
+) -> Solved | None:
+    """Return the forces of a group, and 0 for those of other groups, or None where its equations do not determine them.
+
+    The forces stand in the order of the unknowns of ``contact_formulas``.
+    """
+    equations, unknowns = contact_equations(system, branch, point, group), contact_formulas(system)[1]
+    if len(group) == len(branch):
+        return eliminated(equations, unknowns, numbers)
+    mine = {u for k in group for u in (system.frictions[k].force, system.frictions[k].normal)}
+    columns = [0, *(j for j, u in enumerate(unknowns, start=1) if u in mine)]
+    own = [tuple(row[j] for j in columns) for row in equations]
+    found = eliminated(own, tuple(unknowns[j - 1] for j in columns[1:]), numbers)
+    return found and found._replace(forces=dict.fromkeys(unknowns, 0) | found.forces)
+
+
+def contact_equations(system: System, branch: Branch, point: ContactPoint, group: Collection[int]) -> list[tuple]:
+    """Return the rows that are 0 in a branch: of each friction its law or v', then of each reaction its equation.
+
+    Only the frictions of ``group`` count.
+    """
     _, unknowns, normals = contact_formulas(system)
     place = {u: j for j, u in enumerate(unknowns)}
-    rows = [_law(system, branch, k, point, place) for k in range(len(branch))]
+    rows = [_law(system, branch, k, point, place) for k in group]
     for row, k in enumerate(normals, start=len(branch)):
         normal = place[system.frictions[k].normal]
-        rows.append(point.rows[row] if branch[k] != OPEN else unit_row(normal, len(unknowns)))
+        if k in group:
+            rows.append(point.rows[row] if branch[k] != OPEN else unit_row(normal, len(unknowns)))
     return rows
 
 

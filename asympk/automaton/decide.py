@@ -17,9 +17,11 @@ before all of this: the system rests if some forces, determined or not, hold all
 ``follow_on`` is the entry. ``_going_on`` finds and selects the branches; ``_ties`` and ``_still`` test consistency.
 """
 
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import lru_cache, partial
+from itertools import chain, product
 from typing import TYPE_CHECKING, Any
 
 import sympy as sp
@@ -31,7 +33,7 @@ from asympk.automaton.contacts import (
     Solved,
     Unclear,
     clear_sign,
-    contact_formulas,
+    coupled,
     gap_row,
     place_of,
     row_at,
@@ -44,7 +46,7 @@ from asympk.digits import carrier_context
 from asympk.errors import AsympkError, InputError, NoMotion, OutOfRange, TwoMotions, UnboundedReaction, Undecided
 from asympk.multiprecision import in_context
 from asympk.symbolic import branches
-from asympk.symbolic.branches import OPEN, Branch, Guard
+from asympk.symbolic.branches import OPEN, Branch, Guard, Phase
 from asympk.symbolic.penetration import with_finite_powers
 from asympk.symbolic.system import System
 
@@ -58,6 +60,7 @@ COARSER = 10  # digits by which a second, coarser evaluation is shorter; a sign 
 ORDERS = 5  # derivatives by which it is decided whether what vanishes stays 0
 LONGEST = 5_000  # operations of the longest derivative of a guard that is differentiated once more
 MOST = 8  # largest number of undecided frictions whose combinations of phases are all tried
+Tried = dict[Branch, list[tuple] | None]
 SAME = 1e-12  # relative difference below which static and kinetic friction count as equal
 
 
@@ -134,25 +137,21 @@ def _follow_on(
     automaton: "Automaton", before: Branch | None, hits: tuple, t: Any, state: tuple, slack: Any, numbers: Numbers
 ) -> Branch:
     here = junction_at(automaton, before, hits, t, state, slack, numbers)
-    undecided = sum(len(choice) > 1 for choice in here.phases)
-    if undecided > MOST:
-        raise InputError(f"{undecided} frictions are undecided at once; combinations are tried for at most "
-                         f"{MOST}")  # fmt: skip
-    if standing := _standing(here):
+    tried = _tried(here)
+    if standing := _standing(here, tried):
         return standing
     try:
-        return _going_on(here)
+        return _going_on(here, tried)
     except (NoMotion, TwoMotions, Undecided):
-        _require_determined(here)
+        _require_determined(here, tried)
         raise
 
 
-def _going_on(here: Junction) -> Branch:
+def _going_on(here: Junction, tried: Tried) -> Branch:
     """Return the one branch that follows; raises ``NoMotion``, ``TwoMotions``, ``Undecided``, ``UnboundedReaction``."""
     consistent: dict[Branch, list[int]] = {}
-    for branch in here.tried:
-        ties = _ties(here, branch)
-        still = None if ties is None else _still(here, mode_of(here.system, branch), ties)
+    for branch, keys in tried.items():
+        still = None if keys is None else _still(here, mode_of(here.system, branch), keys)
         if still is not None:
             consistent[branch] = still
     if len(consistent) > 1:
@@ -164,11 +163,52 @@ def _going_on(here: Junction) -> Branch:
         return _idle(here, left[0], consistent[left[0]])
     branch = _chosen(here, {branch: consistent[branch] for branch in left})
     _require_shared(here, branch, consistent[branch])
-    _require_uncritical(here, branch)
+    _require_uncritical(here, branch, tried)
     return _idle(here, branch, consistent[branch])
 
 
 # consistency
+
+
+def _tried(here: Junction) -> Tried:
+    """Return the branches in which no guard is negative, with the keys of the guards that vanish.
+
+    A branch has one of the choices of ``_fitting`` for each group of coupled frictions. A branch whose forces are not
+    determined is kept, with None in place of the keys.
+    """
+    fitting = [_fitting(here, group) for group in coupled(here.system)]
+    _require_few(math.prod(map(len, fitting)), sum(len(choices) > 1 for choices in fitting))
+    found: Tried = {}
+    for choice in product(*fitting):
+        phases = {k: phase for own, _ in choice for k, phase in own.items()}
+        keys = [ties for _, ties in choice if ties is not None]
+        found[tuple(phases[k] for k in sorted(phases))] = [*chain(*keys)] if len(keys) == len(choice) else None
+    return found
+
+
+def _fitting(here: Junction, group: tuple[int, ...]) -> list[tuple[dict[int, Phase], list[tuple] | None]]:
+    """Return the choices of phases of a group in which no guard is negative, and the keys of those that vanish.
+
+    Where all of a group that may rest can, with margins that are positive, static friction holds the group.
+    """
+    undecided = [k for k in group if len(here.phases[k]) > 1]
+    _require_few(3 ** len(undecided), len(undecided))
+    holds = not any(("slip_onset", k) in here.lost or len({p.load for p in here.phases[k]}) > 1 for k in group)
+    found = []
+    for phases in product(*(here.phases[k] for k in group)):
+        own = dict(zip(group, phases, strict=True))
+        branch = tuple(own.get(k, choice[0]) for k, choice in enumerate(here.phases))
+        ties = _ties(here, branch, group)
+        if holds and ties == [] and not any(own[k].velocity for k in undecided):
+            return [(own, ties)]
+        if ties is not None or here.solved(branch, group) is None:
+            found.append((own, ties))
+    return found
+
+
+def _require_few(combinations: int, undecided: int) -> None:
+    if combinations > 3**MOST:
+        raise InputError(f"{undecided} frictions are undecided at once; combinations are tried for at most {MOST}")
 
 
 def _unloaded(here: Junction, branch: Branch) -> set[int]:
@@ -181,12 +221,12 @@ def _unloaded(here: Junction, branch: Branch) -> set[int]:
     return {k for kind, k in here.lost if kind == "force_zero" and k in rigid and changed <= {k}}
 
 
-def _ties(here: Junction, branch: Branch) -> list[int] | None:
-    """Return the numbers of the guards of a branch that vanish, fixed guards included, or None if one is negative.
+def _ties(here: Junction, branch: Branch, group: tuple[int, ...]) -> list[tuple] | None:
+    """Return the keys of the guards of a group that vanish, or None if one is negative.
 
     None also means that the forces are not determined.
     """
-    if (margins := _margins(here, branch)) is None:
+    if (margins := _margins(here, branch, group)) is None:
         return None
     ties, unloaded = [], _unloaded(here, branch)
     for key, values in margins.items():
@@ -196,35 +236,37 @@ def _ties(here: Junction, branch: Branch) -> list[int] | None:
             return None
         if sign == 0:
             ties.append(key)
-    return [k for k, guard in enumerate(_all_guards(mode_of(here.system, branch))) if guard.key in ties]
+    return ties
 
 
 def _all_guards(mode: GuardedMode) -> tuple[Guard, ...]:
     return (*mode.guards, *mode.fixed_guards)
 
 
-def _margins(here: Junction, branch: Branch) -> dict[tuple, list] | None:
-    """Return the margins of a branch at all points by ``Guard.key``, or None where its forces are not determined.
+def _margins(here: Junction, branch: Branch, group: tuple[int, ...]) -> dict[tuple, list] | None:
+    """Return the margins of a group at all points by ``Guard.key``, or None where its forces are not determined.
 
     Each margin is weighted by the determinant of the equations of the forces: near a zero of the determinant the forces
     are large and of either sign.
     """
-    solved = [here.solved(branch, k) for k in range(len(here.points))]
+    solved = [here.solved(branch, group, k) for k in range(len(here.points))]
     found = [own for own in solved if own is not None]
     if len(found) < len(solved):
         return None
     largest = max(own.determinant for own in found)
-    margins = [_margins_at(here, branch, *place) for place in zip(here.points, found, strict=True)]
+    margins = [_margins_at(here, branch, group, *place) for place in zip(here.points, found, strict=True)]
     return {key: [m[key] * own.determinant / largest for m, own in zip(margins, found, strict=True)]
             for key in margins[0]}  # fmt: skip
 
 
-def _margins_at(here: Junction, branch: Branch, point: ContactPoint, solved: Solved) -> dict[tuple, Any]:
+def _margins_at(
+    here: Junction, branch: Branch, group: tuple[int, ...], point: ContactPoint, solved: Solved
+) -> dict[tuple, Any]:
     """Return the values of the guards by ``Guard.key``; for a vanishing velocity the value is its rate."""
-    forces = (1, *(solved.forces[u] for u in contact_formulas(here.system)[1]))
+    forces = (1, *solved.forces.values())
     found: dict[tuple[str, int, bool], Any] = {}
-    for k, (friction, phase) in enumerate(zip(here.system.frictions, branch, strict=True)):
-        contact = point.contacts[k]
+    for k in group:
+        friction, phase, contact = here.system.frictions[k], branch[k], point.contacts[k]
         if phase == OPEN:
             found["touch_down", k, False] = _opening(here, k, point, forces)
             continue
@@ -246,11 +288,13 @@ def _margins_at(here: Junction, branch: Branch, point: ContactPoint, solved: Sol
 def _breaks_loose(here: Junction, branch: Branch) -> bool:
     """Tell whether a contact slips in a branch that static friction would hold if every contact that may rest did."""
     rest = tuple(p._replace(velocity=0) if k in here.resting and p != OPEN else p for k, p in enumerate(branch))
-    if (margins := _margins(here, rest)) is None:
-        return False
     loose = {k for kind, k in here.lost if kind == "slip_onset"}
-    loose |= {key[1] for key, values in margins.items()
-              if key[0] == "slip_onset" and here.numbers.decided_sign(values) < 0}  # fmt: skip
+    for group in coupled(here.system):
+        if (margins := _margins(here, rest, group)) is None:
+            loose |= {*group}
+        else:
+            loose |= {key[1] for key, values in margins.items()
+                      if key[0] == "slip_onset" and here.numbers.decided_sign(values) < 0}  # fmt: skip
     return any(a != b and k not in loose for k, (a, b) in enumerate(zip(branch, rest, strict=True)))
 
 
@@ -267,8 +311,12 @@ def _opening(here: Junction, k: int, point: ContactPoint, forces: tuple) -> Any:
     return 0 if here.touching[k] else row_at(gap_row(here.system, k, point), forces)
 
 
-def _still(here: Junction, mode: GuardedMode, ties: list[int]) -> list[int] | None:
-    """Return the guards of ``ties`` all of whose computed derivatives vanish, or None as soon as one guard falls."""
+def _still(here: Junction, mode: GuardedMode, keys: list[tuple]) -> list[int] | None:
+    """Return the vanishing guards, fixed ones included, all of whose computed derivatives vanish, or None if one falls.
+
+    ``keys`` are the keys of the guards that vanish.
+    """
+    ties = [k for k, guard in enumerate(_all_guards(mode)) if guard.key in keys]
     if mode.pressed and any(v < 0 for v in here.at.values(mode.system, mode.conditions)):
         return None  # a condition is a margin divided by the penetration: the margin is negative once there is one
     left = {k: _growth(here, mode, k) for k in ties if k < len(mode.guards)}
@@ -339,12 +387,12 @@ def _length(expr: sp.Expr) -> int:
 # the choice
 
 
-def _standing(here: Junction) -> Branch | None:
+def _standing(here: Junction, tried: Tried) -> Branch | None:
     """Return a branch in which the system rests on contacts that have more forces than equations, or None."""
     if not branches.stands(here.before or ()) and any(kind == "slip_onset" for kind, _ in here.lost):
         return None
-    for branch in branches.most_at_rest(b for b in here.tried if not any(phase.velocity for phase in b)):
-        loose = len(branches.at_rest(branch)) > 1 and here.solved(branch) is None
+    for branch in branches.most_at_rest(b for b in tried if not any(phase.velocity for phase in b)):
+        loose = len(branches.at_rest(branch)) > 1 and not here.is_determined(branch)
         standing = standing_branch(here, branch, partial(_margin_growth, here)) if loose else None
         if standing and (here.system.time is None or _lasts(here, standing)):
             return standing
@@ -369,21 +417,22 @@ def _lasts(here: Junction, branch: Branch) -> bool:
     return True
 
 
-def _require_determined(here: Junction) -> None:
+def _require_determined(here: Junction, tried: Tried) -> None:
     """Raise ``UnboundedReaction`` if some forces agree with a branch whose equations do not determine them."""
-    for branch in here.tried:
-        if here.solved(branch) is None and has_forces(here, branch):
+    for branch, keys in tried.items():
+        if keys is None and has_forces(here, branch):
             raise _undetermined(here, branch)
 
 
-def _require_uncritical(here: Junction, chosen: Branch) -> None:
+def _require_uncritical(here: Junction, chosen: Branch, tried: Tried) -> None:
     """Raise ``UnboundedReaction`` if friction leaves a branch undetermined that may move the system in several ways.
 
     A branch is examined if every contact at rest in ``chosen`` rests in it, too. It passes if its reactions are not
     determined even without friction: contacts that press on one another by normals alone bear no more than they must.
     """
-    for branch in (b for b in here.tried if branches.at_rest(b) >= branches.at_rest(chosen)):
-        if here.solved(branch) is None and _solved_smooth(here, branch) and moves_in_several_ways(here, branch):
+    for branch, keys in tried.items():
+        rests = keys is None and branches.at_rest(branch) >= branches.at_rest(chosen)
+        if rests and _solved_smooth(here, branch) and moves_in_several_ways(here, branch):
             raise _undetermined(here, branch)
 
 
@@ -392,7 +441,7 @@ def _solved_smooth(here: Junction, branch: Branch) -> Solved | None:
     point = here.points[0]
     smooth = point._replace(contacts=tuple(c._replace(kinetic=0, static=0) for c in point.contacts))
     sliding = tuple(phase if phase == OPEN else phase._replace(velocity=1) for phase in branch)
-    return solved_forces(here.system, sliding, smooth, here.numbers)
+    return solved_forces(here.system, sliding, smooth, here.numbers, range(len(branch)))
 
 
 def _undetermined(here: Junction, branch: Branch) -> UnboundedReaction:
@@ -439,7 +488,7 @@ def _why_none(here: Junction) -> str:
         if kinetic - static > SAME * kinetic:
             return (f"static friction {float(static):.6g} of friction {k} is below the kinetic one, "
                     f"{float(kinetic):.6g}; make it at least that")  # fmt: skip
-    names = ", ".join(dict.fromkeys(map(branches.mode_name, here.tried)))
+    names = ", ".join(dict.fromkeys(map(branches.mode_name, product(*here.phases))))
     return f"none of {names} is consistent; the model needs compliance there"
 
 

@@ -6,7 +6,6 @@ sign. A quantity whose zero is the event is set to 0 and never tested again. ``j
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from asympk.automaton.contacts import (
@@ -15,6 +14,7 @@ from asympk.automaton.contacts import (
     Place,
     Solved,
     contact_point,
+    coupled,
     gap_row,
     is_open,
     place_of,
@@ -71,19 +71,19 @@ class Junction:
         return {k for k, choice in enumerate(self.phases) if any(phase.mode == "stick" for phase in choice)}
 
     @cached_property
-    def tried(self) -> list[Branch]:
-        """The branches to be tried: all combinations of the ``phases``."""
-        return [*product(*self.phases)]
-
-    @cached_property
-    def _known(self) -> dict[tuple[Branch, int], Solved | None]:
+    def _known(self) -> dict[tuple, Solved | None]:
         return {}
 
-    def solved(self, branch: Branch, point: int = 0) -> Solved | None:
-        """Return the forces of a branch at one of the ``points``, or None where they are not determined."""
-        if (branch, point) not in self._known:
-            self._known[branch, point] = solved_forces(self.system, branch, self.points[point], self.numbers)
-        return self._known[branch, point]
+    def solved(self, branch: Branch, group: tuple[int, ...], point: int = 0) -> Solved | None:
+        """Return the forces of a group in a branch at one of the ``points``, or None where they are not determined."""
+        key = group, tuple(branch[k] for k in group), point
+        if key not in self._known:
+            self._known[key] = solved_forces(self.system, branch, self.points[point], self.numbers, group)
+        return self._known[key]
+
+    def is_determined(self, branch: Branch) -> bool:
+        """Tell whether the equations of a branch determine its forces."""
+        return all(self.solved(branch, group) is not None for group in coupled(self.system))
 
     @property
     def in_words(self) -> str:

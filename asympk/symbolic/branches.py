@@ -507,15 +507,24 @@ def rests_in_all_but_name(system: "System", branch: Branch, k: int) -> bool:
     return friction.static != friction.kinetic and _is_carried(system, branch, k)
 
 
-@lru_cache(maxsize=1024)
 def _is_carried(system: "System", branch: Branch, k: int) -> bool:
     """Tell whether the velocity of a contact that slips in a branch is a combination of velocities that are 0 there."""
-    resting = [system.frictions[j].velocity for j in sorted(at_rest(branch))]
-    if not (branch[k].velocity and resting):
-        return False
-    rows = sp.Matrix([_affine_row(system, velocity) for velocity in (*resting, system.frictions[k].velocity)])
+    return bool(branch[k].velocity) and k in _dependent(system) and bool(_is_combination(system, at_rest(branch), k))
+
+
+@lru_cache(maxsize=64)
+def _dependent(system: "System") -> frozenset[int]:
+    """Return the frictions whose velocity is, or may be, a combination of the velocities of the others."""
+    every = frozenset(range(len(system.frictions)))
+    return frozenset(k for k in every if _is_combination(system, every - {k}, k) in (True, None))
+
+
+@lru_cache(maxsize=1024)
+def _is_combination(system: "System", some: frozenset[int], k: int) -> bool | None:
+    """Tell whether the velocity of friction k is a combination of those of ``some``; None where they are too long."""
+    rows = sp.Matrix([_affine_row(system, system.frictions[j].velocity) for j in (*sorted(some), k)])
     if heavy(sp.Tuple(*rows)):
-        return False
+        return None
     ranks = [part.rank(iszerofunc=lambda e: sp.cancel(e) == 0) for part in (rows[:-1, :], rows)]
     return ranks[0] == ranks[1]
 
