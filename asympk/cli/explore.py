@@ -2,7 +2,7 @@
 
 from argparse import ArgumentParser, Namespace
 
-from asympk.cli.options import whole_number
+from asympk.cli.options import meter, whole_number
 
 HELP = "open a page on which to drag the start of a scene and change its parameters"
 HEARD = 0.5  # seconds: the longest delay of Ctrl-C
@@ -17,7 +17,7 @@ def arguments(parser: ArgumentParser) -> None:
 
 
 def run(options: Namespace) -> None:
-    """Serve the page until Ctrl-C; the page opens while the equations are still being derived."""
+    """Serve the page until Ctrl-C; a file is read before, and the page opens while the catalogue is being derived."""
     import webbrowser
     from contextlib import suppress
     from threading import Thread
@@ -27,7 +27,8 @@ def run(options: Namespace) -> None:
     from asympk.numbers import whole as require_whole
 
     port = require_whole("--port", options.port, 0, 65535)
-    scenes = chosen_scenes(options.scene)
+    with meter("deriving the equations"):
+        scenes = chosen_scenes(options.scene)
     with Server(port) as server, suppress(KeyboardInterrupt):
         serving = Thread(target=server.serve_forever, daemon=True)
         serving.start()

@@ -2,11 +2,10 @@
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 from asympk import systems
 from asympk.errors import InputError
-from asympk.mechanics.described import mechanism_of_table
+from asympk.mechanics.described import Described, mechanism_of_table
 from asympk.scene import Scene
 from asympk.scenes.scenefile import is_file, known_name, read_scene, scene_names, scene_of_table
 from asympk.storage.tomlfile import read_table
@@ -20,7 +19,8 @@ def chosen_scenes(word: str | None) -> Callable[[], tuple[Scene, ...]]:
     """Return the function that derives the scenes that ``word`` names; for None, all that ship.
 
     A file, which may be a pipe, is read once, before the function is returned. Raises ``UnknownName`` for a word that
-    names no scene, ``InputError`` for a file that is not TOML; the function raises the other errors of a file.
+    names no scene, ``InputError`` for a file of no scene and of no mechanism; the function raises ``InputError`` for a
+    mechanism that cannot be followed.
     """
     if word is None:
         names = FIRST, *(name for name in scene_names() if name != FIRST)
@@ -28,14 +28,16 @@ def chosen_scenes(word: str | None) -> Callable[[], tuple[Scene, ...]]:
     if is_file(word):
         table = read_table(word)
         alone = "coordinates" in table and "until" not in table
-        return partial(_of_mechanism, table, word) if alone else lambda: (scene_of_table(table, word),)
+        if alone:
+            return partial(_of_mechanism, mechanism_of_table(table, word))
+        scene = scene_of_table(table, word)
+        return lambda: (scene,)
     name = known_name(word)
     return partial(example_scenes, name) if name in systems.__all__ else lambda: (read_scene(name),)
 
 
-def _of_mechanism(table: dict[str, Any], file: str) -> tuple[Scene, ...]:
-    """Return the example in a mechanism's file with an elastic and with a rigid contact, where its start fits each."""
-    found = mechanism_of_table(table, file)
+def _of_mechanism(found: Described) -> tuple[Scene, ...]:
+    """Return the example of a described mechanism with an elastic and a rigid contact, where its start fits each."""
     c, h = (found.mechanism.plain.spare(name, positive=True) for name in "ch")
     values = {str(c): COMPLIANCE, str(h): DAMPING, **found.values}
     models = {"elastic contact": found.mechanism.elastic(compliance=c, damping=h), "rigid": found.mechanism.rigid()}

@@ -129,6 +129,12 @@ def test_a_motion_that_stops_shows_what_was_followed_and_says_why(tmp_path):
     assert found["t"][-1] == pytest.approx(stopped.value.t)
 
 
+def test_a_file_of_no_scene_is_refused_before_there_is_a_page(tmp_path):
+    (tmp_path / "empty.toml").write_text("")
+    with pytest.raises(InputError, match=r"empty.toml: sigma, mu, start, until missing"):
+        chosen_scenes(str(tmp_path / "empty.toml"))
+
+
 def test_an_unknown_scene_is_refused_with_the_nearest():
     with pytest.raises(UnknownName, match="'backward'"):
         chosen_scenes("bakward")
