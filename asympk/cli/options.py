@@ -98,6 +98,14 @@ def require_other_file(written: str | None, read: str | None) -> None:
         raise InputError(f"{written}: it is the scene's own file; give another to write")
 
 
+def require_drawable(file: str | None) -> None:
+    """Raise, before any work is done, the errors of a plot that cannot be drawn into ``file``; None is for no plot."""
+    if file is not None:
+        from asympk.pictures import sheets
+
+        sheets(file)
+
+
 def place_name(text: str) -> str:
     """Return the name of a file or directory; refuse "", which comes from a shell variable that is not set, and "-"."""
     if not text:

@@ -3,7 +3,15 @@
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING, Any
 
-from asympk.cli.options import add_scene, given_scene, meter, place_name, require_other_file, whole_number
+from asympk.cli.options import (
+    add_scene,
+    given_scene,
+    meter,
+    place_name,
+    require_drawable,
+    require_other_file,
+    whole_number,
+)
 
 if TYPE_CHECKING:
     from asympk.scene import Scene
@@ -40,6 +48,7 @@ def run(options: Namespace) -> None:
     given = {name: value for name, value in given.items() if value is not None}
     for written in (options.csv, options.plot):
         require_other_file(written, options.scene)
+    require_drawable(options.plot)
     scene = given_scene(options)
     with meter("following the scene", log=True) as shown, redirect_stdout(None):  # where scikit-sundae prints
         path = solve(scene, options.method, **given, **_reaching(scene, options, shown))

@@ -2,7 +2,7 @@
 
 from argparse import ArgumentParser, Namespace
 
-from asympk.cli.options import meter, place_name, whole_number
+from asympk.cli.options import meter, place_name, require_drawable, whole_number
 
 HELP = "follow a grid or a random ensemble of scenes in chunks; a run that was interrupted resumes"
 
@@ -24,10 +24,7 @@ def run(options: Namespace) -> None:
     from asympk.sweep.summary import summarise, summary_as_text
     from asympk.sweep.sweepfile import read_sweep
 
-    if options.plot:
-        from asympk.pictures import sheets
-
-        sheets(options.plot)
+    require_drawable(options.plot)
     sweep = read_sweep(options.file)
     with meter(total=sweep.total, log=True) as shown, executor(options.workers, options.dask) as chosen:
         follow(sweep, options.out, chosen, shown.add)

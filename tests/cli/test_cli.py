@@ -42,6 +42,12 @@ def test_solve_prints_json_with_the_fixed_keys(capsys):
     assert told["final"][2] == pytest.approx(1, abs=1e-5)
 
 
+def test_a_plot_that_cannot_be_written_is_refused_before_the_scene_is_followed(capsys, tmp_path):
+    status, out, err = run(capsys, *GOOD, "--csv", str(tmp_path / "a.csv"), "--plot", str(tmp_path / "a.gif"))
+    assert (status, out, list(tmp_path.iterdir())) == (2, "", [])
+    assert err.endswith("a plot is written as one of .pdf, .svg, .png\n")
+
+
 def test_solve_with_digits_prints_strings_of_that_many_digits(capsys):
     _, out, _ = run(capsys, *GOOD, "--digits", "40", "--json")
     final = json.loads(out)["final"]
