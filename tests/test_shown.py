@@ -208,6 +208,13 @@ def test_axes_of_a_physical_path_have_units():
     assert figure.axes[-1].get_xlabel() == "t (s)"
 
 
+def test_the_scene_of_a_physical_path_shows_its_start_and_horizon_with_their_units():
+    scene = ap.Scene.physical(**CHALK)
+    assert "  alpha  70 deg\n" in repr(scene.rod)
+    shown = repr(ap.solve(scene).physical().scene).splitlines()
+    assert shown[1:] == ["  start  R_1 = 0 N, dR_1 = 0 N/s, u = -0.02 m/s", "  until  0.05 s"]
+
+
 def test_a_physical_scene_with_another_number_is_no_longer_physical():
     from dataclasses import replace
 

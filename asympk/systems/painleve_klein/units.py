@@ -18,6 +18,7 @@ from asympk.multiprecision import private_context
 from asympk.numbers import Number, number
 from asympk.path import Path
 from asympk.scene import Scene, triple
+from asympk.shown import Card, ShownAsTable
 from asympk.shown import number_as_text as shown
 from asympk.symbolic.lowering import lower
 from asympk.systems import painleve_klein
@@ -66,8 +67,8 @@ class Units:
         return _times(t, self.time)
 
 
-@dataclass(frozen=True)
-class RodInUnits:
+@dataclass(frozen=True, repr=False)
+class RodInUnits(ShownAsTable):
     """A physical rod: its exact ``quantities`` by name, the ``units``, and the nondimensional ``numbers`` they make.
 
     ``numbers`` are (sigma, mu, sigma0, x, y, z, until).
@@ -82,9 +83,12 @@ class RodInUnits:
         """The quantities with their units in SI, for a card."""
         return tuple((name, f"{shown(value)} {SI[name]}".strip()) for name, value in self.quantities)
 
+    def _card(self) -> Card:
+        return Card("Rod in physical quantities", self.rows)
 
-@dataclass(frozen=True)
-class PhysicalScene:
+
+@dataclass(frozen=True, repr=False)
+class PhysicalScene(ShownAsTable):
     """The scene of a path in physical quantities: start, horizon, and ``delay`` = h l, the unit of time."""
 
     names: ClassVar[tuple[str, ...]] = ("R_1", "dR_1", "u")  # of the states
@@ -98,6 +102,13 @@ class PhysicalScene:
     def combinations(self) -> tuple[tuple[str, tuple], ...]:
         """The load R = R_1 + h l R_1' (2.3)."""
         return (("R", (1, self.delay, 0)),)
+
+    def _card(self) -> Card:
+        begun = zip(self.names, self.start, strict=True)
+        start = ", ".join(f"{name} = {shown(float(value))} {self.units[name]}" for name, value in begun)
+        until = f"{shown(float(self.until))} {self.units['t']}"
+        title = f"Scene {self.name + ' ' if self.name else ''}in physical quantities"
+        return Card(title, (("start", start), ("until", until)))
 
 
 @dataclass(frozen=True)
