@@ -75,8 +75,9 @@ class JumpMap(ShownAsFormulas):
         return "\n".join([self.region, f"x -> {self.x}", f"z -> {self.z}", f"by {' -> '.join(self.itinerary)}"])
 
     def __repr__(self) -> str:
-        limits = f"x -> {self.x.truncated(0)}, z -> {self.z.truncated(0)}"
-        return f"JumpMap {self.region}\norder {self.order}: {limits} by {' -> '.join(self.itinerary)}"
+        limits = f"x -> {self.x.coefficient(0)}, z -> {self.z.coefficient(0)}"
+        known = f"as mu -> 0, {limits}; known to order {self.order}"
+        return f"JumpMap {self.region}\nby {' -> '.join(self.itinerary)}\n{known}"
 
     @property
     def t_hit(self) -> Series:

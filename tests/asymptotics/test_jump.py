@@ -352,6 +352,7 @@ def test_the_region_comes_first_and_says_what_was_chosen_and_how_to_choose_anoth
     assert second.startswith("(chosen: sigma = 1, x = 0, y = 1/5, z = -1; another region by start=")
     assert repr(jump).startswith(f"JumpMap for {jump.domain}\n(chosen: sigma = 1")
     assert len(repr(jump)) < 1200
+    assert repr(jump).splitlines()[-1] == f"as mu -> 0, x -> x - z, z -> 0; known to order {jump.order}"
     assert jump.chosen == ("sigma", "x", "y", "z")
     assert jump.domain.subs(jump.sample) == sp.true
 
