@@ -9,9 +9,11 @@ from asympk.mechanics import evaluation, paradox
 from asympk.mechanics.checks import departures
 from asympk.mechanics.described import Described
 from asympk.mechanics.jump_law import rebound
+from asympk.output.terminal import wrapped
 from asympk.scenes.scenefile import is_file
 from asympk.systems.catalogue import described_mechanism
 
+_LABEL = 16  # characters of a label on the left
 _DAMPINGS = (0, 1)  # damping ratios for which the rebound is given
 ROUNDING = 1e-13  # relative to the largest velocity before a jump: smaller velocities after it are rounding errors
 
@@ -29,9 +31,10 @@ def mechanism_as_text(described: Described) -> str:
     """Return the whole screen on a ``Described`` mechanism."""
     numbers = ", ".join(f"{name} = {_short(value)}" for name, value in described.numbers.items())
     rigid = [*contact_lines(described), *_paradox(described), *motion_lines(described)]
-    place = [f"at {numbers}", *_departure(described)]
     title = ": ".join(filter(None, (described.name, described.about)))
-    lines = [title, *place, "", *rigid, "", *jump_lines(described), ""]
+    lines = [*wrapped("", title), *wrapped("at ", numbers), *_departure(described), ""]
+    for labelled in (rigid, jump_lines(described)):
+        lines += [*(part for line in labelled for part in wrapped(line[:_LABEL], line[_LABEL:])), ""]
     return "\n".join([*lines, *_further(described)])
 
 

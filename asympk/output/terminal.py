@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from functools import reduce
 from math import prod
+from shutil import get_terminal_size
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
@@ -17,13 +18,28 @@ if TYPE_CHECKING:
     from asympk.certify.proofs import Proof
     from asympk.studies.least import Ladder
 
-_WIDTH = 110
+_WIDTH = 120  # characters of a line where there is no terminal
 SHORT = 8  # digits of a number in a table
 NEXT = (
     "asympk claims C23                    the evidence of one claim",
     "asympk solve backward --plot a.svg   a steep rod where the rigid one has no motion",
     "asympk mechanism painleve_rod        another mechanism, its paradox and its jump",
 )
+
+
+def columns() -> int:
+    """Return the number of characters of a line: those of the terminal, or ``_WIDTH`` for a file or a pipe."""
+    return get_terminal_size((_WIDTH, 0)).columns if sys.stdout is not None and sys.stdout.isatty() else _WIDTH
+
+
+def wrapped(head: str, words: str) -> list[str]:
+    """Return ``head`` and ``words`` in lines of ``columns`` characters; the words stay to the right of the head.
+
+    An equation such as ``x = 1`` stays in one line.
+    """
+    lines = wrap(words.replace(" = ", "\xa0=\xa0"), columns(), initial_indent=head, subsequent_indent=" " * len(head),
+                 break_long_words=False, break_on_hyphens=False)  # fmt: skip
+    return [line.replace("\xa0", " ") for line in lines] or [head.rstrip()]
 
 
 def path_as_json(path: Path, digits: int | None = None) -> str:
@@ -49,14 +65,14 @@ def path_as_text(path: Path, digits: int | None = None) -> str:
 
     With ``digits`` the final state follows once more, with that many digits.
     """
-    scene, columns = path.scene, ("t", *path.names)
+    scene = path.scene
     begins = [("start", 0, *scene.start), *((event.kind, event.t, *event.state) for event in path.events)]
-    lines = [_row(columns, "event -> mode")]
-    for (kind, *state), mode in zip(begins, path.modes, strict=True):
-        lines.append(_row(map(_shortly, state), f"{kind} -> {mode}"))
-    lines.append(_row(map(_shortly, (scene.until, *path.final)), f"until ({path.model})"))
+    rows = [(map(_shortly, state), f"{kind} -> {mode}")
+            for (kind, *state), mode in zip(begins, path.modes, strict=True)]  # fmt: skip
+    rows.append((map(_shortly, (scene.until, *path.final)), f"until ({path.model})"))
+    lines = _table(path.names, rows)
     if digits is not None:
-        lines += [f"{name} = {_plain(value, digits)}" for name, value in zip(columns[1:], path.final, strict=True)]
+        lines += [f"{name} = {_plain(value, digits)}" for name, value in zip(path.names, path.final, strict=True)]
     return "\n".join(lines)
 
 
@@ -65,11 +81,18 @@ def scenes_as_text(names: Iterable[str]) -> str:
     from asympk.scenes.scenefile import about
 
     width = max(map(len, names))
-    return "\n".join(f"{name:<{width}}  {about(name)}" for name in names)
+    return "\n".join(line for name in names for line in wrapped(f"{name:<{width}}  ", about(name)))
 
 
-def _row(cells, words):
-    return "  ".join([*(f"{cell:>14}" for cell in cells), words])
+def _table(names, rows):
+    """Return rows (time and states, words) as lines below a heading; a row that is too long has lines of its own."""
+    labels, table = ("t", *names), [([*cells], words) for cells, words in rows]
+    widths = [max(map(len, column)) for column in zip(labels, *(cells for cells, _ in table), strict=True)]
+    lines = ["  ".join([*map(str.rjust, cells, widths), words]) for cells, words in ((labels, "event -> mode"), *table)]
+    if max(map(len, lines)) <= columns():
+        return lines
+    told = ((words, ", ".join(map("{} = {}".format, labels, cells))) for cells, words in table)
+    return [line for words, numbers in told for line in (words, *wrapped("    ", numbers))]
 
 
 def _shortly(number):
@@ -104,7 +127,7 @@ def ladder_as_text(ladder: "Ladder") -> str:
         lines.append(f"{mark} {rung.model:<8}{shown[0]:>11}{shown[1]:>11}{shown[2]:>12}")
         first = next(other.model for other in ladder.rungs if other.reason == rung.reason)
         reason = f"as {first}" if rung.reason and first != rung.model else rung.reason
-        lines += wrap(reason, _WIDTH, initial_indent=" " * 6, subsequent_indent=" " * 6)
+        lines += wrapped(" " * 6, reason) if reason else []
     return "\n".join([*lines, f"least model for an error below {ladder.rtol:g} at until: {ladder.model}"])
 
 
@@ -136,9 +159,9 @@ def _certificate_as_text(one, digits):
     if not one.proven:
         return f"undecided: {one.reason}"
     lines = [f"proven: {' -> '.join(one.modes)}, with {one.bits} bits"]
-    lines += [_row(("t", *one.scene.names), "event -> mode")] if one.events else []
-    for (kind, t, state, _), mode in zip(one.events, one.modes[1:], strict=True):
-        lines.append(_row((ball.str(SHORT, radius=False) for ball in (t, *state)), f"{kind} -> {mode}"))
+    rows = [((ball.str(SHORT, radius=False) for ball in (t, *state)), f"{kind} -> {mode}")
+            for (kind, t, state, _), mode in zip(one.events, one.modes[1:], strict=True)]  # fmt: skip
+    lines += _table(one.scene.names, rows) if rows else []
     return "\n".join([*lines, "  final", *_balls(one.scene.names, one.final, digits)])
 
 
@@ -168,7 +191,7 @@ def proofs_as_text(found: "Iterable[Proof]") -> str:
         box = ", ".join(f"{symbol} from {_decimal(low)} to {_decimal(high)}"
                         for symbol, (low, high) in proof.inequality.box.items())  # fmt: skip
         verdict = "proven" if proof.proven else "undecided"
-        lines.append(f"{proof.inequality.claim}  {verdict}: {proof.inequality.statement} ({box})")
+        lines += wrapped(f"{proof.inequality.claim}  ", f"{verdict}: {proof.inequality.statement} ({box})")
     return "\n".join(lines)
 
 
@@ -198,19 +221,18 @@ def exit_status(found: Sequence[Claim]) -> int:
 
 
 def _line(claim):
-    room = _WIDTH - 17
+    room = columns() - 17
     statement = claim.statement if len(claim.statement) <= room else claim.statement[: room - 3] + "..."
     return f"{claim.id}  {claim.verdict:<10}  {statement}"
 
 
 def _with_evidence(claim):
-    lines = [f"{claim.id} (section {claim.where}): {claim.verdict}", f"  {claim.statement}"]
-    lines += [f"  -> {claim.finding}"] if claim.finding else []
+    lines = [f"{claim.id} (section {claim.where}): {claim.verdict}", *wrapped("  ", claim.statement)]
+    lines += wrapped("  -> ", claim.finding) if claim.finding else []
     for check in claim.evidence:
         mark = "holds" if check.holds else "fails"
-        lines.append(f"  - {check.role}, {check.kind}, {mark}: {check.what}")
-        if check.value:
-            lines.append(f"      {check.value}")
+        lines += wrapped("  - ", f"{check.role}, {check.kind}, {mark}: {check.what}")
+        lines += wrapped(" " * 6, check.value) if check.value else []
     return "\n".join(lines)
 
 
@@ -228,17 +250,12 @@ def summary(found: Sequence[Claim], files: int) -> str:
         if chosen:
             parts.append(f"{verdict.capitalize()}:")
             for claim in chosen:
-                parts += [*_wrapped(claim.id, claim.statement), *_wrapped("", f"-> {claim.finding}")]
+                parts += [*wrapped(f"  {claim.id:<5}", claim.statement), *wrapped(" " * 7, f"-> {claim.finding}")]
             parts.append("")
     parts += ["Beyond the paper, for sigma > 0 and z < 0, with L = log(1/mu):", *_jump_lines(), ""]
     parts += ["Regimes of the plane v = 0 and of the slow plane Pi2:", *_regime_lines(), ""]
     parts += [f"{files} files written under paper/generated. To try next:", *(f"  {command}" for command in NEXT)]
     return "\n".join(parts)
-
-
-def _wrapped(label, words):
-    indent = " " * 7
-    return wrap(words, _WIDTH, initial_indent=f"  {label:<5}", subsequent_indent=indent, break_long_words=False)
 
 
 def _jump_lines():

@@ -370,7 +370,7 @@ v = 1
     file.write_text(f"until = 3\n{spring_block('k')}{numbers}")
     assert main(["certify", str(file), *box]) == 0
     told = capsys.readouterr().out
-    assert re.search(r"\n +t +x +v  event -> mode\n +[\d.]+ +[\d.]+ +[\d.]+  velocity_zero -> ", told)
+    assert re.search(r"\n +t +x +v  event -> mode\n *[\d.]+ +[\d.]+ +[\d.]+  velocity_zero -> ", told)
     assert re.search(r"  final\n    x = \[.*\]\n    v = \[.*\]\n$", told)
     assert main(["certify", str(file), "--box", "v", "-1", "1", "--pieces", "4"]) in (0, 1)
     assert re.search(r"proven pieces\n    x = \[.*\]\n    v = \[.*\]\n$", capsys.readouterr().out)

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from commandline import run
 
 import asympk
 from asympk import cli
+from asympk.output import terminal
 from asympk.systems import held_rod
 
 GOOD = ["solve", "--sigma", "1", "--mu", "1e-6", "--start", "0", "0.2", "-1", "--until", "5"]
@@ -120,6 +122,17 @@ def test_a_scene_in_numbers_is_certified(capsys):
 def test_negative_numbers_of_every_form_are_values(capsys):
     arguments = [*GOOD[:5], "--start", "-1/2", "-1e-3", "-.5", "--until", "1"]
     assert run(capsys, *arguments)[0] == 0
+
+
+@pytest.mark.parametrize("words", ["scenes", "claims C11 C23", "mechanism painleve_rod", "solve painleve_rod"])
+def test_no_line_is_longer_than_the_terminal_is_wide_and_no_word_is_lost(capsys, monkeypatch, words):
+    texts = {}
+    for width in (80, 500):
+        monkeypatch.setattr(terminal, "columns", lambda width=width: width)
+        texts[width] = run(capsys, *words.split())[1]
+    assert max(map(len, texts[80].splitlines())) <= 80 < max(map(len, texts[500].splitlines()))
+    narrow, wide = ({*re.findall(r"\w+", texts[width])} for width in (80, 500))
+    assert wide - narrow <= {"event", "mode"}  # the heading of a table
 
 
 def test_an_option_that_takes_a_function_is_told_as_one_of_python(capsys):
