@@ -50,6 +50,11 @@ def test_node_turns_to_focus_where_the_series_stops_converging():
         assert SPECTRA[mode].radius == sp.Abs(SPECTRA[mode].coalescence)
 
 
+def test_a_bound_on_mu_tells_nodes_from_foci():
+    end = 1 + pk.sigma / 4
+    assert SPECTRA["slip_same"].kinds == (("stable node", pk.mu < end), ("stable focus", pk.mu > end))
+
+
 @pytest.mark.parametrize(
     ("mode", "sigma", "mu", "kind"),
     [
