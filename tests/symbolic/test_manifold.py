@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 import asympk as ap
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic, OrderError
 from asympk.symbolic.critical import critical_manifolds
+from asympk.symbolic.expansion import expand
 from asympk.symbolic.manifold import C, integral_curves, reduced_flow, rest_state
 from asympk.symbolic.signs import conjunction
 from asympk.systems import arm
@@ -105,6 +106,17 @@ def test_the_residual_of_the_invariance_equation_vanishes_to_the_order_asked_and
     for *known, omitted in expanded(residual, order + 1):
         assert all(map(vanishes, known))
         assert not vanishes(omitted)
+
+
+@pytest.mark.parametrize(("name", "degree"), [("the other root", 2), ("a root of a leading coefficient", 2),
+                                              ("a cube root", 3)])  # fmt: skip
+def test_coefficients_over_a_root_are_polynomials_in_it_of_a_lower_degree(name, degree):
+    slow, fast, branch = SYSTEMS[name]
+    found = expand(ap.System.smooth(slow, fast, mu).modes[0], mu, sp.Dict(branch), 3)
+    for coefficient in found.height[v][1:]:
+        numerator, denominator = sp.fraction(sp.together(found.ring.expr(coefficient)))
+        assert sp.degree(numerator, v) < degree
+        assert not denominator.has(v)
 
 
 def test_a_manifold_moves_with_the_explicit_time():
