@@ -281,8 +281,8 @@ class _Modes:
             verdict = 0 if sign is None else verdict
             if sign != 0 and not any(spanned(guard.row, (other.row,)) for other in guards):
                 guards.append(guard._replace(touching=sign_at(guard.row, state) == 0))
-        sides = [leading_sign(row, found.matrix, state) for row in found.edges]  # 0: an edge vanishes identically
-        return (-1 if -1 in sides else verdict * all(sides)), tuple(guards)
+        moved = all(leading_sign(row, found.matrix, state) for row in found.edges)  # 0: an edge vanishes identically
+        return verdict * moved, tuple(guards)
 
     def lost_beyond(self, before, after, state):
         """Return the guard that ``before`` loses on the sides of ``after``; None where both have the same branch."""
