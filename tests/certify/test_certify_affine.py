@@ -319,6 +319,12 @@ def test_an_edge_that_both_sides_lead_to_or_away_from_has_no_proof(law, start):
     assert certify(ap.Scene(system=system, values={}, start={"x": start}, until=2)).obstacle == "edge"
 
 
+@pytest.mark.parametrize("law", [sp.sign(x - 1), sp.floor(x)])
+def test_a_box_of_starts_across_an_edge_has_no_proof(law):
+    scene = block_under(-law, {"x": 1, "v": 1}, until=1)
+    assert "the side of" in certify(scene, {"x": ("0.9", "1.1")}).reason
+
+
 def test_the_guard_of_a_load_that_is_positive_by_its_form_is_lost_where_the_other_sign_is_assumed():
     slipping = Phase(-1, 1)
     (guard, *_) = branches.guards(SWITCHED["a load with a kink"].system, (slipping,))
