@@ -76,6 +76,46 @@ def test_a_velocity_of_several_states_that_rounding_leaves_beside_0_has_stopped(
         assert many.final[:, i] == pytest.approx([float(value) for value in path.final], abs=1e-12)
 
 
+def test_a_load_of_several_states_that_rounding_leaves_beside_0_has_vanished():
+    load = x / 3 + v / 7 + y / 11 - sp.Rational(1, 10)
+    sliding = ap.Friction(velocity=w, force=F, load=load, kinetic=sp.Rational(3, 10))
+    system = ap.System.with_frictions({x: v, v: -x, y: w, w: F - y / 2}, {}, [sliding])
+    random = np.random.default_rng(1)
+    start = {"x": random.uniform(-2, 2, 40), "v": random.uniform(-2, 2, 40), "y": 0.5, "w": random.uniform(3, 5, 40)}
+    many = ap.solve_many(system=system, values={}, start=start, until=2)
+    assert many.alone == 0
+    assert "force_zero" in many.events().kind
+    for i in range(0, 40, 8):
+        here = {name: float(np.broadcast_to(a, 40)[i]) for name, a in start.items()}
+        path = ap.solve(ap.Scene(system=system, values={}, start=here, until=2))
+        assert many.n_events[i] == len(path.events)
+        assert many.final[:, i] == pytest.approx(path.final, abs=1e-13)
+
+
+def test_rows_whose_rounding_a_mode_lets_grow_are_followed_by_the_scalar_flow():
+    """On the stable line v = -3 x of x'' = 9 x the state falls by exp(18), and rounding beside it grows as much."""
+    system = ap.System.with_frictions({x: v, v: 9 * x, w: F}, {}, [ap.Friction(w, F, load=1, kinetic=1)])
+    starts = np.arange(1, 9) / 8
+    many = ap.solve_many(system=system, values={}, start={"x": starts, "v": -3 * starts, "w": 1}, until=6)
+    assert many.final[0] == pytest.approx(starts * np.exp(-18), rel=1e-12)
+    assert many.alone == 8
+
+
+def test_blocks_that_bounce_on_springs_are_followed_together():
+    """A block falls from the height h, and its ground reverses the velocity sqrt(2 h) and carries its weight."""
+    block = ap.Mechanism((x, y), (v, w), sp.eye(2), (0, -1), ap.Contact(gap=y, slip=x, friction=k, unilateral=True))
+    elastic, heights = block.elastic(compliance=mu**2, damping=0), np.array([0.3, 0.4, 0.7, 0.9])
+    rows = [block.start(elastic, {"x": 0, "y": h, "x'": 9, "y'": 0, "mu": 0.1}) for h in heights]
+    start = {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
+    many = ap.solve_many(system=elastic, values={"k": 0.5, "mu": 0.1}, start=start, until=1.75)
+    assert many.alone == 0
+    assert {PHASES[j] for j in many.first[0]} == {"open"}
+    down, up = many.events().t.reshape(4, 2).T
+    assert many.events().kind.tolist() == ["touch_down", "lift_off"] * 4
+    assert down == pytest.approx(np.sqrt(2 * heights), rel=1e-13)
+    assert many.final[many.names.index("z")] == pytest.approx(9 - (2 * down + up - down) / 2, rel=1e-13)
+
+
 def test_results_are_drawn_over_the_argument_that_varies(starts):
     frictions = np.linspace(0.25, 1, 5)
     start = {name: values[0] for name, values in starts.items()}
@@ -220,6 +260,10 @@ def test_what_every_friction_does_at_the_start_is_told(starts):
     expected = [alone({"mu": 1e-3, "k": 0.5}, {**starts, "v": 0.0}, 0.0, i).modes[0] for i in range(40)]
     assert found == expected
     assert {"stick"} < {*found}
+    few = {name: values[:3] for name, values in starts.items()} | {"v": 0.0}
+    fewer = ap.solve_many(system=CHAIN, values={"mu": 1e-3, "k": 0.5}, start=few, until=1.0)
+    assert fewer.alone == 3
+    assert fewer.first.tolist() == many.first[:, :3].tolist()
 
 
 @pytest.mark.parametrize("side", [1, -1])
