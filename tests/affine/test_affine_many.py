@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 
 import asympk as ap
-from asympk.errors import Accumulation, InputError
+from asympk.errors import Accumulation, InputError, TwoMotions
 from asympk.many import PHASES
 
 F, G, t = sp.symbols("F G t", real=True)
@@ -157,6 +157,17 @@ def test_two_frictions_are_followed_too():
         path = ap.solve(ap.Scene(system=clutches, values={"k": 0.75}, start=here, until=9))
         assert many.n_events[i] == len(path.events)
         assert many.final[:, i] == pytest.approx(path.final, rel=1e-11, abs=1e-12)
+
+
+def test_starts_from_which_two_motions_go_on_are_left_out_of_arrays_too():
+    """Of two blocks at rest either may let go: v' = 5/8 with w at rest, or w' = -21/32 with v at rest."""
+    eighth = sp.Rational(1, 8)
+    laws = [ap.Friction(rate, force, load=1, kinetic=1, static=12 * eighth) for rate, force in ((v, F), (w, G))]
+    pair = ap.System.with_frictions({v: 2 * eighth + F + G, w: -2 * eighth + 9 * eighth * F + G}, {}, laws)
+    with pytest.raises(TwoMotions, match="all consistent"):
+        ap.solve(ap.Scene(system=pair, values={}, start={"v": 0, "w": 0}, until=1))
+    many = ap.solve_many(system=pair, values={}, start={"v": [0, 0, 0, 9, 9], "w": 0}, until=0.1)
+    assert np.isnan(many.final[0]).tolist() == [True] * 3 + [False] * 2
 
 
 def test_bad_arrays_are_refused_in_one_line(starts):
