@@ -313,8 +313,8 @@ def test_a_box_of_starts_beside_a_stop_contains_what_its_points_do():
         assert inside(proof, path)
 
 
-@pytest.mark.parametrize(("law", "start"), [(1 - 2 * sp.sign(x), 1), (1 + 2 * sp.sign(x), 0)])
-def test_an_edge_that_both_sides_lead_to_or_away_from_has_no_proof(law, start):
+@pytest.mark.parametrize(("law", "start"), [(1 - 2 * sp.sign(x), 1), (1 + 2 * sp.sign(x), 0), (1 - sp.sign(x), 0)])
+def test_an_edge_that_both_sides_lead_to_or_away_from_or_one_side_moves_along_has_no_proof(law, start):
     system = ap.System.smooth({x: law}, {}, None)
     assert certify(ap.Scene(system=system, values={}, start={"x": start}, until=2)).obstacle == "edge"
 
