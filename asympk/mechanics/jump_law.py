@@ -135,9 +135,6 @@ def _decay(p: sp.Expr, p_stick: sp.Expr, ratio: sp.Expr) -> sp.Expr:
     ringing = sp.atan(sp.sqrt(swing) * slope) / sp.sqrt(swing)
     root = sp.sqrt(-swing)
     creeping = sp.log((1 + root * slope) / (1 - root * slope)) / (2 * root)
-    if swing.is_number:
-        cases = ((ringing, swing > 0), (creeping, swing < 0), (slope, True))
-        return 2 * beta * next(value for value, holds in cases if holds)
     return 2 * beta * sp.Piecewise((ringing, swing > 0), (creeping, swing < 0), (slope, True))
 
 
