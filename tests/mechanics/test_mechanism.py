@@ -1,15 +1,17 @@
 """Mechanism and Contact: the same contact from every way to write it down, and one line for what is none."""
 
+import tomllib
 from fractions import Fraction
 
 import mpmath
 import pytest
 import sympy as sp
-from mechanisms import THETA, T, X, Y, f, g, l, m, masses_between_guides, slender_rod
+from mechanisms import SLENDER_ROD, THETA, T, X, Y, f, g, l, m, masses_between_guides, slender_rod
 from sympy.physics.mechanics import KanesMethod, LagrangesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
 
 import asympk as ap
 from asympk.errors import InputError, UnknownName
+from asympk.mechanics.described import mechanism_of_table
 from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.tidy import cofactors, expanded_determinant
 
@@ -28,6 +30,37 @@ def test_slender_rod_has_the_published_contact():
     assert _same(rod.delassus, sp.Matrix([[1 + 3 * c**2, -3 * s * c], [-3 * s * c, 1 + 3 * s**2]]) / m)
     assert _same(rod.free, (-g + l * s * THETA.diff(T) ** 2, l * c * THETA.diff(T) ** 2))
     assert sp.simplify(rod.critical_friction - (1 + 3 * c**2) / (3 * sp.Abs(s * c))) == 0
+
+
+def _file(change, more):
+    return mechanism_of_table(tomllib.loads(SLENDER_ROD.replace(*change) + more), "rod.toml").mechanism
+
+
+def test_a_file_with_the_mass_and_all_forces_describes_what_a_lagrangian_does():
+    numbers = "[values]\nm = 1\nl = 1\ng = 1\nf = 2\n"
+    lagrangian = next(line for line in SLENDER_ROD.splitlines() if line.startswith("lagrangian"))
+    rows = 'mass = [["m", 0, "0"], ["0", "m", "0"], ["0", "0", "m*l^2/3"]]'
+    derived, given = _file(("", ""), numbers), _file((lagrangian, rows), f'[forces]\nY = "-m*g"\n{numbers}')
+    assert _same(derived.delassus, given.delassus)
+    assert _same(derived.free, given.free)
+
+
+@pytest.mark.parametrize(
+    ("change", "more", "match"),
+    [
+        (("lagrangian", "mass = [['m']]\nlagrangian"), "", "give either lagrangian or mass"),
+        (("lagrangian", "about"), "", "give either lagrangian or mass"),
+        (("lagrangian", "mass"), "", "mass must be a list of rows"),
+        (("", ""), "[forces]\nZ = 1", "forces: Z is no coordinate"),
+        (("unilateral = true", "forces = 1"), "", r"forces = 1: it must be a table, \[forces\]"),
+        (("true", '"yes"'), "", "unilateral must be true or false"),
+        (("", ""), "[over]\ntheta = 1", r"over: theta = 1: give its range, \[low, high\]"),
+        (("", ""), "over = 1", "over must name one coordinate or parameter"),
+    ],
+)
+def test_a_file_that_describes_no_mechanism_is_refused_in_one_line(change, more, match):
+    with pytest.raises(InputError, match=match):
+        _file(change, f"{more}\n[values]\nm = 1\nl = 1\ng = 1\nf = 2\n")
 
 
 def test_painleve_klein_has_its_paradox_for_f_tan_alpha_above_2():
