@@ -1,4 +1,4 @@
-"""Neimark and Fufaev's brake shoe: the lighter the carriage, the sooner it jams."""
+"""Neimark and Fufaev's brake shoe: the heavier the carriage, the sooner it jams."""
 
 # %% The contact of the shoe on a moving belt
 from asympk.systems import brake_shoe
@@ -6,7 +6,8 @@ from asympk.systems import brake_shoe
 mechanism = brake_shoe.mechanism()
 
 # %% The paradox
-# The mass of the carriage alone carries the tangential force: the critical friction is (1 + m / M) tan(theta).
+# Under a heavy carriage the hinge stands still, and a shoe jams that leans by less than the angle of friction. A light
+# carriage gives way, and the critical friction is (1 + m / M) tan(theta).
 critical = mechanism.plain.delassus[0, 0] / mechanism.plain.delassus[0, 1]
 
 RESULTS = {
