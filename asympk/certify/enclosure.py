@@ -250,6 +250,7 @@ def _refused(segment, guards, hi, left):
     if not hi < left.lower():
         return Refused(f"horizon: an event at the end itself, t = {near:.10g} of this mode")
     kinds = " and ".join(sorted(guard.kind for guard in guards))
+    when = f"{near:.10g} after this mode began" if hi > _SOONEST else "as soon as this mode begins"
     if len(guards) > 1:
-        return Refused(f"simultaneous: {kinds} within the radius, {near:.10g} after this mode began")
-    return Refused(f"grazing: {kinds} may or may not happen {near:.10g} after this mode began")
+        return Refused(f"simultaneous: {kinds} within the radius, {when}")
+    return Refused(f"grazing: {kinds} may or may not happen {when}")
