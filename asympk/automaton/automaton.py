@@ -191,7 +191,8 @@ def _led_to(automaton: Automaton, edges: tuple[sp.Expr, ...], t: Any, state: Sta
 
 @lru_cache(maxsize=64)
 def _on_sides(automaton: Automaton, sides: Sides) -> Automaton:
-    system = system_on_sides(automaton.system, sides)
+    if (system := system_on_sides(automaton.system, sides)) is automaton.system:
+        return automaton
     numbers = dict(zip(automaton.system.parameters, automaton.values, strict=True))
     return Automaton(system, tuple(numbers[p] for p in system.parameters))
 

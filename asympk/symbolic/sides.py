@@ -122,12 +122,13 @@ def measured(phase: sp.Expr) -> sp.Expr:
 
 
 def system_on_sides(system: System, sides: Sides) -> System:
-    """Return a system with its rates and frictions as on the given ``sides`` of its phases."""
+    """Return a system with its rates and frictions as on the given ``sides`` of its phases: itself if they are so."""
     on = partial(on_sides, sides=sides)
     slow, fast = ({s: on(rate) for s, rate in rates.items()} for rates in (system.slow, system.fast))
     found = [(f, {name: on(part) for name, part in f.parts.items()}) for f in system.frictions]
     contacts = (replace(f, **parts) for f, parts in found)
-    return replace(system, slow=sp.Dict(slow), fast=sp.Dict(fast), frictions=tuple(contacts))
+    found = replace(system, slow=sp.Dict(slow), fast=sp.Dict(fast), frictions=tuple(contacts))
+    return system if found == system else found  # an equal one would be compared by its formulas, again and again
 
 
 def on_sides(expr: sp.Expr, sides: Sides) -> sp.Expr:
