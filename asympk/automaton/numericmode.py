@@ -352,10 +352,11 @@ class NumericMode:
 def _across(direction: list, basis: list[list]) -> list:
     """Return the part of a direction that is orthogonal to others, which are orthogonal to one another."""
     for other in basis:
-        share = _dot(direction, other) / _dot(other, other)
-        direction = [a - share * b for a, b in zip(direction, other, strict=True)]
+        if along := _dot(direction, other):
+            share = along / _dot(other, other)
+            direction = [a - share * b for a, b in zip(direction, other, strict=True)]
     return direction
 
 
 def _dot(a: list, b: list) -> Any:
-    return sum(x * y for x, y in zip(a, b, strict=True))
+    return sum(x * y for x, y in zip(a, b, strict=True) if x and y)
