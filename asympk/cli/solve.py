@@ -41,7 +41,7 @@ def run(options: Namespace) -> None:
     from contextlib import redirect_stdout
 
     from asympk.methods import solve
-    from asympk.output.terminal import path_as_json, path_as_text
+    from asympk.output.terminal import path_as_json, path_as_text, scene_as_text
 
     names = "digits", "order", "rtol", "atol", "steps", "seconds", "events"
     given = {name: getattr(options, name) for name in names}
@@ -58,7 +58,10 @@ def run(options: Namespace) -> None:
         path.to_csv(options.csv)
     if options.plot:
         path.plot(options.plot)
-    print(path_as_json(path, options.digits) if options.json else path_as_text(path, options.digits))
+    if options.json:
+        print(path_as_json(path, options.digits))
+    else:
+        print(scene_as_text(scene, options.physical), path_as_text(path, options.digits), sep="\n")
 
 
 def _reaching(scene: "Scene", options: Namespace, shown: Any) -> dict[str, Any]:

@@ -12,10 +12,12 @@ from typing import TYPE_CHECKING
 
 from asympk.ledger.verdicts import VERDICTS, Claim
 from asympk.path import Path
+from asympk.shown import cut, number_as_text
 
 if TYPE_CHECKING:
     from asympk.certify.certificates import Certificate
     from asympk.certify.proofs import Proof
+    from asympk.scene import Scene
     from asympk.studies.least import Ladder
 
 _WIDTH = 120  # characters of a line where there is no terminal
@@ -58,6 +60,23 @@ def path_as_json(path: Path, digits: int | None = None) -> str:
     if path.error is not None:
         entries["error"] = _plain(path.error, digits and 3)
     return json.dumps(entries, indent=2)
+
+
+def scene_as_text(scene: "Scene", physical: bool = False) -> str:
+    """Return the numbers of a scene, and what its states mean, as lines above its path.
+
+    ``physical`` tells that the path is in the units of the scene's file.
+    """
+    from asympk.scenes.turned import scene_parameters
+
+    read = ((name, number_as_text(value)) for name, value in scene_parameters(scene).items())
+    numbers = ", ".join(map(" = ".join, scene.rod.rows if scene.rod is not None else read))
+    lines = wrapped("", ": ".join(filter(None, (scene.name, numbers))))
+    if scene.rod is not None and not physical:
+        lines += wrapped("", "t, x, y and z are nondimensional; --physical gives them in the units above")
+    for friction in scene.system.frictions if scene.system is not None else ():
+        lines += wrapped("", f"sliding velocity {friction.velocity}, load {cut(str(friction.load))}")
+    return "\n".join(lines)
 
 
 def path_as_text(path: Path, digits: int | None = None) -> str:

@@ -44,6 +44,22 @@ def test_solve_prints_json_with_the_fixed_keys(capsys):
     assert told["final"][2] == pytest.approx(1, abs=1e-5)
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("backward --set sigma=2", ["backward: sigma = 2, mu = 0.000001, sigma0 = 2"]),
+        ("held_rod --set f=3", [", f = 3,", "sliding velocity z, load h*y + x"]),
+        ("chalk", ["alpha = 70 deg, l = 0.08 m", "t, x, y and z are nondimensional; --physical gives them"]),
+        ("chalk --physical", ["alpha = 70 deg, l = 0.08 m"]),
+    ],
+)
+def test_above_a_path_are_the_numbers_of_its_scene_and_what_its_states_are(capsys, words, said):
+    above, heading, _ = run(capsys, "solve", *words.split())[1].partition("event -> mode")
+    assert heading
+    assert all(part in above for part in said)
+    assert ("nondimensional" in above) == (words == "chalk")
+
+
 def test_a_plot_that_cannot_be_written_is_refused_before_the_scene_is_followed(capsys, tmp_path):
     status, out, err = run(capsys, *GOOD, "--csv", str(tmp_path / "a.csv"), "--plot", str(tmp_path / "a.gif"))
     assert (status, out, list(tmp_path.iterdir())) == (2, "", [])
