@@ -10,6 +10,8 @@ numbers, such as a root of a cubic, its functions take the fast states on the br
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from unicodedata import name as unicode_name
+from unicodedata import normalize
 
 import sympy as sp
 
@@ -66,7 +68,8 @@ def export(system: System, target: str, out: str | Path, order: int = 3, name: s
 def module_functions(system: System, order: int) -> tuple[Function, ...]:
     """Return the functions that make up the module, the same for every target.
 
-    Names become identifiers: the rate theta' is called theta_rate, and the mode slip_same+stick, slip_same_stick.
+    Names become identifiers: the rate theta' is called theta_rate, an angle with a Greek letter, theta, and the
+    mode slip_same+stick, slip_same_stick.
     """
     put, order = _aliases(system), known_order(order)
     if long := [m.name for m in system.modes if is_longer(sp.Tuple(*m.slow.values(), *m.fast.values()), MOST)]:
@@ -78,10 +81,19 @@ def module_functions(system: System, order: int) -> tuple[Function, ...]:
 
 
 def _aliases(system):
-    """Return {theta': theta_rate}: for every quantity whose name ends in a prime, a symbol with a plain name."""
-    named = (*system.states, *system.parameters)
-    return {rate: spare(rate.name.replace("'", "_rate"), named, **rate.assumptions0)
-            for rate in named if rate.name.endswith("'")}  # fmt: skip
+    """Return {theta': theta_rate}: for every name with a prime or a letter beyond ASCII, a symbol in plain letters."""
+    named, put = (*system.states, *system.parameters), {}
+    for given in named:
+        plain = "".join(map(_plain_letter, normalize("NFKD", given.name.replace("'", "_rate"))))
+        if plain != given.name:
+            put[given] = spare(plain, (*named, *put.values()), **given.assumptions0)
+    return put
+
+
+def _plain_letter(letter):
+    """Return a letter of ASCII as it is, one of another alphabet by its name, theta or Theta, and an accent as ""."""
+    kind, _, name = unicode_name(letter, "").rpartition(" LETTER ")
+    return letter if letter.isascii() else name.lower().capitalize() if kind.endswith("CAPITAL") else name.lower()
 
 
 def _plainly(f, put):

@@ -133,6 +133,21 @@ def test_a_rate_with_a_prime_has_a_plain_name_in_a_module_that_says_so(tmp_path)
     assert python_module(path).smooth(2.0, 3.0) == (-2.0, 2.0)
 
 
+def test_letters_beyond_ascii_have_their_names_in_a_module_that_says_so(tmp_path):
+    angle, rate, end = sp.symbols("\u03b8 \u03b8' \u0398\u2081", real=True)
+    swing = ap.System.smooth({angle: rate, rate: -end * sp.sin(angle)}, {}, None)
+    text = export(swing, "c", tmp_path)[0].read_text()
+    put = {"theta": angle, "theta_rate": rate, "Theta1": end}
+    assert all(f"{plain} stands for {given}" in text for plain, given in put.items())
+    assert "void model_smooth(double theta, double theta_rate, double Theta1, double out[2]);" in text
+
+
+def test_letters_of_one_name_have_different_plain_names(tmp_path):
+    one, other = sp.symbols("\u03b8 \u03d1", real=True)
+    (path,) = export(ap.System.smooth({one: other, other: 2 * one}, {}, None), "python", tmp_path)
+    assert python_module(path).smooth(2.0, 3.0) == (3.0, 4.0)
+
+
 def call(function, values, outputs):
     single = isinstance(outputs, sp.Expr)
     out = [] if single else [(ctypes.c_double * len(outputs))()]
