@@ -215,7 +215,8 @@ def _signature(system, values, defined=frozenset()):
 
 def _heading(system, name):
     """Return the equations as lines of text; above the equations of a mode stand its name and condition."""
-    lines = [f"{name}: a slow-fast system, written by asympk {__version__}; needs nothing but a math library.", ""]
+    kind = "slow-fast system" if system.fast else "system"
+    lines = [f"{name}: a {kind}, written by asympk {__version__}; needs nothing but a math library.", ""]
     for mode in system.modes:
         lines.append(f"{mode.name}:" if mode.where == sp.true else f"{mode.name}, where {mode.where}:")
         lines += [f"    d{x}/dt = {f}" for x, f in mode.slow.items()]

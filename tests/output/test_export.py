@@ -139,6 +139,7 @@ def test_letters_beyond_ascii_have_their_names_in_a_module_that_says_so(tmp_path
     text = export(swing, "c", tmp_path)[0].read_text()
     put = {"theta": angle, "theta_rate": rate, "Theta1": end}
     assert all(f"{plain} stands for {given}" in text for plain, given in put.items())
+    assert " * model: a system, written by" in text
     assert "void model_smooth(double theta, double theta_rate, double Theta1, double out[2]);" in text
 
 
