@@ -45,7 +45,7 @@ def write_page(name: str, out: Path) -> None:
         described = described_mechanism(name)
         save(motion_plot(described), out / f"{name}-map.svg")
         parts += [*_contact(described), *_paradox(described), *_jump(described)]
-    parts += [*_equations(name), *_motion(name, out)]
+    parts += [*system_equations(name), *_motion(name, out)]
     write_text(out / f"{name}.rst", "\n".join(parts))
 
 
@@ -122,12 +122,13 @@ def _jump(described: Described) -> list[str]:
     return [*parts, *(f"   {line}" for line in jump_lines(described)), ""]
 
 
-def _equations(name: str) -> list[str]:
+def system_equations(name: str) -> list[str]:
+    """Return the lines of a page with the equations of a system; the rate of a fast state y is ``mu y' = g``."""
     system = import_module(f"asympk.systems.{name}").system()
     rows, long = [], []
-    for state, rate in system.rates.items():
+    for state in system.states:
         small = f"{latex_of(system.small)}\\," if state in system.fast else ""
-        right = latex_of(rate)
+        right = latex_of({**system.slow, **system.fast}[state])
         if len(right) > LONGEST:
             long.append(f"``{state}``")
             right = r"\ldots"

@@ -11,7 +11,7 @@ import pytest
 from asympk.errors import InputError, MissingPackage
 from asympk.output import article, site
 from asympk.output.publish import LIST, publish
-from asympk.output.systempages import write_page
+from asympk.output.systempages import system_equations, write_page
 from asympk.pictures.sketches import SKETCHES
 from asympk.systems import __all__ as SYSTEMS
 
@@ -193,6 +193,14 @@ def test_the_page_and_the_pictures_of_a_system_are_the_same_each_time(built, tmp
 def test_every_system_of_the_catalogue_has_a_sketch_and_a_title():
     assert set(SKETCHES) == set(SYSTEMS)
     assert len({sketch.title for sketch in SKETCHES.values()}) == len(SKETCHES)
+
+
+@pytest.mark.parametrize(
+    ("name", "equation"),
+    [("painleve_klein", r"\mu\,\frac{d}{dt} y &= \phi - 2 x - 2 y + 1 "), ("butenin", r"eps\,\frac{d}{dt} x &= y ")],
+)
+def test_the_small_parameter_stands_on_one_side_of_an_equation(name, equation):
+    assert equation in " ".join(system_equations(name))
 
 
 def test_without_the_extra_one_line_says_what_to_install(monkeypatch):
