@@ -1,9 +1,9 @@
 r"""A two-link arm that pushes on a rough surface: a robot's hand, or a finger that wipes.
 
 Two slender links of the length 1 and the mass m, shoulder at the height b_0 over the surface, angles a and b of
-the links from the vertical, moments S and E in shoulder and elbow. Source: an example of ours; for arms that jam, P. E.
-Dupont, S. P. Yamajako, Jamming and wedging in constrained rigid-body dynamics, IEEE Conference on Robotics and
-Automation (1994).
+the links from the vertical. The frame turns the upper link with the moment S and, by a belt over the shoulder, the
+lower one with the moment E. Source: an example of ours; for arms that jam, P. E. Dupont, S. P. Yamajako, Jamming and
+wedging in constrained rigid-body dynamics, IEEE Conference on Robotics and Automation (1994).
 """
 
 from functools import cache
