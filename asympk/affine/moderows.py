@@ -135,6 +135,7 @@ def follow_rows(flow: AffineFlow, mesh: Mesh, whole: np.ndarray, left: np.ndarra
     with np.errstate(all="ignore"):
         span, hit, undone = _first_roots(rows, mesh, left)
         state, error = _end(rows, span, hit, whole, error)
+        undone |= flow.rate.diagonal().max(initial=0.0) * span > MOST_EXPONENT  # functions are cut there
     return Ends(span, hit, state, error, undone | ~np.isfinite(state).all(axis=1))
 
 
@@ -143,12 +144,9 @@ def _first_roots(rows, mesh, left):
     span, hit = left.copy(), np.full(left.shape, -1)
     undone = ~(rows.reach >= 0).all(axis=1)
     pending = np.flatnonzero(~undone) if rows.zero.shape[1] else np.zeros(0, dtype=int)
-    growing = rows.flow.rate.diagonal().max(initial=0.0)
     for window in _pieces(mesh):
         if not pending.size:
             return span, hit, undone
-        if growing * window.t[-1] > MOST_EXPONENT:
-            break
         at, found, doubtful = _in_window(rows.of(pending), window, left[pending])
         span[pending], hit[pending] = np.where(found >= 0, at, span[pending]), found
         undone[pending] |= doubtful

@@ -114,6 +114,8 @@ def test_blocks_that_bounce_on_springs_are_followed_together():
     assert many.events().kind.tolist() == ["touch_down", "lift_off"] * 4
     assert down == pytest.approx(np.sqrt(2 * heights), rel=1e-13)
     assert many.final[many.names.index("z")] == pytest.approx(9 - (2 * down + up - down) / 2, rel=1e-13)
+    scenes = [ap.Scene(system=elastic, values={"k": 0.5, "mu": 0.1}, start=row, until=0.5) for row in rows * 2]
+    assert {ap.solve(scene).modes for scene in scenes} == {("open",)}
 
 
 def test_results_are_drawn_over_the_argument_that_varies(starts):
@@ -224,6 +226,16 @@ def test_what_is_shown_of_many_counts_those_that_are_lost_and_tells_the_others()
     assert "beyond the range of doubles  1 of 2" in shown
     assert "from 1 to 1 at the end" in shown
     assert "nan" not in shown
+
+
+@pytest.mark.parametrize("laws", [[], [ap.Friction(w, F, load=1, kinetic=1)]])
+def test_rows_that_grow_beyond_doubles_are_left_out_and_cost_no_other_its_own(laws):
+    system = ap.System.with_frictions({x: v, v: x, w: F if laws else -w}, {}, laws)
+    ends = np.array([1.0, 2.0, 650.0, 1000.0, 3.0])
+    many = ap.solve_many(system=system, values={}, start={"x": 1, "v": 0, "w": 1}, until=ends)
+    assert [many.outcomes[k] for k in many.outcome] == ["followed" if end < 710 else "beyond the range of doubles"
+                                                        for end in ends]  # fmt: skip
+    assert many.final[0, ends < 710] == pytest.approx(np.cosh(ends[ends < 710]), rel=1e-12)
 
 
 @pytest.mark.parametrize("exact", [np.longdouble(1) / 3, Fraction(1, 3), "1/3"])
