@@ -34,6 +34,20 @@ def test_coulomb_oscillator_loses_two_f_in_every_half_period_and_rests_in_the_de
     assert path.final == (pytest.approx(rest, abs=2e-14), 0.0)
 
 
+@pytest.mark.parametrize("load", ["0.35", "-0.35"])
+def test_a_load_of_either_sign_resists_as_much(load):
+    """The turning points are 5.3 - 0.7 n; with a negative load the phase of forward sliding is slip_opposite."""
+    block = ap.System.with_frictions({x: v, v: -x + F}, {}, [ap.Friction(velocity=v, force=F, load=N, kinetic=1)])
+    path = followed(block, {N: load}, {"x": "5.3", "v": 0}, 7)
+    forward, backward = ("slip_same", "slip_opposite")[:: 1 if float(load) > 0 else -1]
+    assert path.modes == (backward, forward, backward)
+    assert [e.state[0] for e in path.events] == pytest.approx([0.7 - 5.3, 5.3 - 1.4], rel=1e-15)
+    starts = {"x": np.linspace(5.3, 6.3, 4), "v": 0}
+    many = ap.solve_many(system=block, values={N: load}, start=starts, until=7)
+    assert many.final[:, 0] == pytest.approx(path.final, rel=1e-14)
+    assert many.alone == 0
+
+
 @pytest.mark.parametrize("damping", [0, 10**12])
 def test_the_size_of_the_states_is_a_matter_of_units(damping):
     """Rates of 1e312, beyond doubles, and a spectrum in which the friction is 1e299 times all else."""

@@ -92,6 +92,17 @@ def test_a_push_that_is_a_high_power_of_the_time_is_integrated_exactly(power):
     assert path.final == pytest.approx(expected, rel=4e-16)
 
 
+@pytest.mark.parametrize("options", [{}, {"digits": 25}])
+def test_a_push_that_decays_with_the_mass_is_integrated_exactly(options):
+    """v' = t e^-t cos(t) - v - 1/4, in resonance: (v e^t)' = t cos(t) - e^t/4."""
+    rub = ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational(1, 4))
+    system = ap.System.with_frictions({v: t * sp.exp(-t) * sp.cos(t) - v + F}, {}, [rub], time=t)
+    path = ap.solve(ap.Scene(system=system, start={v: 4}, until=2), **options)
+    gained = 2 * math.sin(2) + math.cos(2) - 1
+    assert float(path.final[0]) == pytest.approx((4 + gained - math.expm1(2) / 4) * math.exp(-2), rel=1e-15)
+    assert path.model == ("exact" if not options else path.model)
+
+
 @pytest.mark.parametrize("start", [2, 1, 0])
 @pytest.mark.parametrize("power", [1, 3])
 def test_a_scene_that_ends_at_its_start_stays_there_on_every_side_in_doubles_and_in_digits(start, power):
