@@ -52,7 +52,7 @@ class Server(ThreadingHTTPServer):
 
     daemon_threads = True
 
-    def __init__(self, port: int = 0, seconds: float | None = None):
+    def __init__(self, port: int = 0):
         self.token = token_urlsafe(24)
         self.scenes: Future[tuple[Scene, ...]] = Future()
         page = files("asympk").joinpath("explore", "page")
@@ -60,7 +60,7 @@ class Server(ThreadingHTTPServer):
             name: partial(_part, page.joinpath(file).read_bytes(), kind) for name, (file, kind) in PAGE.items()
         }  # fmt: skip
         self.parts["scenes"] = self._scenes_part
-        self.workers = {name: Worker(q, self.scenes, seconds or q.seconds, q.modules)
+        self.workers = {name: Worker(q, self.scenes, q.seconds, q.modules)
                         for name, q in QUESTIONS.items()}  # fmt: skip
         try:
             super().__init__((HOST, port), _Handler)

@@ -220,10 +220,10 @@ def _runs(values):
     yield from pairwise(starts)
 
 
-def _inside(mask, room=2):
+def _inside(mask):
     """Return the cell of ``mask`` farthest from its border, or None when there is no room for a number."""
     from scipy.ndimage import distance_transform_cdt
 
     depth = distance_transform_cdt(np.pad(mask, 1), metric="chessboard")[1:-1, 1:-1]
     place = np.unravel_index(int(np.argmax(depth)), depth.shape)
-    return place if depth[place] >= room else None
+    return place if depth[place] > 1 else None

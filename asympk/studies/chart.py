@@ -3,7 +3,7 @@
 ``write`` computes the rows: those of the paper by the plan ``FULL``, or fewer, in less time, by the plan ``QUICK``.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict
 from fractions import Fraction
 from pathlib import Path
@@ -53,10 +53,8 @@ SLOPE = 3  # tan(alpha) of the nonlinear rod; f = 1 makes sigma = 1
 PARTS = ("work", "plane", "nonlinear", "models", "contacts")
 
 
-def write(
-    out: Path, kept: Path, quick: bool, tell: Callable[[str], None], parts: Sequence[str] = PARTS
-) -> list[Path]:
-    """Compute the rows of ``parts`` into ``out``/rows; return the files written.
+def write(out: Path, kept: Path, quick: bool, tell: Callable[[str], None]) -> list[Path]:
+    """Compute the rows of all ``PARTS`` into ``out``/rows; return the files written.
 
     ``quick`` computes fewer rows, for the peers that are installed. Reference solutions stored in ``kept`` are used
     again. ``tell`` is called with one line for each step. Raises ``MissingPackage`` if the full run lacks a peer.
@@ -72,19 +70,14 @@ def write(
         files.append(out / "rows" / f"{name}.csv")
         write_rows(files[-1], rows, about | {"reference": reference})
 
-    if {*parts} - {"models"}:
-        _warm(plan, tell)
-    if "work" in parts:
-        store("work", work_rows(plan, tell))
-    if "plane" in parts:
-        store("plane", plane_rows(plan, tell))
-    if "nonlinear" in parts:
-        found = nonlinear_references(plan, kept, tell)
-        store("nonlinear-reference", found, "collocation")
-        store("nonlinear", nonlinear_rows(plan, found, tell), "collocation")
-    if "models" in parts:
-        store("models", model_rows(plan, tell), "Radau 1e-13")
-    if "contacts" in parts and plan["contact_mus"]:
+    _warm(plan, tell)
+    store("work", work_rows(plan, tell))
+    store("plane", plane_rows(plan, tell))
+    found = nonlinear_references(plan, kept, tell)
+    store("nonlinear-reference", found, "collocation")
+    store("nonlinear", nonlinear_rows(plan, found, tell), "collocation")
+    store("models", model_rows(plan, tell), "Radau 1e-13")
+    if plan["contact_mus"]:
         store("contacts", contact_rows(plan, tell))
     return files
 

@@ -140,25 +140,25 @@ def _delayed():
     return lower((*_HERE[:3], DEPTH), divide(painleve_klein.system()).delay.expr, "mpmath")
 
 
-def divide(system: System, order: int = 1, mode: str = "slip_opposite") -> Divide:
+def divide(system: System, mode: str = "slip_opposite") -> Divide:
     """Derive the ``Divide`` along the slow line of ``mode`` in z > 0; raises the errors of ``jump_map``."""
     z = linear(system).states[2]
-    above, below = (jump_map(system, order, {z: 1, OFFSET: sp.Rational(k, 10)}, near=mode) for k in (1, -1))
-    return Divide(separatrix(system, order, mode), above, below, _delay(system, mode, order))
+    above, below = (jump_map(system, 1, {z: 1, OFFSET: sp.Rational(k, 10)}, near=mode) for k in (1, -1))
+    return Divide(separatrix(system, 1, mode), above, below, _delay(system, mode))
 
 
-def separatrix(system: System, order: int = 1, mode: str = "slip_opposite") -> Series:
+def separatrix(system: System, order: int, mode: str = "slip_opposite") -> Series:
     """Return the load on the slow line of ``mode`` as a series whose coefficients depend on x."""
     exact, numbers, x = _exactly(system)
     y = on_slow_line(numbers.fields[mode], x, order)
     return (numbers.load[0] + numbers.load[1] * x + numbers.load[2] * y).map(exact.expr, system.small)
 
 
-def _delay(system, mode, order):
+def _delay(system, mode):
     # the load vanishes where delta e^(fast T) = -(load at rest + slow part e^(slow T))/(fast part per offset)
     exact, numbers, x = _exactly(system)
     field, (l0, lx, ly) = numbers.fields[mode], numbers.load
-    slow, fast = slow_and_fast_rate(field, order + 1)
+    slow, fast = slow_and_fast_rate(field, 2)
     up, down, (at_x, at_y) = slope_of(field, fast), slope_of(field, slow), rest_of(field)
     parts = {
         "slow": slow, "fast": fast, "rest": series(l0 + lx * at_x + ly * at_y), "part": (lx + ly * down) * (x - at_x),
@@ -169,7 +169,7 @@ def _delay(system, mode, order):
     slow, fast, rest, part, per = symbols.values()
     grown = -(rest + part * sp.exp(slow * TIME)) / per
     dominant = series(DEPTH / (values[fast] * MU).leading)
-    return solve_for_series(fast * TIME - DEPTH / system.small - sp.log(grown), TIME, dominant, values, order).map(
+    return solve_for_series(fast * TIME - DEPTH / system.small - sp.log(grown), TIME, dominant, values, 1).map(
         sp.expand_log, system.small
     )
 
