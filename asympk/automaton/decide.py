@@ -199,7 +199,7 @@ def _fitting(here: Junction, group: tuple[int, ...]) -> list[tuple[dict[int, Pha
         own = dict(zip(group, phases, strict=True))
         branch = tuple(own.get(k, choice[0]) for k, choice in enumerate(here.phases))
         ties = _ties(here, branch, group)
-        if holds and ties == [] and not any(own[k].velocity for k in undecided):
+        if holds and ties == [] and all(own[k].mode == "stick" for k in undecided):
             return [(own, ties)]
         if ties is not None or here.solved(branch, group) is None:
             found.append((own, ties))
