@@ -250,7 +250,9 @@ class NumericMode:
         if self.kinds[guard][0] in OF_STATES:
             return moved
         farthest = FARTHEST * max(map(abs, state))
-        near = all(abs(new - old) <= farthest for new, old in zip(moved, state, strict=True))
+        _, later = self.moved_on(t, state, self.beside * t)  # where all states are 0, an error in time is their error
+        near = all(abs(new - old) <= max(farthest, abs(then - old))
+                   for new, old, then in zip(moved, state, later, strict=True))  # fmt: skip
         return moved if near else self.settled(t, state)
 
     def time_of_fall(self, guard: int, t: Any, state: State) -> Any:

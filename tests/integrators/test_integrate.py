@@ -543,6 +543,13 @@ def test_a_margin_of_stick_that_only_touches_zero_holds_however_late_and_flat_th
     assert ap.solve(ap.Scene(system=system, start=[0, 0], until=2 * late - 1), method=method).modes == ("stick",)
 
 
+def test_a_pull_that_vanishes_with_the_load_is_held_through_the_zero_though_no_state_is_larger_there():
+    x = sp.Symbol("x", real=True)
+    path = ap.solve(ap.Scene(system=_under(x, x / 2, {}), start=[-1, 0], until=9), method="radau")
+    assert path.modes == ("stick", "stick")
+    assert [(e.kind, e.t) for e in path.events] == [("force_zero", pytest.approx(1))]
+
+
 def test_events_that_recur_at_one_time_are_said_to_be_rounding_and_not_to_be_too_many():
     # load p^2 and pull p s / 3 vanish together, and the error of the steps makes the block slip and stick by turns
     x, v, p, q, r, s, F = sp.symbols("x v p q r s F", real=True)
