@@ -354,6 +354,12 @@ def test_arrays_of_any_shape_tell_and_draw_themselves(shape, tmp_path):
     assert (tmp_path / "many.svg").stat().st_size > 3000
 
 
+def test_a_path_that_is_only_a_point_is_drawn_as_a_dot():
+    panels = ap.solve(ap.Scene(sigma=1, mu=1e-2, start=(0, 0.2, -1), until=0)).plot().axes
+    dots = [line.get_xydata().tolist() for panel in panels for line in panel.lines if line.get_marker() == "o"]
+    assert dots == [[[0.0, value]] for value in (0, 0.2, -1, 0.2)]
+
+
 def test_a_map_of_itineraries_names_the_arguments_that_vary():
     many = ap.solve_many(np.linspace(0.5, 2, 4)[:, None], 1e-2, 0, np.linspace(-1, 1, 5), -1, 2)
     (axis,) = many.plot().axes

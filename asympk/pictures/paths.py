@@ -88,11 +88,11 @@ def _shade(axis: Any, path: Path) -> None:
 
 
 def _mark(axis: Any, path: Path, times: tuple, values: tuple) -> None:
-    """Put a dot on a curve at every event, unless there are more than ``MANY`` events."""
+    """Put a dot on a curve at every event, unless there are more than ``MANY`` events, or where it is only a point."""
     if len(path.events) > MANY:
         return
     at = dict(zip(times, values, strict=True))
-    marks = [float(event.t) for event in path.events]
+    marks = [float(event.t) for event in path.events] if path.end else [0.0]
     axis.plot(marks, [at[t] for t in marks], "o", color=style.BLUE, markersize=2.2)
 
 
