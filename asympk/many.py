@@ -121,7 +121,7 @@ class Many(ShownAsTable):
             rows += [("events", f"{events.min()} to {events.max()}, {events.sum()} in all")]
             rows += [(name, f"from {values.min():.6g} to {values.max():.6g} at the end")
                      for name, values in zip(self.names, final, strict=True)]  # fmt: skip
-        return Card(f"{size} trajectories", tuple(rows))
+        return Card(f"{size} {'trajectory' if size == 1 else 'trajectories'}", tuple(rows))
 
 
 def axes_of(shape: tuple[int, ...], arguments: dict[str, Any]) -> tuple[tuple[str, Any], ...]:

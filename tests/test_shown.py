@@ -354,6 +354,14 @@ def test_arrays_of_any_shape_tell_and_draw_themselves(shape, tmp_path):
     assert (tmp_path / "many.svg").stat().st_size > 3000
 
 
+def test_one_trajectory_is_told_as_one_and_numbers_of_trajectories_and_events_are_whole():
+    many = ap.solve_many(1, 1e-2, 0, 0.2, -1, 1)
+    assert repr(many).startswith("1 trajectory\n")
+    counted = many.plot().axes[-1]
+    ticks = [*counted.get_xticks(), *counted.get_yticks()]
+    assert ticks == [round(tick) for tick in ticks]
+
+
 def test_a_path_that_is_only_a_point_is_drawn_as_a_dot():
     panels = ap.solve(ap.Scene(sigma=1, mu=1e-2, start=(0, 0.2, -1), until=0)).plot().axes
     dots = [line.get_xydata().tolist() for panel in panels for line in panel.lines if line.get_marker() == "o"]

@@ -50,5 +50,8 @@ def _panels(many: Many) -> Any:
         for axis, row, label in zip(panels.flat, rows, (*many.names, "events"), strict=True):
             axis.plot(values, row, ".", color=style.BLUE, markersize=2.4)
             axis.set_ylabel(style.folded(label, PANEL))
+        panels[-1, 0].locator_params(axis="y", integer=True, min_n_ticks=1)
+        if name == "trajectory":
+            panels[-1, 0].locator_params(axis="x", integer=True, min_n_ticks=1)
         panels[-1, 0].set_xlabel(name)
     return drawing
