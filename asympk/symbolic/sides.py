@@ -127,8 +127,8 @@ def system_on_sides(system: System, sides: Sides) -> System:
     slow, fast = ({s: on(rate) for s, rate in rates.items()} for rates in (system.slow, system.fast))
     found = [(f, {name: on(part) for name, part in f.parts.items()}) for f in system.frictions]
     contacts = (replace(f, **parts) for f, parts in found)
-    found = replace(system, slow=sp.Dict(slow), fast=sp.Dict(fast), frictions=tuple(contacts))
-    return system if found == system else found  # an equal one would be compared by its formulas, again and again
+    sided = replace(system, slow=sp.Dict(slow), fast=sp.Dict(fast), frictions=tuple(contacts))
+    return system if sided == system else sided  # an equal one would be compared by its formulas, again and again
 
 
 def on_sides(expr: sp.Expr, sides: Sides) -> sp.Expr:
