@@ -40,7 +40,8 @@ class Junction:
 
     ``lost`` are the guards that the mode ``before`` lost, by kind and friction. The first of the ``places`` is the
     state itself, the others are displaced by its rounding error; ``points`` are the contacts there. ``touching`` are
-    the rigid contacts that stay closed or may open, and whether their reaction has just vanished.
+    the rigid contacts that stay closed or may open, and whether their reaction has just vanished. ``slack`` is the
+    relative error of the state.
     """
 
     system: System
@@ -49,6 +50,16 @@ class Junction:
     places: tuple[Place, ...]
     points: list[ContactPoint]
     touching: dict[int, bool]
+    slack: Any
+
+    @cached_property
+    def places_of_rest(self) -> tuple[Place, ...]:
+        """The places at which rest is decided: also such in which one state moves by the rounding of the largest.
+
+        A velocity that a two-sided rigid contact keeps at 0 is 0 to rounding alone, as no zero of it is known.
+        """
+        two_sided = any(f.constraint is not None and f.gap is None for f in self.system.frictions)
+        return self.at.with_nudged(self.slack, self.slack) if two_sided else self.places
 
     @property
     def at(self) -> Place:
@@ -104,7 +115,7 @@ def junction_at(
     lost |= set() if before else _resting_rigid(system, at)
     touching = _touching(system, before, lost, at)
     _require_directions(system, touching, points, at)
-    return Junction(system, before, lost, places, points, touching)
+    return Junction(system, before, lost, places, points, touching, slack)
 
 
 def _require_directions(system: System, touching: dict[int, bool], points: list[ContactPoint], at: Place) -> None:

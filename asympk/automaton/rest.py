@@ -23,6 +23,7 @@ import sympy as sp
 from asympk.automaton.contacts import (
     ContactPoint,
     Numbers,
+    Place,
     contact_equations,
     contact_formulas,
     gap_row,
@@ -44,7 +45,7 @@ def standing_branch(here: Junction, branch: Branch, growth: Growth) -> Branch | 
     None means that they cannot bear such forces. A margin that vanishes must not fall as the time goes on.
     """
     zeros, margins = standing_rows(here.system, branch)
-    tables = _tables(here, _standing_rows(here.system, branch))
+    tables = _tables(here, _standing_rows(here.system, branch), here.places_of_rest)
 
     def standing(rows: Iterable[int]) -> Branch:
         return tuple(phase._replace(still=tuple(sorted(rows))) if phase != OPEN else phase for phase in branch)
@@ -71,7 +72,7 @@ def moves_in_several_ways(here: Junction, branch: Branch) -> bool:
     if not has_forces(here, branch):
         return False
     zeros, cones = (list(map(_doubled, tables)) for tables in _agreeing(here, branch))
-    for rows in zip(*_tables(here, _rates(here.system)), strict=True):
+    for rows in zip(*_tables(here, _rates(here.system), here.places), strict=True):
         apart = [(-1, 0, *r, *(-a for a in r)) for _, *r in rows]
         with_apart = [[*z, row] for z, row in zip(zeros, apart, strict=True)]
         with_s = [[*c, unit_row(0, len(apart[0]) - 1)] for c in cones]
@@ -176,10 +177,10 @@ def _parting(here: Junction, branch: Branch, point: ContactPoint) -> list[tuple]
     return rows + [gap_row(here.system, k, point) for k in opening]
 
 
-def _tables(here: Junction, rows: tuple[sp.Expr, ...]) -> list[Table]:
+def _tables(here: Junction, rows: tuple[sp.Expr, ...], places: tuple[Place, ...]) -> list[Table]:
     """Return, for each place, the values of rows in the forces."""
     unknowns = contact_formulas(here.system)[1]
-    return [linear_rows(place.values(here.system, rows), unknowns) for place in here.places]
+    return [linear_rows(place.values(here.system, rows), unknowns) for place in places]
 
 
 @lru_cache(maxsize=64)

@@ -746,21 +746,43 @@ def test_a_block_that_only_just_does_not_tip_swings_on_a_spring_as_one_that_cann
     assert float(path.final[0]) == pytest.approx(0.1 + 1.5 * math.cos(7), abs=1e-8)
 
 
-def test_a_slide_in_two_guides_slips_as_their_resultant_says():
-    X, Y, h, U, V, W, N1, N2, F1, F2 = sp.symbols("X Y h U V W N1 N2 F1 F2", real=True)
-    P, at = sp.Symbol("P"), [(X + side * sp.cos(h), Y + side * sp.sin(h)) for side in (1, -1)]
+def _slide(push, weight, friction):
+    """Return a body on two guides that hold both ways, as a system in the time t."""
+    X, Y, h, U, V, W, N1, N2, F1, F2, t = sp.symbols("X Y h U V W N1 N2 F1 F2 t", real=True)
+    at = [(X + side * sp.cos(h), Y + side * sp.sin(h)) for side in (1, -1)]
     turning = sum(N * y.diff(h) + F * x.diff(h) for (x, y), N, F in zip(at, (N1, N2), (F1, F2), strict=True))
-    rates = {X: U, Y: V, h: W, U: F1 + F2 + P, V: N1 + N2 - 1, W: 12 * turning}
+    rates = {X: U, Y: V, h: W, U: F1 + F2 + push, V: N1 + N2 - weight, W: 12 * turning}
 
     def rate(expr):
         return sum(expr.diff(q) * r for q, r in rates.items())
 
-    guides = [ap.Friction(rate(x), F, N, sp.S.Half, normal=N, constraint=rate(rate(y)))
+    guides = [ap.Friction(rate(x), F, N, friction, normal=N, constraint=rate(rate(y)))
               for (x, y), N, F in zip(at, (N1, N2), (F1, F2), strict=True)]  # fmt: skip
-    slide = ap.System.with_frictions(rates, {}, guides)
+    return ap.System.with_frictions(rates, {}, guides, time=t if sp.sympify(weight).has(t) else None)
+
+
+def test_a_slide_in_two_guides_slips_as_their_resultant_says():
+    slide = _slide(sp.Symbol("P"), 1, sp.S.Half)
     for push, way in (("1/4", 0), ("1/2", 0), ("3/4", 1 / 8)):
-        path = ap.solve(ap.Scene(system=slide, values={"P": push}, start=dict.fromkeys((X, Y, h, U, V, W), 0), until=1))
+        path = ap.solve(ap.Scene(system=slide, values={"P": push}, start=[0] * 6, until=1))
         assert path.final[0] == pytest.approx(way, abs=1e-9)
+
+
+def test_a_slide_in_two_guides_comes_to_rest_though_these_keep_its_velocity_across_at_zero_to_rounding_alone():
+    """A spring and a swinging weight: the slide turns and stops as one mass with the friction f |weight| does."""
+    t, X = sp.symbols("t X", real=True)
+    slide = _slide(-X, 2 - sp.sin(2 * t), sp.Rational(2, 5))
+    path = ap.solve(ap.Scene(system=slide, values={}, start=[0, 0, 0, 1, 0, 0], until=2))
+    assert path.modes == ("slip_same+slip_same", "slip_opposite+slip_opposite", "stick+stick")
+    start, state = 0.0, (0.0, 1.0)
+    for event, way in zip(path.events, (1, -1), strict=True):
+        def mass(t, w, way=way):
+            return w[1], -w[0] - 0.4 * way * (2 - np.sin(2 * t))
+
+        run = solve_ivp(mass, (start, event.t), state, rtol=1e-11, atol=1e-12)
+        assert (*event.state[:1], 0) == pytest.approx(tuple(run.y[:, -1]), abs=1e-8)
+        start, state = event.t, (run.y[0, -1], 0.0)
+    assert path.final[0] == pytest.approx(state[0], abs=1e-8)
 
 
 @pytest.mark.slow
