@@ -40,7 +40,8 @@ class Formulas:
 
     1. ``layer(n)(series, p)`` returns the derivatives of the series by tau, without X_0', which is 0.
     2. ``slow(n)(x, b, X_1, ..., X_n, p)`` returns S_0, ..., S_n, H_0, ..., H_n, each as (state, power of tau).
-    3. ``flow(n)(x, b, mu, p)`` returns x' and b' on the manifold to order n; ``height(n)`` of the same returns y.
+    3. ``flow(n)(x, b, mu, p)`` returns x' and b' on the manifold to order n; ``height(n)`` of the same returns y. With
+       ``whole`` these are f and the root of g near that y, with all powers of mu: terms beyond mu^n change as well.
     4. ``slow_rates(x, b, mu, p)`` returns d log|det g_y| / dt on the manifold to order 0, and the matrices -h_x f_y and
        -h_x f_x f_y by columns.
     5. ``force(x, y, p)`` returns g at mu = 0, and ``jacobian(x, y, p)`` returns g_y at mu = 0 by rows.
@@ -72,7 +73,7 @@ class Formulas:
         self.functions = _functions(target)
         self.layer, self.slow, self.series = map(cache, (self._layer, self._slow, self._series))
         manifold = cache(self._manifold)
-        self.flow, self.height = cache(lambda order: manifold(order)[0]), cache(lambda order: manifold(order)[1])
+        self.flow, self.height = (cache(lambda n, whole=False, k=k: manifold(n, whole)[k]) for k in (0, 1))
 
     @cached_property
     def arrays(self) -> "Formulas":
@@ -125,15 +126,21 @@ class Formulas:
         levels = (([c[m - j, j] for j in range(m + 1)] for c in series) for series in motion for m in range(order + 1))
         return tape.function(tuple(tuple(map(tuple, level)) for level in levels), self.functions)
 
-    def _manifold(self, order):
+    def _manifold(self, order, whole):
         """Compile two functions on the manifold to ``order``: the rates of x and of the branch's value, and y."""
         tape, values, drift, y = self._at_rest(order)
-        height = tape.function(tuple(_polynomial(c, order, tape) for c in y), self.functions)
-        rates = [_polynomial(f, order, tape) for f in drift]
+        height, rates = ([_polynomial(c, order, tape) for c in series] for series in (y, drift))
+        if whole:
+            point = _first(values) | {self.small: tape.node("mu")} | dict(zip(self.fast_states, height, strict=True))
+            moved = [_polynomial(Taylor({(k + 1, 0): c[k, 1] for k in range(order)}, order), order, tape) for c in y]
+            force = [g - m for g, m in zip(evaluated(self.full_force, point, tape), moved, strict=True)]
+            off = _product(self._inverse(values, tape), force)
+            height = [h - d for h, d in zip(height, off, strict=True)]
+            rates = evaluated(self.drift, point | dict(zip(self.fast_states, height, strict=True)), tape)
         if not self.affine:
             across = _product(_matrix(self.across, _first(values), tape), rates)
             rates += [-1 * c for c in _product(self._inverse(values, tape), across)]
-        return tape.function(tuple(rates), self.functions), height
+        return [tape.function(tuple(result), self.functions) for result in (rates, height)]
 
     def _series(self, order):
         """Return the definitions of auxiliary symbols, and the coefficients of the manifold in them."""

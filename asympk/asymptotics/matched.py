@@ -51,13 +51,17 @@ SIDE_BY_SIDE = 1e-6  # the tolerance of slow motions to two orders: their differ
 
 @dataclass(frozen=True)
 class Task:
-    """How motions are followed: in which automaton, until when, slow motion to which order, with which tolerance."""
+    """How motions are followed: in which automaton, until when, slow motion to which order, with which tolerance.
+
+    With ``whole`` slow motion has all powers of mu that the rates have, beyond the order, too.
+    """
 
     automaton: Automaton
     until: float
     mu: float
     order: int
     rtol: float
+    whole: bool = False
 
     @classmethod
     def of(cls, scene: Any, order: int, rtol: float) -> "Task":
@@ -381,7 +385,7 @@ def _reduced(
     branch = reduced.branch_at(slow.formulas, *slow.point(path.t, path.state), slow.values)
     return reduced.follow_reduced_flow(
         slow.formulas, orders, [branch] * len(orders), task.mu, slow.values, left, max(rtol, task.rtol), guards,
-        path.t, left / LOOKS if path.mode.timed else math.inf,
+        path.t, left / LOOKS if path.mode.timed else math.inf, task.whole,
     )  # fmt: skip
 
 
@@ -405,16 +409,16 @@ def onward(task: Task, path: MatchedPath, layer: Callable = through_layer, limit
 
 
 def end_to(order: int, task: Task, landed: MatchedPath, path: MatchedPath) -> np.ndarray:
-    """Return the last states of the motion to ``order``; ``path`` continues ``landed`` as ``task`` says.
+    """Return the last states of the whole motion to ``order``; ``path`` continues ``landed`` as ``task`` says.
 
     Where ``path`` meets no guard after ``landed``, the slow motions to both orders are integrated side by side, and
     their difference is added to the states of ``path``. The errors of their common steps nearly cancel in the
     difference, so these steps may be long.
     """
+    whole, slow = replace(task, order=order, whole=True), slow_of(landed.mode)
     if len(path.stretches) != len(landed.stretches) + 1:
-        return np.array(onward(replace(task, order=order), landed).state)
-    slow = slow_of(landed.mode)
-    found = _reduced(task, slow, landed, (task.order, order), SIDE_BY_SIDE)
+        return np.array(onward(whole, landed).state)
+    found = _reduced(whole, slow, landed, (task.order, order), SIDE_BY_SIDE)
     first, second = found.states(found.end)[:, list(slow.places)]
     return np.array(path.state) + second - first
 

@@ -17,6 +17,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import starmap
 from typing import Any
 
 import numpy as np
@@ -39,11 +40,13 @@ AGAIN = math.sqrt(27 / 4)  # with x'' = y, as long as mu sqrt(27 |h_x f_x f_y| /
 class Reduced:
     """The reduced flows to the orders ``orders``: ``trajectory`` holds the points (x, b) of each, one after the other.
 
-    ``guard`` is the index of the guard that is lost at the time ``end``, or None.
+    ``guard`` is the index of the guard that is lost at the time ``end``, or None. With ``whole`` the last of the
+    motions has all powers of mu that the rates have.
     """
 
     formulas: Formulas
     orders: tuple[int, ...]
+    whole: bool
     mu: float
     values: tuple
     end: float
@@ -58,15 +61,16 @@ class Reduced:
         if t.size == 1:
             motion, known, spread = motion[:, 0].tolist(), self.formulas, float
         found, slow, width = [], len(self.formulas.slow_states), len(motion) // len(self.orders)
-        for k, order in enumerate(self.orders):
+        for k, of in enumerate(_kinds(self.orders, self.whole)):
             point = motion[k * width : (k + 1) * width]
-            found.append([*point[:slow], *map(spread, known.height(order)(*point, self.mu, *self.values))])
+            found.append([*point[:slow], *map(spread, known.height(*of)(*point, self.mu, *self.values))])
         return np.array(found).reshape(len(found), len(found[0]), *t.shape)
 
 
 def follow_reduced_flow(
     formulas: Formulas, orders: tuple[int, ...], starts: list[np.ndarray], mu: float, values: tuple,
     until: float, rtol: float = 1e-12, guards: Callable | None = None, began: float = 0.0, within: float = math.inf,
+    whole: bool = False,
 ) -> Reduced:  # fmt: skip
     """Integrate the flow to each order of ``orders`` from its point of ``starts``, (x, b) of ``Formulas.on_branch``.
 
@@ -80,8 +84,9 @@ def follow_reduced_flow(
     check = partial(_check, formulas, mu, values, guards, began)
     check(None, first[:size])
     if not first:  # no slow states, no slow motion
-        return Reduced(formulas, orders, mu, values, until, None, Trajectory((), ()))
-    flows, slopes = tuple(map(formulas.flow, orders)), partial(_slopes, formulas, orders, (mu, *values))
+        return Reduced(formulas, orders, whole, mu, values, until, None, Trajectory((), ()))
+    kinds = _kinds(orders, whole)
+    flows, slopes = tuple(starmap(formulas.flow, kinds)), partial(_slopes, formulas, kinds, (mu, *values))
     within = until / LOOKS if any(rate == 1 for rate in formulas.mode.slow.values()) else within  # a clock may drive it
     along = steps(flows, (mu, *values), first, until, rtol, (rtol,) * len(first), within=within, slopes=slopes)
     for step, lost in watched(_held(along, check, size), guards, size):
@@ -97,12 +102,17 @@ def follow_reduced_flow(
             later = guards and (lambda span, at: guards(t + span, at))
             follow_reduced_flow(formulas, (0,), [np.array(last)], mu, values, until - t, rtol, later, began + t)
         raise _unbounded(formulas, last, mu, values, began + t)
-    return Reduced(formulas, orders, mu, values, end, guard, Trajectory(first, tuple(found)))
+    return Reduced(formulas, orders, whole, mu, values, end, guard, Trajectory(first, tuple(found)))
 
 
-def _slopes(formulas, orders, parameters, state):
+def _kinds(orders, whole):
+    """Return the arguments of ``Formulas.flow`` and ``Formulas.height`` for every motion."""
+    return tuple((order, whole and k == len(orders)) for k, order in enumerate(orders, 1))
+
+
+def _slopes(formulas, kinds, parameters, state):
     """Return the Jacobian matrix of the flows to every order, side by side."""
-    return jacobian(partial(rates, tuple(map(formulas.complexes.flow, orders)), parameters), state)
+    return jacobian(partial(rates, tuple(starmap(formulas.complexes.flow, kinds)), parameters), state)
 
 
 def _unbounded(formulas, last, mu, values, t):

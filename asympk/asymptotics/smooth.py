@@ -15,7 +15,7 @@ by which the composite of order n + 2 misses the start covers this case.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -57,7 +57,8 @@ class LayeredMotion:
 
     def misses(self) -> np.ndarray:
         """Return composite - start of the fast states at t = 0, for every order: (orders, fast states)."""
-        return self.reduced.states(0.0)[:, len(self.reduced.formulas.slow_states) :] - self._sums @ self.landing.rest
+        begun = replace(self.reduced, whole=False).states(0.0)
+        return begun[:, len(self.reduced.formulas.slow_states) :] - self._sums @ self.landing.rest
 
     @cached_property
     def _sums(self) -> np.ndarray:
@@ -146,7 +147,7 @@ def layered_motion(
     powers = mu ** np.arange(order + EXTRA + 1)
     bases = [powers[: m + 1] @ landing.base[: m + 1] for m in orders]
     starts = [reduced.branch_at(known, base, landing.branch, values, begin[0]) for base in bases]
-    flow = reduced.follow_reduced_flow(known, orders, starts, mu, values, until, rtol)
+    flow = reduced.follow_reduced_flow(known, orders, starts, mu, values, until, rtol, whole=True)
     return LayeredMotion(landing, flow, rtol, kept)
 
 

@@ -521,6 +521,16 @@ def test_what_is_predicted_bounds_the_error_where_omitted_terms_are_small_by_cha
     assert distance(path.final, truth.final) < path.error
 
 
+@pytest.mark.parametrize("order", [0, 1, 2])
+@pytest.mark.parametrize("force", [mu - u, mu - u + mu * sp.sign(x) / 4])
+def test_high_powers_of_the_small_parameter_that_the_rates_only_imply_are_among_what_is_predicted(force, order):
+    """u rests at mu, or on either side of it by the sign of x, so that w' = -w + c mu**5 with a c of some 10**14."""
+    system = ap.System.smooth({x: -1, w: -w + 10**14 * u**5}, {u: force}, mu)
+    scene = ap.Scene(system=system, values={mu: "1/1000"}, start={x: "1/4", w: 1, u: "1/1000"}, until="1/2")
+    path, truth = ap.solve(scene, "jump", order=order), ap.solve(scene)
+    assert 1e-3 < distance(path.final, truth.final) < path.error < 0.9
+
+
 def test_what_a_composite_misses_of_the_start_is_what_it_is_wrong_by_there():
     path = _path("cubic", "1/10", "1/2", order=0)
     wrong = [path(0.0)[1] - 2, *(_path("cubic", "1/10", "1/2", order=k)(0.0)[1] - 2 for k in (1, 2))]
