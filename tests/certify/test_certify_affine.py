@@ -2,6 +2,7 @@
 
 import math
 import re
+from fractions import Fraction
 
 import mpmath
 import numpy as np
@@ -18,6 +19,8 @@ from asympk.symbolic.branches import Phase
 pytest.importorskip("flint")
 
 from asympk.certify import certify
+from asympk.certify.affine import EnclosedSegment, _Modes
+from asympk.certify.balls import hull
 
 F, G, t = sp.symbols("F G t", real=True)
 x, v, y, w = sp.symbols("x v y w", real=True)
@@ -410,6 +413,28 @@ def test_a_nearly_critical_damping_hides_no_sign(damping):
     block = ap.System.with_frictions({x: v, v: -x - 2 * k * v + F}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
     scene = ap.Scene(system=block, values={"k": damping}, start={"x": 9, "v": 0}, until=20)
     assert proven_as_followed(scene).bits < 200
+
+
+def test_a_guard_is_enclosed_over_an_interval_of_time_though_the_weights_of_two_close_rates_cancel():
+    """Of x'' = -x - 2 x' + 1 from x = 9 at rest is -x' = 8 t e^-t; the rates differ by 3e-6."""
+    damped = ap.System.with_frictions({x: v, v: -x - 2 * k * v + F}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
+    modes = _Modes(damped, (1 + Fraction(1, 10**12),), {})
+    state = modes.begun([(hull(at, at), Fraction(at)) for at in (9, 0)])
+    mode, (guard,) = modes.chosen([[(phase,) for phase in branches.all_phases(damped.frictions[0])]], state, "start")
+    value, slope = EnclosedSegment(mode, state.balls).jet(guard, hull(Fraction(7, 10), Fraction(13, 10)), 1)
+    assert (float(value.rad()) < 0.2, float(slope.rad()) < 1.3) == (True, True)
+    for time in (0.7, 0.9, 1.0, 1.2, 1.3):
+        assert value.contains(8 * time * math.exp(-time))
+        assert slope.contains(8 * (1 - time) * math.exp(-time))
+
+
+def test_a_box_in_which_a_block_may_stick_and_may_slip_has_no_proof():
+    """With the drive x a block at rest may slip above 1, and need not stick above 2."""
+    driven = ap.System.with_frictions({x: 0, v: x + F}, {}, [ap.Friction(v, F, load=1, kinetic=1, static=2)])
+    scene = ap.Scene(system=driven, values={}, start={"x": 2, "v": 0}, until=1)
+    assert certify(scene, {"x": ("1.9", "2.1")}).obstacle == "edge"
+    assert [certify(scene, {"x": ends}).modes for ends in (("1.9", "1.99"), ("2.01", "2.1"))] == [
+        ("stick",), ("slip_same",)]  # fmt: skip
 
 
 def test_a_mode_that_lasts_for_thousands_of_near_events_is_proven():
