@@ -89,7 +89,7 @@ def jump_law(
         condition = sp.And(condition, kinetics.slip * kinetics.delassus[0, 1] > 0)
     if ratio is None:
         damping = kinetics.spare("h", positive=True) if damping is None else real_expression("damping", damping)
-        if damping.is_nonpositive or damping.has(sp.oo, sp.nan):
+        if damping.is_nonpositive or damping.has(sp.oo, -sp.oo, sp.nan):
             raise InputError(f"damping = {damping!s:.60}: it must be a positive time; the law needs some damping")
         return _law(kinetics, own, sp.S.Zero, condition, damping)
     ratio = _ratio(ratio)

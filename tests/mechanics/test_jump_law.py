@@ -217,7 +217,8 @@ def test_rebound_is_continuous_where_stick_is_critically_damped():
         (lambda: slender_rod(unilateral=False).jump_law(ratio=1), "a two-sided constraint never opens"),
         (lambda: slender_rod().jump_law(ratio=-1), "zero or positive"),
         (lambda: slender_rod().jump_law(ratio=1, damping=1), "both given"),
-        (lambda: slender_rod().jump_law(damping=0), "it must be a positive time"),
+        *((lambda damping=damping: slender_rod().jump_law(damping=damping), "it must be a positive time")
+          for damping in (0, -1, sp.oo, -sp.oo, sp.nan)),
     ],
 )
 def test_a_law_that_is_none_is_refused(make, match):
