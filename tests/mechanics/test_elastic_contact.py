@@ -250,7 +250,8 @@ def test_an_elastic_contact_without_its_two_numbers_says_which_they_are(given):
     ("ground", "where"),
     [
         (lambda x, t: sp.Max(0, x - 1), "x - 1 = 0"), (lambda x, t: sp.Abs(sp.sin(x)), r"sin\(x\) = 0"),
-        (lambda x, t: sp.Piecewise((0, t < 2), (1, True)), "t - 2 = 0"), (lambda x, t: sp.Mod(x, 3), "x/3 is whole"),
+        (lambda x, t: sp.Piecewise((0, t < 2), (1, True)), "t - 2 = 0"),
+        (lambda x, t: sp.Piecewise((0, t <= 2), (1, True)), "t - 2 = 0"), (lambda x, t: sp.Mod(x, 3), "x/3 is whole"),
         (lambda x, t: sp.Max(0, x - 1) ** 2 + sp.Max(0, sp.sin(t)) ** 2, None),
     ],
 )  # fmt: skip
