@@ -11,7 +11,7 @@ of a row shortly after a state.
 
 from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
-from functools import lru_cache
+from functools import lru_cache, reduce
 from itertools import chain
 from typing import Any, NamedTuple
 
@@ -115,7 +115,10 @@ class ExactEntries:
             return of_exact(matrix)
         try:
             basis, moved, inverse = self._with_invariants(matrix)
-            return seen_in(self._balls(basis), of_balls(_pattern(moved), self._balls(moved)), self._balls(inverse))
+            scales = [reduce(lambda a, b: a.lcm(b), (entry.denom for entry in row)) for row in moved]
+            scaled = [[entry * scale for entry in row] for row, scale in zip(moved, scales, strict=True)]
+            found = of_balls(_pattern(moved), self._balls(moved), self._balls(scaled), *self._balls([scales]))
+            return seen_in(self._balls(basis), found, self._balls(inverse))
         except Refused:
             _, block = connected_components(_pattern(matrix), connection="strong")
             numbers = [[entry.as_expr() for entry in row] for row in matrix]

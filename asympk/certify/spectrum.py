@@ -15,7 +15,7 @@ import numpy as np
 from asympk.affine.polynomial import residues_at, resolvent, taylor
 from asympk.certify.balls import Refused, flint
 
-_INFLATIONS = 12
+_INFLATIONS, _NARROWINGS = 12, 3
 Spectrum = tuple[tuple, tuple]
 
 
@@ -55,17 +55,19 @@ def _adjugate(found, balls):
     return adjugate
 
 
-def of_balls(pattern: np.ndarray, balls: list) -> Spectrum:
+def of_balls(pattern: np.ndarray, balls: list, scaled: list, scales: list) -> Spectrum:
     """Return (roots, residues), as ``of_exact``, that enclose those of every matrix within rows of balls.
 
-    ``pattern`` (n, n) is true where an entry is not exactly 0. Raises ``Refused`` where eigenvalues may coincide.
+    ``pattern`` (n, n) is true where an entry is not exactly 0. ``scaled`` are the rows times ``scales``, without
+    fractions: a parameter that divides a row occurs once in them. Raises ``Refused`` where eigenvalues may coincide.
     """
     acb, acb_mat = flint().acb, flint().acb_mat
     core, before, after = core_of(pattern)
     matrix = acb_mat([[acb(entry) for entry in row] for row in balls])
+    rows = acb_mat([[acb(scaled[i][j]) for j in core] for i in core]), [acb(scales[i]) for i in core]
     rest = acb_mat([[int(i == j) for j in range(len(balls))] for i in range(len(balls))])
     roots, residues = [], []
-    for value, right, left in _eigenpairs(matrix, core):
+    for value, right, left in _eigenpairs(matrix, core, *rows):
         column = _extended(matrix, value, dict(zip(core, right, strict=True)), [*before, *after])
         row = _extended(matrix.transpose(), value, dict(zip(core, left, strict=True)), [*after[::-1], *before[::-1]])
         part = acb_mat([[c * r for r in row] for c in column])
@@ -92,9 +94,9 @@ def _powers(matrix, part, pattern, core, outside):
 
     As the core is invertible, states outside the core also drive one another through any chain of states of the core.
     """
-    if not any(pattern[i, j] for i in outside for j in core):
-        for i, j in product(range(len(pattern)), core):  # the core drives no state outside
-            part[i, j] = 0
+    drives = any(pattern[i, j] for i in outside for j in core)
+    for i, j in product(core if drives else range(len(pattern)), core):  # P is 0 within the core, which is invertible
+        part[i, j] = 0
     within = np.linalg.matrix_power(pattern[np.ix_(core, core)] | np.eye(len(core), dtype=bool), len(core))
     through = pattern[np.ix_(outside, core)] @ within @ pattern[np.ix_(core, outside)]
     step, linked = pattern[np.ix_(outside, outside)] | through, np.eye(len(outside), dtype=bool)
@@ -115,14 +117,14 @@ def core_of(pattern: np.ndarray) -> tuple[list[int], list[int], list[int]]:
     return sorted(left), before, after[::-1]
 
 
-def _eigenpairs(matrix, core):
+def _eigenpairs(matrix, core, scaled, scales):
     """Yield (eigenvalue, right eigenvector, left eigenvector) of the core; the product of the vectors is 1."""
     if not core:
         return
     part = flint().acb_mat([[matrix[i, j] for j in core] for i in core])
     try:
         values, right = part.mid().eig(right=True, algorithm="rump")
-        pairs = [_enclosed(part, value, right.mid(), k) for k, value in enumerate(values)]
+        pairs = [_enclosed(scaled, scales, value, right.mid(), k) for k, value in enumerate(values)]
         inverse = flint().acb_mat([list(column) for column in zip(*(v for _, v in pairs), strict=True)]).inv()
     except (ValueError, ZeroDivisionError):
         raise Refused("spectrum: eigenvalues of a mode may meet, or cannot be told apart") from None
@@ -135,34 +137,40 @@ def _eigenpairs(matrix, core):
         yield value, vector, [inverse[k, i] for i in range(len(core))]
 
 
-def _enclosed(matrix, value, vectors, k):
+def _enclosed(matrix, scales, value, vectors, k):
     """Return balls of eigenvalue k and its eigenvector for every matrix within the balls, by Krawczyk's test.
 
-    The approximate eigenpair of the midpoint matrix changes by dl and dv, and the largest component of v is held at 1.
-    The unknown x is dv with dl in the place of the held component, and the eigenvalue equation is
-    ``r + B x - dl dv = 0``. If ``-Y r + (1 - Y B) x + Y dl dv`` lies in the box x for all matrices, x contains a root.
-    Raises ``ValueError`` where no such box is found.
+    The equation is ``M v = l S v`` with S = diag(``scales``). The approximate eigenpair of the midpoints changes by dl
+    and dv, and the largest component of v is held at 1. The unknown x is dv with dl in the place of the held component,
+    and the equation is ``r + B x - dl S dv = 0``. If ``-Y r + (1 - Y B) x + Y dl S dv`` lies in the box x for all
+    matrices, x contains a root, and so does this image of x. Raises ``ValueError`` where no such box is found.
     """
     size, acb_mat = matrix.nrows(), flint().acb_mat
     held = max(range(size), key=lambda i: float(vectors[i, k].abs_upper()))
     vector = acb_mat([[(vectors[i, k] / vectors[held, k]).mid()] for i in range(size)])
     unit = acb_mat([[int(i == j) for j in range(size)] for i in range(size)])
-    moved, middle = matrix - unit * value.mid(), matrix.mid() - unit * value.mid()
+    scale = acb_mat([[scales[i] if i == j else 0 for j in range(size)] for i in range(size)])
+    moved = matrix - scale * value.mid()
     off = moved * vector
     for i in range(size):
-        moved[i, held] = middle[i, held] = -vector[i, 0]
-    near = middle.inv().mid()
+        moved[i, held] = -scales[i] * vector[i, 0]
+    near = moved.mid().inv().mid()
     start, linear = -(near * off), unit - near * moved
+    def image_of(box):
+        rest = acb_mat(box.tolist())
+        rest[held, 0] = 0
+        return start + linear * box + near * (scale * rest * box[held, 0])
+
     box = start
     for _ in range(_INFLATIONS):
         box = _inflated(box)
-        change, rest = box[held, 0], acb_mat(box.tolist())
-        rest[held, 0] = 0
-        image = start + linear * box + near * (rest * change)
+        image = image_of(box)
         if all(box[i, 0].contains(image[i, 0]) for i in range(size)):
-            found = vector + rest
+            for _ in range(_NARROWINGS):
+                image = image_of(image)
+            found, value = vector + image, value.mid() + image[held, 0]
             found[held, 0] = 1
-            return value.mid() + change, [found[i, 0] for i in range(size)]
+            return value, [found[i, 0] for i in range(size)]
         box = image
     raise ValueError("no enclosure")
 

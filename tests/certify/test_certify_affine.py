@@ -3,6 +3,7 @@
 import math
 import re
 from fractions import Fraction
+from itertools import product
 
 import mpmath
 import numpy as np
@@ -13,6 +14,7 @@ from blocks import spring_block
 import asympk as ap
 from asympk.__main__ import main
 from asympk.scenes.scenefile import read_scene
+from asympk.studies.bench import rod_in_general_clothes
 from asympk.symbolic import branches
 from asympk.symbolic.branches import Phase
 
@@ -106,6 +108,26 @@ def test_a_box_of_parameters_contains_what_its_points_do():
             path = ap.solve(ap.Scene(system=CHAIN, values=near, start=start, until=2))
             assert path.modes == proof.modes
             assert inside(proof, path)
+
+
+def in_a_box_of_the_rod(start, until, **box):
+    """Return the proof of the rod in general clothes on a box; each of its corners is within the balls."""
+    system, values = rod_in_general_clothes(), {"eps": "1e-2", "k": 1, "k0": 1}
+    begins = dict(zip("pqw", start, strict=True))
+    proof = certify(ap.Scene(system=system, values=values, start=begins, until=until), box)
+    assert proven(proof)
+    for corner in product(*box.values()):
+        at = dict(zip(box, corner, strict=True))
+        placed, begun = ({name: at.get(name, value) for name, value in part.items()} for part in (values, begins))
+        path = ap.solve(ap.Scene(system=system, values=placed, start=begun, until=until))
+        assert path.modes == proof.modes
+        assert inside(proof, path)
+    return proof
+
+
+def test_a_compliance_that_divides_a_rate_may_range_over_two_percent():
+    proof = in_a_box_of_the_rod((0, "1/5", 1), 1, eps=("99e-4", "101e-4"))
+    assert max(float(ball.rad()) for ball in proof.final) < 0.05
 
 
 def test_what_a_decaying_state_carries_on_grows_with_time_in_a_box_too():
