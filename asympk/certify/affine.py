@@ -37,6 +37,7 @@ from asympk.certify.rows import (
     leading_sign,
     row_of,
     row_rate,
+    sharpened,
     sign_at,
     spanned,
 )
@@ -104,7 +105,7 @@ def enclose(
     t, names, size = ball(0), [mode.mode.name], len(system.states)
     events: list[Event] = []
     while True:
-        segment = EnclosedSegment(mode, state.balls)
+        segment = EnclosedSegment(mode, state)
         left = ball(until) - t
         found = first_event(segment, modes.ending_by(until, guards), left, finest, budget)
         if found is None:
@@ -301,19 +302,22 @@ class EnclosedSegment:
     """The motion of one mode from an enclosure of its start, with the methods that ``enclosure.first_event`` needs.
 
     Quantities are sums of functions of time, ``t^k/k! e^{l t}`` for every root l and every k below its multiplicity.
+    Where rows vanish at the start, the states that are known least are written in terms of the others (``sharpened``).
     Jets are divided by ``e^{growth t}``, the fastest growth of the mode, so that wide balls do not hide their signs.
     Weights of close roots are large and cancel: where a sign is hidden, a Taylor series at the middle is taken as well.
     """
 
     unstable = False
 
-    def __init__(self, mode: EnclosedMode, start: Any):
-        acb, acb_mat = flint().acb, flint().acb_mat
-        self.mode, self.start, self.work = mode, start, len(mode.roots)
-        whole = acb_mat([[acb(start[k, 0])] for k in range(start.nrows())])
+    def __init__(self, mode: EnclosedMode, state: EnclosedState):
+        acb, acb_mat, places = flint().acb, flint().acb_mat, range(state.balls.nrows())
+        self.mode, self.work = mode, len(mode.roots)
+        units = [tuple(int(i == k) for i in places) for k in places]
+        known = acb_mat([[acb(state.field.ball(c)) for c in sharpened(unit, state)] for unit in units])
+        whole = acb_mat([[acb(state.balls[k, 0])] for k in places])
         pairs = zip(mode.roots, mode.residues, strict=True)
-        columns = [part * whole * acb(2 if turn > 0 else 1) for (_, turn, _), parts in pairs for part in parts]
-        self.terms = acb_mat([[column[k, 0] for column in columns] for k in range(start.nrows())])
+        columns = [part * known * whole * acb(2 if turn > 0 else 1) for (_, turn, _), parts in pairs for part in parts]
+        self.terms = acb_mat([[column[k, 0] for column in columns] for k in places])
         decays = [decay for decay, _, _ in mode.roots]
         self.growth = max([ball(0), *(decay for decay in decays if decay > 0)], key=lambda a: float(a.mid()))
         self._known: dict[Row, list] = {}

@@ -237,7 +237,7 @@ def sign_at(row: Row, state: EnclosedState) -> int | None:
         return (certain_sign(state.field.ball(value)) or None) if value else 0
     if spanned(row, state.null):
         return 0
-    return certain_sign(ball_at(row, state)) or None
+    return certain_sign(ball_at(row, state)) or certain_sign(ball_at(sharpened(row, state), state)) or None
 
 
 def ball_at(row: Row, state: EnclosedState) -> Ball:
@@ -252,18 +252,29 @@ def row_rate(row: Row, matrix: tuple[Row, ...]) -> Row:
 
 def spanned(row: Row, rows: Iterable[Row]) -> bool:
     """Tell whether a row is a linear combination of others, in exact arithmetic."""
-    basis: list[list] = []
+    return not any(_reduced(row, _echelon(rows, lambda other: [k for k, c in enumerate(other) if c])))
+
+
+def sharpened(row: Row, state: EnclosedState) -> Row:
+    """Return a row of the same value at a state: the rows that vanish there take away what is known least."""
+    rank, balls = sorted(range(len(row)), key=lambda k: -float(state.balls[k, 0].rad())), state.field.ball
+    found = _reduced(row, _echelon(state.null, lambda other: [k for k in rank if certain_sign(balls(other[k]))]))
+    return found if all(balls(c).is_finite() for c in found) else row
+
+
+def _echelon(rows, places):
+    """Return pairs (place, row) that span the rows; ``places`` gives the entries by which a row may be divided."""
+    basis: list[tuple[int, Row]] = []
     for other in rows:
-        reduced = _reduced(list(other), basis)
-        if any(reduced):
-            basis.append(reduced)
-    return not any(_reduced(list(row), basis))
+        other = _reduced(other, basis)
+        if found := places(other):
+            basis.append((found[0], other))
+    return basis
 
 
 def _reduced(row, basis):
-    for other in basis:
-        place = next(k for k, c in enumerate(other) if c)
+    for place, other in basis:
         if row[place]:
             factor = row[place] / other[place]
-            row = [a - factor * b for a, b in zip(row, other, strict=True)]
+            row = tuple(a - factor * b for a, b in zip(row, other, strict=True))
     return row

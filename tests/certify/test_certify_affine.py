@@ -130,6 +130,12 @@ def test_a_compliance_that_divides_a_rate_may_range_over_two_percent():
     assert max(float(ball.rad()) for ball in proof.final) < 0.05
 
 
+@pytest.mark.parametrize("box", [{"q": ("1.9", "2.1")}, {"eps": ("99e-4", "101e-4")}])
+def test_states_that_range_keep_the_relation_by_which_a_mode_ended(box):
+    # stick ends where p + q = 1/4: w and w' begin with 0, and w'' has a sign by this relation
+    assert in_a_box_of_the_rod((0, 2, 0), 3, **box).modes == ("stick", "slip_same")
+
+
 def test_what_a_decaying_state_carries_on_grows_with_time_in_a_box_too():
     # x decays to k and w is its integral: the constant drives w through x alone
     system = ap.System.with_frictions({x: k - x, w: x, v: F}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
