@@ -343,10 +343,30 @@ class EnclosedSegment:
         return flint().acb_mat(found)
 
     def at(self, guard: AffineGuard | None, t: Ball) -> Any:
-        """Return the state (n + 1, 1) at the time ball t."""
-        found = (self.terms * self._functions(t, ball(0))).real
+        """Return the state (n + 1, 1) at the time ball t, at which ``guard`` vanishes if given."""
+        functions = self._functions(t, ball(0))
+        found = (self.terms * functions).real
+        if guard:
+            sharp = (self._without_widest(guard, functions) * functions).real
+            found = flint().arb_mat([[common(found[k, 0], sharp[k, 0])] for k in range(found.nrows())])
         found[found.nrows() - 1, 0] = 1
         return found
+
+    def _without_widest(self, guard, functions):
+        """Return the weights of the states where a guard vanishes, without the real function that is known least in it.
+
+        The equation of the guard gives this function, as a rule a fast exponential, by the others.
+        """
+        turns = [turn for _, turn, many in self.mode.roots for _ in range(many)]
+        weights = self._series(guard, 0)[0].tolist()[0]
+        shares = [float((w * f).real.rad()) if turn == 0 and not w.contains(0) else 0.0
+                  for w, (f,), turn in zip(weights, functions.tolist(), turns, strict=True)]  # fmt: skip
+        widest = shares.index(max(shares))
+        if not shares[widest] > 0:
+            return self.terms
+        factors = [0 if k == widest else w / weights[widest] for k, w in enumerate(weights)]
+        return flint().acb_mat([[0 if k == widest else c - row[widest] * factors[k] for k, c in enumerate(row)]
+                                for row in self.terms.tolist()])  # fmt: skip
 
     def _series(self, guard, orders):
         """Return the weights of the Taylor coefficients of the jets of a guard, to an order at least: a row per jet."""

@@ -136,6 +136,12 @@ def test_states_that_range_keep_the_relation_by_which_a_mode_ended(box):
     assert in_a_box_of_the_rod((0, 2, 0), 3, **box).modes == ("stick", "slip_same")
 
 
+def test_a_jump_through_the_paradox_is_proven_for_compliances_that_range_over_a_percent():
+    # the velocity that vanishes says how far the growing exponential has come, better than a time that ranges does
+    proof = in_a_box_of_the_rod((0, "1/5", -1), 3, eps=("1e-2", "101e-4"))
+    assert proof.modes == ("slip_opposite", "stick", "slip_same")
+
+
 def test_what_a_decaying_state_carries_on_grows_with_time_in_a_box_too():
     # x decays to k and w is its integral: the constant drives w through x alone
     system = ap.System.with_frictions({x: k - x, w: x, v: F}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
