@@ -25,6 +25,7 @@ from asympk.asymptotics import matched, reduced
 from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.landing import Landing, land, listed, root
 from asympk.asymptotics.reduced import Reduced
+from asympk.automaton.modes import has_switches
 from asympk.errors import OutOfRange
 from asympk.path import Path, times_within
 
@@ -125,6 +126,8 @@ def _require_branch(
 
 def leaves_its_sides(scene: Any, order: int) -> bool:
     """Tell whether the motion of a smooth system crosses a switching surface; slow motion is to ``order`` + 2."""
+    if not has_switches(scene.system):
+        return False
     task = matched.Task.of(scene, order + EXTRA, WATCHED)
     path = matched.begun(task.automaton, scene.start)
     begun = path.mode

@@ -258,10 +258,15 @@ def mode_of(system: System, branch: Branch, sides: Sides = ()) -> GuardedMode:
 
 
 @lru_cache(maxsize=256)
+def has_switches(system: System) -> bool:
+    """Tell whether the state or the time switches an expression of a system."""
+    return any(is_switched(expr, (*system.states, system.time)) for expr in exprs_of(system))
+
+
+@lru_cache(maxsize=256)
 def phases_of(system: System) -> tuple[sp.Expr, ...]:
     """Return the phases of the state and the time that switch the modes of a system."""
-    moving = {*system.states, system.time}
-    if not any(is_switched(expr, moving) for expr in exprs_of(system)):
+    if not has_switches(system):
         return ()
     found = {phase for branch in branches.telling(system) for phase in mode_of(system, branch).open_phases}
     return tuple(sorted(found, key=sp.default_sort_key))
