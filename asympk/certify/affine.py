@@ -14,6 +14,7 @@ coefficients are a linear combination of the coefficients of quantities that van
 """
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -100,8 +101,8 @@ def enclose(
     Fraction or None) for every state. Raises ``Refused`` where the sequence of modes is not proven.
     """
     modes = _Modes(system, values, sides)
-    state, every = modes.begun(start), [*product(*map(all_phases, system.frictions))]
-    mode, guards = modes.chosen([every], state, "start")
+    state = modes.begun(start)
+    mode, guards = modes.chosen([modes.every(state)], state, "start")
     t, names, size = ball(0), [mode.mode.name], len(system.states)
     events: list[Event] = []
     while True:
@@ -116,7 +117,7 @@ def enclose(
         state = _struck(segment.at(guard, dt), guard, mode, state)
         t = t + dt
         before = mode.mode
-        mode, guards = modes.chosen([_after(before, guard), every], state, guard.kind)
+        mode, guards = modes.chosen([_after(before, guard), modes.every(state)], state, guard.kind)
         if guard.kind == SWITCH and (guard := modes.lost_beyond(before, mode.mode, state)) is None:
             continue
         names.append(mode.mode.name)
@@ -210,6 +211,22 @@ class _Modes:
     def _row(self, mode, expr):
         """Return the row of an expression on the sides of a mode."""
         return tuple(map(self.field.exact, row_of(mode, expr, self.waves)))
+
+    def every(self, state):
+        """Yield the branches that the signs of velocities and loads at a state, where certain, do not exclude."""
+        yield from product(*(self._phases(friction, state) for friction in self.system.frictions))
+
+    def _phases(self, friction, state):
+        """Return the phases of a contact that the signs of its velocity and load at a state do not exclude."""
+        velocity = self._sign(friction.velocity, state)
+        load = None if friction.constraint else self._sign(friction.load, state)
+        return [phase for phase in all_phases(friction) if phase == OPEN or (
+            velocity in (None, 0, phase.velocity) and load in (None, 0, phase.load))]  # fmt: skip
+
+    def _sign(self, expr, state):
+        """Return the sign of an expression at a state, or None where it is not certain, or depends on a switch."""
+        with suppress(Refused):
+            return sign_at(self._row(mode_of(self.system, (Phase(1, 1),) * len(self.system.frictions)), expr), state)
 
     def chosen(self, tiers, state, what):
         """Return (mode, its guards from the state on) of the candidate that is proven to follow.

@@ -269,11 +269,14 @@ def test_a_block_that_slides_on_ground_that_only_pushes_is_proven_down_to_its_re
     assert proven_as_followed(block(system, 3, **{"x'": velocity})).modes[-1] == "stick"
 
 
-def test_a_reaction_that_is_infinite_at_the_critical_friction_has_no_proof():
+def test_a_reaction_that_is_infinite_at_the_critical_friction_has_no_proof_where_the_contact_slides_that_way():
+    """For v > 0 the reaction is 1/(2 + k) = 1/4, for v < 0 it is 1/(2 - k)."""
     pair = ap.Mechanism((x, y), (v, w), sp.eye(2), (1, 0), ap.Contact(gap=y - x, slip=x, friction=k, unilateral=True))
-    start = {"x": 0, "y": 0, "v": 1, "w": 1}
-    proof = certify(ap.Scene(system=pair.rigid(), values={"k": pair.critical_friction}, start=start, until=1))
-    assert proof.obstacle == "edge"
+    starts = ({"x": 0, "y": 0, "v": speed, "w": speed} for speed in (-1, 1))
+    against, along = (certify(ap.Scene(system=pair.rigid(), values={"k": pair.critical_friction}, start=start, until=1))
+                      for start in starts)  # fmt: skip
+    assert not against.proven
+    assert [float(ball.mid()) for ball in along.final] == [1.125, 1.125, 1.25, 1.25]
 
 
 @pytest.mark.parametrize(
@@ -492,3 +495,18 @@ def test_two_blocks_that_stop_together_are_refused_as_simultaneous_in_a_moment()
     twins = ap.System.with_frictions({x: v, y: w, v: y - 2 * x + F, w: x - 2 * y + G}, {}, frictions)
     scene = ap.Scene(system=twins, values={"k": "1/2"}, start={"x": 3, "v": 0, "y": 3, "w": 0}, until=5)
     assert certify(scene).reason.startswith("simultaneous: velocity_zero and velocity_zero within the radius, 3.14159")
+
+
+def test_of_all_modes_of_a_chain_only_those_are_tried_that_the_signs_of_its_velocities_allow():
+    """All choices of signs are 6**4."""
+    places, rates, forces = (sp.symbols(f"{name}1:5", real=True) for name in ("p", "r", "H"))
+    pulls = [before - 2 * p + after for before, p, after in zip((0, *places), places, (*places[1:], 0), strict=False)]
+    slow = {**dict(zip(places, rates, strict=True)),
+            **{r: pull + force for r, pull, force in zip(rates, pulls, forces, strict=True)}}  # fmt: skip
+    frictions = [ap.Friction(r, force, load=1, kinetic=1) for r, force in zip(rates, forces, strict=True)]
+    system, start = ap.System.with_frictions(slow, {}, frictions), [1, 0, -1, 2, 1, "1/2", -2, -1]
+    scene = ap.Scene(system=system, values={}, start=start, until=5)
+    proof, path = certify(scene), ap.solve(scene)
+    assert proven(proof)
+    assert proof.modes == path.modes
+    assert inside(proof, path)
