@@ -44,7 +44,7 @@ def _prove_claims() -> int:
 
 def _prove_scene(options: Namespace) -> int:
     from asympk.certify import certify, cover
-    from asympk.output.terminal import certificates_as_json, certificates_as_text
+    from asympk.output.terminal import certificates_as_json, certificates_as_text, scene_as_text
 
     box = {name: ends for name, *ends in options.box or ()}
     if len(box) < len(options.box or ()):
@@ -52,5 +52,8 @@ def _prove_scene(options: Namespace) -> int:
     scene = given_scene(options)
     with meter("proving"):
         found = cover(scene, box, options.pieces) if box else (certify(scene, digits=options.digits),)
-    print((certificates_as_json if options.json else certificates_as_text)(found, options.digits + 2))
+    if options.json:
+        print(certificates_as_json(found, options.digits + 2))
+    else:
+        print(*filter(None, (scene_as_text(scene), certificates_as_text(found, options.digits + 2))), sep="\n")
     return 0 if all(one.proven for one in found) else 1

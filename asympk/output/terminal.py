@@ -62,16 +62,18 @@ def path_as_json(path: Path, digits: int | None = None) -> str:
     return json.dumps(entries, indent=2)
 
 
-def scene_as_text(scene: "Scene", physical: bool = False) -> str:
-    """Return the numbers of a scene, and what its states mean, as lines above its path.
-
-    ``physical`` tells that the path is in the units of the scene's file.
-    """
+def scene_as_text(scene: "Scene") -> str:
+    """Return the name and the numbers of a scene, the lines above its path, its ladder or its certificate."""
     from asympk.scenes.turned import scene_parameters
 
     read = ((name, number_as_text(value)) for name, value in scene_parameters(scene).items())
     numbers = ", ".join(map(" = ".join, scene.rod.rows if scene.rod is not None else read))
-    lines = wrapped("", ": ".join(filter(None, (scene.name, numbers))))
+    return "\n".join(wrapped("", ": ".join(filter(None, (scene.name, numbers)))))
+
+
+def states_as_text(scene: "Scene", physical: bool) -> str:
+    """Return what the states of a path mean, in lines; ``physical`` tells that it is in the units of its file."""
+    lines = []
     if scene.rod is not None and not physical:
         lines += wrapped("", "t, x, y and z are nondimensional; --physical gives them in the units above")
     for friction in scene.system.frictions if scene.system is not None else ():

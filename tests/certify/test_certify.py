@@ -288,7 +288,7 @@ def test_the_command_tells_a_proof_from_a_refusal(capsys, tmp_path):
     grazing = tmp_path / "grazing.toml"
     grazing.write_text('sigma = 0\nmu = 1\nstart = ["-1/2", -1, "1/3"]\nuntil = 5\n')
     assert main(["certify", str(grazing)]) == 1
-    assert capsys.readouterr().out.startswith("undecided: grazing")
+    assert "\nundecided: grazing" in capsys.readouterr().out
     assert main(["certify", "backward", "--box", "sigma", "0.5", "2"]) == 0
     assert "pieces of the box proven, 100% of its volume" in capsys.readouterr().out
     assert main(["certify", "--claims"]) == 0

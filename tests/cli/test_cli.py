@@ -60,6 +60,15 @@ def test_above_a_path_are_the_numbers_of_its_scene_and_what_its_states_are(capsy
     assert ("nondimensional" in above) == (words == "chalk")
 
 
+@pytest.mark.parametrize("command", ["least", "certify"])
+def test_a_ladder_and_a_certificate_begin_with_the_numbers_of_their_scene(capsys, command):
+    if command == "certify":
+        pytest.importorskip("flint")
+    first, second = (run(capsys, command, "backward", *more)[1].splitlines()[0] for more in ((), ("--set", "mu=1e-5")))
+    assert first == "backward: sigma = 1, mu = 0.000001, sigma0 = 1"
+    assert second == "backward: sigma = 1, mu = 0.00001, sigma0 = 1"
+
+
 def test_a_plot_that_cannot_be_written_is_refused_before_the_scene_is_followed(capsys, tmp_path):
     status, out, err = run(capsys, *GOOD, "--csv", str(tmp_path / "a.csv"), "--plot", str(tmp_path / "a.gif"))
     assert (status, out, list(tmp_path.iterdir())) == (2, "", [])
