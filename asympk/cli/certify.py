@@ -55,5 +55,9 @@ def _prove_scene(options: Namespace) -> int:
     if options.json:
         print(certificates_as_json(found, options.digits + 2))
     else:
-        print(*filter(None, (scene_as_text(scene), certificates_as_text(found, options.digits + 2))), sep="\n")
+        over = ", ".join(f"{name} from {low} to {high}" for name, (low, high) in box.items())
+        told = scene_as_text(scene), over and f"for all {over}", certificates_as_text(found, options.digits + 2)
+        print(*filter(None, told), sep="\n")
+        if box and not all(one.proven for one in found):
+            print("more --pieces, or a smaller box, may prove what is undecided")
     return 0 if all(one.proven for one in found) else 1

@@ -289,8 +289,13 @@ def test_the_command_tells_a_proof_from_a_refusal(capsys, tmp_path):
     grazing.write_text('sigma = 0\nmu = 1\nstart = ["-1/2", -1, "1/3"]\nuntil = 5\n')
     assert main(["certify", str(grazing)]) == 1
     assert "\nundecided: grazing" in capsys.readouterr().out
-    assert main(["certify", "backward", "--box", "sigma", "0.5", "2"]) == 0
-    assert "pieces of the box proven, 100% of its volume" in capsys.readouterr().out
+    box = ["certify", "backward", "--box", "sigma", "0.5", "2"]
+    assert main(box) == 0
+    told = capsys.readouterr().out
+    assert "\nfor all sigma from 0.5 to 2\n3 of 3 pieces of the box proven, 100% of its volume" in told
+    assert "more --pieces" not in told
+    assert main([*box, "--pieces", "1"]) == 1
+    assert "\nmore --pieces, or a smaller box, may prove what is undecided\n" in capsys.readouterr().out
     assert main(["certify", "--claims"]) == 0
     assert "undecided" not in capsys.readouterr().out
 
