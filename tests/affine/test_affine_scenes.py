@@ -290,6 +290,12 @@ def test_powers_of_parameters_are_not_expanded_to_tell_that_a_rate_is_not_affine
     assert mode_obstacle(mode).startswith("in mode smooth the rate of x is not affine: ")
 
 
+def test_a_long_rate_that_is_affine_is_not_told_to_bend():
+    x, v = sp.symbols("x v", real=True)
+    long = sum(sp.cos(sp.Rational(k, 7)) ** k for k in range(1, 16)) * (x - v / 2 + sp.cos(t))
+    assert mode_obstacle(mode_of(ap.System.smooth({x: v, v: long}, {}, None, time=t), ())) is None
+
+
 def nearly_defective(x, v, gap):
     """Yield systems whose eigenvalues come within ``gap`` of each other, or of the forcing's."""
     frictions = [ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational(1, 4))]
