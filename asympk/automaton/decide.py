@@ -35,6 +35,7 @@ from asympk.automaton.contacts import (
     clear_sign,
     coupled,
     gap_row,
+    is_open,
     place_of,
     row_at,
     solved_forces,
@@ -246,17 +247,13 @@ def _all_guards(mode: GuardedMode) -> tuple[Guard, ...]:
 def _margins(here: Junction, branch: Branch, group: tuple[int, ...]) -> dict[tuple, list] | None:
     """Return the margins of a group at all points by ``Guard.key``, or None where its forces are not determined.
 
-    Each margin is weighted by the determinant of the equations of the forces: near a zero of the determinant the forces
-    are large and of either sign.
+    They are not where the rounding of the state could make the determinant of their equations 0, as at a dead centre.
     """
-    solved = [here.solved(branch, group, k) for k in range(len(here.points))]
-    found = [own for own in solved if own is not None]
-    if len(found) < len(solved):
+    found = [own for k in range(len(here.points)) if (own := here.solved(branch, group, k)) is not None]
+    if len(found) < len(here.points) or is_open([own.determinant for own in found]):
         return None
-    largest = max(own.determinant for own in found)
     margins = [_margins_at(here, branch, group, *place) for place in zip(here.points, found, strict=True)]
-    return {key: [m[key] * own.determinant / largest for m, own in zip(margins, found, strict=True)]
-            for key in margins[0]}  # fmt: skip
+    return {key: [m[key] for m in margins] for key in margins[0]}
 
 
 def _margins_at(

@@ -56,10 +56,11 @@ class Junction:
     def places_of_rest(self) -> tuple[Place, ...]:
         """The places at which rest is decided: also such in which one state moves by the rounding of the largest.
 
-        A velocity that a two-sided rigid contact keeps at 0 is 0 to rounding alone, as no zero of it is known.
+        A velocity that a rigid contact keeps at 0 is 0 to rounding alone if neither its gap nor its rate is known.
         """
-        two_sided = any(f.constraint is not None and f.gap is None for f in self.system.frictions)
-        return self.at.with_nudged(self.slack, self.slack) if two_sided else self.places
+        rigid = (f for f in self.system.frictions if f.constraint is not None)
+        known = all(f.gap is not None or f.gap_rate is not None for f in rigid)
+        return self.places if known else self.at.with_nudged(self.slack, self.slack)
 
     @property
     def at(self) -> Place:

@@ -307,6 +307,7 @@ class NumericMode:
         """
         system = self.mode.system
         closed = tuple(e for gap in self.mode.kept_gaps.values() for e in (gap, rate_along(system, gap)))
+        closed += tuple(f.gap_rate for f in system.frictions if f.gap_rate is not None)
         phases = zip(system.frictions, self.branch, strict=True)
         resting = tuple(f.velocity for f, phase in phases if phase.mode == "stick")
         kept = (*closed, *resting) if closed or not all(v.is_Symbol for v in resting) else ()

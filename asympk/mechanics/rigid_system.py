@@ -26,6 +26,6 @@ def rigid_system(kinetics: Kinetics) -> System:
     friction = Friction(
         velocity=kinetics.slip, force=force, normal=normal, load=kinetics.load * normal, kinetic=kinetics.friction,
         static=kinetics.static, constraint=kinetics.free[0] + G[0, 0] * normal + G[0, 1] * force,
-        gap=kinetics.gap if kinetics.unilateral else None,
+        **{"gap": kinetics.gap} if kinetics.unilateral else {"gap_rate": kinetics.gap_rate},
     )  # fmt: skip
     return with_time(System.with_frictions(rates, {}, (friction,)), kinetics.time)

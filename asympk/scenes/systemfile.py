@@ -13,7 +13,7 @@ r"""A system described in TOML: rates, frictions and assumptions as formulas in 
 
 ``[system.fast]`` holds the rates g of fast states, mu y' = g, and ``small`` the name of mu. ``time`` is the name of an
 explicit time, ``assumptions`` a list of relations. A friction may have a ``gap``, a ``normal`` and, if its contact is
-rigid, a ``constraint``.
+rigid, a ``constraint``, with a ``gap_rate`` if it holds both ways.
 
 A ``system`` that is a string names a system of the catalogue, ``asympk.systems``. A ``system`` with a ``mechanism`` (a
 name in the catalogue, or a table as in ``asympk.mechanics.described``) is that mechanism with ``contact = "rigid"``, or
@@ -40,7 +40,7 @@ from asympk.systems.catalogue import described_mechanism, start_at
 
 KEYS = ("slow", "fast", "small", "time", "frictions", "assumptions")
 MECHANISM = ("mechanism", "contact", "compliance", "damping")
-FRICTION = ("velocity", "force", "load", "kinetic", "static", "gap", "normal", "constraint")
+FRICTION = ("velocity", "force", "load", "kinetic", "static", "gap", "normal", "constraint", "gap_rate")
 _NEEDED = ("velocity", "force", "load", "kinetic")
 
 

@@ -60,7 +60,8 @@ class Friction(ShownAsFormulas):
     ``load`` while the contact is closed and 0 while the contact is open. A ``constraint`` makes the contact rigid: an
     expression, linear in ``normal`` and the forces, that vanishes while the contact is closed and so determines the
     reaction ``normal``; ``load`` is then a multiple of ``normal``. With a gap g the constraint is g'', and ``normal``,
-    which only pushes, enters it with a positive coefficient.
+    which only pushes, enters it with a positive coefficient. Of a rigid contact that holds both ways, without a gap,
+    ``gap_rate`` is g', the integral of the constraint, which a run then keeps at 0 to the last digit.
     """
 
     velocity: sp.Expr
@@ -71,11 +72,12 @@ class Friction(ShownAsFormulas):
     gap: Any = None
     normal: Any = None
     constraint: Any = None
+    gap_rate: Any = None
 
     @property
     def parts(self) -> dict[str, sp.Expr]:
         """The expressions that make up the friction, by name; those that are None are left out."""
-        names = ("velocity", "load", "kinetic", "static", "gap", "constraint")
+        names = ("velocity", "load", "kinetic", "static", "gap", "constraint", "gap_rate")
         return {name: part for name in names if (part := getattr(self, name)) is not None}
 
     def _card(self) -> Card:
@@ -83,7 +85,7 @@ class Friction(ShownAsFormulas):
 
     def __post_init__(self) -> None:
         static = self.kinetic if self.static is None else self.static
-        for name in ("velocity", "load", "kinetic", "gap", "constraint"):
+        for name in ("velocity", "load", "kinetic", "gap", "constraint", "gap_rate"):
             if getattr(self, name) is None and name in ("velocity", "load", "kinetic"):
                 raise InputError(f"friction: {name} = None: a friction needs one, an expression or a number")
             _put(self, name, getattr(self, name))
@@ -97,6 +99,8 @@ class Friction(ShownAsFormulas):
                 raise InputError(f"friction: {name} = {short(symbol)} must be a Symbol, as it stands in the rates")
         if self.constraint is not None and self.normal is None:
             raise InputError("friction: a constraint needs normal=, the symbol of the reaction that it determines")
+        if self.gap_rate is not None and (self.constraint is None or self.gap is not None):
+            raise InputError("friction: gap_rate= is for a constraint without gap=; from a gap the rate follows")
 
 
 @dataclass(frozen=True, repr=False)

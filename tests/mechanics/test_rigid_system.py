@@ -785,6 +785,54 @@ def test_a_slide_in_two_guides_comes_to_rest_though_these_keep_its_velocity_acro
     assert path.final[0] == pytest.approx(state[0], abs=1e-8)
 
 
+def test_a_bead_that_comes_to_rest_on_a_wire_stays_where_it_is():
+    # by its constraint alone, which is g'' = 0, the bead left the wire at the speed 2e-9 for ever
+    wire = ap.Contact(gap=sp.sqrt(X**2 + Y**2) - 1, slip=X * Y.diff(T) - Y * X.diff(T), friction=sp.Rational(1, 20))
+    bead = ap.Mechanism.from_lagrangian((X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 - 10 * Y, (X, Y), contact=wire).rigid()
+    path = ap.solve(ap.Scene(system=bead, values={}, start=["3/5", "-4/5", 0, 0], until=100))
+    assert path.modes[-1] == "stick"
+    assert path.final == path.events[-1].state
+    assert math.hypot(*path.final[:2]) == pytest.approx(1, abs=5e-9)
+
+
+def _trammel(friction):
+    """Return a rod of the length 1 with its ends in two rough slots, a level and an upright one, in a plane."""
+    X, Y, h, U, V, W, N1, N2, F1, F2 = sp.symbols("X Y h U V W N1 N2 F1 F2", real=True)
+    s, c = sp.sin(h) / 2, sp.cos(h) / 2
+    rates = {X: U, Y: V, h: W, U: F1 + N2, V: N1 + F2 - 10, W: 12 * (s * (N2 - F1) + c * (F2 - N1))}
+
+    def rate(expr):
+        return sum(expr.diff(q) * r for q, r in rates.items())
+
+    ends = ((rate(X + c), rate(Y - s), F1, N1), (rate(Y + s), rate(X - c), F2, N2))
+    return ap.System.with_frictions(rates, {}, [
+        ap.Friction(slip, F, N, friction, normal=N, constraint=rate(across), gap_rate=across)
+        for slip, across, F, N in ends
+    ])  # fmt: skip
+
+
+def _turn_in_slots(f, h, w):
+    """Return the angular acceleration of the rod in two slots, by the equations of its three accelerations."""
+    s, c = np.sin(h) / 2, np.cos(h) / 2
+    for r1, r2 in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
+        k1, k2 = f * r1 * np.sign(s * w), -f * r2 * np.sign(c * w)  # F = k N, as the ends slide at -2 s w and 2 c w
+        rows = np.array([[k1, 1, s], [1, k2, -c], [-s * k1 - c, s + c * k2, -1 / 12]])
+        N1, N2, turning = np.linalg.solve(rows, [-c * w**2, 10 - s * w**2, 0])
+        if r1 * N1 >= 0 and r2 * N2 >= 0:
+            return turning
+    raise AssertionError("no motion of the rod in its slots")
+
+
+def test_a_rod_in_two_slots_passes_its_dead_centre_turns_and_comes_to_rest():
+    angle = math.asin(0.6)
+    start = {"X": "2/5", "Y": "3/10", "h": str(sp.asin(sp.Rational(3, 5)).evalf(60)), "U": "3/5", "V": "-4/5", "W": -2}
+    path = ap.solve(ap.Scene(system=_trammel(sp.Rational(1, 5)), values={}, start=start, until=2))
+    assert path.modes[-1] == "stick+stick"
+    assert path.final == path.events[-1].state
+    peer = solve_ivp(lambda t, w: (w[1], _turn_in_slots(0.2, *w)), (0, 1.5), (angle, -2), rtol=1e-9, atol=1e-9)
+    assert path(1.5)[[2, 5]] == pytest.approx(peer.y[:, -1], abs=1e-6)
+
+
 @pytest.mark.slow
 def test_a_joint_at_rest_keeps_its_angle_where_the_time_alone_makes_another_contact_slip():
     # a cart on rough ground carries a pendulum with friction in its joint; while both rest the force needed is a cos wt

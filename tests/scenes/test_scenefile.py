@@ -402,6 +402,13 @@ def test_a_rigid_contact_of_a_system_in_a_file_has_its_constraint(tmp_path):
     assert path.modes == ("slip_same", "open")
     assert path.events[0].t == pytest.approx(1)
     assert path.final == pytest.approx((2 / 3 + 1 / 2, 1 / 6, 1 / 2, 1 / 2))
+    file.write_text(file.read_text().replace("gap = \"y\"", "gap_rate = \"v\""))
+    held = ap.solve(ap.read_scene(file))  # by the load |1 - t|
+    assert held.modes[:2] == ("slip_same", "slip_opposite")
+    assert held.final == pytest.approx((1, 0, 0, 0), abs=1e-9)
+    file.write_text(file.read_text().replace("gap_rate", "gap = \"y\"\ngap_rate"))
+    with pytest.raises(ap.AsympkError, match="gap_rate= is for a constraint without gap="):
+        ap.read_scene(file)
 
 
 def test_static_friction_in_a_file_follows_the_kinetic_friction_that_it_equals(tmp_path):
