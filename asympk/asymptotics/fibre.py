@@ -41,7 +41,8 @@ class Formulas:
     1. ``layer(n)(series, p)`` returns the derivatives of the series by tau, without X_0', which is 0.
     2. ``slow(n)(x, b, X_1, ..., X_n, p)`` returns S_0, ..., S_n, H_0, ..., H_n, each as (state, power of tau).
     3. ``flow(n)(x, b, mu, p)`` returns x' and b' on the manifold to order n; ``height(n)`` of the same returns y. With
-       ``whole`` these are f and the root of g near that y, with all powers of mu: terms beyond mu^n change as well.
+       ``whole`` these are f and the root of g near that y, with all powers of mu that y brings into them: terms beyond
+       mu^n change as well. What depends on mu alone is still expanded: log(1 + mu) in doubles would lose its digits.
     4. ``slow_rates(x, b, mu, p)`` returns d log|det g_y| / dt on the manifold to order 0, and the matrices -h_x f_y and
        -h_x f_x f_y by columns.
     5. ``force(x, y, p)`` returns g at mu = 0, and ``jacobian(x, y, p)`` returns g_y at mu = 0 by rows.
@@ -131,12 +132,13 @@ class Formulas:
         tape, values, drift, y = self._at_rest(order)
         height, rates = ([_polynomial(c, order, tape) for c in series] for series in (y, drift))
         if whole:
-            point = _first(values) | {self.small: tape.node("mu")} | dict(zip(self.fast_states, height, strict=True))
-            moved = [_polynomial(Taylor({(k + 1, 0): c[k, 1] for k in range(order)}, order), order, tape) for c in y]
-            force = [g - m for g, m in zip(evaluated(self.full_force, point, tape), moved, strict=True)]
-            off = _product(self._inverse(values, tape), force)
+            point = _first(values) | {self.small: _small(order)} | dict(zip(self.fast_states, height, strict=True))
+            moved = (Taylor({(k + 1, 0): -1 * c[k, 1] for k in range(order)}, order) for c in y)
+            force = zip(self._along(self.full_force, point, tape, order), moved, strict=True)
+            off = _product(self._inverse(values, tape), [_polynomial(g + m, order, tape) for g, m in force])
             height = [h - d for h, d in zip(height, off, strict=True)]
-            rates = evaluated(self.drift, point | dict(zip(self.fast_states, height, strict=True)), tape)
+            drift = self._along(self.drift, point | dict(zip(self.fast_states, height, strict=True)), tape, order)
+            rates = [_polynomial(f, order, tape) for f in drift]
         if not self.affine:
             across = _product(_matrix(self.across, _first(values), tape), rates)
             rates += [-1 * c for c in _product(self._inverse(values, tape), across)]

@@ -12,19 +12,20 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from fractions import Fraction
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
 import sympy as sp
 
 from asympk.asymptotics.frictional import follow_stretches
-from asympk.asymptotics.smooth import follow_smooth, leaves_its_sides
+from asympk.asymptotics.smooth import EXTRA, follow_smooth, leaves_its_sides
 from asympk.errors import AsympkError, NotDerivable, OutOfRange
 from asympk.numbers import known_order, short
 from asympk.path import Path, SolvedAgain
 from asympk.symbolic.long import atoms
-from asympk.symbolic.reading import rational
+from asympk.symbolic.reading import rational, spare
+from asympk.symbolic.system import System
 
 HIGHEST_ORDER = 4
 SMALL = 1e-4  # the size of a state, in its unit, below which the unit is made smaller
@@ -44,9 +45,33 @@ def run(scene: Any, method: str = "jump", *, order: int | None = None) -> Path:
     if scene.system.small is None:
         raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
     with _refused(scene):
-        follow = follow_smooth if smooth and not leaves_its_sides(scene, order) else follow_stretches
-        path = _in_units_that_fit(partial(follow, method=method, order=order), scene)
+        inside = _with_low_powers(scene, order + EXTRA)
+        follow = follow_smooth if smooth and not leaves_its_sides(inside, order) else follow_stretches
+        path = _in_units_that_fit(partial(follow, method=method, order=order), inside)
     return replace(path, scene=scene, at=SolvedAgain(path.at, run, scene, {"method": method, "order": order}))
+
+
+def _with_low_powers(scene: Any, highest: int) -> Any:
+    """Return a scene whose rates have mu^k as mu^``highest`` times a parameter of the value mu^(k - ``highest``).
+
+    A term like 100 mu^3 is thus among those that predict the error, whatever the order.
+    """
+    system, small = scene.system, scene.system.small
+    if not (found := _lowered(system, small, highest)):
+        return scene
+    lowered, name = found
+    given = dict(zip(system.parameters, scene.values, strict=True))
+    return replace(scene, system=lowered, values={**given, name: given[small]})
+
+
+@lru_cache(maxsize=64)
+def _lowered(system: System, small: sp.Symbol, highest: int) -> tuple[System, sp.Symbol] | None:
+    rates = sp.Tuple(*system.slow.values(), *system.fast.values())
+    powers = (p for p in atoms(rates, sp.Pow) if p.base == small and p.exp.is_Integer and p.exp > highest)
+    name = spare(small.name, (*system.states, *system.parameters))
+    told = {p: small**highest * name ** (p.exp - highest) for p in powers}
+    slow, fast = (sp.Dict({s: rate.xreplace(told) for s, rate in of.items()}) for of in (system.slow, system.fast))
+    return (replace(system, slow=slow, fast=fast), name) if told else None
 
 
 def _in_units_that_fit(follow: Callable, scene: Any) -> Path:

@@ -53,7 +53,7 @@ SIDE_BY_SIDE = 1e-6  # the tolerance of slow motions to two orders: their differ
 class Task:
     """How motions are followed: in which automaton, until when, slow motion to which order, with which tolerance.
 
-    With ``whole`` slow motion has all powers of mu that the rates have, beyond the order, too.
+    With ``whole`` slow motion has all powers of mu that the fast states bring into the rates, beyond the order, too.
     """
 
     automaton: Automaton

@@ -41,7 +41,7 @@ class Reduced:
     """The reduced flows to the orders ``orders``: ``trajectory`` holds the points (x, b) of each, one after the other.
 
     ``guard`` is the index of the guard that is lost at the time ``end``, or None. With ``whole`` the last of the
-    motions has all powers of mu that the rates have.
+    motions has all powers of mu that the fast states bring into the rates.
     """
 
     formulas: Formulas

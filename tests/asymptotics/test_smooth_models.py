@@ -531,6 +531,14 @@ def test_high_powers_of_the_small_parameter_that_the_rates_only_imply_are_among_
     assert 1e-3 < distance(path.final, truth.final) < path.error < 0.9
 
 
+def test_a_coefficient_that_rounding_would_lose_is_predicted_by_its_series():
+    """log(1 + mu) is 0 in doubles, and w' = -2 w."""
+    system = ap.System.smooth({w: -w * (1 + kappa * sp.log(1 + mu))}, {u: w - u}, mu)
+    path = _solved(system, {mu: "1e-30", kappa: "1e30"}, {w: 1, u: 0}, 1, order=1)
+    assert path.error < 1e-11
+    assert path.final == pytest.approx((math.exp(-2),) * 2, abs=path.error)
+
+
 def test_what_a_composite_misses_of_the_start_is_what_it_is_wrong_by_there():
     path = _path("cubic", "1/10", "1/2", order=0)
     wrong = [path(0.0)[1] - 2, *(_path("cubic", "1/10", "1/2", order=k)(0.0)[1] - 2 for k in (1, 2))]
