@@ -30,7 +30,9 @@ path = ap.solve(scene)
 print(f"{{path.model}}, from {{path.modes[0]}}")
 for event, mode in zip(path.events, path.modes[1:]):
     print(f"{{event.kind}} at t = {{float(event.t):.4g}}, then {{mode}}")
-print("ends at", ", ".join(f"{{name}} = {{float(value):.5g}}" for name, value in zip(path.names, path.final)))
+print("ends at")
+for name, value in zip(path.names, path.final):
+    print(f"    {{name}} = {{float(value):.5g}}")
 path.plot("{name}-motion.svg")
 ap.phase(path, file="{name}-phase.svg")
 """

@@ -11,7 +11,7 @@ import pytest
 from asympk.errors import InputError, MissingPackage
 from asympk.output import article, site
 from asympk.output.publish import LIST, publish
-from asympk.output.systempages import system_equations, write_page
+from asympk.output.systempages import SCRIPT, system_equations, write_page
 from asympk.pictures.sketches import SKETCHES
 from asympk.systems import __all__ as SYSTEMS
 
@@ -201,6 +201,14 @@ def test_every_system_of_the_catalogue_has_a_sketch_and_a_title():
 )
 def test_the_small_parameter_stands_on_one_side_of_an_equation(name, equation):
     assert equation in " ".join(system_equations(name))
+
+
+def test_the_script_of_a_system_and_what_it_prints_fit_on_a_page(tmp_path, monkeypatch, capsys):
+    pytest.importorskip("matplotlib")
+    monkeypatch.chdir(tmp_path)
+    script = SCRIPT.format(name="unequal_masses", which=0)
+    exec(compile(script, "script", "exec"), {})
+    assert max(map(len, [*script.splitlines(), *capsys.readouterr().out.splitlines()])) <= 80
 
 
 def test_without_the_extra_one_line_says_what_to_install(monkeypatch):
