@@ -924,6 +924,15 @@ def test_a_gap_that_does_not_slope_where_it_is_closed_is_refused_by_name(gap, un
         ap.solve(ap.Scene(system=block.rigid(), values={}, start=start, until=1))
 
 
+def test_an_open_contact_moves_freely_past_a_place_at_which_its_gap_has_no_slope():
+    x, y, u, v = sp.symbols("x y u v", real=True)
+    contact = ap.Contact(gap=1 + y**3, slip=x, friction=sp.Rational(1, 2), unilateral=True)
+    thrown = ap.Mechanism((x, y), (u, v), sp.eye(2), (0, -1), contact).rigid()
+    path = ap.solve(ap.Scene(system=thrown, values={}, start={x: 0, y: 0, u: 1, v: 1}, until=2.5))
+    assert path.modes == ("open",)
+    assert path.final == pytest.approx((2.5, 2.5 - 2.5**2 / 2, 1, -1.5), abs=1e-8)
+
+
 @pytest.mark.parametrize("angle", [math.pi, 2 * math.pi])
 def test_a_block_whose_start_is_turned_by_pi_in_doubles_slides_as_if_by_whole_numbers(angle):
     """sin(pi) is 1e-16 in doubles: the block was said to hit its ground, or to be within it."""
