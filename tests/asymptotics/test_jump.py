@@ -1,5 +1,6 @@
 """The jump map: derived for every layer, and right to the last term that is claimed."""
 
+from contextlib import nullcontext
 from fractions import Fraction
 from functools import cache
 from itertools import pairwise
@@ -321,6 +322,23 @@ def test_systems_without_a_jump_are_refused():
     block = System.with_frictions({x: z}, {z: sigma0 - x}, [ap.Friction(z, sigma0, 1, 1)], small=mu)
     with pytest.raises(NotDerivable, match="the sliding velocity z is no slow state"):
         jump_map(block)
+
+
+@pytest.mark.parametrize("start", [{x: "1/3", y: "3/2", z: -1}, {x: "1/3", y: -2, z: 1}])
+@pytest.mark.parametrize(
+    ("pull", "static", "words"),
+    [(5, "7/2", "at an unbounded load friction does not hold"), (5, 6, None), (1, "7/2", None),
+     (-5, 6, "the load grows without bound and the velocity with it")],
+)  # fmt: skip
+def test_a_load_without_bound_must_stop_the_mass_and_hold_it(pull, static, words, start):
+    """Friction 3 L does not stop it against a pull of -5 L, and 7/2 L does not hold it against 5 L; 6 L does."""
+    load = x + y
+    system = System.with_friction(
+        slow={x: y}, fast={y: 1 - 2 * load + F}, velocity={z: 1 + pull * load + F}, force=F, load=load, kinetic=3,
+        static=sp.Rational(static), small=mu,
+    )  # fmt: skip
+    with pytest.raises(NotDerivable, match=words) if words else nullcontext():
+        assert "stick" in jump_map(system, 1, start).itinerary
 
 
 def test_a_system_whose_rates_contain_the_time_has_no_jump_map_in_symbols():
