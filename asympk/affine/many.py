@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from asympk.affine.forcing import value
-from asympk.affine.functions import Arrays
 from asympk.affine.moderows import follow_rows, rows_of
 from asympk.affine.run import affine, flows, run
 from asympk.automaton.automaton import Automaton
@@ -219,7 +218,7 @@ class _Modes:
 
     def whole(self, branch, t, w):
         """Return the states ``(w, waves, 1)`` of rows at their times."""
-        waves = [np.broadcast_to(value(Arrays, *wave, t), t.shape) for wave in self.flow(branch)[1]]
+        waves = [np.broadcast_to(value(np, *wave, t), t.shape) for wave in self.flow(branch)[1]]
         return np.column_stack([w, *waves, np.ones(len(t))])
 
     def contacts(self, t, w):

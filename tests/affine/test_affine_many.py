@@ -238,6 +238,16 @@ def test_rows_that_grow_beyond_doubles_are_left_out_and_cost_no_other_its_own(la
     assert many.final[0, ends < 710] == pytest.approx(np.cosh(ends[ends < 710]), rel=1e-12)
 
 
+@pytest.mark.parametrize("until", [6.2, 6.5, 6.9])
+def test_a_push_that_grows_is_as_large_after_events_as_in_one_piece(until):
+    """The block beside w' = 1e-280 e^(100 t) turns at pi and 2 pi, where the exponent is 628."""
+    block = ap.Friction(velocity=v, force=F, load=1, kinetic=1)
+    system = ap.System.with_frictions({x: v, v: F - x, w: sp.exp(100 * t) / 10**280}, {}, [block], time=t)
+    start = {"x": 20 + np.arange(5), "v": 0, "w": 0}
+    many = ap.solve_many(system=system, values={}, start=start, until=until)
+    assert many.final[many.names.index("w")] == pytest.approx(np.exp(100 * until) / 1e282, rel=1e-11)
+
+
 @pytest.mark.parametrize("exact", [np.longdouble(1) / 3, Fraction(1, 3), "1/3"])
 def test_arrays_of_exact_numbers_are_read_as_scalars_are(exact):
     given, start = {"mu": Fraction(1, 1000), "k": exact}, dict.fromkeys("xvwy", exact)
