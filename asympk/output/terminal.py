@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from asympk.scene import Scene
     from asympk.studies.least import Ladder
 
-_WIDTH = 120  # characters of a line where there is no terminal
 SHORT = 8  # digits of a number in a table
 NEXT = (
     "asympk claims C23                    the evidence of one claim",
@@ -30,8 +29,8 @@ NEXT = (
 
 
 def columns() -> int:
-    """Return the number of characters of a line: those of the terminal, or ``_WIDTH`` for a file or a pipe."""
-    return get_terminal_size((_WIDTH, 0)).columns if sys.stdout is not None and sys.stdout.isatty() else _WIDTH
+    """Return the number of characters of a line on the terminal; in a file or a pipe any line is whole."""
+    return get_terminal_size().columns if sys.stdout is not None and sys.stdout.isatty() else sys.maxsize
 
 
 def wrapped(head: str, words: str) -> list[str]:
