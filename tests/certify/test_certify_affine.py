@@ -458,7 +458,7 @@ def test_a_guard_is_enclosed_over_an_interval_of_time_though_the_weights_of_two_
     modes = _Modes(damped, (1 + Fraction(1, 10**12),), {})
     state = modes.begun([(hull(at, at), Fraction(at)) for at in (9, 0)])
     mode, (guard,) = modes.chosen([[(phase,) for phase in branches.all_phases(damped.frictions[0])]], state, "start")
-    value, slope = EnclosedSegment(mode, state.balls).jet(guard, hull(Fraction(7, 10), Fraction(13, 10)), 1)
+    value, slope = EnclosedSegment(mode, state).jet(guard, hull(Fraction(7, 10), Fraction(13, 10)), 1)
     assert (float(value.rad()) < 0.2, float(slope.rad()) < 1.3) == (True, True)
     for time in (0.7, 0.9, 1.0, 1.2, 1.3):
         assert value.contains(8 * time * math.exp(-time))
