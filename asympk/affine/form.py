@@ -18,9 +18,11 @@ from asympk.affine.mode import AffineMode
 from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import GuardedMode, function
 from asympk.errors import InputError
-from asympk.symbolic.long import ROUGH, differ, generic_place, heavy, replaced
+from asympk.symbolic.long import generic_place, heavy, replaced
 from asympk.symbolic.sides import is_switched
 from asympk.symbolic.system import System
+
+ROUGH = 1e-6  # a difference of values, relative to their size, that is not rounding
 
 
 @dataclass(frozen=True)
@@ -101,7 +103,9 @@ def _varies(slope: sp.Expr, symbols: Iterable[sp.Symbol | None]) -> bool:
     place = generic_place(slope)
     if not (moved := {s: 3 * v for s, v in place.items() if s in symbols}):
         return False
-    return differ(*(slope.evalf(subs=at) for at in (place, place | moved)))
+    here, there = (slope.evalf(subs=at) for at in (place, place | moved))
+    known = all(v.is_number and v.is_finite for v in (here, there))
+    return known and bool(abs(here - there) > ROUGH * (abs(here) + abs(there)))
 
 
 @lru_cache(maxsize=512)

@@ -21,18 +21,7 @@ from sympy.solvers.solveset import NonlinearError
 from asympk.errors import InputError
 from asympk.numbers import short
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.long import (
-    LONG,
-    atoms,
-    differ,
-    expanded,
-    generic_place,
-    heavy,
-    is_longer,
-    is_regular,
-    replaced,
-    tidied,
-)
+from asympk.symbolic.long import LONG, atoms, expanded, heavy, is_longer, is_regular, replaced, tidied
 from asympk.symbolic.penetration import without_penetration
 
 if TYPE_CHECKING:
@@ -496,17 +485,6 @@ def check_friction(system: "System", friction: "Friction", number: int) -> None:
         e is not None and e.has(sp.Float) for e in (v, friction.load, friction.kinetic, friction.static, friction.gap)
     ):
         raise InputError(f"{which} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
-    _check_constraint(system, friction, which)
-
-
-def _check_constraint(system: "System", friction: "Friction", which: str) -> None:
-    """Raise ``InputError`` where the constraint of a rigid contact is clearly not the derivative of its gap_rate."""
-    if friction.gap_rate is None:
-        return
-    both = sp.Tuple(rate_along(system, friction.gap_rate), friction.constraint)
-    if differ(*(e.evalf(subs=generic_place(both)) for e in both)):
-        raise InputError(f"{which}: the rate of gap_rate = {short(friction.gap_rate)} is {short(both[0])}, and the "
-                         f"constraint {short(both[1])}; the constraint must be this rate")  # fmt: skip
 
 
 def _friction_law(system: "System", branch: Branch, k: int) -> sp.Expr:

@@ -9,7 +9,6 @@ import sympy as sp
 
 PARTS = 4  # a bound on the parts of a tree, without atoms, for one operation: -a/b in a sum has two and two
 LONG = 300  # operations; a rational expression divided by a sum is not expanded if it has more
-ROUGH = 1e-6  # a difference of values, relative to their size, that is not rounding
 REGULAR = 1e9  # a condition number clearly below that of a singular matrix in fifteen digits
 
 
@@ -81,12 +80,6 @@ def _is_rational(expr: sp.Basic) -> bool:
 def generic_place(expr: Any) -> dict[sp.Symbol, sp.Expr]:
     """Return generic rational numbers for the symbols of an expression or matrix: hardly anything vanishes there."""
     return {s: sp.Rational(2 * k + 5, k + 7) for k, s in enumerate(sorted(expr.free_symbols, key=str))}
-
-
-def differ(one: sp.Expr, other: sp.Expr) -> bool:
-    """Tell whether two values are numbers that differ by more than rounding."""
-    known = all(v.is_number and v.is_finite for v in (one, other))
-    return known and bool(abs(one - other) > ROUGH * (abs(one) + abs(other)))
 
 
 def is_regular(matrix: sp.Matrix) -> bool:
