@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from asympk.studies.least import Ladder
 
 SHORT = 8  # digits of a number in a table
+PROSE = 120  # characters of a line of the summary, also in a file or a pipe
 NEXT = (
     "asympk claims C23                    the evidence of one claim",
     "asympk solve backward --plot a.svg   a steep rod where the rigid one has no motion",
@@ -33,13 +34,13 @@ def columns() -> int:
     return get_terminal_size().columns if sys.stdout is not None and sys.stdout.isatty() else sys.maxsize
 
 
-def wrapped(head: str, words: str) -> list[str]:
-    """Return ``head`` and ``words`` in lines of ``columns`` characters; the words stay to the right of the head.
+def wrapped(head: str, words: str, longest: int = sys.maxsize) -> list[str]:
+    """Return ``head`` and ``words`` in lines of ``columns`` characters, or ``longest`` if that is less.
 
-    An equation such as ``x = 1`` stays in one line.
+    The words stay to the right of the head. An equation such as ``x = 1`` stays in one line.
     """
-    lines = wrap(words.replace(" = ", "\xa0=\xa0"), columns(), initial_indent=head, subsequent_indent=" " * len(head),
-                 break_long_words=False, break_on_hyphens=False)  # fmt: skip
+    lines = wrap(words.replace(" = ", "\xa0=\xa0"), min(columns(), longest), initial_indent=head,
+                 subsequent_indent=" " * len(head), break_long_words=False, break_on_hyphens=False)  # fmt: skip
     return [line.replace("\xa0", " ") for line in lines] or [head.rstrip()]
 
 
@@ -270,7 +271,8 @@ def summary(found: Sequence[Claim], files: int) -> str:
         if chosen:
             parts.append(f"{verdict.capitalize()}:")
             for claim in chosen:
-                parts += [*wrapped(f"  {claim.id:<5}", claim.statement), *wrapped(" " * 7, f"-> {claim.finding}")]
+                parts += wrapped(f"  {claim.id:<5}", claim.statement, PROSE)
+                parts += wrapped(" " * 7, f"-> {claim.finding}", PROSE)
             parts.append("")
     parts += ["Beyond the paper, for sigma > 0 and z < 0, with L = log(1/mu):", *_jump_lines(), ""]
     parts += ["Regimes of the plane v = 0 and of the slow plane Pi2:", *_regime_lines(), ""]
