@@ -134,7 +134,7 @@ def branch_at(
     if b is None:
         raise OutOfRange(f"the base point {listed(formulas.mode.slow, x)} is off the branch that the layer settles on; "
                          "the small parameter is not small here")  # fmt: skip
-    return np.array((*x, *b))
+    return np.array(formulas.on_branch(x, b))
 
 
 def _carried(formulas, begun, x, b, values):
