@@ -134,8 +134,9 @@ class Formulas:
         if whole:
             point = _first(values) | {self.small: _small(order)} | dict(zip(self.fast_states, height, strict=True))
             moved = (Taylor({(k + 1, 0): -1 * c[k, 1] for k in range(order)}, order) for c in y)
-            force = zip(self._along(self.full_force, point, tape, order), moved, strict=True)
-            off = _product(self._inverse(values, tape), [_polynomial(g + m, order, tape) for g, m in force])
+            on_branch = evaluated(self.limit, _first(values), tape)  # 0 but for an error of b, which stays as it is
+            force = zip(self._along(self.full_force, point, tape, order), moved, on_branch, strict=True)
+            off = _product(self._inverse(values, tape), [_polynomial(g + m, order, tape) - c for g, m, c in force])
             height = [h - d for h, d in zip(height, off, strict=True)]
             drift = self._along(self.drift, point | dict(zip(self.fast_states, height, strict=True)), tape, order)
             rates = [_polynomial(f, order, tape) for f in drift]

@@ -46,7 +46,6 @@ ROUGHEST = 1e-4  # the largest error of a fast state, and of the fast time, as t
 LATE = 0.01  # the allowed error in time of one step of a layer, in units of the tolerance
 GENTLY = 0.01  # the largest fall of a guard in a time mu at which slow motion, not the fast, meets its zero
 STRETCHES = 3000
-SIDE_BY_SIDE = 1e-6  # the tolerance of slow motions to two orders: their difference, in which errors cancel, is used
 
 
 @dataclass(frozen=True)
@@ -336,10 +335,12 @@ def slowly(task: Task, path: MatchedPath, limit: bool = False) -> MatchedPath:
         values = {m: mode.guard_values(path.t + span, slow.state(m, at, mu)) for m in distinct}
         return [values[m][k] for k, m in enumerate(orders)]
 
-    found = _reduced(task, slow, path, (order,), guards=guards)
-    places = list(slow.places)
+    start, left, within = _begin(task, slow, path)
+    found = reduced.follow_reduced_flow(
+        slow.formulas, order, start, mu, slow.values, left, task.rtol, guards, path.t, within, task.whole
+    )
     points = found.trajectory.start, tuple(found.trajectory(found.end).tolist())
-    stretch = Stretch(path.t, mode, lambda u: found.states(u)[0][places], points)
+    stretch = Stretch(path.t, mode, lambda u: found.states(u)[0, slow.places], points)
     t, state = path.t + found.end, tuple(stretch.states(found.end).tolist())
     require_no_pole(path, slow, found)
     if found.guard is None:
@@ -369,24 +370,18 @@ def require_no_pole(path: MatchedPath, slow: Slow, found: reduced.Reduced) -> No
     The integration need not notice a pole of the rates, so the signs of their divisors are compared at the ends of
     every step. A step is assumed to contain at most one zero of each divisor.
     """
-    values, width = path.mode.pole_values(path.t, path.state), len(found.trajectory.start) // len(found.orders)
+    values = path.mode.pole_values(path.t, path.state)
     for step in found.trajectory.steps if values else ():
         after = min(step.after, found.end)
-        state = slow.state(found.orders[0], step.state_at(after)[:width], found.mu)
+        state = slow.state(found.orders[0], step.state_at(after), found.mu)
         values = path.mode.require_one_side(values, path.t + after, state)
 
 
-def _reduced(
-    task: Task, slow: Slow, path: MatchedPath, orders: tuple[int, ...], rtol: float = 0.0,
-    guards: Callable | None = None,
-) -> reduced.Reduced:  # fmt: skip
-    """Return the reduced flow to ``orders`` from the end of a path on; the tolerance is at least ``rtol``."""
+def _begin(task: Task, slow: Slow, path: MatchedPath) -> tuple[np.ndarray, float, float]:
+    """Return the point (x, b) at which slow motion begins, the time that is left, and the longest step."""
     left = task.until - path.t
-    branch = reduced.branch_at(slow.formulas, *slow.point(path.t, path.state), slow.values)
-    return reduced.follow_reduced_flow(
-        slow.formulas, orders, [branch] * len(orders), task.mu, slow.values, left, max(rtol, task.rtol), guards,
-        path.t, left / LOOKS if path.mode.timed else math.inf, task.whole,
-    )  # fmt: skip
+    start = reduced.branch_at(slow.formulas, *slow.point(path.t, path.state), slow.values)
+    return start, left, left / LOOKS if path.mode.timed else math.inf
 
 
 def begun(automaton: Automaton, start: tuple) -> MatchedPath:
@@ -415,10 +410,13 @@ def end_to(order: int, task: Task, landed: MatchedPath, path: MatchedPath) -> np
     their difference is added to the states of ``path``. The errors of their common steps nearly cancel in the
     difference, so these steps may be long.
     """
-    whole, slow = replace(task, order=order, whole=True), slow_of(landed.mode)
+    slow = slow_of(landed.mode)
     if len(path.stretches) != len(landed.stretches) + 1:
-        return np.array(onward(whole, landed).state)
-    found = _reduced(whole, slow, landed, (task.order, order), SIDE_BY_SIDE)
+        return np.array(onward(replace(task, order=order, whole=True), landed).state)
+    start, left, within = _begin(task, slow, landed)
+    found = reduced.side_by_side(
+        slow.formulas, (task.order, order), (start, start), task.mu, slow.values, left, task.rtol, landed.t, within
+    )
     first, second = found.states(found.end)[:, list(slow.places)]
     return np.array(path.state) + second - first
 

@@ -130,17 +130,18 @@ def rates(flows: tuple[Flow, ...], parameters: tuple, state: tuple) -> tuple:
 def steps(
     flows: tuple[Flow, ...], parameters: tuple, state: tuple, until: float, rtol: float, atol: tuple, t: float = 0.0,
     late: float = 0.0, longest: float = math.inf, within: float = math.inf, slopes: Slopes | None = None,
+    span: float | None = None,
 ) -> Iterator[Step]:
     """Yield the steps of state' = flow(*state, *parameters) from ``t`` to ``until``, which may be infinite.
 
     Each of ``flows`` takes an equal share of the states, in order. The error of a step is held below ``atol``, one
     number per state, plus ``rtol`` times the state, apart from an error along the flow of up to ``late`` in time. The
-    first step is at most ``longest``, every step at most ``within``. The iterator ends early where steps become too
-    small or infinite. ``slopes`` returns the Jacobian matrix at a state; with it the steps become implicit where
-    one of these is as long as ``IMPLICIT`` explicit ones.
+    first step tried is ``span``, or an estimate of at most ``longest``, and every step is at most ``within``. The
+    iterator ends early where steps become too small or infinite. ``slopes`` returns the Jacobian matrix at a state;
+    with it the steps become implicit where one of these is as long as ``IMPLICIT`` explicit ones.
     """
     take, first = _step_of(flows, parameters, len(state), late > 0), rates(flows, parameters, state)
-    span = _first_span(flows, parameters, state, first, min(longest, until - t), rtol, atol)
+    span = span or _first_span(flows, parameters, state, first, min(longest, until - t), rtol, atol)
     flow, grow, count, marked = partial(rates, flows, parameters), GROW, 0, t
     while t < until:
         if count == PATIENCE:

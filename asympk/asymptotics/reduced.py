@@ -17,14 +17,14 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import starmap
+from itertools import islice, starmap, takewhile
 from typing import Any
 
 import numpy as np
 
 from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.landing import ROOT, abscissa, listed, newton, root
-from asympk.asymptotics.nonstiff import Trajectory, rates, steps
+from asympk.asymptotics.nonstiff import EXPONENT, Trajectory, rates, steps
 from asympk.asymptotics.stiff import jacobian
 from asympk.asymptotics.watching import watched
 from asympk.automaton.numericmode import LOOKS
@@ -32,6 +32,7 @@ from asympk.errors import NotNormallyHyperbolic, OutOfRange
 
 STEPS = 20000
 FAR = 1e12
+SIDE_BY_SIDE = 1e-6  # the least tolerance of slow motions to several orders in common steps
 MEETING = 4  # mu y' = g, linear, and x' = y have real eigenvalues as long as 4 mu |h_x f_y| < |g_y|
 AGAIN = math.sqrt(27 / 4)  # with x'' = y, as long as mu sqrt(27 |h_x f_x f_y| / 4) < |g_y|
 
@@ -68,41 +69,68 @@ class Reduced:
 
 
 def follow_reduced_flow(
-    formulas: Formulas, orders: tuple[int, ...], starts: list[np.ndarray], mu: float, values: tuple,
-    until: float, rtol: float = 1e-12, guards: Callable | None = None, began: float = 0.0, within: float = math.inf,
-    whole: bool = False,
+    formulas: Formulas, order: int, start: np.ndarray, mu: float, values: tuple, until: float, rtol: float = 1e-12,
+    guards: Callable | None = None, began: float = 0.0, within: float = math.inf, whole: bool = False,
 ) -> Reduced:  # fmt: skip
-    """Integrate the flow to each order of ``orders`` from its point of ``starts``, (x, b) of ``Formulas.on_branch``.
+    """Integrate the flow to ``order`` from ``start``, the point (x, b) of ``Formulas.on_branch``.
 
     ``guards(t, point)`` returns the guards of a mode at a point (x, b); the integration ends where a guard becomes
-    negative along the flow of the first order. No step is longer than ``within``. Raises ``NotNormallyHyperbolic``
-    where the manifold is lost and ``OutOfRange`` where the states grow beyond bounds; both name the state reached and
-    the time, counted from ``began``.
+    negative. No step is longer than ``within``. Raises ``NotNormallyHyperbolic`` where the manifold is lost and
+    ``OutOfRange`` where the states grow beyond bounds; both name the state reached and the time since ``began``.
     """
-    first, size = tuple(float(v) for start in starts for v in start), len(starts[0])
-    found, end, guard, far = list[Any](), until, None, FAR * max([1.0, *map(abs, first)])
+    first, found, end, guard = tuple(map(float, start)), list[Any](), until, None
     check = partial(_check, formulas, mu, values, guards, began)
-    check(None, first[:size])
-    if not first:  # no slow states, no slow motion
-        return Reduced(formulas, orders, whole, mu, values, until, None, Trajectory((), ()))
-    kinds = _kinds(orders, whole)
-    flows, slopes = tuple(starmap(formulas.flow, kinds)), partial(_slopes, formulas, kinds, (mu, *values))
-    within = until / LOOKS if any(rate == 1 for rate in formulas.mode.slow.values()) else within  # a clock may drive it
-    along = steps(flows, (mu, *values), first, until, rtol, (rtol,) * len(first), within=within, slopes=slopes)
-    for step, lost in watched(_held(along, check, size), guards, size):
-        if len(found) == STEPS or not max(map(abs, step.end)) < far:
-            break
+    check(None, first)
+    along = _steps(formulas, ((order, whole),), first, mu, values, until, rtol, within)
+    for step, lost in watched(_held(along, check), guards, len(first)):
         found.append(step)
         if lost:
             end, guard = lost
             break
-    if until > 0 and (not found or found[-1].after < end):
-        t, last = (found[-1].after, found[-1].end[:size]) if found else (0.0, first[:size])
-        if any(orders):  # near the loss of a manifold higher terms are unbounded, and order 0 raises the error
-            later = guards and (lambda span, at: guards(t + span, at))
-            follow_reduced_flow(formulas, (0,), [np.array(last)], mu, values, until - t, rtol, later, began + t)
-        raise _unbounded(formulas, last, mu, values, began + t)
-    return Reduced(formulas, orders, whole, mu, values, end, guard, Trajectory(first, tuple(found)))
+    if first:
+        _require_reached(formulas, order, first, found, mu, values, end, rtol, guards, began)
+    return Reduced(formulas, (order,), whole, mu, values, end, guard, Trajectory(first, tuple(found)))
+
+
+def side_by_side(
+    formulas: Formulas, orders: tuple[int, ...], starts: Sequence[np.ndarray], mu: float, values: tuple, until: float,
+    rtol: float, began: float = 0.0, within: float = math.inf, span: float | None = None,
+) -> Reduced:  # fmt: skip
+    """Integrate the flows to several orders in common steps, each from its point of ``starts``.
+
+    The errors of the steps nearly cancel in the differences of the flows, so that ``SIDE_BY_SIDE`` bounds the tolerance
+    from below. The last flow has all powers of mu. The flow to the first order has been followed: it is not watched
+    again. ``span`` is a length of its steps to ``rtol``. Raises ``OutOfRange`` where the states grow beyond bounds.
+    """
+    first, size, rough = tuple(float(v) for start in starts for v in start), len(starts[0]), max(rtol, SIDE_BY_SIDE)
+    longer = span and span * (rtol / rough) ** EXPONENT
+    found = [*_steps(formulas, _kinds(orders, True), first, mu, values, until, rough, within, longer)]
+    if first:
+        _require_reached(formulas, orders[0], first[:size], found, mu, values, until, rough, None, began)
+    return Reduced(formulas, orders, True, mu, values, until, None, Trajectory(first, tuple(found)))
+
+
+def _steps(formulas, kinds, first, mu, values, until, rtol, within, span=None):
+    """Yield the steps of the flows of all ``kinds``, side by side, as long as they are bounded."""
+    if not first:  # no slow states, no slow motion
+        return
+    flows, slopes = tuple(starmap(formulas.flow, kinds)), partial(_slopes, formulas, kinds, (mu, *values))
+    within = until / LOOKS if any(rate == 1 for rate in formulas.mode.slow.values()) else within  # a clock may drive it
+    far = FAR * max(1.0, *map(abs, first))
+    atol = (rtol,) * len(first)
+    along = steps(flows, (mu, *values), first, until, rtol, atol, within=within, slopes=slopes, span=span)
+    yield from takewhile(lambda step: max(map(abs, step.end)) < far, islice(along, STEPS))
+
+
+def _require_reached(formulas, order, first, found, mu, values, end, rtol, guards, began):
+    """Raise ``OutOfRange`` if the steps ``found`` end before ``end``. The flow to ``order`` starts at ``first``."""
+    t, last = (found[-1].after, found[-1].end[: len(first)]) if found else (0.0, first)
+    if t >= end:
+        return
+    if order:  # near the loss of a manifold higher terms are unbounded, and order 0 raises the error
+        later = guards and (lambda span, at: guards(t + span, at))
+        follow_reduced_flow(formulas, 0, np.array(last), mu, values, end - t, rtol, later, began + t)
+    raise _unbounded(formulas, last, mu, values, began + t)
 
 
 def _kinds(orders, whole):
@@ -183,10 +211,10 @@ def _attraction(formulas, state, mu, values):
     return y, abscissa(formulas, state[: len(formulas.slow_states)], y, values)
 
 
-def _held(along, check, size):
+def _held(along, check):
     """Yield each step after the check that the manifold is not lost in it, unless a guard is lost before."""
     for step in along:
-        check(step, step.end[:size])
+        check(step, step.end)
         yield step
 
 
@@ -194,13 +222,13 @@ def _check(formulas, mu, values, guards, began, step, state):
     """Raise ``NotNormallyHyperbolic`` if the manifold is lost in ``step`` to ``state`` before a guard is."""
     if margin(formulas, state, mu, values) > 0:
         return
-    t, size = 0.0, len(state)
+    t = 0.0
     if step is not None:
         low, high = step.t, step.after
         while high - low > 1e-12 * max(1, high):
             t = (low + high) / 2
-            low, high = (t, high) if margin(formulas, step(t)[:size].tolist(), mu, values) > 0 else (low, t)
-        state = step(low)[:size].tolist()
+            low, high = (t, high) if margin(formulas, step(t).tolist(), mu, values) > 0 else (low, t)
+        state = step(low).tolist()
         if guards is not None and min(guards(low, state), default=0) < 0:
             return
     y, largest = _attraction(formulas, state, mu, values)

@@ -15,7 +15,7 @@ by which the composite of order n + 2 misses the start covers this case.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
 
@@ -40,32 +40,45 @@ ROUNDING = 50  # the error of the integrations in units of their tolerance
 
 @dataclass(frozen=True)
 class LayeredMotion:
-    """The slow motion and its layer to the orders n, n + 1, n + 2; ``kept`` are the indices of the states returned."""
+    """The slow motion and its layer to the orders n, n + 1, n + 2; ``kept`` are the indices of the states returned.
+
+    ``reduced`` is the slow motion to order n. ``beside`` has the slow motions to every order in common, longer steps:
+    only their differences are used, in which the errors nearly cancel.
+    """
 
     landing: Landing
     reduced: Reduced
+    beside: Reduced
     rtol: float
     kept: tuple[int, ...]
 
     def states(self, t: Any) -> np.ndarray:
-        """Return the slow motion to every order at the array ``t`` of times: (orders, states) + t.shape."""
-        return self.reduced.states(t)[:, self.kept]
+        """Return the slow motion to order n at the array ``t`` of times: (states,) + t.shape."""
+        return self.reduced.states(t)[0, self.kept]
+
+    def states_to_each(self, t: float) -> np.ndarray:
+        """Return the slow motion to every order at the time ``t``: (orders, states)."""
+        beside = self.beside.states(t)[:, self.kept]
+        return self.states(t) + (beside - beside[0])
 
     def layer(self, t: Any) -> np.ndarray:
-        """Return the layer less the common part to every order at ``t``, in the shape of ``states(t)``."""
+        """Return the layer less the common part to every order at ``t``: (orders, states) + t.shape."""
         terms = self.landing.corrections(np.asarray(t, dtype=float) / self.reduced.mu)
         return (self._sums @ terms.reshape(len(terms), -1)).reshape(-1, *terms.shape[1:])[:, self.kept]
 
     def misses(self) -> np.ndarray:
         """Return composite - start of the fast states at t = 0, for every order: (orders, fast states)."""
-        begun = replace(self.reduced, whole=False).states(0.0)
-        return begun[:, len(self.reduced.formulas.slow_states) :] - self._sums @ self.landing.rest
+        flows, known = self.beside, self.beside.formulas
+        starts = np.reshape(flows.trajectory.start, (len(flows.orders), -1)).tolist()
+        begun = [known.height(order)(*start, flows.mu, *flows.values)
+                 for order, start in zip(flows.orders, starts, strict=True)]  # fmt: skip
+        return np.array(begun) - self._sums @ self.landing.rest
 
     @cached_property
     def _sums(self) -> np.ndarray:
         """Return the matrix that sums the terms of a layer: the row of order m is 1, mu, ..., mu^m, 0, ..., 0."""
         powers = np.arange(self.landing.order + 1)
-        return self.reduced.mu**powers * (powers <= np.array(self.reduced.orders)[:, None])
+        return self.reduced.mu**powers * (powers <= np.array(self.beside.orders)[:, None])
 
 
 def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: Any = 1.0) -> Path:
@@ -84,7 +97,7 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: An
     motion = layered_motion(slowly.formulas, order, begin, mu, slowly.values, until, slowly.places)
     matched.require_no_pole(begun, slowly, motion.reduced)
     _require_branch(task, begun, slowly, motion)
-    slow, layer = motion.states(until), motion.layer(until)
+    slow, layer = motion.states_to_each(until), motion.layer(until)
     now, next_, _ = slow + layer
     layered = method == "jump"
     expected = partial(_expected, motion, slow=slow * units, layer=layer * units, units=units)
@@ -114,7 +127,7 @@ def _require_branch(
         path = matched.through_layer(task, begun)
     except OutOfRange:  # the full equations need too many steps
         return
-    (x, true), (_, limit) = (slowly.point(path.t, at) for at in (path.state, motion.states(path.t)[0].tolist()))
+    (x, true), (_, limit) = (slowly.point(path.t, at) for at in (path.state, motion.states(path.t).tolist()))
     reached, expected = (root(known, x, near, values) for near in (true, limit))
     least = ROUGH * max([1.0, *map(abs, expected or ())])
     if path.t < task.until and reached and expected and math.dist(reached, expected) > least:
@@ -145,13 +158,15 @@ def layered_motion(
 ) -> LayeredMotion:  # fmt: skip
     """Return the ``LayeredMotion`` from ``begin`` = (x, y) to ``order`` and the ``EXTRA`` orders beyond it."""
     rtol = tolerance(mu, order)
-    landing = land(known, order + EXTRA, *begin, values, rtol, mu)
+    landing = land(known, order, *begin, values, rtol, mu, EXTRA)
     orders = tuple(range(order, order + EXTRA + 1))
     powers = mu ** np.arange(order + EXTRA + 1)
     bases = [powers[: m + 1] @ landing.base[: m + 1] for m in orders]
     starts = [reduced.branch_at(known, base, landing.branch, values, begin[0]) for base in bases]
-    flow = reduced.follow_reduced_flow(known, orders, starts, mu, values, until, rtol, whole=True)
-    return LayeredMotion(landing, flow, rtol, kept)
+    motion = reduced.follow_reduced_flow(known, order, starts[0], mu, values, until, rtol)
+    span = max((step.span for step in motion.trajectory.steps), default=None)
+    beside = reduced.side_by_side(known, orders, starts, mu, values, until, rtol, span=span)
+    return LayeredMotion(landing, motion, beside, rtol, kept)
 
 
 def _expected(motion, layered, slow, layer, units):
@@ -211,12 +226,12 @@ class LayeredDense:
 
     def __call__(self, t: Any) -> Any:
         times = times_within(t, self.until)
-        slow = self.motion.states(times)[0]
+        slow = self.motion.states(times)
         return slow + self.motion.layer(times)[0] if self.layered else slow
 
     def sizes(self, t: np.ndarray) -> np.ndarray:
         """Return the largest modulus of every state in the slow motion at the times ``t``."""
-        return np.abs(self.motion.states(t)[0]).max(axis=1)
+        return np.abs(self.motion.states(t)).max(axis=1)
 
     def layer_sizes(self, t: np.ndarray) -> np.ndarray:
         """Return the largest modulus of the layer in every state at the times ``t``."""

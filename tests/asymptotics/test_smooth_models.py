@@ -139,7 +139,7 @@ def test_a_manifold_of_order_two_from_the_start_itself_is_wrong_by_order_mu():
     start, errors = np.array(known.on_branch((1.0,), (0.5,))), []
     for small in ("1/50", "1/200"):
         h = float(sp.Rational(small))
-        found = reduced.follow_reduced_flow(known, (2,), [start], h, (1.0, 0.5), 0.5).states(0.5)[0]
+        found = reduced.follow_reduced_flow(known, 2, start, h, (1.0, 0.5), 0.5).states(0.5)[0]
         errors.append(abs(found[0] - _truth("enzyme", small, 0.5)(0.5)[0]) / h)
     assert errors[1] == pytest.approx(errors[0], rel=0.05)
     assert errors[1] > 0.1
