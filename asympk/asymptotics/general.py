@@ -79,7 +79,7 @@ def _in_units_that_fit(follow: Callable, scene: Any) -> Path:
 
     A state that is small in the slow motion but large in the layer, as the speed of a fast oscillation, keeps its unit.
     """
-    units = (sp.S.One,) * len(scene.start)
+    units = (0,) * len(scene.start)
     try:
         path = follow(scene)
     except OutOfRange as refused:
@@ -90,7 +90,7 @@ def _in_units_that_fit(follow: Callable, scene: Any) -> Path:
         except OutOfRange:
             raise refused from None
     sizes = _sizes(path, units)
-    while _smaller(sizes, units).any():
+    while any(_smaller(sizes, units)):
         try:
             finer = _followed(follow, scene, sizes)
         except OutOfRange:
@@ -101,48 +101,51 @@ def _in_units_that_fit(follow: Callable, scene: Any) -> Path:
             break
         path, units = finer, sizes
         sizes = _sizes(path, units)
-    return path if {*units} == {1} else _out_of(units, scene, path)
+    return _out_of(units, scene, path) if any(units) else path
 
 
-def _followed(follow: Callable, scene: Any, units: tuple[sp.Rational, ...]) -> Path:
-    return follow(_in(units, scene), units=np.array(units, dtype=float))
+def _followed(follow: Callable, scene: Any, units: tuple[int, ...]) -> Path:
+    return follow(_in(units, scene), units=10.0 ** np.array(units))
 
 
-def _smaller(sizes: tuple[sp.Rational, ...], units: tuple[sp.Rational, ...]) -> np.ndarray:
+def _smaller(sizes: tuple[int, ...], units: tuple[int, ...]) -> list[bool]:
     """Return which states are small beside their units."""
-    return np.array(sizes, dtype=float) < SMALL * np.array(units, dtype=float)
+    return [size - unit < math.log10(SMALL) for size, unit in zip(sizes, units, strict=True)]
 
 
-def _reach(path: Any, sizes: tuple[sp.Rational, ...], units: tuple[sp.Rational, ...]) -> float:
+def _reach(path: Any, sizes: tuple[int, ...], units: tuple[int, ...]) -> float:
     """Return the largest modulus of the layer of a path in those states whose ``sizes`` are small in their units."""
     return float(path.at.layer_sizes(_looks(path))[_smaller(sizes, units)].max())
 
 
-def _sizes(path: Any, units: tuple[sp.Rational, ...]) -> tuple[sp.Rational, ...]:
-    """Return the power of ten, at most 1, nearest to the largest size of each state at the start and in slow motion."""
+def _sizes(path: Any, units: tuple[int, ...]) -> tuple[int, ...]:
+    """Return the power of ten, at most 1, nearest to the largest size of each state at the start and in slow motion.
+
+    A power of ten, as a unit, is given by its exponent.
+    """
     sizes = [max(abs(float(begun)), abs(w)) for begun, w in zip(path.scene.start, path.final, strict=True)]
     if min(sizes) < SMALL:
         sizes = np.maximum(sizes, path.at.sizes(_looks(path))).tolist()
-    return _powers([size * float(unit) for size, unit in zip(sizes, units, strict=True)])
+    return _powers([size * 10.0**unit for size, unit in zip(sizes, units, strict=True)])
 
 
 def _looks(path):
     return float(path.scene.until) / 2.0 ** np.arange(LOOKS)
 
 
-def _powers(sizes: list[float]) -> tuple[sp.Rational, ...]:
+def _powers(sizes: list[float]) -> tuple[int, ...]:
     """Return the power of ten nearest to every size, or 1 above 1/30; mere rounding gets the power of the largest."""
     largest = max(sizes)
     powers = (round(math.log10(size if size > NOISE * largest else largest or 1.0)) for size in sizes)
-    return tuple(sp.Integer(10) ** (power if power < -1 else 0) for power in powers)
+    return tuple(power if power < -1 else 0 for power in powers)
 
 
-def _in(units: tuple[sp.Rational, ...], scene: Any) -> Any:
+def _in(units: tuple[int, ...], scene: Any) -> Any:
     """Return a scene with its states in ``units``, which are written into their names."""
     system = scene.system
-    names = (s if u == 1 else sp.Symbol(f"{s.name}/{float(u):.0e}", real=True)
+    names = (sp.Symbol(f"{s.name}/{10.0**u:.0e}", real=True) if u else s
              for s, u in zip(system.states, units, strict=True))  # fmt: skip
-    told = {s: (u, name) for s, u, name in zip(system.states, units, names, strict=True)}
+    told = {s: (sp.Integer(10) ** u, name) for s, u, name in zip(system.states, units, names, strict=True)}
     meant = {s: u * name for s, (u, name) in told.items()}
     slow, fast = ({told[s][1]: rate.xreplace(meant) / told[s][0] for s, rate in rates.items()}
                   for rates in (system.slow, system.fast))  # fmt: skip
@@ -154,9 +157,9 @@ def _in(units: tuple[sp.Rational, ...], scene: Any) -> Any:
     return replace(scene, system=inside, values=dict(zip(system.parameters, scene.values, strict=True)), start=start)
 
 
-def _out_of(units: tuple[sp.Rational, ...], scene: Any, path: Any) -> Path:
+def _out_of(units: tuple[int, ...], scene: Any, path: Any) -> Path:
     """Return the path of ``scene`` from ``path``, whose states are in ``units``."""
-    numbers = np.array(units, dtype=float)
+    numbers = 10.0 ** np.array(units)
 
     def out(values):
         return tuple((np.array(values) * numbers).tolist())
