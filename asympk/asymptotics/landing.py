@@ -30,7 +30,6 @@ STEPS, SEARCHING = 20000, 4000  # the most steps of a layer in all, and before i
 FAR = 1e6  # the size of the state, relative to the start, beyond which a layer counts as unbounded
 ROOT = 1e-12  # the error of a root, relative to the state
 ROUNDED = 2.0**-51  # the rounding error of g, relative to its terms
-BEYOND = 1e-5  # the tolerance of the terms beyond the order asked for
 LOOSEST, ROUGHEST = 1e-3, 1e-8  # the largest tolerances of the terms 1 .. n of a layer, and of its term 0
 UNBOUNDED = "grows beyond bounds, or its rates do"
 
@@ -59,47 +58,24 @@ class Landing:
 
 
 def land(
-    formulas: Formulas, order: int, x: tuple, y: tuple, values: tuple, rtol: float = 1e-12, mu: float = 1.0,
-    beyond: int = 0,
-) -> Landing:  # fmt: skip
-    """Return the ``Landing`` to ``order`` + ``beyond`` of the layer from (x, y) with the parameters ``values``.
+    formulas: Formulas, order: int, x: tuple, y: tuple, values: tuple, rtol: float = 1e-12, mu: float = 1.0
+) -> Landing:
+    """Return the ``Landing`` to ``order`` of the layer from (x, y) with the parameters ``values``.
 
     The layer is in closed form where ``affinelayer`` has one, and is integrated otherwise. The tolerance of the term k
     is ``rtol`` / mu**k, so that each term has the error ``rtol`` in the sum at ``mu``. Term 0 affects the base point
     through mu alone: its tolerance is ``rtol`` / mu until ``corrections`` are asked for, which repeat the integration.
-    The last ``beyond`` terms, which predict an error, have the tolerance ``BEYOND`` and are integrated apart. Raises
-    ``OutOfRange`` where the layer does not settle on an attracting branch.
+    Raises ``OutOfRange`` where the layer does not settle on an attracting branch.
     """
     if formulas.affine and not (largest := abscissa(formulas, x, y, values)) < 0:
         raise OutOfRange(f"the branch{_at(formulas, x)} does not attract, so no layer fades there: "
                          f"the largest real part of an eigenvalue of g_y is {largest + 0.0:.6g} for all fast states")
     if affinelayer.is_affine(formulas):
-        rate, table = affinelayer.terms(formulas, order + beyond).at((*x, *y), values)
+        rate, table = affinelayer.terms(formulas, order).at((*x, *y), values)
         if np.abs(table).max() <= FAR * max(1, *map(abs, (*x, *y))):
             return _in_closed_form(rate, table, y)
     fine, coarse = (_tolerances(rtol, mu, order, len(x), len(y), first) for first in (0, 1))
-    landing = _followed(formulas, order, x, y, values, fine, coarse)
-    if not beyond:
-        return landing
-    size = NEAR * max(1.0, *map(abs, landing.branch))
-    for allowed in (BEYOND, rtol):  # near the edge of a basin, the larger tolerance may lead to another branch
-        rough = _tolerances(allowed, 1.0, order + beyond, len(x), len(y), 0)
-        farther = _followed(formulas, order + beyond, x, y, values, rough, rough)
-        if math.dist(farther.branch, landing.branch) < size:
-            break
-    return _joined(landing, farther)
-
-
-def _joined(landing, farther):
-    """Return ``landing`` with the terms of ``farther`` beyond its order."""
-    count = landing.order + 1
-
-    def during(tau):
-        return np.concatenate([landing.corrections(tau), farther.corrections(tau)[count:]])
-
-    return Landing(farther.order, landing.branch, max(landing.end, farther.end),
-                   np.concatenate([landing.base, farther.base[count:]]),
-                   np.concatenate([landing.rest, farther.rest[count:]]), during)  # fmt: skip
+    return _followed(formulas, order, x, y, values, fine, coarse)
 
 
 def _in_closed_form(rate, table, y):
@@ -124,7 +100,7 @@ def _followed(formulas, order, x, y, values, fine, coarse):
     first = (*y, *[0.0] * (order * (len(x) + len(y))))
     branch, found = _settled(formulas, first, x, y, values, order, coarse)
     end, last = found[-1].after, np.array(found[-1].end)
-    jets = last[len(y) :].reshape(order, len(x) + len(y))[:, : len(x)].ravel()
+    jets = last[len(y) :].reshape(order, -1)[:, : len(x)].ravel()
     slow = formulas.slow(order)(*x, *branch, *jets, *values)
     count = order + 1
     base = np.array([[np.polyval(c[::-1], -end) for c in level] for level in slow[:count]])

@@ -158,7 +158,7 @@ def layered_motion(
 ) -> LayeredMotion:  # fmt: skip
     """Return the ``LayeredMotion`` from ``begin`` = (x, y) to ``order`` and the ``EXTRA`` orders beyond it."""
     rtol = tolerance(mu, order)
-    landing = land(known, order, *begin, values, rtol, mu, EXTRA)
+    landing = land(known, order + EXTRA, *begin, values, rtol, mu)
     orders = tuple(range(order, order + EXTRA + 1))
     powers = mu ** np.arange(order + EXTRA + 1)
     bases = [powers[: m + 1] @ landing.base[: m + 1] for m in orders]
