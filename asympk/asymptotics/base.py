@@ -19,12 +19,13 @@ from asympk.asymptotics.fibre import formulas
 from asympk.asymptotics.landing import land
 from asympk.asymptotics.series import Series
 from asympk.errors import NotDerivable, UnknownName
-from asympk.numbers import known_order
+from asympk.numbers import known_order, number
 from asympk.symbolic.expansion import fast_jacobian, is_zero, require_series
 from asympk.symbolic.placing import place
 from asympk.symbolic.system import System
 
 HIGHEST_ORDER = 3
+LEAST, LARGEST = 1e-13, 0.01  # bounds of the tolerance of the coefficients in numbers
 
 
 @dataclass(frozen=True)
@@ -55,14 +56,15 @@ class BasePoint:
     def at(self, values: Mapping, start: Mapping, rtol: float = 1e-10) -> dict[str, tuple[float, ...]]:
         """Return {name: (c_0, ..., c_n)}, the coefficients in numbers, by integration along the layer to ``rtol``.
 
-        Raises ``InputError``, and ``OutOfRange`` where the layer settles on no attracting branch.
+        Raises ``InputError``, also unless ``LEAST`` <= ``rtol`` <= ``LARGEST``, and ``OutOfRange`` where the layer settles on no attracting branch.
         """
         placed, begins = place(self.system, {self.system.small: 1, **values}, start)
         numbers = {s: float(v) for s, v in zip(self.system.parameters, placed, strict=True) if s != self.system.small}
-        slow = len(self.system.slow)
+        slow, allowed = len(self.system.slow), f"from {LEAST:g} to {LARGEST:g}"
+        tolerance = float(number("rtol", rtol, lambda v: LEAST <= v <= LARGEST, allowed))
         known = formulas(self.system.modes[0], self.system.small, tuple(numbers))
         begin = tuple(map(float, begins))
-        base = land(known, self.order, begin[:slow], begin[slow:], tuple(numbers.values()), rtol).base
+        base = land(known, self.order, begin[:slow], begin[slow:], tuple(numbers.values()), tolerance).base
         return {s.name: tuple(base[:, i].tolist()) for i, s in enumerate(self.system.slow)}
 
 

@@ -355,6 +355,13 @@ def test_a_base_point_is_closed_only_where_every_slow_rate_is_a_polynomial_in_th
     assert found["x"] == pytest.approx((0, float(sp.Si(2))), abs=1e-8)
 
 
+@pytest.mark.parametrize("rtol", [0, -1, 1, 1e-14, "nan"])
+def test_a_base_point_in_numbers_refuses_a_tolerance_that_it_cannot_keep(rtol):
+    found = ap.jump_map(ap.System.smooth({x: -x + y}, {y: x - 2 * y - y**3}, ENZYME.small))
+    with pytest.raises(InputError, match="rtol = "):
+        found.at({}, {x: 1, y: 2}, rtol=rtol)
+
+
 def test_a_base_point_names_its_slow_states_and_there_is_none_without_fast_states():
     with pytest.raises(UnknownName, match="y is not a slow state; the base point has x"):
         ap.jump_map(ENZYME)[y]
