@@ -56,7 +56,8 @@ class BasePoint:
     def at(self, values: Mapping, start: Mapping, rtol: float = 1e-10) -> dict[str, tuple[float, ...]]:
         """Return {name: (c_0, ..., c_n)}, the coefficients in numbers, by integration along the layer to ``rtol``.
 
-        Raises ``InputError``, also unless ``LEAST`` <= ``rtol`` <= ``LARGEST``, and ``OutOfRange`` where the layer settles on no attracting branch.
+        Raises ``InputError``, also unless ``LEAST`` <= ``rtol`` <= ``LARGEST``, and ``OutOfRange`` where the layer
+        settles on no attracting branch.
         """
         placed, begins = place(self.system, {self.system.small: 1, **values}, start)
         numbers = {s: float(v) for s, v in zip(self.system.parameters, placed, strict=True) if s != self.system.small}

@@ -357,7 +357,7 @@ def test_a_base_point_is_closed_only_where_every_slow_rate_is_a_polynomial_in_th
 
 @pytest.mark.parametrize("rtol", [0, -1, 1, 1e-14, "nan"])
 def test_a_base_point_in_numbers_refuses_a_tolerance_that_it_cannot_keep(rtol):
-    found = ap.jump_map(ap.System.smooth({x: -x + y}, {y: x - 2 * y - y**3}, ENZYME.small))
+    found = ap.jump_map(ap.System.smooth({x: -x + y}, {y: x - 2 * y - y**3}, mu))
     with pytest.raises(InputError, match="rtol = "):
         found.at({}, {x: 1, y: 2}, rtol=rtol)
 
