@@ -1,8 +1,8 @@
 r"""The reduced flow x' = F(x, mu) on a slow manifold, a flow that is not stiff.
 
 ``follow_reduced_flow`` integrates x together with the value b of the branch, where b' = -g_y^-1 g_x x', so that no
-closed form of b is needed. Where g is affine in the fast states, b is a function of x and is not integrated. The flows
-to several orders share their steps, and their differences are the terms that the lower orders omit.
+closed form of b is needed. Where g is affine in the fast states, b is a function of x and is not integrated.
+``side_by_side`` integrates the flows to several orders: their differences are the terms that the lower orders omit.
 
 The manifold is lost where ``margin`` <= 0. With r the largest real part of an eigenvalue of g_y, this is where
 
