@@ -1,7 +1,7 @@
 r"""The exact flow of affine modes ``w' = A w + b``: in closed form, with events isolated by bounds.
 
     exact A, b -> eigenpairs refined in whole numbers, or, where eigenvalues are multiple,
-                  characteristic polynomial, resolvent -> roots to any number of digits
+                  resolvent -> roots to any number of digits
                -> e^{M t} = sum F_r(t) D_r -> segment from a start -> first root of any guard
 
 Multiplicities are those of the exact matrix. A defective block (free motion, coalescence, resonance) is therefore a

@@ -3,10 +3,10 @@ r"""``e^{M t} = sum_r F_r(t) D_r`` of an exact matrix, in whole numbers of any p
 The F_r are ``t^k/k! e^{a t}`` for a real eigenvalue a, ``t^k/k! e^{a t} cos(w t)`` and ``.. sin(w t)`` for a pair
 ``a +- i w``, k below the multiplicity. Where no eigenvalue but 0 is multiple, the D_r come from ``eigenpairs``.
 
-Otherwise they are residues (``of_roots``). With ``adj(z - M) = sum A_i (z - l)^i`` and
-``(z - l)^m / p(z) = sum s_j (z - l)^j``, the residue of ``e^{z t} (z - M)^{-1}`` at an eigenvalue l of multiplicity m
-gives the coefficient of ``t^k/k! e^{l t}``: the sum of A_i s_j over i + j = m - 1 - k (``polynomial.residues_at``).
-For a simple eigenvalue adj(l - M) has rank one, and its diagonal, one column and one row suffice.
+Otherwise they are residues (``of_roots``). With ``(z - M)^{-1} = N(z) / q(z)`` (``polynomial``),
+``N(z) = sum A_i (z - l)^i`` and ``(z - l)^m / q(z) = sum s_j (z - l)^j``, the residue of ``e^{z t} (z - M)^{-1}`` at a
+root l of multiplicity m gives the coefficient of ``t^k/k! e^{l t}``: the sum of A_i s_j over i + j = m - 1 - k
+(``polynomial.residues_at``). For a simple eigenvalue N(l) has rank one; its diagonal, one column and one row suffice.
 
 The D_r grow as eigenvalues approach one another, and their sum loses digits. ``exponential`` therefore takes more bits
 until ``X = sum F_r D_r`` satisfies ``X(0) = 1`` and ``X' = M X``, which only ``e^{M t}`` does (``_solves``).
@@ -119,7 +119,7 @@ def _fixed(values, bits):
 
 def _piece(m, found, root):
     """Return the block of a root and the matrices of its functions, without vanishing matrices at the end."""
-    residues = _simple(m, found, root.value) if root.multiplicity == 1 else _multiple(m, found, root)
+    residues = _simple(m, found, root.value) if root.eigenvalues == 1 else _multiple(m, found, root)
     while residues and not any(map(bool, residues[-1].flat)):
         residues.pop()
     value = root.value / found.denominator
@@ -134,7 +134,7 @@ def _parts(matrix, part):
 
 
 def _simple(m, found, z):
-    """Return [D] for a simple root: ``adj(z - M)/p'(z)``, of rank one."""
+    """Return [D] for a simple eigenvalue: ``N(z)/q'(z)``, of rank one."""
     slope = sum(k * c * z ** (k - 1) for k, c in enumerate(found.polynomial) if k)
     powers = [z**k for k in range(len(found.adjugate))]
 

@@ -1,7 +1,8 @@
-r"""The resolvent of an exact matrix, ``(z - M)^{-1} = adj(z - M) / p(z)``, and the roots of p to any number of digits.
+r"""The resolvent of an exact matrix, ``(z - M)^{-1} = N(z) / q(z)``, and the roots of q to any number of digits.
 
-``resolvent`` computes p and the coefficients of ``adj(z - M)`` by one recursion in integers (Faddeev and Le Verrier).
-``polynomial_roots`` takes the multiplicities of the roots from the square-free factors of p, so they are exact.
+q has the square-free factors of the characteristic polynomial (Faddeev and Le Verrier) to the least powers for which
+``q(M) = 0``: an eigenvalue that only repeats, as of equal blocks, is a simple root. As ``q(z) - q(M)`` is a multiple of
+``z - M``, the same recursion in integers gives N and proves ``q(M) = 0`` (``_divided``). Multiplicities are exact.
 Aberth's iteration (``_simple_roots``, the hard function) finds the roots of a factor from the eigenvalues in doubles.
 """
 
@@ -9,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache, reduce
+from itertools import count
 from math import lcm
 from operator import add
 from typing import Any, NamedTuple
@@ -23,24 +25,27 @@ _MOST_ITERATIONS = 100
 
 @dataclass(frozen=True)
 class Resolvent:
-    """``p(z)`` and ``adj(z - denominator M)``: ``polynomial[k]``, ``adjugate[k]`` are the coefficients of ``z^k``.
+    """``q(z)`` and ``N(z) = q(z) / (z - denominator M)``: ``polynomial[k]``, ``adjugate[k]`` stand before ``z^k``.
 
-    ``estimates`` are the roots of p in doubles, divided by the ``largest`` entry.
+    ``factors`` are the square-free factors of q, each with its power in q and in the characteristic polynomial.
+    ``estimates`` are the eigenvalues in doubles, divided by the ``largest`` entry.
     """
 
     denominator: int
     polynomial: tuple[int, ...]
+    factors: tuple[tuple[tuple[int, ...], int, int], ...]
     adjugate: np.ndarray
     largest: int
     estimates: np.ndarray
 
 
 class Root(NamedTuple):
-    """A real root, or the upper root of a complex pair, and its multiplicity."""
+    """A real root of q, or the upper root of a complex pair; ``eigenvalues`` is its multiplicity as an eigenvalue."""
 
     value: Any
     multiplicity: int
     real: bool
+    eigenvalues: int
 
 
 def in_whole_numbers(rows: Sequence[Sequence[Fraction]]) -> tuple[np.ndarray, int]:
@@ -54,39 +59,69 @@ def in_whole_numbers(rows: Sequence[Sequence[Fraction]]) -> tuple[np.ndarray, in
 def resolvent(matrix: tuple[tuple[Fraction, ...], ...]) -> Resolvent:
     """Return the ``Resolvent`` of a square array of Fractions."""
     whole, denominator = in_whole_numbers(matrix)
-    size = len(whole)
-    unit = np.array(np.eye(size, dtype=int), dtype=object)
-    adjugate, polynomial = [unit], [1]
-    for k in range(1, size + 1):
-        moved = whole @ adjugate[0]
-        polynomial.insert(0, -int(np.trace(moved)) // k)
-        adjugate.insert(0, moved + polynomial[0] * unit)
+    factors = _least_powers(whole, _square_free(eigenvalue_polynomial(whole)))
+    polynomial = _product((factor, power) for factor, power, _ in factors)
+    *adjugate, _ = _divided(whole, polynomial)
     largest = abs(whole).max() or 1
     estimates = np.linalg.eigvals((whole / largest).astype(float))
-    return Resolvent(denominator, tuple(polynomial), np.array(adjugate[1:]), largest, estimates)
+    return Resolvent(denominator, polynomial, factors, np.array(adjugate[::-1]), largest, estimates)
+
+
+def eigenvalue_polynomial(whole: np.ndarray) -> tuple[int, ...]:
+    """Return the coefficients of the characteristic polynomial of whole numbers, from the lowest."""
+    moved, polynomial = np.array(np.eye(len(whole), dtype=int), dtype=object), [1]
+    for k in range(1, len(whole) + 1):
+        moved = whole @ moved
+        polynomial.insert(0, -int(np.trace(moved)) // k)
+        moved.flat[:: len(whole) + 1] += polynomial[0]
+    return tuple(polynomial)
+
+
+def _divided(whole, polynomial):
+    """Yield the coefficients of ``(q(z) - q(M)) / (z - M)`` from the highest, and ``q(M)`` at the end."""
+    found = np.array(np.eye(len(whole), dtype=int), dtype=object) * polynomial[-1]
+    for coefficient in polynomial[-2::-1]:
+        yield found
+        found = whole @ found
+        found.flat[:: len(whole) + 1] += coefficient
+    yield found
+
+
+def _product(powers):
+    """Return the product of powers of polynomials."""
+    factors = (np.array(factor, dtype=object) for factor, power in powers for _ in range(power))
+    return tuple(reduce(np.convolve, factors, np.array([1], dtype=object)))
+
+
+def _least_powers(whole, factors):
+    """Return (factor, power, power in ``factors``) with the least powers whose product vanishes at the matrix."""
+
+    def vanishes(powers):
+        *_, last = _divided(whole, _product(zip((factor for factor, _ in factors), powers, strict=True)))
+        return not last.any()
+
+    tried = ([min(k, most) for _, most in factors] for k in count(1))
+    powers = next(powers for powers in tried if max(powers) == max(most for _, most in factors) or vanishes(powers))
+    for i, power in enumerate(powers):
+        lower = ([*powers[:i], k, *powers[i + 1 :]] for k in range(1, power))
+        powers = next(filter(vanishes, lower), powers)
+    return tuple((factor, k, most) for (factor, most), k in zip(factors, powers, strict=True))
 
 
 def polynomial_roots(found: Resolvent, m: Arithmetic) -> list[Root]:
-    """Return the roots of ``p``, denominator times eigenvalues, to ``m.prec`` bits less those lost by conditioning."""
-    simple = [Root(m.zero, zeros, True)] if (zeros := _order(found.polynomial)) else []
-    for factor, multiplicity in _square_free(found.polynomial[zeros:]):
-        values = _simple_roots(m, factor, found)
-        simple += [Root(value, multiplicity, real) for value, real in _paired(m, values)]
-    return simple
-
-
-def _order(polynomial):
-    return next(k for k, coefficient in enumerate(polynomial) if coefficient)
+    """Return the roots of ``q``, denominator times eigenvalues, to ``m.prec`` bits less those lost by conditioning."""
+    return [Root(value, power, real, many) for factor, power, many in found.factors
+            for value, real in _paired(m, _simple_roots(m, factor, found))]  # fmt: skip
 
 
 def _square_free(polynomial):
-    """Return the square-free factors (coefficients from the lowest) and their multiplicities."""
+    """Return the square-free factors (coefficients from the lowest) and their multiplicities; z is one of its own."""
     import sympy as sp
 
-    if len(polynomial) == 1:
-        return []
-    whole = sp.Poly(list(reversed(polynomial)), sp.Symbol("z"), domain=sp.ZZ)
-    return [(tuple(map(int, reversed(factor.all_coeffs()))), k) for factor, k in whole.sqf_list()[1]]
+    zeros = next(k for k, coefficient in enumerate(polynomial) if coefficient)
+    whole = sp.Poly(list(reversed(polynomial[zeros:])), sp.Symbol("z"), domain=sp.ZZ)
+    found = [(tuple(map(int, reversed(factor.all_coeffs()))), k) for factor, k in whole.sqf_list()[1]]
+    return [((0, 1), zeros)] * (zeros > 0) + found
 
 
 def _simple_roots(m, factor, found):
@@ -147,9 +182,9 @@ def taylor(coefficients: Sequence[Any], z: Number, order: int) -> list[Any]:
 
 
 def residues_at(polynomial: Sequence[Number], adjugate: Sequence[Any], z: Number) -> Iterator[Any]:
-    """Yield the coefficients of ``t^k/k! e^{z t}`` for a root z of p, k below its multiplicity.
+    """Yield the coefficients of ``t^k/k! e^{z t}`` for a root z of q, k below its multiplicity.
 
-    ``adjugate`` holds as many Taylor coefficients of the adjugate at z as the root is multiple.
+    ``adjugate`` holds as many Taylor coefficients of N at z as the root is multiple.
     """
     many = len(adjugate)
     p = taylor(polynomial, z, 2 * many)[many:]

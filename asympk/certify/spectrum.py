@@ -1,6 +1,6 @@
 r"""The residues of the resolvent of a matrix in balls: exact entries, or entries that range over intervals.
 
-``of_exact`` isolates the roots of the exact characteristic polynomial and takes the residues from the adjugate.
+``of_exact`` isolates the roots of an exact polynomial that vanishes at the matrix and takes the residues there.
 
 ``of_balls`` requires that every matrix within the intervals has simple eigenvalues, apart from an eigenvalue 0 whose
 multiplicity follows from the zeros of the matrix. Rows and columns without nonzero entries are removed, again and
@@ -12,7 +12,7 @@ from itertools import product
 
 import numpy as np
 
-from asympk.affine.polynomial import residues_at, resolvent, taylor
+from asympk.affine.polynomial import eigenvalue_polynomial, in_whole_numbers, residues_at, resolvent, taylor
 from asympk.certify.balls import Refused, flint
 
 _INFLATIONS, _NARROWINGS = 12, 3
@@ -26,31 +26,38 @@ def of_exact(rows: tuple, balls: list | None = None) -> Spectrum:
     before ``t^k/k! e^{l t}`` in ``e^{M t}``, k below the multiplicity. ``balls``, if given, are the entries of another
     matrix with the same characteristic polynomial, whose residues are returned instead.
     """
-    found = resolvent(rows)
-    whole, scale = [flint().acb(c) for c in found.polynomial], flint().acb(found.denominator)
-    adjugate = _adjugate(found, balls)
+    whole, denominator = in_whole_numbers(rows)
+    if balls is None:
+        polynomial, adjugate = resolvent(rows).polynomial, _exact_adjugate(resolvent(rows))
+    else:
+        polynomial = eigenvalue_polynomial(whole)
+        adjugate = _adjugate(polynomial, denominator, balls)
+    coefficients, scale = [flint().acb(c) for c in polynomial], flint().acb(denominator)
     roots, residues = [], []
-    for root, many in flint().fmpz_poly(list(found.polynomial)).complex_roots():
+    for root, many in flint().fmpz_poly(list(polynomial)).complex_roots():
         if root.imag < 0:
             continue
-        roots.append((root.real / found.denominator, root.imag / found.denominator, many))
-        parts = residues_at(whole, taylor(adjugate, root, many), root)
+        roots.append((root.real / denominator, root.imag / denominator, many))
+        parts = residues_at(coefficients, taylor(adjugate, root, many), root)
         residues.append(tuple(part * (1 / scale**k) for k, part in enumerate(parts)))
     return tuple(roots), tuple(residues)
 
 
-def _adjugate(found, balls):
+def _exact_adjugate(found):
+    acb, acb_mat = flint().acb, flint().acb_mat
+    return [acb_mat([[acb(int(c)) for c in row] for row in matrix]) for matrix in found.adjugate]
+
+
+def _adjugate(polynomial, denominator, balls):
     """Return the matrices N_k before z^k in the adjugate of z - M, for M times its denominator.
 
     With c_k before z^k in the characteristic polynomial of degree n, N_{n-1} = 1 and N_{k-1} = M N_k + c_k.
     """
     acb, acb_mat = flint().acb, flint().acb_mat
-    if balls is None:
-        return [acb_mat([[acb(int(c)) for c in row] for row in matrix]) for matrix in found.adjugate]
-    matrix = acb_mat([[acb(entry) for entry in row] for row in balls]) * acb(found.denominator)
+    matrix = acb_mat([[acb(entry) for entry in row] for row in balls]) * acb(denominator)
     unit = acb_mat([[int(i == j) for j in range(len(balls))] for i in range(len(balls))])
     adjugate = [unit]
-    for coefficient in found.polynomial[-2:0:-1]:
+    for coefficient in polynomial[-2:0:-1]:
         adjugate.insert(0, matrix * adjugate[0] + unit * acb(coefficient))
     return adjugate
 

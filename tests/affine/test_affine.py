@@ -9,7 +9,7 @@ import pytest
 from asympk.affine.eigenpairs import eigenpairs
 from asympk.affine.exponential import of_roots
 from asympk.affine.mode import AffineMode, ClosedSegment, in_digits
-from asympk.affine.polynomial import in_whole_numbers
+from asympk.affine.polynomial import in_whole_numbers, resolvent
 from asympk.arithmetic import flow_context, set_digits
 from asympk.errors import InputError, TooLarge, Undecided
 
@@ -71,6 +71,18 @@ def test_defective_blocks_lose_nothing(name):
     start = [0.3, -1.7, 0.9, 2.2][: len(mode.vector)]
     segment = ClosedSegment(mode.in_doubles, start)
     assert all(off(mode, start, t, segment.state(t)) < 1e-15 for t in (1e-9, 0.2, 3.0, 40.0))
+
+
+@pytest.mark.parametrize(("block", "degree"), [([[0, 1], [-1, 0]], 2), ([[-1, 1], [0, -1]], 2), ([[2]], 1)])
+def test_an_eigenvalue_that_only_repeats_is_as_multiple_a_root_as_in_one_block(block, degree):
+    for copies in (1, 3, 20):
+        mode = AffineMode.of(np.kron(np.eye(copies, dtype=int), block).tolist(), [1] * (copies * len(block)))
+        found = resolvent(mode.homogeneous)
+        assert len(found.polynomial) - 1 == degree + 1
+        assert sum(most * (len(factor) - 1) for factor, _, most in found.factors) == len(mode.homogeneous)
+    starts, alone = np.linspace(-1, 1, len(mode.vector)), AffineMode.of(block, [1] * len(block)).in_doubles
+    expected = [ClosedSegment(alone, start).state(0.5) for start in starts.reshape(copies, -1)]
+    assert ClosedSegment(mode.in_doubles, starts).state(0.5) == pytest.approx(np.concatenate(expected), rel=1e-14)
 
 
 @pytest.mark.parametrize("mu", [1e-1, 1e-4, 1e-8])
