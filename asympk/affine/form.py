@@ -60,7 +60,7 @@ def form_of(mode: GuardedMode, others: tuple[Wave, ...] = ()) -> Form | None:
         return None
     found = []
     for expr in (*mode.rates, *mode.guard_values):
-        if (parts := affine_parts(mode, expr)) is None:
+        if (parts := affine_parts(mode.system, expr)) is None:
             return None
         found.append(parts)
     rates, guards = found[: len(mode.rates)], found[len(mode.rates) :]
@@ -75,14 +75,15 @@ def mode_obstacle(mode: GuardedMode) -> str | None:
     """Return words on a rate or guard of a mode that is not affine, with sums of waves as forcing, or None."""
     rates = ((f"the rate of {s}", rate) for s, rate in zip(mode.system.states, mode.rates, strict=True))
     guards = ((f"the guard of {guard.kind}", guard.value) for guard in mode.guards)
-    known = _bent(mode)
-    named = next(((w, e) for w, e in (*rates, *guards) if e in known or not (known or affine_parts(mode, e))), None)
+    known, system = _bent(mode), mode.system
+    named = next(((w, e) for w, e in (*rates, *guards) if e in known or not (known or affine_parts(system, e))), None)
     return named and f"in mode {mode.name} {named[0]} is not affine: {named[1]!s:.80}"
 
 
-def affine_parts(mode: GuardedMode, expr: sp.Expr) -> tuple[tuple[sp.Expr, ...], dict[Wave, sp.Expr]] | None:
+@lru_cache(maxsize=4096)  # modes of one system have most rates and guards in common
+def affine_parts(system: System, expr: sp.Expr) -> tuple[tuple[sp.Expr, ...], dict[Wave, sp.Expr]] | None:
     """Return (coefficients of the states, {Wave: coefficient}) of an expression affine in the states, or None."""
-    states, time = mode.system.states, mode.system.time
+    states, time = system.states, system.time
     if is_switched(expr, states):
         return None
     slopes = []

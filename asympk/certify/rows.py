@@ -199,7 +199,7 @@ def row_of(mode: GuardedMode, expr: sp.Expr, waves: tuple[Wave, ...]) -> tuple[s
 
 
 def _affine_parts(mode: GuardedMode, expr: sp.Expr) -> tuple[tuple[sp.Expr, ...], dict[Wave, sp.Expr]]:
-    if (found := affine_parts(mode, on_sides(expr, mode.sides))) is None:
+    if (found := affine_parts(mode.system, on_sides(expr, mode.sides))) is None:
         raise Refused(f"not affine: {expr!s:.80} is not linear in the states")
     return found
 
