@@ -228,7 +228,7 @@ def test_a_physical_scene_with_another_number_is_no_longer_physical():
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [({"m": 0}, "m = 0"), ({"alpha": "95 deg"}, "between 0 and 90"), ({"start": 1}, "three numbers"),
-     ({"start": (1, 2)}, "three numbers"), ({"until": -1}, "t = -1"), ({"k": "stiff"}, "k = 'stiff'")],
+     ({"start": (1, 2)}, "three numbers"), ({"until": -1}, "until = -1"), ({"k": "stiff"}, "k = 'stiff'")],
 )  # fmt: skip
 def test_what_is_no_physical_scene_is_refused_by_name(wrong, said):
     with pytest.raises(InputError, match=said):

@@ -60,6 +60,15 @@ def test_above_a_path_are_the_numbers_of_its_scene_and_what_its_states_are(capsy
     assert ("nondimensional" in above) == (words == "chalk")
 
 
+def test_a_number_above_a_path_has_the_name_by_which_set_and_until_change_it(capsys):
+    first = run(capsys, "solve", "chalk")[1].splitlines()[0]
+    start = ("R_1", "dR_1", "u")
+    assert [name for name in (*start, "until") if f"{name} = " not in first] == []
+    given = [word for name in start for word in ("--set", f"{name}=1/8")]
+    changed = run(capsys, "solve", "chalk", *given, "--until", "1/8")[1].splitlines()[0]
+    assert changed.endswith("R_1 = 0.125 N, dR_1 = 0.125 N/s, u = 0.125 m/s, until = 0.125 s")
+
+
 @pytest.mark.parametrize("command", ["least", "certify"])
 def test_a_ladder_and_a_certificate_begin_with_the_numbers_of_their_scene(capsys, command):
     if command == "certify":

@@ -172,7 +172,7 @@ def test_repeated_collisions_are_repeated():
         ({**ROD, "alpha": "1.6"}, "between 0 and pi/2"),
         ({**ROD, "m": "-1"}, "m = -1: it must be positive"),
         ({**ROD, "f0": "1"}, "f0 = 1: it must be at least f = 3"),
-        ({**ROD, "until": "-1"}, "t = -1"),
+        ({**ROD, "until": "-1"}, "until = -1"),
         ({**ROD, "start": "[1, 2]"}, "three numbers"),
         ({**PLAIN, "start": '"abc"'}, "three numbers"),
         ({**PLAIN, "mu": "true"}, "mu = True"),

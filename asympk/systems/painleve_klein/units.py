@@ -25,13 +25,13 @@ from asympk.systems import painleve_klein
 from asympk.systems.painleve_klein import rod
 
 DIGITS = 100  # of the nondimensional numbers, most of which are irrational functions of the angle
-STATE = ("R1", "dR1", "u", "t")
+STATE = ("R_1", "dR_1", "u", "until")
 RESULTS = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
-SI = {"m": "kg", "P": "N", "f": "", "f0": "", "alpha": "", "l": "m", "k": "N", "h": "s/m", "R1": "N", "dR1": "N/s",
-      "u": "m/s", "t": "s"}  # fmt: skip
+SI = {"m": "kg", "P": "N", "f": "", "f0": "", "alpha": "", "l": "m", "k": "N", "h": "s/m", "R_1": "N", "dR_1": "N/s",
+      "u": "m/s", "until": "s", "t": "s", "R": "N"}  # fmt: skip
 # the symbol of every physical quantity by its name in a scene file
 SYMBOLS = {"m": rod.m, "P": rod.P, "f": rod.f, "f0": rod.f0, "alpha": rod.alpha, "l": rod.l, "k": rod.k, "h": rod.h,
-           "R1": rod.R1, "dR1": rod.dR1, "u": rod.u, "t": sp.Symbol("t", real=True)}  # fmt: skip
+           "R_1": rod.R1, "dR_1": rod.dR1, "u": rod.u, "until": sp.Symbol("t", real=True)}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -91,8 +91,8 @@ class RodInUnits(ShownAsTable):
 class PhysicalScene(ShownAsTable):
     """The scene of a path in physical quantities: start, horizon, and ``delay`` = h l, the unit of time."""
 
-    names: ClassVar[tuple[str, ...]] = ("R_1", "dR_1", "u")  # of the states
-    units: ClassVar[dict[str, str]] = {"t": "s", "R_1": "N", "dR_1": "N/s", "u": "m/s", "R": "N"}  # in SI
+    names: ClassVar[tuple[str, ...]] = STATE[:-1]
+    units: ClassVar[dict[str, str]] = SI
     name: str
     start: tuple[Any, ...]
     until: Any
@@ -130,7 +130,7 @@ class PhysicalDense:
 def formulas() -> dict[str, sp.Expr]:
     """Return the nondimensional parameters, start and horizon by name, as expressions in ``SYMBOLS``."""
     group = {g.symbol.name: g.definition for g in painleve_klein.groups()}
-    time = 1 / sp.diff(group["tau"], SYMBOLS["t"])
+    time = 1 / sp.diff(group["tau"], SYMBOLS["until"])
     return {
         "sigma": group["sigma"],
         "mu": group["mu"],
@@ -145,7 +145,7 @@ def formulas() -> dict[str, sp.Expr]:
 def scales() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
     """Return the physical time, reaction and velocity of one nondimensional unit as expressions."""
     group = {g.symbol.name: g.definition for g in painleve_klein.groups()}
-    pairs = (("tau", "t"), ("rho", "R1"), ("v", "u"))
+    pairs = (("tau", "until"), ("rho", "R_1"), ("v", "u"))
     return tuple(1 / sp.diff(group[name], SYMBOLS[state]) for name, state in pairs)
 
 
@@ -154,7 +154,7 @@ def quantity(name: str, value: Any) -> Number:
     if name == "alpha":
         return _angle(value)
     if name in STATE:
-        return number(name, value, None if name != "t" else lambda v: v >= 0, "zero or positive")
+        return number(name, value, None if name != "until" else lambda v: v >= 0, "zero or positive")
     return number(name, value, lambda v: v > 0, "positive")
 
 
