@@ -180,10 +180,16 @@ def _certificate_as_text(one, digits):
     if not one.proven:
         return f"undecided: {one.reason}"
     lines = [f"proven: {' -> '.join(one.modes)}, with {one.bits} bits"]
-    rows = [((ball.str(SHORT, radius=False) for ball in (t, *state)), f"{kind} -> {mode}")
+    rows = [(map(_certain, (t, *state)), f"{kind} -> {mode}")
             for (kind, t, state, _), mode in zip(one.events, one.modes[1:], strict=True)]  # fmt: skip
     lines += _table(one.scene.names, rows) if rows else []
     return "\n".join([*lines, "  final", *_balls(one.scene.names, one.final, digits)])
+
+
+def _certain(ball):
+    """Return the certain digits of a ball, at most ``SHORT``; a ball without any, of which "0e+0" is left, whole."""
+    text = ball.str(SHORT, radius=False)
+    return ball.str(SHORT) if text.startswith("0e") else text
 
 
 def _balls(names, values, digits):

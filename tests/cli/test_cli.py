@@ -153,6 +153,16 @@ def test_a_scene_in_numbers_is_certified(capsys):
     assert "x = [0.20539040887" in out
 
 
+def test_a_ball_without_a_certain_digit_is_not_told_as_zero(capsys):
+    pytest.importorskip("flint")
+    scene = "--sigma 2.478 --mu 0.0125 --start 0 0 -0.4167 --until 6.67".split()
+    lines = run(capsys, "certify", *scene, "--box", "mu", "0.012", "0.013", "--pieces", "1")[1].splitlines()
+    leaves = next(line for line in lines if line.endswith("slip_onset -> slip_same")).split("  ")[0]
+    t = json.loads(run(capsys, "solve", *scene, "--json")[1])["events"][1]["t"]
+    assert leaves.startswith("[+/- ")
+    assert float(leaves.strip("[]+/- ")) > t > 0.05
+
+
 def test_negative_numbers_of_every_form_are_values(capsys):
     arguments = [*GOOD[:5], "--start", "-1/2", "-1e-3", "-.5", "--until", "1"]
     assert run(capsys, *arguments)[0] == 0
