@@ -44,7 +44,7 @@ def _prove_claims() -> int:
 
 def _prove_scene(options: Namespace) -> int:
     from asympk.certify import certify, cover
-    from asympk.output.terminal import certificates_as_json, certificates_as_text, scene_as_text
+    from asympk.output.terminal import below_scene, certificates_as_json, certificates_as_text
 
     box = {name: ends for name, *ends in options.box or ()}
     if len(box) < len(options.box or ()):
@@ -56,8 +56,7 @@ def _prove_scene(options: Namespace) -> int:
         print(certificates_as_json(found, options.digits + 2))
     else:
         over = ", ".join(f"{name} from {low} to {high}" for name, (low, high) in box.items())
-        told = scene_as_text(scene), over and f"for all {over}", certificates_as_text(found, options.digits + 2)
-        print(*filter(None, told), sep="\n")
+        print(below_scene(scene, over and f"for all {over}", certificates_as_text(found, options.digits + 2)))
         if box and not all(one.proven for one in found):
             print("more --pieces, or a smaller box, may prove what is undecided")
     return 0 if all(one.proven for one in found) else 1

@@ -17,13 +17,10 @@ def arguments(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> None:
     """Climb the ladder of models and print its rungs."""
-    from asympk.output.terminal import ladder_as_json, ladder_as_text, scene_as_text
+    from asympk.output.terminal import below_scene, ladder_as_json, ladder_as_text
     from asympk.studies.least import least_model
 
     scene = given_scene(options)
     with meter("climbing the ladder of models"):
         ladder = least_model(scene, options.rtol, options.seconds)
-    if options.json:
-        print(ladder_as_json(ladder))
-    else:
-        print(*filter(None, (scene_as_text(scene), ladder_as_text(ladder))), sep="\n")
+    print(ladder_as_json(ladder) if options.json else below_scene(scene, ladder_as_text(ladder)))

@@ -41,7 +41,7 @@ def run(options: Namespace) -> None:
     from contextlib import redirect_stdout
 
     from asympk.methods import solve
-    from asympk.output.terminal import path_as_json, path_as_text, scene_as_text, states_as_text
+    from asympk.output.terminal import below_scene, path_as_json, path_as_text
 
     names = "digits", "order", "rtol", "atol", "steps", "seconds", "events"
     given = {name: getattr(options, name) for name in names}
@@ -61,8 +61,7 @@ def run(options: Namespace) -> None:
     if options.json:
         print(path_as_json(path, options.digits))
     else:
-        told = scene_as_text(scene), states_as_text(scene, options.physical), path_as_text(path, options.digits)
-        print(*filter(None, told), sep="\n")
+        print(below_scene(scene, path_as_text(path, options.digits), physical=options.physical))
 
 
 def _reaching(scene: "Scene", options: Namespace, shown: Any) -> dict[str, Any]:

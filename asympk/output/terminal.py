@@ -62,8 +62,15 @@ def path_as_json(path: Path, digits: int | None = None) -> str:
     return json.dumps(entries, indent=2)
 
 
-def scene_as_text(scene: "Scene") -> str:
-    """Return the name and the numbers of a scene, the lines above its path, its ladder or its certificate."""
+def below_scene(scene: "Scene", *parts: str, physical: bool = False) -> str:
+    """Return the parts of a result that are not empty, below the numbers of its scene and what the states mean.
+
+    ``physical`` tells that the result is in the units of the scene's file.
+    """
+    return "\n".join(filter(None, (_scene_as_text(scene), _states_as_text(scene, physical), *parts)))
+
+
+def _scene_as_text(scene):
     from asympk.scenes.turned import scene_parameters
 
     read = ((name, number_as_text(value)) for name, value in scene_parameters(scene).items())
@@ -71,11 +78,11 @@ def scene_as_text(scene: "Scene") -> str:
     return "\n".join(wrapped("", ": ".join(filter(None, (scene.name, numbers)))))
 
 
-def states_as_text(scene: "Scene", physical: bool) -> str:
-    """Return what the states of a path mean, in lines; ``physical`` tells that it is in the units of its file."""
+def _states_as_text(scene, physical):
     lines = []
     if scene.rod is not None and not physical:
-        lines += wrapped("", "t, x, y and z are nondimensional; --physical gives them in the units above")
+        words = "t, x, y and z are nondimensional; asympk solve --physical gives them in the units above"
+        lines += wrapped("", words)
     for friction in scene.system.frictions if scene.system is not None else ():
         lines += wrapped("", f"sliding velocity {friction.velocity}, load {cut(str(friction.load))}")
     return "\n".join(lines)

@@ -49,7 +49,7 @@ def test_solve_prints_json_with_the_fixed_keys(capsys):
     [
         ("backward --set sigma=2", ["backward: sigma = 2, mu = 0.000001, sigma0 = 2"]),
         ("held_rod --set f=3", [", f = 3,", "sliding velocity z, load h*y + x"]),
-        ("chalk", ["alpha = 70 deg, l = 0.08 m", "t, x, y and z are nondimensional; --physical gives them"]),
+        ("chalk", ["alpha = 70 deg, l = 0.08 m", "t, x, y and z are nondimensional; asympk solve --physical"]),
         ("chalk --physical", ["alpha = 70 deg, l = 0.08 m"]),
     ],
 )
@@ -76,6 +76,7 @@ def test_a_ladder_and_a_certificate_begin_with_the_numbers_of_their_scene(capsys
     first, second = (run(capsys, command, "backward", *more)[1].splitlines()[0] for more in ((), ("--set", "mu=1e-5")))
     assert first == "backward: sigma = 1, mu = 0.000001, sigma0 = 1"
     assert second == "backward: sigma = 1, mu = 0.00001, sigma0 = 1"
+    assert "t, x, y and z are nondimensional" in run(capsys, command, "chalk")[1].splitlines()[1]
 
 
 def test_a_plot_that_cannot_be_written_is_refused_before_the_scene_is_followed(capsys, tmp_path):
