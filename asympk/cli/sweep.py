@@ -19,9 +19,10 @@ def arguments(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> None:
     """Follow the chunks that are missing and print a summary of all."""
+    from asympk.output.terminal import sweep_as_text
     from asympk.sweep import run_sweep as follow
     from asympk.sweep.executors import executor
-    from asympk.sweep.summary import summarise, summary_as_text
+    from asympk.sweep.summary import summarise
     from asympk.sweep.sweepfile import read_sweep
 
     require_drawable(options.plot)
@@ -34,4 +35,4 @@ def run(options: Namespace) -> None:
         from asympk.pictures.spread import plot
 
         plot(summary, options.plot)
-    print(summary_as_text(summary))
+    print(sweep_as_text(summary))

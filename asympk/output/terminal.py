@@ -1,14 +1,14 @@
-"""The output of the commands as text or JSON: paths, ladders of models, certificates, claims and the summary."""
+"""The output of the commands as text or JSON: paths, sweeps, ladders, certificates, claims and the summary."""
 
 import json
 import sys
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import reduce
 from math import prod
 from shutil import get_terminal_size
 from textwrap import wrap
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from asympk.ledger.verdicts import VERDICTS, Claim
 from asympk.path import Path
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from asympk.studies.least import Ladder
 
 SHORT = 8  # digits of a number in a table
+EVENTS = "event -> mode"  # the heading of the words beside a path
+MOST_ITINERARIES = 12  # of a sweep, told in lines of their own
 PROSE = 120  # characters of a line of the summary, also in a file or a pipe
 NEXT = (
     "asympk claims C23                    the evidence of one claim",
@@ -98,9 +100,27 @@ def path_as_text(path: Path, digits: int | None = None) -> str:
     rows = [(map(_shortly, state), f"{kind} -> {mode}")
             for (kind, *state), mode in zip(begins, path.modes, strict=True)]  # fmt: skip
     rows.append((map(_shortly, (scene.until, *path.final)), f"until ({path.model})"))
-    lines = _table(path.names, rows)
+    lines = _table(("t", *path.names), EVENTS, rows)
     if digits is not None:
         lines += [f"{name} = {_plain(value, digits)}" for name, value in zip(path.names, path.final, strict=True)]
+    return "\n".join(lines)
+
+
+def sweep_as_text(found: Mapping[str, Any]) -> str:
+    """Return the summary of a sweep in lines: outcomes, the most frequent itineraries, collisions and quantiles."""
+    outcomes = ", ".join(f"{n:,} {words}" for words, n in found["outcomes"].items())
+    total, itineraries = found["trajectories"], [*found["itineraries"].items()]
+    lines = wrapped("", f"{total:,} {'trajectory' if total == 1 else 'trajectories'}: {outcomes}")
+    lines += [line for words, n in itineraries[:MOST_ITINERARIES] for line in wrapped(f"{n:>14,}  ", words)]
+    if len(itineraries) > MOST_ITINERARIES:
+        lines.append(f"{'':>14}  and {len(itineraries) - MOST_ITINERARIES} itineraries more")
+    if found["collisions"]:
+        counts = ", ".join(f"{k} in {n:,}" for k, n in found["collisions"].items())
+        lines += wrapped("", f"collisions (zeros of a velocity): {counts}")
+    known = {state: row for state, row in found["quantiles"].items() if row}
+    if known:  # else no trajectory was followed
+        rows = zip(found["probabilities"], *known.values(), strict=True)
+        lines += _table(("quantile", *known), "", (([f"{q:.6g}" for q in row], "") for row in rows))
     return "\n".join(lines)
 
 
@@ -112,15 +132,16 @@ def scenes_as_text(names: Iterable[str]) -> str:
     return "\n".join(line for name in names for line in wrapped(f"{name:<{width}}  ", about(name)))
 
 
-def _table(names, rows):
-    """Return rows (time and states, words) as lines below a heading; a row that is too long has lines of its own."""
-    labels, table = ("t", *names), [([*cells], words) for cells, words in rows]
+def _table(labels, heading, rows):
+    """Return rows (cells, words) as lines below labels and a heading; a row that is too long has lines of its own."""
+    table = [([*cells], words) for cells, words in rows]
     widths = [max(map(len, column)) for column in zip(labels, *(cells for cells, _ in table), strict=True)]
-    lines = ["  ".join([*map(str.rjust, cells, widths), words]) for cells, words in ((labels, "event -> mode"), *table)]
+    lines = ["  ".join([*map(str.rjust, cells, widths), words]).rstrip()
+             for cells, words in ((labels, heading), *table)]  # fmt: skip
     if max(map(len, lines)) <= columns():
         return lines
     told = ((words, ", ".join(map("{} = {}".format, labels, cells))) for cells, words in table)
-    return [line for words, numbers in told for line in (words, *wrapped("    ", numbers))]
+    return [line for words, numbers in told for line in (*filter(None, [words]), *wrapped("    ", numbers))]
 
 
 def _shortly(number):
@@ -169,7 +190,7 @@ def certificates_as_text(found: "Sequence[Certificate]", digits: int) -> str:
     proven = [piece for piece in found if piece.proven]
     outcomes = Counter(" -> ".join(piece.modes) if piece.proven else f"undecided, {piece.obstacle}" for piece in found)
     lines = [f"{len(proven)} of {len(found)} pieces of the box proven, {100 * covered(found):.6g}% of its volume"]
-    lines += [f"{count:>6}  {words}" for words, count in outcomes.most_common()]
+    lines += [line for words, count in outcomes.most_common() for line in wrapped(f"{count:>6}  ", words)]
     if proven:
         hull = [reduce(lambda one, other: one.union(other), balls)
                 for balls in zip(*(piece.final for piece in proven), strict=True)]  # fmt: skip
@@ -185,11 +206,11 @@ def covered(found: "Sequence[Certificate]") -> float:
 
 def _certificate_as_text(one, digits):
     if not one.proven:
-        return f"undecided: {one.reason}"
-    lines = [f"proven: {' -> '.join(one.modes)}, with {one.bits} bits"]
+        return "\n".join(wrapped("undecided: ", one.reason))
+    lines = wrapped("proven: ", f"{' -> '.join(one.modes)}, with {one.bits} bits")
     rows = [(map(_certain, (t, *state)), f"{kind} -> {mode}")
             for (kind, t, state, _), mode in zip(one.events, one.modes[1:], strict=True)]  # fmt: skip
-    lines += _table(one.scene.names, rows) if rows else []
+    lines += _table(("t", *one.scene.names), EVENTS, rows) if rows else []
     return "\n".join([*lines, "  final", *_balls(one.scene.names, one.final, digits)])
 
 

@@ -5,7 +5,7 @@
 
 import json
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -149,21 +149,3 @@ def _double(key):
     import struct
 
     return struct.unpack("<d", struct.pack("<q", key ^ (key >> 63 & 2**63 - 1)))[0]
-
-
-def summary_as_text(summary: Mapping[str, Any]) -> str:
-    """Return a summary as lines of text for a reader."""
-    outcomes = ", ".join(f"{n:,} {words}" for words, n in summary["outcomes"].items())
-    total, known = summary["trajectories"], {axis: row for axis, row in summary["quantiles"].items() if row}
-    lines = [f"{total:,} {'trajectory' if total == 1 else 'trajectories'}: {outcomes}"]
-    lines += [f"{n:>14,}  {words}" for words, n in list(summary["itineraries"].items())[:12]]
-    if len(summary["itineraries"]) > 12:
-        lines.append(f"{'':>14}  and {len(summary['itineraries']) - 12} itineraries more")
-    if summary["collisions"]:
-        counts = ", ".join(f"{k} in {n:,}" for k, n in summary["collisions"].items())
-        lines.append(f"collisions (zeros of a velocity): {counts}")
-    width = max(map(len, ("quantiles", *known)))
-    if known:  # else no trajectory was followed
-        lines.append("quantiles".ljust(width + 1) + "".join(f"{p:>14g}" for p in summary["probabilities"]))
-    lines += [f"{axis:>{width}} " + "".join(f"{q:>14.6g}" for q in row) for axis, row in known.items()]
-    return "\n".join(lines)

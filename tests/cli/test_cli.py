@@ -156,7 +156,7 @@ def test_a_scene_in_numbers_is_certified(capsys):
 
 def test_a_ball_without_a_certain_digit_is_not_told_as_zero(capsys):
     pytest.importorskip("flint")
-    scene = "--sigma 2.478 --mu 0.0125 --start 0 0 -0.4167 --until 6.67".split()
+    scene = ["--sigma", "2.478", "--mu", "0.0125", "--start", "0", "0", "-0.4167", "--until", "6.67"]
     lines = run(capsys, "certify", *scene, "--box", "mu", "0.012", "0.013", "--pieces", "1")[1].splitlines()
     leaves = next(line for line in lines if line.endswith("slip_onset -> slip_same")).split("  ")[0]
     t = json.loads(run(capsys, "solve", *scene, "--json")[1])["events"][1]["t"]

@@ -19,6 +19,7 @@ import asympk as ap
 from asympk.__main__ import main
 from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided, WorkersLost
 from asympk.many import PHASES
+from asympk.output.terminal import sweep_as_text
 from asympk.path import MODES
 from asympk.sweep import chunks, files, results, rods, run_sweep, summary
 from asympk.sweep.executors import Here, Processes
@@ -452,7 +453,7 @@ def test_without_itineraries_the_rest_is_the_same(tmp_path):
         assert set(more) - set(less) == {"collisions", "itinerary"}
         assert all(np.array_equal(less[name], more[name]) for name in less)
     assert summary.summarise(tmp_path / "a")["itineraries"] == {}
-    assert "quantiles" in summary.summary_as_text(summary.summarise(tmp_path / "a"))
+    assert "quantile" in sweep_as_text(summary.summarise(tmp_path / "a"))
 
 
 def test_two_sweeps_into_one_directory_are_refused(tmp_path):

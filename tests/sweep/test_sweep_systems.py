@@ -17,6 +17,8 @@ import asympk as ap
 from asympk.__main__ import main
 from asympk.errors import AsympkError, InputError
 from asympk.many import OUTCOMES, PHASES
+from asympk.output import terminal
+from asympk.output.terminal import sweep_as_text
 from asympk.scenes.scenefile import read_scene
 from asympk.sweep import chunks, results, run_sweep, summary
 from asympk.sweep.itineraries import Alphabet
@@ -277,10 +279,23 @@ def test_how_a_file_is_laid_out_does_not_matter():
 def test_the_summary_labels_its_axes_by_the_names_of_the_states(plain):
     told = summary.summarise(plain)
     assert [*told["quantiles"]] == ["x", "v", "w", "y"]
-    lines = summary.summary_as_text(told).splitlines()
-    assert [line.split()[0] for line in lines[-4:]] == ["x", "v", "w", "y"]
+    lines = sweep_as_text(told).splitlines()
+    assert lines[-8].split() == ["quantile", "x", "v", "w", "y"]
+    assert [line.split()[0] for line in lines[-7:]] == ["0", "0.05", "0.25", "0.5", "0.75", "0.95", "1"]
     whole = _whole(plain)
     assert told["quantiles"]["w"] == np.quantile(whole["w"], told["probabilities"], method="lower").tolist()
+
+
+def test_a_summary_fits_a_terminal_of_eighty_characters_and_loses_no_word(monkeypatch):
+    names = [f"velocity_zero {k}" for k in range(9)]
+    told = {"trajectories": 3, "outcomes": {"followed": 3}, "itineraries": {f"stick: {', '.join(names)}": 3},
+            "collisions": {k: 1000 + k for k in range(9)}, "probabilities": (0, 0.5, 1),
+            "quantiles": {f"theta{k}": (-1.23456789e-05,) * 3 for k in range(9)}}  # fmt: skip
+    wide = sweep_as_text(told)
+    monkeypatch.setattr(terminal, "columns", lambda: 80)
+    narrow = sweep_as_text(told)
+    assert max(map(len, narrow.splitlines())) <= 80 < max(map(len, wide.splitlines()))
+    assert {*wide.split()} <= {*narrow.replace(",", " ").split(), *narrow.split()}
 
 
 RIGID = """
@@ -551,7 +566,7 @@ def test_a_sweep_in_which_nothing_is_followed_is_summed_up_and_drawn(tmp_path):
     run_sweep(parse_sweep(RIGID.format(mechanism='"painleve_rod"', more="").replace("[0.5, 2]", "2")), tmp_path)
     told = summary.summarise(tmp_path)
     assert (told["outcomes"], told["quantiles"]["theta'"]) == ({"no motion": 1}, [])
-    assert summary.summary_as_text(told) == "1 trajectory: 1 no motion"
+    assert sweep_as_text(told) == "1 trajectory: 1 no motion"
     (panel,) = plot(told).axes
     assert [words.get_text() for words in panel.texts] == ["not followed: no motion"]
 
