@@ -57,7 +57,7 @@ def exponential(entries: tuple[tuple[Fraction, ...], ...], digits: int) -> Expon
     """
     if len(entries) > MOST_STATES:
         raise InputError(f"a mode has {len(entries)} states, forcing included: the exact flow takes {MOST_STATES}; "
-                         "ask for an integrator, such as method='lsoda'")
+                         "ask for an integrator, such as method 'lsoda'")
     whole, denominator = in_whole_numbers(entries)
     lengths = [abs(entry).bit_length() for entry in whole.flat if entry]
     spread = max(lengths, default=0) - min(lengths, default=0)

@@ -184,7 +184,7 @@ def _refused(scene: Any) -> Iterator[None]:
     except (ArithmeticError, ValueError) as reason:
         at = ", ".join(f"{name} = {float(v):.6g}" for name, v in zip(scene.names, scene.start, strict=True))
         raise OutOfRange(f"the layer or the slow motion from {at} has no finite value "
-                         f"({_without_series(scene) or reason}); use method='exact'") from None  # fmt: skip
+                         f"({_without_series(scene) or reason}); use method 'exact'") from None  # fmt: skip
 
 
 def _without_series(scene: Any) -> str:

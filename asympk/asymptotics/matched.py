@@ -443,4 +443,4 @@ def require_landed(method: str, landed: MatchedPath) -> None:
     """Raise ``NoManifold`` if ``method`` is ``"slow"`` and the first layer meets an event."""
     if method == "slow" and landed.events:
         t = landed.events[0].t
-        raise NoManifold(f"the fast motion passes {' -> '.join(landed.modes)} from t = {t:.6g}; use method='jump'")
+        raise NoManifold(f"the fast motion passes {' -> '.join(landed.modes)} from t = {t:.6g}; use method 'jump'")

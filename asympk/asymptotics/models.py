@@ -66,7 +66,7 @@ def run(scene: Any, method: str, *, order: int | None = None, digits: int | None
             return _path(scene, method, motion, error, until, m, digits)
     except (OverflowError, ZeroDivisionError, ValueError):
         words = "the terms of the expansion have no finite value"
-    raise OutOfRange(f"{words}: {_largest_of(sigma, mu, x, y, z)} is not small ({here}); use method='exact'")
+    raise OutOfRange(f"{words}: {_largest_of(sigma, mu, x, y, z)} is not small ({here}); use method 'exact'")
 
 
 def _largest_of(sigma, mu, x, y, z):
@@ -90,16 +90,16 @@ def itineraries_for(
     stops = any(step.event == "velocity_zero" for step in itineraries.steps)
     if method == "slow" and stops:
         raise NoManifold(f"the fast motion meets z = 0 before it settles on a slow manifold: {through} ({here}); "
-                         "use method='jump'")
+                         "use method 'jump'")
     if method == "rigid":
         modes = rigid_modes(line, velocity, sign)
         if not modes:
             raise NoMotion(f"the rigid rod has no motion; the elastic one stops at once, {through} ({here}); "
-                           "use method='jump'")
+                           "use method 'jump'")
         if len(modes) > 1:
             raise TwoMotions(f"the rigid rod has two motions, {' and '.join(modes)}; the elastic one "
                              f"{'stops at once and then ' * stops}takes {itineraries.steps[-1].mode} ({here}); "
-                             "use method='jump'")
+                             "use method 'jump'")
     return itineraries
 
 

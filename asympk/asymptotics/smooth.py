@@ -104,7 +104,7 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: An
     error = expected(layered)
     if error >= 1 > expected(True):
         raise OutOfRange(f"at t = {until:.6g} the motion is still in its layer, which method 'slow' leaves out: take "
-                         "method='jump', or a later until")  # fmt: skip
+                         "method 'jump', or a later until")  # fmt: skip
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states at t = {until:.6g}: "
                          f"{scene.system.small} = {mu:.3g} is not small here; use an exact method")  # fmt: skip

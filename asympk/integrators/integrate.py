@@ -213,11 +213,11 @@ def endpoints(scene: Scene) -> tuple[tuple[float, ...], float]:
     """Return the start and the horizon of a scene as floats; raises ``InputError`` if mu or horizon is too small."""
     if scene.system is None and float(scene.mu) < LEAST_MU:
         raise InputError(
-            f"mu = {float(scene.mu)}: integrators divide by it; give at least {LEAST_MU}, or method='exact'"
+            f"mu = {float(scene.mu)}: integrators divide by it; give at least {LEAST_MU}, or method 'exact'"
         )
     if 0 < scene.until < LEAST_UNTIL:
         raise InputError(f"until = {carried(scene.until, 6)}: integrators square their steps; give at least "
-                         f"{LEAST_UNTIL}, another unit of time, or method='exact' with digits=")  # fmt: skip
+                         f"{LEAST_UNTIL}, another unit of time, or method 'exact' with digits=")  # fmt: skip
     try:
         return tuple(float(v) for v in scene.start), float(scene.until)
     except OverflowError:

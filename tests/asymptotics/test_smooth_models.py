@@ -554,7 +554,7 @@ def test_what_a_composite_misses_of_the_start_is_what_it_is_wrong_by_there():
 
 def test_slow_motion_within_a_layer_is_refused_as_that():
     system = ap.System.smooth(slow={x: -x}, fast={y: x - y}, small=mu)
-    with pytest.raises(OutOfRange, match=r"still in its layer.*method='jump', or a later until"):
+    with pytest.raises(OutOfRange, match=r"still in its layer.*method 'jump', or a later until"):
         _solved(system, {mu: "1e-6"}, (1, 4), "1e-6", method="slow")
     assert _solved(system, {mu: "1e-6"}, (1, 4), "1e-6").final[1] == pytest.approx(1 + 3 / math.e, abs=1e-5)
     assert _solved(system, {mu: "1e-6"}, (1, 4), "1e-4", method="slow").error < 1e-9

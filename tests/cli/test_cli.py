@@ -154,6 +154,13 @@ def test_a_scene_in_numbers_is_certified(capsys):
     assert "x = [0.20539040887" in out
 
 
+@pytest.mark.parametrize("scene", ["backward", "held_rod"])
+def test_a_rung_that_does_not_apply_names_a_method_as_python_and_the_command_line_spell_it(capsys, scene):
+    out = " ".join(run(capsys, "least", scene)[1].split())
+    assert "use method 'jump'" in out
+    assert "method=" not in out
+
+
 def test_a_ball_without_a_certain_digit_is_not_told_as_zero(capsys):
     pytest.importorskip("flint")
     scene = ["--sigma", "2.478", "--mu", "0.0125", "--start", "0", "0", "-0.4167", "--until", "6.67"]
