@@ -6,6 +6,7 @@
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -85,44 +86,43 @@ def write(out: Path, kept: Path, quick: bool, tell: Callable[[str], None]) -> li
 def work_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Row]:
     """Return the rows of every method on every scene and mu of ``plan``."""
     rows: list[Row] = []
+    moreau = {"method": "moreau", "tolerances": plan["step_sizes"], "seconds": plan["seconds"]}
     for name in plan["scenes"]:
         for mu in plan["mus"]:
             scene = Scene(1, mu, SCENES[name], UNTIL, name=name)
-            for method, options, tolerances in [*_models(), *_integrators(plan), *_crude(plan)]:
+            for method, options in [*_models(), *_integrators(plan), *_one_field(plan), ("moreau", moreau)]:
                 tell(f"scene ({name}), mu = {mu}: {method}")
-                rows += map(asdict, workprec(scene, label=method, repeats=plan["repeats"], **options)(tolerances))
+                rows += map(asdict, workprec(scene, label=method, repeats=plan["repeats"], **options))
     return rows
 
 
 def _models():
-    """Return (name, options with the method, tolerances) of the exact flow and the models, which have no tolerance."""
-    return [(name, options, (None,)) for name, options in {"exact": {"method": "exact"}, **MODELS}.items()]
+    """Return (name, options of ``workprec``) of the exact flow and the models, which have no tolerance."""
+    return [(name, {**options, "tolerances": (None,)})
+            for name, options in {"exact": {"method": "exact"}, **MODELS}.items()]  # fmt: skip
 
 
 def _integrators(plan):
     lacking = absent()
     for method in (m for m in (*EXPLICIT, *IMPLICIT) if m not in lacking):
-        steps = plan["steps"] * (COMPILED if method == "heyoka" else 1)
-        yield method, {"method": method, "steps": steps, "seconds": plan["seconds"]}, plan["tolerances"]
-
-
-def _crude(plan):
-    yield from _one_field(plan)
-    yield "moreau", {"method": "moreau", "seconds": plan["seconds"]}, plan["step_sizes"]
+        yield _bounded(method, plan["steps"] * (COMPILED if method == "heyoka" else 1), plan)
 
 
 def _one_field(plan):
-    for method in CRUDE:
-        steps = min(plan["steps"], 20_000)
-        yield method, {"method": method, "steps": steps, "seconds": plan["seconds"]}, plan["tolerances"]
+    return [_bounded(method, min(plan["steps"], 20_000), plan) for method in CRUDE]
+
+
+def _bounded(method, steps, plan):
+    seconds, tolerances = plan["seconds"], plan["tolerances"]
+    return method, {"method": method, "steps": steps, "seconds": seconds, "tolerances": tolerances}
 
 
 def _warm(plan, tell):
     """Run the methods that compile just in time once, so that no measured time includes compilation."""
-    for method, options, tolerances in _integrators(plan):
+    for method, options in _integrators(plan):
         if method in JUST_IN_TIME:
             tell(f"compiling {method}")
-            workprec(Scene(1, "0.1", SCENES["ii"], UNTIL), repeats=1, **options)(tolerances)
+            workprec(Scene(1, "0.1", SCENES["ii"], UNTIL), repeats=1, **options)
 
 
 def plane_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Row]:
@@ -130,9 +130,9 @@ def plane_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Row
     rows = []
     for offset in plan["offsets"]:
         scene = Scene.near("Pi2", x=0, offset=offset, z=1, sigma=1, mu="1e-4", until="0.1", name="near Pi2")
-        for method, options, tolerances in [("exact", {"method": "exact"}, (None,)), *_integrators(plan)]:
+        for method, options in [_models()[0], *_integrators(plan)]:
             tell(f"{offset} from Pi2: {method}")
-            found = workprec(scene, label=method, repeats=1, **options)(tolerances)
+            found = workprec(scene, label=method, repeats=1, **options)
             rows += [{"offset": float(offset), **asdict(row)} for row in found]
     return rows
 
@@ -142,19 +142,17 @@ def nonlinear_rows(plan: Mapping[str, Any], references: Iterable[Row], tell: Cal
     rows = []
     for found in references:
         scene, truth = _truth(found)
-        for method, options, tolerances in _models():
-            made = workprec(scene, label=method, reference=truth, repeats=plan["repeats"], **options)(tolerances)
-            rows += [{"kappa": found["kappa"], **asdict(row)} for row in made]
-        if found["kappa"] != 1:
-            continue
-        for method, options, tolerances in _integrators(plan):
+        measure = partial(workprec, scene, reference=truth, repeats=plan["repeats"])
+        made = [row for method, options in _models() for row in measure(label=method, **options)]
+        for method, options in _integrators(plan) if found["kappa"] == 1 else ():
             tell(f"nonlinear rod, mu = {scene.mu}: {method}")
-            made = workprec(
-                scene, label=method, reference=truth, repeats=plan["repeats"],
-                follow=lambda scene, method, **options: run(_kept(1, scene), method, **options), **options,
-            )(tolerances)  # fmt: skip
-            rows += [{"kappa": found["kappa"], **asdict(row)} for row in made]
+            made += measure(follow=_with_geometry, **options)
+        rows += [{"kappa": found["kappa"], **asdict(row)} for row in made]
     return rows
+
+
+def _with_geometry(scene, method, **options):
+    return run(_kept(1, scene), method, **options)
 
 
 def _kept(kappa, scene):
@@ -173,13 +171,13 @@ def model_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[mod
 def contact_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Any]:
     """Return the rows of integrators on the rod between two rough guides; see ``studies.contacts``."""
     rows, share = [], {**plan, "steps": plan["steps"] * contacts.UNTIL // UNTIL}  # the same limit per unit of time
-    for method in [m for m, *_ in _integrators(share) if m in JUST_IN_TIME]:
+    for method in [m for m, _ in _integrators(share) if m in JUST_IN_TIME]:
         tell(f"compiling {method} for two contacts")
         solve(contacts.scene(plan["contact_mus"][0]), method, seconds=UNBOUNDED)
     for mu in plan["contact_mus"]:
-        for method, options, tolerances in (*_integrators(share), *_one_field(share)):
+        for method, options in (*_integrators(share), *_one_field(share)):
             tell(f"two contacts, mu = {mu}: {method}")
-            rows += contacts.measure(mu, tolerances=tolerances, repeats=1, **options)
+            rows += contacts.measure(mu, repeats=1, **options)
     return rows
 
 

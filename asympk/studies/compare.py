@@ -11,6 +11,7 @@ y' is of the order 1/mu^2 during a jump. Hence four separate measures against th
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from math import log
 from statistics import median
 from time import process_time
@@ -46,49 +47,50 @@ class WorkRow:
     method: str
     options: str | None
     rtol: float | None
-    final_error: float | None
-    time_error: float | None
-    path_error: float | None
-    same_modes: bool | None
-    calls: int | None
-    steps: int | None
-    jacobians: int | None
-    ratio: float | None
-    status: str
+    final_error: float | None = None
+    time_error: float | None = None
+    path_error: float | None = None
+    same_modes: bool | None = None
+    calls: int | None = None
+    steps: int | None = None
+    jacobians: int | None = None
+    ratio: float | None = None
+    status: str = ""
 
 
 def workprec(
     scene: Any,
     method: str,
+    tolerances: Iterable[float | None],
     *,
     reference: Path | None = None,
     repeats: int = 5,
     label: str | None = None,
     follow: Callable[..., Path] = solve,
     **options: Any,
-) -> Callable[[Iterable[float | None]], list[WorkRow]]:
-    """Return ``measure(tolerances) -> rows``: work against precision of ``method`` on ``scene``.
+) -> list[WorkRow]:
+    """Return rows, one for each tolerance: work against precision of ``method`` on ``scene``.
 
     A tolerance is passed to the method as ``rtol``, which is also its default atol; None passes none, for models
     without a tolerance. ``reference`` is the exact path, by default the scene's at 30 digits. ``label`` is the method's
     name in the rows. ``follow(scene, method, **options)`` returns the path; the unit of cost stays the exact flow.
     """
-    def measure(tolerances):
-        truth = reference or solve(scene, digits=30)
-        return [_row(scene, method, rtol, truth, repeats, label or method, follow, options) for rtol in tolerances]
-
-    return measure
-
-
-def _row(scene, method, rtol, truth, repeats, label, follow, options):
-    given = options if rtol is None else {**options, "rtol": rtol}
-    try:
-        path, ratio = timed(lambda: _followed(follow, scene, method, given), lambda: solve(scene), repeats)
-    except AsympkError as error:
-        return _as_row(scene, label, options, rtol, {}, {}, None, f"{type(error).__name__}: {error}")
-    errors = errors_of(path, truth, scene)
-    work = {k: v or None for k, v in path.info.get("work", {}).items()}
-    return _as_row(scene, label, options, rtol, errors, work, ratio, status_of(path, errors))
+    truth = reference or solve(scene, digits=30)
+    place = [float(v) for v in (scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until)]
+    words = " ".join(f"{k}={v}" for k, v in options.items()) or None
+    rows = []
+    for rtol in tolerances:
+        row = partial(WorkRow, scene.name, *place, label or method, words, rtol)
+        run = partial(_followed, follow, scene, method, options if rtol is None else {**options, "rtol": rtol})
+        try:
+            path, ratio = timed(run, partial(solve, scene), repeats)
+        except AsympkError as error:
+            rows.append(row(status=f"{type(error).__name__}: {error}"))
+            continue
+        errors = errors_of(path, truth, scene)
+        work = {k: v or None for k, v in path.info.get("work", {}).items()}
+        rows.append(row(**errors, **work, ratio=ratio, status=status_of(path, errors)))
+    return rows
 
 
 def _followed(follow, scene, method, options):
@@ -97,14 +99,6 @@ def _followed(follow, scene, method, options):
         return follow(scene, method, **options)
     except Unfinished as stop:
         return stop.path
-
-
-def _as_row(scene, label, options, rtol, errors, work, ratio, status):
-    place = [float(v) for v in (scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until)]
-    words = " ".join(f"{k}={v}" for k, v in options.items()) or None
-    measures = [errors.get(k) for k in ("final_error", "time_error", "path_error", "same_modes")]
-    costs = [work.get(k) for k in ("calls", "steps", "jacobians")]
-    return WorkRow(scene.name, *place, label, words, rtol, *measures, *costs, ratio, status)
 
 
 def errors_of(path: Path, truth: Path, scene: Any) -> dict[str, Any]:

@@ -42,8 +42,8 @@ def scene(mu: Any, second: Any = KAPPA) -> Scene:
     return Scene(system=system(), values=values, start=dict(zip("xyz", START, strict=True)), until=UNTIL, name=NAME)
 
 
-def measure(mu: Any, method: str, tolerances: tuple, repeats: int, **options: Any) -> list:
-    """Return the rows of ``compare`` for one method, with the exact path to 30 digits as reference.
+def measure(mu: Any, **options: Any) -> list:
+    """Return the rows of ``compare.workprec`` with its ``options``, the exact path to 30 digits as reference.
 
     The unit of cost is the exact flow of the rod with one rough guide, from the same start.
     """
@@ -53,5 +53,4 @@ def measure(mu: Any, method: str, tolerances: tuple, repeats: int, **options: An
     def follow(_: Scene, method: str, **given: Any) -> Path:
         return solve(here, method, **given)
 
-    return workprec(with_one, label=method, reference=solve(here, digits=30), repeats=repeats, follow=follow,
-                    method=method, **options)(tolerances)  # fmt: skip
+    return workprec(with_one, reference=solve(here, digits=30), follow=follow, **options)

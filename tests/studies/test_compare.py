@@ -81,7 +81,7 @@ def test_a_run_that_did_not_finish_has_a_status_and_no_errors(exact):
 
 
 def test_work_grows_and_errors_fall_with_the_tolerance():
-    found = workprec(scene(), "radau", repeats=1)((1e-3, 1e-6, 1e-9))
+    found = workprec(scene(), "radau", (1e-3, 1e-6, 1e-9), repeats=1)
     assert [row.rtol for row in found] == [1e-3, 1e-6, 1e-9]
     assert found[0].steps < found[1].steps < found[2].steps
     assert found[0].final_error > found[1].final_error > found[2].final_error
@@ -90,7 +90,7 @@ def test_work_grows_and_errors_fall_with_the_tolerance():
 
 
 def test_a_refusal_is_a_row_that_says_why():
-    (row,) = workprec(scene(), "rigid", repeats=1)((None,))
+    (row,) = workprec(scene(), "rigid", (None,), repeats=1)
     assert row.status.startswith(("NoMotion", "TwoMotions", "OutOfRange"))
     assert (row.final_error, row.ratio) == (None, None)
     with pytest.raises(UnknownName):
@@ -121,7 +121,7 @@ def test_rows_read_back_as_they_were_written(tmp_path):
     assert rows.read_rows(tmp_path / "sample.csv") == SAMPLE
     story = rows.read_rows(tmp_path / "sample.csv").provenance
     assert (story["digits"], story["seed"], story["versions"]["asympk"]) == (30, None, ap.__version__)
-    found = workprec(scene("1e-1"), "lsoda", repeats=1)((1e-3,))
+    found = workprec(scene("1e-1"), "lsoda", (1e-3,), repeats=1)
     rows.write_rows(tmp_path / "row.csv", found, {})
     assert rows.read_rows(tmp_path / "row.csv") == [asdict(row) for row in found]
 
