@@ -3,6 +3,7 @@ C31, C32)."""
 
 from collections.abc import Iterator
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import sympy as sp
@@ -10,6 +11,7 @@ import sympy as sp
 from asympk.ledger.runs import (
     MUS,
     M,
+    distances_from,
     escape_time,
     listing,
     modes,
@@ -107,17 +109,7 @@ def first_plane() -> Iterator[Check]:
     yield symbolic("the critical manifold is x + y = 1/(sigma + 4)", level == 1 / (pk.sigma + 4), level)
     yield symbolic("it lies in z > 0", plane.domain == (pk.z > 0), plane.domain)
     yield symbolic("it attracts for every sigma", str(plane.stability) == "stable", plane.jacobian[0])
-    start, b = (1, 2, 1), 5
-    first = plane.coefficient(1).subs(pk.sigma, 1)
-
-    def distance(mu):
-        x, y, _ = precise_path(start, mu).final
-        return x + y - M.mpf(1) / b
-
-    def predicted(mu):
-        return precise(mu) * precise(first.subs(pk.x, symbolic_number(precise_path(start, mu).final[0])))
-
-    found = ratios(distance, predicted)
+    found = distances_from(plane, 1, lambda mu: precise_path((1, 2, 1), mu).final)
     yield numeric("its distance from a run at t = 1 over the first term of the slow manifold", *tends_to_one(found))
 
 
@@ -137,22 +129,17 @@ def _drift_of_constant(plane):
     """Follow C = z + (1/5) ln|1 - 5x| along runs and compare with the curve's term of order mu."""
     first = integral_curves(plane)[pk.z].coeff(pk.mu, 1).subs(pk.sigma, 1)
 
-    def states(mu):
+    def change_of(quantity, mu):
         path = precise_path((1, 2, 1), mu, until=2)
-        return path(1), path.final
+        return quantity(path.final) - quantity(path(1))
 
     def constant(state):
         return state[2] + M.log(abs(1 - 5 * state[0])) / 5
 
-    def change(mu):
-        before, after = states(mu)
-        return constant(after) - constant(before)
+    def term(state):
+        return precise(first.subs(pk.x, symbolic_number(state[0])))
 
-    def predicted(mu):
-        before, after = (precise(first.subs(pk.x, symbolic_number(state[0]))) for state in states(mu))
-        return precise(mu) * (after - before)
-
-    return ratios(change, predicted)
+    return ratios(partial(change_of, constant), lambda mu: precise(mu) * change_of(term, mu))
 
 
 @claim("C21", "3", "Motion on Pi1 approaches that half-line")
@@ -184,10 +171,8 @@ def second_plane() -> Iterator[Check]:
     divided = {s[1] for s in up} == {"slip_same"} and {s[1] for s in down} == {"stick"}
     yield numeric("runs from either side part, up to Pi1 and down to z = 0", divided, listing(up + down))
 
-    def escape(mu):
-        return escape_time(Fraction(1, 10**20), mu)
-
-    expected = ratios(escape, lambda mu: precise(mu) * 20 * M.log(10))
+    tiny = Fraction(1, 10**20)
+    expected = ratios(lambda mu: escape_time(tiny, mu), lambda mu: precise(mu) * 20 * M.log(10))
     yield numeric("escape from 1e-20 off the plane over mu log(1e20)", *tends_to_one(expected))
 
 
@@ -220,33 +205,21 @@ def static_friction() -> Iterator[Check]:
 
 @claim("C29", "3", "Shallow rod, -2 < sigma < 0: Pi2 lies in z < 0 and is stable")
 def shallow_second_plane() -> Iterator[Check]:
-    shallow = [regime.passages[1] for regime in regimes(pk.system()) if regime.condition.subs(pk.sigma, 1) != sp.true]
+    shallow = [regime.passages[1] for regime in regimes(pk.system())[:-1]]
     alive = [passage for passage in shallow if passage.side]
     yield symbolic(
         "on every range below sigma = 0 it has z < 0 and attracts", all(p.side < 0 and p.stable for p in alive)
     )
     yield symbolic("at sigma = 0 it does not exist", len(alive) == len(shallow) - 1)
-    plane = _planes()["Pi2"]
-    first = plane.coefficient(1).subs(pk.sigma, -1)
-    start = (0, 0, -4)
-
-    def distance(mu):
-        x, y, _ = precise_path(start, mu, sigma=-1).final
-        return x + y - 1
-
-    def predicted(mu):
-        return precise(mu) * precise(first.subs(pk.x, symbolic_number(precise_path(start, mu, sigma=-1).final[0])))
-
+    found = distances_from(_planes()["Pi2"], -1, lambda mu: precise_path((0, 0, -4), mu, sigma=-1).final)
     yield numeric(
-        "a run's distance from it at sigma = -1, t = 1, over the slow manifold's first term",
-        *tends_to_one(ratios(distance, predicted)),
+        "a run's distance from it at sigma = -1, t = 1, over the slow manifold's first term", *tends_to_one(found)
     )
 
 
 @claim("C31", "3", "Cause of the paradoxes: for sigma > 0, z > 0 holds a stable and an unstable slow plane, z < 0 none")
 def cause_of_the_paradoxes() -> Iterator[Check]:
-    steep = next(regime for regime in regimes(pk.system()) if regime.condition == (pk.sigma > 0))
-    sides = {passage.name: (passage.side, passage.stable) for passage in steep.passages}
+    sides = {passage.name: (passage.side, passage.stable) for passage in regimes(pk.system())[-1].passages}
     yield symbolic("Pi1 stable and Pi2 unstable, both in z > 0", sides == {"Pi1": (1, True), "Pi2": (1, False)}, sides)
     counts = [_planes_by_side(sigma) for sigma in (Fraction(1, 50), 1, 30, 10**6)]
     yield numeric("two planes in z > 0, none in z < 0 at sigma = 1/50, 1, 30, 1e6", set(counts) == {(2, 0)}, counts)
@@ -268,19 +241,21 @@ def _planes_by_side(sigma):
 def planes_and_rigid_motions() -> Iterator[Check]:
     position = 2 / (pk.sigma + 2)  # w, as f sin a = (sigma + 2) cos a
     planes = _planes(0)
-    levels = {sp.cancel(pk.x + plane.coefficient(0)) for plane in planes.values()}
-    rigid_levels = {sp.cancel(motion.load.subs(rod.steepness, position)) for motion in rod.rigid_motions()}
+    loads = {name: sp.cancel(pk.x + plane.coefficient(0)) for name, plane in planes.items()}
+    rigid_loads = {sp.cancel(motion.load.subs(rod.steepness, position)) for motion in rod.rigid_motions()}
     yield symbolic(
-        "the two rigid loads R cos a / P are x + y on the two planes", levels == rigid_levels, "1/(sigma + 4), -1/sigma"
+        "the two rigid loads R cos a / P are x + y on the two planes",
+        {*loads.values()} == rigid_loads,
+        "1/(sigma + 4), -1/sigma",
     )
     for regime in regimes(pk.system()):
-        rigid = _rigid_loads(regime.condition, position)
-        elastic = _elastic_loads(regime, planes)
+        sample = _inside(regime.condition)
+        rigid = _rigid_loads(position.subs(pk.sigma, sample))
+        elastic = {(p.side, loads[p.name].subs(pk.sigma, sample)) for p in regime.passages if p.side}
         yield symbolic(
             f"same side of z = 0 and same load for {regime.condition}", rigid == elastic, sorted(map(str, elastic))
         )
     rates = {name: plane.dynamics.slow[pk.z].subs(plane.branch) for name, plane in planes.items()}
-    loads = {name: pk.x + plane.coefficient(0) for name, plane in planes.items()}
     same = all(sp.cancel(rates[name] - loads[name]) == 0 for name in planes)
     yield symbolic("z' on a plane is the rigid acceleration R cos a / P", same, rates)
 
@@ -300,20 +275,9 @@ def planes_and_rigid_motions() -> Iterator[Check]:
     yield left_out.symbolic("x is a second state on both planes: x' = load - x in units of h l", remembers, second)
 
 
-def _rigid_loads(condition, position):
-    sample = _inside(condition)
-    at = position.subs(pk.sigma, sample)
+def _rigid_loads(at):
     motions = [motion for motion in rod.rigid_motions() if motion.velocity]
     return {(motion.velocity, motion.load.subs(rod.steepness, at)) for motion in motions if at in motion.positions}
-
-
-def _elastic_loads(regime, planes):
-    sample = _inside(regime.condition)
-    return {
-        (passage.side, sp.cancel(pk.x + planes[passage.name].coefficient(0)).subs(pk.sigma, sample))
-        for passage in regime.passages
-        if passage.side
-    }
 
 
 def _inside(condition):

@@ -14,7 +14,18 @@ from fractions import Fraction
 import sympy as sp
 
 from asympk.asymptotics.jump import first_integral, jump_map
-from asympk.ledger.runs import MUS, M, listing, modes, precise, precise_path, ratios, symbolic_number, tends_to_one
+from asympk.ledger.runs import (
+    MUS,
+    M,
+    distances_from,
+    event_of,
+    listing,
+    modes,
+    precise,
+    precise_path,
+    ratios,
+    tends_to_one,
+)
 from asympk.ledger.verdicts import Check, claim, instead, left_out, numeric, symbolic
 from asympk.symbolic.manifold import slow_manifolds
 from asympk.symbolic.regimes import regimes
@@ -59,10 +70,6 @@ def _of_x(along_y, limit, gain, what):
         yield instead.symbolic(what, moves, limit)
     else:
         yield left_out.symbolic(what, moves, limit)
-
-
-def _event(path, kind):
-    return next(event for event in path.events if event.kind == kind)
 
 
 @claim(
@@ -144,7 +151,7 @@ def jump_from_below() -> Iterator[Check]:
     gained = "x grows by -z/(sigma + 1): y is of order 1/mu for a time of order mu log(1/mu)"
     yield from _of_x(True, _limit(landing.x), -pk.z / (pk.sigma + 1), gained)
     starts = (_FROM_BELOW, (0, -2, -1))
-    landed = [_event(precise_path(start, mu), "velocity_zero") for start in starts for mu in MUS]
+    landed = [event_of(precise_path(start, mu), "velocity_zero") for start in starts for mu in MUS]
     yield numeric("runs from s = 1/5 and -2, z = -1 land at s > 1/4", all(event.x + event.y > 1 for event in landed))
     found = _over_first_terms(lambda path: path.events[0].x, _FROM_BELOW, landing.x)
     yield instead.numeric("x on landing less that, over the terms mu log(1/mu) and mu", *found)
@@ -166,8 +173,7 @@ def _positive_below(expr):
     "in all z -> 0 and x -> x - z; where mu |x| is not small the point comes back to z = 0",
 )
 def jump_to_the_first_plane() -> Iterator[Check]:
-    steep = next(regime for regime in regimes(pk.system()) if regime.condition == (pk.sigma > 0))
-    first = steep.passages[0]
+    first = regimes(pk.system())[-1].passages[0]
     yield symbolic("Pi1 attracts and its motions never come back to z = 0", first.stable and first.meets is None)
     jump = _jump(_FROM_BELOW)
     yield symbolic(
@@ -178,7 +184,7 @@ def jump_to_the_first_plane() -> Iterator[Check]:
     yield numeric("runs from s = 1/5 and -2, z = -1 do so", sequences == expected, listing(sequences))
     yield left_out.symbolic("z comes to 0 in the limit", _limit(jump.z) == 0, first_integral(pk.system()).expr)
     yield from _of_x(False, _limit(jump.x), -pk.z, "x moves on by as much as z did: x -> x - z")
-    leaves = _over_first_terms(lambda path: _event(path, "slip_onset").x, _FROM_BELOW, jump.events[1].x)
+    leaves = _over_first_terms(lambda path: event_of(path, "slip_onset").x, _FROM_BELOW, jump.events[1].x)
     yield left_out.numeric("x on leaving Gamma1 less x - z, over the terms mu log(1/mu) and mu", *leaves)
     again = [precise_path((0, Fraction(1, 5), -_FAR / mu), mu, until=9).modes.count("stick") for mu in MUS]
     yield left_out.numeric(
@@ -212,7 +218,7 @@ def jump_from_beyond_the_divide() -> Iterator[Check]:
     yield instead.symbolic("and by z in all: z -> 0, x -> x - z", (_limit(jump.x), _limit(jump.z)) == (pk.x - pk.z, 0))
     found = _over_first_terms(lambda path: path.events[0].x, _FROM_ABOVE, landing.x)
     yield instead.numeric("x on landing less that, over the terms mu log(1/mu) and mu", *found)
-    leaves = _over_first_terms(lambda path: _event(path, "slip_onset").x, _FROM_ABOVE, jump.events[1].x)
+    leaves = _over_first_terms(lambda path: event_of(path, "slip_onset").x, _FROM_ABOVE, jump.events[1].x)
     yield instead.numeric("x on leaving Gamma2 less x - z, over the terms mu log(1/mu) and mu", *leaves)
 
 
@@ -224,24 +230,23 @@ def jump_from_beyond_the_divide() -> Iterator[Check]:
     "-3/2 it crosses at once, and at -3/2 it does so where x > 2/3",
 )
 def shallow_rod() -> Iterator[Check]:
-    shallow = [regime for regime in regimes(pk.system()) if regime.condition.subs(pk.sigma, 1) != sp.true]
+    shallow = regimes(pk.system())[:-1]
     seconds = {regime.condition: regime.passages[1] for regime in shallow if regime.passages[1].side}
     leads = all(second.stable and second.drift > 0 and second.meets for second in seconds.values())
     yield symbolic("on -2 < sigma < 0 Pi2 attracts, lies in z < 0 and its motions rise to z = 0", leads)
-    steeper, flatter = Fraction(-1), Fraction(-17, 10)
-    sequences = modes((0, -1, -4), flatter, until=9)
+    sequences = modes((0, -1, -4), Fraction(-17, 10), until=9)
     direct = sequences == [("slip_same", "slip_opposite", "slip_same")]
     yield numeric("runs from (0, -1, -4) at sigma = -1.7 do so", direct, listing(sequences))
-    yield numeric(
-        "distance from Pi2 on reaching z = 0 over the slow manifold's first term", *tends_to_one(_arrival(steeper))
-    )
+    second = slow_manifolds(pk.system(), order=1)[1]
+    found = distances_from(second, -1, lambda mu: event_of(_from_far_below(mu), "velocity_zero").state)
+    yield numeric("distance from Pi2 on reaching z = 0 over the slow manifold's first term", *tends_to_one(found))
     reached = {str(condition): second.meets for condition, second in seconds.items()}
     yield left_out.symbolic(
         "for -3/2 < sigma < 0 it reaches z = 0 inside G1 and sticks before Pi1; below it crosses directly",
         list(dict.fromkeys(reached.values())) == ["up", "edge", "stick"],
         ", ".join(f"{condition}: {part}" for condition, part in reached.items()),
     )
-    sequences = modes((0, -1, -4), steeper, until=6)
+    sequences = modes((0, -1, -4), -1, until=6)
     sticks = sequences == [("slip_same", "slip_opposite", "stick", "slip_same")]
     yield left_out.numeric("runs at sigma = -1 stick on the way", sticks, listing(sequences))
     sequences = modes((0, -1, -1), Fraction(-3, 2), until=3) + modes((3, -1, -1), Fraction(-3, 2), until=3)
@@ -251,20 +256,10 @@ def shallow_rod() -> Iterator[Check]:
     yield left_out.numeric("their time in stick over mu log((sigma + 3)/(-sigma))", *tends_to_one(times))
 
 
-def _arrival(sigma):
-    first = slow_manifolds(pk.system(), order=1)[1].coefficient(1).subs(pk.sigma, sp.Rational(sigma))
-
-    def touch(mu):
-        path = precise_path((0, -1, -4), mu, until=6, sigma=sigma)
-        return next(event for event in path.events if event.kind == "velocity_zero")
-
-    def distance(mu):
-        return touch(mu).x + touch(mu).y + 1 / precise(sigma)
-
-    return ratios(distance, lambda mu: precise(mu) * precise(first.subs(pk.x, symbolic_number(touch(mu).x))))
+def _from_far_below(mu):
+    return precise_path((0, -1, -4), mu, until=6, sigma=-1)
 
 
 def _stick_duration(mu):
-    events = precise_path((0, -1, -4), mu, until=6, sigma=-1).events
-    onset = next(event.t for event in events if event.kind == "slip_onset")
-    return onset - next(event.t for event in events if event.kind == "velocity_zero")
+    path = _from_far_below(mu)
+    return event_of(path, "slip_onset").t - event_of(path, "velocity_zero").t

@@ -8,7 +8,7 @@ import sympy as sp
 
 from asympk.errors import NotDerivable
 from asympk.ledger import undamped
-from asympk.ledger.runs import MUS, M, decimals, negligible, precise, precise_path, ratios, tends_to_one
+from asympk.ledger.runs import MUS, M, decimals, event_of, negligible, precise, precise_path, ratios, tends_to_one
 from asympk.ledger.verdicts import Check, claim, instead, left_out, numeric, symbolic
 from asympk.symbolic.manifold import rest_state, slow_manifolds
 from asympk.symbolic.regimes import regimes
@@ -143,8 +143,7 @@ def _returns(load, sigma0=None):
     "for a fixed sigma < 0 as mu -> 0: for |sigma| of the order of the root of mu the mass stops before Pi2 is reached",
 )
 def fast_motions_below() -> Iterator[Check]:
-    shallow = [regime for regime in regimes(pk.system()) if regime.condition.subs(pk.sigma, 1) != sp.true]
-    attract = all(passage.stable for regime in shallow for passage in regime.passages if passage.side)
+    attract = all(passage.stable for regime in regimes(pk.system())[:-1] for passage in regime.passages if passage.side)
     yield symbolic("both planes attract for sigma < 0", attract)
     shifts = {sigma: [_shift(sigma, mu) for mu in MUS] for sigma in (1, -1)}
     bounds = [20 * _layer(mu) for mu in MUS]
@@ -170,7 +169,7 @@ def _shift(sigma, mu):
 def _load_at_stop(mu):
     """Return the load at the first stop from z = -1, over the load on Pi2, at sigma = -sqrt(mu)/10."""
     sigma = Fraction(-1, 10 * round(float(mu) ** -0.5))
-    stop = next(event for event in precise_path(_BELOW, mu, 1, sigma).events if event.kind == "velocity_zero")
+    stop = event_of(precise_path(_BELOW, mu, 1, sigma), "velocity_zero")
     return (stop.x + stop.y) * -precise(sigma)
 
 

@@ -10,9 +10,11 @@ import sympy as sp
 from asympk.methods import solve
 from asympk.multiprecision import as_mpf, in_context, private_context
 from asympk.numbers import Number
-from asympk.path import Path
+from asympk.path import Event, Path
 from asympk.scene import Scene
 from asympk.symbolic.lowering import lower
+from asympk.symbolic.manifold import SlowManifold
+from asympk.systems import painleve_klein as pk
 
 DIGITS = 40
 M = private_context(DIGITS + 10)  # ten digits to spare; nothing changes its precision
@@ -50,6 +52,18 @@ def ratios(
     return [precise(measure(mu)) / precise(predicted(mu)) for mu in mus]
 
 
+def distances_from(
+    plane: SlowManifold, sigma: Number, state: Callable[[Fraction], Sequence[Number]]
+) -> list[Number]:
+    """Return the distance in s of ``state(mu)`` from a slow plane at mu = 0, over its term of order mu, for each mu."""
+    level, first = (expr.subs(pk.sigma, sigma) for expr in (pk.x + plane.coefficient(0), plane.coefficient(1)))
+
+    def predicted(mu):
+        return precise(mu) * precise(first.subs(pk.x, symbolic_number(state(mu)[0])))
+
+    return ratios(lambda mu: state(mu)[0] + state(mu)[1] - precise(sp.cancel(level)), predicted)
+
+
 def precise(value: Number) -> Number:
     """Return a fraction, a SymPy number or an mpf as a number of ``M``."""
     return M.mpf(value.evalf(M.dps)._mpf_) if hasattr(value, "evalf") else in_context(M, value)
@@ -69,6 +83,11 @@ def symbolic_number(value: Number) -> sp.Float:
 def modes(start: Sequence[Number | str], sigma: Number = 1, until: Number = 1) -> list[tuple[str, ...]]:
     """Return the mode sequences of the runs for decreasing mu, each once, in order of appearance."""
     return list(dict.fromkeys(precise_path(start, mu, until, sigma).modes for mu in MUS))
+
+
+def event_of(path: Path, kind: str) -> Event:
+    """Return the first event of one kind on a path."""
+    return next(event for event in path.events if event.kind == kind)
 
 
 def listing(sequences: Iterable[tuple[str, ...]]) -> str:
