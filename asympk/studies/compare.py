@@ -78,18 +78,21 @@ def workprec(
     truth = reference or solve(scene, digits=30)
     place = [float(v) for v in (scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until)]
     words = " ".join(f"{k}={v}" for k, v in options.items()) or None
+
+    def row(rtol, **found):
+        return WorkRow(scene.name, *place, label or method, words, rtol, **found)
+
     rows = []
     for rtol in tolerances:
-        row = partial(WorkRow, scene.name, *place, label or method, words, rtol)
         run = partial(_followed, follow, scene, method, options if rtol is None else {**options, "rtol": rtol})
         try:
             path, ratio = timed(run, partial(solve, scene), repeats)
         except AsympkError as error:
-            rows.append(row(status=f"{type(error).__name__}: {error}"))
+            rows.append(row(rtol, status=f"{type(error).__name__}: {error}"))
             continue
         errors = errors_of(path, truth, scene)
         work = {k: v or None for k, v in path.info.get("work", {}).items()}
-        rows.append(row(**errors, **work, ratio=ratio, status=status_of(path, errors)))
+        rows.append(row(rtol, **errors, **work, ratio=ratio, status=status_of(path, errors)))
     return rows
 
 
