@@ -58,8 +58,8 @@ def write_bytes(path: str | Path, content: bytes) -> Path:
 
 def _put(path, content):
     if path.exists() and not path.is_file():
-        with os.fdopen(_opened(path, os.O_WRONLY), "wb", buffering=0) as stream:
-            _pour(stream, content)
+        with os.fdopen(_opened(path, os.O_WRONLY), "wb") as stream:
+            stream.write(content)
         return
     path.parent.mkdir(parents=True, exist_ok=True)
     _replace(Path(os.path.realpath(path)), content)
@@ -82,10 +82,3 @@ def _opened(path, access):
     handle = os.open(path, access | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     os.set_blocking(handle, True)
     return handle
-
-
-def _pour(stream, content):
-    """Write all of ``content`` to an unbuffered stream, which may take it in parts."""
-    rest = memoryview(content)
-    while rest:
-        rest = rest[stream.write(rest):]
