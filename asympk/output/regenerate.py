@@ -35,24 +35,20 @@ def derive(root: Path, tell: Callable[[str], None] = silent) -> list[Path]:
     for script in sorted((root / "derivations").glob("*.py")):
         tell(f"deriving {script.stem}")
         results = {name: _symbolic(value) for name, value in runpy.run_path(str(script))["RESULTS"].items()}
-        forms = {".tex": _as_latex, ".json": _as_json, ".srepr": _as_srepr}
-        written += [write_text(out / f"{script.stem}{suffix}", form(results)) for suffix, form in forms.items()]
+        written += [write_text(out / f"{script.stem}{suffix}", form) for suffix, form in _forms(results).items()]
     tell("")
     return written
 
 
-def _as_latex(results):
-    return "".join(rf"\[ \text{{{name.replace('_', ' ')}}}\colon\quad {latex_of(value)} \]" "\n"
-                   for name, value in results.items())  # fmt: skip
-
-
-def _as_json(results):
-    forms = {name: {"text": str(value), "latex": latex_of(value)} for name, value in results.items()}
-    return json.dumps(forms, indent=1, ensure_ascii=False) + "\n"
-
-
-def _as_srepr(results):
-    return "".join(f"{name} = {sp.srepr(value)}\n" for name, value in results.items())
+def _forms(results):
+    """Return {suffix of a file: text} of results."""
+    told = {name: {"text": str(value), "latex": latex_of(value)} for name, value in results.items()}
+    lines = (rf"\[ \text{{{name.replace('_', ' ')}}}\colon\quad {one['latex']} \]" for name, one in told.items())
+    return {
+        ".tex": "".join(f"{line}\n" for line in lines),
+        ".json": json.dumps(told, indent=1, ensure_ascii=False) + "\n",
+        ".srepr": "".join(f"{name} = {sp.srepr(value)}\n" for name, value in results.items()),
+    }
 
 
 def _symbolic(value):

@@ -56,18 +56,13 @@ def build_site(root: str | Path, out: str | Path, tell: Callable[[str], None] = 
 
 
 def write_sources(root: Path, source: Path, tell: Callable[[str], None]) -> None:
-    """Write the input of Sphinx: the pages of ``docs/``, and pages made from scripts, the paper and the catalogue."""
-    shutil.copytree(root / "docs", source)
-    write_scripts(root, source / "gallery-source")
-    write_arrow(root, source)
-    _write_pages(root, source, tell)
-
-
-def _write_pages(root: Path, source: Path, tell: Callable[[str], None]) -> None:
-    """Write the pages of the article and of the systems.
+    """Write the input of Sphinx: the pages of ``docs/``, and pages made from scripts, the paper and the catalogue.
 
     Each system is a task of its own, and the article's pictures are another; the tasks run on all cores.
     """
+    shutil.copytree(root / "docs", source)
+    write_scripts(root, source / "gallery-source")
+    write_arrow(root, source)
     article, systems = source / "article", source / "systems"
     names = write_article(root, article, source / "article.lua")
     write_index(systems)

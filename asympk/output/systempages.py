@@ -22,7 +22,6 @@ from asympk.systems.catalogue import about_system, described_mechanism
 
 LONGEST = 900  # characters of LaTeX; in place of a longer formula a page says by which expression one gets it
 SHOWN = {"painleve_klein": 1}  # index of the scene on a system's page, where this is not the first scene
-_SCREEN = (".. code-block:: text", "")
 SCRIPT = """import asympk as ap
 
 scene = ap.systems.{name}.scenes()[{which}]
@@ -72,6 +71,10 @@ def _figure(file: str, caption: str) -> list[str]:
     return [f".. figure:: {file}", f"   :alt: {caption}", "", ""]
 
 
+def _block(language: str, lines: list[str]) -> list[str]:
+    return [f".. code-block:: {language}", "", *(f"   {line}" for line in lines), ""]
+
+
 def as_rst(text: str) -> Iterator[str]:
     """Yield the lines of a docstring as reStructuredText; indented paragraphs, the equations, become literal blocks."""
     for paragraph in text.strip().split("\n\n"):
@@ -110,9 +113,9 @@ def _paradox(described: Described) -> list[str]:
              *displayed_formula("Critical friction", critical, "mechanism().critical_friction"),
              *displayed_formula("There is a paradox where", condition(plain), "mechanism().paradox")]  # fmt: skip
     numbers = ", ".join(f"{name} = {_short(value)}" for name, value in described.numbers.items())
-    lines = "\n".join(f"   {line}" for line in (*contact_lines(described), *motion_lines(described)))
     figure = _figure(f"{described.name}-map.svg", f"{SKETCHES[described.name].title}: the number of rigid motions")
-    return [*parts, f"At the numbers of the example, {escaped(numbers)}:", "", *_SCREEN, lines, "", *figure]
+    return [*parts, f"At the numbers of the example, {escaped(numbers)}:", "",
+            *_block("text", contact_lines(described) + motion_lines(described)), *figure]  # fmt: skip
 
 
 def _jump(described: Described) -> list[str]:
@@ -120,8 +123,8 @@ def _jump(described: Described) -> list[str]:
     parts = [*_heading("The jump through the paradox", "-"),
              *displayed_formula("Normal impulse", law.impulses[0], "mechanism().jump_law().impulses[0]"),
              *displayed_formula("Tangential impulse", law.impulses[1], "mechanism().jump_law().impulses[1]"),
-             "At the numbers of the example:", "", *_SCREEN]  # fmt: skip
-    return [*parts, *(f"   {line}" for line in jump_lines(described)), ""]
+             "At the numbers of the example:", ""]  # fmt: skip
+    return [*parts, *_block("text", jump_lines(described))]
 
 
 def system_equations(name: str) -> list[str]:
@@ -143,9 +146,8 @@ def system_equations(name: str) -> list[str]:
 
 def _motion(name: str, out: Path) -> list[str]:
     script = SCRIPT.format(name=name, which=SHOWN.get(name, 0))
-    code = "\n".join(f"   {line}" for line in script.splitlines())
-    shown = "\n".join(f"   {line}" for line in _printed(script, out).splitlines())
-    return [*_heading("A motion", "-"), ".. code-block:: python", "", code, "", *_SCREEN, shown, "",
+    return [*_heading("A motion", "-"), *_block("python", script.splitlines()),
+            *_block("text", _printed(script, out).splitlines()),
             *_figure(f"{name}-motion.svg", "The states over time"),
             *_figure(f"{name}-phase.svg", "The phase picture of the motion")]  # fmt: skip
 

@@ -77,19 +77,17 @@ def words(sentence: str) -> Cell:
 
 
 def _typeset(found):
-    return _SPECIAL[found["special"]] if found["special"] else f"${_formula(found)}$"
-
-
-def _formula(found):
+    if found["special"]:
+        return _SPECIAL[found["special"]]
     if found["relation"]:
-        return _RELATIONS[found["relation"]]
+        return f"${_RELATIONS[found['relation']]}$"
     if found["function"]:
-        return rf"\{found['function']}{found['square'] or ''}" + (r" \alpha" if found["angle"] else "")
+        return rf"$\{found['function']}{found['square'] or ''}" + (r" \alpha$" if found["angle"] else "$")
     if found["infinity"]:
-        return r"\infty"
+        return r"$\infty$"
     name = rf"\{found['greek']}" if found["greek"] else found["number"] or f"{found['factor']}{found['letter']}"
     index = found["index"] or found["place"]
-    return (found["sign"] or "") + name + (f"_{index}" if index else "") + (found["primes"] or "")
+    return f"${found['sign'] or ''}{name}{f'_{index}' if index else ''}{found['primes'] or ''}$"
 
 
 def values_of(symbol: sp.Symbol, values: sp.Set) -> Cell:
