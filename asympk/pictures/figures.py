@@ -51,18 +51,13 @@ def sheet(
     **options: Any,
 ) -> "Iterator[tuple[Figure, np.ndarray]]":  # fmt: skip
     """Yield (figure, axes), a column wide: ``body`` inches of axes above a legend of ``entries`` entries and a note."""
-    matplotlib = style.matplotlib()
-    from matplotlib.figure import Figure
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
-
-    words = fill(note, NOTE_WIDTH) if note else ""
+    words = fill(note, NOTE_WIDTH)
     note_height = NOTE_LINE * (words.count("\n") + 1) + 0.05 if words else 0.0
     foot = note_height + LEGEND_LINE * -(-entries // per_line) + 0.05
     height = body + foot
-    with matplotlib.rc_context(style.RC):
-        engine = ConstrainedLayoutEngine(rect=(0, foot / height, 1, body / height), w_pad=0.02, h_pad=0.02)
-        figure = Figure(figsize=(style.COLUMN, height), layout=engine)
-        axes = figure.subplots(rows, columns, squeeze=False, **options)
+    with plate(height, rows, columns, **options) as (figure, axes):
+        rect = 0, foot / height, 1, body / height
+        figure.set_layout_engine("constrained", rect=rect, w_pad=0.02, h_pad=0.02)
         yield figure, axes
         figure.text(0.01, 0.02 / height, words, fontsize=NOTE_SIZE, va="bottom", ha="left", in_layout=False)
         handles = axes.flat[0].get_legend_handles_labels()[0]
