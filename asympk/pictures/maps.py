@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def regime_map(most: int = 2) -> "Figure":
+def regime_map() -> "Figure":
     """Draw where the slow planes and the edges of the stick region lie over sigma, for sigma0 = sigma."""
-    cuts = thresholds(pk.system())
+    cuts, most = thresholds(pk.system()), 2
     with plate(2.3) as (figure, axes):
         ax = axes.flat[0]
         _load_axis(ax, (-30, 30))
@@ -30,7 +30,7 @@ def regime_map(most: int = 2) -> "Figure":
         ticks = sorted({sp.S(-2), *cuts, sp.S.One, sp.S(most)})
         ax.set_xticks([float(tick) for tick in ticks], [f"${tick}$" for tick in ticks])
         for cell in stick_regions(pk.system()).stick.cells:
-            _fill(ax, cell, pk.sigma0, {}, (-2, most), facecolor=HELD, edgecolor=HELD, linewidth=0.3)
+            _fill(ax, cell, {}, (-2, most), facecolor=HELD, edgecolor=HELD, linewidth=0.3)
         for cut in cuts:
             ax.axvline(float(cut), color="0.5", lw=0.5, ls=":")
         formulas = {name: f.subs(pk.sigma0, pk.sigma) for name, f in level_formulas().items()}
@@ -40,17 +40,16 @@ def regime_map(most: int = 2) -> "Figure":
         ]  # fmt: skip
         for name, start, end, looks in curves:
             _curve(ax, pk.sigma, formulas[name], start, end, **{"color": "black", "lw": 0.7, **looks})
-        for place, words, at in (((0.6, 0.06), r"$\Pi_1$", "center"), ((-0.62, 4.2), r"$\Pi_2$", "center"),
-                                 ((0.95, -3.0), r"$\Pi_2$", "center"), ((1.5, 0.42), r"$\Gamma_1$", "center"),
-                                 ((1.5, -0.25), r"$\Gamma_2$", "center"), ((-1.34, 8), r"$\Gamma_2$", "center"),
-                                 ((1.3, 4), "stick", "center"), ((-0.5, -9), "stick", "center")):
-            ax.text(*place, words, ha=at, va="center")
+        for place, words in (((0.6, 0.06), r"$\Pi_1$"), ((-0.62, 4.2), r"$\Pi_2$"), ((0.95, -3.0), r"$\Pi_2$"),
+                             ((1.5, 0.42), r"$\Gamma_1$"), ((1.5, -0.25), r"$\Gamma_2$"), ((-1.34, 8), r"$\Gamma_2$"),
+                             ((1.3, 4), "stick"), ((-0.5, -9), "stick")):
+            ax.text(*place, words, ha="center", va="center")
     return figure
 
 
-def stick_over_static_friction(sigmas: Sequence[str], most: int = 4) -> "Figure":
+def stick_over_static_friction(sigmas: Sequence[str]) -> "Figure":
     """Draw the stick region over sigma0, hatched where crossing is consistent, too; a panel for each sigma."""
-    regions = stick_regions(pk.system())
+    regions, most = stick_regions(pk.system()), 4
     with plate(2.2, 1, len(sigmas), sharey=True) as (figure, axes):
         for ax, sigma in zip(axes.flat, sigmas, strict=True):
             _load_axis(ax, (-30, 30), label=ax is axes.flat[0])
@@ -62,7 +61,7 @@ def stick_over_static_friction(sigmas: Sequence[str], most: int = 4) -> "Figure"
                                                        "linewidth": 0})):
                 for cell in region.cells:
                     if all(value in cell.box.get(p, sp.Reals) for p, value in kinetic.items()):
-                        _fill(ax, cell, pk.sigma0, kinetic, (least, most), **looks)
+                        _fill(ax, cell, kinetic, (least, most), **looks)
             for name, start, end in (("Gamma1", least, most), ("Gamma2", max(least, -1), most),
                                      *((("Gamma2", least, -1),) if least < -1 else ())):
                 _curve(ax, pk.sigma0, level_formulas()[name], start, end, color="black", lw=0.7)
@@ -95,9 +94,9 @@ def _curve(ax, parameter, formula, start, end, **looks):
     ax.plot(at[seen], load[seen], **looks)
 
 
-def _fill(ax, cell, parameter, fixed, limits, **looks):
-    """Fill a cell's spans over the open range of ``parameter`` that the cell covers; single values have no area."""
-    part = cell.box[parameter]
+def _fill(ax, cell, fixed, limits, **looks):
+    """Fill a cell's spans over the open range of sigma0 that the cell covers; single values have no area."""
+    part = cell.box[pk.sigma0]
     if part.is_FiniteSet:
         return
     start, end = max(float(part.start), limits[0]), min(float(part.end), limits[1])
@@ -106,7 +105,7 @@ def _fill(ax, cell, parameter, fixed, limits, **looks):
     at = _span(start, end)
     low, high = ax.get_ylim()
     for span in cell.spans:
-        ends = [lower((parameter,), border.subs(fixed))(at) if border.is_finite is not False else float(border)
+        ends = [lower((pk.sigma0,), border.subs(fixed))(at) if border.is_finite is not False else float(border)
                 for border in (span.start, span.end)]
         ends = [np.clip(np.broadcast_to(border, at.shape), low, high) for border in ends]
         ax.fill_between(at, *ends, **looks)
@@ -191,7 +190,7 @@ def _cells_panel(ax, rows, along_key, value_key, grey):
         counts[up.index(abs(row["z"])), along.index(row[along_key])] = row[value_key]
     across, upward = _borders(along), _borders(up)
     for k, line in enumerate(counts):
-        for first, last in _runs(line):
+        for first, last in pairwise([0, *(np.flatnonzero(np.diff(line)) + 1), len(line)]):
             ax.fill_between((across[first], across[last]), upward[k], upward[k + 1], color=grey(line[first]), lw=0.5)
     ax.set(xlim=(across[0], across[-1]), ylim=(upward[0], upward[-1]))
     ax.set(xscale="log", yscale="log")
@@ -212,12 +211,6 @@ def _borders(centres):
     """Return the borders of cells around centres in geometric progression."""
     half = (centres[1] / centres[0]) ** 0.5
     return [centres[0] / half, *(centre * half for centre in centres)]
-
-
-def _runs(values):
-    """Yield (first, after the last) of every run of equal values."""
-    starts = [0, *(k for k in range(1, len(values)) if values[k] != values[k - 1]), len(values)]
-    yield from pairwise(starts)
 
 
 def _inside(mask):
