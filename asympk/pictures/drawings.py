@@ -16,9 +16,7 @@ STEEP = 1.02  # the angle at which rods are drawn, radians
 
 def draw_system() -> "Figure":
     """Draw the system in four panels: the masses on their guides, the elastic rod, the small turn, the friction law."""
-    matplotlib = style.matplotlib()
-
-    with matplotlib.rc_context(style.RC):
+    with style.matplotlib().rc_context(style.RC):
         figure, ax = pen.canvas(WIDTH, HEIGHT)
         half = WIDTH / 2
         for name, panel, x, y in (
@@ -83,14 +81,13 @@ def small_turn(ax: "Axes", x: float, y: float) -> None:
     pen.line(ax, moved, corner, THIN)
     normal = (-sin(angle) * 0.06, cos(angle) * 0.06)
     ends = [(p[0] + normal[0], p[1] + normal[1]) for p in (foot, corner)]
-    ax.annotate("", ends[0], ends[1], arrowprops={"arrowstyle": "<->", "lw": THIN, "shrinkA": 0, "shrinkB": 0,
-                                                  "mutation_scale": 4})
+    both_ways = {"arrowstyle": "<->", "lw": THIN, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 4}
+    ax.annotate("", ends[0], ends[1], arrowprops=both_ways)
     ax.text(x + 0.16, y + 0.5, r"$\Delta l$", ha="center", va="center")
     ax.text(x + 0.5, y + 0.92, "$l$", ha="center", va="center")
     for place, name, dx in ((foot, None, 0), (moved, "$M_1$", 0.1), (top, "$M_2$", 0.16)):
         pen.mass(ax, place, name, (dx + 0.05, 0.11 if name == "$M_1$" else -0.1), 0.032)
-    ax.annotate("", (foot[0], y + 0.2), (moved[0], y + 0.2),
-                arrowprops={"arrowstyle": "<->", "lw": THIN, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 4})
+    ax.annotate("", (foot[0], y + 0.2), (moved[0], y + 0.2), arrowprops=both_ways)
     ax.text((foot[0] + moved[0]) / 2, y + 0.09, r"$x_1 - x_2$", ha="center", va="center")
     pen.arc(ax, top, 0.62, angle + pi, turned + pi)
     ax.text(top[0] - 0.36, top[1] - 0.72, r"$\beta$", ha="center", va="center")
@@ -109,11 +106,9 @@ def friction_law(ax: "Axes", x: float, y: float) -> None:
     pen.line(ax, (centre - reach, middle + kinetic), (centre, middle + kinetic), THICK)
     pen.line(ax, (centre, middle - kinetic), (centre + reach, middle - kinetic), THICK)
     pen.line(ax, (centre, middle - static), (centre, middle + static), THICK)
-    for sign, side, name in ((1, 1, "$f{}$"), (-1, -1, "$-f{}$")):
-        level = middle + sign * kinetic
-        ax.plot([centre], [level], "o", ms=2.4, mfc="white", mec="black", mew=0.5)
-        ax.text(centre + side * 0.07, level, name, ha="left" if side > 0 else "right", va="center")
-    for sign, side, name in ((1, 1, "$f_0$"), (-1, -1, "$-f_0$")):
-        level = middle + sign * static
-        ax.plot([centre], [level], "o", ms=2.4, color="black")
-        ax.text(centre + side * 0.07, level + sign * 0.02, name, ha="left" if side > 0 else "right", va="center")
+    hollow, full = {"mfc": "white", "mec": "black", "mew": 0.5}, {"color": "black"}
+    for size, raised, name, looks in ((kinetic, 0, "f{}", hollow), (static, 0.02, "f_0", full)):
+        for sign, front, at in ((1, "", "left"), (-1, "-", "right")):
+            level = middle + sign * size
+            ax.plot([centre], [level], "o", ms=2.4, **looks)
+            ax.text(centre + sign * 0.07, level + sign * raised, f"${front}{name}$", ha=at, va="center")

@@ -13,20 +13,13 @@ from asympk.numbers import short
 
 COLUMN, CHARACTER = 3.4, 0.06  # inches
 RC = {
-    "font.size": 7,
-    "axes.titlesize": 7,
-    "axes.labelsize": 7,
-    "xtick.labelsize": 6.5,
-    "ytick.labelsize": 6.5,
-    "legend.fontsize": 6.5,
-    "axes.linewidth": 0.5,
+    **dict.fromkeys(("font.size", "axes.titlesize", "axes.labelsize"), 7),
+    **dict.fromkeys(("xtick.labelsize", "ytick.labelsize", "legend.fontsize"), 6.5),
+    **dict.fromkeys(("axes.linewidth", "xtick.major.width", "ytick.major.width", "hatch.linewidth"), 0.5),
+    **dict.fromkeys(("xtick.major.size", "ytick.major.size"), 2),
     "lines.linewidth": 0.8,
     "lines.markersize": 3.4,
     "lines.markeredgewidth": 0.7,
-    "xtick.major.width": 0.5,
-    "ytick.major.width": 0.5,
-    "xtick.major.size": 2,
-    "ytick.major.size": 2,
     "grid.linewidth": 0.3,
     "grid.color": "0.85",
     "axes.grid": True,
@@ -36,7 +29,6 @@ RC = {
     "legend.handlelength": 2.4,
     "mathtext.fontset": "dejavusans",
     "svg.hashsalt": "asympk",
-    "hatch.linewidth": 0.5,
     "pdf.fonttype": 42,
 }
 BLACK, ORANGE, SKY, GREEN, BLUE, RED, PURPLE = (
