@@ -69,11 +69,12 @@ def between_parts(parts: Collection[str]) -> set[tuple[str, str]]:
 def arrow_drawing(parts: list[str]) -> Any:
     """Draw the parts from top to bottom, and for each of ``between_parts`` an arc upwards to the imported part."""
     from matplotlib.patches import Arc
+    from matplotlib.textpath import TextPath
 
     height = STEP * (len(parts) + 1)
     with style.matplotlib().rc_context(style.RC):
         figure, ax = pen.canvas(style.COLUMN, height)
-        names = MARGIN + max(map(_width, parts))
+        names = MARGIN + max(TextPath((0, 0), part).get_extents().x1 / 72 for part in parts)  # inches
         level = {part: height - STEP * (k + 1) for k, part in enumerate(parts)}
         for part, y in level.items():
             pen.text(ax, (names, y), part, ha="right")
@@ -83,13 +84,6 @@ def arrow_drawing(parts: list[str]) -> Any:
             ax.add_patch(Arc((names + MARGIN, (low + high) / 2), bulge, high - low, theta1=-90, theta2=90, lw=0.4,
                              color=style.BLUE))  # fmt: skip
     return figure
-
-
-def _width(words: str) -> float:
-    """Return the width of ``words`` in inches, in the font of the drawing."""
-    from matplotlib.textpath import TextPath
-
-    return TextPath((0, 0), words).get_extents().x1 / 72
 
 
 def _name(file: Path) -> str:

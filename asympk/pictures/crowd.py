@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from asympk.many import Itineraries, Many
+from asympk.many import Many
 from asympk.pictures import plate, sheets, style
 
 INKS = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#0072B2", "#D55E00", "0.6")
@@ -30,16 +30,11 @@ def _map(many: Many) -> Any:
         axis.pcolormesh(across, down, shown, cmap=inks, vmin=-0.5, vmax=len(INKS) - 0.5, rasterized=True)
         axis.set(xlabel=columns, ylabel=rows)
         axis.grid(visible=False)
-        _legend(drawing, found)
+        words = [" → ".join(sequence) or "no event" for sequence in found.sequences]
+        if len(words) > len(INKS):
+            words = [*words[: len(INKS) - 1], f"{len(words) - len(INKS) + 1} others"]
+        drawing.legend(handles=[*map(style.patch, INKS, words)], loc="outside upper left", ncols=1)
     return drawing
-
-
-def _legend(drawing: Any, found: Itineraries) -> None:
-    words = [" → ".join(sequence) or "no event" for sequence in found.sequences]
-    if len(words) > len(INKS):
-        words = [*words[: len(INKS) - 1], f"{len(words) - len(INKS) + 1} others"]
-    handles = [*map(style.patch, INKS, words)]
-    drawing.legend(handles=handles, loc="outside upper left", ncols=1)
 
 
 def _panels(many: Many) -> Any:

@@ -44,7 +44,9 @@ def phase(
     with plate(HEIGHT) as (drawing, axes):
         axis = axes.flat[0]
         if isinstance(what, System):
-            _field(axis, *_placed(what, values), _window(window, WINDOW), _pair(_names(what), x, y))
+            names = _names(what)
+            numbers, _ = what.placed({} if values is None else values, dict.fromkeys(what.states, 0))  # no start
+            _field(axis, what, numbers, _window(window, WINDOW), _pair(names, x, y))
         else:
             _motion(axis, what if isinstance(what, Path) else solve(what), x, y, window)
     return sheet.kept(drawing, file)
@@ -54,12 +56,6 @@ def _names(system: System) -> tuple[str, ...]:
     if len(system.states) != 2:
         raise InputError(f"the field of {len(system.states)} states cannot be drawn; draw a Scene over two of them")
     return tuple(s.name for s in system.states)
-
-
-def _placed(system: System, values: Any) -> tuple[System, tuple]:
-    """Return a system and its parameters as numbers; ``placed`` checks them with a start, here 0 and not used."""
-    numbers, _ = system.placed({} if values is None else values, dict.fromkeys(system.states, 0))
-    return system, numbers
 
 
 def _pair(names: tuple[str, ...], x: str | None, y: str | None) -> tuple[str, str]:

@@ -80,14 +80,11 @@ def draw_reactions(axes: Any, described: Any) -> None:
             ax.plot(at, 0, "o" if kind == "centre" else "x", color=style.BLACK, ms=3.5, zorder=6)
             ax.annotate(kind, (at, 0), (0, 5), textcoords="offset points", ha="center", zorder=6,
                         path_effects=style.halo(2))  # fmt: skip
-        ax.set(ylabel="$R'$", title=_title(plane), xlim=(-width, width), ylim=(-height, height))
+        found = " and ".join(f"a {kind}" for _, kind in plane.rests) or "no equilibrium, the reaction runs away"
+        title = f"sliding {'forward' if plane.direction > 0 else 'backward'}: {found}"
+        ax.set(ylabel="$R'$", title=title, xlim=(-width, width), ylim=(-height, height))
         ax.grid(visible=False)
     axes[-1].set_xlabel("$R$")
-
-
-def _title(plane: ReactionPlane) -> str:
-    found = " and ".join(f"a {kind}" for _, kind in plane.rests) or "no equilibrium, the reaction runs away"
-    return f"sliding {'forward' if plane.direction > 0 else 'backward'}: {found}"
 
 
 def _levels(plane: ReactionPlane, energy: Any) -> list[float]:

@@ -88,15 +88,16 @@ def motion_handles(shown: Iterable[int]) -> "list[Artist]":
 def paradox_plot(found: ParadoxSet, file: str | File | None = None) -> "Figure":
     """Draw where a ``ParadoxSet`` has a paradox: bars over one quantity, an area over two; return the figure."""
     sheet = sheets(file)
-    with plate(2.6 if len(found.over) == 2 else 1.2) as (figure, axes):
+    area = len(found.over) == 2
+    low, high = found.ends[1] if area else (0, 1)
+    with plate(2.6 if area else 1.2) as (figure, axes):
         ax = axes.flat[0]
-        height = (found.ends[1][1] - found.ends[1][0]) / (ROWS - 1) if len(found.over) == 2 else 1.0
+        height = (high - low) / (ROWS - 1) if area else 1.0
         for interval in found.intervals:
             middle = 0.5 if interval.other is None else interval.other
             ax.broken_barh([(interval.start, interval.end - interval.start)], (middle - height / 2, height),
                            facecolors=LOOKS[0][1], linewidth=0)  # fmt: skip
-        ax.set(xlabel=found.over[0], xlim=found.ends[0], ylim=found.ends[1] if len(found.over) == 2 else (0, 1))
-        ax.set_ylabel(found.over[1] if len(found.over) == 2 else "")
-        ax.set_yticks(ax.get_yticks() if len(found.over) == 2 else [])
+        ax.set(xlabel=found.over[0], xlim=found.ends[0], ylim=(low, high), ylabel=found.over[1] if area else "")
+        ax.set_yticks(ax.get_yticks() if area else [])
         figure.legend(handles=[style.patch(LOOKS[0][1], "paradox")], loc="outside lower center")
     return sheet.kept(figure, file)
