@@ -1,5 +1,6 @@
 """The motion of a scene as the page draws it: samples, modes, events, and the reason where it ends early."""
 
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -41,15 +42,9 @@ def _followed(scene: Scene, draft: bool) -> tuple[Path | None, str]:
         if isinstance(error, Unfinished):
             return error.path, complaint
         if isinstance(error, Stopped) and error.t:
-            return _until(scene, float(error.t) * BEFORE, draft), complaint
+            with suppress(AsympkError):
+                return _solved(replace(scene, until=float(error.t) * BEFORE), draft), complaint
         return None, complaint
-
-
-def _until(scene: Scene, t: float, draft: bool) -> Path | None:
-    try:
-        return _solved(replace(scene, until=t), draft)
-    except AsympkError:
-        return None
 
 
 def _solved(scene: Scene, draft: bool) -> Path:

@@ -7,7 +7,6 @@ questions of ``asympk.explore.questions`` are posted as JSON. Any other request 
 import json
 from collections.abc import Callable
 from concurrent.futures import Future
-from functools import partial
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from secrets import compare_digest, token_urlsafe
@@ -27,6 +26,7 @@ PAGE = {
     "explore.css": ("explore.css", "text/css; charset=utf-8"),
     "explore.js": ("explore.js", "text/javascript; charset=utf-8"),
 }
+SCENES = "scenes"  # the part of the page with the knobs of its scenes
 GUARDS = {
     "Cache-Control": "no-store",
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
@@ -56,10 +56,7 @@ class Server(ThreadingHTTPServer):
         self.token = token_urlsafe(24)
         self.scenes: Future[tuple[Scene, ...]] = Future()
         page = files("asympk").joinpath("explore", "page")
-        self.parts: dict[str, Callable[[], tuple[bytes, str]]] = {
-            name: partial(_part, page.joinpath(file).read_bytes(), kind) for name, (file, kind) in PAGE.items()
-        }  # fmt: skip
-        self.parts["scenes"] = self._scenes_part
+        self.parts = {name: (page.joinpath(file).read_bytes(), kind) for name, (file, kind) in PAGE.items()}
         self.workers = {name: Worker(q, self.scenes, q.seconds, q.modules)
                         for name, q in QUESTIONS.items()}  # fmt: skip
         try:
@@ -76,18 +73,16 @@ class Server(ThreadingHTTPServer):
             self.scenes.set_exception(error)
             raise
 
-    def _scenes_part(self) -> tuple[bytes, str]:
-        return as_json([knobs_of(scene) for scene in self.scenes.result()]), "application/json"
+    def part(self, name: str) -> tuple[bytes, str]:
+        """Return a part of the page as (bytes, kind); raises ``KeyError`` where there is none of this name."""
+        if name == SCENES:
+            return as_json([knobs_of(scene) for scene in self.scenes.result()]), "application/json"
+        return self.parts[name]
 
     @property
     def address(self) -> str:
         """The address of the page, with its token."""
         return f"http://{HOST}:{self.server_port}/{self.token}/"
-
-    @property
-    def hosts(self) -> tuple[str, ...]:
-        """The names of this machine that the header ``Host`` of a request may have."""
-        return f"{HOST}:{self.server_port}", f"localhost:{self.server_port}"
 
     def server_close(self) -> None:
         """Stop listening and end the processes."""
@@ -112,11 +107,11 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """Send a part of the page."""
-        self._answer(lambda name: self.server.parts[name](), self.server.workers)
+        self._answer(self.server.part, self.server.workers)
 
     def do_POST(self) -> None:
         """Answer a question."""
-        self._answer(self._asked, self.server.parts)
+        self._answer(self._asked, (*self.server.parts, SCENES))
 
     def _answer(self, found: Callable[[str], tuple[bytes, str]], others: Any) -> None:
         status = 200
@@ -131,12 +126,13 @@ class _Handler(BaseHTTPRequestHandler):
             status, body, kind = refused.status, *_as_error(str(refused))
             self.close_connection = True
         except (AsympkError, RecursionError) as error:
-            status, body, kind = _status(error), *_as_error(" ".join(str(error).split()))
+            status = 503 if isinstance(error, Late) else 500 if isinstance(error, Broken) else 400
+            body, kind = _as_error(" ".join(str(error).split()))
         self._send(status, body, kind)
 
     def _name(self) -> str:
         """Return NAME of the address; raises ``BadRequest`` where the host or the token is not that of the server."""
-        if self.headers.get("Host") not in self.server.hosts:
+        if self.headers.get("Host") not in {f"{name}:{self.server.server_port}" for name in (HOST, "localhost")}:
             raise BadRequest(421, "this server is known by its address alone; open the address that it printed")
         token, _, name = self.path.removeprefix("/").partition("/")
         if not compare_digest(token.encode("utf-8", "replace"), self.server.token.encode()):
@@ -144,8 +140,7 @@ class _Handler(BaseHTTPRequestHandler):
         return name
 
     def _asked(self, name: str) -> tuple[bytes, str]:
-        worker = self.server.workers[name]
-        return worker.ask(self._question()), "application/json"
+        return self.server.workers[name].ask(self._question()), "application/json"
 
     def _question(self) -> Any:
         length = self.headers.get("Content-Length", "")
@@ -176,16 +171,8 @@ class _Handler(BaseHTTPRequestHandler):
         """Keep the terminal quiet."""
 
 
-def _part(body: bytes, kind: str) -> tuple[bytes, str]:
-    return body, kind
-
-
 def _as_error(line: str) -> tuple[bytes, str]:
     return as_json({"error": line}), "application/json"
-
-
-def _status(error: Exception) -> int:
-    return 503 if isinstance(error, Late) else 500 if isinstance(error, Broken) else 400
 
 
 def _refuse_constant(name: str) -> NoReturn:

@@ -21,6 +21,7 @@ from asympk.symbolic.lowering import lower
 from asympk.symbolic.stick import friction_cone
 from asympk.symbolic.system import System
 from asympk.systems.automata import automaton_of
+from asympk.systems.painleve_klein.units import scene_in_units
 
 Curve = dict[str, Any]
 
@@ -51,13 +52,14 @@ class _Plane:
                 raise UnknownName(f"{short(name)} is no quantity; choose two of {', '.join(self.weights)}")
         self.pair = [self.weights[name] for name in pair]
         self.sizes = np.array([sizes[name] for name in pair])
-        self.moved = self._moved()
-
-    def _moved(self) -> list[int]:
-        """Return for each quantity the state that it changes: the last of its states that is not the other quantity."""
         own = [np.flatnonzero(weights).tolist() for weights in self.pair]
-        others = (own[1] if len(own[1]) == 1 else [], own[0] if len(own[0]) == 1 else [])
-        return [([k for k in mine if k not in other] or mine)[-1] for mine, other in zip(own, others, strict=True)]
+        others = [states if len(states) == 1 else [] for states in reversed(own)]
+        # for each quantity the state that it changes: the last of its states that is not the other quantity
+        self.moved = [([k for k in mine if k not in one] or mine)[-1] for mine, one in zip(own, others, strict=True)]
+
+    def over(self, state: int) -> int | None:
+        """Return which quantity leaves a state alone while the other one changes it; None where there is none."""
+        return 1 - self.moved.index(state) if self.moved.count(state) == 1 else None
 
     def placed(self, which: int, grid: np.ndarray) -> np.ndarray:
         """Return states of shape (n, m) in which one quantity of the pair takes the values of ``grid``."""
@@ -78,8 +80,6 @@ def _quantities(scene: Scene) -> tuple[dict[str, np.ndarray], dict[str, float]]:
     weights |= {name: np.array(w, dtype=float) for name, w in scene.combinations}
     if scene.rod is None:
         return weights, dict.fromkeys(weights, 1.0)
-    from asympk.systems.painleve_klein.units import scene_in_units
-
     physical, units = scene_in_units(scene), scene.rod.units
     named = [*physical.names, *(name for name, _ in physical.combinations)]
     sizes = [*map(float, units.state(1, 1, 1)), float(units.reaction)]
@@ -92,10 +92,8 @@ def _slow(plane: _Plane, grids: list[np.ndarray]) -> list[Curve]:
     if len(system.fast) != 1 or system.small is None:
         return []
     fast = system.states.index(next(iter(system.fast)))
-    if fast not in plane.moved or plane.moved[0] == plane.moved[1]:
-        return []
-    over = 1 - plane.moved.index(fast)
-    if plane.pair[over][fast]:
+    over = plane.over(fast)
+    if over is None or plane.pair[over][fast]:
         return []
     states = plane.placed(over, grids[over])
     curves = []
@@ -127,9 +125,9 @@ def _stick(plane: _Plane, grids: list[np.ndarray]) -> list[Curve]:
     if friction is None:
         return []
     state, function = friction
-    if state not in plane.moved or plane.moved[0] == plane.moved[1]:
+    over = plane.over(state)
+    if over is None:
         return []
-    over = 1 - plane.moved.index(state)
     states = plane.placed(over, grids[over])
     rest, sticks = np.broadcast_arrays(*_run(function, states, plane.values), states[0])[:2]
     states[state] = rest

@@ -94,13 +94,11 @@ def _serve(pipe: Any, answer: Answer, modules: tuple[str, ...]) -> None:
     with suppress(EOFError, OSError):
         given = pipe.recv()
         while True:
-            pipe.send(_answered(answer, given, pipe.recv()))
-
-
-def _answered(answer: Answer, given: Any, question: Any) -> Any:
-    try:
-        return answer(given, question)
-    except AsympkError as error:
-        return type(error)(str(error))
-    except Exception as error:
-        return Broken(f"an error of asympk itself, {type(error).__name__}: {str(error)[:200]}")
+            question = pipe.recv()
+            try:
+                found = answer(given, question)
+            except AsympkError as error:
+                found = type(error)(str(error))
+            except Exception as error:
+                found = Broken(f"an error of asympk itself, {type(error).__name__}: {str(error)[:200]}")
+            pipe.send(found)
