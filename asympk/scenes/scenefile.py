@@ -29,6 +29,7 @@ from asympk.errors import InputError
 from asympk.mechanics.described import scene_table
 from asympk.naming import named
 from asympk.scene import Scene
+from asympk.scenes.systemfile import read_system_scene
 from asympk.scenes.turned import with_changes
 from asympk.storage.tomlfile import parse_table, read_table, refuse_unknown, require_keys, word
 from asympk.systems.catalogue import about_system, described_mechanism, example_scene, example_scenes
@@ -148,7 +149,8 @@ def scene_of_table(table: dict[str, Any], where: str) -> Scene:
     try:
         word(table, "about")
         entries["name"] = word(table, "name", Path(where).stem)
-        return {SYSTEM: _of_system, PHYSICAL: _from_rod, NONDIMENSIONAL: _nondimensional}[keys_of(table)](entries)
+        read = {SYSTEM: read_system_scene, PHYSICAL: _from_rod, NONDIMENSIONAL: _nondimensional}[keys_of(table)]
+        return read(entries)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
 
@@ -165,13 +167,6 @@ def keys_of(table: Mapping[str, Any]) -> tuple[str, ...]:
     if physical and other:
         raise InputError(f"{physical[0]} is physical and {other[0]} is not; give one kind of parameters only")
     return SYSTEM if of_system else PHYSICAL if physical else NONDIMENSIONAL
-
-
-def _of_system(entries):
-    from asympk.scenes.systemfile import read_system_scene
-
-    require_keys(entries, ("system",))
-    return read_system_scene(entries)
 
 
 def _nondimensional(entries):

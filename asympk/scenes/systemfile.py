@@ -46,7 +46,7 @@ _NEEDED = ("velocity", "force", "load", "kinetic")
 
 def read_system_scene(entry: dict[str, Any]) -> Scene:
     """Return the ``Scene`` of a table with ``system``, ``values``, ``start`` and ``until``; raises ``InputError``."""
-    require_keys(entry, ("start", "until"))
+    require_keys(entry, ("system", "start", "until"))
     values, start = _table(entry.get("values", {}), "values"), entry["start"]
     system, mechanism = system_of(entry["system"], values)
     if isinstance(start, dict) and mechanism and coordinates_of_start(system, mechanism, start):

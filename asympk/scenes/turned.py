@@ -7,7 +7,7 @@ from typing import Any
 from asympk.errors import InputError, UnknownName
 from asympk.numbers import number, short
 from asympk.scene import Scene
-from asympk.systems.painleve_klein.units import STATE, Degrees
+from asympk.systems.painleve_klein.units import STATE, Degrees, scene_in_units
 
 ROD = ("sigma", "mu", "sigma0")
 STATIC = {"sigma0": "sigma", "f0": "f"}  # static friction -> kinetic friction, which it follows until it is given
@@ -32,7 +32,10 @@ def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: An
     _require_names(given, own, "parameter")
     _require_names(start, shown.names, "state of the start")
     values = with_changes(own, {name: _read(name, value, own[name]) for name, value in given.items()})
-    placed, horizon = _given(scene)
+    placed, horizon = scene.start, scene.until
+    if scene.rod is not None:  # whose start and horizon are kept as they were given, exactly
+        quantities = dict(scene.rod.quantities)
+        *placed, horizon = (quantities[name] for name in STATE)
     begin = tuple(number(f"start {name}", start[name]) if name in start else value
                   for name, value in zip(shown.names, placed, strict=True))  # fmt: skip
     end = horizon if until is None else number("until", until)
@@ -50,7 +53,8 @@ def with_changes(own: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:
 
 def _built(scene: Scene, values: dict[str, Any], start: tuple, until: Any, moved: bool) -> Scene:
     if scene.rod is not None:
-        return Scene.physical(**{**values, "alpha": _spelt(values["alpha"])}, start=start, until=until, name=scene.name)
+        spelt = {name: str(value) if isinstance(value, Degrees) else value for name, value in values.items()}
+        return Scene.physical(**spelt, start=start, until=until, name=scene.name)
     if scene.system is not None:
         return replace(scene, values=values, start=dict(zip(scene.names, start, strict=True)), until=until)
     if scene.near_to and not moved:
@@ -61,20 +65,7 @@ def _built(scene: Scene, values: dict[str, Any], start: tuple, until: Any, moved
 
 def in_own_units(scene: Scene) -> Any:
     """Return a scene, or for a rod in physical units an object with names, start and horizon in these units."""
-    if scene.rod is None:
-        return scene
-    from asympk.systems.painleve_klein.units import scene_in_units
-
-    return scene_in_units(scene)
-
-
-def _given(scene: Scene) -> tuple[tuple, Any]:
-    """Return start and horizon as they were given, exactly."""
-    if scene.rod is None:
-        return scene.start, scene.until
-    quantities = dict(scene.rod.quantities)
-    *start, until = (quantities[name] for name in STATE)
-    return tuple(start), until
+    return scene if scene.rod is None else scene_in_units(scene)
 
 
 def _require_names(given: dict[str, Any], known: Any, what: str) -> None:
@@ -91,7 +82,3 @@ def _read(name: str, value: Any, own: Any) -> Any:
     if not 0 < found < 90:
         raise InputError(f"{name} = {short(value)}: it must be between 0 and 90 degrees")
     return Degrees(Fraction(found))
-
-
-def _spelt(angle: Any) -> Any:
-    return str(angle) if isinstance(angle, Degrees) else angle
