@@ -5,7 +5,7 @@ from fractions import Fraction
 from itertools import groupby
 
 from asympk.output.gallery import ACCURACY
-from asympk.output.tabular import Cell, Table, words
+from asympk.output.tabular import Cell, Table, as_cell, words
 from asympk.pictures import anymechanism, figures, style
 from asympk.storage.rows import Row
 from asympk.studies.convergence import by_quantity, monotone_from
@@ -54,18 +54,22 @@ def convergence_table(rows: Sequence[Row]) -> Table:
     for group in by_quantity(rows):
         key = group[0]["expansion"], group[0]["sigma"]
         found.setdefault(key, {n: [] for n in orders})[group[0]["order"]].append(group)
-    body, last = [], None
-    for (expansion, sigma), by_order in found.items():
-        cells = [cell for n in orders for cell in _closeness(by_order[n])]
-        body.append((words(expansion) if expansion != last else Cell("", expansion), _ratio(sigma), *cells))
-        last = expansion
+    body = [(words(expansion), _ratio(sigma), *(cell for n in orders for cell in _closeness(by_order[n])))
+            for (expansion, sigma), by_order in found.items()]  # fmt: skip
     header: tuple = ("expansion", r"$\sigma$")
     for n in orders:
         for mu in SHOWN:
             front = f"{n}: " if mu == SHOWN[0] else ""
             header += (Cell(f"{front}${_scale(mu)}$", f"order {n}, mu = {_bare(mu)}"),)
         header += (Cell("from", f"order {n}, monotone from mu"),)
-    return Table("convergence", "ll" + "lllr" * len(orders), header, tuple(body))
+    return Table("convergence", "ll" + "lllr" * len(orders), header, _grouped(body))
+
+
+def _grouped(body):
+    """Return rows with the first cell left empty in print where it is that of the row before."""
+    firsts = [as_cell(row[0]) for row in body]
+    return tuple((Cell("", first.text) if k and first == firsts[k - 1] else first, *row[1:])
+                 for k, (first, row) in enumerate(zip(firsts, body, strict=True)))  # fmt: skip
 
 
 def _closeness(several):
@@ -78,15 +82,14 @@ def _closeness(several):
 def decreasing_table(rows: Sequence[Row]) -> Table:
     """Each system and order: error/measure at three mu; measures are the omitted term, or mu log(1/mu) for a limit."""
     mus = (1e-2, 1e-3, 1e-4)
-    body, last = [], None
+    body = []
     for (name, order), several in groupby(rows, key=lambda row: (row["system"], row["order"])):
         by_mu = {row["mu"]: row for row in several}
         measure = Cell(r"$\mu\log(1/\mu)$", "mu log(1/mu)") if is_limit(next(iter(by_mu.values()))) else "omitted term"
         cells = [f"${by_mu[mu]['ratio']:.5f}$" if mu in by_mu else "--" for mu in mus]
-        body.append((name if name != last else Cell("", name), Cell(f"${order}$", str(order)), measure, *cells))
-        last = name
+        body.append((name, Cell(f"${order}$", str(order)), measure, *cells))
     header = ("system", "order", "error over", *(Cell(f"${_scale(mu)}$", f"mu = {_bare(mu)}") for mu in mus))
-    return Table("decreasing", "lllrrr", header, tuple(body))
+    return Table("decreasing", "lllrrr", header, _grouped(body))
 
 
 def escape_table(rows: Sequence[Row]) -> Table:
@@ -94,21 +97,19 @@ def escape_table(rows: Sequence[Row]) -> Table:
 
     The quotient is (time - leading term)/(next term) of the expansion of the time.
     """
-    body, last = [], None
+    body = []
     for sigma, group in groupby(rows, key=lambda row: row["sigma"]):
         several = list(group)
         for offset in OFFSETS:
             by_mu = {row["mu"]: row for row in several if row["offset"] == offset}
             cells = [cell for mu in MUS for cell in _escape(by_mu[float(mu)])]
-            ratio = _ratio(str(Fraction(sigma)))
-            body.append((ratio if sigma != last else Cell("", ratio.text), _power(offset), *cells))
-            last = sigma
+            body.append((_ratio(str(Fraction(sigma))), _power(offset), *cells))
     header: tuple = (r"$\sigma$", r"$\delta$")
     for mu in MUS:
         at = f" at mu = {_bare(float(mu))}"
         header += (Cell(rf"$T$ at $\mu={_scale(float(mu))}$", f"T{at}"),
                    *(Cell(name, f"{name}{at}") for name in ("quotient", "motion")))
-    return Table("escape", "ll" + "lll" * len(MUS), header, tuple(body))
+    return Table("escape", "ll" + "lll" * len(MUS), header, _grouped(body))
 
 
 def mechanisms_table(rows: Sequence[Row]) -> Table:
@@ -153,16 +154,13 @@ def _dampings(rows):
         ratio = f"{ratios[place]:g}"
         yield Cell(rf"$\zeta={ratio}$", f"zeta = {ratio}"), law, chosen
     for share, law in zip(BORDER, (above, above, single, single), strict=True):
-        chosen = [row for row in rows if row["part"] == "border" and _share(row) == share]
+        bordering = (row for row in rows if row["part"] == "border")
+        chosen = [row for row in bordering if round(row["damping"] / row["epsilon"] ** (2 / 3), 6) == share]
         yield Cell(rf"$d={share}\,(\varepsilon^2|z_0|)^{{1/3}}$", f"d = {share} of the border"), law, chosen
 
 
 def _to_three(ratio):
     return float(f"{ratio:.3g}")
-
-
-def _share(row):
-    return round(row["damping"] / row["epsilon"] ** (2 / 3), 6)
 
 
 def _escape(row):
