@@ -107,16 +107,12 @@ def _kept(sweep, out, index, progress):
         whole = False
     if not whole:
         if not path.is_file():
-            _set_aside(path)
+            aside = (path.with_name(f"{path.name}.damaged{k or ''}") for k in itertools.count())
+            path.rename(next(name for name in aside if not os.path.lexists(name)))
         return False
     start, stop = sweep.rows(index)
     progress(stop - start, False)
     return True
-
-
-def _set_aside(path):
-    aside = (path.with_name(f"{path.name}.damaged{k or ''}") for k in itertools.count())
-    path.rename(next(name for name in aside if not os.path.lexists(name)))
 
 
 def _drive(sweep, out, missing, executor, progress):
@@ -178,7 +174,7 @@ def _short_of_workers(index):
 def _write(sweep, out, index, written, content):
     mine = chunks.chunk_provenance(sweep, index)
     if written != mine:
-        theirs, ours = ({key: provenance.get(key) for key in ("asympk", "numpy")} for provenance in (written, mine))
+        theirs, ours = ({key: provenance.get(key) for key in VERSIONS} for provenance in (written, mine))
         raise InputError(f"a worker has {_words(theirs)}, this process has {_words(ours)}: install the same")
     write_bytes(out / chunks.file_name(sweep, index), content)
 

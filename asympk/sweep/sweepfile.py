@@ -86,17 +86,12 @@ class Sweep:
     def quantities(self, start: int, stop: int) -> dict[str, Any]:
         """Return {field: number, or array of stop - start numbers} of the trajectories from ``start`` on."""
         columns = {}
+        period = self.total  # for how many trajectories in a row a quantity keeps its value: later ones vary faster
         for rank, field in enumerate(self.family.fields):
-            if field not in self.axes:
-                continue
-            axis = self.axes[field]
-            columns[field] = _column(axis, start, stop, self._period(field), (self.seed, rank))
+            if field in self.axes:
+                period //= self.axes[field].points
+                columns[field] = _column(self.axes[field], start, stop, period, (self.seed, rank))
         return columns
-
-    def _period(self, field):
-        """Return for how many trajectories in a row a grid quantity keeps its value: later fields vary faster."""
-        later = self.family.fields[self.family.fields.index(field) + 1:]
-        return self.count * math.prod(self.axes[f].points for f in later if f in self.axes)
 
 
 def _column(axis, start, stop, period, key):

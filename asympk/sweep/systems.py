@@ -69,11 +69,7 @@ class SystemFamily:
     def parameters(self) -> tuple[str, ...]:
         """The names of the parameters, also of those on which only a start depends."""
         own = dict.fromkeys(s.name for s in self.system.parameters)
-        return (*own, *(name for name in json.loads(self.text)[1] if name in self._cancelled))
-
-    @property
-    def _cancelled(self):
-        return _cancelled(self.text)
+        return (*own, *(name for name in json.loads(self.text)[1] if name in _cancelled(self.text)))
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -102,7 +98,7 @@ class SystemFamily:
         if isinstance(start, list):
             start = by_state(start, self.states)
         values = table.get("values", {})
-        told = {"values": (without(self._cancelled, values), self.system.parameters, "parameter")}
+        told = {"values": (without(_cancelled(self.text), values), self.system.parameters, "parameter")}
         if not self.coordinates:
             told["start"] = (start, self.system.states, "state")
         for what, (entries, symbols, kind) in told.items():
@@ -131,7 +127,7 @@ class SystemFamily:
         for corner in corners:
             values = dict(zip(self.parameters, corner, strict=True))
             begun = self._in_states(values, start) if fixed else dict.fromkeys(self.states, 0)
-            self.system.placed(without(self._cancelled, values), begun)
+            self.system.placed(without(_cancelled(self.text), values), begun)
 
     def chunk(self, axes: Mapping[str, Axis]) -> int:
         """Return the number of trajectories per chunk, smaller where one takes longer."""
@@ -147,10 +143,12 @@ class SystemFamily:
         values, start = ({name: columns[name] for name in names} for names in (self.parameters, self._begins))
         if self.coordinates:
             start = self._starts(values, start, size)
-        values = without(self._cancelled, values)
+        values = without(_cancelled(self.text), values)
         if affine(self.system):
             with suppress(InputError):  # refused parameters: scenes are then tried one by one
-                return _together(solve_many(system=self.system, values=values, start=start, until=columns[UNTIL]))
+                many = solve_many(system=self.system, values=values, start=start, until=columns[UNTIL])
+                events = many.events()
+                return Followed(many.final, many.n_events, many.outcome, many.first, events.kind, events.friction)
         return _one_by_one(self.system, values, start, columns[UNTIL])
 
     def _in_states(self, values, start):
@@ -169,11 +167,6 @@ class SystemFamily:
 
 def _row(columns, row):
     return {name: float(column[row]) for name, column in columns.items()}
-
-
-def _together(many):
-    events = many.events()
-    return Followed(many.final, many.n_events, many.outcome, many.first, events.kind, events.friction)
 
 
 def _one_by_one(system, values, start, until):
