@@ -1,7 +1,6 @@
 """``asympk mechanism``: a mechanism's paradox and its jump."""
 
 from argparse import ArgumentParser, Namespace
-from typing import Any
 
 from asympk.cli.options import add_settings, meter, place_name, settings
 from asympk.errors import InputError
@@ -29,17 +28,13 @@ def run(options: Namespace) -> None:
         return
     described = load_mechanism(options.name).changed(settings(options))
     if options.plot:
-        _plot(described, options.plot)
+        from asympk.pictures import sheets
+        from asympk.pictures.rigid import motion_plot
+
+        with meter("drawing"):
+            sheets(options.plot).kept(motion_plot(described), options.plot)
+        print(f"wrote {options.plot}")
         return
     with meter("looking for the paradox"):
         lines = mechanism_as_text(described)
     print(lines)
-
-
-def _plot(described: Any, file: str) -> None:
-    from asympk.pictures import sheets
-    from asympk.pictures.rigid import motion_plot
-
-    with meter("drawing"):
-        sheets(file).kept(motion_plot(described), file)
-    print(f"wrote {file}")

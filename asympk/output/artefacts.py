@@ -51,7 +51,7 @@ class Artefact:
 ARTEFACTS = (
     Artefact("catalogue", draw={"mechanisms": gallery.mechanisms_picture}),
     Artefact("system", draw={"system": drawings.draw_system}),
-    Artefact("phase", draw={"phase": gallery.phase_picture}, numbers=macros.phase_macros),
+    Artefact("phase", draw={"phase": gallery.phase_picture}),
     Artefact("jump", draw={"jump": gallery.jump_picture}, numbers=macros.example_macros),
     Artefact("regimes", draw={"regimes": maps.regime_map}, tabulate=derived.regimes_table),
     Artefact("stick", draw={"stick": partial(maps.stick_over_static_friction, ("1", "-17/10"))}),

@@ -75,13 +75,16 @@ def claim_macros() -> dict[str, str]:
 
 
 def formula_macros() -> dict[str, str]:
-    """Return the derived formulas: loads of planes and edges, thresholds of sigma, the integral of Lemma 3."""
+    """Return the derived formulas, and the mu at which they are drawn in the phase space.
+
+    The formulas are the loads of planes and edges, the thresholds of sigma, and the integral of Lemma 3.
+    """
     names = {"Pi1": "PiOne", "Pi2": "PiTwo", "Gamma1": "GammaOne", "Gamma2": "GammaTwo"}
     levels = {f"load{names[name]}": inline_formula(expr) for name, expr in level_formulas().items()}
     ordinals = ("thresholdOne", "thresholdTwo", "thresholdThree")
     cuts = dict(zip(ordinals, map(inline_formula, thresholds(pk.system())), strict=True))
     integral = inline_formula(first_integral(pk.system()).expr)
-    return {**levels, **cuts, "integral": integral}
+    return {**levels, **cuts, "integral": integral, "phaseMu": rf"\ensuremath{{{gallery.PHASE_MU}}}"}
 
 
 def jump_macros() -> dict[str, str]:
@@ -159,11 +162,6 @@ def accuracy_macros() -> dict[str, str]:
             worst = max(worst, *(float(abs(a - b) / scale) for a, b in zip(found, truth, strict=True)))
     runs = str(len(chart.SCENES) * len(chart.MUS))
     return {"doublesError": power(10.0 ** ceil(log10(worst))), "doublesRuns": runs, "doublesLeastMu": power(1e-8)}
-
-
-def phase_macros() -> dict[str, str]:
-    """Return the mu at which the phase space is drawn."""
-    return {"phaseMu": rf"\ensuremath{{{gallery.PHASE_MU}}}"}
 
 
 def of_convergence(rows: Sequence[Row]) -> dict[str, str]:

@@ -243,15 +243,11 @@ def proofs_as_text(found: "Iterable[Proof]") -> str:
     """Return one line for each inequality: its verdict, its statement and its box."""
     lines = []
     for proof in found:
-        box = ", ".join(f"{symbol} from {_decimal(low)} to {_decimal(high)}"
+        box = ", ".join(f"{symbol} from {float(low):.7g} to {float(high):.7g}"
                         for symbol, (low, high) in proof.inequality.box.items())  # fmt: skip
         verdict = "proven" if proof.proven else "undecided"
         lines += wrapped(f"{proof.inequality.claim}  ", f"{verdict}: {proof.inequality.statement} ({box})")
     return "\n".join(lines)
-
-
-def _decimal(value):
-    return f"{float(value):.7g}"
 
 
 def claims_as_json(found: Sequence[Claim]) -> str:

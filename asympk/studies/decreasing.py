@@ -120,9 +120,5 @@ def _rows(name, family, mus):
             measures = path.info.get("omitted") or [number * float(sp.log(1 / number))] * len(errors)
             k = max(range(len(errors)), key=lambda i: abs(measures[i] if of_terms else errors[i]))
             if abs(measures[k]) > LEAST:
-                yield _row(name, friction, order, path.names[k], small, errors[k], measures[k])
-
-
-def _row(name, with_friction, order, state, small, error, measure):
-    kept = (float(f"{v:.{KEPT}g}") for v in (error, measure, error / measure))
-    return DecreasingRow(name, with_friction, order, state, float(sp.Rational(small)), *kept)
+                kept = (float(f"{v:.{KEPT}g}") for v in (errors[k], measures[k], errors[k] / measures[k]))
+                yield DecreasingRow(name, friction, order, path.names[k], number, *kept)

@@ -5,6 +5,7 @@ times of several runs.
 """
 
 from dataclasses import dataclass
+from itertools import product
 
 from asympk.storage.rows import Stored
 from asympk.studies.bench import MUS, SCENES, beside_the_kernel
@@ -22,12 +23,11 @@ class PeerRow:
 
 def rows() -> list[PeerRow]:
     """Return the rows for all scenes and values of mu of ``asympk bench``."""
-    return [_row(name, mu) for name in SCENES for mu in MUS]
-
-
-def _row(name, mu):
-    _, affine, kernel, lsoda = beside_the_kernel(name, mu)
-    return PeerRow(name, mu, *(float(f"{ratio:.3g}") for ratio in (affine / kernel, lsoda / affine)))
+    found = []
+    for name, mu in product(SCENES, MUS):
+        _, affine, kernel, lsoda = beside_the_kernel(name, mu)
+        found.append(PeerRow(name, mu, *(float(f"{ratio:.3g}") for ratio in (affine / kernel, lsoda / affine))))
+    return found
 
 
 def stored() -> Stored:
