@@ -213,7 +213,7 @@ def state_only(flow_, case, x, s):
 
 SWAPS = {
     "expm1": ([Doubles], "expm1", staticmethod(lambda p: math.exp(p) - 1), (0.6, 0.05, (0.0, 1e9, 1.0), 1e-9)),
-    "superposition": ([superposition, fastslow], "superposed", textbook_superposition,
+    "superposition": ([superposition], "superposed", textbook_superposition,
                       (1e-8, 1e-3, (0.4, 0.3, -0.2), 5.0)),
     "state where z = 0": ([segments], "on_plane", coarse_plane, (1.86, 6.38, (-0.265, 0.0263, -173.6), 11.1)),
     "fast part at an event": ([shortcut], "_balance", exponential_balance, (2.41, 1e-295, (-1.75, 0.46, -1.3), 3.0)),

@@ -13,14 +13,7 @@ from typing import Any
 
 from asympk.numbers import Arithmetic, Number
 from asympk.systems.painleve_klein.flow.roots import fast_slow_root
-from asympk.systems.painleve_klein.flow.superposition import (
-    s_root,
-    short_responses,
-    short_time,
-    slope,
-    superposed,
-    z_root,
-)
+from asympk.systems.painleve_klein.flow.superposition import SmoothSegment, short_time, slope
 
 SOON = 2.0**-10
 
@@ -58,10 +51,13 @@ class FastSlow:
         return FastSlowSegment(self, x, y, s, z, deviation)
 
 
-class FastSlowSegment:
-    """The motion in one mode from ``(x0, y0, s0, z0)`` at t = 0; ``fast`` is F and ``slow`` is C."""
+class FastSlowSegment(SmoothSegment):
+    """The motion in one mode from ``(x0, y0, s0, z0)`` at t = 0; ``fast`` is F and ``slow`` is C.
 
-    __slots__ = ("fast", "known", "mode", "s0", "short", "slow", "slow_s", "x0", "y0", "z0")
+    At short times, up to ``short``, it is that of the responses.
+    """
+
+    __slots__ = ("fast", "known", "slow", "slow_s")
 
     half_period = None
 
@@ -102,7 +98,7 @@ class FastSlowSegment:
     def state(self, t: Number) -> tuple[Number, ...]:
         """Return (x, y, s, z, mu y') at t."""
         if t < self.short or not t:
-            return superposed(self, t, self.responses(t))
+            return super().state(t)
         mode, fast, slow = self.mode, self.fast, self.slow
         m, p, q = mode.m, mode.fast_rate * t if fast else 0 * t, mode.slow_rate * t
         gained, lost = fast * m.expm1(p), slow * m.expm1(q)
@@ -127,10 +123,6 @@ class FastSlowSegment:
             self.z0 + mode.rest * t + mode.fast_z * (fast * m.expm1(p)) + mode.slow_z * (self.slow * m.expm1(q)),
         )
 
-    def responses(self, t: Number) -> tuple[Number, ...]:
-        """Return (g', g, h, h + H) at a short time t."""
-        return short_responses(self.mode.m, self.mode.beta, t)
-
     def s_size(self, t: Number) -> Number:
         """Bound the terms that make up s where s is small."""
         return abs(self.mode.rest) + abs(self.slow_s)
@@ -145,7 +137,7 @@ class FastSlowSegment:
         mode = self.mode
         if lo < self.short:
             if hi <= self.short or (self.state(self.short)[2] - level) * sign_hi > 0:
-                return s_root(self, level, lo, min(hi, self.short), sign_hi)
+                return super().s_root(level, lo, min(hi, self.short), sign_hi)
             lo = self.short
         guess = mode.m.guess(self, "s_root", level, lo, hi, sign_hi)
         return fast_slow_root(mode.m, self.s0 - level, mode.rest - level + self.slow_s, 0, mode.fast_s * self.fast,
@@ -156,7 +148,7 @@ class FastSlowSegment:
         mode = self.mode
         if lo < self.short:
             if hi <= self.short or self.state(self.short)[3] * sign_hi > 0:
-                return z_root(self, lo, min(hi, self.short), sign_hi)
+                return super().z_root(lo, min(hi, self.short), sign_hi)
             lo = self.short
         fast = mode.fast_z * self.fast
         guess = mode.m.guess(self, "z_root", lo, hi, sign_hi)

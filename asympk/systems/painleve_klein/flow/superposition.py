@@ -11,13 +11,10 @@ series give g, h and H without cancellation, for other times exponentials or sin
 ``fastslow`` is used instead.
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from asympk.numbers import Arithmetic, Number
 from asympk.systems.painleve_klein.flow.roots import smooth_root
-
-if TYPE_CHECKING:
-    from asympk.systems.painleve_klein.flow.segments import RodSegment
 
 
 class SmoothMode:
@@ -76,7 +73,7 @@ def short_responses(m: Arithmetic, beta: Number, t: Number) -> tuple[Number, ...
             return rate, g, h, k
 
 
-def slope(segment: "RodSegment") -> Number:
+def slope(segment: "SmoothSegment") -> Number:
     """Return the rate of s at the start of a segment, or zero where the rate is within the rounding of its terms."""
     mode, y = segment.mode, segment.y0
     pull = mode.beta * segment.s0
@@ -99,34 +96,11 @@ def superposed(segment: Any, t: Any, responses: tuple[Any, ...]) -> tuple[Any, .
     )
 
 
-def s_root(segment: "RodSegment", level: Number, lo: Number, hi: Number, sign_hi: Number) -> Number:
-    """Return the time in (lo, hi) at which s = level, by Newton's method on the state."""
-    mode = segment.mode
-
-    def value_and_slope(t):
-        _, y, s, _, thrust = segment.state(t)
-        return s - level, y + thrust / mode.mu
-
-    guess = mode.m.guess(segment, "s_root", level, lo, hi, sign_hi)
-    return smooth_root(mode.m, value_and_slope, lo, hi, sign_hi, guess)
-
-
-def z_root(segment: "RodSegment", lo: Number, hi: Number, sign_hi: Number) -> Number:
-    """Return the time in (lo, hi) at which z = 0, by Newton's method on the state."""
-    mode = segment.mode
-
-    def value_and_slope(t):
-        _, _, s, z, _ = segment.state(t)
-        return z, mode.a + mode.fall * s
-
-    guess = mode.m.guess(segment, "z_root", lo, hi, sign_hi)
-    return smooth_root(mode.m, value_and_slope, lo, hi, sign_hi, guess)
-
-
 class SmoothSegment:
     """The motion in one smooth mode from ``(x0, y0, s0, z0)`` at t = 0."""
 
     __slots__ = ("mode", "s0", "short", "x0", "y0", "z0")
+    mode: Any
     fast: Number = 0  # this form has no separate fast part
 
     def __init__(self, mode: SmoothMode, x: Number, y: Number, s: Number, z: Number):
@@ -174,7 +148,7 @@ class SmoothSegment:
     def responses(self, t: Number) -> tuple[Number, ...]:
         """Return (g', g, h, h + H) at t."""
         mode = self.mode
-        return short_responses(mode.m, mode.beta, t) if t < self.short else mode.responses(t)
+        return short_responses(mode.m, mode.beta, t) if t < self.short or not t else mode.responses(t)
 
     def s_size(self, t: Number) -> Number:
         """Bound the terms that make up s."""
@@ -188,7 +162,23 @@ class SmoothSegment:
         return abs(self.z0) + abs(mode.a * t) + abs(mode.fall) * sizes
 
     def s_root(self, level: Number, lo: Number, hi: Number, sign_hi: Number) -> Number:
-        return s_root(self, level, lo, hi, sign_hi)
+        """Return the time in (lo, hi) at which s = level, by Newton's method on the state."""
+        mode = self.mode
+
+        def value_and_slope(t):
+            _, y, s, _, thrust = self.state(t)
+            return s - level, y + thrust / mode.mu
+
+        guess = mode.m.guess(self, "s_root", level, lo, hi, sign_hi)
+        return smooth_root(mode.m, value_and_slope, lo, hi, sign_hi, guess)
 
     def z_root(self, lo: Number, hi: Number, sign_hi: Number) -> Number:
-        return z_root(self, lo, hi, sign_hi)
+        """Return the time in (lo, hi) at which z = 0, by Newton's method on the state."""
+        mode = self.mode
+
+        def value_and_slope(t):
+            _, _, s, z, _ = self.state(t)
+            return z, mode.a + mode.fall * s
+
+        guess = mode.m.guess(self, "z_root", lo, hi, sign_hi)
+        return smooth_root(mode.m, value_and_slope, lo, hi, sign_hi, guess)
