@@ -43,14 +43,10 @@ class RodFlow:
         self._modes: dict[str, RodMode] = {}
         self._edges: dict[int, Any] = {}
 
-    def load(self, name: str) -> tuple[int, Number]:
-        """Return (a, b) of the mode ``mu y' = a - b s``: (2.7), (2.8) or (2.9)."""
-        return coefficients(name, self.sigma)
-
     def mode(self, name: str) -> RodMode:
         """Return the closed form of the mode: two exponentials where mu/b is in [-2, 1/8], else ``SmoothMode``."""
         if name not in self._modes:
-            a, b = self.load(name)
+            a, b = coefficients(name, self.sigma)
             form = FastSlow if b and -2 <= self.mu / b <= 0.125 else SmoothMode
             self._modes[name] = form(self.m, a, b, self.mu)
         return self._modes[name]
@@ -63,7 +59,7 @@ class RodFlow:
         usual = self.mode(name)
         if type(usual) is FastSlow:
             return usual
-        a, b = self.load(name)
+        a, b = coefficients(name, self.sigma)
         if self.m is Doubles and (self.mu > WIDEST * abs(b) or 8 * self.mu > b > 0):
             raise Undecided
         return FastSlow(self.m, a, b, self.mu)
