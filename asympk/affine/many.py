@@ -7,7 +7,6 @@ flow. ``_together`` and ``_advanced`` are the loop; the hard function is ``_chos
 """
 
 from dataclasses import dataclass, field
-from functools import cached_property
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -94,10 +93,10 @@ def solve_many(
     done, somewhere = 0, _first(start) if total else {}
     for chosen, rows in _groups(parameters, total):
         exact, _ = system.placed(dict(zip(values, chosen, strict=True)), somewhere)
-        case = _Case(system, exact)
+        modes = _Modes(Automaton(system, exact))
         for at in range(0, rows.size, CHUNK):
             mine = rows[at : at + CHUNK]
-            _follow(case, states[mine], horizon[mine], mine, result)
+            _follow(modes, states[mine], horizon[mine], mine, result)
             done += mine.size
             if progress:
                 progress(done, total)
@@ -106,18 +105,6 @@ def solve_many(
     first = first.reshape(len(first), *shape)
     given = {str(key): value for key, value in (*values.items(), *start.items(), ("until", until))}
     return AffineEnsemble(names, final, count, first, len(result.alone), result.left, events, given)
-
-
-@dataclass(frozen=True)
-class _Case:
-    """A system with one set of parameters; its modes in numbers serve all rows with these parameters."""
-
-    system: Any
-    values: tuple
-
-    @cached_property
-    def modes(self):
-        return _Modes(Automaton(self.system, self.values))
 
 
 class _Result(NamedTuple):
@@ -172,14 +159,11 @@ def _groups(parameters, total):
     """Yield (values, rows) for every set of parameters."""
     if not total:
         return
-    if not parameters:
-        yield (), np.arange(total)
-        return
-    keys: dict = {}
     columns = list(parameters.values())
     if all((column[1:] == column[:-1]).all() for column in columns):
         yield tuple(column[:1].tolist()[0] for column in columns), np.arange(total)
         return
+    keys: dict = {}
     for row, chosen in enumerate(zip(*(column.tolist() for column in columns), strict=True)):
         keys.setdefault(chosen, []).append(row)
     for chosen, rows in keys.items():
@@ -191,7 +175,7 @@ def _first(start):
 
 
 class _Modes:
-    """The modes of a system in doubles; decides on arrays of rows whether a mode may begin or follow."""
+    """The modes of a system in doubles, at its parameters; decides on arrays whether a mode may begin or follow."""
 
     def __init__(self, automaton):
         self.automaton, self.system = automaton, automaton.system
@@ -259,16 +243,16 @@ class _Flock(NamedTuple):
     alive: np.ndarray
 
 
-def _follow(case, w, until, rows, result):
+def _follow(modes, w, until, rows, result):
     """Follow rows of one set of parameters from the start to their ends."""
-    start, frictions = w.copy(), case.modes.system.frictions
+    start, frictions = w.copy(), modes.system.frictions
     apart = len(w) <= FEW or any(f.constraint is not None for f in frictions)  # their reactions depend on the mode
     try:
-        lost = np.ones(len(w), dtype=bool) if apart else _together(case.modes, w, until, rows, result)
+        lost = np.ones(len(w), dtype=bool) if apart else _together(modes, w, until, rows, result)
     except (OutOfRange, ZeroDivisionError):  # no row has finite rates
         lost = np.ones(len(w), dtype=bool)
     for i in np.flatnonzero(lost):
-        _alone(case, start[i], until[i], rows[i], result)
+        _alone(modes.automaton, start[i], until[i], rows[i], result)
 
 
 def _together(modes, w, until, rows, result):
@@ -388,14 +372,15 @@ def _chosen(modes, candidates, t, w, velocities, loads):
     return found, doubtful | (found < 0)
 
 
-def _alone(case, start, until, row, result):
+def _alone(automaton, start, until, row, result):
     """Follow one trajectory by the scalar flow."""
-    states = dict(zip((s.name for s in case.system.states), map(float, start), strict=True))
-    values = dict(zip(case.system.parameters, case.values, strict=True))
+    system = automaton.system
+    states = dict(zip((s.name for s in system.states), map(float, start), strict=True))
+    values = dict(zip(system.parameters, automaton.values, strict=True))
     result.alone.append(row)
     result.n_events[row] = 0
     try:
-        path = run(Scene(system=case.system, values=values, start=states, until=float(until)))
+        path = run(Scene(system=system, values=values, start=states, until=float(until)))
     except tuple(REFUSALS) as reason:
         result.leave(row, reason)
         return
