@@ -243,45 +243,6 @@ def balance(step: Callable[[Series], Series], dominant: Series, order: int) -> S
     return w
 
 
-def substitute(expr: Any, values: Mapping[Any, Series]) -> Any:
-    """Evaluate a SymPy expression on series given by ``{symbol: Series}`` (sums, products, powers, exp, log)."""
-    if expr in values:
-        return values[expr]
-    if not expr.has(*values):
-        return series(expr)
-    arguments = [substitute(a, values) for a in expr.args]
-    if expr.is_Add:
-        return sum(arguments[1:], arguments[0])
-    if expr.is_Mul:
-        return sp.prod(arguments)
-    if expr.is_Pow and expr.exp.is_Integer:
-        return arguments[0] ** int(expr.exp)
-    if isinstance(expr, sp.exp):
-        return arguments[0].exp(sp.exp)
-    if isinstance(expr, sp.log):
-        return arguments[0].log(sp.log)
-    raise NotDerivable(f"{expr} is not built from sums, products, integer powers, exp and log")
-
-
-def solve_for_series(equation: Any, unknown: Any, dominant: Series, values: Mapping[Any, Series], order: int) -> Series:
-    """Solve ``equation = 0`` for ``unknown ~ dominant`` to relative order ``order`` by Newton's chord.
-
-    ``values`` gives the other symbols as series. Raises ``NotDerivable`` when ``dominant`` does not balance.
-    """
-    def correction(w):
-        return (substitute(equation, {**values, unknown: w}) * slope).map(sp.cancel)
-
-    slope = substitute(equation.diff(unknown), {**values, unknown: dominant})
-    slope = series({slope.size: slope.leading}).inverse()
-    left = correction(dominant)
-    if left.size is not None and _rank(left.size) <= _rank(dominant.size):
-        raise NotDerivable(f"{unknown} = {dominant} does not balance {equation} = 0: it leaves {left}")
-    w, p = dominant, dominant.size[0]
-    for k in range(order + 2):
-        w = series((w - correction(w + O(p + k + 2))).cut(p + k).terms)
-    return w.cut(p + order) + O(p + order + 1)
-
-
 def _compose(u, term):
     """Sum ``1 + term(u, 1) + term(u^2, 2) + ...`` for a small u, as far as the remainder of u allows."""
     if u.size is not None and u.size[0] <= 0:

@@ -9,7 +9,7 @@ stays near the line for the time
 
 The start follows Pi2, the second of the rigid motions, for a time that does not vanish with mu only if delta is
 exponentially small: T is O(1) where mu log(1/delta) is O(1). ``divide`` derives all this, with the help of
-``jump_map(near=...)`` and ``series.solve_for_series``; ``escapes`` compares it with the exact flow.
+``jump_map(near=...)`` and ``series.balance``; ``escapes`` compares it with the exact flow.
 """
 
 from collections.abc import Iterable
@@ -23,7 +23,7 @@ from asympk.asymptotics.jump import OFFSET, JumpMap, jump_map
 from asympk.asymptotics.layers import MU, on_slow_line, rest_of, slope_of, slow_and_fast_rate
 from asympk.asymptotics.linear import linear
 from asympk.asymptotics.ratio import Ratios
-from asympk.asymptotics.series import Series, series, solve_for_series
+from asympk.asymptotics.series import Series, balance, series
 from asympk.methods import solve as follow
 from asympk.multiprecision import in_context, private_context
 from asympk.numbers import number
@@ -34,7 +34,6 @@ from asympk.symbolic.system import System
 from asympk.systems import painleve_klein
 
 DEPTH = sp.Symbol("kappa", positive=True)
-TIME = sp.Symbol("T", positive=True)
 _HERE = (painleve_klein.sigma, painleve_klein.system().small, painleve_klein.x, painleve_klein.z)
 
 SIGMAS, MUS, START, DIGITS = ("1/2", "1", "3"), ("1e-3", "1e-6"), ("1/3", 1), 60
@@ -160,18 +159,18 @@ def _delay(system, mode):
     field, (l0, lx, ly) = numbers.fields[mode], numbers.load
     slow, fast = slow_and_fast_rate(field, 2)
     up, down, (at_x, at_y) = slope_of(field, fast), slope_of(field, slow), rest_of(field)
-    parts = {
-        "slow": slow, "fast": fast, "rest": series(l0 + lx * at_x + ly * at_y), "part": (lx + ly * down) * (x - at_x),
-        "per": (lx + ly * up) / (ly * (up - down)),
-    }
-    symbols = {name: sp.Symbol(name) for name in parts}
-    values = {symbols[name]: part.map(exact.expr) for name, part in parts.items()} | {system.small: MU}
-    slow, fast, rest, part, per = symbols.values()
-    grown = -(rest + part * sp.exp(slow * TIME)) / per
-    dominant = series(DEPTH / (values[fast] * MU).leading)
-    return solve_for_series(fast * TIME - DEPTH / system.small - sp.log(grown), TIME, dominant, values, 1).map(
-        sp.expand_log, system.small
+    parts = (
+        slow, fast, series(l0 + lx * at_x + ly * at_y), (lx + ly * down) * (x - at_x),
+        ly * (up - down) / (lx + ly * up),
     )
+    slow, fast, rest, part, share = (part.map(exact.expr) for part in parts)
+
+    def step(time):
+        grown = -(rest + part * (slow * time).exp(sp.exp)) * share
+        return (grown.log(sp.log) + series({(-1, 0): DEPTH})) / fast
+
+    dominant = series(DEPTH / (fast * MU).leading)
+    return balance(step, dominant, 1).map(sp.cancel).map(sp.expand_log, system.small)
 
 
 def _exactly(system):
