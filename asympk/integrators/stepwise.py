@@ -47,15 +47,11 @@ class Solver(Protocol):
         """Return the state as a function of the time within the last step."""
 
 
+@np.errstate(all="ignore")  # the step control of scipy divides by errors that may be zero
 def follow_steps(
     solver: Solver, mode: NumericMode, t: float, state: tuple[float, ...], settings: Settings
 ) -> Segment:
     """Follow ``mode`` by the steps of ``solver`` until a guard is lost or the solver is at its end."""
-    with np.errstate(all="ignore"):  # the step control of scipy divides by errors that may be zero
-        return _followed(solver, mode, t, state, settings)
-
-
-def _followed(solver, mode, t, state, settings):
     watch, n, times = Watch(mode, t, state), len(state), settings.times
     steps, idle, short, hit, together = 0, 0, "", None, ()
     samples: list[tuple[float, ...]] = []
