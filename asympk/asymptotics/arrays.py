@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from asympk.asymptotics import composite
-from asympk.asymptotics.models import arrays, itineraries_for, line_of, order_taken
+from asympk.asymptotics.models import ARRAYS, itineraries_for, line_of, order_taken
 from asympk.asymptotics.validity import validity_conditions
 from asympk.errors import AsympkError, OutOfRange
 from asympk.shown import Card, ShownAsTable
@@ -88,11 +88,11 @@ def _groups(method, sigma, sigma0, mu, x, y, z, until):
 
 
 def _follow(itineraries, order, layers, sigma, sigma0, mu, x, y, z, until):
-    m = arrays()
-    found = composite.composite_motions(itineraries, order, (sigma, sigma0, mu, x, x + y, z), m)
-    motion, error = composite.chosen(found, layers, until, m)
-    problems = validity_conditions(itineraries, found, error, line_of(sigma, sigma0), mu, until, m)
-    return m.pick(motion, until, m), error, ((holds, f"{OutOfRange.__name__}: {words}") for holds, words in problems)
+    found = composite.composite_motions(itineraries, order, (sigma, sigma0, mu, x, x + y, z), ARRAYS)
+    motion, error = composite.chosen(found, layers, until, ARRAYS)
+    problems = validity_conditions(itineraries, found, error, line_of(sigma, sigma0), mu, until, ARRAYS)
+    named = ((holds, f"{OutOfRange.__name__}: {words}") for holds, words in problems)
+    return composite.states(motion, until, ARRAYS), error, named
 
 
 def _store(at, results, final, error, reason, reasons):

@@ -42,6 +42,9 @@ FLOATS = SimpleNamespace(
     number=float, out=float, exp=_bounded(math.exp), expm1=_bounded(math.expm1), log=math.log, eps=2.0**-52,
     pick=composite.state, where=lambda condition, a, b: a if condition else b,
 )
+ARRAYS = SimpleNamespace(
+    number=np.asarray, exp=np.exp, expm1=np.expm1, log=np.log, eps=2.0**-52, pick=composite.states, where=np.where,
+)
 
 
 def run(scene: Any, method: str, *, order: int | None = None, digits: int | None = None) -> Path:
@@ -142,19 +145,12 @@ class CompositeDense:
     def __call__(self, t: Any) -> Any:
         if self.digits is None:
             with np.errstate(all="ignore"):
-                return np.stack(composite.states(self.motion, times_within(t, self.until), arrays()))
+                return np.stack(composite.states(self.motion, times_within(t, self.until), ARRAYS))
         times = np.array([number("t", u) for u in unread("t", t).flat], dtype=object).reshape(np.shape(t))
         require_within(times.min(initial=0), times.max(initial=0), self.until)
         m = _multiprecision(self.digits)
         flat = [[m.out(v) for v in composite.state(self.motion, m.number(u), m)] for u in times.flat]
         return np.array(flat, dtype=object).T.reshape((3, *times.shape))
-
-
-def arrays() -> SimpleNamespace:
-    """Return the functions ``m`` of a composite expansion for arrays."""
-    return SimpleNamespace(
-        number=np.asarray, exp=np.exp, expm1=np.expm1, log=np.log, eps=2.0**-52, pick=composite.states, where=np.where,
-    )
 
 
 def _multiprecision(digits):
