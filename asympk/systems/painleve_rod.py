@@ -13,8 +13,7 @@ from sympy.physics.mechanics import dynamicsymbols
 
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.scene import Scene
-from asympk.symbolic.system import System
-from asympk.systems.catalogue import Turn, c, example_scene, f, h
+from asympk.systems.catalogue import Turn, example_scene, f, on_elastic_contact
 
 X, Y, theta = dynamicsymbols("X Y theta")
 m, l, g = sp.symbols("m l g", positive=True)
@@ -32,16 +31,13 @@ def mechanism(unilateral: bool = True) -> Mechanism:
     return Mechanism.from_lagrangian(lagrangian, (X, Y, theta), contact=end)
 
 
-@cache
-def system() -> System:
-    """Return the rod on elastic, damped ground, damping time h."""
-    return mechanism().elastic(compliance=c, damping=h)
+system, _jump = on_elastic_contact(mechanism, VALUES, STATE, "1/2", "painleve-rod-jump")
 
 
 def scenes() -> tuple[Scene, ...]:
     """Return a slide into impact without collision, and a rigid slide into the singular point."""
     slide = {**STATE, "theta": 0.6, "Y": sin(0.6), "theta'": 0.1, "X'": -5 - 0.1 * sin(0.6), "Y'": 0.1 * cos(0.6)}
     return (
-        example_scene(mechanism(), system(), VALUES, STATE, "1/2", "painleve-rod-jump"),
+        *_jump(),
         example_scene(mechanism(), mechanism().rigid(), {**VALUES, "f": "8/5"}, slide, "1/2", "painleve-rod-rigid"),
     )
