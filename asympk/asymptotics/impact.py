@@ -20,7 +20,7 @@ ends, and ``_stop``, which carries the state through the impulse.
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -210,10 +210,7 @@ class LimitLayers:
             column = [side * row[self.fast] for row in mode.jac(t, tuple(w[:-1]))]
             return [*(0.0 if i == self.fast else c for i, c in enumerate(column)), self.mu * column[self.fast]]
 
-        def met_edge(k, _, w):
-            return mode.guard_values(t, (*w[:-1],))[k]
-
-        events = [level, *(partial(met_edge, k) for k in edges)]
+        events = [level, *((lambda _, w, k=k: mode.guard_values(t, (*w[:-1],))[k]) for k in edges)]
         for event in events:
             vars(event).update(terminal=True, direction=-1)
         first = np.array([*state, large])
