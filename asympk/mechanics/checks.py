@@ -10,6 +10,7 @@ from asympk.errors import InputError, NotDerivable
 from asympk.mechanics.evaluation import ROUNDING, evaluate
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import cofactors, vanishes
+from asympk.symbolic.long import is_regular
 from asympk.symbolic.reading import as_floats, require_names
 from asympk.symbolic.sides import MOST, measured, on_sides, phases
 
@@ -108,7 +109,7 @@ def _check_mass(mass: sp.ImmutableMatrix) -> None:
                     f"mass is not symmetric: entry ({i + 1}, {j + 1}) is {mass[i, j]!s:.40}, "
                     f"entry ({j + 1}, {i + 1}) is {mass[j, i]!s:.40}"
                 )
-    if vanishes(cofactors(mass)[1]):
+    if not is_regular(mass) and vanishes(cofactors(mass)[1]):
         raise InputError("mass is singular, its determinant is 0; give every coordinate inertia, or eliminate it")
     diagonal = any(mass[k, k].is_nonpositive for k in range(mass.rows))
     if diagonal or (not mass.free_symbols and not mass.is_positive_definite):
