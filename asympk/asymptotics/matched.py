@@ -164,12 +164,14 @@ def slow_of(mode: NumericMode) -> Slow:
     """Return the slow motion of a mode with its formulas."""
     system, known = mode.mode.system, _formulas(mode.mode, mode.coefficients)
     small = system.parameters.index(system.small)
-    return Slow(known, mode.p[:small] + mode.p[small + 1 :], *_places(system, known.mode))
+    values = mode.p[:small] + mode.p[small + 1 :]
+    return Slow(known, values[: len(known.parameters)], *_places(system, known.mode))
 
 
 @lru_cache(maxsize=256)
 def _formulas(mode: GuardedMode, coefficients: tuple[sp.Expr, ...]) -> Formulas:
     bare, parameters = bare_mode(mode), tuple(p for p in mode.system.parameters if p != mode.system.small)
+    coefficients = tuple(part for part in coefficients if not part.has(mode.system.small))
     slow, fast = (sp.Dict(dict(zip(rates, with_names(mode.system, (*rates.values(),), coefficients), strict=True)))
                   for rates in (bare.slow, bare.fast))  # fmt: skip
     bare = replace(bare, slow=slow, fast=fast)

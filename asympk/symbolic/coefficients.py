@@ -1,7 +1,7 @@
 """Coefficients: the largest parts of expressions in the parameters alone that contain a sum, such as (1 - cos(p))/p**2.
 
 A sum may cancel, in doubles without a trace. A coefficient therefore gets a name, under which its value, computed once
-with enough digits, enters the rates. The small parameter is in no coefficient: models expand in its powers.
+with enough digits, enters the rates. Models, which expand in powers of the small parameter, take only those without it.
 """
 
 from collections.abc import Callable, Collection, Sequence
@@ -15,16 +15,19 @@ from asympk.symbolic.system import System
 
 @lru_cache(maxsize=256)
 def coefficients_of(system: System) -> tuple[sp.Expr, ...]:
-    """Return the coefficients in the rates and the frictions of a system."""
+    """Return the coefficients in the rates and the frictions of a system; those without the small parameter first."""
     found: dict[sp.Expr, None] = {}
-    _each(sp.Tuple(*exprs_of(system)), _fixed(system), lambda part: found.setdefault(part) or part)
+    for fixed in reversed(_fixed(system)):
+        _each(sp.Tuple(*exprs_of(system)), fixed, lambda part: found.setdefault(part) or part)
     return tuple(found)
 
 
 def with_names(system: System, exprs: Sequence[sp.Expr], known: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
     """Return expressions with the names of the coefficients ``known``."""
-    names = {part: name_of(part) for part in known}
-    return _each(sp.Tuple(*exprs), _fixed(system), lambda part: names.get(part, part)).args if names else tuple(exprs)
+    names, named = {part: name_of(part) for part in known}, sp.Tuple(*exprs)
+    for fixed in _fixed(system) if names else ():
+        named = _each(named, fixed, lambda part: names.get(part, part))
+    return named.args
 
 
 @lru_cache(maxsize=512)
@@ -33,8 +36,10 @@ def name_of(part: sp.Expr) -> sp.Symbol:
     return sp.Dummy(str(part), positive=True) if part.is_positive else sp.Dummy(str(part), real=True)
 
 
-def _fixed(system: System) -> set[sp.Symbol]:
-    return {*system.parameters} - {system.small}
+def _fixed(system: System) -> tuple[set[sp.Symbol], ...]:
+    """Return the sets of symbols of which coefficients consist: all parameters, and all but the small one."""
+    parameters = {*system.parameters}
+    return (parameters, parameters - {system.small}) if system.small else (parameters,)
 
 
 def _each(expr: sp.Basic, fixed: Collection[sp.Symbol], put: Callable[[sp.Expr], sp.Expr]) -> sp.Basic:

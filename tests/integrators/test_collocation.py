@@ -153,6 +153,17 @@ def test_a_coefficient_whose_parts_cancel_keeps_its_digits_in_every_method(value
     assert max(abs(path.final[0] - 0.5), abs(path.final[1] - 1)) < 1e-8
 
 
+@pytest.mark.parametrize("options", [{}, {"method": "radau", "rtol": 1e-9}, {"method": "jump"}])
+def test_a_coefficient_in_the_small_parameter_keeps_its_digits_in_every_method(options):
+    """At mu = 1e-20 and k = 1e20 the rate is -2 x**2, and by its formula in doubles -x**2."""
+    x, y = sp.symbols("x y", real=True)
+    k, mu = sp.symbols("k mu", positive=True)
+    system = ap.System.smooth({x: -(x**2) * (1 + k * (sp.exp(mu) - 1))}, {y: (k + 1) * x * sp.log(1 + mu) - y}, mu)
+    scene = ap.Scene(system=system, values={k: "1e20", mu: "1e-20"}, start={x: 1, y: 0}, until=1)
+    x, y = ap.solve(scene, **options).final
+    assert max(abs(x - 1 / 3), abs(y - x)) < 1e-8
+
+
 def test_a_coefficient_without_a_value_on_another_side_of_its_switch_stays_there():
     x, p = sp.symbols("x p", real=True)
     switched = ap.System.smooth({x: -(x**2) * sp.Piecewise((sp.sqrt(p - 1), p > 1), (sp.sqrt(1 - p), True))}, {}, None)
