@@ -90,6 +90,7 @@ def _rests(exprs, formulas, values, found, tape, k):
     known = {s: Taylor({i: c for i, c in terms.items() if i[0] <= k}, k) for s, terms in found.items()}
     small = Taylor({(1, 0): 1} if k else {}, k)
     known |= values | {formulas.small: small}
+    exprs = formulas.to_degree(exprs, k)
     return [Fading(_powers(as_taylor(value, k)[k, 0])) for value in evaluated(exprs, known, tape)]
 
 

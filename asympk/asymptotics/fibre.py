@@ -14,7 +14,8 @@ The second equation is linear in y_kj and gives it, so that no derivative of h i
 derives each compiled function once, on a ``Tape``; its hard method is ``_motion``, this recursion.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from functools import cache, cached_property, lru_cache
 from importlib import import_module
@@ -25,7 +26,7 @@ import sympy as sp
 from asympk.asymptotics.tape import Tape
 from asympk.asymptotics.taylor import FUNCTIONS, Taylor, as_taylor, evaluated
 from asympk.errors import InputError
-from asympk.symbolic.expansion import fast_jacobian, require_series
+from asympk.symbolic.expansion import INFINITE, fast_jacobian, regular, require_series
 from asympk.symbolic.sides import SWITCHING
 from asympk.symbolic.system import Mode
 
@@ -43,6 +44,7 @@ class Formulas:
     3. ``flow(n)(x, b, mu, p)`` returns x' and b' on the manifold to order n; ``height(n)`` of the same returns y. With
        ``whole`` these are f and the root of g near that y, with all powers of mu that y brings into them: terms beyond
        mu^n change as well. What depends on mu alone is still expanded: log(1 + mu) in doubles would lose its digits.
+       So are quotients such as sin(mu)/mu, which are singular at mu = 0 by their form alone.
     4. ``slow_rates(x, b, mu, p)`` returns d log|det g_y| / dt on the manifold to order 0, and the matrices -h_x f_y and
        -h_x f_x f_y by columns.
     5. ``force(x, y, p)`` returns g at mu = 0, and ``jacobian(x, y, p)`` returns g_y at mu = 0 by rows.
@@ -64,9 +66,13 @@ class Formulas:
             if switching := rate.atoms(sp.Piecewise, *SWITCHING):
                 raise InputError(f"the rate of {state} switches too often, by {max(switching, key=str)!s:.60}, to "
                                  "have a series on every side; use an exact method")  # fmt: skip
-        require_series(mode, small)
-        self.limit = [g.subs(small, 0) for g in self.full_force]
-        self.slopes = fast_jacobian(mode, small)
+        self.formal = {rate for rate in (*self.drift, *self.full_force) if rate.subs(small, 0).has(*INFINITE)}
+        drift, force = (self.to_degree(rates, 0) for rates in (self.drift, self.full_force))
+        slow, fast = (sp.Dict(dict(zip(*both, strict=True))) for both in ((mode.slow, drift), (mode.fast, force)))
+        limit = replace(mode, slow=slow, fast=fast)
+        require_series(limit, small)
+        self.limit_drift, self.limit = ([f.subs(small, 0) for f in rates] for rates in (drift, force))
+        self.slopes = fast_jacobian(limit, small)
         self.affine = not any(e.has(*self.fast_states) for e in self.slopes)
         across = [g.diff(x) for g in self.limit for x in self.slow_states]
         self.across = sp.Matrix(len(self.limit), len(self.slow_states), across)
@@ -100,6 +106,10 @@ class Formulas:
         """Return a tape with ``inputs`` and the parameters as inputs, and {parameter: node}."""
         tape = Tape(*inputs, *self.names.values())
         return tape, {p: tape.node(name) for p, name in self.names.items()}
+
+    def to_degree(self, exprs: Iterable[sp.Expr], degree: int) -> list[sp.Expr]:
+        """Return rates with Taylor polynomials in mu for quotients such as sin(mu)/mu; other expressions unchanged."""
+        return [regular(e, self.small, degree) if e in self.formal else e for e in exprs]
 
     def _layer(self, order):
         """Compile the rates of the layer's series."""
@@ -158,7 +168,7 @@ class Formulas:
         """Compile the logarithmic rate of det g_y along the slow motion at mu = 0, -h_x f_y and -h_x f_x f_y."""
         tape, values, _, _ = self._at_rest(1)
         (found,) = self._along([self.slopes.det()], values, tape, 1)
-        point, drift = _first(values), [f.subs(self.small, 0) for f in self.drift]
+        point, drift = _first(values), self.limit_drift
         across = _matrix(self.across, point, tape)
         inverse, once, twice = self._inverse(values, tape), [], []
         for y in self.fast_states:
@@ -219,7 +229,7 @@ class Formulas:
 
     def _along(self, exprs, values, tape, degree):
         cut = {s: v.cut(degree) if isinstance(v, Taylor) else v for s, v in values.items()}
-        return [as_taylor(value, degree) for value in evaluated(exprs, cut, tape)]
+        return [as_taylor(value, degree) for value in evaluated(self.to_degree(exprs, degree), cut, tape)]
 
     def _inverse(self, values, tape):
         """Return g_y^-1 at the start, by cofactors: pivoting would compare numbers, which a tape cannot."""

@@ -72,6 +72,41 @@ def require_series(mode: Mode, small: sp.Symbol | None, order: int = 0) -> None:
                              "that is 0; use an exact method, or replace what is singular by a parameter")  # fmt: skip
 
 
+def regular(expr: sp.Expr, small: sp.Symbol, degree: int) -> sp.Expr:
+    """Return an expression with Taylor polynomials in mu for quotients that are singular by their form alone.
+
+    Such is sin(mu)/mu. Parts that have no series stay.
+    """
+    if not _is_singular(expr, small):
+        return expr
+    apart = expr.func(*(regular(part, small, degree) for part in expr.args))
+    if not _is_singular(apart, small):
+        return apart
+    fixed, moving = expr.as_independent(small, as_Add=expr.is_Add)
+    return (sp.Add if expr.is_Add else sp.Mul)(fixed, _polynomial(moving, small, degree))
+
+
+def _is_singular(expr: sp.Expr, small: sp.Symbol) -> bool:
+    return expr != small and expr.has(small) and expr.subs(small, 0).has(*INFINITE)
+
+
+def _polynomial(quotient: sp.Expr, small: sp.Symbol, degree: int) -> sp.Expr:
+    """Return the Taylor polynomial of n/d by the series of n and d, or n/d itself where it has none."""
+    found, known, k = list[sp.Expr](), list[sp.Expr](), 0
+    sides = (quotient, sp.S.Zero) if heavy(quotient) else sp.fraction(sp.together(quotient))
+    while len(found) <= degree and not is_zero(sides[1]):
+        above, below = (side.diff(small, k).subs(small, 0) / factorial(k) for side in sides)
+        begun = bool(known) or not is_zero(below)  # before, the terms of n must vanish, too
+        if sp.Tuple(above, below).has(*INFINITE) or not (begun or is_zero(above)):
+            return quotient
+        if begun:
+            known.append(below)
+            lower = sp.Add(*(c * d for c, d in zip(found, known[:0:-1], strict=True)))
+            found.append(sp.cancel((above - lower) / known[0]))
+        k += 1
+    return sp.Add(*(c * small**j for j, c in enumerate(found))) if found else quotient
+
+
 def over_fast(mode: Mode, small: sp.Symbol, branch: sp.Dict) -> dict[sp.Symbol, sp.Expr]:
     """Return {x: phi(y)} where an implicit branch with one fast state y is a graph x = phi(y), else {}."""
     if len(branch) > 1 or not is_implicit(branch):

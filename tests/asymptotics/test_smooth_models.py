@@ -457,6 +457,23 @@ def test_what_cannot_be_followed_is_refused_by_name(fast, start, error, words):
         _solved(system, {mu: "1/100"}, start, 1)
 
 
+def test_quotients_that_are_singular_by_their_form_alone_are_expanded():
+    """The system is linear, so that its exact flow is known; errors of successive orders fall by mu and constants."""
+    slow = {x: -x * sp.sin(a * mu) / mu + y * (1 - sp.cos(mu)) / mu}
+    system = ap.System.smooth(slow, {y: x * sp.log(1 + mu) / mu - y * (2 + 1 / mu - 1 / sp.sin(mu))}, mu)
+    exact = ap.solve(ap.Scene(system=system, values={mu: "1/100", a: 2}, start=(1, 2), until=1)).final
+    for order in range(4):
+        path = _solved(system, {mu: "1/100", a: 2}, (1, 2), 1, order=order)
+        assert np.abs(np.subtract(path.final, exact)).max() < path.error < 10.0 ** (-2 * order - 1)
+
+
+def test_quotients_in_the_states_keep_their_limits():
+    curved = ap.System.smooth({x: -sp.sin(mu * x) / mu}, {y: (sp.exp(mu * x) - 1) / (mu * x) - y}, mu)
+    path = _solved(curved, {mu: "1/100"}, (1, 2), 1, order=3)
+    bent = 2 * math.atan(math.tan(0.005) * math.exp(-1)) * 100  # of x' = -sin(mu x)/mu
+    assert abs(path.final[0] - bent) < path.error < 1e-8
+
+
 def test_a_small_parameter_that_is_not_small_is_refused_and_a_tiny_one_is_not():
     with pytest.raises(NotNormallyHyperbolic, match=r"attracts at the rate 2, .* or where mu is not small; take"):
         _solved(LINEAR, {mu: 1}, (1, 3), 1)
