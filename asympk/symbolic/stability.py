@@ -7,7 +7,7 @@ flow; the fast ones are lambda = nu / mu with det(g_y - nu) = 0 to leading order
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import sympy as sp
@@ -16,7 +16,7 @@ from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic
 from asympk.numbers import known_order
 from asympk.shown import Card, Several, ShownAsFormulas
 from asympk.symbolic.critical import CriticalManifold, checked_branch, equations
-from asympk.symbolic.expansion import is_zero
+from asympk.symbolic.expansion import INFINITE, is_zero, regular
 from asympk.symbolic.hurwitz import attracting, characteristic, off_axis, repelling, split
 from asympk.symbolic.manifold import RestState, SlowManifold
 from asympk.symbolic.sides import measured, on_side, phases
@@ -240,14 +240,23 @@ def _spectrum(system, mode, jacobian):
     coefficients = [sign * c for c in full.all_coeffs()[: full.degree() - neutral + 1]]
     polynomial = sp.expand(sp.Poly(coefficients, LAMBDA).as_expr())
     n = len(mode.slow)
-    fast = sp.Poly(characteristic(jacobian[n:, n:].subs(small, 0)) if mode.fast else [1], NU)
+    fast, slow = jacobian[n:, n:], polynomial
+    if mode.fast:
+        fast, slow = fast.applyfunc(partial(_limit, small)), _limit(small, slow)
+    if sp.Tuple(*fast, slow).has(*INFINITE):
+        raise InputError(f"{mode.name}: the eigenvalues have no limit as {small} vanishes, in which the rates are "
+                         "singular; replace what is singular by a parameter")  # fmt: skip
+    fast = sp.Poly(characteristic(fast) if mode.fast else [1], NU)
     if is_zero(fast.eval(0)):
         raise NotNormallyHyperbolic(f"{mode.name}: dg/dy is singular; fast and slow do not separate")
-    slow = polynomial.subs(small, 0) if mode.fast else polynomial
     found = Spectrum(mode.name, small, polynomial, neutral, slow, fast.as_expr(), system.parameters, assumptions)
     if len(coefficients) == 3 and len(mode.fast) == 1:
         return _pair(found, *map(sp.factor, coefficients))
     return found
+
+
+def _limit(small, expr):
+    return regular(expr, small, 0).subs(small, 0)
 
 
 def _roots(poly):
@@ -278,7 +287,9 @@ def _pair(spectrum, inertia, damping, stiffness):
 
 
 def _meeting(discriminant, small):
-    """Return the root in mu of the discriminant that is nearest to 0, or None if its degree is not 1 or 2."""
+    """Return the root in mu of the discriminant that is nearest to 0, or None if it is no polynomial of degree 1, 2."""
+    if not discriminant.is_polynomial(small):
+        return None
     poly = sp.Poly(discriminant, small)
     if poly.degree() == 1:
         return sp.cancel(-poly.nth(0) / poly.nth(1))

@@ -176,3 +176,22 @@ def test_a_mode_that_does_not_hold_at_a_rest_state_has_no_spectrum_there():
     belt = Friction(velocity=v - 1, force=F, load=1, kinetic=sp.Rational(1, 2))
     block = System.with_frictions({x: v, v: F - x}, {}, [belt])
     assert [s.mode for s in stability.eigenvalues(block, at={x: "1/2", v: 0})] == ["slip_opposite"]
+
+
+y = sp.Symbol("y", real=True)
+m = sp.Symbol("m", positive=True)
+
+
+@pytest.mark.parametrize(
+    ("rate", "slow"), [(sp.exp(m), -1), (sp.sqrt(4 + m), -2), (sp.sin(a * m) / m, -a), (1 / (1 + m), -1)]
+)
+def test_a_rate_that_is_no_polynomial_in_mu_has_a_spectrum_to_leading_order(rate, slow):
+    (found,) = stability.eigenvalues(System.smooth({x: -x * rate}, {y: x - 3 * y}, m))
+    assert found.slow_rates == (slow,)
+    assert found.fast_rates == (-3,)
+
+
+@pytest.mark.parametrize(("slow", "fast"), [(1 / m, 1), (1, 1 / m)])
+def test_eigenvalues_that_grow_beyond_bounds_as_mu_vanishes_are_refused(slow, fast):
+    with pytest.raises(InputError, match="no limit as m vanishes"):
+        stability.eigenvalues(System.smooth({x: -x * slow}, {y: x - fast * y}, m))
