@@ -189,8 +189,12 @@ class _Modes:
         kinds = [(mode.guards[k].kind, mode.guards[k].friction) for k in kept]
         guards = tuple(AffineGuard(*kind, row) for kind, row in zip(kinds, rows, strict=True))
         edges = tuple(self._row(mode, edge) for side in mode.sides for edge in inside(*side))
-        return EnclosedMode(mode, matrix, guards, tuple(self._kept(mode)), edges, self.field,
-                            *self.field.spectrum(matrix))  # fmt: skip
+        kept = (*self._kept(mode), *self._resting(mode))
+        return EnclosedMode(mode, matrix, guards, kept, edges, self.field, *self.field.spectrum(matrix))
+
+    def _resting(self, mode):
+        """Return the rows of the phases on whose edge the mode stays, by the law on the edge itself."""
+        return [self._row(mode, phase) for phase, side in mode.sides if not inside(phase, side)]
 
     def _kept(self, mode):
         """Yield the rows that vanish in a mode: velocities of stick, gaps of closed rigid contacts and their rates."""
@@ -265,14 +269,15 @@ class _Modes:
         opened = mode.open_phases
         for choice in product(*(self._possible(mode, phase, state) for phase in opened)):
             sided = mode_of(self.system, mode.branch, (*mode.sides, *zip(opened, choice, strict=True)))
-            yield from self._on_sides(sided, state) if opened else (mode,)
+            if sided.is_finite or not self._resting(sided):  # on its edge u/|u| has no law
+                yield from self._on_sides(sided, state) if opened else (mode,)
 
     def _possible(self, mode, phase, state):
-        """Return the sides of a phase on which a state may lie: both where the phase vanishes exactly."""
+        """Return the sides of a phase on which a state may lie: where the phase vanishes exactly, both and its edge."""
         row = self._row(mode, measured(phase))
         if measured(phase) == phase:
             sign = sign_at(row, state)
-            found = (1, -1) if sign == 0 else sign and (sign,)
+            found = (0, 1, -1) if sign == 0 else sign and (sign,)
         else:
             near = round(float(ball_at(row, state).mid()))
             sign = sign_at((*row[:-1], row[-1] - near), state)
@@ -284,7 +289,8 @@ class _Modes:
     def _verdict(self, mode, state):
         """Return (1 if a mode holds at a state, -1 if not, 0 if undecided; its guards).
 
-        A guard that is identically 0 is left out, and a multiple of another guard, which vanishes with it.
+        A guard that is identically 0 is left out, and a multiple of another guard, which vanishes with it. A motion
+        that stays on an edge has the law of the edge, which for floor(u) is that of a side and is left undecided.
         """
         for row in self._kept(mode):
             if (off := sign_at(row, state)) != 0:
@@ -299,8 +305,11 @@ class _Modes:
             verdict = 0 if sign is None else verdict
             if sign != 0 and not any(spanned(guard.row, (other.row,)) for other in guards):
                 guards.append(guard._replace(touching=sign_at(guard.row, state) == 0))
-        moved = all(leading_sign(row, found.matrix, state) for row in found.edges)  # 0: an edge vanishes identically
-        return verdict * moved, tuple(guards)
+        moved = [leading_sign(row, found.matrix, state) for row in found.edges]
+        stays = [leading_sign(row, found.matrix, state) for row in self._resting(mode)]
+        if any(stays) or (0 in moved and all(measured(phase) == phase for phase, _ in mode.sides)):
+            return -1, ()
+        return verdict * (None not in stays and all(moved)), tuple(guards)
 
     def lost_beyond(self, before, after, state):
         """Return the guard that ``before`` loses on the sides of ``after``; None where both have the same branch."""

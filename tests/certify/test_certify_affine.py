@@ -333,6 +333,9 @@ SWITCHED = {
     "a start up from a step": block_under(-sp.floor(x) / 2, {"x": 2, "v": 1}, until=2),
     "a start down from a step": block_under(-sp.floor(x) / 2, {"x": -2, "v": -1}, until=1),
     "a push that begins at rest": block_under(sp.Piecewise((0, t < 1), (-2, True)), {"x": 0, "v": 0}, until=2),
+    "rest on the edge of a stop": block_under(sp.cos(t) / 4 - 8 * sp.Max(0, x), {"x": 0, "v": 0}, until=4),
+    "rest where the load has a kink": block_under(0, {"x": 0, "v": 0}, until=2, load=1 + sp.Abs(x) / 2),
+    "rest where the force jumps": block_under(-2 * sp.sign(x), {"x": 0, "v": 0}, until=2),
     "a load that is reversed": block_under(0, {"x": 2, "v": 1}, until=2, load=sp.Piecewise((2, t < 1), (-1, True)) / 2),
 }
 
@@ -353,7 +356,10 @@ def test_a_box_of_starts_beside_a_stop_contains_what_its_points_do():
         assert inside(proof, path)
 
 
-@pytest.mark.parametrize(("law", "start"), [(1 - 2 * sp.sign(x), 1), (1 + 2 * sp.sign(x), 0), (1 - sp.sign(x), 0)])
+@pytest.mark.parametrize(
+    ("law", "start"),
+    [(1 - 2 * sp.sign(x), 1), (1 + 2 * sp.sign(x), 0), (1 - sp.sign(x), 0), (sp.sign(x), 0), (x / sp.Abs(x), 0)],
+)
 def test_an_edge_that_both_sides_lead_to_or_away_from_or_one_side_moves_along_has_no_proof(law, start):
     system = ap.System.smooth({x: law}, {}, None)
     assert certify(ap.Scene(system=system, values={}, start={"x": start}, until=2)).obstacle == "edge"
