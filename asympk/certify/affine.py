@@ -35,6 +35,7 @@ from asympk.certify.rows import (
     affine_form,
     ball_at,
     forcing,
+    leading,
     leading_sign,
     row_of,
     row_rate,
@@ -59,13 +60,14 @@ TIME = Wave(1, sp.S.Zero, sp.S.Zero, False)
 class AffineGuard(NamedTuple):
     """A guard of a mode: the kind of its event, its friction, its row.
 
-    ``touching`` tells that the guard vanishes where the mode begins and is positive just after.
+    ``touching`` is the number of derivatives, the guard included, that vanish where the mode begins; the next is
+    positive.
     """
 
     kind: str
     friction: int
     row: Row
-    touching: bool = False
+    touching: int = 0
 
 
 @dataclass(frozen=True)
@@ -299,12 +301,12 @@ class _Modes:
         if found is None:
             return -1, ()
         for guard in found.guards:
-            sign = leading_sign(guard.row, found.matrix, state)
+            zeros, sign = leading(guard.row, found.matrix, state)
             if sign is not None and sign < 0:
                 return -1, ()
             verdict = 0 if sign is None else verdict
             if sign != 0 and not any(spanned(guard.row, (other.row,)) for other in guards):
-                guards.append(guard._replace(touching=sign_at(guard.row, state) == 0))
+                guards.append(guard._replace(touching=zeros))
         moved = [leading_sign(row, found.matrix, state) for row in found.edges]
         stays = [leading_sign(row, found.matrix, state) for row in self._resting(mode)]
         if any(stays) or (0 in moved and all(measured(phase) == phase for phase, _ in mode.sides)):
@@ -346,7 +348,7 @@ class EnclosedSegment:
         self.terms = acb_mat([[column[k, 0] for column in columns] for k in places])
         decays = [decay for decay, _, _ in mode.roots]
         self.growth = max([ball(0), *(decay for decay in decays if decay > 0)], key=lambda a: float(a.mid()))
-        self._known: dict[Row, list] = {}
+        self._known: dict[AffineGuard, list] = {}
 
     @cached_property
     def rate(self) -> Any:
@@ -397,19 +399,22 @@ class EnclosedSegment:
     def _series(self, guard, orders):
         """Return the weights of the Taylor coefficients of the jets of a guard, to an order at least: a row per jet."""
         acb, acb_mat = flint().acb, flint().acb_mat
-        if guard.row not in self._known:
+        if guard not in self._known:
             rows = [acb_mat([[acb(self.mode.field.ball(c)) for c in guard.row]]) * self.terms]
-            for _ in range(2):
+            for _ in range(max(2, guard.touching)):
                 rows.append(rows[-1] * self.rate)
-            self._known[guard.row] = [acb_mat([row.entries() for row in rows])]
-        found = self._known[guard.row]
+            self._known[guard] = [acb_mat([row.entries() for row in rows])]
+        found = self._known[guard]
         while len(found) <= orders:
             last = found[-1]
             found.append((last * self.rate - last * acb(self.growth)) * acb(ball(Fraction(1, len(found)))))
         return found
 
     def jet(self, guard: AffineGuard, t: Ball, order: int = 0) -> tuple[Ball, ...]:
-        """Return the guard and its first ``order`` derivatives (at most 2) on ``t``, all times one positive factor."""
+        """Return the guard and its first ``order`` derivatives on ``t``, all times one positive factor.
+
+        There are two derivatives, or as many as ``guard.touching``.
+        """
         functions = self._functions(t, self.growth)
         found = (self._series(guard, 0)[0] * functions).real.entries()[: order + 1]
         if t.is_exact() or all(map(certain_sign, found)):

@@ -210,7 +210,7 @@ def first_event(
 
 def _verdict(segment, guard, lo, hi):
     touching = lo == 0 and guard.touching
-    value, *slopes = segment.jet(guard, lo.union(hi), 2 if touching else 1)
+    value, *slopes = segment.jet(guard, lo.union(hi), max(2, guard.touching) if touching else 1)
     if value > 0 or any(slope > 0 for slope in slopes):
         return "positive"
     if slopes[0] < 0 and not touching:

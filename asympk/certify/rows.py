@@ -219,13 +219,16 @@ def leading_sign(row: Row, matrix: tuple[Row, ...], state: EnclosedState) -> int
 
     0 means that all derivatives vanish exactly, None that the sign is not certain.
     """
-    sign = sign_at(row, state)
-    for _ in matrix:
-        if sign != 0:
-            break
+    return leading(row, matrix, state)[1]
+
+
+def leading(row: Row, matrix: tuple[Row, ...], state: EnclosedState) -> tuple[int, int | None]:
+    """Return the number of derivatives of a row that vanish at a state, the row included, and its ``leading_sign``."""
+    for zeros in range(len(matrix) + 1):
+        if (sign := sign_at(row, state)) != 0:
+            return zeros, sign
         row = row_rate(row, matrix)
-        sign = sign_at(row, state)
-    return sign
+    return len(matrix) + 1, 0
 
 
 def sign_at(row: Row, state: EnclosedState) -> int | None:

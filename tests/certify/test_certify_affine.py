@@ -336,6 +336,8 @@ SWITCHED = {
     "rest on the edge of a stop": block_under(sp.cos(t) / 4 - 8 * sp.Max(0, x), {"x": 0, "v": 0}, until=4),
     "rest where the load has a kink": block_under(0, {"x": 0, "v": 0}, until=2, load=1 + sp.Abs(x) / 2),
     "rest where the force jumps": block_under(-2 * sp.sign(x), {"x": 0, "v": 0}, until=2),
+    "a push off the edge of a stop": block_under(t / 4 - 8 * sp.Max(0, x), {"x": 0, "v": 0}, until=3),
+    "a gentler push off the edge": block_under(k + t**3 - sp.Max(0, x), {"x": 0, "v": 0}, until=1),
     "a load that is reversed": block_under(0, {"x": 2, "v": 1}, until=2, load=sp.Piecewise((2, t < 1), (-1, True)) / 2),
 }
 
