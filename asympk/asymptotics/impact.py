@@ -36,6 +36,7 @@ from asympk.automaton.numericmode import NumericMode
 from asympk.errors import NotDerivable, OutOfRange
 from asympk.path import Event
 from asympk.symbolic.branches import Phase
+from asympk.symbolic.coefficients import with_few_parts
 
 PASSAGES = 20  # the most modes of one layer
 AT_REST = 1e-9  # the velocity, relative to the state, up to which a contact is at rest
@@ -262,8 +263,12 @@ def _is_affine_in_limit(rate: sp.Expr, y: sp.Symbol, small: sp.Symbol) -> bool:
     """Tell whether in the limit mu = 0 a rate is affine in y, and mu times the rate is affine in mu y.
 
     The second condition matters in a jump, where mu y is finite. Squares of velocities, which contain (mu y)^2, vanish
-    in both limits.
+    in both limits. Most rates show it with a symbol for each of their sums without y and mu.
     """
+    return any(_has_no_bend(form, y, small) for form in (with_few_parts(rate, {y, small}), rate))
+
+
+def _has_no_bend(rate: sp.Expr, y: sp.Symbol, small: sp.Symbol) -> bool:
     large = sp.Dummy("large")
     limits = (rate.subs(small, 0).diff(y, 2), (small * rate.subs(y, large / small)).diff(large, 2))
     return all(sp.expand(bend).subs(small, 0) == 0 for bend in limits)

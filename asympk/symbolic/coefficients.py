@@ -30,6 +30,13 @@ def with_names(system: System, exprs: Sequence[sp.Expr], known: Sequence[sp.Expr
     return named.args
 
 
+def with_few_parts(expr: sp.Expr, moving: Collection[sp.Symbol]) -> sp.Expr:
+    """Return an expression with one symbol for each of its largest sums without the symbols ``moving``."""
+    names: dict[sp.Expr, sp.Symbol] = {}
+    still = expr.free_symbols - {*moving}
+    return _each(expr, still, lambda part: names.setdefault(part, sp.Dummy(real=True)))
+
+
 @lru_cache(maxsize=512)
 def name_of(part: sp.Expr) -> sp.Symbol:
     """Return the symbol that stands for a coefficient."""

@@ -11,6 +11,7 @@ from mechanisms import THETA, T, X, Y, f, g, l, m, slender_rod
 from scipy.integrate import solve_ivp
 
 import asympk as ap
+from asympk.asymptotics import impact
 from asympk.asymptotics.impact import Creep
 from asympk.asymptotics.nonstiff import steps
 from asympk.asymptotics.watching import watched
@@ -767,3 +768,11 @@ def test_a_velocity_that_a_fast_state_brings_to_rest_is_followed_by_order_0_too(
     truth, path = ap.solve(scene), ap.solve(scene, "jump", order=0)
     assert path.modes == truth.modes
     assert np.abs(np.subtract(path.final, truth.final)).max() <= path.error * max(map(abs, truth.final))
+
+
+@pytest.mark.parametrize(("bend", "affine"), [("(a + b)*y**2 - a*y**2 - b*y**2", True), ("(a + b)*y**2", False),
+                                              ("mu*(a + b)*y**2", False), ("mu**2*(a + b)*y**2", True)])  # fmt: skip
+def test_a_rate_is_affine_where_its_curvature_vanishes_in_the_limit_or_only_as_its_sums_are_expanded(bend, affine):
+    a, b, y, small = sp.symbols("a b y mu")
+    rate = sp.sympify(bend, locals={"a": a, "b": b, "y": y, "mu": small}, evaluate=False) + (a + b) * y + b
+    assert impact._is_affine_in_limit(rate, y, small) is affine
