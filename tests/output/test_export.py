@@ -103,6 +103,15 @@ def test_straight_line_code_takes_the_sign_of_the_velocity_from_its_argument():
         assert value == pytest.approx(float(load) - 0.3)
 
 
+def test_an_exported_slow_manifold_is_the_sum_of_its_powers_of_mu(tmp_path):
+    at, small, rate = 0.3, 0.1, math.exp(-0.6)
+    first, second = (python_module(*export(SYSTEMS[n], "python", tmp_path, name=n, order=1)) for n in ("vdp", "two"))
+    by_hand = at / (1 - at**2) + small * at * (1 + at**2) / (1 - at**2) ** 4  # v_1 = v_0 v_0' / (1 - u^2)
+    assert first.Pi1(at, small) == pytest.approx(by_hand, rel=1e-14)
+    by_hand = (at - small * rate, at / 2 - 3 * small * rate / 4)  # v = u - mu v', 2 w = v - mu w', u' = exp(-2 u)
+    assert second.Pi1(at, small, 2) == pytest.approx(by_hand, rel=1e-14)
+
+
 @pytest.mark.slow
 def test_the_slow_manifold_of_an_arm_is_written_and_its_residual_is_of_the_order_that_is_omitted(tmp_path):
     system, order = arm.system(), 2
