@@ -9,8 +9,10 @@ from asympk.mechanics import evaluation, paradox
 from asympk.mechanics.checks import departures
 from asympk.mechanics.described import Described
 from asympk.mechanics.jump_law import rebound
+from asympk.numbers import number
 from asympk.output.terminal import wrapped
 from asympk.scenes.scenefile import is_file
+from asympk.shown import number_as_text
 from asympk.systems.catalogue import described_mechanism
 
 _LABEL = 16  # characters of a label on the left
@@ -78,7 +80,8 @@ def _paradox(described):
     where = ", ".join(f"{_short(s.start)} .. {_short(s.end)}" for s in found.intervals)
     told = "" if found.complete else ", as far as samples tell"
     words = f"a paradox in {where}, within" if where else "no paradox in"
-    lines.append(f"over {name:11}{words} {_short(low)} .. {_short(high)}{told}")
+    ends = " .. ".join(number_as_text(number(name, end)) for end in (low, high))
+    lines.append(f"over {name:11}{words} {ends}{told}")
     return lines + _least(rod, name, tied)
 
 

@@ -1,5 +1,6 @@
 """The catalogue of mechanisms, and one's own in a TOML file: they are told, drawn and run whole."""
 
+import math
 import shlex
 from importlib import import_module
 from itertools import pairwise
@@ -76,6 +77,20 @@ def test_every_mechanism_of_the_catalogue_is_told_in_one_screen(name, capsys):
     assert len(told.splitlines()) < 24
     for part in ("Delassus", "critical", "rigid motions", "jump", f"asympk mechanism {name} --set"):
         assert part in told
+
+
+def test_the_screen_of_a_rod_on_the_ground_has_the_numbers_of_a_computation_by_hand(screen):
+    """A slender rod of the half length 1 at theta: G_NN = 1 + 3 cos^2, G_NT = -3 sin cos, G_TT = 1 + 3 sin^2."""
+    s, c = math.sin(1.1), math.cos(1.1)
+    G = 1 + 3 * c**2, -3 * s * c, 1 + 3 * s**2
+    push, drag = np.linalg.solve([G[:2], G[1:]], (0, 1.17824 - 0.2 * s))  # which stop the slip and no gap rate
+    told = screen(ROD)
+    for words in (f"a_N = {-1 + 0.04 * s:.6g}, a_T = {0.04 * c:.6g}\n",
+                  f"G_NN = {G[0]:.6g}, G_NT = {G[1]:.6g}, G_TT = {G[2]:.6g}\n",
+                  f"P_N = {push:.6g}, P_T = {drag:.6g} stop the contact\n",
+                  f"(3*cos(theta)**2 + 1)/(3*Abs(sin(theta)*cos(theta))) = {-G[0] / G[1]:.6g}: a paradox"):  # fmt: skip
+        assert words in told
+    assert ", within 0.05 .. 1.5\n" in screen(ROD.replace("[0.05, 1.5]", '["1/20", "3/2"]'))
 
 
 def test_powers_of_ten_in_a_file_are_told_with_a_small_e_like_all_others(screen):
