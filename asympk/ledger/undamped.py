@@ -53,6 +53,12 @@ def precise_undamped_path(start: Sequence[Number], small: Number, until: Number)
     return followed_precisely(undamped_scene(start, small, until))
 
 
+def rings_on(start: Sequence[Number], small: Fraction) -> bool:
+    """Tell whether a motion from s = 1/5 +- 1/10, s' = 0 in s v > 0 has its amplitude still after 20 epsilon."""
+    load, rate, _ = precise_undamped_path(start, small, 20 * small).final
+    return bool(abs((5 * load - 1) ** 2 + 5 * rate**2 - M.mpf(1) / 4) < M.mpf(10) ** -30)
+
+
 def undamped_scene(start: Sequence[Number], small: Number, until: Number) -> Scene:
     """Return the ``Scene`` of (s, w, v) at sigma = 1."""
     begin = dict(zip("swv", start, strict=True))
