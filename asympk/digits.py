@@ -24,8 +24,9 @@ def carrier_context(digits: int) -> Any:
     import mpmath
 
     found = multiprecision.private_context(max(digits, LEAST))
-    members = {"__slots__": (), "context": found, "digits": digits, "__repr__": _repr, "__str__": _str,
-            "__reduce__": _reduce, "__hash__": mpmath.mpf.__hash__}  # fmt: skip
+    members = {"__slots__": (), "context": found, "digits": digits, "__reduce__": _reduce,
+            "__repr__": lambda self: f"mpf('{self}')", "__str__": lambda self: self.context.nstr(self, self.digits),
+            "__hash__": mpmath.mpf.__hash__}  # fmt: skip
     carrier: Any = type("mpf", (mpmath.mpf,), members | {name: _reflected(name) for name in _REFLECTED})
     carrier._ctxdata = [carrier, object.__new__, found._prec_rounding]
     found.mpf, found.types = carrier, [carrier, found.mpc, found.constant]
@@ -94,14 +95,6 @@ def _reflected(name: str) -> Any:
         return getattr(self.context.mpf.__base__, name)(self, other)
 
     return operator
-
-
-def _repr(self: Any) -> str:
-    return f"mpf('{self}')"
-
-
-def _str(self: Any) -> str:
-    return self.context.nstr(self, self.digits)
 
 
 def _reduce(self: Any) -> tuple:

@@ -129,11 +129,8 @@ def axes_of(shape: tuple[int, ...], arguments: dict[str, Any]) -> tuple[tuple[st
     found = []
     for k, size in enumerate(shape):
         wide = tuple(size if axis == k else 1 for axis in range(len(shape)))
-        told = (name for name, values in arguments.items() if _padded(values.shape, len(shape)) == wide and size > 1)
+        told = (name for name, values in arguments.items()
+                if (1,) * (len(shape) - values.ndim) + values.shape == wide and size > 1)  # fmt: skip
         name = next(told, None)
         found.append((name, arguments[name].ravel()) if name else (f"axis {k}", np.arange(size)))
     return tuple(found)
-
-
-def _padded(shape: tuple[int, ...], length: int) -> tuple[int, ...]:
-    return (1,) * (length - len(shape)) + shape

@@ -76,8 +76,7 @@ def module_functions(system: System, order: int) -> tuple[Function, ...]:
         raise NotDerivable(f"the rates of {long[0]} have more than {MOST} operations, too many to export; choose "
                            "coordinates in which gap and slip are shorter")  # fmt: skip
     found = (*_fields(system), *_manifolds(system, order), *_spectra(system), *_edges(system))
-    plain = (replace(f, name=f.name.replace("+", "_")) for f in found)
-    return tuple(_plainly(f, put) for f in plain)
+    return tuple(_plainly(f, put) for f in found)
 
 
 def _aliases(system):
@@ -99,7 +98,8 @@ def _plain_letter(letter):
 def _plainly(f, put):
     values = tuple(v.xreplace(put) for v in f.values) if isinstance(f.values, tuple) else f.values.xreplace(put)
     definitions = tuple((t, e.xreplace(put)) for t, e in f.definitions)
-    return replace(f, args=tuple(a.xreplace(put) for a in f.args), values=values, definitions=definitions)
+    args = tuple(a.xreplace(put) for a in f.args)
+    return Function(f.name.replace("+", "_"), f.meaning, args, values, definitions)
 
 
 def _fields(system):

@@ -26,7 +26,10 @@ def publish(pages: Path, out: Path) -> None:
         file = out / name
         if file.is_file() and _digest(file) == before[name]:
             file.unlink()
-            _remove_empty(file.parent, out)
+            folder = file.parent
+            while folder != out and not any(folder.iterdir()):
+                folder.rmdir()
+                folder = folder.parent
 
 
 def _listed(file: Path) -> dict[str, str]:
@@ -46,9 +49,3 @@ def _within(name: str) -> bool:
 
 def _digest(file: Path) -> str:
     return sha256(file.read_bytes()).hexdigest()
-
-
-def _remove_empty(folder: Path, top: Path) -> None:
-    while folder != top and not any(folder.iterdir()):
-        folder.rmdir()
-        folder = folder.parent

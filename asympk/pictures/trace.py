@@ -34,7 +34,9 @@ def sampled_modes(path: Path, samples: int) -> list[tuple[str, Any]]:
     ends = np.array([(0.0, *path(0.0)), *events, (float(path.end), *map(float, path.final))], dtype=float).T
     each = max(6, samples // len(path.modes))
     spans = [_times(begin, end, each) for begin, end in pairwise(ends[0])]
-    inner = iter(np.split(_at(path, np.concatenate(spans)), np.cumsum([*map(len, spans)])[:-1], axis=1))
+    times = np.concatenate(spans)  # the path is called once, as an integrator runs anew in each call
+    states = np.asarray(path(times), dtype=float) if times.size else np.empty((len(path.names), 0))
+    inner = iter(np.split(np.vstack([times, states]), np.cumsum([*map(len, spans)])[:-1], axis=1))
     weights = np.array([w for _, w in path.scene.combinations], dtype=float).reshape(-1, len(path.names))
     found = []
     for k, mode in enumerate(path.modes):
@@ -52,12 +54,6 @@ def trace(path: Path, samples: int | None = None) -> list[tuple]:
         samples = SAMPLES_WITH_DIGITS if any(hasattr(v, "_mpf_") for v in path.final) else SAMPLES
     found = sampled_modes(path, whole("samples", samples, 1, MOST_SAMPLES))
     return [(*row, mode) for mode, piece in found for row in piece.T.tolist()]
-
-
-def _at(path: Path, times: Any) -> Any:
-    """Return times and states as rows; the path is called once, as an integrator runs anew in each call."""
-    states = np.asarray(path(times), dtype=float) if times.size else np.empty((len(path.names), 0))
-    return np.vstack([times, states])
 
 
 def _times(begin: float, end: float, count: int) -> Any:
