@@ -1,14 +1,13 @@
 """Rows: the stored results of a computation, as CSV beside a JSON file with the provenance of the rows.
 
-A row is a mapping or a dataclass of numbers, words and truth values; None is an empty cell. The JSON file also has the
-kind of every column, so that the rows that are read equal the rows that were written. The bytes of the CSV file depend
-on the rows alone.
+A row is a dictionary of numbers, words and truth values; None is an empty cell. The JSON file also has the kind of
+every column, so that the rows that are read equal the rows that were written. The bytes of the CSV file depend on the
+rows alone.
 """
 
 import csv
 import json
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from platform import python_version
@@ -19,18 +18,18 @@ from asympk import __version__
 from asympk.errors import InputError
 from asympk.storage.files import csv_text, write_text
 
-Row: TypeAlias = dict[str, Any]  # a stored result: its columns by name
-Stored: TypeAlias = tuple[Iterable[Any], dict[str, Any]]  # rows, and their provenance
+Row: TypeAlias = dict[str, Any]  # a result: its columns by name
+Stored: TypeAlias = tuple[Iterable[Row], dict[str, Any]]  # rows, and their provenance
 PACKAGES = ("numpy", "scipy", "sympy", "mpmath", "heyoka", "scikit-sundae", "diffrax", "jax")
 _READ: dict[str, Callable] = {"float": float, "int": int, "str": str, "bool": lambda word: word == "true"}
 
 
-def write_rows(path: str | Path, rows: Iterable[Any], provenance: Mapping[str, Any]) -> None:
+def write_rows(path: str | Path, rows: Iterable[Row], provenance: Mapping[str, Any]) -> None:
     """Write ``rows`` to ``path`` (CSV) and ``provenance`` with the columns' kinds to the JSON file of the same name.
 
     Raises ``InputError`` for rows whose columns differ, or a column of more than one kind, or a NaN.
     """
-    rows = [dict(row) if isinstance(row, Mapping) else asdict(row) for row in rows]
+    rows = list(rows)
     columns = list(rows[0]) if rows else []
     for k, row in enumerate(rows):
         if list(row) != columns:

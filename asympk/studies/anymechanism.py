@@ -6,7 +6,6 @@ pushes is followed through the jump of a stiff contact with a fixed damping rati
 the law and with two limits: sqrt(p (p - p_s)) / q without damping, |G_NT| / (D b^2) for strong damping.
 """
 
-from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from math import cos, log, sin
@@ -18,7 +17,7 @@ from asympk.mechanics import paradox
 from asympk.mechanics.kinetics import Kinetics
 from asympk.methods import solve
 from asympk.scene import Scene
-from asympk.storage.rows import Stored
+from asympk.storage.rows import Row, Stored
 from asympk.systems import MECHANISMS, painleve_rod
 from asympk.systems.catalogue import c, described_mechanism, eps, example_scene, h
 
@@ -34,57 +33,21 @@ KEPT = 6  # digits of a row
 LONG = 130  # letters in LaTeX from which on a critical friction is shown in a shorter form
 
 
-@dataclass(frozen=True)
-class MechanismFormulas:
-    """Critical friction and impulses over gamma of a mechanism, as formulas in LaTeX and as values for its example."""
-
-    mechanism: str
-    coordinates: int
-    unilateral: bool
-    critical_latex: str
-    normal_latex: str
-    tangential_latex: str
-    critical: float
-    friction: float
-    normal: float
-    tangential: float
-
-
-@dataclass(frozen=True)
-class Error:
-    """The largest error of the law among the states, in the state ``worst``; ``ratio`` is the error / (c log(1/c))."""
-
-    mechanism: str
-    compliance: float
-    worst: str
-    error: float
-    ratio: float
-
-
-@dataclass(frozen=True)
-class Rebound:
-    """g' / |gamma| of the slender rod after the jump: by the law, as followed, and in the limits b -> 0 and b -> oo."""
-
-    theta: float
-    friction: float
-    ratio: float
-    law: float
-    followed: float | None
-    undamped: float
-    overdamped: float
-
-
 def _formulas(name):
     described = described_mechanism(name)
     rod, kinetics = described.mechanism, described.mechanism.plain
     normal, tangential = impulses(kinetics)
     critical = paradox.critical_friction(kinetics)
-    values = [rod.evaluate(part, described.numbers) for part in (critical, rod.contact.friction, normal, tangential)]
+    parts = {"critical": critical, "friction": rod.contact.friction, "normal": normal, "tangential": tangential}
     top, bottom = sp.fraction(shortened(tangential / normal, kinetics))
     short = sp.factor_terms(sp.Abs(top)) / sp.Abs(bottom) / kinetics.load
     shown = critical if len(sp.latex(critical)) < LONG else short
-    latex = [sp.latex(part, fold_func_brackets=True) for part in (shown, normal, tangential)]
-    return MechanismFormulas(name, len(kinetics.coordinates), kinetics.unilateral, *latex, *map(_kept, values))
+    formulas = {"critical": shown, "normal": normal, "tangential": tangential}
+    return {
+        "mechanism": name, "coordinates": len(kinetics.coordinates), "unilateral": kinetics.unilateral,
+        **{f"{of}_latex": sp.latex(part, fold_func_brackets=True) for of, part in formulas.items()},
+        **{of: _kept(rod.evaluate(part, described.numbers)) for of, part in parts.items()},
+    }  # fmt: skip
 
 
 def impulses(kinetics: Kinetics) -> tuple[sp.Expr, sp.Expr]:
@@ -109,8 +72,11 @@ def _collected(expr, kinetics):
     return sp.Add(*(sp.trigsimp(sp.factor(term)) * power for power, (_, term) in zip(powers, terms, strict=True)))
 
 
-def errors() -> list[Error]:
-    """Return the errors of the law for the ``CHECKED`` mechanisms, for decreasing compliance."""
+def errors() -> list[Row]:
+    """Return the errors of the law for the ``CHECKED`` mechanisms, for decreasing compliance.
+
+    A row has the largest error among the states, in the state ``worst``; ``ratio`` is the error / (c log(1/c)).
+    """
     return [_error(name, small) for name in CHECKED for small in COMPLIANCES]
 
 
@@ -125,7 +91,8 @@ def _error(name, small):
     after = _after(described, scene)
     worst = max(after, key=lambda state: abs(found[state] - after[state]))
     error = found[worst] - after[worst]
-    return Error(name, number, worst, _kept(error), _kept(error / layer))
+    return {"mechanism": name, "compliance": number, "worst": worst, "error": _kept(error),
+            "ratio": _kept(error / layer)}  # fmt: skip
 
 
 def _after(described: Any, scene: Scene) -> dict[str, float]:
@@ -144,8 +111,10 @@ def _rebound(theta, friction, ratio):
     law, undamped = (rod.evaluate(rod.jump_law(ratio=sp.Rational(b)).gap_rate, numbers) for b in (ratio, 0))
     mixed, D = (rod.evaluate(part, numbers) for part in (rod.delassus[0, 1], rod.delassus.det()))
     followed = _followed(numbers, ratio) if ratio in FOLLOWED else None
-    kept = map(_kept, (ratio, law, followed, undamped, abs(mixed) / (D * ratio**2)))
-    return Rebound(theta, float(sp.Rational(friction)), *kept)
+    found = {"ratio": ratio, "law": law, "followed": followed, "undamped": undamped,
+             "overdamped": abs(mixed) / (D * ratio**2)}  # fmt: skip
+    kept = {name: _kept(value) for name, value in found.items()}
+    return {"theta": theta, "friction": float(sp.Rational(friction)), **kept}
 
 
 def _sliding(theta, friction):
@@ -174,7 +143,10 @@ def _kept(value):
 
 
 def stored_formulas() -> Stored:
-    """Return a row for every mechanism of the catalogue, in its order, and the settings of the rows."""
+    """Return a row for every mechanism of the catalogue, in its order, and the settings of the rows.
+
+    A row has the critical friction and the impulses over gamma, as formulas in LaTeX and as values for the example.
+    """
     return [_formulas(name) for name in MECHANISMS], {"kept": KEPT, "examples": "those of the catalogue"}
 
 
@@ -184,6 +156,9 @@ def stored_errors() -> Stored:
 
 
 def stored_rebounds() -> Stored:
-    """Return the rebounds of the slender rod that slides backward with unit speed, by angle and damping ratio."""
+    """Return the rebounds of the slender rod that slides backward with unit speed, by angle and damping ratio.
+
+    A row has g' / |gamma| after the jump: by the law, as ``followed``, or None, and in the limits b -> 0 and b -> oo.
+    """
     rows = [_rebound(theta, friction, ratio) for theta, friction in REBOUNDS for ratio in RATIOS]
     return rows, {"kept": KEPT, "eps": STIFF}

@@ -4,7 +4,6 @@
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -92,7 +91,7 @@ def work_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Row]
             scene = Scene(1, mu, SCENES[name], UNTIL, name=name)
             for method, options in [*_models(), *_integrators(plan), *_one_field(plan), ("moreau", moreau)]:
                 tell(f"scene ({name}), mu = {mu}: {method}")
-                rows += map(asdict, workprec(scene, label=method, repeats=plan["repeats"], **options))
+                rows += workprec(scene, label=method, repeats=plan["repeats"], **options)
     return rows
 
 
@@ -133,7 +132,7 @@ def plane_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Row
         for method, options in [_models()[0], *_integrators(plan)]:
             tell(f"{offset} from Pi2: {method}")
             found = workprec(scene, label=method, repeats=1, **options)
-            rows += [{"offset": float(offset), **asdict(row)} for row in found]
+            rows += [{"offset": float(offset), **row} for row in found]
     return rows
 
 
@@ -147,7 +146,7 @@ def nonlinear_rows(plan: Mapping[str, Any], references: Iterable[Row], tell: Cal
         for method, options in _integrators(plan) if found["kappa"] == 1 else ():
             tell(f"nonlinear rod, mu = {scene.mu}: {method}")
             made += measure(follow=_with_geometry, **options)
-        rows += [{"kappa": found["kappa"], **asdict(row)} for row in made]
+        rows += [{"kappa": found["kappa"], **row} for row in made]
     return rows
 
 
@@ -162,13 +161,13 @@ def _kept(kappa, scene):
     return Scene(system=n.system(), values=values, start=scene.start, until=scene.until, name=scene.name)
 
 
-def model_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[modelwork.SavingRow]:
+def model_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Row]:
     """Return the rows of models beside integrators on a nonlinear mechanism and on a reaction."""
     return modelwork.rows(plan["model_mus"], [m for m in IMPLICIT if m in modelwork.METHODS and m not in absent()],
                           plan["model_tolerances"], plan["repeats"], tell)  # fmt: skip
 
 
-def contact_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Any]:
+def contact_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Row]:
     """Return the rows of integrators on the rod between two rough guides; see ``studies.contacts``."""
     rows, share = [], {**plan, "steps": plan["steps"] * contacts.UNTIL // UNTIL}  # the same limit per unit of time
     for method in [m for m, _ in _integrators(share) if m in JUST_IN_TIME]:

@@ -1,29 +1,21 @@
 """The number of times at which the rough mass comes to rest, over mu x0 and z0, from starts with y0 = 0."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 
-from asympk.storage.rows import Stored
+from asympk.storage.rows import Row, Stored
 
 SIGMA, MUS, UNTIL = 1, (1e-3, 3.0), 60
 EXPONENTS_X, EXPONENTS_Z = (-2.03, 3.03), (-1.03, 2.03)  # no grid point on a border between whole powers
 CELLS = (60, 36)
 
 
-@dataclass(frozen=True)
-class CollisionRow:
-    """The number of times at which z becomes 0 from x0 = scaled_x / mu, y0 = 0 and z0 = z."""
+def rows(mus: Iterable[float] = MUS, cells: tuple[int, int] = CELLS) -> list[Row]:
+    """Return the rows of a logarithmic grid in mu x0 and |z0| for every mu and both signs of z0.
 
-    mu: float
-    scaled_x: float
-    z: float
-    count: int
-
-
-def rows(mus: Iterable[float] = MUS, cells: tuple[int, int] = CELLS) -> list[CollisionRow]:
-    """Return the rows of a logarithmic grid in mu x0 and |z0| for every mu and both signs of z0."""
+    ``count`` is the number of times at which z becomes 0 from x0 = scaled_x / mu, y0 = 0 and z0 = z.
+    """
     from asympk.systems.painleve_klein.arrays.ensemble import solve_many
 
     scaled, height = (_grid(*ends, n) for ends, n in zip((EXPONENTS_X, EXPONENTS_Z), cells, strict=True))
@@ -32,7 +24,8 @@ def rows(mus: Iterable[float] = MUS, cells: tuple[int, int] = CELLS) -> list[Col
     events = solve_many(SIGMA, mu, x / mu, 0, z, UNTIL, events=True).events()
     stops = events.trajectory[events.kind == "velocity_zero"]
     counts = np.bincount(stops, minlength=len(places))
-    return [CollisionRow(*place, int(count)) for place, count in zip(places, counts, strict=True)]
+    return [{"mu": mu, "scaled_x": x, "z": z, "count": int(count)}
+            for (mu, x, z), count in zip(places, counts, strict=True)]  # fmt: skip
 
 
 def stored() -> Stored:

@@ -10,7 +10,6 @@ y' is of the order 1/mu^2 during a jump. Hence four separate measures against th
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from functools import partial
 from math import log
 from statistics import median
@@ -20,42 +19,13 @@ from typing import Any
 from asympk.errors import AsympkError, Unfinished
 from asympk.methods import solve
 from asympk.path import Path
+from asympk.storage.rows import Row
 
 GRID = 64
 WRONG = 0.1  # a larger final error means another motion, not an inaccurate one
 PATIENCE = 0.3  # CPU seconds; a longer run is repeated at most once
 ONE_FIELD = ("one_field",)
-
-
-@dataclass(frozen=True)
-class WorkRow:
-    """One run of one method on one scene; None where a measure does not apply.
-
-    ``ratio`` is the CPU time in units of that of the exact flow in doubles, measured in the same run. ``status`` is
-    "finished", "events missed" (the modes differ, the end is right), "wrong branch" (the end is wrong), or the
-    message of the run or of the model.
-    """
-
-    scene: str
-    sigma: float
-    sigma0: float
-    mu: float
-    x: float
-    y: float
-    z: float
-    until: float
-    method: str
-    options: str | None
-    rtol: float | None
-    final_error: float | None = None
-    time_error: float | None = None
-    path_error: float | None = None
-    same_modes: bool | None = None
-    calls: int | None = None
-    steps: int | None = None
-    jacobians: int | None = None
-    ratio: float | None = None
-    status: str = ""
+MEASURED = ("final_error", "time_error", "path_error", "same_modes", "calls", "steps", "jacobians", "ratio", "status")
 
 
 def workprec(
@@ -68,31 +38,34 @@ def workprec(
     label: str | None = None,
     follow: Callable[..., Path] = solve,
     **options: Any,
-) -> list[WorkRow]:
+) -> list[Row]:
     """Return rows, one for each tolerance: work against precision of ``method`` on ``scene``.
+
+    A row is of one run; a column of ``MEASURED`` that does not apply is None. ``ratio`` is the CPU time in units of
+    that of the exact flow in doubles, measured in the same run. ``status`` is "finished", "events missed" (the modes
+    differ, the end is right), "wrong branch" (the end is wrong), or the message of the run or of the model.
 
     A tolerance is passed to the method as ``rtol``, which is also its default atol; None passes none, for models
     without a tolerance. ``reference`` is the exact path, by default the scene's at 30 digits. ``label`` is the method's
     name in the rows. ``follow(scene, method, **options)`` returns the path; the unit of cost stays the exact flow.
     """
     truth = reference or solve(scene, digits=30)
-    place = [float(v) for v in (scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until)]
+    place = {"sigma": scene.sigma, "sigma0": scene.sigma0, "mu": scene.mu, **dict(zip("xyz", scene.start, strict=True)),
+             "until": scene.until}  # fmt: skip
     words = " ".join(f"{k}={v}" for k, v in options.items()) or None
-
-    def row(rtol, **found):
-        return WorkRow(scene.name, *place, label or method, words, rtol, **found)
-
-    rows = []
+    rows: list[Row] = []
     for rtol in tolerances:
+        rows.append({"scene": scene.name, **{name: float(value) for name, value in place.items()},
+                     "method": label or method, "options": words, "rtol": rtol, **dict.fromkeys(MEASURED)})  # fmt: skip
         run = partial(_followed, follow, scene, method, options if rtol is None else {**options, "rtol": rtol})
         try:
             path, ratio = timed(run, partial(solve, scene), repeats)
         except AsympkError as error:
-            rows.append(row(rtol, status=f"{type(error).__name__}: {error}"))
+            rows[-1]["status"] = f"{type(error).__name__}: {error}"
             continue
         errors = errors_of(path, truth, scene)
         work = {k: v or None for k, v in path.info.get("work", {}).items()}
-        rows.append(row(rtol, **errors, **work, ratio=ratio, status=status_of(path, errors)))
+        rows[-1] |= {**errors, **work, "ratio": ratio, "status": status_of(path, errors)}
     return rows
 
 

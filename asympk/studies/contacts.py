@@ -16,6 +16,7 @@ import sympy as sp
 from asympk.methods import solve
 from asympk.path import Path
 from asympk.scene import Scene
+from asympk.storage.rows import Row
 from asympk.studies.compare import workprec
 from asympk.symbolic.system import Friction, System
 from asympk.systems import painleve_klein as pk
@@ -42,7 +43,7 @@ def scene(mu: Any, second: Any = KAPPA) -> Scene:
     return Scene(system=system(), values=values, start=dict(zip("xyz", START, strict=True)), until=UNTIL, name=NAME)
 
 
-def measure(mu: Any, **options: Any) -> list:
+def measure(mu: Any, **options: Any) -> list[Row]:
     """Return the rows of ``compare.workprec`` with its ``options``, the exact path to 30 digits as reference.
 
     The unit of cost is the exact flow of the rod with one rough guide, from the same start.

@@ -17,7 +17,7 @@ from itertools import groupby, pairwise
 
 from asympk.methods import solve
 from asympk.scene import Scene
-from asympk.storage.rows import Stored
+from asympk.storage.rows import Row, Stored
 
 SIGMAS = ("-17/10", "-6/5", "-1/2", "1/2", "1", "3")
 MUS = tuple(f"1e-{k}" for k in range(2, 13))
@@ -50,37 +50,23 @@ EXPANSIONS = {
 }
 
 
-@dataclass(frozen=True)
-class ConvergenceRow:
-    """The error of one quantity at one order, beside the first term that the order omits.
-
-    ``quantity`` is x, z, or tk, the time of the k-th event. ``excess`` is error/omitted - 1, computed before rounding,
-    and ``expected`` the second omitted term over the first. ``sigma`` is a string, and thus exact.
-    """
-
-    expansion: str
-    sigma: str
-    order: int
-    quantity: str
-    mu: float
-    error: float
-    omitted: float
-    excess: float
-    expected: float
-
-
 def rows(
     cases: Iterable[str] = tuple(EXPANSIONS),
     sigmas: Iterable[str] = SIGMAS,
     mus: Iterable[str] = MUS,
     orders: Iterable[int] = ORDERS,
-) -> list[ConvergenceRow]:
-    """Return the rows by expansion, sigma, order and quantity, in order of decreasing mu."""
-    found = []
+) -> list[Row]:
+    """Return the rows by expansion, sigma, order and quantity, in order of decreasing mu.
+
+    A row has the error of one quantity at one order, beside the first term that the order omits. ``quantity`` is x, z,
+    or tk, the time of the k-th event. ``excess`` is error/omitted - 1, computed before rounding, and ``expected`` the
+    second omitted term over the first. ``sigma`` is a string, and thus exact.
+    """
+    found: list[Row] = []
     for name in cases:
         for sigma in filter(EXPANSIONS[name].exists, sigmas):
             here = [row for mu in mus for row in _rows(name, sigma, mu, orders)]
-            found += sorted(here, key=lambda row: (row.order, row.quantity, -row.mu))
+            found += sorted(here, key=lambda row: (row["order"], row["quantity"], -row["mu"]))
     return found
 
 
@@ -114,8 +100,10 @@ def _rows(name, sigma, mu, orders):
         for quantity in found[n]:
             now, next_, last = (found[n + k][quantity] for k in range(3))
             error, omitted = truth[quantity] - now, next_ - now
-            numbers = (error, omitted, error / omitted - 1, (last - next_) / omitted)
-            yield ConvergenceRow(name, sigma, n, quantity, float(mu), *(float(f"{float(v):.{KEPT}g}") for v in numbers))
+            numbers = {"error": error, "omitted": omitted, "excess": error / omitted - 1,
+                       "expected": (last - next_) / omitted}  # fmt: skip
+            kept = {of: float(f"{float(v):.{KEPT}g}") for of, v in numbers.items()}
+            yield {"expansion": name, "sigma": sigma, "order": n, "quantity": quantity, "mu": float(mu), **kept}
 
 
 def _quantities(path):

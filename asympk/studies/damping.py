@@ -28,7 +28,6 @@ which is of the order of epsilon^-3. C is an integral over one slip down and one
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from math import log, pi, sqrt
 from typing import Any
 
@@ -37,7 +36,7 @@ import sympy as sp
 from asympk.errors import InputError
 from asympk.methods import solve
 from asympk.scene import Scene
-from asympk.storage.rows import Stored
+from asympk.storage.rows import Row, Stored
 from asympk.symbolic.reading import rational
 from asympk.systems.painleve_klein.modes import cone
 
@@ -50,33 +49,20 @@ TINY = 1e-13  # d/epsilon that stands for no damping: the damper takes less than
 PIECE = 150  # length, in epsilon, of the parts of an undamped run, since the number of events of a run is bounded
 
 
-@dataclass(frozen=True)
-class DampingRow:
-    """The run from (0, 0, -1) of the rod with compliance ``epsilon``^2 and damping time ``damping``, at sigma = SIGMA.
-
-    ``part`` is "ratio" (zeta on a grid), "border" (d^3 near epsilon^2) or "undamped". ``stop`` is the time of the first
-    stop, ``jam`` the time at which the mass leaves for good, and ``sticks`` the number of stops. ``amplitude`` is the
-    amplitude of the load at the first stop, and ``law`` the value of ``jam`` by the formulas of this module.
-    """
-
-    part: str
-    epsilon: float
-    damping: float
-    zeta: float
-    stop: float
-    jam: float
-    sticks: int
-    amplitude: float
-    law: float
-
-
 def rows(
     epsilons: Iterable[float] = EPSILONS,
     ratios: Iterable[float] = RATIOS,
     border: Iterable[float] = BORDER,
     undamped: Iterable[float] = UNDAMPED,
-) -> list[DampingRow]:
-    """Return the rows over epsilon and the damping ratio, at the border of the single jump, and without damping."""
+) -> list[Row]:
+    """Return the rows over epsilon and the damping ratio, at the border of the single jump, and without damping.
+
+    A row is of the run from (0, 0, -1) of the rod with compliance ``epsilon``^2 and damping time ``damping``, at
+    sigma = SIGMA. ``part`` is "ratio" (zeta on a grid), "border" (d^3 near epsilon^2) or "undamped". ``stop`` is the
+    time of the first stop, ``jam`` the time at which the mass leaves for good, and ``sticks`` the number of stops.
+    ``amplitude`` is the amplitude of the load at the first stop, and ``law`` the value of ``jam`` by the formulas of
+    this module.
+    """
     found = [_row("ratio", epsilon, 2 * zeta * epsilon) for epsilon in epsilons for zeta in ratios]
     found += [_row("border", epsilon, share * epsilon ** (2 / 3)) for epsilon in epsilons for share in border]
     return found + [_row("undamped", epsilon, TINY * epsilon) for epsilon in undamped]
@@ -89,9 +75,9 @@ def stored() -> Stored:
 
 def _row(part, epsilon, damping):
     stop, jam, sticks, amplitude = jammed(epsilon, damping)
-    zeta = damping / (2 * epsilon)
     law = undamped_time(epsilon, amplitude) if part == "undamped" else jam_law(epsilon, damping)
-    return DampingRow(part, epsilon, damping, zeta, stop, jam, sticks, amplitude, law)
+    return {"part": part, "epsilon": epsilon, "damping": damping, "zeta": damping / (2 * epsilon), "stop": stop,
+            "jam": jam, "sticks": sticks, "amplitude": amplitude, "law": law}  # fmt: skip
 
 
 def jammed(

@@ -16,7 +16,7 @@ from sympy.physics.mechanics import dynamicsymbols
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.methods import solve
 from asympk.scene import Scene
-from asympk.storage.rows import Stored
+from asympk.storage.rows import Row, Stored
 from asympk.symbolic.system import System
 from asympk.systems import nonlinear_rod
 
@@ -44,20 +44,6 @@ class SceneFamily:
         """Return the scene for one value of the small parameter."""
         return Scene(system=self.system, values={**self.values, self.system.small: small}, start=self.start,
                      until=self.until)  # fmt: skip
-
-
-@dataclass(frozen=True)
-class DecreasingRow:
-    """The error of one state at one order, and its ``measure``: the first omitted term, or mu log(1/mu)."""
-
-    system: str
-    with_friction: bool
-    order: int
-    state: str
-    mu: float
-    error: float
-    measure: float
-    ratio: float
 
 
 @cache
@@ -88,12 +74,15 @@ def held_rod() -> System:
     return Mechanism.from_lagrangian(lagrangian, (x1, x2), contact=rod, forces={x1: 1}).elastic(mu, sp.Rational(1, 2))
 
 
-def rows(names: Collection[str] | None = None, mus: Iterable[str] = MUS) -> list[DecreasingRow]:
-    """Return the rows by system, order and state, in order of decreasing mu."""
+def rows(names: Collection[str] | None = None, mus: Iterable[str] = MUS) -> list[Row]:
+    """Return the rows by system, order and state, in order of decreasing mu.
+
+    A row has the error of one state at one order, and its ``measure``: the first omitted term, or mu log(1/mu).
+    """
     found = []
     for name, family in five_systems().items():
         if names is None or name in names:
-            found += sorted(_rows(name, family, mus), key=lambda row: (row.order, row.state, -row.mu))
+            found += sorted(_rows(name, family, mus), key=lambda row: (row["order"], row["state"], -row["mu"]))
     return found
 
 
@@ -120,5 +109,7 @@ def _rows(name, family, mus):
             measures = path.info.get("omitted") or [number * float(sp.log(1 / number))] * len(errors)
             k = max(range(len(errors)), key=lambda i: abs(measures[i] if of_terms else errors[i]))
             if abs(measures[k]) > LEAST:
-                kept = (float(f"{v:.{KEPT}g}") for v in (errors[k], measures[k], errors[k] / measures[k]))
-                yield DecreasingRow(name, friction, order, path.names[k], number, *kept)
+                found = {"error": errors[k], "measure": measures[k], "ratio": errors[k] / measures[k]}
+                kept = {of: float(f"{value:.{KEPT}g}") for of, value in found.items()}
+                yield {"system": name, "with_friction": friction, "order": order, "state": path.names[k], "mu": number,
+                       **kept}  # fmt: skip

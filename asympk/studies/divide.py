@@ -28,7 +28,7 @@ from asympk.methods import solve as follow
 from asympk.multiprecision import in_context, private_context
 from asympk.numbers import number
 from asympk.scene import Scene
-from asympk.storage.rows import Stored
+from asympk.storage.rows import Row, Stored
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.system import System
 from asympk.systems import painleve_klein
@@ -63,36 +63,19 @@ class Divide:
         return self.below.t_hit
 
 
-@dataclass(frozen=True)
-class Escape:
-    """One start near the divide: the time at which it leaves, and the rigid motion that it then follows.
+def escapes(sigma: Any, mu: Any, x: Any, z: Any, offsets: Iterable[Any], digits: int = 40) -> list[Row]:
+    """Return a row for each offset (numbers or decimal strings) of a start ``(x, s_line(x) + offset, z)``.
 
-    ``depth`` is mu log(1/|offset|), None on the divide itself. ``motion``: "goes on" along Pi1, "stops at once", or
-    "decelerates" along Pi2 to the end. ``time`` is the first event time of the exact flow. ``leading`` and ``next``
-    are the terms of the expansion for a fixed offset, ``ratio`` is (time - leading)/next; ``delayed`` is the expansion
-    for a fixed depth (offset > 0).
+    A row has the time at which the start leaves the divide, and the rigid motion that it then follows. ``depth`` is
+    mu log(1/|offset|), None on the divide itself. ``motion``: "goes on" along Pi1, "stops at once", or "decelerates"
+    along Pi2 to the end. ``time`` is the first event time of the exact flow. ``leading`` and ``next`` are the terms of
+    the expansion for a fixed offset, ``ratio`` is (time - leading)/next; ``delayed`` is the expansion for a fixed depth
+    (offset > 0). A column that does not apply is None.
     """
-
-    sigma: float
-    mu: float
-    x: float
-    z: float
-    offset: str
-    motion: str
-    depth: float | None
-    time: float
-    leading: float | None
-    next: float | None
-    ratio: float | None
-    delayed: float | None
-
-
-def escapes(sigma: Any, mu: Any, x: Any, z: Any, offsets: Iterable[Any], digits: int = 40) -> list[Escape]:
-    """Return an ``Escape`` for each offset (numbers or decimal strings) of a start ``(x, s_line(x) + offset, z)``."""
     return [_escape(sigma, mu, x, z, offset, digits) for offset in offsets]
 
 
-def rows(sigmas: Iterable[str] = SIGMAS, mus: Iterable[str] = MUS, offsets: Iterable[str] = OFFSETS) -> list[Escape]:
+def rows(sigmas: Iterable[str] = SIGMAS, mus: Iterable[str] = MUS, offsets: Iterable[str] = OFFSETS) -> list[Row]:
     """Return the escapes from (x, z) = START at ``offsets`` from the separatrix, for every sigma and mu."""
     return [row for sigma in sigmas for mu in mus for row in escapes(sigma, mu, *START, offsets, DIGITS)]
 
@@ -116,8 +99,10 @@ def _escape(sigma, mu, x, z, offset, digits):
         ratio = (m.mpf(first.t) - leading) / following
     if motion == "goes on":
         (delayed,) = _delayed().to_digits(digits, *here[:3], depth)
-    numbers = (None if v is None else float(v) for v in (depth, first.t, leading, following, ratio, delayed))
-    return Escape(*map(float, here), str(offset), motion, *numbers)
+    numbers = {"depth": depth, "time": first.t, "leading": leading, "next": following, "ratio": ratio,
+               "delayed": delayed}  # fmt: skip
+    return {**dict(zip(("sigma", "mu", "x", "z"), map(float, here), strict=True)), "offset": str(offset),
+            "motion": motion, **{name: None if v is None else float(v) for name, v in numbers.items()}}  # fmt: skip
 
 
 def _motion(first, sigma):

@@ -1,11 +1,11 @@
 """The least model over mu and the starting velocity, for a steep and a shallow rod, as rows."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
-from asympk.storage.rows import Stored
+from asympk.storage.rows import Row, Stored
 from asympk.studies.least import LADDER, atlas
 
 SIGMAS, START, UNTIL, RTOL = ("1", "-1/2"), (0.0, 0.5), 3.0, 1e-3  # the load lies on no slow plane
@@ -13,26 +13,17 @@ EXPONENTS_MU, EXPONENTS_Z = (-8.03, -0.53), (-3.03, 0.97)
 CELLS = (31, 25)
 
 
-@dataclass(frozen=True)
-class LeastMapRow:
-    """The least model from (x, y) = START and z; ``rung`` is an index of ``LADDER``, 0 for the rigid rod."""
+def rows(sigmas: Iterable[str] = SIGMAS, cells: tuple[int, int] = CELLS) -> list[Row]:
+    """Return the rows of a logarithmic grid in mu and |z0| for every sigma, a string, and both signs of z0.
 
-    sigma: str
-    mu: float
-    z: float
-    rung: int
-
-
-def rows(sigmas: Iterable[str] = SIGMAS, cells: tuple[int, int] = CELLS) -> list[LeastMapRow]:
-    """Return the rows of a logarithmic grid in mu and |z0| for every sigma and both signs of z0."""
-    from fractions import Fraction
-
+    ``rung`` is that of the least model from (x, y) = START and z, an index of ``LADDER``, 0 for the rigid rod.
+    """
     mus, heights = (np.logspace(*ends, n) for ends, n in zip((EXPONENTS_MU, EXPONENTS_Z), cells, strict=True))
     speeds = np.concatenate((-heights[::-1], heights))
     found = []
     for sigma in sigmas:
         rungs = atlas(float(Fraction(sigma)), mus[:, None], *START, speeds[None, :], UNTIL, rtol=RTOL)
-        found += [LeastMapRow(sigma, float(mu), float(z), int(rungs[i, j]))
+        found += [{"sigma": sigma, "mu": float(mu), "z": float(z), "rung": int(rungs[i, j])}
                   for i, mu in enumerate(mus) for j, z in enumerate(speeds)]  # fmt: skip
     return found
 

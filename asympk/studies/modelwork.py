@@ -6,12 +6,12 @@ refined until its error is at most that of the jump of order 1. The reference is
 """
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from functools import partial
 from itertools import product
 
 from asympk.errors import AsympkError
 from asympk.methods import solve
+from asympk.storage.rows import Row
 from asympk.studies.compare import timed
 from asympk.studies.decreasing import five_systems
 from asympk.studies.ladder import distance
@@ -24,54 +24,44 @@ JUMPS = (0, 1, 2)
 FINEST = {"rtol": 1e-13, "atol": 1e-13, "steps": 10**6, "seconds": 600.0}
 
 
-@dataclass(frozen=True)
-class SavingRow:
-    """One run: its final error, and ``ratio``, its CPU time over that of the jump of order 1.
-
-    Both are None for a run that failed, and ``status`` says why.
-    """
-
-    system: str
-    mu: float
-    method: str
-    rtol: float | None
-    final_error: float | None
-    ratio: float | None
-    status: str
-
-
 def rows(
     mus: Iterable[str] = MUS,
     methods: Iterable[str] = METHODS,
     tolerances: Iterable[float] = TOLERANCES,
     repeats: int = 5,
     tell: Callable[[str], None] = lambda line: None,
-) -> list[SavingRow]:
-    """Return the rows by system, mu and method; the tolerances of an integrator end with the first that suffices."""
-    found = []
+) -> list[Row]:
+    """Return the rows by system, mu and method; the tolerances of an integrator end with the first that suffices.
+
+    A row has the final error of a run, and ``ratio``, its CPU time over that of the jump of order 1. Both are None for
+    a run that failed, and ``status`` says why. ``rtol`` is None for the jumps.
+    """
+    found: list[Row] = []
     for system, mu in product(SYSTEMS, mus):
         tell(f"{system}, mu = {mu}: models beside integrators")
         scene = five_systems()[system].scene(mu)
         measured = partial(_row, system, scene, solve(scene, "radau", **FINEST).final, repeats)
         found += [measured(f"jump {n}", "jump", {"order": n}) for n in JUMPS]
-        (enough,) = (row.final_error for row in found[-len(JUMPS) :] if row.method == "jump 1")
+        (enough,) = (row["final_error"] for row in found[-len(JUMPS) :] if row["method"] == "jump 1")
         for method in methods:
             for tolerance in tolerances:
                 found.append(measured(method, method, {"rtol": tolerance}))
-                if found[-1].final_error is not None and found[-1].final_error <= (enough or 0):
+                error = found[-1]["final_error"]
+                if error is not None and error <= (enough or 0):
                     break
     return found
 
 
 def _row(system, scene, truth, repeats, name, method, options):
-    place = system, float(scene.values[scene.system.parameters.index(scene.system.small)]), name, options.get("rtol")
+    mu = float(scene.values[scene.system.parameters.index(scene.system.small)])
+    row = {"system": system, "mu": mu, "method": name, "rtol": options.get("rtol")}
     run, unit = partial(solve, scene, method, **options), partial(solve, scene, "jump", order=1)
     try:
         run()  # derives and compiles
         path, ratio = timed(run, unit, repeats)
     except AsympkError as reason:
-        return SavingRow(*place, None, None, f"{type(reason).__name__}: {reason}")
-    return SavingRow(*place, distance(path.final, truth), ratio, "finished")
+        return {**row, "final_error": None, "ratio": None, "status": f"{type(reason).__name__}: {reason}"}
+    return {**row, "final_error": distance(path.final, truth), "ratio": ratio, "status": "finished"}
 
 
 def savings(rows: list[dict]) -> dict[tuple[str, float], dict[str, float | None]]:

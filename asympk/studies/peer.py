@@ -4,29 +4,23 @@ The affine flow follows the rod under other names, under which the kernel does n
 times of several runs.
 """
 
-from dataclasses import dataclass
 from itertools import product
 
-from asympk.storage.rows import Stored
+from asympk.storage.rows import Row, Stored
 from asympk.studies.bench import MUS, SCENES, beside_the_kernel
 
 
-@dataclass(frozen=True)
-class PeerRow:
-    """Time of the affine flow on a scene over that of the kernel, and of LSODA at 1e-6 over that of the affine flow."""
+def rows() -> list[Row]:
+    """Return the rows for all scenes and values of mu of ``asympk bench``.
 
-    scene: str
-    mu: float
-    affine: float
-    lsoda: float
-
-
-def rows() -> list[PeerRow]:
-    """Return the rows for all scenes and values of mu of ``asympk bench``."""
+    ``affine`` is the time of the affine flow over that of the kernel, ``lsoda`` that of LSODA at 1e-6 over that of the
+    affine flow.
+    """
     found = []
     for name, mu in product(SCENES, MUS):
         _, affine, kernel, lsoda = beside_the_kernel(name, mu)
-        found.append(PeerRow(name, mu, *(float(f"{ratio:.3g}") for ratio in (affine / kernel, lsoda / affine))))
+        times = {"affine": affine / kernel, "lsoda": lsoda / affine}
+        found.append({"scene": name, "mu": mu, **{of: float(f"{ratio:.3g}") for of, ratio in times.items()}})
     return found
 
 

@@ -87,5 +87,5 @@ def test_a_stored_row_is_what_the_study_computes():
     stored = {row["mechanism"]: row for row in read_rows(ROWS / "mechanisms.csv")}
     found = anymechanism._formulas("painleve_rod")
     kept = stored["painleve_rod"]
-    assert (found.normal_latex, found.critical) == (kept["normal_latex"], kept["critical"])
-    assert sp.Rational(repr(found.friction)) == 2
+    assert (found["normal_latex"], found["critical"]) == (kept["normal_latex"], kept["critical"])
+    assert sp.Rational(repr(found["friction"])) == 2

@@ -66,9 +66,9 @@ def test_error_of_the_escape_time_over_its_next_terms_tends_to_one(s, offset):
     closeness = []
     for m in ("1e-3", "1e-4", "1e-6", "1e-8", "1e-10"):
         (row,) = escapes(s, m, "1/3", 1, [offset], digits=60)
-        assert row.motion == ("stops at once" if offset.startswith("-") else "goes on") or row.depth > 0.2
-        if row.ratio is not None:
-            closeness.append(abs(row.ratio - 1))
+        assert row["motion"] == ("stops at once" if offset.startswith("-") else "goes on") or row["depth"] > 0.2
+        if row["ratio"] is not None:
+            closeness.append(abs(row["ratio"] - 1))
     assert closeness[-1] < 1e-5
     assert all(b < a for a, b in pairwise(closeness[-3:]))
 
@@ -78,8 +78,8 @@ def test_a_delayed_escape_happens_when_it_is_expected(depth):
     errors = []
     for k, m in ((250, "4e-3"), (500, "2e-3"), (1000, "1e-3")):
         (row,) = escapes(1, m, "1/3", 1, [f"1e-{round(depth * k / log(10))}"], digits=30)
-        assert row.motion == "goes on"
-        errors.append(abs(row.time - row.delayed) / row.mu**2)
+        assert row["motion"] == "goes on"
+        errors.append(abs(row["time"] - row["delayed"]) / row["mu"] ** 2)
     assert max(errors) < 2
     assert max(errors) / min(errors) < 1.3
 
@@ -88,15 +88,15 @@ def test_the_second_rigid_motion_is_realised_only_within_an_exponentially_thin_l
     # Pi2 meets z = 0 at the time sigma z; an escape upwards takes kappa/sigma
     s, height, m = 0.5, 0.8, 1e-3
     rows = escapes(s, m, 0, height, [f"1e-{round(part * s**2 * height / m / log(10))}" for part in (0.9, 1.1)], 30)
-    assert [row.motion for row in rows] == ["goes on", "decelerates"]
-    assert rows[1].time == pytest.approx(s * height, abs=5 * m)
+    assert [row["motion"] for row in rows] == ["goes on", "decelerates"]
+    assert rows[1]["time"] == pytest.approx(s * height, abs=5 * m)
 
 
 def test_on_the_divide_itself_the_velocity_decreases_to_the_end():
     (row,) = escapes(1, "1e-4", "1/3", 1, [0])
-    assert row.motion == "decelerates"
-    assert row.depth is row.ratio is None
-    assert row.time == pytest.approx(1, abs=1e-3)
+    assert row["motion"] == "decelerates"
+    assert row["depth"] is row["ratio"] is None
+    assert row["time"] == pytest.approx(1, abs=1e-3)
 
 
 def test_an_offset_beyond_the_layer_or_a_line_that_attracts_is_refused():

@@ -1,15 +1,14 @@
 """What a model saves: the cost of integrators at the error of the jump of order 1."""
 
-from dataclasses import asdict
 
 import pytest
 
 from asympk.studies import modelwork
-from asympk.studies.modelwork import SavingRow, savings
+from asympk.studies.modelwork import savings
 
 
 def _row(method, error, ratio, mu=0.01):
-    return asdict(SavingRow("s", mu, method, None, error, ratio, "finished" if ratio else "Unfinished: .."))
+    return {"system": "s", "mu": mu, "method": method, "final_error": error, "ratio": ratio}
 
 
 def test_savings_are_the_cheapest_runs_at_the_error_of_the_jump():
@@ -22,9 +21,9 @@ def test_savings_are_the_cheapest_runs_at_the_error_of_the_jump():
 def test_an_integrator_is_refined_until_it_reaches_the_error_and_no_further():
     rows = modelwork.rows(("1e-2",), ("lsoda",), (1e-1, 1e-4, 1e-8, 1e-10), 1)
     for system in modelwork.SYSTEMS:
-        mine = [row for row in rows if row.system == system]
-        (enough,) = (row.final_error for row in mine if row.method == "jump 1")
-        errors = [row.final_error for row in mine if row.method == "lsoda"]
+        mine = [row for row in rows if row["system"] == system]
+        (enough,) = (row["final_error"] for row in mine if row["method"] == "jump 1")
+        errors = [row["final_error"] for row in mine if row["method"] == "lsoda"]
         assert len(mine) > len(modelwork.JUMPS)
         assert errors[-1] <= enough
         assert all(error > enough for error in errors[:-1])
@@ -33,7 +32,7 @@ def test_an_integrator_is_refined_until_it_reaches_the_error_and_no_further():
 @pytest.mark.slow
 def test_a_jump_costs_about_itself():
     rows = modelwork.rows(("1e-2",), (), (), 3)
-    assert all(0.3 < row.ratio < 3 for row in rows if row.method == "jump 1")
+    assert all(0.3 < row["ratio"] < 3 for row in rows if row["method"] == "jump 1")
 
 
 @pytest.mark.parametrize("rows", [[], [_row("jump 1", None, None), _row("lsoda", 1e-4, 2.0)]])
