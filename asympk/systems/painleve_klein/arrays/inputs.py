@@ -1,18 +1,17 @@
 """Arguments that broadcast: they are read, checked, and given out a few rows at a time, without a full copy."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import prod
-from typing import Any
 
 import numpy as np
 
 from asympk.errors import InputError
-from asympk.numbers import Number, entry_name, numbers
+from asympk.numbers import Number, common_shape, entry_name, numbers
 
 LARGEST = 2.0**1023
 ORDER = ("sigma", "sigma0", "mu", "x", "y", "z", "until")
-LIMITS = {
+LIMITS: dict[str, tuple] = {  # (condition on the values, words for it) beyond being finite
     "sigma": (lambda v: v > -2, "greater than -2"),
     "mu": (lambda v: v > 0, "positive"),
     "until": (lambda v: v >= 0, "zero or positive"),
@@ -51,34 +50,18 @@ def scene_columns(
 ) -> tuple[tuple[int, ...], dict[str, Column]]:
     """Return (shape, {name: Column}) of many scenes; the values of x, y, z are not checked. Raises ``InputError``."""
     given = {"sigma": sigma, "mu": mu, "x": x, "y": y, "z": z, "until": until}
-    shape, found = broadcast_columns(LIMITS, **given, **({} if sigma0 is None else {"sigma0": sigma0}))
+    given |= {} if sigma0 is None else {"sigma0": sigma0}
+    read = {name: numbers(name, value) for name, value in given.items()}
+    for name, limit in LIMITS.items():
+        if name in read:
+            require_finite(name, read[name], *limit)
+    shape = common_shape(read, read.values())
+    found = {name: Column(values, shape) for name, values in read.items()}
     if sigma0 is None:
         found["sigma0"] = found["sigma"]
     else:
         _require_order(found["sigma0"], found["sigma"])
     return shape, found
-
-
-def broadcast_columns(limits: Mapping[str, tuple], **arguments: Any) -> tuple[tuple[int, ...], dict[str, Column]]:
-    """Return (shape, {name: Column}) of arguments that broadcast.
-
-    ``limits[name]`` is (condition on the values, words for it) beyond being finite; the values of arguments without
-    limits are not checked. Raises ``InputError``.
-    """
-    read = {name: numbers(name, value) for name, value in arguments.items()}
-    for name, limit in limits.items():
-        if name in read:
-            require_finite(name, read[name], *limit)
-    shape = ()
-    for name, values in read.items():
-        if values.shape in ((), shape):
-            continue
-        try:
-            shape = np.broadcast_shapes(shape, values.shape)
-        except ValueError:
-            raise InputError(f"{name} has shape {values.shape}: it must broadcast with the shape {shape} "
-                             "of the arguments before it") from None
-    return shape, {name: Column(values, shape) for name, values in read.items()}
 
 
 def require_finite(name: str, values: Number, allowed: Callable | None = None, words: str = "") -> None:
