@@ -73,14 +73,12 @@ def _nondimensional(expr):
     """Substitute the length l q and scales; 1 - q becomes (1 - q^2) / (1 + q), which does not cancel for small g."""
     shorter = rod.l * _COSINE * _SHORTER * x
     stiffness = sp.solve(sp.Eq(displacement().subs(sp.cos(rod.alpha), _COSINE), shorter), rod.k)[0]
-    expr = expr.replace(_is_root, lambda root: (rod.l * _LENGTH) ** (2 * root.exp))
+    expr = expr.replace(
+        lambda e: e.is_Pow and abs(e.exp) == sp.S.Half, lambda root: (rod.l * _LENGTH) ** (2 * root.exp)
+    )
     expr = sp.expand(expr.subs({rod.delta: shorter, sp.cos(rod.alpha): _COSINE}).subs(rod.k, stiffness))
     singular = sp.cancel(sp.expand(expr * _SHORTER).subs(_SHORTER, 0) / (1 - _LENGTH))
     regular = sp.factor(sp.expand(expr - singular * (1 - _LENGTH) / _SHORTER))
     square = 1 - _COSINE**2 * (2 * _SHORTER * x - _SHORTER**2 * x**2)
     shortened = sp.cancel(singular * (1 - square) / _SHORTER) / (1 + _LENGTH) + regular
     return shortened.subs(_LENGTH, sp.sqrt(square)).subs({_COSINE: sp.sqrt(c2), _SHORTER: kappa * mu})
-
-
-def _is_root(expr):
-    return expr.is_Pow and abs(expr.exp) == sp.S.Half

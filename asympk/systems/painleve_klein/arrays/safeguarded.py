@@ -142,7 +142,9 @@ class _Flight:
         """Move the rows to their next event, or to their end; return its kind and the time until then."""
         left = self.until[rows] - self.t[rows]
         if known:
-            found = settled_ends(motion, self.sigma0[rows], left, *_of_rows(rows, *known))
+            before, kinds, spans = known
+            at = np.searchsorted(before, rows)
+            found = settled_ends(motion, self.sigma0[rows], left, kinds[at], spans[at])
         elif motion.a:
             found = slip_ends(motion, self.s_sign[rows], self.z_sign[rows], left)
         else:
@@ -322,11 +324,6 @@ def _nearest(part, t, near, far):
     """Return the edge of the static cone that is nearest to s."""
     s = part.state(t)[2]
     return np.where(np.abs(s - near) <= np.abs(s - far), near, far)
-
-
-def _of_rows(rows, known, *values):
-    at = np.searchsorted(known, rows)
-    return [v[at] for v in values]
 
 
 class _Search:

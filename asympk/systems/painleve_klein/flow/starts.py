@@ -36,7 +36,8 @@ def beginning(flow: "RodFlow", case: "RodNumbers") -> tuple[tuple[Number, ...], 
     s = x + y if x == case.x and y == case.y else m.number(Fraction(case.x) + Fraction(case.y))
     s_sign, z_sign = sign_of(s), sign_of(z)
     if not s_sign or not z_sign:
-        s_sign, z_sign, s = _first_signs(flow, case, s, y, z)
+        s_sign, z_sign, on_edge = _signs(flow, case, s, y, z)
+        s = s if z_sign else _beside_edge(flow, s, on_edge)
     deviation = _from_unstable_line(flow, case, x, s) if s_sign * z_sign < 0 and flow.sigma > 0 else None
     return (x, y, s, z, s_sign, z_sign), deviation
 
@@ -56,12 +57,6 @@ def beside_line(
     s_sign = decided(flow.m, s, abs(line.line) + abs(lifted) + abs(offset)) or sign_of(1 + flow.mu * y)
     z_sign = sign_of(z)
     return (x, y, s, z, s_sign, z_sign), offset if MODES[s_sign * z_sign] == name else None
-
-
-def _first_signs(flow, case, s, y, z):
-    """Return (sign of s, sign of z, s) just after a start on a boundary, with s set to the edge if s is on one."""
-    s_sign, z_sign, on_edge = _signs(flow, case, s, y, z)
-    return s_sign, z_sign, s if z_sign else _beside_edge(flow, s, on_edge)
 
 
 def _signs(flow, case, s, y, z):
