@@ -90,7 +90,7 @@ def solve_many(
     total = horizon.size
     first = np.zeros((len(system.frictions), total), dtype=np.uint8)
     result = _Result(np.empty((len(names), total)), np.zeros(total, dtype=np.int32), first, [], [], {}, strict)
-    done, somewhere = 0, _first(start) if total else {}
+    done, somewhere = 0, {key: unread(f"start: {key}", v).flat[0] for key, v in start.items()} if total else {}
     for chosen, rows in _groups(parameters, total):
         exact, _ = system.placed(dict(zip(values, chosen, strict=True)), somewhere)
         modes = _Modes(Automaton(system, exact))
@@ -170,10 +170,6 @@ def _groups(parameters, total):
         yield chosen, np.array(rows)
 
 
-def _first(start):
-    return {key: unread(f"start: {key}", v).flat[0] for key, v in start.items()}
-
-
 class _Modes:
     """The modes of a system in doubles, at its parameters; decides on arrays whether a mode may begin or follow."""
 
@@ -195,10 +191,6 @@ class _Modes:
             found = self.flows.swift.entered(branch)
             self._known[branch] = found and (*found, self.automaton.mode(branch).kinds)
         return self._known[branch]
-
-    def movable(self, branch):
-        """Return which states may be moved onto a guard, as ``NumericMode.snapped`` does."""
-        return np.array(self.automaton.mode(branch).movable)
 
     def whole(self, branch, t, w):
         """Return the states ``(w, waves, 1)`` of rows at their times."""
@@ -304,10 +296,6 @@ def _kept(notes, lost):
     return [tuple(part[..., keep] for part in note) for note, keep in picked]
 
 
-def _sticks(modes, indices, friction):
-    return np.array([modes.branches[k][friction].mode == "stick" for k in indices.tolist()], dtype=bool)
-
-
 def _beginning(modes, t, w):
     """Return (index of the first branch of each row, mask of the rows for which this is open)."""
     velocities, loads = modes.contacts(t, w)
@@ -323,7 +311,7 @@ def _beginning(modes, t, w):
 def _after(modes, k, event, row, flock, struck):
     """Move ``struck`` rows onto the guard that they lost and find the next branch; return a note of the events."""
     (kind, friction), before, w, t = event, modes.branches[k], flock.w, flock.t[struck]
-    w[struck] = _snapped(modes.whole(before, t, w[struck]), row, modes.movable(before))
+    w[struck] = _snapped(modes.whole(before, t, w[struck]), row, np.array(modes.automaton.mode(before).movable))
     phases = [(phase,) for phase in before]
     phases[friction] = all_phases(modes.system.frictions[friction])
     velocities, loads = modes.contacts(t, w[struck])
@@ -335,8 +323,9 @@ def _after(modes, k, event, row, flock, struck):
     flock.lost[struck] |= left
     changed = struck[flock.branch[struck] != k]
     flock.n_events[changed] += 1
-    onset = _sticks(modes, flock.branch[changed], friction) & (kind == "slip_onset")
-    kinds = np.where(onset, "force_zero", kind)  # at the tip of the friction cone the load vanishes and stick continues
+    # at the tip of the friction cone the load vanishes and stick continues
+    sticks = [modes.branches[k][friction].mode == "stick" for k in flock.branch[changed].tolist()]
+    kinds = np.where(np.array(sticks, dtype=bool) & (kind == "slip_onset"), "force_zero", kind)
     return flock.rows[changed], kinds, flock.t[changed], w[changed].T.copy(), np.full(len(changed), friction)
 
 
