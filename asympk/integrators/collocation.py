@@ -94,7 +94,8 @@ def run(
     deadline, carried_digits = monotonic() + seconds, digits
     while True:
         fine, error = _references(scene, carried_digits, events, deadline)
-        segments = [_with_steps(segment) for segment in fine.segments]
+        segments = [s._replace(steps=(*((step.t, step.state) for step in s.samples), (s.t, s.state)))
+                    for s in fine.segments]  # fmt: skip
         n, largest = len(scene.start), max(1.0, *(abs(float(w)) for w in fine.last.state))
         lost = growth(automaton_of(scene), segments, [1.0] * n, [largest] * n)
         needed = digits + ceil(log10(max(1, min(lost, LARGEST))))
@@ -109,11 +110,6 @@ def run(
         carried_digits = needed
     final, found = _rounded(fine.last.state, digits), tuple(_event(event, digits) for event in fine.events)
     return Path(scene, method, final, found, fine.modes, CollocationDense(fine, digits), carried(error, 3))
-
-
-def _with_steps(segment: Segment) -> Segment:
-    steps = *((step.t, step.state) for step in segment.samples), (segment.t, segment.state)
-    return segment._replace(steps=steps)
 
 
 def _references(scene: Scene, digits: int, events: int, deadline: float) -> tuple[Run, Any]:
