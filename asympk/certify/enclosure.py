@@ -139,7 +139,6 @@ class Exponentials(MatrixExponential):
         self._factors: dict[tuple, tuple] = {}
 
     def state(self, t: Ball) -> RodBalls:
-        """Return the state on the time ball ``t``."""
         (fast, slow), (l1, l2) = self.parts, self.rates
         return self._joined(t, fast * (l1 * t).exp(), slow * (l2 * t).exp())
 
@@ -150,7 +149,6 @@ class Exponentials(MatrixExponential):
         return RodBalls(self.rest + p + q, y, self.rest + (1 + l1) * p + self.lift * q, z)
 
     def jet(self, guard: LevelGuard, t: Ball, order: int = 0) -> tuple[Ball, ...]:
-        """Return the guard and its first ``order`` derivatives (at most 2) on ``t``, all times one positive factor."""
         (l1, l2), start, arb = self.rates, self.start, flint().arb
         one, p, q = ((-l1 * t).exp(), arb(1), ((l2 - l1) * t).exp()) if self.b < 0 else (
             arb(1), (l1 * t).exp(), (l2 * t).exp())

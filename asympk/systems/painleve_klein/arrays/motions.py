@@ -157,7 +157,6 @@ class SeparateSegments(Segments):
         return np.abs(self.z0) + np.abs(self.rest * t) + np.abs(self.slow_z * self.slow)
 
     def s_root(self, level: Number, lo: Number, hi: Number, rising: np.ndarray) -> np.ndarray:
-        """Return the times in (lo, hi) at which s = level; s passes it upwards where ``rising``."""
         fast, slow = self.fast_s * self.fast, self.lift * self.slow
         terms = self.s0 - level, self.rest - level, np.zeros_like(lo), fast, slow
         soon = self._early(lambda state: state[2] - level, lo, hi, rising)
@@ -168,7 +167,6 @@ class SeparateSegments(Segments):
         return self._root(soon, soon_root, terms, lo, hi, rising)
 
     def z_root(self, lo: Number, hi: Number, rising: np.ndarray) -> np.ndarray:
-        """Return the times in (lo, hi) at which z = 0."""
         fast, slow = self.fast_z * self.fast, self.slow_z * self.slow
         terms = self.z0, self.z0 - fast - slow, self.rest + np.zeros_like(lo), fast, slow
         soon = self._early(lambda state: state[3], lo, hi, rising)

@@ -72,7 +72,6 @@ class FastSlowSegment(SmoothSegment):
         self.short = mode.short if delicate and not self.known else 0
 
     def rounded(self, m: Arithmetic) -> "FastSlowSegment":
-        """Return the same motion in the numbers of ``m``."""
         mode, number = self.mode, m.number
         state = self.x0, self.y0, self.s0, self.z0, self.fast
         return FastSlow(m, mode.a, number(mode.b), number(mode.mu)).start(*map(number, state))
@@ -96,7 +95,6 @@ class FastSlowSegment(SmoothSegment):
         return t if t > 0 else None
 
     def state(self, t: Number) -> tuple[Number, ...]:
-        """Return (x, y, s, z, mu y') at t."""
         if t < self.short or not t:
             return super().state(t)
         mode, fast, slow = self.mode, self.fast, self.slow
@@ -113,7 +111,6 @@ class FastSlowSegment(SmoothSegment):
         )
 
     def probe(self, t: Number) -> tuple[Number, Number]:
-        """Return (s, z) at t."""
         if t < self.short or not t:
             return self.state(t)[2:4]
         mode, fast = self.mode, self.fast
