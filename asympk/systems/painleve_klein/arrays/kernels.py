@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from asympk.numbers import Number
+from asympk.systems.painleve_klein.flow.fastslow import two_exponentials
 
 MOST_STEPS = 9  # of Newton's method for an event by the fast part, after its first
 DRIFT_STEPS = 3  # of Newton's method for z = 0 along a slow line
@@ -56,14 +57,10 @@ def mode_constants(a: Number, b: Number, mu: Number) -> ModeConstants:
     (b-1)/b in ``z = z0 + (a/b) t + bend (y - y0)``. ``doubt`` is the admissible error of ``fast t - log(R/F)``, which
     shows neither in the state nor in the time; no event takes more time than ``longest``.
     """
-    k = mu / b
-    root = np.sqrt(1 - 4 * k)
-    rho = (1 + root) / 2
-    fast, rest = -rho / k, a / b
-    lag, to_x, to_z = -k / (rho * rho), -k / root, (b - 1) * (rho * k / root)
+    (rest, _, fast, slow, _, lag), (to_x, _, to_s, to_z, _) = two_exponentials(a, b, mu, np.sqrt)
     doubt = np.minimum(TIME_ERROR * np.abs(fast), LOG_ERROR)
     longest = (LONGEST - np.log(mu)) / np.abs(fast)
-    constants = rest, fast, -1 / rho, lag, to_x, to_x / lag, to_z, k * (b - 1), doubt, np.sqrt(doubt), longest
+    constants = rest, fast, slow, lag, to_x, to_s, to_z, mu / b * (b - 1), doubt, np.sqrt(doubt), longest
     return ModeConstants(*(v if isinstance(v, np.ndarray) else float(v) for v in constants))
 
 
