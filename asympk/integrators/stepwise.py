@@ -53,11 +53,13 @@ def follow_steps(
 ) -> Segment:
     """Follow ``mode`` by the steps of ``solver`` until a guard is lost or the solver is at its end."""
     watch, n, times = Watch(mode, t, state), len(state), settings.times
-    steps, idle, short, hit, together = 0, 0, "", None, ()
+    steps, idle, short, hit = 0, 0, "", None
+    together: tuple[int, ...] = ()
     samples: list[tuple[float, ...]] = []
     passed = [(t, state)] if settings.keep else []
     start, halfway, poles = t, t, mode.pole_values(t, state)
-    divisors, near = poles, []  # near: the times of consecutive steps at which a divisor has nearly vanished
+    divisors = poles
+    near: list[float] = []  # the times of consecutive steps at which a divisor has nearly vanished
     while solver.status == "running" and hit is None and not short:
         short = _step(solver, steps, settings)
         steps += solver.made * (not short)
