@@ -121,11 +121,9 @@ def run(
 def traced(scene: Scene, method: str, keep: bool = False, **options: Any) -> tuple[Path, Run]:
     """Return the path as ``run`` does, and its ``Run``, with all steps if ``keep``; ``options`` must be complete."""
     joined = _trace(scene, method, options, keep=keep)
-    work = total(joined)
-    info = report(joined.last, work, options)
-    at = SteppedDense(endpoints(scene)[0], joined.last.t, partial(_samples, scene, method, options))
-    path = Path(scene, method, joined.last.state, joined.events, joined.modes, at, info=info)
-    return finished(path), joined
+    sample = partial(_samples, scene, method, options)
+    last = joined.last._replace(work=total(joined))
+    return finished(scene, method, last, joined.events, joined.modes, sample, options), joined
 
 
 def _trace(scene, method, options, times=(), keep=False):
@@ -169,12 +167,23 @@ def _samples(scene, method, options, times):
     return [w for segment in _trace(scene, method, options, times).segments for w in segment.samples]
 
 
-def finished(path: Path) -> Path:
-    """Return ``path``, or raise ``Unfinished`` with this path if it stopped early."""
-    if path.info["status"] == FINISHED:
+def finished(
+    scene: Scene, method: str, last: Segment, events: tuple, modes: tuple, sample: Callable, options: Mapping[str, Any],
+    counts: Mapping[str, int] | None = None,
+) -> Path:  # fmt: skip
+    """Return the path of a run that ends with ``last``, or raise ``Unfinished`` with this path if it stopped early.
+
+    ``sample`` is as in ``SteppedDense``. ``path.info`` has the status of the run in words, the time reached, the work,
+    the options used, and further ``counts``.
+    """
+    status = f"{last.short} at t = {last.t:.6g}" if last.short else FINISHED
+    info = {"status": status, "reached": last.t, "work": last.work._asdict(), "options": options, **(counts or {})}
+    at = SteppedDense(endpoints(scene)[0], last.t, sample)
+    path = Path(scene, method, last.state, events, modes, at, info=info)
+    if not last.short:
         return path
-    advice = next(words for begin, words in ADVICE.items() if path.info["status"].startswith(begin))
-    raise Unfinished(f"method {path.model!r}: {path.info['status']}; {advice}", path)
+    advice = next(words for begin, words in ADVICE.items() if last.short.startswith(begin))
+    raise Unfinished(f"method {method!r}: {status}; {advice}", path)
 
 
 def total(joined: Run) -> Work:
@@ -201,12 +210,6 @@ class SteppedDense:
         states = [self.start] * (len(times) - len(later)) + (list(self.sample(later)) if later else [])
         n = len(self.start)
         return np.array(states, dtype=float).reshape(-1, n).T[:, where.ravel()].reshape(n, *t.shape)
-
-
-def report(last: Segment, work: Work, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the ``info`` of a run: its status in words, the time reached, the work, and the options used."""
-    status = f"{last.short} at t = {last.t:.6g}" if last.short else FINISHED
-    return {"status": status, "reached": last.t, "work": work._asdict(), "options": options}
 
 
 def endpoints(scene: Scene) -> tuple[tuple[float, ...], float]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from asympk.automaton.loop import Segment
 from asympk.errors import InputError
-from asympk.integrators.integrate import SteppedDense, Work, bounds, endpoints, finished, report
+from asympk.integrators.integrate import Work, bounds, endpoints, finished
 from asympk.numbers import number, sign_of
 from asympk.path import Event, Path
 from asympk.scene import Scene, in_doubles
@@ -51,11 +51,9 @@ def run(
     changes = [k for k in range(1, len(phases)) if phases[k] != phases[k - 1]]
     marks = tuple(Event(_kind(phases[k - 1], phases[k]), times[k], states[k]) for k in changes)
     modes = (phases[0].mode, *(phases[k].mode for k in changes))
-    work = Work(0, len(times) - 1, 0)
+    last = Segment(times[-1], states[-1], None, Work(0, len(times) - 1, 0), short)
     options = {"step": h, "prefer": prefer, "steps": steps, "seconds": seconds}
-    info = report(Segment(times[-1], states[-1], None, work, short), work, options) | counts
-    at = SteppedDense(start, times[-1], partial(_between, times, states))
-    return finished(Path(scene, method, states[-1], marks, modes, at, None, info))
+    return finished(scene, method, last, marks, modes, partial(_between, times, states), options, counts)
 
 
 def _march(scene, start, until, h, prefer, steps, deadline):

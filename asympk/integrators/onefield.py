@@ -11,16 +11,7 @@ import sympy as sp
 from asympk.automaton.modes import function
 from asympk.errors import InputError
 from asympk.integrators import scipy_ivp
-from asympk.integrators.integrate import (
-    Settings,
-    SteppedDense,
-    bounds,
-    endpoints,
-    finished,
-    in_range,
-    report,
-    tolerances,
-)
+from asympk.integrators.integrate import Settings, bounds, endpoints, finished, in_range, tolerances
 from asympk.numbers import number, short
 from asympk.path import Path
 from asympk.scene import Scene
@@ -89,15 +80,12 @@ def _follow(scene, method, width, solver, rtol, atol, steps, seconds, **options)
     """Follow ``scene`` by one of scipy's solvers with sign(v), or tanh(v / width); the ``Path`` has one mode."""
     if not isinstance(solver, str) or solver not in scipy_ivp.CLASSES:
         raise InputError(f"solver {short(solver)} is unknown; choose one of {', '.join(scipy_ivp.CLASSES)}")
-    start, _ = endpoints(scene)
     rtol, atol = tolerances(rtol, atol)
     steps, seconds = bounds(steps, seconds)
     settings = Settings(solver, rtol, atol, steps, monotonic() + seconds)
     last = _trace(scene, width, settings)
     options = {"solver": solver, "rtol": rtol, "atol": atol, "steps": steps, "seconds": seconds, **options}
-    at = SteppedDense(start, last.t, partial(_samples, scene, width, settings))
-    path = Path(scene, method, last.state, (), ("one_field",), at, None, report(last, last.work, options))
-    return finished(path)
+    return finished(scene, method, last, (), ("one_field",), partial(_samples, scene, width, settings), options)
 
 
 def _trace(scene, width, settings):
