@@ -31,7 +31,7 @@ class Doubles:
     number = float
 
     @staticmethod
-    def guess(segment: Any, find: str, *arguments: float) -> None:
+    def guess(segment: Any, axis: int, *arguments: float) -> None:
         """Return None: a root in doubles is found from the bracket alone."""
 
 
@@ -44,7 +44,7 @@ def flow_context(largest: int) -> Arithmetic:
 
     m = multiprecision.private_context(largest)
     m.expm1 = lambda p: _expm1(m, p)
-    m.guess = lambda segment, find, *arguments: _guess(m, segment, find, *arguments)
+    m.guess = lambda segment, axis, *arguments: _guess(m, segment, axis, *arguments)
     m.number = lambda value: multiprecision.in_context(m, value)
     m.most_exponent = m.inf
     m.soon = m.mpf(2) ** -16
@@ -94,10 +94,9 @@ def _expm1(m, p):
     return m.make_mpf(mpf_sub(mpf_exp(p._mpf_, m.prec + max(0, lost) + 8, "n"), fone, m.prec, "n"))
 
 
-def _guess(m, segment, find, *arguments):
+def _guess(m, segment, axis, *arguments):
     """Return the root that the same motion has in doubles, or None where doubles fail."""
     try:
-        shadow = segment.rounded(Doubles)
-        return m.mpf(getattr(shadow, find)(*map(float, arguments)))
+        return m.mpf(segment.rounded(Doubles).root(axis, *map(float, arguments)))
     except (ArithmeticError, ValueError):
         return None

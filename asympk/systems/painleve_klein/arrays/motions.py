@@ -93,14 +93,9 @@ class Segments:
                 axis[soon] = values
         return state
 
-    def s_root(self, level: Number, lo: Number, hi: Number, rising: np.ndarray) -> np.ndarray:
-        """Return the times in (lo, hi) at which s = level; s passes it upwards where ``rising``."""
-        step = newton_step(lambda rows, t: self.rows(rows)._off(2, level[rows], t))
-        return bracketed_roots(step, lo, hi, rising, (lo + hi) / 2)
-
-    def z_root(self, lo: Number, hi: Number, rising: np.ndarray) -> np.ndarray:
-        """Return the times in (lo, hi) at which z = 0."""
-        step = newton_step(lambda rows, t: self.rows(rows)._off(3, 0, t))
+    def root(self, axis: int, level: Number, lo: Number, hi: Number, rising: np.ndarray) -> np.ndarray:
+        """Return the times in (lo, hi) at which s (axis 2) or z (axis 3) is ``level``; it rises there if ``rising``."""
+        step = newton_step(lambda rows, t: self.rows(rows)._off(axis, level[rows], t))
         return bracketed_roots(step, lo, hi, rising, (lo + hi) / 2)
 
 
@@ -156,37 +151,27 @@ class SeparateSegments(Segments):
         """Bound the terms that make up z where z is small."""
         return np.abs(self.z0) + np.abs(self.rest * t) + np.abs(self.slow_z * self.slow)
 
-    def s_root(self, level: Number, lo: Number, hi: Number, rising: np.ndarray) -> np.ndarray:
-        fast, slow = self.fast_s * self.fast, self.lift * self.slow
-        terms = self.s0 - level, self.rest - level, np.zeros_like(lo), fast, slow
-        soon = self._early(lambda state: state[2] - level, lo, hi, rising)
-
-        def soon_root(part, *bracket):
-            return Segments.s_root(part, level[soon], *bracket)
-
-        return self._root(soon, soon_root, terms, lo, hi, rising)
-
-    def z_root(self, lo: Number, hi: Number, rising: np.ndarray) -> np.ndarray:
-        fast, slow = self.fast_z * self.fast, self.slow_z * self.slow
-        terms = self.z0, self.z0 - fast - slow, self.rest + np.zeros_like(lo), fast, slow
-        soon = self._early(lambda state: state[3], lo, hi, rising)
-        return self._root(soon, Segments.z_root, terms, lo, hi, rising)
-
-    def _early(self, value, lo, hi, rising):
-        """Tell where the root is at a short time, at which the exponentials nearly cancel."""
-        if not (lo < self.short).any():
-            return np.zeros(lo.size, bool)
-        return (lo < self.short) & ((hi <= self.short) | ((value(self.state(self.short)) > 0) == rising))
-
-    def _root(self, soon, soon_root, terms, lo, hi, rising):
-        value, u, k, fast, slow = terms
+    def root(self, axis: int, level: Number, lo: Number, hi: Number, rising: np.ndarray) -> np.ndarray:
+        if axis == 3:
+            fast, slow = self.fast_z * self.fast, self.slow_z * self.slow
+            value, u, k = self.z0 - level, self.z0 - level - fast - slow, self.rest + np.zeros_like(lo)
+        else:
+            fast, slow = self.fast_s * self.fast, self.lift * self.slow
+            value, u, k = self.s0 - level, self.rest - level, np.zeros_like(lo)
         step = balance_step(value, u, k, fast, self.fast_rate, slow, self.slow_rate)
         start = np.maximum(lo, self.short)
         found = bracketed_roots(step, start, hi, rising, start, 4 / np.abs(self.fast_rate))
+        soon = self._early(axis, level, lo, hi, rising)
         if soon.any():
-            part = self.rows(soon)
-            found[soon] = soon_root(part, lo[soon], np.minimum(hi[soon], part.short), rising[soon])
+            ends = np.minimum(hi, self.short)
+            found[soon] = Segments.root(self.rows(soon), axis, *(v[soon] for v in (level, lo, ends, rising)))
         return found
+
+    def _early(self, axis, level, lo, hi, rising):
+        """Tell where the root is at a short time, at which the exponentials nearly cancel."""
+        if not (lo < self.short).any():
+            return np.zeros(lo.size, bool)
+        return (lo < self.short) & ((hi <= self.short) | ((self.state(self.short)[axis] > level) == rising))
 
     def on_level(self, level: Number, t: Number) -> Sequence[np.ndarray]:
         """Return the state at the times t at which s = level.

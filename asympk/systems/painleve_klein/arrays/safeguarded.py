@@ -222,7 +222,7 @@ def slip_ends(
         search.require_off(rows[turned], (lo[turned] > 0) | (part.s0[turned] != 0))
         if turned.size:
             some = part.rows(turned)
-            at = some.s_root(np.zeros_like(t[turned]), lo[turned], t[turned], own[turned] < 0)
+            at = some.root(2, np.zeros_like(t[turned]), lo[turned], t[turned], own[turned] < 0)
             search.found(rows[turned], FORCE_ZERO, at, some.on_level(np.zeros_like(at), at))
         search.passed(rows, hi, state)
         opening[rows] = opens
@@ -242,14 +242,14 @@ def _landing(search, rows, part, own, side, lo, hi, state, opening, opens):
     dips = np.flatnonzero(~crosses & opens & ~opening)
     if dips.size:
         some = part.rows(dips)
-        least = some.s_root(some.a / (some.b - 1), lo[dips], hi[dips], side[dips] * (1 - some.b) > 0)
+        least = some.root(2, some.a / (some.b - 1), lo[dips], hi[dips], side[dips] * (1 - some.b) > 0)
         depth = side[dips] * some.state(least)[3]
         search.watch(rows[dips], depth, some.z_size(least))
         crosses[dips], t[dips] = depth < 0, np.where(depth < 0, least, hi[dips])
     down = np.flatnonzero(crosses)
     if down.size:
         some = part.rows(down)
-        at = some.z_root(start[down], t[down], side[down] < 0)
+        at = some.root(3, np.zeros(down.size), start[down], t[down], side[down] < 0)
         there = some.on_plane(at)
         t[down], s[down] = at, there[2]
         search.watch(rows[down], own[down] * there[2], some.s_size(at))
@@ -265,7 +265,7 @@ def _leaving(search, rows, part, side, lo, hi, s, leaves):
     if leaves.any():
         some = part.rows(leaves)
         level = some.a / (some.b - 1)
-        start[leaves] = some.s_root(level, lo[leaves], hi[leaves], s[leaves] > some.s0)
+        start[leaves] = some.root(2, level, lo[leaves], hi[leaves], s[leaves] > some.s0)
         off = side[leaves] * some.state(start[leaves])[3]
         search.require_off(rows[leaves], off > MARGIN * some.z_size(start[leaves]))
     return start
@@ -288,7 +288,7 @@ def stick_ends(
             if out.size:
                 search.require_off(rows[out], (lo[out] > 0) | (part.s0[out] != edge[out]))
                 some = part.rows(out)
-                at = some.s_root(edge[out], lo[out], hi[out], side[out] > 0)
+                at = some.root(2, edge[out], lo[out], hi[out], side[out] > 0)
                 search.found(rows[out], SLIP_ONSET, at, some.on_level(edge[out], at))
         search.passed(rows, hi, state)
     return search.kind, search.time, search.state, search.doubtful

@@ -129,25 +129,19 @@ class FastSlowSegment(SmoothSegment):
         mode = self.mode
         return abs(self.z0) + abs(mode.rest * t) + abs(mode.slow_z * self.slow)
 
-    def s_root(self, level: Number, lo: Number, hi: Number, sign_hi: Number) -> Number:
-        """Return the time in (lo, hi) at which s = level."""
+    def root(self, axis: int, level: Number, lo: Number, hi: Number, sign_hi: Number) -> Number:
+        """Return the time in (lo, hi) at which s (axis 2) or z (axis 3) is ``level``."""
         mode = self.mode
         if lo < self.short:
-            if hi <= self.short or (self.state(self.short)[2] - level) * sign_hi > 0:
-                return super().s_root(level, lo, min(hi, self.short), sign_hi)
+            if hi <= self.short or (self.state(self.short)[axis] - level) * sign_hi > 0:
+                return super().root(axis, level, lo, min(hi, self.short), sign_hi)
             lo = self.short
-        guess = mode.m.guess(self, "s_root", level, lo, hi, sign_hi)
-        return fast_slow_root(mode.m, self.s0 - level, mode.rest - level + self.slow_s, 0, mode.fast_s * self.fast,
-                              mode.fast_rate, self.slow_s, mode.slow_rate, lo, hi, sign_hi, guess)
-
-    def z_root(self, lo: Number, hi: Number, sign_hi: Number) -> Number:
-        """Return the time in (lo, hi) at which z = 0."""
-        mode = self.mode
-        if lo < self.short:
-            if hi <= self.short or self.state(self.short)[3] * sign_hi > 0:
-                return super().z_root(lo, min(hi, self.short), sign_hi)
-            lo = self.short
-        fast = mode.fast_z * self.fast
-        guess = mode.m.guess(self, "z_root", lo, hi, sign_hi)
-        return fast_slow_root(mode.m, self.z0, self.z0 - fast, mode.rest, fast,
-                              mode.fast_rate, mode.slow_z * self.slow, mode.slow_rate, lo, hi, sign_hi, guess)
+        if axis == 3:
+            fast, slow = mode.fast_z * self.fast, mode.slow_z * self.slow
+            start, base, drift = self.z0 - level, self.z0 - level - fast, mode.rest
+        else:
+            fast, slow = mode.fast_s * self.fast, self.slow_s
+            start, base, drift = self.s0 - level, mode.rest - level + slow, 0
+        guess = mode.m.guess(self, axis, level, lo, hi, sign_hi)
+        return fast_slow_root(mode.m, start, base, drift, fast, mode.fast_rate, slow, mode.slow_rate, lo, hi, sign_hi,
+                              guess)  # fmt: skip

@@ -255,7 +255,7 @@ def _slip_event(flow, segment, s_sign, z_sign, lo, hi, s, z, opening, opens):
     """
     m, t = segment.mode.m, None
     if lost(m, z_sign * z, segment.z_size(hi)):
-        t = segment.z_root(_leaving(segment, z_sign, lo, hi, s) if opening else lo, hi, -z_sign)
+        t = segment.root(3, 0, _leaving(segment, z_sign, lo, hi, s) if opening else lo, hi, -z_sign)
     elif opens and not opening:
         t = _dip(flow, segment, z_sign, lo, hi)
     if t is not None:
@@ -265,7 +265,7 @@ def _slip_event(flow, segment, s_sign, z_sign, lo, hi, s, z, opening, opens):
             return "velocity_zero", t, state
     if lost(m, s_sign * s, segment.s_size(hi)):
         _require_off(lo or segment.s0)
-        return "force_zero", *on_level(segment, 0 * hi, segment.s_root(0, lo, hi, -s_sign))
+        return "force_zero", *on_level(segment, 0 * hi, segment.root(2, 0, lo, hi, -s_sign))
     return None
 
 
@@ -279,7 +279,7 @@ def _leaving(segment, z_sign, lo, hi, s):
     """Return lo, or for a start on the plane z = 0 a time in (lo, hi) at which z is off it, before its root there."""
     if lo or segment.z0:
         return lo
-    t = segment.s_root(segment.mode.a / (segment.mode.b - 1), lo, hi, 1 if s > segment.s0 else -1)
+    t = segment.root(2, segment.mode.a / (segment.mode.b - 1), lo, hi, 1 if s > segment.s0 else -1)
     _require_off(decided(segment.mode.m, z_sign * segment.state(t)[3], segment.z_size(t)) > 0)
     return t
 
@@ -287,10 +287,10 @@ def _leaving(segment, z_sign, lo, hi, s):
 def _dip(flow, segment, z_sign, lo, hi):
     """Return the time in (lo, hi) at which z crosses the plane, to be back at hi, or touches it and sticks; or None."""
     mode = segment.mode
-    least = segment.s_root(mode.a / (mode.b - 1), lo, hi, z_sign if mode.b < 1 else -z_sign)
+    least = segment.root(2, mode.a / (mode.b - 1), lo, hi, z_sign if mode.b < 1 else -z_sign)
     z = segment.state(least)[3]
     if lost(mode.m, z_sign * z, segment.z_size(least)):
-        return segment.z_root(lo, least, -z_sign)
+        return segment.root(3, 0, lo, least, -z_sign)
     return least if flow.sigma0 > flow.sigma and _vanishes(segment, least, z) else None
 
 
@@ -305,7 +305,7 @@ def stick_event(
         for edge, side in ((near, -s_sign), (far, 1)):
             if edge is not None and lost(flow.m, side * (edge - s), abs(edge) + size):
                 _require_off(lo or segment.s0 - edge)
-                return "slip_onset", *on_level(segment, edge, segment.s_root(edge, lo, hi, side))
+                return "slip_onset", *on_level(segment, edge, segment.root(2, edge, lo, hi, side))
         lo = hi
     return _stick_end(flow, segment, s_sign, left)
 

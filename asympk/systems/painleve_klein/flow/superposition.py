@@ -161,24 +161,14 @@ class SmoothSegment:
         sizes = abs(self.s0 * g) + abs(self.y0 * h) + abs(mode.load * k)
         return abs(self.z0) + abs(mode.a * t) + abs(mode.fall) * sizes
 
-    def s_root(self, level: Number, lo: Number, hi: Number, sign_hi: Number) -> Number:
-        """Return the time in (lo, hi) at which s = level, by Newton's method on the state."""
+    def root(self, axis: int, level: Number, lo: Number, hi: Number, sign_hi: Number) -> Number:
+        """Return the time in (lo, hi) at which s (axis 2) or z (axis 3) is ``level``, by Newton's method."""
         mode = self.mode
 
         def value_and_slope(t):
-            _, y, s, _, thrust = self.state(t)
-            return s - level, y + thrust / mode.mu
+            state = self.state(t)
+            _, y, s, _, thrust = state
+            return state[axis] - level, mode.a + mode.fall * s if axis == 3 else y + thrust / mode.mu
 
-        guess = mode.m.guess(self, "s_root", level, lo, hi, sign_hi)
-        return smooth_root(mode.m, value_and_slope, lo, hi, sign_hi, guess)
-
-    def z_root(self, lo: Number, hi: Number, sign_hi: Number) -> Number:
-        """Return the time in (lo, hi) at which z = 0, by Newton's method on the state."""
-        mode = self.mode
-
-        def value_and_slope(t):
-            _, _, s, z, _ = self.state(t)
-            return z, mode.a + mode.fall * s
-
-        guess = mode.m.guess(self, "z_root", lo, hi, sign_hi)
+        guess = mode.m.guess(self, axis, level, lo, hi, sign_hi)
         return smooth_root(mode.m, value_and_slope, lo, hi, sign_hi, guess)
