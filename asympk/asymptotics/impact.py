@@ -104,7 +104,8 @@ class LimitLayers:
             target, guard, speed = self._ahead(mode, t, state, speed)
             if guard is None and not math.isinf(target):
                 state = self._with(state, target)
-                self._require_off_edges(mode, t, state)
+                if _edges(*self._guards(mode, t, state), state):  # terms of order mu tell what follows
+                    raise NoLaw(f"the layer at t = {t:.6g} lands on an edge of {mode.name}")
                 return replace(path, state=state, mode=mode, events=tuple(events), modes=tuple(modes))
             if guard is None:
                 mode, state, event = self._stop(mode, t, state, math.copysign(1, target))
@@ -156,11 +157,6 @@ class LimitLayers:
                           f"motions; {words}")  # fmt: skip
         return edges[0] if edges else y - rest
 
-    def _require_off_edges(self, mode: NumericMode, t: float, state: tuple) -> None:
-        """Refuse a layer that lands where a guard vanishes that depends on y: terms of order mu tell what follows."""
-        if _edges(*self._guards(mode, t, state), state):
-            raise NoLaw(f"the layer at t = {t:.6g} lands on an edge of {mode.name}")
-
     def _guards(self, mode: Any, t: float, state: tuple) -> tuple[np.ndarray, np.ndarray]:
         """Return the values of the guards and their derivatives by y, in which they are affine."""
         values = np.array(mode.guard_values(t, state))
@@ -196,7 +192,6 @@ class LimitLayers:
         event = Event("velocity_zero", t, self._with(stopped, large / self.mu), 0)
         stick = entered(self.automaton, (Phase(phase.load, 0),), t, stopped)
         after, _ = self._carried(stick, t, stopped, large, side, lambda _, w: side * w[-1])
-        self._require_held(stick, t, after, side)
         return stick, self._with(after, self._from_infinity(stick, t, after, side)), event
 
     def _carried(self, mode: NumericMode, t: float, state: tuple, large: float, side: float, level: Any) -> tuple:
@@ -224,15 +219,15 @@ class LimitLayers:
             raise NoLaw(f"the jump at t = {t:.6g} meets a switching surface of {mode.name}")
         return tuple(ends[0][:-1].tolist()), float(ends[0][-1])
 
-    def _require_held(self, mode: NumericMode, t: float, state: tuple, side: float) -> None:
+    def _from_infinity(self, mode: NumericMode, t: float, state: tuple, side: float) -> float:
+        """Return a value of y on ``side`` beyond the zeros of all guards, which stands for infinity.
+
+        Raises ``OutOfRange`` where static friction does not hold there.
+        """
         far = 1e9 * max(1.0, *map(abs, state))
         values, slopes = self._guards(mode, t, self._with(state, 0.0))
         if (values + side * far * slopes).min() <= 0:
             raise OutOfRange(f"static friction does not hold the impulse at t = {t:.6g}: the contact slips on")
-
-    def _from_infinity(self, mode: NumericMode, t: float, state: tuple, side: float) -> float:
-        """Return a value of y on ``side`` beyond the zeros of all guards, which stands for infinity."""
-        values, slopes = self._guards(mode, t, self._with(state, 0.0))
         roots = [abs(v / s) for v, s in zip(values, slopes, strict=True) if s != 0]
         return side * 2 * (1 + float(max([*roots, *map(abs, state)])))
 
