@@ -132,12 +132,9 @@ def _of_one_fast_state(mode, small, order):
     start = {s: s for s in (*mode.slow, *mode.fast)}
     rate, (known_rate,) = sp.Dummy("a"), known.slopes
     orders = order, order - 1
-    found = affinelayer.layer_coefficients(known, orders, _Symbols(), values, start, rate, _expanded)
+    found = affinelayer.layer_coefficients(known, orders, _Symbols(), values, start, rate,
+                                           lambda c: sp.expand(sp.sympify(c, strict=True)))  # fmt: skip
     return {x: [found[x][k, 0].terms[0, 0].subs(rate, known_rate) for k in range(1, order + 1)] for x in mode.slow}
-
-
-def _expanded(c):
-    return sp.expand(sp.sympify(c, strict=True))
 
 
 def _of_fast_states(mode, small, order):

@@ -118,7 +118,8 @@ def _slip(line, load, side, sign):
         return ItineraryStep(mode, side, "force_zero", "load"), 0 * p, 0
     if sign(line.rate[mode][1]) * away != -side:
         raise NotDerivable(f"{mode}: the load grows without bound and the velocity with it")
-    _require_hold_far(line, mode, sign)
+    if sign(line.static - abs(line.drive[1])) <= 0:
+        raise NotDerivable(f"{mode}: at an unbounded load friction does not hold, and the motion crosses the plane")
     return ItineraryStep(mode, side, "velocity_zero", "velocity"), load, away
 
 
@@ -143,11 +144,6 @@ def _stick(line, load, far, sign):
 def _hold(line, load, sign):
     """Return the sign of ``margin``: static friction holds where it is not negative."""
     return sign(line.margin(load))
-
-
-def _require_hold_far(line, mode, sign):
-    if sign(line.static - abs(line.drive[1])) <= 0:
-        raise NotDerivable(f"{mode}: at an unbounded load friction does not hold, and the motion crosses the plane")
 
 
 def _direction(line, load, sign):

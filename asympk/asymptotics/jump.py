@@ -225,7 +225,8 @@ def _sample(system, model, start, arrival):
         if p not in known:
             inside = points_in(assumed_range(p, system.assumptions))
             candidates = [*(known[q] for q in model.parameters if q in known), *SAMPLES, *inside]
-            fitting = (c for c in candidates if _allowed(system, {**known, p: c}))
+            allowed = sp.And.make_args(system.assumptions)
+            fitting = (c for c in candidates if all(a.subs({**known, p: c}) != sp.false for a in allowed))
             known[p] = next(fitting, None)
             if known[p] is None:
                 raise InputError(f"no value of {p} was found that the assumptions allow; give one, start={{'{p}': ..}}")
@@ -234,10 +235,6 @@ def _sample(system, model, start, arrival):
     wanted = model.line.rest(arrival).subs(known) if arrival else sp.Rational(1, 5)
     known.setdefault(y, model.fast_state(x, wanted).subs(known))
     return known
-
-
-def _allowed(system, values):
-    return all(c.subs(values) != sp.false for c in sp.And.make_args(system.assumptions))
 
 
 @lru_cache(maxsize=256)
