@@ -78,74 +78,60 @@ def quantiles(
                 searches.setdefault(axis, _Search(probabilities)).look(_keys(values), shift, width)
         for search in searches.values():
             search.narrow(shift, width)
-        if all(search.found is not None for search in searches.values()):
+        if not any(search.wanted for search in searches.values()):
             break
     return {axis: [_double(key) for key in search.found] for axis, search in searches.items()}
 
 
 class _Search:
-    """The wanted ranks of one axis, and the known leading bits of the keys at these ranks."""
+    """The keys of one axis that are wanted: the known leading bits of each, and its rank among keys with these bits."""
 
     def __init__(self, probabilities):
-        self.probabilities, self.ranks, self.prefixes = probabilities, None, [0]
-        self.found, self.few, self.tables, self.gathered = None, False, {}, {}
+        self.probabilities, self.wanted, self.found = probabilities, [(0, 0)], []
+        self.few, self.tables, self.gathered = False, {}, {}
 
     def look(self, keys, shift, width):
-        """Count, or gather, the ``keys`` that begin with a wanted prefix."""
-        if self.found is not None:
-            return
-        for prefix in sorted(set(self.prefixes)):
-            chosen = keys if self.ranks is None else keys[keys >> (shift + width) == prefix]
+        """Count, or gather, the ``keys`` that begin with wanted bits."""
+        for prefix in {prefix for prefix, _ in self.wanted}:
+            chosen = keys if shift + width == 64 else keys[keys >> shift + width == prefix]
             if self.few:
                 self.gathered.setdefault(prefix, []).append(chosen)
             elif chosen.size:
-                lowest = -(1 << width - 1) if self.ranks is None else prefix << width
-                self._tally(prefix, (chosen >> shift) - lowest, width)
-
-    def _tally(self, prefix, digits, width):
-        if prefix not in self.tables:
-            self.tables[prefix] = np.zeros(1 << width, dtype=np.int64)
-        least = int(digits.min())
-        counted = np.bincount(digits - least)
-        self.tables[prefix][least:least + counted.size] += counted
+                digits = ((chosen >> shift) - (prefix << width)).view(np.int64)
+                least = int(digits.min())
+                counted = np.bincount(digits - least)
+                if prefix not in self.tables:
+                    self.tables[prefix] = np.zeros(1 << width, dtype=np.int64)
+                self.tables[prefix][least:least + counted.size] += counted
 
     def narrow(self, shift, width):
         """Find the next bits of every wanted key from the counts, or all its bits from the gathered keys."""
-        if self.found is not None:
-            return
         if self.few:
             pools = {prefix: np.sort(np.concatenate(pieces)) for prefix, pieces in self.gathered.items()}
-            self.found = [int(pools[p][r]) for p, r in zip(self.prefixes, self.ranks, strict=True)]
+            self.found, self.wanted = [int(pools[p][rank]) for p, rank in self.wanted], []
             return
-        first = self.ranks is None
-        if first:
+        if shift + width == 64:
             total = int(sum(table.sum() for table in self.tables.values()))
-            self.ranks = [int(p * (total - 1)) for p in self.probabilities] if total else []
-            self.prefixes = [0] * len(self.ranks)
-        self._descend(width, -(1 << width - 1) if first else 0)
-        self.tables = {}
-        if not shift:
-            self.found = self.prefixes
-
-    def _descend(self, width, lowest):
-        sizes = {}
-        for k, (prefix, rank) in enumerate(zip(self.prefixes, self.ranks, strict=True)):
+            self.wanted = [(0, int(p * (total - 1))) for p in self.probabilities] if total else []
+        sizes, longer = {}, []
+        for prefix, rank in self.wanted:
             table = self.tables[prefix]
             below = np.cumsum(table)
             digit = int(np.searchsorted(below, rank, side="right"))
-            self.ranks[k] = rank - (int(below[digit - 1]) if digit else 0)
-            self.prefixes[k] = (prefix << width) + digit + lowest
-            sizes[self.prefixes[k]] = int(table[digit])
-        self.few = sum(sizes.values()) <= _GATHERED
+            longer.append(((prefix << width) + digit, rank - int(below[digit - 1]) if digit else rank))
+            sizes[longer[-1][0]] = int(table[digit])
+        self.wanted, self.tables, self.few = longer, {}, sum(sizes.values()) <= _GATHERED
+        if not shift:
+            self.found, self.wanted = [key for key, _ in longer], []
 
 
 def _keys(values):
-    """Return doubles as integers in the same order; -0.0 counts as 0.0."""
+    """Return doubles as unsigned integers in the same order; -0.0 counts as 0.0."""
     bits = (values + 0.0).view(np.int64)
-    return bits ^ (bits >> 63 & 2**63 - 1)
+    return (bits ^ (bits >> 63 | -(2**63))).view(np.uint64)
 
 
 def _double(key):
     import struct
 
-    return struct.unpack("<d", struct.pack("<q", key ^ (key >> 63 & 2**63 - 1)))[0]
+    return struct.unpack("<d", struct.pack("<Q", key ^ (2**63 if key >> 63 else 2**64 - 1)))[0]
