@@ -8,12 +8,10 @@ code serves floats, mpmath numbers and arrays; the argument ``m`` supplies exp, 
 by the order after it. A first omitted term that happens to vanish and a slowly convergent series are thereby covered.
 """
 
-from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 from asympk.asymptotics.compiledlayers import EventNumbers, compiled_layers
-from asympk.asymptotics.itinerary import LoadLine, itinerary
 from asympk.asymptotics.layers import LayerSegment
 
 STALLED = 0.9  # the largest ratio of omitted terms from which the later terms are estimated
@@ -41,14 +39,6 @@ class LayerItineraries(NamedTuple):
 
     steps: tuple
     then: tuple = ()
-
-
-def itineraries_of(line: LoadLine, load: Any, velocity: Any, sign: Callable[[Any], int]) -> LayerItineraries:
-    """Return the itineraries of the layer from a start, and of a second layer if the slow motion meets z = 0."""
-    steps = itinerary(line, load, velocity, sign)
-    last = steps[-1].mode
-    then = itinerary(line, line.rest(last), 0, sign) if line.returns(last, sign) else ()
-    return LayerItineraries(steps, then)
 
 
 def composite_motions(

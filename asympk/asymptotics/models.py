@@ -17,9 +17,10 @@ from typing import Any
 
 import numpy as np
 
+from asympk.arithmetic import MOST_DIGITS
 from asympk.asymptotics import composite
 from asympk.asymptotics.compiledlayers import coefficient, model
-from asympk.asymptotics.itinerary import LoadLine
+from asympk.asymptotics.itinerary import LoadLine, itinerary
 from asympk.asymptotics.linear import SLIP
 from asympk.asymptotics.validity import validity_conditions
 from asympk.digits import carried, carrier_context
@@ -29,7 +30,6 @@ from asympk.path import Event, Path, require_within, times_within
 from asympk.scene import in_doubles
 
 HIGHEST_ORDER = 6
-MOST_DIGITS = 1000
 MOST_EXPONENT = 709.0  # beyond it exp exceeds the largest double
 SPARE = 10  # digits carried beyond those asked for
 
@@ -88,9 +88,10 @@ def itineraries_for(
     method: str, line: LoadLine, load: Any, velocity: Any, sign: Callable[[Any], int], here: str
 ) -> composite.LayerItineraries:
     """Return the itineraries of a start; raise ``NoManifold``, ``NoMotion``, ``TwoMotions`` where ``method`` fails."""
-    itineraries = composite.itineraries_of(line, load, velocity, sign)
-    through = " -> ".join(step.mode for step in itineraries.steps)
-    stops = any(step.event == "velocity_zero" for step in itineraries.steps)
+    steps = itinerary(line, load, velocity, sign)
+    last, through = steps[-1].mode, " -> ".join(step.mode for step in steps)
+    then = itinerary(line, line.rest(last), 0, sign) if line.returns(last, sign) else ()
+    stops = any(step.event == "velocity_zero" for step in steps)
     if method == "slow" and stops:
         raise NoManifold(f"the fast motion meets z = 0 before it settles on a slow manifold: {through} ({here}); "
                          "use method 'jump'")
@@ -101,9 +102,9 @@ def itineraries_for(
                            "use method 'jump'")
         if len(modes) > 1:
             raise TwoMotions(f"the rigid rod has two motions, {' and '.join(modes)}; the elastic one "
-                             f"{'stops at once and then ' * stops}takes {itineraries.steps[-1].mode} ({here}); "
+                             f"{'stops at once and then ' * stops}takes {last} ({here}); "
                              "use method 'jump'")
-    return itineraries
+    return composite.LayerItineraries(steps, then)
 
 
 def line_of(sigma: Any, sigma0: Any) -> LoadLine:
