@@ -12,14 +12,14 @@ column ``excess`` changes its sign or has a peak, as the column ``expected`` doe
 """
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from itertools import groupby, pairwise
 
 from asympk.methods import solve
 from asympk.scene import Scene
 from asympk.storage.rows import Row, Stored
 
-SHALLOW, STEEP = ("-17/10", "-6/5", "-1/2"), ("1/2", "1", "3")
-SIGMAS = (*SHALLOW, *STEEP)
+SIGMAS = ("-17/10", "-6/5", "-1/2", "1/2", "1", "3")
 MUS = tuple(f"1e-{k}" for k in range(2, 13))
 UNTIL = 3
 ORDERS = (0, 1, 2)
@@ -27,13 +27,26 @@ DIGITS = 80
 KEPT = 6  # digits of a row
 
 
-EXPANSIONS = {  # name -> (model, a start within the domain, the sigmas for which the expansion exists)
-    "z < 0, s > 0": ("jump", (0, "1/5", -1), SIGMAS),
-    "z < 0, s < 0": ("jump", ("1/3", -1, "-3/2"), SIGMAS),
-    "z > 0, s < -1/sigma": ("jump", (0, -3, 1), STEEP),
-    "z > 0, s < 0": ("jump", ("-1/2", "3/10", "3/4"), SIGMAS),
-    "slow, Pi1": ("slow", ("-1/2", 1, "3/4"), SIGMAS),
-    "slow, Pi2": ("slow", (0, "1/5", -1), SHALLOW),
+@dataclass(frozen=True)
+class CheckedExpansion:
+    """An expansion: its model, a start within its domain, and the signs of sigma for which it exists."""
+
+    method: str
+    start: tuple
+    signs: tuple = (1, -1)
+
+    def exists(self, sigma: str) -> bool:
+        """Tell whether the expansion exists for ``sigma``, a string."""
+        return (-1 if sigma.startswith("-") else 1) in self.signs
+
+
+EXPANSIONS = {
+    "z < 0, s > 0": CheckedExpansion("jump", (0, "1/5", -1)),
+    "z < 0, s < 0": CheckedExpansion("jump", ("1/3", -1, "-3/2")),
+    "z > 0, s < -1/sigma": CheckedExpansion("jump", (0, -3, 1), (1,)),
+    "z > 0, s < 0": CheckedExpansion("jump", ("-1/2", "3/10", "3/4")),
+    "slow, Pi1": CheckedExpansion("slow", ("-1/2", 1, "3/4")),
+    "slow, Pi2": CheckedExpansion("slow", (0, "1/5", -1), (-1,)),
 }
 
 
@@ -51,7 +64,7 @@ def rows(
     """
     found: list[Row] = []
     for name in cases:
-        for sigma in (sigma for sigma in sigmas if sigma in EXPANSIONS[name][2]):
+        for sigma in filter(EXPANSIONS[name].exists, sigmas):
             here = [row for mu in mus for row in _rows(name, sigma, mu, orders)]
             found += sorted(here, key=lambda row: (row["order"], row["quantity"], -row["mu"]))
     return found
@@ -59,7 +72,7 @@ def rows(
 
 def stored() -> Stored:
     """Return all rows, and the settings with which they were computed."""
-    starts = {name: list(map(str, start)) for name, (_, start, _) in EXPANSIONS.items()}
+    starts = {name: list(map(str, case.start)) for name, case in EXPANSIONS.items()}
     return rows(), {"starts": starts, "until": UNTIL, "digits": DIGITS, "kept": KEPT, "reference": "exact flow"}
 
 
@@ -78,11 +91,11 @@ def by_quantity(rows: Iterable[dict]) -> Iterator[list[dict]]:
 
 
 def _rows(name, sigma, mu, orders):
-    method, start, _ = EXPANSIONS[name]
-    scene = Scene(sigma, mu, start, UNTIL)
+    case = EXPANSIONS[name]
+    scene = Scene(sigma, mu, case.start, UNTIL)
     truth = _quantities(solve(scene, digits=DIGITS))
     levels = sorted({n + k for n in orders for k in range(3)})
-    found = {n: _quantities(solve(scene, method, order=n, digits=DIGITS)) for n in levels}
+    found = {n: _quantities(solve(scene, case.method, order=n, digits=DIGITS)) for n in levels}
     for n in orders:
         for quantity in found[n]:
             now, next_, last = (found[n + k][quantity] for k in range(3))

@@ -6,6 +6,7 @@ measure is too small for the accuracy of the reference is left out.
 """
 
 from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -30,27 +31,36 @@ mu = sp.Symbol("mu", positive=True)
 kappa, lambda_ = sp.symbols("kappa lambda", positive=True)
 
 
+@dataclass(frozen=True)
+class SceneFamily:
+    """A system, the values of its parameters except the small one, a start, and a horizon."""
+
+    system: System
+    values: dict
+    start: Any
+    until: str
+
+    def scene(self, small: str) -> Scene:
+        """Return the scene for one value of the small parameter."""
+        return Scene(system=self.system, values={**self.values, self.system.small: small}, start=self.start,
+                     until=self.until)  # fmt: skip
+
+
 @cache
-def five_systems() -> dict[str, tuple[System, dict, Any, str]]:
-    """Return {name: (system, values of its parameters except the small one, start, horizon)}."""
+def five_systems() -> dict[str, SceneFamily]:
+    """Return the five systems by name."""
     reaction = System.smooth({x: -x + (x + kappa - lambda_) * y}, {y: x - (x + kappa) * y}, mu)
     several = System.smooth({x: -x + u * v, w: x - w * u}, {u: -2 * u + v + x + u * v / 4, v: -u - 3 * v + w**2}, mu)
     cubic = System.smooth({x: -x * y}, {y: x - y - y**3}, mu)
     rod = {"sigma": 1, "sigma0": 1, "kappa": 1, "c2": "1/2"}
     held = {"x1": 0, "x2": 0, "x": 0, "y": 0, "z": -1}
     return {
-        "enzyme reaction": (reaction, {kappa: 1, lambda_: "1/2"}, (1, 0), "1"),
-        "two slow, two fast states": (several, {}, (1, "1/2", -1, 1), "1"),
-        "nonlinear layer": (cubic, {}, (1, 2), "1"),
-        "held rod": (held_rod(), {"f": 2}, held, "1/2"),
-        "nonlinear rod": (nonlinear_rod.system(), rod, (0, "1/5", -1), "2"),
+        "enzyme reaction": SceneFamily(reaction, {kappa: 1, lambda_: "1/2"}, (1, 0), "1"),
+        "two slow, two fast states": SceneFamily(several, {}, (1, "1/2", -1, 1), "1"),
+        "nonlinear layer": SceneFamily(cubic, {}, (1, 2), "1"),
+        "held rod": SceneFamily(held_rod(), {"f": 2}, held, "1/2"),
+        "nonlinear rod": SceneFamily(nonlinear_rod.system(), rod, (0, "1/5", -1), "2"),
     }
-
-
-def scene_of_five(name: str, small: str) -> Scene:
-    """Return the scene of one of the ``five_systems`` for one value of the small parameter."""
-    system, values, start, until = five_systems()[name]
-    return Scene(system=system, values={**values, system.small: small}, start=start, until=until)
 
 
 @cache
@@ -70,15 +80,15 @@ def rows(names: Collection[str] | None = None, mus: Iterable[str] = MUS) -> list
     A row has the error of one state at one order, and its ``measure``: the first omitted term, or mu log(1/mu).
     """
     found = []
-    for name in five_systems():
+    for name, family in five_systems().items():
         if names is None or name in names:
-            found += sorted(_rows(name, mus), key=lambda row: (row["order"], row["state"], -row["mu"]))
+            found += sorted(_rows(name, family, mus), key=lambda row: (row["order"], row["state"], -row["mu"]))
     return found
 
 
 def stored() -> Stored:
     """Return all rows, and the settings with which they were computed."""
-    about = {name: {"start": str(start), "until": until} for name, (*_, start, until) in five_systems().items()}
+    about = {name: {"start": str(family.start), "until": family.until} for name, family in five_systems().items()}
     return rows(), {"cases": about, "digits": DIGITS, "kept": KEPT, "reference": "collocation, exact flow"}
 
 
@@ -87,10 +97,10 @@ def is_limit(row: Mapping) -> bool:
     return row["with_friction"] and row["order"] == 0
 
 
-def _rows(name, mus):
+def _rows(name, family, mus):
+    friction = bool(family.system.frictions)
     for small in mus:
-        scene, number = scene_of_five(name, small), float(sp.Rational(small))
-        friction = bool(scene.system.frictions)
+        scene, number = family.scene(small), float(sp.Rational(small))
         truth = solve(scene, digits=DIGITS).final
         for order in ORDERS:
             path = solve(scene, "jump", order=order)

@@ -13,7 +13,7 @@ from asympk.errors import AsympkError
 from asympk.methods import solve
 from asympk.storage.rows import Row
 from asympk.studies.compare import timed
-from asympk.studies.decreasing import scene_of_five
+from asympk.studies.decreasing import five_systems
 from asympk.studies.ladder import distance
 
 SYSTEMS = ("nonlinear rod", "enzyme reaction")
@@ -39,7 +39,7 @@ def rows(
     found: list[Row] = []
     for system, mu in product(SYSTEMS, mus):
         tell(f"{system}, mu = {mu}: models beside integrators")
-        scene = scene_of_five(system, mu)
+        scene = five_systems()[system].scene(mu)
         measured = partial(_row, system, scene, solve(scene, "radau", **FINEST).final, repeats)
         found += [measured(f"jump {n}", "jump", {"order": n}) for n in JUMPS]
         (enough,) = (row["final_error"] for row in found[-len(JUMPS) :] if row["method"] == "jump 1")
