@@ -63,7 +63,9 @@ class KvaernoSteps:
         due, first = next(look for look in self.looks if look > self.t), self.y is self.y_old
         with jax.enable_x64(True):
             self.carry, found = self.run(first, self.carry, due, min(AT_ONCE, self.limit), *self.fixed)
-            (made, stalled, self.t_old, self.t), (self.y_old, self.y) = _split(np.asarray(found))
+            found = np.asarray(found)
+        made, stalled, self.t_old, self.t = found[:4].tolist()
+        self.y_old, self.y = found[4:].reshape(2, -1)
         self.made = int(made)
         self.limit -= self.made
         self.status = "failed" if stalled else "finished" if self.t >= self.until else "running"
@@ -80,10 +82,6 @@ class KvaernoSteps:
             return (1 - u) * y_old + u * y + u * (u - 1) * bend
 
         return at
-
-
-def _split(found):
-    return found[:4].tolist(), found[4:].reshape(2, -1)
 
 
 @lru_cache(maxsize=64)
