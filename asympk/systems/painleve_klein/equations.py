@@ -45,20 +45,16 @@ def kinetic_ratio() -> sp.Expr:
     return bound.subs(sp.sin(rod.alpha), sp.tan(rod.alpha) * sp.cos(rod.alpha)) / (rod.R * sp.cos(rod.alpha))
 
 
-def friction_parameter() -> sp.Expr:
-    """Return sigma = f tan(alpha) - 2, the coefficient of the load in mu rho'' where friction acts along P (2.8)."""
-    return sp.diff(_fast(phi=kinetic_ratio() * _LOAD), _LOAD)
-
-
 @cache
 def groups(law: sp.Expr | None = None) -> tuple["Group", ...]:
     """Return the nondimensional groups in the order of the paper; t and x_1 are the physical time and position.
 
-    Raises ``NotDerivable`` when the rod's ``law`` has no canonical scales.
+    sigma = f tan(alpha) - 2 is the coefficient of the load in mu rho'' where friction acts along P (2.8). Raises
+    ``NotDerivable`` when the rod's ``law`` has no canonical scales.
     """
     scales = rod.find_scales(rod.elastic_rod(law))
     t, x1 = sp.symbols("t x_1", real=True)
-    sigma_of = friction_parameter()
+    sigma_of = sp.diff(_fast(phi=kinetic_ratio() * _LOAD), _LOAD)
     return (
         Group(sp.Symbol("tau"), t / scales.time, "time"),
         Group(sp.Symbol("rho"), rod.R1 / scales.reaction, "elastic reaction"),

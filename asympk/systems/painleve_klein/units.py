@@ -169,7 +169,8 @@ def _angle(value):
 
 def nondimensional(quantities: Mapping[str, Number]) -> tuple[dict[str, Number], "Units"]:
     """Return ``RESULTS`` and the ``Units``, as fractions correct to 100 digits, from exact quantities by name."""
-    values = [_value(quantities[name]) for name in SYMBOLS]
+    exact = (quantities[name] for name in SYMBOLS)
+    values = [value.radians if isinstance(value, Degrees) else Fraction(value) for value in exact]
     found = _lowered("mpmath").to_digits(DIGITS, *values)
     found = [number(name, value) for name, value in zip((*RESULTS, "time", "reaction", "velocity"), found, strict=True)]
     return dict(zip(RESULTS, found, strict=False)), Units(*found[len(RESULTS):])
@@ -184,10 +185,6 @@ def in_arrays(quantities: Iterable[Number]) -> tuple[dict[str, Number], "Units"]
 @cache
 def _lowered(target):
     return lower(SYMBOLS.values(), [*formulas().values(), *scales()], target=target)
-
-
-def _value(value):
-    return value.radians if isinstance(value, Degrees) else Fraction(value)
 
 
 def scene(given: dict[str, Any], start: Any, until: Any, name: str = "") -> Scene:
