@@ -35,16 +35,16 @@ def validity_conditions(
             yield (t <= turn.t) | (step.side * turn.z >= 0), f"the motion meets z = 0 before the {turn.kind}"
             if turn.kind == "velocity_zero":
                 end = m.where(t < turn.t, end, segment.began)
+        rise, bend, of_series = _begun(segment, line.rate[step.mode], line.fast[step.mode], mu)
         if step.side:
-            leaves = _leaves(segment, step.side, line.rate[step.mode], line.fast[step.mode], mu)
-            yield later | leaves, f"the motion returns to z = 0 in {step.mode} at once"
-            clear = _clears(segment, step.side, line.rate[step.mode], line.fast[step.mode], mu)
+            yield later | _leaves(segment, step.side, rise, bend), f"the motion returns to z = 0 in {step.mode} at once"
+            clear = _clears(segment, step.side, rise, bend, of_series)
             yield later | clear, f"the motion meets z = 0 in {step.mode} unexpectedly"
         for at in (*_turning(segment, end, m), *((end,) if step.event != "velocity_zero" else ())) if step.side else ():
             z, rough = (state_of(motion.segments[i], at, m)[2] for motion in (fine, coarse))
             # where a segment leaves z = 0 its slope may vanish, and the omitted terms may then change its sign
             slack = m.where(segment.z[0] == 0, 2 * abs(z - rough), 0) + 100 * m.eps * (1 + abs(segment.z[0]))
-            doubt = m.where(segment.z[0] == 0, 0, 2 * _slope_error(segment, line.rate[step.mode]))
+            doubt = m.where(segment.z[0] == 0, 0, 2 * abs(of_series - rise))
             unsure = doubt * (at - segment.began)
             yield later | (step.side * z >= unsure - slack), f"the motion meets z = 0 in {step.mode} unexpectedly"
         if step.event is None:
@@ -64,29 +64,22 @@ def _apart(segment, step, line):
     return near if step.event == "velocity_zero" else near & (moved <= SPREAD * abs(line.load_at(step.level) - rest))
 
 
-def _leaves(segment, side, rate, fast, mu):
-    """Tell whether a segment that begins on z = 0 leaves z = 0, by its exact z' and z'' there; true for all others."""
-    y, load = segment.y[0], segment.x[0] + segment.y[0]
-    slope = side * (rate[0] + rate[1] * load)
-    bend = side * rate[1] * (y + (fast[0] + fast[1] * load) / mu)
-    return (segment.z[0] != 0) | (bend >= 0) | (2 * slope * abs(segment.fast) > -bend)
-
-
-def _clears(segment, side, rate, fast, mu):
-    """Tell whether a segment that first approaches z = 0, unlike its series, turns well before; true for all others."""
+def _begun(segment, rate, fast, mu):
+    """Return the exact z' = h0 + h1 s, (h0, h1) = ``rate``, and z'' where a segment begins, and z' of its series."""
     y, load = segment.y[0], segment.x[0] + segment.y[0]
     _, constant, part, of_fast, _ = segment.z
-    slope = side * (rate[0] + rate[1] * load)
-    bend = side * rate[1] * (y + (fast[0] + fast[1] * load) / mu)
-    slope_of_series = side * (constant + part * segment.slow + of_fast * segment.fast)
-    return (segment.z[0] == 0) | (slope >= 0) | (slope_of_series < 0) | (side * segment.z[0] * bend > slope * slope)
+    bend = rate[1] * (y + (fast[0] + fast[1] * load) / mu)
+    return rate[0] + rate[1] * load, bend, constant + part * segment.slow + of_fast * segment.fast
 
 
-def _slope_error(segment, rate):
-    """Return the error of z' at the beginning of a segment; the exact z' is h0 + h1 s with (h0, h1) = ``rate``."""
-    _, constant, part, fast, _ = segment.z
-    load = segment.x[0] + segment.y[0]
-    return abs(constant + part * segment.slow + fast * segment.fast - rate[0] - rate[1] * load)
+def _leaves(segment, side, slope, bend):
+    """Tell whether a segment that begins on z = 0 leaves z = 0, by its exact z' and z'' there; true for all others."""
+    return (segment.z[0] != 0) | (side * bend >= 0) | (side * 2 * slope * abs(segment.fast) > -side * bend)
+
+
+def _clears(segment, side, slope, bend, of_series):
+    """Tell whether a segment that first approaches z = 0, unlike its series, turns well before; true for all others."""
+    return (segment.z[0] == 0) | (side * slope >= 0) | (side * of_series < 0) | (segment.z[0] * bend > slope * slope)
 
 
 def _turning(segment, end, m):
