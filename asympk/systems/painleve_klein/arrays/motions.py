@@ -23,8 +23,7 @@ class Segments:
     pace: np.ndarray
     horizon: Callable[[np.ndarray], np.ndarray]
     turning: Callable[[], np.ndarray]
-    s_size: Callable[[np.ndarray], np.ndarray]
-    z_size: Callable[[np.ndarray], np.ndarray]
+    size: Callable[[int, np.ndarray], np.ndarray]
     _state: Callable[[np.ndarray], Sequence[np.ndarray]]
 
     def __init__(self, a: Number, b: Number, mu: Number, x: Number, y: Number, s: Number, z: Number):
@@ -143,12 +142,10 @@ class SeparateSegments(Segments):
             self.z0 + self.rest * t + self.fast_z * gained + self.slow_z * lost,
         ]
 
-    def s_size(self, t: Number) -> np.ndarray:
-        """Bound the terms that make up s where s is small."""
-        return np.abs(self.rest) + np.abs(self.lift * self.slow)
-
-    def z_size(self, t: Number) -> np.ndarray:
-        """Bound the terms that make up z where z is small."""
+    def size(self, axis: int, t: Number) -> np.ndarray:
+        """Bound the terms that make up s (axis 2) or z (axis 3) where it is small."""
+        if axis == 2:
+            return np.abs(self.rest) + np.abs(self.lift * self.slow)
         return np.abs(self.z0) + np.abs(self.rest * t) + np.abs(self.slow_z * self.slow)
 
     def root(self, axis: int, level: Number, lo: Number, hi: Number, rising: np.ndarray) -> np.ndarray:
@@ -241,21 +238,15 @@ class SmoothSegments(Segments):
         rate = e * np.where(real, (1 + np.exp(-2 * p)) / 2, np.cos(p)) - self.gamma * g
         return rate, g, (1 - rate) / self.beta - g, (t - g) / self.beta
 
-    def s_size(self, t: Number) -> np.ndarray:
-        """Bound the terms that make up s."""
-        rate, g, h, _ = self._sizes(t)
-        return np.abs(self.s0 * rate) + np.abs(self.y0 * g) + np.abs(self.load * (g + h))
-
-    def z_size(self, t: Number) -> np.ndarray:
-        """Bound the terms that make up z."""
-        _, g, h, k = self._sizes(t)
-        sizes = np.abs(self.s0 * g) + np.abs(self.y0 * h) + np.abs(self.load * k)
-        return np.abs(self.z0) + np.abs(self.a * t) + np.abs(self.fall) * sizes
-
-    def _sizes(self, t):
+    def size(self, axis: int, t: Number) -> np.ndarray:
+        """Bound the terms that make up s (axis 2) or z (axis 3)."""
         soon = t < self.short
         pairs = zip(short_response_arrays(self.beta, np.where(soon, t, 0)), self.responses(t), strict=True)
-        return [np.where(soon, *pair) for pair in pairs]
+        rate, g, h, k = (np.where(soon, *pair) for pair in pairs)
+        if axis == 2:
+            return np.abs(self.s0 * rate) + np.abs(self.y0 * g) + np.abs(self.load * (g + h))
+        sizes = np.abs(self.s0 * g) + np.abs(self.y0 * h) + np.abs(self.load * k)
+        return np.abs(self.z0) + np.abs(self.a * t) + np.abs(self.fall) * sizes
 
 
 def short_response_arrays(beta: Number, t: Number) -> tuple[np.ndarray, ...]:

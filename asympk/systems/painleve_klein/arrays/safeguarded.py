@@ -217,7 +217,7 @@ def slip_ends(
         state = part.state(hi)
         opens = side * (part.a + part.fall * state[2]) > 0
         t, s, landed = _landing(search, rows, part, own, side, lo, hi, state, opening[rows], opens)
-        search.watch(rows, own * s, part.s_size(t), ~landed)
+        search.watch(rows, own * s, part.size(2, t), ~landed)
         turned = np.flatnonzero(~landed & (own * s < 0))
         search.require_off(rows[turned], (lo[turned] > 0) | (part.s0[turned] != 0))
         if turned.size:
@@ -236,7 +236,7 @@ def _landing(search, rows, part, own, side, lo, hi, state, opening, opens):
     Where s has lost its sign at the root of z, the load vanishes first and the root is no event.
     """
     t, s, landed = hi.copy(), state[2].copy(), np.zeros(hi.size, bool)
-    search.watch(rows, side * state[3], part.z_size(hi))
+    search.watch(rows, side * state[3], part.size(3, hi))
     crosses = side * state[3] < 0
     start = _leaving(search, rows, part, side, lo, hi, s, crosses & opening & (lo == 0) & (part.z0 == 0))
     dips = np.flatnonzero(~crosses & opens & ~opening)
@@ -244,7 +244,7 @@ def _landing(search, rows, part, own, side, lo, hi, state, opening, opens):
         some = part.rows(dips)
         least = some.root(2, some.a / (some.b - 1), lo[dips], hi[dips], side[dips] * (1 - some.b) > 0)
         depth = side[dips] * some.state(least)[3]
-        search.watch(rows[dips], depth, some.z_size(least))
+        search.watch(rows[dips], depth, some.size(3, least))
         crosses[dips], t[dips] = depth < 0, np.where(depth < 0, least, hi[dips])
     down = np.flatnonzero(crosses)
     if down.size:
@@ -252,7 +252,7 @@ def _landing(search, rows, part, own, side, lo, hi, state, opening, opens):
         at = some.root(3, np.zeros(down.size), start[down], t[down], side[down] < 0)
         there = some.on_plane(at)
         t[down], s[down] = at, there[2]
-        search.watch(rows[down], own[down] * there[2], some.s_size(at))
+        search.watch(rows[down], own[down] * there[2], some.size(2, at))
         real = own[down] * there[2] >= 0
         landed[down] = real
         search.found(rows[down[real]], VELOCITY_ZERO, at[real], [v[real] for v in there])
@@ -267,7 +267,7 @@ def _leaving(search, rows, part, side, lo, hi, s, leaves):
         level = some.a / (some.b - 1)
         start[leaves] = some.root(2, level, lo[leaves], hi[leaves], s[leaves] > some.s0)
         off = side[leaves] * some.state(start[leaves])[3]
-        search.require_off(rows[leaves], off > MARGIN * some.z_size(start[leaves]))
+        search.require_off(rows[leaves], off > MARGIN * some.size(3, start[leaves]))
     return start
 
 
@@ -283,7 +283,7 @@ def stick_ends(
         for edge, side in ((near[rows], -s_sign[rows]), (far[rows], np.ones_like(hi))):
             asked = np.isfinite(edge) & (search.kind[rows] == NOTHING)
             beyond = side * (state[2] - edge)
-            search.watch(rows, beyond, np.abs(edge) + part.s_size(hi), asked)
+            search.watch(rows, beyond, np.abs(edge) + part.size(2, hi), asked)
             out = np.flatnonzero(asked & (beyond > 0))
             if out.size:
                 search.require_off(rows[out], (lo[out] > 0) | (part.s0[out] != edge[out]))

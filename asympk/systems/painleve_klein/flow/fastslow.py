@@ -120,13 +120,11 @@ class FastSlowSegment(SmoothSegment):
             self.z0 + mode.rest * t + mode.fast_z * (fast * m.expm1(p)) + mode.slow_z * (self.slow * m.expm1(q)),
         )
 
-    def s_size(self, t: Number) -> Number:
-        """Bound the terms that make up s where s is small."""
-        return abs(self.mode.rest) + abs(self.slow_s)
-
-    def z_size(self, t: Number) -> Number:
-        """Bound the terms that make up z where z is small."""
+    def size(self, axis: int, t: Number) -> Number:
+        """Bound the terms that make up s (axis 2) or z (axis 3) where it is small."""
         mode = self.mode
+        if axis == 2:
+            return abs(mode.rest) + abs(self.slow_s)
         return abs(self.z0) + abs(mode.rest * t) + abs(mode.slow_z * self.slow)
 
     def root(self, axis: int, level: Number, lo: Number, hi: Number, sign_hi: Number) -> Number:

@@ -145,7 +145,7 @@ def follow_rod(
         t = t + span
         if on_event:
             on_event(t)
-        s, s_sign, z_sign = _after(flow, kind, s_sign, z_sign, s, y, segment.s_size(span))
+        s, s_sign, z_sign = _after(flow, kind, s_sign, z_sign, s, y, segment.size(2, span))
         if len(done) > MOST_EVENTS:
             raise TooManyEvents(_too_many(until, t, state))
 
@@ -220,7 +220,7 @@ def _slip_end(flow, segment, s_sign, z_sign, left):
         return "", left, (x, y, s, z, thrust)
     if _vanishes(segment, left, z) and _side(mode.m, z_sign, mode.a, mode.fall * s) < (flow.sigma0 > flow.sigma):
         return "velocity_zero", *on_plane(segment, left)
-    if vanishing(mode.m, s, segment.s_size(left)) and _side(mode.m, s_sign, y, thrust / mode.mu) < 0:
+    if vanishing(mode.m, s, segment.size(2, left)) and _side(mode.m, s_sign, y, thrust / mode.mu) < 0:
         return "force_zero", *on_level(segment, 0 * left, left)
     return "", left, (x, y, s, z, thrust)
 
@@ -233,7 +233,7 @@ def _side(m, side, one, other):
 
 def _vanishes(segment, t, z):
     m = segment.mode.m
-    return not m.margin and vanishing(m, z, segment.z_size(t))
+    return not m.margin and vanishing(m, z, segment.size(3, t))
 
 
 def _opening(segment, z_sign):
@@ -254,16 +254,16 @@ def _slip_event(flow, segment, s_sign, z_sign, lo, hi, s, z, opening, opens):
     ``opening`` and ``opens`` tell whether z moves away from the plane at lo and at hi.
     """
     m, t = segment.mode.m, None
-    if lost(m, z_sign * z, segment.z_size(hi)):
+    if lost(m, z_sign * z, segment.size(3, hi)):
         t = segment.root(3, 0, _leaving(segment, z_sign, lo, hi, s) if opening else lo, hi, -z_sign)
     elif opens and not opening:
         t = _dip(flow, segment, z_sign, lo, hi)
     if t is not None:
         t, state = on_plane(segment, t)
         hi, s = t, state[2]
-        if not lost(m, s_sign * s, segment.s_size(t)):
+        if not lost(m, s_sign * s, segment.size(2, t)):
             return "velocity_zero", t, state
-    if lost(m, s_sign * s, segment.s_size(hi)):
+    if lost(m, s_sign * s, segment.size(2, hi)):
         _require_off(lo or segment.s0)
         return "force_zero", *on_level(segment, 0 * hi, segment.root(2, 0, lo, hi, -s_sign))
     return None
@@ -280,7 +280,7 @@ def _leaving(segment, z_sign, lo, hi, s):
     if lo or segment.z0:
         return lo
     t = segment.root(2, segment.mode.a / (segment.mode.b - 1), lo, hi, 1 if s > segment.s0 else -1)
-    _require_off(decided(segment.mode.m, z_sign * segment.state(t)[3], segment.z_size(t)) > 0)
+    _require_off(decided(segment.mode.m, z_sign * segment.state(t)[3], segment.size(3, t)) > 0)
     return t
 
 
@@ -289,7 +289,7 @@ def _dip(flow, segment, z_sign, lo, hi):
     mode = segment.mode
     least = segment.root(2, mode.a / (mode.b - 1), lo, hi, z_sign if mode.b < 1 else -z_sign)
     z = segment.state(least)[3]
-    if lost(mode.m, z_sign * z, segment.z_size(least)):
+    if lost(mode.m, z_sign * z, segment.size(3, least)):
         return segment.root(3, 0, lo, least, -z_sign)
     return least if flow.sigma0 > flow.sigma and _vanishes(segment, least, z) else None
 
@@ -301,7 +301,7 @@ def stick_event(
     near, far = flow.edges(s_sign)
     lo = 0
     for hi in stretches(segment, left):
-        s, size = segment.probe(hi)[0], segment.s_size(hi)
+        s, size = segment.probe(hi)[0], segment.size(2, hi)
         for edge, side in ((near, -s_sign), (far, 1)):
             if edge is not None and lost(flow.m, side * (edge - s), abs(edge) + size):
                 _require_off(lo or segment.s0 - edge)
@@ -315,7 +315,7 @@ def _stick_end(flow, segment, s_sign, left):
     mode, (x, y, s, z, thrust) = segment.mode, segment.state(left)
     near, far = (None, None) if mode.m.margin else flow.edges(s_sign)
     for edge, side in ((near, -s_sign), (far, 1)):
-        met = edge is not None and vanishing(mode.m, s - edge, abs(edge) + segment.s_size(left))
+        met = edge is not None and vanishing(mode.m, s - edge, abs(edge) + segment.size(2, left))
         if met and _side(mode.m, side, y, thrust / mode.mu) > 0:
             return "slip_onset", *on_level(segment, edge, left)
     return "", left, (x, y, s, z, thrust)

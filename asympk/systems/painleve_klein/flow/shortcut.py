@@ -37,12 +37,12 @@ def slip_end(
         opening = leaving > 0
     if not opening and (ended := _landing(segment, end)):
         _, (_, _, s, _, _) = ended
-        if s_sign * s > MARGIN * segment.s_size(end) and z_sign * (1.0 + mode.fall * s) < -MARGIN:
+        if s_sign * s > MARGIN * segment.size(2, end) and z_sign * (1.0 + mode.fall * s) < -MARGIN:
             return "velocity_zero", *ended
     ended = _level(segment, 0.0, end)
     if ended:
         z = z_sign * ended[1][3]
-        return ("force_zero", *ended) if z > MARGIN * segment.z_size(end) and (opening or z_sign < 0) else None
+        return ("force_zero", *ended) if z > MARGIN * segment.size(3, end) and (opening or z_sign < 0) else None
     return _nothing(segment, s_sign, z_sign, turn if end is turn else None, left, opening)
 
 
@@ -65,7 +65,7 @@ def _nothing(segment, s_sign, z_sign, turn, left, opening):
         state = segment.state(t)
         _, _, s, z, _ = state
         opens = z_sign * (1.0 + mode.fall * s) > 0
-        clear = s_sign * s > MARGIN * segment.s_size(t) and z_sign * z > MARGIN * segment.z_size(t)
+        clear = s_sign * s > MARGIN * segment.size(2, t) and z_sign * z > MARGIN * segment.size(3, t)
         if not clear or (opens and not opening and not _above(segment, z_sign)):
             return None
         opening = opens

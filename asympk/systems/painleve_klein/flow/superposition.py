@@ -150,14 +150,11 @@ class SmoothSegment:
         mode = self.mode
         return short_responses(mode.m, mode.beta, t) if t < self.short or not t else mode.responses(t)
 
-    def s_size(self, t: Number) -> Number:
-        """Bound the terms that make up s."""
-        mode, (rate, g, h, _) = self.mode, self.responses(t)
-        return abs(self.s0 * rate) + abs(self.y0 * g) + abs(mode.load * (g + h))
-
-    def z_size(self, t: Number) -> Number:
-        """Bound the terms that make up z."""
-        mode, (_, g, h, k) = self.mode, self.responses(t)
+    def size(self, axis: int, t: Number) -> Number:
+        """Bound the terms that make up s (axis 2) or z (axis 3)."""
+        mode, (rate, g, h, k) = self.mode, self.responses(t)
+        if axis == 2:
+            return abs(self.s0 * rate) + abs(self.y0 * g) + abs(mode.load * (g + h))
         sizes = abs(self.s0 * g) + abs(self.y0 * h) + abs(mode.load * k)
         return abs(self.z0) + abs(mode.a * t) + abs(mode.fall) * sizes
 
