@@ -302,8 +302,7 @@ def _beginning(modes, t, w):
     scale = _CLEAR * (1 + abs(w).max(axis=1, initial=0.0))
     tiny = ((velocities != 0) & (abs(velocities) < scale)) | (abs(loads) < scale)
     lost = tiny.any(axis=0)
-    choices = [*map(all_phases, modes.system.frictions)]
-    candidates = list(product(*choices))
+    candidates = product(*map(all_phases, modes.system.frictions))
     branch, doubtful = _chosen(modes, candidates, t, w, velocities, loads)
     return branch, doubtful | lost
 
@@ -319,7 +318,7 @@ def _after(modes, k, event, row, flock, struck):
         velocities[friction] = 0.0
     if kind in ("force_zero", "lift_off", "touch_down"):
         loads[friction] = 0.0
-    flock.branch[struck], left = _chosen(modes, list(product(*phases)), t, w[struck], velocities, loads)
+    flock.branch[struck], left = _chosen(modes, product(*phases), t, w[struck], velocities, loads)
     flock.lost[struck] |= left
     changed = struck[flock.branch[struck] != k]
     flock.n_events[changed] += 1
