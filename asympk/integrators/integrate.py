@@ -122,7 +122,8 @@ def traced(scene: Scene, method: str, keep: bool = False, **options: Any) -> tup
     """Return the path as ``run`` does, and its ``Run``, with all steps if ``keep``; ``options`` must be complete."""
     joined = _trace(scene, method, options, keep=keep)
     sample = partial(_samples, scene, method, options)
-    last = joined.last._replace(work=total(joined))
+    works = (segment.work or Work() for segment in joined.segments)
+    last = joined.last._replace(work=Work(*map(sum, zip(Work(), *works, strict=True))))
     return finished(scene, method, last, joined.events, joined.modes, sample, options), joined
 
 
@@ -184,11 +185,6 @@ def finished(
         return path
     advice = next(words for begin, words in ADVICE.items() if last.short.startswith(begin))
     raise Unfinished(f"method {method!r}: {status}; {advice}", path)
-
-
-def total(joined: Run) -> Work:
-    """Return the work of all segments of a run."""
-    return Work(*map(sum, zip(Work(), *(segment.work or Work() for segment in joined.segments), strict=True)))
 
 
 @dataclass(frozen=True)
