@@ -26,15 +26,6 @@ LOST = 1e-3  # relative error at the end from which a run is refused
 CARRIED = 1e180  # growth of errors that more digits can compensate
 
 
-def require_kept(
-    automaton: Automaton, segments: Sequence[Segment], tolerance: float, scales: Sequence[float], sizes: Sequence[float]
-) -> None:
-    """Raise ``Undecided`` if errors of size ``tolerance`` may have grown to the part ``LOST``; see ``growth``."""
-    factor = growth(automaton, segments, scales, sizes)
-    if factor * tolerance > LOST:
-        raise grown(factor, segments[-1].t)
-
-
 def grown(factor: float, t: Any) -> Undecided:
     """Return the error for a run whose errors have grown by ``factor`` at its end."""
     advice = "ask for digits=20" if factor < CARRIED else "end the run before"

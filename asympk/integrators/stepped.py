@@ -9,7 +9,7 @@ import numpy as np
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.loop import Segment
 from asympk.integrators import collocation, integrate
-from asympk.integrators.growth import balances, require_kept, without_rounding
+from asympk.integrators.growth import LOST, balances, grown, growth, without_rounding
 from asympk.numbers import whole
 from asympk.path import Path
 from asympk.systems.automata import automaton_of
@@ -45,7 +45,9 @@ def run(
         path, joined = traced(atol=tuple(TOLERANCE * scale for scale in found))
         segments = without_rounding(automaton, joined.segments)
         scales, (found, sizes) = found, _scales(automaton, segments)
-    require_kept(automaton, segments, TOLERANCE, scales, sizes)
+    factor = growth(automaton, segments, scales, sizes)
+    if factor * TOLERANCE > LOST:
+        raise grown(factor, segments[-1].t)
     return path
 
 
