@@ -11,7 +11,7 @@ fast, R = x + b y and g' = -eps y. A unilateral contact has R = max(0, x + h y).
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
@@ -41,7 +41,7 @@ def elastic(kinetics: Kinetics, compliance: Any, damping: Any) -> System:
     if other := {str(s) for s in scaling.ratio.free_symbols - {*used}} & {*map(str, used)}:
         raise InputError(f"damping = {damping}: the mechanism has another {min(other)}; take another Symbol")
     require_continuous(kinetics, (kinetics.gap, kinetics.gap_rate, kinetics.slip), "gap, gap rate or sliding velocity")
-    return with_time(System.with_friction(**elastic_fields(kinetics, scaling)), kinetics.time)
+    return System.with_friction(**elastic_fields(kinetics, scaling))
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,8 @@ def elastic_fields(kinetics: Kinetics, scaling: Scaling) -> dict[str, Any]:
     slow = slow if scaling.fast_reaction else {**slow, x: y}
     bound, limit = (tidy(part * kinetics.load) for part in (kinetics.friction, kinetics.static))
     found = {"slow": {**slow, **others}, "fast": fast, "velocity": {z: slip}, "force": force, "load": reaction,
-             "kinetic": put(bound), "static": put(limit), "small": scaling.small}  # fmt: skip
+             "kinetic": put(bound), "static": put(limit), "small": scaling.small,
+             "time": kinetics.time if kinetics.timed else None}  # fmt: skip
     return {**found, "gap": -reaction, "normal": normal} if kinetics.unilateral else found
 
 
@@ -170,8 +171,3 @@ def _accelerations(
     rows = [(kinetics.free[i], G[i, 0], G[i, 1]) for i in (0, 1)] + [(response[k, 2], *response[k, :2]) for k in rest]
     gap, slip, *others = (put(free) + by_N * normal + by_T * force for free, by_N, by_T in rows)
     return gap, slip, {kinetics.velocities[k]: rate for k, rate in zip(rest, others, strict=True)}
-
-
-def with_time(system: System, time: sp.Symbol) -> System:
-    """Return the system with ``time`` as its explicit time if an expression of the system contains ``time``."""
-    return replace(system, time=time) if time in system.parameters else system

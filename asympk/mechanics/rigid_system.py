@@ -8,7 +8,7 @@ stops with ``NoMotion`` where no mode is consistent, with ``TwoMotions`` where s
 """
 
 from asympk.mechanics.checks import require_continuous
-from asympk.mechanics.elastic import force_names, with_time
+from asympk.mechanics.elastic import force_names
 from asympk.mechanics.kinetics import Kinetics
 from asympk.symbolic.system import Friction, System
 
@@ -28,4 +28,4 @@ def rigid_system(kinetics: Kinetics) -> System:
         static=kinetics.static, constraint=kinetics.free[0] + G[0, 0] * normal + G[0, 1] * force,
         **{"gap": kinetics.gap} if kinetics.unilateral else {"gap_rate": kinetics.gap_rate},
     )  # fmt: skip
-    return with_time(System.with_frictions(rates, {}, (friction,)), kinetics.time)
+    return System.with_frictions(rates, {}, (friction,), time=kinetics.time if kinetics.timed else None)
