@@ -18,11 +18,9 @@ from asympk.affine.mode import AffineMode
 from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import GuardedMode, function
 from asympk.errors import InputError
-from asympk.symbolic.long import generic_place, heavy, replaced
+from asympk.symbolic.long import ROUGH, generic_place, heavy, replaced
 from asympk.symbolic.sides import is_switched
 from asympk.symbolic.system import System
-
-ROUGH = 1e-6  # a difference of values, relative to their size, that is not rounding
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,18 @@ from sympy.solvers.solveset import NonlinearError
 from asympk.errors import InputError
 from asympk.numbers import short
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.long import LONG, atoms, expanded, heavy, is_longer, is_regular, replaced, tidied
+from asympk.symbolic.long import (
+    LONG,
+    ROUGH,
+    atoms,
+    expanded,
+    generic_place,
+    heavy,
+    is_longer,
+    is_regular,
+    replaced,
+    tidied,
+)
 from asympk.symbolic.penetration import without_penetration
 
 if TYPE_CHECKING:
@@ -485,6 +496,26 @@ def check_friction(system: "System", friction: "Friction", number: int) -> None:
         e is not None and e.has(sp.Float) for e in (v, friction.load, friction.kinetic, friction.static, friction.gap)
     ):
         raise InputError(f"{which} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
+
+
+def check_gap_rate(system: "System", friction: "Friction") -> None:
+    """Raise ``InputError`` where a constraint is clearly no multiple of the rate of its gap_rate, by values at a place.
+
+    The ratio of a multiple to the rate does not change with the forces.
+    """
+    if friction.gap_rate is None:
+        return
+    both = sp.Tuple(friction.constraint, rate_along(system, friction.gap_rate))
+    place = {s: v.evalf(30) for s, v in generic_place(both).items()}
+    forces = [s for f in system.frictions for s in (f.force, f.normal) if s in place]
+    pushed = place | {s: factor * place[s] for factor, s in enumerate(forces, 3)}
+    values = [replaced(e, at) for at in (place, pushed) for e in both]
+    if not all(v.is_number and v.is_finite and v.is_real for v in values):
+        return
+    first, second = values[0] * values[3], values[2] * values[1]
+    if abs(first - second) > ROUGH * (abs(first) + abs(second)):
+        raise InputError(f"friction: the rate of gap_rate = {short(friction.gap_rate)} is {short(both[1])}, and the "
+                         f"constraint {short(both[0])}; the constraint must be this rate")  # fmt: skip
 
 
 def _friction_law(system: "System", branch: Branch, k: int) -> sp.Expr:

@@ -9,6 +9,7 @@ import sympy as sp
 
 PARTS = 4  # a bound on the parts of a tree, without atoms, for one operation: -a/b in a sum has two and two
 LONG = 300  # operations; a rational expression divided by a sum is not expanded if it has more
+ROUGH = 1e-6  # a difference of values, relative to their size, that is not rounding
 REGULAR = 1e9  # a condition number clearly below that of a singular matrix in fifteen digits
 
 

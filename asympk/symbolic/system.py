@@ -220,7 +220,10 @@ class System(ShownAsFormulas):
             raise InputError(f"frictions: {short(wrong[0])} is no Friction; give {wanted}")
         assumed = expression("assumptions", assumptions)
         _require_loads(given)
-        return cls(sp.Dict(slow), sp.Dict(fast), (*slow, *fast), small, given, time, assumed)
+        found = cls(sp.Dict(slow), sp.Dict(fast), (*slow, *fast), small, given, time, assumed)
+        for friction in given:
+            branches.check_gap_rate(found, friction)
+        return found
 
     @property
     def friction(self) -> Friction | None:

@@ -406,6 +406,9 @@ def test_a_rigid_contact_of_a_system_in_a_file_has_its_constraint(tmp_path):
     held = ap.solve(ap.read_scene(file))  # by the load |1 - t|
     assert held.modes[:2] == ("slip_same", "slip_opposite")
     assert held.final == pytest.approx((1, 0, 0, 0), abs=1e-9)
+    file.write_text(file.read_text().replace("gap_rate = \"v\"", "gap_rate = \"u\""))
+    with pytest.raises(ap.AsympkError, match="the rate of gap_rate = u is F, and the constraint N"):
+        ap.read_scene(file)
     file.write_text(file.read_text().replace("gap_rate", "gap = \"y\"\ngap_rate"))
     with pytest.raises(ap.AsympkError, match="gap_rate= is for a constraint without gap="):
         ap.read_scene(file)
