@@ -19,6 +19,7 @@ ends, and ``_stop``, which carries the state through the impulse.
 """
 
 import math
+import sys
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
@@ -41,7 +42,7 @@ from asympk.symbolic.coefficients import with_few_parts
 PASSAGES = 20  # the most modes of one layer
 AT_REST = 1e-9  # the velocity, relative to the state, up to which a contact is at rest
 OVER = 36  # the time |q| tau after which a layer is over to rounding, e^-36 = 2e-16
-REACH = 1e6  # the largest impulse, in units of that which changes the states by their size
+REACH = 1e6  # the largest impulse, in units of that which stops the motion at its first rate
 
 
 class NoLaw(NotDerivable):
@@ -210,8 +211,11 @@ class LimitLayers:
         for event in events:
             vars(event).update(terminal=True, direction=-1)
         first = np.array([*state, large])
-        span = (0, REACH * np.abs(first).max() / (np.abs(rates(0, first)).max() or 1))
-        found = solve_ivp(rates, span, first, "DOP853", rtol=1e-11, atol=1e-12, events=events)
+        slopes = np.array(rates(0, first))
+        unit = _needed(level, first, slopes)
+        least = 1e-12 * np.maximum(np.abs(first), unit * np.abs(slopes)) + sys.float_info.min
+        found = solve_ivp(lambda _, w: unit * np.array(rates(_, w)), (0, REACH), first, "DOP853", rtol=1e-11,
+                          atol=least, events=events)  # fmt: skip
         ends = [end for ends in found.y_events for end in ends]
         if not ends:
             raise OutOfRange(f"the load grows without bounds at t = {t:.6g} in mode {mode.name}: nothing stops it")
@@ -276,6 +280,14 @@ def _edges(values: np.ndarray, slopes: np.ndarray, state: tuple) -> list[float]:
 
 def _is_zero(value: float, state: tuple) -> bool:
     return abs(value) <= AT_REST * max(1.0, *map(abs, state))
+
+
+def _needed(level: Any, first: np.ndarray, slopes: np.ndarray) -> float:
+    """Return the impulse in which ``level`` falls to 0 at its first rate; if it rises, one as large as the states."""
+    size = np.abs(first).max() / (np.abs(slopes).max() or 1)
+    value = level(0, first)
+    fall = value - level(0, first + size * slopes)
+    return float(size * (value / fall if value > 0 and fall > 0 else 1))
 
 
 def _of_velocity(mode: Any) -> Any:

@@ -605,6 +605,21 @@ def test_the_unit_of_time_does_not_decide_whether_a_load_is_stopped(unit, order)
     assert distance(path.final, same.final) < 1e-10
 
 
+def test_the_units_of_mass_length_and_time_do_not_decide_whether_a_mechanism_is_stopped():
+    rod, h, turned = slender_rod(), sp.Symbol("h", positive=True), []
+    soft = rod.elastic(compliance=c, damping=h)
+    for mass, length, time in ((1, 1, 1), (sp.Rational(1, 1000), 1, 1000), (10**6, 10**6, sp.Rational(1, 10**6))):
+        values = {"m": mass, "l": length, "g": 10 * length / time**2, "f": 2}
+        state = {"X": 0, "Y": length * sp.sin(1), "theta": 1, "X'": -length / time, "Y'": 0, "theta'": 0}
+        start = rod.start(soft, {**state, **values})
+        values |= {"h": time / 2, "c": time**2 / mass / 10**6}
+        path = ap.solve(ap.Scene(system=soft, values=values, start=start, until=time / 10), "jump", order=0)
+        turned.append((path.modes, *(path.final[path.names.index(name)] * unit for name, unit in
+                                     (("theta", 1), ("theta'", float(time)), ("X", 1 / float(length))))))  # fmt: skip
+    (passed, *first), *others = turned
+    assert all(other == (passed, *(pytest.approx(value, rel=1e-8) for value in first)) for other in others)
+
+
 def test_what_an_order_predicts_bounds_its_error_where_the_next_order_is_no_better():
     values = {"a": "1.688", "b": "1.363", "k": "1.824", "f": "1.451", "mu": "1e-2", "r": "1.011"}
     scene = _turning_rod(values, {"x": "-0.513", "q": "0.066", "v": "0.273", "y": "0.127"}, "0.974")
