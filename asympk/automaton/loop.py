@@ -100,11 +100,11 @@ def _follow(
         if segment.hit is None and mode.after_switch(segment.t) >= until:
             segments[-1] = segments[-1]._replace(t=until)
             break
-        t, state, hits = _left_at(mode, segment)
-        if segment.hit is not None and (not ends or t > ends[-1]):
-            ends.append(t)
+        t, state, hits, since = _left_at(mode, segment, until, slack)
+        if segment.hit is not None and (not ends or segment.t > ends[-1]):
+            ends.append(segment.t)
             _require_apart(ends, state, automaton)
-        ended, since = mode, segment.t if segment.hit is None else None
+        ended = mode
         mode, state, event = mode_after(automaton, mode, t, state, hits, digits, slack, since)
         _require_progress(segments, ended)
         if event is not None:
@@ -135,13 +135,23 @@ def _beyond_limits(count: int, crossings: int, events: int) -> str:
     return f"limit of {CROSSINGS + events} crossings reached" if crossings > CROSSINGS + events else ""
 
 
-def _left_at(mode: NumericMode, segment: Segment) -> tuple[Any, tuple, tuple[int, ...]]:
-    """Return the time and the state at which a mode is left, and its lost guards, on whose zeros the state then is."""
-    if segment.hit is not None:
-        hits = (segment.hit, *segment.together)
-        return segment.t, _on_zeros(mode, hits, segment.t, segment.state), hits
-    t, state = mode.after_switch(segment.t), segment.state
-    return t, state, tuple(k for k, value in enumerate(mode.guard_values(t, state)) if value < 0)
+def _left_at(
+    mode: NumericMode, segment: Segment, until: Any, slack: Any
+) -> tuple[Any, tuple, tuple[int, ...], Any]:
+    """Return the time and state at which a mode is left, its lost guards, and the time before a switch there or None.
+
+    The state is on the zeros of these guards. What follows an event at a switch is decided just after the switch, where
+    the edges of the time that the mode has lost are those of no motion.
+    """
+    if segment.hit is None:
+        t, state = mode.after_switch(segment.t), segment.state
+        lost = tuple(k for k, value in enumerate(mode.guard_values(t, state)) if value < 0)
+        return t, state, lost, segment.t
+    hits = (segment.hit, *segment.together)
+    state, t = _on_zeros(mode, hits, segment.t, segment.state), mode.past_switch(segment.t, slack)
+    if t is None or t >= until:
+        return segment.t, state, hits, None
+    return t, state, tuple(hit for hit in hits if mode.kinds[hit][0] != SWITCH) or hits, segment.t
 
 
 def lost_with(mode: NumericMode, hit: int | None, t: Any, state: tuple, near: Any = None) -> tuple[int, ...]:
@@ -168,7 +178,7 @@ def mode_after(
     before, (crossed, left) = mode, _crossed(mode, hits)
     switches, doubt = _switches(mode, hits), slack
     if since is not None:  # the guards of a side that has ended are those of no motion
-        crossed, left, doubt = [], left * (not switches), mode.beside
+        crossed, left, doubt = [*automaton.edges_at(t, state, mode.beside)], left * (not switches), mode.beside
     later, entered = (t, state), tuple[Any, ...]()
     if switches and any(kind == "velocity_zero" for kind, *_ in left):  # what stops on an edge may rest there
         hits = tuple(hit for hit in hits if mode.kinds[hit][0] != SWITCH)

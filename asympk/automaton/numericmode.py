@@ -152,6 +152,12 @@ class NumericMode:
         near = self._switched_near(switches_of(self.mode.system), t)
         return t + 3 * max([self.beside * t, *(width for switch, width in near if abs(switch - t) <= 2 * width)])
 
+    def past_switch(self, t: Any, slack: Any) -> Any:
+        """Return the time just after a switch without sides that is within the relative error ``slack``, or None."""
+        near = self._switched_near(sideless_of(self.mode.system), t)
+        ends = (switch + 2 * width for switch, width in near if abs(switch - t) <= max(2 * width, 2 * slack * t))
+        return max((t, *found)) if (found := [*ends]) else None
+
     def moved_on(self, t: Any, state: State, span: Any) -> tuple[Any, State]:
         """Return the time and the state after a span so short that the rates are constant."""
         return t + span, tuple(w + span * rate for w, rate in zip(state, self.rhs(t, state), strict=True))

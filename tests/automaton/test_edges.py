@@ -279,6 +279,27 @@ def test_a_block_slips_where_its_belt_is_all_at_once_another(belt, modes, end, h
     assert [float(w) for w in path.final] == pytest.approx(end, abs=1e-8)
 
 
+@pytest.mark.parametrize("jump", [sp.Heaviside(t - 1), sp.Piecewise((0, t < 1), (1, True)), sp.floor(t)])
+@pytest.mark.parametrize(
+    ("push", "belt", "end"), [(-2, 0, (0.0625, -0.75))]
+)
+def test_what_a_block_does_that_stops_as_its_belt_or_its_push_jumps_is_decided_by_the_law_after_the_jump(
+    jump, push, belt, end, how
+):
+    friction = ap.Friction(velocity=v - belt * jump, force=F, load=1, kinetic=sp.Rational(1, 2))
+    block = ap.System.with_frictions({x: v, v: push * jump + F}, {}, [friction], time=t)
+    path = ap.solve(ap.Scene(system=block, start={x: 0, v: sp.Rational(1, 2)}, until=sp.Rational(3, 2)), **how)
+    assert path.modes[-1] == ("slip_same" if belt < 0 else "slip_opposite")
+    assert [float(w) for w in path.final] == pytest.approx(end, abs=1e-8)
+
+
+def test_a_touch_at_the_very_jump_of_a_sawtooth_leaves_the_larger_of_both(how):
+    """The sine touches 1 at t = 3, where the sawtooth falls from 1 to 0: the larger is 1 from t = 1 to t = 5."""
+    rate = sp.Max(sp.floor(2 * sp.sin(sp.pi * t / 6)), t - sp.floor(t))
+    path = ap.solve(ap.Scene(system=ap.System.with_frictions({x: rate}, {}, [], time=t), start={x: 0}, until=6), **how)
+    assert float(path.final[0]) == pytest.approx(5, abs=1e-8)
+
+
 @pytest.mark.parametrize(("belt", "end"), [
     (sp.Max(0, sp.sin(t)), (3 - math.cos(7), math.sin(7))),
     (sp.Piecewise((t, t < 1), (2 - t, t < 2), (0, True)), (1, 0)),
