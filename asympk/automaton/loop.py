@@ -179,15 +179,19 @@ def mode_after(
     switches, doubt = _switches(mode, hits), slack
     if since is not None:  # the guards of a side that has ended are those of no motion
         crossed, left, doubt = [*automaton.edges_at(t, state, mode.beside)], left * (not switches), mode.beside
-    later, entered = (t, state), tuple[Any, ...]()
-    if switches and any(kind == "velocity_zero" for kind, *_ in left):  # what stops on an edge may rest there
-        hits = tuple(hit for hit in hits if mode.kinds[hit][0] != SWITCH)
-    elif switches:
+    later, entered, start = (t, state), tuple[Any, ...](), t if since is None else since
+    stops = any(kind == "velocity_zero" for kind, *_ in left)
+    if switches and (mode.mode.jumping or not stops):
         mode = mode_on_sides(automaton, awake(mode.branch), digits, t, state, crossed, fixed)
+        leaping = {("velocity_zero", k) for k in mode.mode.jumping if _leaps(k, ((before, start), (mode, t)), state)}
+        left, stops = [key for key in left if key[:2] not in leaping], stops and not leaping
+    if switches and stops:  # what stops on an edge may rest there
+        mode, hits = before, tuple(hit for hit in hits if before.kinds[hit][0] != SWITCH)
+    elif switches:
         later = mode.moved_on(t, state, SHORTLY * doubt * t)
         entered = tuple(side for side in mode.mode.sides if {phase_of(edge)[0] for edge in inside(*side)} & {*crossed})
         hits = _lost_beyond(mode, left, (t, state), later)
-    places = (before, t if since is None else since), (mode, t)
+    places = (before, start), (mode, t)
     event = _left_by_ground(*places[0], mode, t, state) or _torn(places, state)
     if event is None and (switches or not hits):  # a velocity at rest whose slope jumps is 0 on the new side, too
         state = mode.settled(t, state)
@@ -229,11 +233,15 @@ def _torn(places: tuple[tuple[NumericMode, Any], ...], state: tuple) -> Event | 
     _, (mode, t) = places
     for k, velocity in mode.mode.jumping.items():
         sign = mode.signs((velocity,), t, state)[0]
-        if sign and sign != mode.branch[k].velocity:
-            (old, changes), (new, others) = (_with_change(own, own.mode.jumping[k], at, state) for own, at in places)
-            if abs(new - old) > SHORTLY * (changes + others):
-                return Event("velocity_zero" if mode.branch[k].velocity else "slip_onset", t, state, k)
+        if sign and sign != mode.branch[k].velocity and _leaps(k, places, state):
+            return Event("velocity_zero" if mode.branch[k].velocity else "slip_onset", t, state, k)
     return None
+
+
+def _leaps(k: int, places: tuple[tuple[NumericMode, Any], ...], state: tuple) -> bool:
+    """Tell whether a sliding velocity jumps, by more than its slopes allow, between two modes and times."""
+    (old, changes), (new, others) = (_with_change(own, own.mode.jumping[k], at, state) for own, at in places)
+    return bool(abs(new - old) > SHORTLY * (changes + others))
 
 
 def _with_change(mode: NumericMode, expr: sp.Expr, t: Any, state: tuple) -> tuple[Any, Any]:

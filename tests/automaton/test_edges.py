@@ -281,7 +281,7 @@ def test_a_block_slips_where_its_belt_is_all_at_once_another(belt, modes, end, h
 
 @pytest.mark.parametrize("jump", [sp.Heaviside(t - 1), sp.Piecewise((0, t < 1), (1, True)), sp.floor(t)])
 @pytest.mark.parametrize(
-    ("push", "belt", "end"), [(-2, 0, (0.0625, -0.75))]
+    ("push", "belt", "end"), [(0, 1, (0.3125, 0.25)), (0, -1, (0.1875, -0.25)), (-2, 0, (0.0625, -0.75))]
 )
 def test_what_a_block_does_that_stops_as_its_belt_or_its_push_jumps_is_decided_by_the_law_after_the_jump(
     jump, push, belt, end, how
