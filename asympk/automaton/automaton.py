@@ -27,7 +27,7 @@ from asympk.digits import carrier_context
 from asympk.errors import InputError, NoMotion, NotDerivable, OutOfRange, TwoMotions, Undecided
 from asympk.multiprecision import in_context
 from asympk.numbers import sign_of
-from asympk.symbolic.branches import OPEN, Branch, rate_along
+from asympk.symbolic.branches import OPEN, Branch, at_rest, rate_along
 from asympk.symbolic.coefficients import coefficients_of
 from asympk.symbolic.sides import Sides, inside, is_switched, measured, phase_of, system_on_sides
 from asympk.symbolic.system import System
@@ -175,7 +175,19 @@ def _by_law_of(
 ) -> Branch:
     """Return the branch that follows by the laws on the given ``sides`` of edges."""
     sided = _on_sides(automaton, sides)
+    if before is not None and _torn_off(automaton, sided, before, hits, t, state, slack):
+        return decide.follow_on(sided, None, (), t, state, slack)
     return decide.follow_on(sided, before, _same(automaton, sided, before, hits), t, state, slack)
+
+
+def _torn_off(
+    automaton: Automaton, sided: Automaton, before: Branch, hits: tuple[int, ...], t: Any, state: State, slack: Any
+) -> bool:
+    """Tell whether a sliding velocity that is 0 before an edge, as on a belt that jumps there, is not 0 on a side."""
+    guards = mode_of(automaton.system, before).guards
+    stopped = {guards[k].friction for k in hits if guards[k].kind == "velocity_zero"} | at_rest(before)
+    pairs = [(automaton.system.frictions[k].velocity, sided.system.frictions[k].velocity) for k in sorted(stopped)]
+    return any(decide.signs_at(sided, tuple(new for old, new in pairs if new != old), t, state, slack))
 
 
 def _led_to(automaton: Automaton, edges: tuple[sp.Expr, ...], t: Any, state: State, slack: Any) -> Sides:

@@ -211,7 +211,10 @@ class NumericMode:
         return 0
 
     def holds(self, t: Any, state: State) -> bool:
-        """Tell whether no guard is negative, and none that vanishes falls."""
+        """Tell whether no guard is negative, none that vanishes falls, and no contact rests on what has leapt away."""
+        resting = tuple(velocity for k, velocity in self.mode.jumping.items() if self.branch[k].mode == "stick")
+        if any(self.signs(resting, t, state)):
+            return False
         exprs = self.mode.guard_values
         told = zip(exprs, self.signs(exprs, t, state), strict=True)
         return all((sign or self.departure(expr, t, state)) >= 0 for expr, sign in told)

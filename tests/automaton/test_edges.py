@@ -293,6 +293,17 @@ def test_what_a_block_does_that_stops_as_its_belt_or_its_push_jumps_is_decided_b
     assert [float(w) for w in path.final] == pytest.approx(end, abs=1e-8)
 
 
+@pytest.mark.parametrize(("belt", "end"), [(1, (0.3125, 0.25)), (-1, (0.25, 0))])
+def test_a_block_that_stops_where_another_belt_begins_has_its_own_speed_there(belt, end, how):
+    """It stops at 1/4: a belt that moves on takes it along, and back from one that moves towards it it would rest."""
+    ahead = sp.Piecewise((0, x < sp.Rational(1, 4)), (belt, True))
+    friction = ap.Friction(velocity=v - ahead, force=F, load=1, kinetic=sp.Rational(1, 2))
+    system = ap.System.with_frictions({x: v, v: F}, {}, [friction])
+    path = ap.solve(ap.Scene(system=system, start={x: 0, v: "1/2"}, until="3/2"), **how)
+    assert path.modes[-1] == ("slip_opposite" if belt > 0 else "stick")
+    assert [float(w) for w in path.final] == pytest.approx(end, abs=1e-5)
+
+
 def test_a_touch_at_the_very_jump_of_a_sawtooth_leaves_the_larger_of_both(how):
     """The sine touches 1 at t = 3, where the sawtooth falls from 1 to 0: the larger is 1 from t = 1 to t = 5."""
     rate = sp.Max(sp.floor(2 * sp.sin(sp.pi * t / 6)), t - sp.floor(t))
