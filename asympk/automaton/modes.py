@@ -240,8 +240,9 @@ class GuardedMode:
     @lru_cache(maxsize=512)
     def keeps(self, expr: sp.Expr) -> bool:
         """Tell whether no motion leaves the zeros of ``expr``: solved for a state, they make its derivative 0."""
-        slopes = ((s, slope_by(expr, s)) for s in self.system.states if expr.has(s))
-        zeros = ({s: sp.expand(s - expr / slope)} for s, slope in slopes if not slope.free_symbols & self.moving)
+        slopes = ((s, slope_by(expr, s)) for s in self.system.states if expr.has(s))  # 0 for a state that only switches
+        even = ((s, slope) for s, slope in slopes if slope != 0 and not slope.free_symbols & self.moving)
+        zeros = ({s: sp.expand(s - expr / slope)} for s, slope in even)
         zero = next(zeros, None)
         return zero is not None and sp.expand(self.drift(expr).xreplace(zero)) == 0
 

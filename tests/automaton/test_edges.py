@@ -304,6 +304,15 @@ def test_a_block_that_stops_where_another_belt_begins_has_its_own_speed_there(be
     assert [float(w) for w in path.final] == pytest.approx(end, abs=1e-5)
 
 
+def test_a_belt_that_begins_somewhere_carries_a_block_along_by_friction_that_just_holds_it(how):
+    belt, push = (sp.Piecewise((0, x < sp.Rational(1, 4)), (speed, True)) for speed in (sp.Rational(1, 2), -1))
+    friction = ap.Friction(velocity=v - belt, force=F, load=2, kinetic=sp.Rational(1, 2))
+    system = ap.System.with_frictions({x: v, v: push + F}, {}, [friction])
+    path = ap.solve(ap.Scene(system=system, start={x: "1/2", v: 1}, until=3), **how)
+    assert path.modes == ("slip_same", "stick")
+    assert [float(w) for w in path.final] == pytest.approx((2.0625, 0.5), abs=1e-5)
+
+
 def test_a_touch_at_the_very_jump_of_a_sawtooth_leaves_the_larger_of_both(how):
     """The sine touches 1 at t = 3, where the sawtooth falls from 1 to 0: the larger is 1 from t = 1 to t = 5."""
     rate = sp.Max(sp.floor(2 * sp.sin(sp.pi * t / 6)), t - sp.floor(t))
