@@ -222,6 +222,8 @@ class Mechanism(ShownAsFormulas):
         """Return the rigid mechanism as a ``System`` in all coordinates and velocities; start it at g = g' = 0.
 
         A run of this system raises ``NoMotion`` or ``TwoMotions`` at a state from which no motion or several continue.
+        With static friction above kinetic friction a contact that stops may rest or slide back. The rigid contact then
+        rests; the elastic one may slide back, as its reaction is still that of the slip before.
         """
         return rigid_system.rigid_system(self.plain)
 

@@ -958,3 +958,21 @@ def test_a_rod_whose_two_rates_are_computed_zeros_slides_on_either_of_its_ends(s
     start = rod.start(rod.rigid(), {**GROUND, "X": 0, "Y": 0, "theta": 0, "X'": 1, **rates})
     path = ap.solve(ap.Scene(system=rod.rigid(), values={**GROUND, "f": "1/2"}, start=start, until="1/5"))
     assert path.modes == ("slip_same",)
+
+
+def test_a_stop_at_which_the_rigid_contact_rests_may_throw_the_elastic_one_back():
+    """Rest needs F = -6 R/5, but as the slip ends R is 38/18.3 = 2.08, with which rest would need F = -1.56 R."""
+    X, Y, U, V = sp.symbols("X Y U V", real=True)
+    mass = (sp.Matrix([[5, 3], [3, 15]]) / 4).inv()
+    rough = ap.Contact(Y, X, sp.Rational(11, 10), static=sp.Rational(13, 10), unilateral=True)
+    block = ap.Mechanism((X, Y), (U, V), mass, mass * sp.Matrix([sp.Rational(5, 2), -sp.Rational(19, 2)]), rough)
+    soft = block.elastic(compliance=sp.Symbol("c", positive=True), damping=sp.Rational(1, 100))
+    state, until = {"X": 0, "Y": 0, "U": -sp.Rational(1, 10), "V": 0}, sp.Rational(1, 5)
+    rests, returns = (
+        ap.solve(ap.Scene(system=system, values=values, start=block.start(system, {**state, **values}), until=until))
+        for system, values in ((block.rigid(), {}), (soft, {"c": "1e-8"}))
+    )
+    assert rests.modes == ("slip_opposite", "stick")
+    assert returns.modes == ("slip_opposite", "slip_same")
+    stop, back = rests.events[0].t, 2.5 + (0.75 - 1.1 * 1.25) * 9.5 / (3.75 - 1.1 * 0.75)
+    assert returns.final[returns.names.index("z")] == pytest.approx(back * (0.2 - stop), rel=1e-4)
