@@ -460,12 +460,14 @@ def _by_logarithm(force, y):
 def _given_by_others(equal_zero, unknowns):
     """Return (equation, unknown y, y in terms of the others) for a y with a constant rational coefficient, else None.
 
-    SymPy takes minutes to solve cubics together with such an equation. Linear systems need no such help: None.
+    A y without others is preferred: its formula has no root of the others' equations. SymPy takes minutes to solve
+    cubics together with such an equation. Linear systems need no such help: None.
     """
     if not sp.Matrix(equal_zero).jacobian(unknowns).has(*unknowns):
         return None
     slopes = ((g, y, g.diff(y)) for g in equal_zero for y in unknowns)
-    return next(((g, y, -g.subs(y, 0) / slope) for g, y, slope in slopes if slope.is_Rational and slope), None)
+    found = ((g, y, -g.subs(y, 0) / slope) for g, y, slope in slopes if slope.is_Rational and slope)
+    return min(found, key=lambda given: given[2].has(*unknowns), default=None)
 
 
 def _without(force, y, own, equal_zero, unknowns):

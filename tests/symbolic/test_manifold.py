@@ -728,6 +728,12 @@ def test_roots_of_a_cubic_are_found_beside_a_fast_state_that_the_others_give():
     assert all(branch[r] == pytest.approx(1 - 5 * branch[q] ** 2) for branch in found)
 
 
+def test_a_fast_state_that_no_other_moves_has_its_own_formula_beside_the_roots_of_a_cubic():
+    """Here y = x; y = u**3 - u with the root u in Cardano's form is equal to it, but does not simplify."""
+    manifolds = ap.slow_manifolds(ap.System.smooth({x: -x}, {u: u - u**3 + y, y: x - y}, mu), order=0)
+    assert [m.branch[y] for m in manifolds] == [x, x, x]
+
+
 def test_fast_states_alone_have_their_rest_points_for_manifolds():
     one, two = ap.slow_manifolds(ap.System.smooth({}, {u: (1 + mu) ** 2 - u**2}, mu), order=2)
     assert [*map(sp.expand, (one.expr, two.expr))] == [-1 - mu, 1 + mu]
