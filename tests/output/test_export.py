@@ -3,6 +3,7 @@
 import ctypes
 import importlib.util
 import inspect
+import itertools
 import math
 import random
 import shutil
@@ -199,6 +200,14 @@ def test_the_module_has_fields_manifolds_eigenvalues_and_edges():
     assert {"slip_same", "slip_opposite", "stick", "stick_edges"} <= names
     assert {f"{m}{part}" for m in ("Pi1", "Pi2") for part in ("", "_series", "_exact")} <= names
     assert {f"{m}_{kind}_eigenvalue" for m in ("slip_same", "stick") for kind in ("slow", "fast")} <= names
+
+
+def test_an_eigenvalue_says_where_it_is_real():
+    """mu lambda^2 + b (lambda + 1) = 0 has the discriminant b (b - 4 mu); b is sigma + 4, -sigma and 1 for the rod."""
+    told = {f.name: f.meaning for f in module_functions(PK, order=0)}
+    bounds = {"slip_same": "4*mu/(sigma + 4)", "slip_opposite": "-4*mu/sigma", "stick": "4*mu"}
+    for (mode, bound), kind in itertools.product(bounds.items(), ("slow", "fast")):
+        assert told[f"{mode}_{kind}_eigenvalue"] == f"the {kind} eigenvalue of {mode}; real while {bound} <= 1"
 
 
 def test_states_come_in_the_order_of_a_start():

@@ -113,6 +113,7 @@ def test_costs_are_medians_of_interleaved_runs(monkeypatch):
 SAMPLE = [
     {"name": "a, b", "mu": 1e-8, "steps": 3, "same": True, "error": None},
     {"name": "c", "mu": 0.1, "steps": None, "same": None, "error": 1.5e-300},
+    {"name": "d", "mu": 1, "steps": 0, "same": False, "error": 0.0},
 ]
 
 
