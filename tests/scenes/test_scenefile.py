@@ -196,6 +196,60 @@ def test_what_is_not_a_scene_is_refused_by_name(tmp_path, entries, said):
     assert "scene.toml" in str(caught.value)
 
 
+BELT = """until = 1
+[system.slow]
+x = "v"
+v = "-x + F"
+[[system.frictions]]
+velocity = "v - 1"
+force = "F"
+load = 1
+kinetic = "k"
+[values]
+k = 0.8
+[start]
+x = 0
+v = 1
+"""
+ON_GROUND = """until = 1
+[system]
+contact = "rigid"
+mechanism = "painleve_rod"
+[values]
+[start]
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "old", "new", "said"),
+    [
+        (BELT, "load", "laod = 1\nload", "system.frictions 0: key 'laod' is unknown; the nearest known one is 'load'"),
+        (BELT, "load = 1\n", "", "system.frictions 0: load missing"),
+        (BELT, "[system.slow]", "[system]\nsmal = 'mu'\n[system.slow]", "system: key 'smal' is unknown"),
+        (BELT, "[[system.frictions]]", "[system.frictions]", "system.frictions must be tables"),
+        (BELT, "until = 1\n", "", "until missing"),
+        (BELT, 'x = "v"', 'x = "v"\nF = "x"', "F names two quantities"),
+        (BELT, "until = 1", "until = 1\nf = 1", "f is the rod's; parameters of a system stand in [values]"),
+        (BELT, "until = 1", "until = 1\nmu = 1", "mu is the rod's; parameters of a system stand in [values]"),
+        (ON_GROUND, "contact", "contcat = 1\ncontact", "system: key 'contcat' is unknown"),
+        (ON_GROUND, "rigid", "soft", "system: contact must be"),
+        ("sigma = 1\nmu = 1\nuntil = 1\nnear = {x = 0, z = 1, offset = 0}", "z = 1, ", "", "manifold, z missing"),
+    ],
+)
+def test_what_is_not_a_system_is_refused_by_the_table_and_the_key(tmp_path, text, old, new, said):
+    (tmp_path / "belt.toml").write_text(text.replace(old, new, 1))
+    with pytest.raises(InputError) as caught:
+        ap.read_scene(tmp_path / "belt.toml")
+    assert str(caught.value).startswith(f"{tmp_path / 'belt.toml'}: {said}")
+
+
+def test_the_scene_of_a_system_has_the_name_in_its_file_or_of_its_file(tmp_path):
+    (tmp_path / "belt.toml").write_text(BELT)
+    assert ap.read_scene(tmp_path / "belt.toml").name == "belt"
+    (tmp_path / "belt.toml").write_text(f'name = "block"\n{BELT}')
+    assert ap.read_scene(tmp_path / "belt.toml").name == "block"
+
+
 def test_an_unknown_name_is_answered_with_the_nearest():
     with pytest.raises(UnknownName, match="did you mean 'backward'"):
         ap.read_scene("backwards")
