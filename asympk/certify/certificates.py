@@ -30,7 +30,6 @@ from asympk.numbers import number, short, sign_of, whole
 from asympk.path import Event
 from asympk.scene import MANIFOLDS, Scene, require_scene
 from asympk.shown import Card, ShownAsTable
-from asympk.storage.tomlfile import nearest
 
 COORDINATES = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
 MOST_EVENTS = 200
@@ -212,7 +211,7 @@ def _exact_sides(box, known, what):
     sides = {}
     for name, ends in ((str(key), ends) for key, ends in box.items()):
         if name not in known:
-            raise InputError(f"box: {name!r} is no {what}; the nearest is {nearest(name, known)!r}")
+            raise InputError(f"box: {name!r} is no {what}; choose one of {', '.join(known)}")
         if not isinstance(ends, list | tuple) or len(ends) != 2:
             raise InputError(f"box: {name} = {short(ends)}: it must be two numbers (low, high)")
         low, high = (Fraction(number(f"box {name}", end)) for end in ends)

@@ -239,7 +239,7 @@ def test_the_pieces_of_a_box_cover_it_and_hold():
 @pytest.mark.parametrize(
     ("box", "said"),
     [
-        ({"q": (0, 1)}, "no coordinate"),
+        ({"f": (0, 1)}, "no coordinate; choose one of sigma, mu, sigma0, x, y, z, until"),
         ({"x": (1, 0)}, "empty"),
         ({"x": (1,)}, "two numbers"),
         ({"mu": (0, 1)}, "above 0"),
