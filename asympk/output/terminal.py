@@ -235,8 +235,8 @@ def _certificate_as_dict(one, digits):
         return {"proven": False, "reason": one.reason, "bits": one.bits, "box": box}
     events = [{"kind": kind, "t": t.str(digits), "state": [v.str(digits) for v in state]}
               for kind, t, state, _ in one.events]  # fmt: skip
-    return {"proven": True, "modes": list(one.modes), "events": events, "final": [v.str(digits) for v in one.final],
-            "bits": one.bits, "box": box}  # fmt: skip
+    return {"proven": True, "names": list(one.scene.names), "modes": list(one.modes), "events": events,
+            "final": [v.str(digits) for v in one.final], "bits": one.bits, "box": box}  # fmt: skip
 
 
 def proofs_as_text(found: "Iterable[Proof]") -> str:

@@ -283,7 +283,7 @@ def test_the_command_shows_the_events_that_solve_shows_in_as_many_rows(capsys):
 def test_the_command_tells_a_proof_from_a_refusal(capsys, tmp_path):
     assert main(["certify", "backward", "--json"]) == 0
     (told,) = json.loads(capsys.readouterr().out)
-    assert told["modes"] == ["slip_opposite", "stick", "slip_same"]
+    assert (told["names"], told["modes"]) == (["x", "y", "z"], ["slip_opposite", "stick", "slip_same"])
     assert "+/-" in told["final"][0]
     grazing = tmp_path / "grazing.toml"
     grazing.write_text('sigma = 0\nmu = 1\nstart = ["-1/2", -1, "1/3"]\nuntil = 5\n')
