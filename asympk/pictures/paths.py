@@ -1,7 +1,7 @@
 """The picture of a path: every state against time, modes as shades, events as marks."""
 
 from functools import reduce
-from math import floor, log10
+from math import floor, log, log10, sinh
 from pathlib import Path as File
 from typing import Any
 
@@ -54,7 +54,7 @@ def figure(path: Path) -> Any:
             axis.plot(data[0], values, color=style.BLUE)
             _mark(axis, path, data[0], values)
             if limit := logarithmic_from(data[0], values):
-                axis.set_yscale("symlog", linthresh=limit * ABOVE)
+                _logarithmic(axis, "y", limit)
             axis.set_ylabel(style.folded(_label(path, name), PANEL))
         _time_axis(panels[-1, 0], path)
         panels[-1, 0].set_xlabel(_label(path, "t"))
@@ -117,8 +117,36 @@ def _time_axis(axis: Any, path: Path) -> None:
     if 0 < first < until / 50:
         begin = floor(log10(first))
         room = max(1, (log10(until) - begin) / WHOLE)  # of the linear part, whose tick stands apart from 0, in decades
-        axis.set_xscale("symlog", linthresh=10.0**begin * ABOVE, linscale=room)
+        _logarithmic(axis, "x", 10.0**begin, room)
         axis.xaxis.get_major_locator().set_params(numticks=TICKS)
+
+
+def _logarithmic(panel: Any, which: str, least: float, room: float = 1) -> None:
+    """Scale the axis x or y by asinh, which has no corner where logarithms begin; its ticks are 0 and powers of ten.
+
+    The part from 0 to the first power, ``least``, is as long as ``room`` decades.
+    """
+    from matplotlib.ticker import LogFormatterSciNotation, SymmetricalLogLocator
+
+    getattr(panel, f"set_{which}scale")("function", functions=_stretch(log(least) - log(sinh(room * log(10)))))
+    axis = getattr(panel, f"{which}axis")
+    axis.set_major_locator(SymmetricalLogLocator(base=10, linthresh=least * ABOVE))
+    axis.set_major_formatter(LogFormatterSciNotation())
+
+
+def _stretch(low: float) -> tuple[Any, Any]:
+    """Return asinh(value / width) and its inverse for the width exp(``low``), which may lie below the doubles."""
+
+    def forward(values: Any) -> Any:
+        with np.errstate(divide="ignore"):
+            power = np.log(np.abs(values)) - low
+        return np.sign(values) * np.logaddexp(power, np.logaddexp(0, 2 * power) / 2)
+
+    def inverse(places: Any) -> Any:
+        with np.errstate(divide="ignore"):
+            return np.sign(places) * np.exp(low + np.abs(places) + np.log(-np.expm1(-2 * np.abs(places)) / 2))
+
+    return forward, inverse
 
 
 def _legend(drawing: Any, path: Path) -> None:

@@ -13,7 +13,7 @@ from asympk.affine.many import solve_many
 from asympk.methods import solve
 from asympk.output import gallery
 from asympk.output.arrow import arrow_drawing, parts_in_order
-from asympk.pictures import maps, portraits, spread
+from asympk.pictures import maps, paths, portraits, spread
 from asympk.pictures.figures import save
 from asympk.pictures.rigid import motion_plot
 from asympk.scene import Scene
@@ -191,3 +191,13 @@ def test_a_number_stands_inside_the_part_it_counts():
     row, column = maps._inside(mask)
     assert mask[row - 1 : row + 2, column - 1 : column + 2].all()
     assert maps._inside(np.eye(9, dtype=bool)) is None
+
+
+def test_a_scale_of_a_path_has_no_corner_where_its_logarithms_begin_one_decade_from_zero():
+    panels = paths.figure(solve(read_scene("backward"))).axes
+    for axis, least in ((panels[1].yaxis, 1.0), (panels[1].xaxis, 1e-5)):
+        assert {0, least, 10 * least} <= {*axis.get_majorticklocs().round(9)}
+        place = axis.get_transform().transform
+        zero, before, first, after, tenth, hundredth = place(least * np.array([0, 0.999, 1, 1.001, 100, 1000]))
+        assert after - first == pytest.approx(first - before, rel=1e-2)
+        assert first - zero == pytest.approx(hundredth - tenth, rel=1e-3)
