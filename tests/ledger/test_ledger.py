@@ -38,6 +38,12 @@ def test_every_claim_has_a_verdict(claims):
     assert {claim.verdict for claim in claims.values()} == set(verdicts.VERDICTS)
 
 
+def test_every_check_says_in_words_what_it_asks_and_what_it_found(claims):
+    """A check that is given its words for its condition always holds."""
+    checks = [check for claim in claims for check in claim.evidence]
+    assert [check for check in checks if not (isinstance(check.what, str) and check.what)] == []
+
+
 def test_every_check_holds_but_those_of_the_sentences_that_are_corrected(claims):
     refined = {9, 16, 18, 24, 25, 28, 30, 32, 34, 35, 37, 38, 40, 41}
     corrected = {"C23": 1, "C26": 1, "C42": 2, "C43": 2}  # sentences that fail
