@@ -17,15 +17,7 @@ from asympk.storage.rows import Row
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# key -> (mark, grey of its cell, words in the legend)
-OUTCOMES = {
-    "finished": ("o", "0.93", "right end, right modes"),
-    "events missed": ("+", "0.93", "right end, modes missed"),
-    "wrong branch": ("x", "0.55", "wrong end"),
-    "stalled": ("s", "0.75", "stalled"),
-    "limit": ("^", "0.75", "budget spent"),
-    "other": ("$?$", "0.75", "refused"),
-}
+OUTCOMES = ("finished", "events missed", "wrong branch", "stalled", "limit", "other")  # "other" is a refusal
 FAILURES = {  # key -> (colour of a cell, ink on it, words)
     "events missed": ("0.9", "black", "modes missed"), "stalled": (style.SKY, "black", "stalled"),
     "limit": (style.ORANGE, "black", "budget spent"), "wrong branch": ("0.25", "white", "wrong end"),
