@@ -7,6 +7,7 @@ from itertools import groupby
 from asympk.output.gallery import ACCURACY
 from asympk.output.tabular import Cell, Table, as_cell, words
 from asympk.pictures import anymechanism, figures, style
+from asympk.pictures.style import power_of_ten
 from asympk.storage.rows import Row
 from asympk.studies.convergence import by_quantity, monotone_from
 from asympk.studies.damping import BORDER
@@ -60,7 +61,7 @@ def convergence_table(rows: Sequence[Row]) -> Table:
     for n in orders:
         for mu in SHOWN:
             front = f"{n}: " if mu == SHOWN[0] else ""
-            header += (Cell(f"{front}${_scale(mu)}$", f"order {n}, mu = {_bare(mu)}"),)
+            header += (Cell(f"{front}${power_of_ten(mu)}$", f"order {n}, mu = {_bare(mu)}"),)
         header += (Cell("from", f"order {n}, monotone from mu"),)
     return Table("convergence", "ll" + "lllr" * len(orders), header, _grouped(body))
 
@@ -76,7 +77,7 @@ def _closeness(several):
     """Return cells of the largest |excess| at each mu of ``SHOWN``, and of the mu below which all excesses shrink."""
     sizes = {mu: max(abs(row["excess"]) for group in several for row in group if row["mu"] == mu) for mu in SHOWN}
     since = min(map(monotone_from, several))
-    return [*(_short(sizes[mu]) for mu in SHOWN), Cell(f"${_scale(since)}$", _bare(since))]
+    return [*(_short(sizes[mu]) for mu in SHOWN), Cell(f"${power_of_ten(since)}$", _bare(since))]
 
 
 def decreasing_table(rows: Sequence[Row]) -> Table:
@@ -88,7 +89,7 @@ def decreasing_table(rows: Sequence[Row]) -> Table:
         measure = Cell(r"$\mu\log(1/\mu)$", "mu log(1/mu)") if is_limit(next(iter(by_mu.values()))) else "omitted term"
         cells = [f"${by_mu[mu]['ratio']:.5f}$" if mu in by_mu else "--" for mu in mus]
         body.append((name, Cell(f"${order}$", str(order)), measure, *cells))
-    header = ("system", "order", "error over", *(Cell(f"${_scale(mu)}$", f"mu = {_bare(mu)}") for mu in mus))
+    header = ("system", "order", "error over", *(Cell(f"${power_of_ten(mu)}$", f"mu = {_bare(mu)}") for mu in mus))
     return Table("decreasing", "lllrrr", header, _grouped(body))
 
 
@@ -107,7 +108,7 @@ def escape_table(rows: Sequence[Row]) -> Table:
     header: tuple = (r"$\sigma$", r"$\delta$")
     for mu in MUS:
         at = f" at mu = {_bare(float(mu))}"
-        header += (Cell(rf"$T$ at $\mu={_scale(float(mu))}$", f"T{at}"),
+        header += (Cell(rf"$T$ at $\mu={power_of_ten(float(mu))}$", f"T{at}"),
                    *(Cell(name, f"{name}{at}") for name in ("quotient", "motion")))
     return Table("escape", "ll" + "lll" * len(MUS), header, _grouped(body))
 
@@ -137,7 +138,8 @@ def damping_table(rows: Sequence[Row]) -> Table:
     header: tuple = ("damping", "$T$ to leading order")
     for epsilon in sorted({row["epsilon"] for row in rows if row["part"] == "ratio"}, reverse=True):
         at = f" at epsilon = {_bare(epsilon)}"
-        header += (Cell(rf"$\varepsilon={_scale(epsilon)}$", f"times at rest{at}"), Cell("$T$/law", f"T over law{at}"))
+        header += (Cell(rf"$\varepsilon={power_of_ten(epsilon)}$", f"times at rest{at}"),
+                   Cell("$T$/law", f"T over law{at}"))
     return Table("damping", "ll" + "rl" * 3, header, tuple(body))
 
 
@@ -170,10 +172,6 @@ def _escape(row):
 
 def _ratio(word):
     return Cell(f"${word}$", word)
-
-
-def _scale(mu):
-    return f"10^{{{_parts(mu, 1)[1]}}}"
 
 
 def _bare(mu):
