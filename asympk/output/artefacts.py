@@ -87,7 +87,7 @@ ARTEFACTS = (
              beside=("work", "contacts")),
     Artefact("nonlinear", None, {"chart-nonlinear": figures.nonlinear,
                                  "chart-nonlinear-work": gallery.nonlinear_work_picture}, numbers=macros.of_nonlinear),
-    Artefact("models", None, {"chart-models": gallery.models_picture}, numbers=macros.of_models),
+    Artefact("models", None, {"chart-models": figures.model_savings}, numbers=macros.of_models),
     Artefact("contacts", numbers=macros.of_contacts),
 )  # fmt: skip
 README = ("phase", "jump", "regimes", "chart-cost-ii")  # the pictures in README.md

@@ -12,7 +12,6 @@ from asympk.pictures import anymechanism, figures, portraits
 from asympk.pictures import damping as jam
 from asympk.scene import Scene
 from asympk.storage.rows import Row, StoredRows
-from asympk.studies import modelwork
 from asympk.studies.chart import COMPILED
 from asympk.studies.damping import TINY
 from asympk.systems.catalogue import described_mechanism
@@ -120,9 +119,3 @@ def nonlinear_work_picture(rows: Sequence[Row]) -> "Figure":
     kept = [row for row in rows if row["kappa"] == 1]
     mus = sorted({row["mu"] for row in kept})
     return figures.work_precision(kept, SHOWN, [mus[-1 - len(mus) // 3], mus[0]])
-
-
-def models_picture(rows: StoredRows) -> "Figure | None":
-    """Draw the cost of integrators at the error of the model ``jump 1``, in units of the cost of this model."""
-    saved = modelwork.savings(rows)
-    return figures.model_savings(saved) if saved else None

@@ -1,7 +1,7 @@
 """Figures: rows in, a matplotlib ``Figure`` out; no row is computed here, and only ``save`` writes files."""
 
 from bisect import bisect
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import groupby
 from math import log10
@@ -13,6 +13,7 @@ import numpy as np
 
 from asympk.pictures import plate, sheets, style
 from asympk.storage.rows import Row
+from asympk.studies.modelwork import savings
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -231,11 +232,13 @@ def _errors(rows, method):
                   and row["final_error"] is not None and (row["rtol"] or ALONGSIDE) == ALONGSIDE)  # fmt: skip
 
 
-def model_savings(found: Mapping[tuple[str, float], Mapping[str, float | None]]) -> "Figure":
+def model_savings(rows: list[Row]) -> "Figure | None":
     """The cost of integrators at the error of ``jump 1``, in units of the cost of ``jump 1``: a panel for each system.
 
-    ``found`` comes from ``studies.modelwork.savings``. Integrators that never reach this error are in the band.
+    Integrators that never reach this error are in the band. None where no integrator has a row.
     """
+    if not (found := savings(rows)):
+        return None
     systems = list(dict.fromkeys(system for system, _ in found))
     methods = [m for m in style.METHODS if any(m in of for of in found.values())]
     top = 3 * max(cost or 1 for of in found.values() for cost in of.values())
