@@ -22,7 +22,7 @@ SHARED = {  # what several modules define, for all of them the same
     "main": "runs what a command line asks for", "mechanism": "of a system of the catalogue",
     "plot": "draws what was followed", "predicted_error": "to expect of a model", "rows": "of a study",
     "run": "runs a command, or follows a scene by a method", "scene": "built from numbers",
-    "scenes": "of a system of the catalogue", "solve_many": "follows many trajectories", "stored": "rows of a study",
+    "scenes": "of a system of the catalogue", "solve_many": "follows many trajectories",
     "system": "of a file of the catalogue or of a study",
 }  # fmt: skip
 

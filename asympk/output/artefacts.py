@@ -16,7 +16,7 @@ from asympk.output.tabular import Table
 from asympk.pictures import anymechanism as mechanisms
 from asympk.pictures import decreasing as decrease
 from asympk.pictures import drawings, figures, maps, style
-from asympk.storage.rows import Stored, read_rows
+from asympk.storage.rows import StoredRows, read_rows
 from asympk.studies import anymechanism, chart, collisions, convergence, damping, decreasing, divide, leastmap, peer
 from asympk.studies.least import LADDER
 
@@ -36,7 +36,7 @@ class Artefact:
     """
 
     name: str
-    compute: Callable[[], Stored] | None = None
+    compute: Callable[[], StoredRows] | None = None
     draw: Mapping[str, Callable[..., "Figure | None"]] = field(default_factory=dict)
     tabulate: Callable[..., Table] | None = None
     numbers: Callable[..., dict[str, str]] | None = None
@@ -64,18 +64,18 @@ ARTEFACTS = (
     Artefact("jump map", numbers=macros.jump_macros),
     Artefact("divide", numbers=macros.escape_macros),
     Artefact("accuracy", numbers=macros.accuracy_macros),
-    Artefact("mechanisms", anymechanism.stored_formulas, tabulate=rowtables.mechanisms_table),
-    Artefact("jumplaw", anymechanism.stored_errors, {"jumplaw": mechanisms.draw_errors}, numbers=macros.of_jump_law),
-    Artefact("rebound", anymechanism.stored_rebounds, {"rebound": mechanisms.draw_rebound}, numbers=macros.of_rebound),
-    Artefact("convergence", convergence.stored, {"convergence": maps.convergence}, rowtables.convergence_table,
+    Artefact("mechanisms", anymechanism.formula_rows, tabulate=rowtables.mechanisms_table),
+    Artefact("jumplaw", anymechanism.error_rows, {"jumplaw": mechanisms.draw_errors}, numbers=macros.of_jump_law),
+    Artefact("rebound", anymechanism.rebound_rows, {"rebound": mechanisms.draw_rebound}, numbers=macros.of_rebound),
+    Artefact("convergence", convergence.rows, {"convergence": maps.convergence}, rowtables.convergence_table,
              macros.of_convergence),
-    Artefact("escape", divide.stored, tabulate=rowtables.escape_table),
-    Artefact("collisions", collisions.stored, {"collisions": maps.collisions}, numbers=macros.of_collisions),
-    Artefact("least", leastmap.stored, {"least": partial(maps.least_models, names=[*LADDER])},
+    Artefact("escape", divide.rows, tabulate=rowtables.escape_table),
+    Artefact("collisions", collisions.rows, {"collisions": maps.collisions}, numbers=macros.of_collisions),
+    Artefact("least", leastmap.rows, {"least": partial(maps.least_models, names=[*LADDER])},
              numbers=macros.of_least),
-    Artefact("decreasing", decreasing.stored, {"decreasing": decrease.decreasing}, rowtables.decreasing_table),
-    Artefact("peer", peer.stored, numbers=macros.of_peer),
-    Artefact("damping", damping.stored, {"damping": gallery.damping_picture}, rowtables.damping_table,
+    Artefact("decreasing", decreasing.rows, {"decreasing": decrease.decreasing}, rowtables.decreasing_table),
+    Artefact("peer", peer.rows, numbers=macros.of_peer),
+    Artefact("damping", damping.rows, {"damping": gallery.damping_picture}, rowtables.damping_table,
              macros.of_damping),
     Artefact("work", None, {
         **{f"chart-workprec-{s}": partial(gallery.work_precision_picture, scene=s) for s in chart.SCENES},

@@ -62,8 +62,8 @@ def write_paper_rows(out: Path, tell: Callable[[str], None]) -> list[Path]:
         file = out / f"{artefact.name}.csv"
         if artefact.compute and not file.is_file():
             tell(f"computing {artefact.name}")
-            rows, parameters = artefact.compute()
-            write_rows(file, rows, provenance(**parameters))
+            rows = artefact.compute()
+            write_rows(file, rows, provenance(**rows.provenance))
             written.append(file)
     return written
 

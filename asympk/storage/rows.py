@@ -19,7 +19,6 @@ from asympk.errors import InputError
 from asympk.storage.files import csv_text, write_text
 
 Row: TypeAlias = dict[str, Any]  # a result: its columns by name
-Stored: TypeAlias = tuple[Iterable[Row], dict[str, Any]]  # rows, and their provenance
 PACKAGES = ("numpy", "scipy", "sympy", "mpmath", "heyoka", "scikit-sundae", "diffrax", "jax")
 _READ: dict[str, Callable] = {"float": float, "int": int, "str": str, "bool": lambda word: word == "true"}
 
@@ -41,7 +40,7 @@ def write_rows(path: str | Path, rows: Iterable[Row], provenance: Mapping[str, A
 
 
 class StoredRows(list[Row]):
-    """Rows read from a file, with the ``provenance`` of the JSON file beside it."""
+    """Rows with their ``provenance``: the settings with which they are computed, or the JSON file beside their file."""
 
     def __init__(self, rows: Iterable[Row] = (), provenance: Mapping[str, Any] = MappingProxyType({})):
         super().__init__(rows)

@@ -17,7 +17,7 @@ from asympk.mechanics import paradox
 from asympk.mechanics.kinetics import Kinetics
 from asympk.methods import solve
 from asympk.scene import Scene
-from asympk.storage.rows import Row, Stored
+from asympk.storage.rows import StoredRows
 from asympk.systems import MECHANISMS, painleve_rod
 from asympk.systems.catalogue import c, described_mechanism, eps, example_scene, h
 
@@ -72,12 +72,13 @@ def _collected(expr, kinetics):
     return sp.Add(*(sp.trigsimp(sp.factor(term)) * power for power, (_, term) in zip(powers, terms, strict=True)))
 
 
-def errors() -> list[Row]:
+def error_rows() -> StoredRows:
     """Return the errors of the law for the ``CHECKED`` mechanisms, for decreasing compliance.
 
     A row has the largest error among the states, in the state ``worst``; ``ratio`` is the error / (c log(1/c)).
     """
-    return [_error(name, small) for name in CHECKED for small in COMPLIANCES]
+    found = (_error(name, small) for name in CHECKED for small in COMPLIANCES)
+    return StoredRows(found, {"kept": KEPT, "layer": LAYER, "reference": "exact motion of the elastic contact"})
 
 
 def _error(name, small):
@@ -142,23 +143,18 @@ def _kept(value):
     return None if value is None else float(f"{float(value):.{KEPT}g}")
 
 
-def stored_formulas() -> Stored:
-    """Return a row for every mechanism of the catalogue, in its order, and the settings of the rows.
+def formula_rows() -> StoredRows:
+    """Return a row for every mechanism of the catalogue, in its order.
 
     A row has the critical friction and the impulses over gamma, as formulas in LaTeX and as values for the example.
     """
-    return [_formulas(name) for name in MECHANISMS], {"kept": KEPT, "examples": "those of the catalogue"}
+    return StoredRows(map(_formulas, MECHANISMS), {"kept": KEPT, "examples": "those of the catalogue"})
 
 
-def stored_errors() -> Stored:
-    """Return the rows of ``errors``, and the settings with which they were computed."""
-    return errors(), {"kept": KEPT, "layer": LAYER, "reference": "exact motion of the elastic contact"}
-
-
-def stored_rebounds() -> Stored:
+def rebound_rows() -> StoredRows:
     """Return the rebounds of the slender rod that slides backward with unit speed, by angle and damping ratio.
 
     A row has g' / |gamma| after the jump: by the law, as ``followed``, or None, and in the limits b -> 0 and b -> oo.
     """
-    rows = [_rebound(theta, friction, ratio) for theta, friction in REBOUNDS for ratio in RATIOS]
-    return rows, {"kept": KEPT, "eps": STIFF}
+    found = (_rebound(theta, friction, ratio) for theta, friction in REBOUNDS for ratio in RATIOS)
+    return StoredRows(found, {"kept": KEPT, "eps": STIFF})

@@ -4,14 +4,14 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from asympk.storage.rows import Row, Stored
+from asympk.storage.rows import StoredRows
 
 SIGMA, MUS, UNTIL = 1, (1e-3, 3.0), 60
 EXPONENTS_X, EXPONENTS_Z = (-2.03, 3.03), (-1.03, 2.03)  # no grid point on a border between whole powers
 CELLS = (60, 36)
 
 
-def rows(mus: Iterable[float] = MUS, cells: tuple[int, int] = CELLS) -> list[Row]:
+def rows(mus: Iterable[float] = MUS, cells: tuple[int, int] = CELLS) -> StoredRows:
     """Return the rows of a logarithmic grid in mu x0 and |z0| for every mu and both signs of z0.
 
     ``count`` is the number of times at which z becomes 0 from x0 = scaled_x / mu, y0 = 0 and z0 = z.
@@ -24,13 +24,9 @@ def rows(mus: Iterable[float] = MUS, cells: tuple[int, int] = CELLS) -> list[Row
     events = solve_many(SIGMA, mu, x / mu, 0, z, UNTIL, events=True).events()
     stops = events.trajectory[events.kind == "velocity_zero"]
     counts = np.bincount(stops, minlength=len(places))
-    return [{"mu": mu, "scaled_x": x, "z": z, "count": int(count)}
-            for (mu, x, z), count in zip(places, counts, strict=True)]  # fmt: skip
-
-
-def stored() -> Stored:
-    """Return all rows, and the settings with which they were computed."""
-    return rows(), {"sigma": SIGMA, "until": UNTIL, "start": "(x0, 0, z0)", "method": "exact flow"}
+    found = ({"mu": mu, "scaled_x": x, "z": z, "count": int(count)}
+             for (mu, x, z), count in zip(places, counts, strict=True))  # fmt: skip
+    return StoredRows(found, {"sigma": SIGMA, "until": UNTIL, "start": "(x0, 0, z0)", "method": "exact flow"})
 
 
 def _grid(low, high, count):

@@ -17,7 +17,7 @@ from itertools import groupby, pairwise
 
 from asympk.methods import solve
 from asympk.scene import Scene
-from asympk.storage.rows import Row, Stored
+from asympk.storage.rows import StoredRows
 
 SIGMAS = ("-17/10", "-6/5", "-1/2", "1/2", "1", "3")
 MUS = tuple(f"1e-{k}" for k in range(2, 13))
@@ -55,25 +55,21 @@ def rows(
     sigmas: Iterable[str] = SIGMAS,
     mus: Iterable[str] = MUS,
     orders: Iterable[int] = ORDERS,
-) -> list[Row]:
+) -> StoredRows:
     """Return the rows by expansion, sigma, order and quantity, in order of decreasing mu.
 
     A row has the error of one quantity at one order, beside the first term that the order omits. ``quantity`` is x, z,
     or tk, the time of the k-th event. ``excess`` is error/omitted - 1, computed before rounding, and ``expected`` the
     second omitted term over the first. ``sigma`` is a string, and thus exact.
     """
-    found: list[Row] = []
+    starts = {name: list(map(str, case.start)) for name, case in EXPANSIONS.items()}
+    settings = {"starts": starts, "until": UNTIL, "digits": DIGITS, "kept": KEPT, "reference": "exact flow"}
+    found = StoredRows(provenance=settings)
     for name in cases:
         for sigma in filter(EXPANSIONS[name].exists, sigmas):
             here = [row for mu in mus for row in _rows(name, sigma, mu, orders)]
             found += sorted(here, key=lambda row: (row["order"], row["quantity"], -row["mu"]))
     return found
-
-
-def stored() -> Stored:
-    """Return all rows, and the settings with which they were computed."""
-    starts = {name: list(map(str, case.start)) for name, case in EXPANSIONS.items()}
-    return rows(), {"starts": starts, "until": UNTIL, "digits": DIGITS, "kept": KEPT, "reference": "exact flow"}
 
 
 def monotone_from(group: list[dict]) -> float:

@@ -36,7 +36,7 @@ import sympy as sp
 from asympk.errors import InputError
 from asympk.methods import solve
 from asympk.scene import Scene
-from asympk.storage.rows import Row, Stored
+from asympk.storage.rows import StoredRows
 from asympk.symbolic.reading import rational
 from asympk.systems.painleve_klein.modes import cone
 
@@ -54,7 +54,7 @@ def rows(
     ratios: Iterable[float] = RATIOS,
     border: Iterable[float] = BORDER,
     undamped: Iterable[float] = UNDAMPED,
-) -> list[Row]:
+) -> StoredRows:
     """Return the rows over epsilon and the damping ratio, at the border of the single jump, and without damping.
 
     A row is of the run from (0, 0, -1) of the rod with compliance ``epsilon``^2 and damping time ``damping``, at
@@ -65,12 +65,8 @@ def rows(
     """
     found = [_row("ratio", epsilon, 2 * zeta * epsilon) for epsilon in epsilons for zeta in ratios]
     found += [_row("border", epsilon, share * epsilon ** (2 / 3)) for epsilon in epsilons for share in border]
-    return found + [_row("undamped", epsilon, TINY * epsilon) for epsilon in undamped]
-
-
-def stored() -> Stored:
-    """Return all rows, and the settings with which they were computed."""
-    return rows(), {"sigma": SIGMA, "start": "(0, 0, -1)", "tiny": TINY, "method": "exact flow"}
+    found += [_row("undamped", epsilon, TINY * epsilon) for epsilon in undamped]
+    return StoredRows(found, {"sigma": SIGMA, "start": "(0, 0, -1)", "tiny": TINY, "method": "exact flow"})
 
 
 def _row(part, epsilon, damping):

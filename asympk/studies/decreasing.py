@@ -16,7 +16,7 @@ from sympy.physics.mechanics import dynamicsymbols
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.methods import solve
 from asympk.scene import Scene
-from asympk.storage.rows import Row, Stored
+from asympk.storage.rows import StoredRows
 from asympk.symbolic.system import System
 from asympk.systems import nonlinear_rod
 
@@ -74,22 +74,18 @@ def held_rod() -> System:
     return Mechanism.from_lagrangian(lagrangian, (x1, x2), contact=rod, forces={x1: 1}).elastic(mu, sp.Rational(1, 2))
 
 
-def rows(names: Collection[str] | None = None, mus: Iterable[str] = MUS) -> list[Row]:
+def rows(names: Collection[str] | None = None, mus: Iterable[str] = MUS) -> StoredRows:
     """Return the rows by system, order and state, in order of decreasing mu.
 
     A row has the error of one state at one order, and its ``measure``: the first omitted term, or mu log(1/mu).
     """
-    found = []
+    about = {name: {"start": str(family.start), "until": family.until} for name, family in five_systems().items()}
+    settings = {"cases": about, "digits": DIGITS, "kept": KEPT, "reference": "collocation, exact flow"}
+    found = StoredRows(provenance=settings)
     for name, family in five_systems().items():
         if names is None or name in names:
             found += sorted(_rows(name, family, mus), key=lambda row: (row["order"], row["state"], -row["mu"]))
     return found
-
-
-def stored() -> Stored:
-    """Return all rows, and the settings with which they were computed."""
-    about = {name: {"start": str(family.start), "until": family.until} for name, family in five_systems().items()}
-    return rows(), {"cases": about, "digits": DIGITS, "kept": KEPT, "reference": "collocation, exact flow"}
 
 
 def is_limit(row: Mapping) -> bool:

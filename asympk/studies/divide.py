@@ -28,7 +28,7 @@ from asympk.methods import solve as follow
 from asympk.multiprecision import in_context, private_context
 from asympk.numbers import number
 from asympk.scene import Scene
-from asympk.storage.rows import Row, Stored
+from asympk.storage.rows import Row, StoredRows
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.system import System
 from asympk.systems import painleve_klein
@@ -75,14 +75,10 @@ def escapes(sigma: Any, mu: Any, x: Any, z: Any, offsets: Iterable[Any], digits:
     return [_escape(sigma, mu, x, z, offset, digits) for offset in offsets]
 
 
-def rows(sigmas: Iterable[str] = SIGMAS, mus: Iterable[str] = MUS, offsets: Iterable[str] = OFFSETS) -> list[Row]:
+def rows(sigmas: Iterable[str] = SIGMAS, mus: Iterable[str] = MUS, offsets: Iterable[str] = OFFSETS) -> StoredRows:
     """Return the escapes from (x, z) = START at ``offsets`` from the separatrix, for every sigma and mu."""
-    return [row for sigma in sigmas for mu in mus for row in escapes(sigma, mu, *START, offsets, DIGITS)]
-
-
-def stored() -> Stored:
-    """Return all rows, and the settings with which they were computed."""
-    return rows(), {"start": list(map(str, START)), "digits": DIGITS, "reference": "exact flow"}
+    found = (row for sigma in sigmas for mu in mus for row in escapes(sigma, mu, *START, offsets, DIGITS))
+    return StoredRows(found, {"start": list(map(str, START)), "digits": DIGITS, "reference": "exact flow"})
 
 
 def _escape(sigma, mu, x, z, offset, digits):

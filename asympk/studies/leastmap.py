@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from asympk.storage.rows import Row, Stored
+from asympk.storage.rows import Row, StoredRows
 from asympk.studies.least import LADDER, atlas
 
 SIGMAS, START, UNTIL, RTOL = ("1", "-1/2"), (0.0, 0.5), 3.0, 1e-3  # the load lies on no slow plane
@@ -13,21 +13,16 @@ EXPONENTS_MU, EXPONENTS_Z = (-8.03, -0.53), (-3.03, 0.97)
 CELLS = (31, 25)
 
 
-def rows(sigmas: Iterable[str] = SIGMAS, cells: tuple[int, int] = CELLS) -> list[Row]:
+def rows(sigmas: Iterable[str] = SIGMAS, cells: tuple[int, int] = CELLS) -> StoredRows:
     """Return the rows of a logarithmic grid in mu and |z0| for every sigma, a string, and both signs of z0.
 
     ``rung`` is that of the least model from (x, y) = START and z, an index of ``LADDER``, 0 for the rigid rod.
     """
     mus, heights = (np.logspace(*ends, n) for ends, n in zip((EXPONENTS_MU, EXPONENTS_Z), cells, strict=True))
     speeds = np.concatenate((-heights[::-1], heights))
-    found = []
+    found: list[Row] = []
     for sigma in sigmas:
         rungs = atlas(float(Fraction(sigma)), mus[:, None], *START, speeds[None, :], UNTIL, rtol=RTOL)
         found += [{"sigma": sigma, "mu": float(mu), "z": float(z), "rung": int(rungs[i, j])}
                   for i, mu in enumerate(mus) for j, z in enumerate(speeds)]  # fmt: skip
-    return found
-
-
-def stored() -> Stored:
-    """Return all rows, and the settings with which they were computed."""
-    return rows(), {"start": list(START), "until": UNTIL, "rtol": RTOL, "rungs": list(LADDER)}
+    return StoredRows(found, {"start": list(START), "until": UNTIL, "rtol": RTOL, "rungs": list(LADDER)})
