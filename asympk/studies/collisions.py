@@ -1,7 +1,5 @@
 """The number of times at which the rough mass comes to rest, over mu x0 and z0, from starts with y0 = 0."""
 
-from collections.abc import Iterable
-
 import numpy as np
 
 from asympk.storage.rows import StoredRows
@@ -11,15 +9,15 @@ EXPONENTS_X, EXPONENTS_Z = (-2.03, 3.03), (-1.03, 2.03)  # no grid point on a bo
 CELLS = (60, 36)
 
 
-def rows(mus: Iterable[float] = MUS, cells: tuple[int, int] = CELLS) -> StoredRows:
+def rows() -> StoredRows:
     """Return the rows of a logarithmic grid in mu x0 and |z0| for every mu and both signs of z0.
 
     ``count`` is the number of times at which z becomes 0 from x0 = scaled_x / mu, y0 = 0 and z0 = z.
     """
     from asympk.systems.painleve_klein.arrays.ensemble import solve_many
 
-    scaled, height = (_grid(*ends, n) for ends, n in zip((EXPONENTS_X, EXPONENTS_Z), cells, strict=True))
-    places = [(mu, x, z) for mu in mus for x in scaled for h in height for z in (-h, h)]
+    scaled, height = (_grid(*ends, n) for ends, n in zip((EXPONENTS_X, EXPONENTS_Z), CELLS, strict=True))
+    places = [(mu, x, z) for mu in MUS for x in scaled for h in height for z in (-h, h)]
     mu, x, z = np.array(places).T
     events = solve_many(SIGMA, mu, x / mu, 0, z, UNTIL, events=True).events()
     stops = events.trajectory[events.kind == "velocity_zero"]

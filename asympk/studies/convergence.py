@@ -50,12 +50,7 @@ EXPANSIONS = {
 }
 
 
-def rows(
-    cases: Iterable[str] = tuple(EXPANSIONS),
-    sigmas: Iterable[str] = SIGMAS,
-    mus: Iterable[str] = MUS,
-    orders: Iterable[int] = ORDERS,
-) -> StoredRows:
+def rows(sigmas: Iterable[str] = SIGMAS, mus: Iterable[str] = MUS) -> StoredRows:
     """Return the rows by expansion, sigma, order and quantity, in order of decreasing mu.
 
     A row has the error of one quantity at one order, beside the first term that the order omits. ``quantity`` is x, z,
@@ -65,9 +60,9 @@ def rows(
     starts = {name: list(map(str, case.start)) for name, case in EXPANSIONS.items()}
     settings = {"starts": starts, "until": UNTIL, "digits": DIGITS, "kept": KEPT, "reference": "exact flow"}
     found = StoredRows(provenance=settings)
-    for name in cases:
-        for sigma in filter(EXPANSIONS[name].exists, sigmas):
-            here = [row for mu in mus for row in _rows(name, sigma, mu, orders)]
+    for name, case in EXPANSIONS.items():
+        for sigma in filter(case.exists, sigmas):
+            here = [row for mu in mus for row in _rows(name, case, sigma, mu)]
             found += sorted(here, key=lambda row: (row["order"], row["quantity"], -row["mu"]))
     return found
 
@@ -86,13 +81,12 @@ def by_quantity(rows: Iterable[dict]) -> Iterator[list[dict]]:
         yield list(group)
 
 
-def _rows(name, sigma, mu, orders):
-    case = EXPANSIONS[name]
+def _rows(name, case, sigma, mu):
     scene = Scene(sigma, mu, case.start, UNTIL)
     truth = _quantities(solve(scene, digits=DIGITS))
-    levels = sorted({n + k for n in orders for k in range(3)})
+    levels = sorted({n + k for n in ORDERS for k in range(3)})
     found = {n: _quantities(solve(scene, case.method, order=n, digits=DIGITS)) for n in levels}
-    for n in orders:
+    for n in ORDERS:
         for quantity in found[n]:
             now, next_, last = (found[n + k][quantity] for k in range(3))
             error, omitted = truth[quantity] - now, next_ - now

@@ -27,7 +27,7 @@ too short to stop the ringing. In one period the energy epsilon^2 A^2/2 falls by
 which is of the order of epsilon^-3. C is an integral over one slip down and one up (``loss_per_period``).
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from math import log, pi, sqrt
 from typing import Any
 
@@ -49,12 +49,7 @@ TINY = 1e-13  # d/epsilon that stands for no damping: the damper takes less than
 PIECE = 150  # length, in epsilon, of the parts of an undamped run, since the number of events of a run is bounded
 
 
-def rows(
-    epsilons: Iterable[float] = EPSILONS,
-    ratios: Iterable[float] = RATIOS,
-    border: Iterable[float] = BORDER,
-    undamped: Iterable[float] = UNDAMPED,
-) -> StoredRows:
+def rows() -> StoredRows:
     """Return the rows over epsilon and the damping ratio, at the border of the single jump, and without damping.
 
     A row is of the run from (0, 0, -1) of the rod with compliance ``epsilon``^2 and damping time ``damping``, at
@@ -63,9 +58,9 @@ def rows(
     ``amplitude`` is the amplitude of the load at the first stop, and ``law`` the value of ``jam`` by the formulas of
     this module.
     """
-    found = [_row("ratio", epsilon, 2 * zeta * epsilon) for epsilon in epsilons for zeta in ratios]
-    found += [_row("border", epsilon, share * epsilon ** (2 / 3)) for epsilon in epsilons for share in border]
-    found += [_row("undamped", epsilon, TINY * epsilon) for epsilon in undamped]
+    found = [_row("ratio", epsilon, 2 * zeta * epsilon) for epsilon in EPSILONS for zeta in RATIOS]
+    found += [_row("border", epsilon, share * epsilon ** (2 / 3)) for epsilon in EPSILONS for share in BORDER]
+    found += [_row("undamped", epsilon, TINY * epsilon) for epsilon in UNDAMPED]
     return StoredRows(found, {"sigma": SIGMA, "start": "(0, 0, -1)", "tiny": TINY, "method": "exact flow"})
 
 

@@ -75,9 +75,9 @@ def escapes(sigma: Any, mu: Any, x: Any, z: Any, offsets: Iterable[Any], digits:
     return [_escape(sigma, mu, x, z, offset, digits) for offset in offsets]
 
 
-def rows(sigmas: Iterable[str] = SIGMAS, mus: Iterable[str] = MUS, offsets: Iterable[str] = OFFSETS) -> StoredRows:
-    """Return the escapes from (x, z) = START at ``offsets`` from the separatrix, for every sigma and mu."""
-    found = (row for sigma in sigmas for mu in mus for row in escapes(sigma, mu, *START, offsets, DIGITS))
+def rows(sigmas: Iterable[str] = SIGMAS) -> StoredRows:
+    """Return the escapes from (x, z) = START at ``OFFSETS`` from the separatrix, for every sigma and mu."""
+    found = (row for sigma in sigmas for mu in MUS for row in escapes(sigma, mu, *START, OFFSETS, DIGITS))
     return StoredRows(found, {"start": list(map(str, START)), "digits": DIGITS, "reference": "exact flow"})
 
 

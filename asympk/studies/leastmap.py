@@ -1,6 +1,5 @@
 """The least model over mu and the starting velocity, for a steep and a shallow rod, as rows."""
 
-from collections.abc import Iterable
 from fractions import Fraction
 
 import numpy as np
@@ -13,15 +12,15 @@ EXPONENTS_MU, EXPONENTS_Z = (-8.03, -0.53), (-3.03, 0.97)
 CELLS = (31, 25)
 
 
-def rows(sigmas: Iterable[str] = SIGMAS, cells: tuple[int, int] = CELLS) -> StoredRows:
+def rows() -> StoredRows:
     """Return the rows of a logarithmic grid in mu and |z0| for every sigma, a string, and both signs of z0.
 
     ``rung`` is that of the least model from (x, y) = START and z, an index of ``LADDER``, 0 for the rigid rod.
     """
-    mus, heights = (np.logspace(*ends, n) for ends, n in zip((EXPONENTS_MU, EXPONENTS_Z), cells, strict=True))
+    mus, heights = (np.logspace(*ends, n) for ends, n in zip((EXPONENTS_MU, EXPONENTS_Z), CELLS, strict=True))
     speeds = np.concatenate((-heights[::-1], heights))
     found: list[Row] = []
-    for sigma in sigmas:
+    for sigma in SIGMAS:
         rungs = atlas(float(Fraction(sigma)), mus[:, None], *START, speeds[None, :], UNTIL, rtol=RTOL)
         found += [{"sigma": sigma, "mu": float(mu), "z": float(z), "rung": int(rungs[i, j])}
                   for i, mu in enumerate(mus) for j, z in enumerate(speeds)]  # fmt: skip
