@@ -17,7 +17,8 @@ from asympk.arithmetic import Doubles
 from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import phases_of
 from asympk.errors import InputError, Undecided
-from asympk.symbolic.branches import Branch, Phase, determined, most_at_rest, stands
+from asympk.symbolic.branches import Branch, Phase, most_at_rest, stands
+from asympk.symbolic.forces import determined
 from asympk.symbolic.sides import Sides
 
 _ZERO, _CLEAR = 1e-13, 1e-11  # relative sizes up to which a value is 0, and beyond which its sign is clear

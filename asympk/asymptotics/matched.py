@@ -32,7 +32,7 @@ from asympk.automaton.modes import GuardedMode
 from asympk.automaton.numericmode import LOOKS, NumericMode
 from asympk.errors import NoManifold, NotNormallyHyperbolic, OutOfRange, TooManyEvents
 from asympk.path import Event
-from asympk.symbolic import branches
+from asympk.symbolic import guards
 from asympk.symbolic.branches import Branch
 from asympk.symbolic.coefficients import name_of, with_names
 from asympk.symbolic.sides import on_sides
@@ -187,7 +187,7 @@ def _places(system: System, mode: Mode) -> tuple[tuple[int, ...], tuple[int, ...
 @lru_cache(maxsize=256)
 def bare_mode(mode: GuardedMode) -> Mode:
     """Return a mode on its sides, without its condition and with the time as one of its slow states."""
-    fields = branches.fields(mode.system, mode.branch)
+    fields = guards.fields(mode.system, mode.branch)
     slow, fast = (sp.Dict({s: on_sides(rate, mode.all_sides) for s, rate in rates.items()}) for rates in fields)
     return mode.system.autonomous(Mode(mode.name, slow, fast))
 

@@ -16,7 +16,7 @@ from sympy.utilities.iterables import connected_components
 
 from asympk.automaton.modes import function
 from asympk.numbers import sign_of
-from asympk.symbolic import branches
+from asympk.symbolic import branches, forces
 from asympk.symbolic.branches import OPEN, Branch
 from asympk.symbolic.system import System
 
@@ -250,7 +250,7 @@ def _law(system: System, branch: Branch, k: int, point: ContactPoint, place: dic
         return point.rows[k]
     row = [*unit_row(place[friction.force], len(place))]
     if phase != OPEN:
-        resting = branches.rests_in_all_but_name(system, branch, k)
+        resting = forces.rests_in_all_but_name(system, branch, k)
         factor = phase.load * phase.velocity * (contact.static if resting else contact.kinetic)
         row[0] = factor * contact.load
         if friction.constraint is not None:

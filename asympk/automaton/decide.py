@@ -46,7 +46,7 @@ from asympk.automaton.rest import has_forces, moves_in_several_ways, standing_br
 from asympk.digits import carrier_context
 from asympk.errors import AsympkError, InputError, NoMotion, OutOfRange, TwoMotions, UnboundedReaction, Undecided
 from asympk.multiprecision import in_context
-from asympk.symbolic import branches
+from asympk.symbolic import branches, forces, guards
 from asympk.symbolic.branches import OPEN, Branch, Guard, Phase
 from asympk.symbolic.penetration import with_finite_powers
 from asympk.symbolic.system import System
@@ -406,7 +406,7 @@ def _margin_growth(here: Junction, branch: Branch, margin: Guard) -> int:
 def _lasts(here: Junction, branch: Branch) -> bool:
     """Tell whether what is 0 in a branch that stands stays 0 as the time goes on, as far as computed."""
     mode = mode_of(here.system, branch)
-    rows = tuple(row for row in branches.unused_rows(here.system, branch)[0] if row.has(here.system.time))
+    rows = tuple(row for row in guards.unused_rows(here.system, branch)[0] if row.has(here.system.time))
     for _ in range(ORDERS):
         rows = tuple(map(mode.drift, rows))
         if not _vanish(here, rows):
@@ -456,7 +456,7 @@ def _require_shared(here: Junction, branch: Branch, still: list[int]) -> None:
     """
     guards = _all_guards(mode_of(here.system, branch)) if still else ()
     named = {guards[j].friction for j in still if guards[j].kind == "velocity_zero"}
-    for k in (k for k in named if not branches.rests_in_all_but_name(here.system, branch, k)):
+    for k in (k for k in named if not forces.rests_in_all_but_name(here.system, branch, k)):
         static, kinetic = here.points[0].contacts[k].static, here.points[0].contacts[k].kinetic
         if static - kinetic > SAME * static:
             raise UnboundedReaction(

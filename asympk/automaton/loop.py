@@ -19,7 +19,8 @@ from asympk.automaton.modes import SWITCH
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import Accumulation, NoMotion, TwoMotions, UnboundedReaction, Undecided
 from asympk.path import Event
-from asympk.symbolic.branches import OPEN, Branch, at_rest, awake, bare, moves_alike
+from asympk.symbolic.branches import OPEN, Branch, at_rest, awake, bare
+from asympk.symbolic.forces import moves_alike
 from asympk.symbolic.sides import Sides, inside, phase_of
 
 WATCHED = 12  # intervals between events that must shrink in a geometric sequence before they count as accumulating

@@ -18,7 +18,7 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.symbolic import branches
+from asympk.symbolic import branches, guards
 from asympk.symbolic.branches import Branch, Guard
 from asympk.symbolic.coefficients import name_of, with_names
 from asympk.symbolic.derivatives import slope_by
@@ -67,7 +67,7 @@ class GuardedMode:
     @cached_property
     def rates(self) -> tuple[sp.Expr, ...]:
         """The rate of every state, in the order of ``system.states``."""
-        slow, fast = branches.fields(self.system, self.branch)
+        slow, fast = guards.fields(self.system, self.branch)
         small = self.system.small
         rates = (slow[s] if s in slow else fast[s] / small for s in self.system.states)
         return tuple(map(self._placed, rates))
@@ -91,7 +91,7 @@ class GuardedMode:
     @cached_property
     def guards(self) -> tuple[Guard, ...]:
         """The guards, positive inside the mode."""
-        found = branches.guards(self.system, self.branch)
+        found = guards.guards(self.system, self.branch)
         ends = (Guard(SWITCH, -1, on_sides(edge, self.sides)) for edge in self.edges)
         return (*(guard._replace(value=self._placed(guard.value)) for guard in found), *ends)
 
@@ -164,7 +164,7 @@ class GuardedMode:
     @cached_property
     def fixed_guards(self) -> tuple[Guard, ...]:
         """The guards that neither the state nor the time moves."""
-        return branches.fixed_guards(self.system, self.branch)
+        return guards.fixed_guards(self.system, self.branch)
 
     @cached_property
     def grounds(self) -> dict[int, tuple[sp.Expr, sp.Expr]]:
@@ -269,7 +269,7 @@ def phases_of(system: System) -> tuple[sp.Expr, ...]:
     """Return the phases of the state and the time that switch the modes of a system."""
     if not has_switches(system):
         return ()
-    found = {phase for branch in branches.telling(system) for phase in mode_of(system, branch).open_phases}
+    found = {phase for branch in guards.telling(system) for phase in mode_of(system, branch).open_phases}
     return tuple(sorted(found, key=sp.default_sort_key))
 
 

@@ -32,7 +32,8 @@ from asympk.automaton.contacts import (
     unit_row,
 )
 from asympk.automaton.junction import Junction
-from asympk.symbolic.branches import OPEN, Branch, Guard, standing_rows
+from asympk.symbolic.branches import OPEN, Branch, Guard
+from asympk.symbolic.forces import standing_rows
 from asympk.symbolic.system import System
 
 Growth = Callable[[Branch, Guard], int]  # the sign with which a margin leaves 0 in a branch that stands

@@ -47,7 +47,7 @@ from asympk.errors import InputError
 from asympk.numbers import Number
 from asympk.path import Event
 from asympk.scene import Scene
-from asympk.symbolic import branches
+from asympk.symbolic import branches, forces
 from asympk.symbolic.branches import OPEN, Phase, all_phases
 from asympk.symbolic.sides import inside, measured
 from asympk.symbolic.system import System
@@ -260,7 +260,7 @@ class _Modes:
 
     def _met(self, branch, state):
         """Tell whether the forces of a branch are determined; raises ``Refused`` where they are not and it may hold."""
-        if branches.determined(self.system, branch):
+        if forces.determined(self.system, branch):
             return True
         if not any(sign_at(row, state) for row in self._kept(mode_of(self.system, branch))):
             raise Refused(f"rest: the forces of {branches.mode_name(branch)} are not determined")

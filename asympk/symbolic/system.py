@@ -10,7 +10,7 @@ friction has a sliding velocity v, an expression in the states, and a force F th
     F = -kinetic |load| sign(v)   (slip, v != 0),      v' = 0 with |F| <= static |load|   (stick, v = 0).
 
 The signs of v and of the load, and of the gap where a contact can open, divide the system into smooth modes.
-``System.modes`` gives their fields, which ``asympk.symbolic.branches`` derives.
+``System.modes`` gives their fields, which ``asympk.symbolic.guards`` derives.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -23,7 +23,7 @@ import sympy as sp
 from asympk.errors import InputError
 from asympk.numbers import short
 from asympk.shown import Card, ShownAsFormulas
-from asympk.symbolic import branches
+from asympk.symbolic import branches, guards
 from asympk.symbolic.penetration import with_penetration
 from asympk.symbolic.placing import place
 from asympk.symbolic.reading import entries_of, expression, real_expression, require_names
@@ -249,9 +249,9 @@ class System(ShownAsFormulas):
     def modes(self) -> tuple[Mode, ...]:
         """The smooth modes; with several frictions all combinations of modes of each, with names joined by ``+``."""
         return tuple(
-            Mode(branches.mode_name(branch), *branches.fields(self, branch), branches.where(self, branch),
+            Mode(branches.mode_name(branch), *guards.fields(self, branch), guards.where(self, branch),
                  branches.of_either_sign(self, branch))
-            for branch in branches.named_branches(self)
+            for branch in guards.named_branches(self)
         )
 
     def mode(self, name: str | None) -> Mode:

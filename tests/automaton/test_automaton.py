@@ -18,7 +18,7 @@ from asympk.automaton.modes import function, mode_of
 from asympk.certify import certify
 from asympk.digits import carrier_context
 from asympk.errors import Accumulation, InputError, NoMotion, NotDerivable, OutOfRange, TwoMotions, UnboundedReaction
-from asympk.symbolic.branches import named_branches
+from asympk.symbolic.guards import named_branches
 
 x, v, u, w, q, t = sp.symbols("x v u w q t", real=True)
 F, G, H, N = sp.symbols("F G H N", real=True)

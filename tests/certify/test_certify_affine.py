@@ -15,7 +15,7 @@ import asympk as ap
 from asympk.__main__ import main
 from asympk.scenes.scenefile import read_scene
 from asympk.studies.bench import rod_in_general_clothes
-from asympk.symbolic import branches
+from asympk.symbolic import branches, guards
 from asympk.symbolic.branches import Phase
 
 pytest.importorskip("flint")
@@ -375,7 +375,7 @@ def test_a_box_of_starts_across_an_edge_has_no_proof(law):
 
 def test_the_guard_of_a_load_that_is_positive_by_its_form_is_lost_where_the_other_sign_is_assumed():
     slipping = Phase(-1, 1)
-    (guard, *_) = branches.guards(SWITCHED["a load with a kink"].system, (slipping,))
+    (guard, *_) = guards.guards(SWITCHED["a load with a kink"].system, (slipping,))
     assert guard.value == -1 - sp.Abs(x) / 2
 
 

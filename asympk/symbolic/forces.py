@@ -1,0 +1,221 @@
+r"""The forces on one branch of the friction law, from linear equations.
+
+On a branch the forces F and the reactions N solve, with v the sliding velocity,
+
+    slip     F + (sign of the load) (sign of v) kinetic load = 0          stick    v' = 0
+    open     F = 0,  N = 0                                                closed   N = load, or constraint = 0
+
+``forces`` solves the equations; ``_by_elimination`` is the hard function. A system at rest on more contacts than
+equations has the rows of ``standing_rows`` instead.
+"""
+
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import sympy as sp
+from sympy.solvers.solveset import NonlinearError
+
+from asympk.errors import InputError
+from asympk.symbolic.branches import (
+    OPEN,
+    Branch,
+    Guard,
+    Phase,
+    at_rest,
+    awake,
+    bare,
+    mode_name,
+    stands,
+    still_rows,
+    velocity_rate,
+    with_signs,
+)
+from asympk.symbolic.derivatives import slope_by
+from asympk.symbolic.long import heavy, is_regular, replaced, tidied
+
+if TYPE_CHECKING:
+    from asympk.symbolic.system import Friction, System
+
+
+def forces(system: "System", branch: Branch) -> dict[sp.Symbol, sp.Expr]:
+    """Solve the linear equations of a branch for the forces; raises ``InputError`` where they are singular."""
+    return _forces(system, awake(branch))
+
+
+@lru_cache(maxsize=256)
+def _forces(system: "System", branch: Branch) -> dict[sp.Symbol, sp.Expr]:
+    unknowns, matrix, right = force_equations(system, branch)
+    if not unknowns:
+        return {}
+    if heavy(sp.Tuple(*matrix)):
+        return _by_elimination(branch, matrix, right, unknowns)
+    if not stands(branch) and sp.cancel(matrix.det()) == 0:
+        raise _undetermined(branch)
+    if matrix.is_lower:
+        return dict(zip(unknowns, map(tidied, matrix.lower_triangular_solve(right)), strict=True))
+    solved = _by_elimination(branch, matrix, right, unknowns)
+    return {unknown: tidied(value) for unknown, value in solved.items()}
+
+
+@lru_cache(maxsize=1024)
+def determined(system: "System", branch: Branch) -> bool:
+    """Tell whether the equations of a branch have one solution for its forces, not everywhere singular."""
+    unknowns, matrix, _ = force_equations(system, branch)
+    return not unknowns or is_regular(matrix) or sp.cancel(matrix.det()) != 0
+
+
+def _undetermined(branch: Branch) -> InputError:
+    return InputError(f"mode {mode_name(branch)}: the forces are not determined; each must enter the rate of its "
+                      "velocity")  # fmt: skip
+
+
+def force_equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], sp.Matrix, sp.Matrix]:
+    """Return (unknowns, matrix, right side) of the linear equations of a branch."""
+    unknowns, equations = [], []
+    for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
+        unknowns.append(friction.force)
+        equations.append(_friction_law(system, branch, k))
+        if friction.normal is not None:
+            unknowns.append(friction.normal)
+            equations.append(_reaction_law(friction, phase))
+    if stands(branch):
+        laws, margins = standing_rows(system, branch)
+        rows = (*laws, *(margin.value for margin in margins))
+        equations = [rows[k] for k in still_rows(branch)]
+    equations = [with_signs(system, branch, e) for e in equations]
+    try:
+        return unknowns, *(sp.linear_eq_to_matrix(equations, unknowns) if unknowns else (sp.Matrix(), sp.Matrix()))
+    except NonlinearError:
+        raise InputError(f"mode {mode_name(branch)}: the forces must enter rates, loads and bounds linearly") from None
+
+
+def _friction_law(system: "System", branch: Branch, k: int) -> sp.Expr:
+    friction, phase = system.frictions[k], branch[k]
+    if phase == OPEN:
+        return friction.force
+    if phase.velocity:
+        coefficient = friction.static if rests_in_all_but_name(system, branch, k) else friction.kinetic
+        return friction.force + phase.load * phase.velocity * coefficient * friction.load
+    return velocity_rate(system, friction)
+
+
+def _reaction_law(friction: "Friction", phase: Phase) -> sp.Expr:
+    if phase == OPEN:
+        return friction.normal
+    return friction.normal - friction.load if friction.constraint is None else friction.constraint
+
+
+def _by_elimination(
+    branch: Branch, matrix: sp.Matrix, right: sp.Matrix, unknowns: list[sp.Symbol]
+) -> dict[sp.Symbol, sp.Expr]:
+    """Solve by the adjugate of a matrix of symbols that stand for the coefficients, which may be too long to expand.
+
+    The short laws of slip and of open contacts are eliminated first. The only division is by the determinant: a pivot
+    may vanish at parameters at which the forces are determined.
+    """
+    rows = sp.Matrix.hstack(matrix, right).as_mutable()
+    short_laws = _put_in(rows)
+    others = [i for i in range(len(unknowns)) if i not in short_laws.values()]
+    columns = [j for j in range(len(unknowns)) if j not in short_laws]
+    names, meaning = entries_named(rows[others, columns])
+    if (determinant := names.det(method="berkowitz")) == 0:
+        raise _undetermined(branch)
+    solved = names.adjugate() * rows[others, -1] / determinant
+    found = dict(zip(columns, (replaced(value, meaning) for value in solved), strict=True))
+    for j, i in short_laws.items():
+        found[j] = rows[i, -1] - sum(rows[i, k] * found[k] for k in columns)
+    return {u: found[j] for j, u in enumerate(unknowns)}
+
+
+def entries_named(matrix: sp.Matrix) -> tuple[sp.Matrix, dict[sp.Symbol, sp.Expr]]:
+    """Return a matrix with a symbol for each entry that is not a number, and the mapping from symbols to entries."""
+    names = matrix.applyfunc(lambda entry: entry if entry.is_number else sp.Dummy())
+    return names, {s: entry for s, entry in zip(names, matrix, strict=True) if not entry.is_number}
+
+
+def _put_in(rows: sp.Matrix) -> dict[int, int]:
+    """Eliminate, in place, an unknown with a numeric coefficient from each row of one or two; return {unknown: row}."""
+    found: dict[int, int] = {}
+    for i in range(rows.rows):
+        entries = {j: rows[i, j] for j in range(rows.cols - 1) if rows[i, j] != 0}
+        j = next((j for j, entry in entries.items() if entry.is_number), None)
+        if j is None or len(entries) > 2:
+            continue
+        rows[i, :] /= entries[j]
+        for k in range(rows.rows):
+            if k != i and rows[k, j] != 0:
+                rows[k, :] -= rows[k, j] * rows[i, :]
+        found[j] = i
+    return found
+
+
+@lru_cache(maxsize=64)
+def standing_rows(system: "System", branch: Branch) -> tuple[tuple[sp.Expr, ...], tuple[Guard, ...]]:
+    """Return what is 0 where the system rests on the contacts of a branch, and the margins that must not be negative.
+
+    All are linear in the forces. First the rates are 0, then laws of reactions, forces of open contacts, and what the
+    time alone adds to sliding velocities. Loads of closed rigid contacts and edges of stick must not be negative.
+    """
+    zeros, margins = [*system.rates.values()], list[Guard]()
+    for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
+        zeros += [_reaction_law(friction, phase)] if friction.normal is not None else []
+        if phase == OPEN:
+            zeros.append(friction.force)
+            continue
+        zeros += [slope_by(friction.velocity, system.time)] if system.time else []
+        if friction.constraint is not None:
+            kind = "force_zero" if friction.gap is None else "lift_off"
+            margins.append(Guard(kind, k, phase.load * friction.load))
+        margins += edges_of_stick(friction, phase, k)
+    return tuple(zeros), tuple(margins)
+
+
+def edges_of_stick(friction: "Friction", phase: Phase, k: int) -> list[Guard]:
+    """Return the guards of a contact that sticks, the friction forces left at the two edges of its cone."""
+    bound = friction.static * phase.load * friction.load
+    return [Guard("slip_onset", k, bound + friction.force), Guard("slip_onset", k, bound - friction.force, True)]
+
+
+def rests_in_all_but_name(system: "System", branch: Branch, k: int) -> bool:
+    """Tell whether a contact that slips in a branch cannot move there, and static friction exceeds kinetic friction.
+
+    The other contacts at rest hold such a contact, so its force is not determined. The branch gives it the largest
+    possible force, its static friction (Lemma 10).
+    """
+    friction = system.frictions[k]
+    return friction.static != friction.kinetic and _is_carried(system, branch, k)
+
+
+def moves_alike(system: "System", one: Branch, other: Branch) -> bool:
+    """Tell whether two branches differ at most in their idle guards and in how contacts at rest share their forces."""
+    ways = [[phase._replace(velocity=0) if _is_carried(system, branch, k) else phase for k, phase in enumerate(branch)]
+            for branch in map(bare, (one, other))]  # fmt: skip
+    return ways[0] == ways[1]
+
+
+def _is_carried(system: "System", branch: Branch, k: int) -> bool:
+    """Tell whether the velocity of a contact that slips in a branch is a combination of velocities that are 0 there."""
+    return bool(branch[k].velocity) and k in _dependent(system) and bool(_is_combination(system, at_rest(branch), k))
+
+
+@lru_cache(maxsize=64)
+def _dependent(system: "System") -> frozenset[int]:
+    """Return the frictions whose velocity is, or may be, a combination of the velocities of the others."""
+    every = frozenset(range(len(system.frictions)))
+    return frozenset(k for k in every if _is_combination(system, every - {k}, k) in (True, None))
+
+
+@lru_cache(maxsize=1024)
+def _is_combination(system: "System", some: frozenset[int], k: int) -> bool | None:
+    """Tell whether the velocity of friction k is a combination of those of ``some``; None where they are too long."""
+    rows = sp.Matrix([_affine_row(system, system.frictions[j].velocity) for j in (*sorted(some), k)])
+    if heavy(sp.Tuple(*rows)):
+        return None
+    ranks = [part.rank(iszerofunc=lambda e: sp.cancel(e) == 0) for part in (rows[:-1, :], rows)]
+    return ranks[0] == ranks[1]
+
+
+def _affine_row(system: "System", velocity: sp.Expr) -> list[sp.Expr]:
+    """Return the derivatives of a velocity by all states, and then its remainder after the linear terms."""
+    slopes = {s: slope_by(velocity, s) for s in system.states}
+    return [*slopes.values(), sp.expand(velocity - sum(s * slope for s, slope in slopes.items()))]

@@ -1,0 +1,232 @@
+r"""The modes of a system with friction: the fields and the guards of a branch, at the forces on it.
+
+``fields``, ``guards`` and ``where`` put the solution of ``asympk.symbolic.forces`` into the rates, the margins of a
+branch and its conditions. ``named_branches`` lists the branches; ``_every_guard`` is the hard function.
+"""
+
+from collections.abc import Iterator
+from functools import lru_cache
+from itertools import product
+from typing import TYPE_CHECKING
+
+import sympy as sp
+
+from asympk.symbolic.branches import (
+    OPEN,
+    Branch,
+    Guard,
+    all_phases,
+    awake,
+    drive,
+    held,
+    lifts,
+    one_per_mode,
+    stands,
+    still_rows,
+    with_signs,
+)
+from asympk.symbolic.forces import determined, edges_of_stick, entries_named, force_equations, forces, standing_rows
+from asympk.symbolic.long import LONG, atoms, heavy, is_longer, replaced, tidied
+from asympk.symbolic.penetration import without_penetration
+
+if TYPE_CHECKING:
+    from asympk.symbolic.system import Friction, System
+
+NEVER_IDLE = ("unbounded", "several")  # kinds of guards of sliding rigid contacts; these are always watched
+
+
+def named_branches(system: "System") -> Iterator[Branch]:
+    """Yield one branch for every name of a mode whose forces are determined.
+
+    A stick is left out, for instance, where the force does not enter the rate of its velocity.
+    """
+    asked = _asks_for_signs(system)
+    choices = (one_per_mode(friction, asked) for friction in system.frictions)
+    return (branch for branch in product(*choices) if determined(system, branch))
+
+
+def _asks_for_signs(system: "System") -> bool:
+    """Tell whether a rate, load or friction bound contains an absolute value or a sign."""
+    bounds = (e for f in system.frictions for e in (f.load, f.kinetic, f.static))
+    return sp.Tuple(*system.rates.values(), *bounds).has(sp.Abs, sp.sign)
+
+
+def telling(system: "System") -> Iterator[Branch]:
+    """Yield branches that show every mode of every contact: one in which all slip, and those with one other phase.
+
+    One phase of a mode suffices unless a formula contains a sign or an absolute value. Where several rigid contacts
+    that slip have more reactions than equations, the contacts that can open are open, all but one at a time.
+    """
+    choices = [*map(all_phases if _asks_for_signs(system) else one_per_mode, system.frictions)]
+    first = tuple(choice[0] for choice in choices)
+    if _is_redundant(system, first):
+        first = tuple(OPEN if OPEN in choice else choice[0] for choice in choices)
+    if not _is_redundant(system, first):
+        yield first
+    for k, choice in enumerate(choices):
+        for phase in choice:
+            branch = (*first[:k], phase, *first[k + 1 :])
+            if branch != first and determined(system, branch):
+                yield branch
+
+
+def _is_redundant(system: "System", branch: Branch) -> bool:
+    """Tell whether there are several rigid contacts and their equations for the forces are singular, in symbols."""
+    return sum(f.constraint is not None for f in system.frictions) > 1 and not determined(system, branch)
+
+
+def fields(system: "System", branch: Branch) -> tuple[sp.Dict, sp.Dict]:
+    """Return the slow field and the fast field of the mode; the fast field is ``small`` times the rates."""
+    return _fields(system, awake(branch))
+
+
+@lru_cache(maxsize=256)
+def _fields(system: "System", branch: Branch) -> tuple[sp.Dict, sp.Dict]:
+    if not branch:
+        return system.slow, system.fast
+    if stands(branch):
+        return sp.Dict(dict.fromkeys(system.slow, 0)), sp.Dict(dict.fromkeys(system.fast, 0))
+    solved = forces(system, branch)
+    resting = held(system, branch)
+    slow, fast = (
+        sp.Dict({s: sp.S.Zero if s in resting else _put(system, branch, rate, solved) for s, rate in rates.items()})
+        for rates in (system.slow, system.fast)
+    )
+    return slow, fast
+
+
+def where(system: "System", branch: Branch) -> sp.Basic:
+    """Return the condition on the states under which the mode holds, for both pairs of signs that its name covers."""
+    conditions = []
+    for friction, phase in zip(system.frictions, branch, strict=True):
+        v, load = friction.velocity, friction.load
+        if phase == OPEN:
+            conditions.append(friction.gap > 0)
+            continue
+        conditions += [friction.gap <= 0] if friction.gap is not None else []
+        if phase.velocity:
+            conditions.append(v * load > 0 if phase.mode == "slip_same" else v * load < 0)
+        else:
+            drive, coupling = _sliding(system, branch, friction)
+            size, slope = (sp.Abs(part, evaluate=not heavy(part)) for part in (drive, coupling))
+            conditions.append(sp.And(sp.Eq(v, 0), size <= friction.static * sp.Abs(load) * slope))
+    return sp.And(*conditions)
+
+
+def _determinant(matrix: sp.Matrix) -> sp.Expr:
+    """Return a determinant, left unsimplified where the entries are too long."""
+    if not heavy(sp.Tuple(*matrix)):
+        return matrix.det(method="berkowitz")
+    names, meaning = entries_named(matrix)
+    return replaced(names.det(method="berkowitz"), meaning)
+
+
+def guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
+    """Return the guards of the mode that depend on the states or the time, with the forces substituted."""
+    moving = {system.time} if stands(branch) else {*system.states, system.time}
+    return tuple(g for g in _placed_guards(system, branch) if g.value.free_symbols & moving)
+
+
+def fixed_guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
+    """Return the guards that depend on parameters alone; the mode can be entered only where these are positive."""
+    moving = {*system.states, system.time}
+    return tuple(g for g in _placed_guards(system, branch) if not g.value.free_symbols & moving)
+
+
+def _placed_guards(system: "System", branch: Branch) -> list[Guard]:
+    found = _every_guard(system, awake(branch))
+    return [g for g in found if g.kind in NEVER_IDLE or g.kind not in branch[g.friction].idle]
+
+
+@lru_cache(maxsize=256)
+def _every_guard(system: "System", branch: Branch) -> tuple[Guard, ...]:
+    if stands(branch):
+        return unused_rows(system, branch)[1] if system.time else ()
+    solved, found = forces(system, branch), []
+    for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
+        v, load = friction.velocity, friction.load
+        if phase == OPEN:
+            found.append(Guard("touch_down", k, friction.gap))
+            continue
+        if friction.gap is not None:
+            found.append(Guard("lift_off", k, -friction.gap if friction.constraint is None else friction.normal))
+        if phase.velocity:
+            if not lifts(friction) and not _never_negative(system, phase.load * load):
+                found.append(Guard("force_zero", k, phase.load * load))
+            found.append(Guard("velocity_zero", k, phase.velocity * v))
+        else:
+            found += edges_of_stick(friction, phase, k)
+    found += _unambiguous(system, branch)
+    return tuple(_divided(g._replace(value=_with_powers(_put(system, branch, g.value, solved)))) for g in found)
+
+
+def unused_rows(system: "System", branch: Branch) -> tuple[tuple[sp.Expr, ...], tuple[Guard, ...]]:
+    """Return the ``standing_rows`` of a branch besides those that determine its forces, at these forces."""
+    solved, used = forces(system, branch), still_rows(branch)
+    zeros, margins = standing_rows(system, branch)
+    left = tuple(_put(system, branch, row, solved) for k, row in enumerate(zeros) if k not in used)
+    free = (margin for k, margin in enumerate(margins, start=len(zeros)) if k not in used)
+    return left, tuple(margin._replace(value=_put(system, branch, margin.value, solved)) for margin in free)
+
+
+def _never_negative(system: "System", expr: sp.Expr) -> bool:
+    """Tell whether an expression is negative at no real states, as an even power: rounding alone would lose it."""
+    real = {s: sp.Dummy(real=True) for s in (*system.states, system.time)}
+    return bool(_with_powers(expr).xreplace(real).is_nonnegative)
+
+
+@lru_cache(maxsize=512)
+def _with_powers(expr: sp.Expr) -> sp.Expr:
+    """Return a polynomial with its multiple factors as powers: written out, they are rounding near their zeros."""
+    squares = any(power.exp.is_Integer and power.exp > 1 for power in atoms(expr, sp.Pow))
+    if not (expr.is_Add and squares) or is_longer(expr, LONG) or not expr.is_polynomial():
+        return expr
+    factor, found = sp.sqf_list(expr)
+    return sp.Mul(factor, *(part**k for part, k in found)) if any(k > 1 for _, k in found) else expr
+
+
+def _divided(guard: Guard) -> Guard:
+    """Return a guard without the powers of the penetration in it, which are positive while the contact is closed."""
+    value = without_penetration(guard.value)
+    return guard if value == guard.value or guard.kind == "lift_off" else guard._replace(value=value, divided=True)
+
+
+def _unambiguous(system: "System", branch: Branch) -> list[Guard]:
+    """Return the guards of sliding rigid contacts: the reactions stay bounded, and no second motion appears.
+
+    With one rigid contact the constraint is 0 = a + p N, and the motion is unique while p has the same sign as without
+    friction (``unbounded``). A bilateral constraint also needs this of the p for the other sign of N (``several``).
+    With several rigid contacts p is the determinant of their equations, and second motions are sought at events only.
+    """
+    rigid = [k for k, f in enumerate(system.frictions) if f.constraint is not None]
+    sliding = [k for k in rigid if branch[k].velocity]
+    if not sliding:
+        return []
+    k, *_ = sliding
+    found = [Guard("unbounded", k, _stiffness(system, branch))]
+    if len(rigid) == 1 and system.frictions[k].gap is None:
+        other = (*branch[:k], branch[k]._replace(load=-branch[k].load), *branch[k + 1 :])
+        found.append(Guard("several", k, _stiffness(system, other)))
+    return found
+
+
+def _stiffness(system: "System", branch: Branch) -> sp.Expr:
+    """Return the determinant of the equations of the forces, times the same determinant without sliding friction."""
+    unknowns, matrix, _ = force_equations(system, branch)
+    alone = matrix.as_mutable()
+    for friction, phase in zip(system.frictions, branch, strict=True):
+        if phase.velocity:
+            row = unknowns.index(friction.force)
+            alone[row, :] = sp.eye(len(unknowns))[row, :]
+    return sp.Mul(*map(_determinant, (alone, matrix)))
+
+
+
+def _sliding(system: "System", branch: Branch, friction: "Friction") -> tuple[sp.Expr, sp.Expr]:
+    others = {f.force for f in system.frictions if f is not friction}
+    found, coupling = drive(system, friction)
+    return (found, coupling) if not others else (found.subs(dict.fromkeys(others, 0)), coupling)
+
+
+def _put(system: "System", branch: Branch, expr: sp.Expr, solved: dict) -> sp.Expr:
+    return tidied(replaced(with_signs(system, branch, expr), solved))
