@@ -26,8 +26,8 @@ MOST_ITINERARIES = 12  # of a sweep, told in lines of their own
 PROSE = 120  # characters of a line of the summary, also in a file or a pipe
 NEXT = (
     "asympk claims C23                    the evidence of one claim",
-    "asympk solve backward --plot a.svg   a steep rod where the rigid one has no motion",
-    "asympk mechanism painleve_rod        another mechanism, its paradox and its jump",
+    "asympk solve backward --plot a.svg   a steep rod without a rigid motion",
+    "asympk mechanism painleve_rod        a mechanism, its paradox and its jump",
 )
 
 
@@ -292,7 +292,7 @@ def summary(found: Sequence[Claim], files: int) -> str:
     counts = Counter(claim.verdict for claim in found)
     checks = [check for claim in found for check in claim.evidence]
     parts = [
-        "Fufaev 1991, the Painlevé-Klein example: rederived from the elastic rod and checked.",
+        *wrapped("", "Fufaev 1991, the Painlevé-Klein example: rederived from the elastic rod and checked."),
         f"{len(found)} claims, {len(checks)} checks: {', '.join(f'{n} {verdict}' for verdict, n in counts.items())}.",
         "",
     ]
@@ -315,7 +315,8 @@ def _jump_lines():
     from asympk.systems.painleve_klein import sigma, system
 
     jump = jump_map(system(), order=1, start={sigma: 1})
-    lines = [f"  the layer lasts ({jump.t_leave.coefficient(1, 1)}) mu L + O(mu), and mid-way y is of order 1/mu"]
+    lasts = f"the layer lasts ({jump.t_leave.coefficient(1, 1)}) mu L + O(mu), and mid-way y is of order 1/mu"
+    lines = wrapped("  ", lasts)
     for name, expansion in (("x", jump.x), ("z", jump.z)):
         lines.append(f"  {name} -> {expansion.coefficient(0)}{_signed(expansion.coefficient(1, 1))} mu L + O(mu)")
     return lines
@@ -335,4 +336,9 @@ def _regime_lines():
 
     rows = [row[:-1] for row in plain_rows(regimes_table())]  # the last column would not fit on a screen
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return ["  " + "  ".join(f"{cell:<{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows]
+    lines = ["  " + "  ".join(f"{cell:<{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows]
+    if max(map(len, lines)) <= columns():
+        return lines
+    (_, *heads), *regimes = rows
+    told = ((regime, "; ".join(map("{} {}".format, heads, cells))) for regime, *cells in regimes)
+    return [line for regime, words in told for line in (f"  {regime}", *wrapped(" " * 6, words))]

@@ -10,6 +10,7 @@ from asympk import ledger
 from asympk.errors import UnknownName
 from asympk.ledger import verdicts
 from asympk.ledger.runs import negligible, tends_to_one
+from asympk.output import terminal
 from asympk.output.terminal import claims_as_json, exit_status, summary
 
 MOVES = re.compile(r"(from landing .*)?x (grows|falls|moves|gains)")
@@ -114,6 +115,14 @@ def test_an_unsettled_claim_makes_the_exit_status_one(claims):
     told = summary([lost], 0)
     assert "Not settled:\n  C99" in told
     assert "\n  z -> 0 - (sigma + 1)/(sigma*(sigma + 4)) mu L + O(mu)\n" in told
+
+
+def test_the_first_screen_fits_a_terminal_of_eighty_characters_and_loses_no_word(claims, monkeypatch):
+    wide = summary([*claims.values()], 0)
+    monkeypatch.setattr(terminal, "columns", lambda: 80)
+    narrow = summary([*claims.values()], 0)
+    assert max(map(len, narrow.splitlines())) <= 80
+    assert {*re.findall(r"[^\s;]+", wide)} - {*re.findall(r"[^\s;]+", narrow)} <= {"sigma"}
 
 
 def test_a_trend_needs_ever_smaller_deviations_from_one():
