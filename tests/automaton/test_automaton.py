@@ -432,6 +432,14 @@ def test_static_friction_that_falls_below_the_kinetic_one_on_the_way_is_refused_
     assert stop.value.state[1] == 0
 
 
+@pytest.mark.parametrize("start", [0, 3])
+def test_rates_that_hold_a_load_at_0_by_jumps_are_to_be_written_as_a_friction(start):
+    contact = ap.Friction(velocity=v, force=F, load=u, kinetic=1)
+    system = ap.System.with_frictions({u: -sp.sign(u), x: v, v: F - x}, {}, [contact])
+    with pytest.raises(NoMotion, match=r"at t = 1, .* where the load of friction 0 is 0; write what jumps"):
+        ap.solve(ap.Scene(system=system, start={"u": 1, "x": start, "v": 0}, until=3))
+
+
 @pytest.mark.parametrize("verb", [ap.least_model, certify])
 @pytest.mark.parametrize(("given", "match"), [("backward", "read it first"), (None, "NoneType"), (block(), "System")])
 def test_other_verbs_refuse_what_is_no_scene_as_solve_does(verb, given, match):
