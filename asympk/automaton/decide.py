@@ -46,10 +46,9 @@ from asympk.automaton.rest import has_forces, moves_in_several_ways, standing_br
 from asympk.digits import carrier_context
 from asympk.errors import AsympkError, InputError, NoMotion, OutOfRange, TwoMotions, UnboundedReaction, Undecided
 from asympk.multiprecision import in_context
-from asympk.symbolic import branches, forces, guards
+from asympk.symbolic import branches, forces, guards, sides
 from asympk.symbolic.branches import OPEN, Branch, Guard, Phase
 from asympk.symbolic.penetration import with_finite_powers
-from asympk.symbolic.sides import phase_of, phases
 from asympk.symbolic.system import System
 
 if TYPE_CHECKING:
@@ -486,9 +485,9 @@ def _why_none(here: Junction) -> str:
         if kinetic - static > SAME * kinetic:
             return (f"static friction {float(static):.6g} of friction {k} is below the kinetic one, "
                     f"{float(kinetic):.6g}; make it at least that")  # fmt: skip
-    jumps = phases(here.system.rates.values(), here.system.states, here.system.time)
+    jumps = sides.phases(here.system.rates.values(), here.system.states, here.system.time)
     for k, (friction, choice) in enumerate(zip(here.system.frictions, here.phases, strict=True)):
-        if {1, -1} <= {phase.load for phase in choice} and phase_of(friction.load)[0] in jumps:
+        if {1, -1} <= {phase.load for phase in choice} and sides.phase_of(friction.load)[0] in jumps:
             return f"rates jump where the load of friction {k} is 0; write what jumps there as a friction of its own"
     names = ", ".join(dict.fromkeys(map(branches.mode_name, product(*here.phases))))
     return f"none of {names} is consistent; the model needs compliance there"
