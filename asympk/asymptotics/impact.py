@@ -214,7 +214,7 @@ class LimitLayers:
         slopes = np.array(rates(0, first))
         unit = _needed(level, first, slopes)
         least = 1e-12 * np.maximum(np.abs(first), unit * np.abs(slopes)) + sys.float_info.min
-        found = solve_ivp(lambda _, w: unit * np.array(rates(_, w)), (0, REACH), first, "DOP853", rtol=1e-11,
+        found = solve_ivp(lambda at, w: unit * np.array(rates(at, w)), (0, REACH), first, "DOP853", rtol=1e-11,
                           atol=least, events=events)  # fmt: skip
         ends = [end for ends in found.y_events for end in ends]
         if not ends:
