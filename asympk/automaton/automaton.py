@@ -13,26 +13,28 @@ from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from itertools import product
+from itertools import chain, product
 from typing import Any
 
 import sympy as sp
 
 from asympk.arithmetic import DIGITS_OF_DOUBLES
 from asympk.automaton import decide
+from asympk.automaton.contacts import contact_formulas
 from asympk.automaton.exact import exact_values
-from asympk.automaton.modes import is_nested, mode_of, phases_of
+from asympk.automaton.modes import function, is_nested, mode_of, phases_of
 from asympk.automaton.numericmode import NumericMode, State
 from asympk.digits import carrier_context
 from asympk.errors import InputError, NoMotion, NotDerivable, OutOfRange, TwoMotions, Undecided
 from asympk.multiprecision import in_context
 from asympk.numbers import sign_of
 from asympk.symbolic.branches import OPEN, Branch, at_rest, rate_along
-from asympk.symbolic.coefficients import coefficients_of
+from asympk.symbolic.coefficients import coefficients_of, scattered
 from asympk.symbolic.sides import Sides, inside, is_switched, measured, phase_of, system_on_sides
 from asympk.symbolic.system import System
 
 ROUNDED = 2.0**-48  # the relative error of a state that was computed in doubles
+CANCELLED = 2.0**-10  # a sum, relative to its terms, below which the terms are not to be rounded one by one
 EDGES = 3  # the largest number of edges through one state of which all sides are tried
 _NEVER = 3  # the rank of a side that the motion leaves by the law of this side
 
@@ -304,7 +306,8 @@ def _choices(
 
 @lru_cache(maxsize=512)
 def _numeric(automaton: Automaton, branch: Branch, digits: int | None, sides: Sides) -> NumericMode:
-    mode, known = mode_of(automaton.system, branch, sides), automaton.coefficients(digits)
+    mode = mode_of(automaton.system, branch, sides)
+    known = _cancelling(automaton, mode.scattered, digits or DIGITS_OF_DOUBLES) | automaton.coefficients(digits)
     values = (*automaton.values, *known.values())
     if digits is None:
         return NumericMode(mode, tuple(map(float, values)), "math", math, (*known,))
@@ -314,12 +317,30 @@ def _numeric(automaton: Automaton, branch: Branch, digits: int | None, sides: Si
 
 @lru_cache(maxsize=256)
 def _coefficients(automaton: Automaton, digits: int) -> dict[sp.Expr, Fraction]:
-    found: dict[sp.Expr, Fraction] = {}
+    found = _cancelling(automaton, _at_contacts(automaton.system), digits)
     for part in coefficients_of(automaton.system):
         with suppress(OutOfRange, TypeError):
             found |= exact_values(automaton.system, (part,), automaton.values, digits)
     least, largest = sys.float_info.min, sys.float_info.max
     return {part: value for part, value in found.items() if not value or least <= abs(value) <= largest}
+
+
+@lru_cache(maxsize=64)
+def _at_contacts(system: System) -> tuple[sp.Expr, ...]:
+    """Return the coefficients that are scattered over the equations of the contacts."""
+    return scattered(system, contact_formulas(system)[0])
+
+
+def _cancelling(automaton: Automaton, parts: tuple[sp.Expr, ...], digits: int) -> dict[sp.Expr, Fraction]:
+    """Return the values, right to ``digits`` digits, of those scattered coefficients whose terms cancel."""
+    system, found = automaton.system, list[sp.Expr]()
+    with suppress(ArithmeticError, ValueError):
+        terms = function(system, (*chain(*(part.args for part in parts)),), "math", math)
+        numbers = iter(terms(*[0.0] * (1 + len(system.states)), *map(float, automaton.values)))
+        for part in parts:
+            own = [next(numbers) for _ in part.args]
+            found += [part] if abs(sum(own)) < CANCELLED * max(map(abs, own)) else []
+    return exact_values(system, (*found,), automaton.values, digits)
 
 
 def _exact(values: State, context: Any) -> State:

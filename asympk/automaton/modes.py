@@ -20,7 +20,7 @@ import sympy as sp
 
 from asympk.symbolic import branches, guards
 from asympk.symbolic.branches import Branch, Guard
-from asympk.symbolic.coefficients import name_of, with_names
+from asympk.symbolic.coefficients import name_of, scattered, with_names
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.long import atoms, replaced
 from asympk.symbolic.lowering import WIDE, Lowered, lower, without_overflow
@@ -165,6 +165,11 @@ class GuardedMode:
     def fixed_guards(self) -> tuple[Guard, ...]:
         """The guards that neither the state nor the time moves."""
         return guards.fixed_guards(self.system, self.branch)
+
+    @cached_property
+    def scattered(self) -> tuple[sp.Expr, ...]:
+        """The coefficients that are scattered over sums of the rates and guards."""
+        return scattered(self.system, (*self.rates, *self.guard_values))
 
     @cached_property
     def grounds(self) -> dict[int, tuple[sp.Expr, sp.Expr]]:

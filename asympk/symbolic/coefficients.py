@@ -2,13 +2,16 @@
 
 A sum may cancel, in doubles without a trace. A coefficient therefore gets a name, under which its value, computed once
 with enough digits, enters the rates. Models, which expand in powers of the small parameter, take only those without it.
+Modes are expanded, and then have a x - b x for (a - b) x: such coefficients, ``scattered`` over a sum, get a name where
+they cancel.
 """
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from functools import lru_cache
 
 import sympy as sp
 
+from asympk.symbolic.long import atoms, heavy, replaced
 from asympk.symbolic.switches import exprs_of
 from asympk.symbolic.system import System
 
@@ -24,10 +27,44 @@ def coefficients_of(system: System) -> tuple[sp.Expr, ...]:
 
 def with_names(system: System, exprs: Sequence[sp.Expr], known: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
     """Return expressions with the names of the coefficients ``known``."""
-    names, named = {part: name_of(part) for part in known}, sp.Tuple(*exprs)
+    names, whole = {part: name_of(part) for part in known}, {*coefficients_of(system)}
+    named = _gathered(exprs, _fixed(system)[-1], {part: name for part, name in names.items() if part not in whole})
     for fixed in _fixed(system) if names else ():
         named = _each(named, fixed, lambda part: names.get(part, part))
-    return named.args
+    return _gathered(named.args, _fixed(system)[-1], names).args
+
+
+def scattered(system: System, exprs: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
+    """Return the coefficients of several terms in the sums of expressions, without the small parameter."""
+    found = (sp.Add(*parts) for total in _sums(exprs) for parts in _by_motion(total, _fixed(system)[-1]).values())
+    return tuple(sorted({part for part in found if part.is_Add}, key=sp.default_sort_key))
+
+
+def _by_motion(total: sp.Add, fixed: Collection[sp.Symbol]) -> dict[sp.Expr, list[sp.Expr]]:
+    """Return {moving factor: the factors of symbols in ``fixed`` before it} of the terms of a sum."""
+    found: dict[sp.Expr, list[sp.Expr]] = {}
+    for term in total.args:
+        moving = term.free_symbols - {*fixed}
+        still, factor = term.as_independent(*moving, as_Add=False) if moving else (term, sp.S.One)
+        found.setdefault(factor, []).append(still)
+    return found
+
+
+def _gathered(
+    exprs: Sequence[sp.Expr], fixed: Collection[sp.Symbol], names: dict[sp.Expr, sp.Symbol]
+) -> sp.Tuple:
+    """Return expressions with names for the coefficients that are scattered over their sums."""
+    told = {}
+    for total in _sums(exprs) if any(part.is_Add for part in names) else ():
+        parts = {factor: sp.Add(*still) for factor, still in _by_motion(total, fixed).items()}
+        if any(part in names for part in parts.values()):
+            told[total] = sp.Add(*(factor * names.get(part, part) for factor, part in parts.items()))
+    return sp.Tuple(*(replaced(expr, told) for expr in exprs))
+
+
+def _sums(exprs: Iterable[sp.Expr]) -> set[sp.Add]:
+    """Return all sums in those expressions that are not too long to be expanded."""
+    return set().union(*(atoms(expr, sp.Add) for expr in exprs if not heavy(expr)))
 
 
 def with_few_parts(expr: sp.Expr, moving: Collection[sp.Symbol]) -> sp.Expr:

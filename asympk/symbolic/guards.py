@@ -146,7 +146,7 @@ def _every_guard(system: "System", branch: Branch) -> tuple[Guard, ...]:
     for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
         v, load = friction.velocity, friction.load
         if phase == OPEN:
-            found.append(Guard("touch_down", k, friction.gap))
+            found += [Guard("touch_down", k, friction.gap)] if friction.gap is not None else []
             continue
         if friction.gap is not None:
             found.append(Guard("lift_off", k, -friction.gap if friction.constraint is None else friction.normal))

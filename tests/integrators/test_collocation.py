@@ -164,6 +164,25 @@ def test_a_coefficient_in_the_small_parameter_keeps_its_digits_in_every_method(o
     assert max(abs(x - 1 / 3), abs(y - x)) < 1e-8
 
 
+MODEL = {"method": "jump", "order": 1}
+
+
+@pytest.mark.parametrize("options", [{"digits": 12}, {}, {"method": "radau", "rtol": 1e-9}, MODEL])
+def test_a_coefficient_that_the_modes_scatter_over_their_terms_keeps_its_digits_in_every_method(options):
+    """At p = 1 + 1e-20 the coefficient of x**2 is 1; with the friction put in, its terms are those of p and of 1."""
+    x, y, z, F = sp.symbols("x y z F", real=True)
+    p, mu = sp.symbols("p mu", positive=True)
+
+    def scene(factor, values):
+        system = ap.System.with_friction(slow={x: y}, fast={y: 1 - x - y}, velocity={z: 1 - x**2 * factor - y + F},
+                                         force=F, load=x + y, kinetic=sp.Rational(1, 2), small=mu)  # fmt: skip
+        return ap.Scene(system=system, values={mu: "1e-4", **values}, start={x: 0, y: "0.2", z: -1}, until=1)
+
+    cancelling = scene((p - 1) * 10**20, {p: "1.00000000000000000001"})
+    found, plain = (ap.solve(one, **options).final for one in (cancelling, scene(1, {})))
+    assert max(abs(a - b) for a, b in zip(found, plain, strict=True)) < 1e-8
+
+
 def test_a_coefficient_without_a_value_on_another_side_of_its_switch_stays_there():
     x, p = sp.symbols("x p", real=True)
     switched = ap.System.smooth({x: -(x**2) * sp.Piecewise((sp.sqrt(p - 1), p > 1), (sp.sqrt(1 - p), True))}, {}, None)
