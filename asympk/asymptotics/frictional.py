@@ -115,6 +115,10 @@ class StretchedDense:
         """Return the largest modulus of every state in layers at the times ``t`` and where they begin."""
         return self._largest(t, False)
 
+    def layers(self) -> list:
+        """Return the mode, the time and the state where each stretch of a layer begins."""
+        return [(s.mode, s.began, tuple(s.states(0.0).tolist())) for s in self.path.stretches if not s.points]
+
     def _largest(self, t, slow):
         times = np.array([*t, *(s.began for s in self.path.stretches)])
         alike = [k for k, stretch in enumerate(self.path.stretches) if bool(stretch.points) is slow]

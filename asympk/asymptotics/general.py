@@ -4,7 +4,9 @@
 crosses one, where the state or the time switches the rates, is followed like a motion with friction, by ``frictional``.
 
 Tolerances are relative to the largest of 1 and the states. Where some states stay small beside 1, as in units that are
-too large, the hard function ``_in_units_that_fit`` follows the system again in units of their size.
+too large, the hard function ``_in_units_that_fit`` follows the system again in units of their size. The small parameter
+has a unit, too, as a compliance has. By an error of y the slow states change by mu |f_y| / |g_y| times the error, as a
+layer lasts mu / |g_y|, and this factor is mu only where |g_y| is near |f_y| with every state in units of its size.
 """
 
 import math
@@ -18,8 +20,10 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from asympk.asymptotics import matched
 from asympk.asymptotics.frictional import follow_stretches
 from asympk.asymptotics.smooth import EXTRA, follow_smooth, leaves_its_sides
+from asympk.automaton.automaton import Automaton
 from asympk.errors import AsympkError, NotDerivable, OutOfRange
 from asympk.numbers import known_order, short
 from asympk.path import Path, SolvedAgain
@@ -30,7 +34,7 @@ from asympk.symbolic.system import System
 HIGHEST_ORDER = 4
 SMALL = 1e-4  # the size of a state, in its unit, below which the unit is made smaller
 LARGEST = 1e6  # the size of a state in its layer, in its unit, above which rounding hides its slow motion
-NOISE = 1e-12  # the size of a state, relative to the largest one, below which it may be rounding
+PACE = 3  # the largest power of ten of |g_y| / |f_y| at which IN_FAST of ``matched`` keeps errors below ROUNDING
 LOOKS = 32  # the number of times at which sizes are measured, each time half of the one before
 
 
@@ -75,29 +79,29 @@ def _lowered(system: System, small: sp.Symbol, highest: int) -> tuple[System, sp
 
 
 def _in_units_that_fit(follow: Callable, scene: Any) -> Path:
-    """Follow a scene in its own units, or in units in which no state stays small.
+    """Follow a scene in its own units, or in units in which no state stays small and |g_y| is near |f_y|.
 
-    A state that is small in the slow motion but large in the layer, as the speed of a fast oscillation, keeps its unit.
+    A state that is small in the slow motion but large in the layer, as the speed of a fast oscillation, has a unit in
+    which its layer is at most of the size 1 / ``SMALL``.
     """
-    units = (0,) * len(scene.start)
+    units = (0,) * (len(scene.start) + 1)
     try:
         path = follow(scene)
     except OutOfRange as refused:
-        if (small := _powers([abs(float(w)) for w in scene.start])) == units:
+        if (small := _units_at_start(scene)) == units:
             raise
         try:
             path, units = _followed(follow, scene, small), small
         except OutOfRange:
             raise refused from None
-    sizes = _sizes(path, units)
-    while any(_smaller(sizes, units)):
+    sizes, tried = _sizes(path, units), {units}
+    while (sizes[-1] != units[-1] or any(_smaller(sizes, units))) and sizes not in tried:
+        tried.add(sizes)
         try:
             finer = _followed(follow, scene, sizes)
         except OutOfRange:
             if not SMALL < _reach(path, sizes, units) < LARGEST:
                 raise
-            break
-        if _reach(finer, sizes, units) > 1 / SMALL:
             break
         path, units = finer, sizes
         sizes = _sizes(path, units)
@@ -105,28 +109,54 @@ def _in_units_that_fit(follow: Callable, scene: Any) -> Path:
 
 
 def _followed(follow: Callable, scene: Any, units: tuple[int, ...]) -> Path:
-    return follow(_in(units, scene), units=10.0 ** np.array(units))
+    return follow(_in(units, scene), units=10.0 ** np.array(units[:-1]))
 
 
 def _smaller(sizes: tuple[int, ...], units: tuple[int, ...]) -> list[bool]:
     """Return which states are small beside their units."""
-    return [size - unit < math.log10(SMALL) for size, unit in zip(sizes, units, strict=True)]
+    return [size - unit < math.log10(SMALL) for size, unit in zip(sizes[:-1], units[:-1], strict=True)]
 
 
 def _reach(path: Any, sizes: tuple[int, ...], units: tuple[int, ...]) -> float:
     """Return the largest modulus of the layer of a path in those states whose ``sizes`` are small in their units."""
-    return float(path.at.layer_sizes(_looks(path))[_smaller(sizes, units)].max())
+    return float(path.at.layer_sizes(_looks(path))[_smaller(sizes, units)].max(initial=0))
+
+
+def _units_at_start(scene: Any) -> tuple[int, ...]:
+    begun = matched.begun(Automaton(scene.system, scene.values), scene.start)
+    powers = _powers([abs(w) for w in begun.state])
+    return (*map(_unit, powers), _unit_of_small(scene, powers, [(begun.mode, 0.0, begun.state)], 0))
 
 
 def _sizes(path: Any, units: tuple[int, ...]) -> tuple[int, ...]:
-    """Return the power of ten, at most 1, nearest to the largest size of each state at the start and in slow motion.
+    """Return the units that fit a path in ``units``: of its states, and of the small parameter.
 
-    A power of ten, as a unit, is given by its exponent.
+    The size of a state is the largest at the start and in slow motion, and ``SMALL`` times that in layers. A power of
+    ten is given by its exponent.
     """
     sizes = [max(abs(float(begun)), abs(w)) for begun, w in zip(path.scene.start, path.final, strict=True)]
     if min(sizes) < SMALL:
-        sizes = np.maximum(sizes, path.at.sizes(_looks(path))).tolist()
-    return _powers([size * 10.0**unit for size, unit in zip(sizes, units, strict=True)])
+        looks = _looks(path)
+        sizes = np.maximum(sizes, np.maximum(path.at.sizes(looks), SMALL * path.at.layer_sizes(looks))).tolist()
+    inside = _powers(sizes)
+    powers = _powers([size * 10.0**unit for size, unit in zip(sizes, units[:-1], strict=True)])
+    return (*map(_unit, powers), _unit_of_small(path.scene, inside, path.at.layers(), units[-1]))
+
+
+def _unit_of_small(scene: Any, powers: tuple[int, ...], layers: list, unit: int) -> int:
+    """Return the unit of the small parameter, for which ``unit`` stands, in which |g_y| is near |f_y| in layers.
+
+    For these derivatives the states are in units of ``powers`` of ten.
+    """
+    system, mu = scene.system, matched.small_number(scene)
+    fast = np.array([s in system.fast for s in system.states])
+    sizes, most = 10.0 ** np.array(powers), np.zeros(2)
+    for mode, t, state in layers:
+        slopes = np.abs(mode.jac(t, state))[:, fast] * sizes[fast] / sizes[:, None]
+        most = np.maximum(most, (mu * slopes[fast].max(), slopes[~fast].max(initial=0)))
+    pace = most[0] / (most[1] or 1.0)
+    power = round(math.log10(pace)) if 0 < pace < math.inf else 0
+    return unit + power if abs(power) > PACE else unit
 
 
 def _looks(path):
@@ -134,32 +164,40 @@ def _looks(path):
 
 
 def _powers(sizes: list[float]) -> tuple[int, ...]:
-    """Return the power of ten nearest to every size, or 1 above 1/30; mere rounding gets the power of the largest."""
+    """Return the power of ten nearest to every size; a state that is 0 gets that of the largest."""
     largest = max(sizes)
-    powers = (round(math.log10(size if size > NOISE * largest else largest or 1.0)) for size in sizes)
-    return tuple(power if power < -1 else 0 for power in powers)
+    return tuple(round(math.log10(size or largest or 1.0)) for size in sizes)
+
+
+def _unit(power: int) -> int:
+    return power if power < -1 else 0
 
 
 def _in(units: tuple[int, ...], scene: Any) -> Any:
-    """Return a scene with its states in ``units``, which are written into their names."""
-    system = scene.system
-    names = (sp.Symbol(f"{s.name}/{10.0**u:.0e}", real=True) if u else s
-             for s, u in zip(system.states, units, strict=True))  # fmt: skip
-    told = {s: (sp.Integer(10) ** u, name) for s, u, name in zip(system.states, units, names, strict=True)}
+    """Return a scene with its states and its small parameter in ``units``, which are written into their names."""
+    system, small = scene.system, scene.system.small
+    told = {s: (sp.Integer(10) ** u, sp.Symbol(f"{s.name}/{10.0**u:.0e}", real=True) if u else s)
+            for s, u in zip((*system.states, small), units, strict=True)}  # fmt: skip
     meant = {s: u * name for s, (u, name) in told.items()}
-    slow, fast = ({told[s][1]: rate.xreplace(meant) / told[s][0] for s, rate in rates.items()}
-                  for rates in (system.slow, system.fast))  # fmt: skip
+    slow, fast = ({told[s][1]: rate.xreplace(meant) / (told[s][0] * unit) for s, rate in rates.items()}
+                  for rates, unit in ((system.slow, 1), (system.fast, told[small][0])))  # fmt: skip
     frictions = tuple(replace(f, **{part: expr.xreplace(meant) for part, expr in f.parts.items()})
                       for f in system.frictions)  # fmt: skip
-    states = tuple(name for _, name in told.values())
-    inside = replace(system, slow=sp.Dict(slow), fast=sp.Dict(fast), states=states, frictions=frictions)
-    start = {name: Fraction(v) / Fraction(u.p, u.q) for v, (u, name) in zip(scene.start, told.values(), strict=True)}
-    return replace(scene, system=inside, values=dict(zip(system.parameters, scene.values, strict=True)), start=start)
+    *states, least = (name for _, name in told.values())
+    inside = replace(system, slow=sp.Dict(slow), fast=sp.Dict(fast), states=(*states,), small=least,
+                     frictions=frictions)  # fmt: skip
+    values, start = ({told.get(s, (1, s))[1]: _divided(v, told.get(s, (1, s))[0]) for s, v in zip(of, at, strict=True)}
+                     for of, at in ((system.parameters, scene.values), (system.states, scene.start)))  # fmt: skip
+    return replace(scene, system=inside, values=values, start=start)
+
+
+def _divided(value, unit):
+    return Fraction(value) / Fraction(int(unit.p), int(unit.q)) if unit != 1 else value
 
 
 def _out_of(units: tuple[int, ...], scene: Any, path: Any) -> Path:
     """Return the path of ``scene`` from ``path``, whose states are in ``units``."""
-    numbers = 10.0 ** np.array(units)
+    numbers = 10.0 ** np.array(units[:-1])
 
     def out(values):
         return tuple((np.array(values) * numbers).tolist())

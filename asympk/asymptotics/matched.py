@@ -242,6 +242,7 @@ def _in_mode(
     ahead, size = _watched_steps(task, mode, slow, path, off), len(path.state)
     left, mu, rtol = task.until - path.t, task.mu, task.rtol
     found, span, state, over = list[Any](), 0.0, path.state, math.inf
+    most = FAR * max(1.0, *map(abs, state)) * max(1.0, _fastest(slow, path.t, state)) / mu  # for y in a jump
     while len(found) < STEPS:
         over = span + _over(task, slow, path.t + span, state, off) if over == math.inf else over
         if span >= min(over, left):
@@ -250,7 +251,7 @@ def _in_mode(
                 break
             return tuple(found), None
         last, lost = next(ahead, (None, None))
-        if last is None or max(map(abs, last.end)) > FAR / mu:  # in a jump y is of order 1 over mu
+        if last is None or max(map(abs, last.end)) > most:
             raise _unsettled(mode, path.t, path.t + span, state, UNBOUNDED)
         found.append(last)
         span, state = last.after, last.end[:size]

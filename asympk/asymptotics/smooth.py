@@ -236,3 +236,7 @@ class LayeredDense:
     def layer_sizes(self, t: np.ndarray) -> np.ndarray:
         """Return the largest modulus of the layer in every state at the times ``t``."""
         return np.abs(self.motion.layer(t)[0]).max(axis=1)
+
+    def layers(self) -> list:
+        """Return no layer: the tolerances of this one do not depend on mu."""
+        return []

@@ -1,5 +1,6 @@
 """Systems with friction in the limit: the itinerary of the layer, the jump law, the slow motion after it, its edges."""
 
+import itertools
 import math
 import random
 from dataclasses import replace
@@ -605,19 +606,39 @@ def test_the_unit_of_time_does_not_decide_whether_a_load_is_stopped(unit, order)
     assert distance(path.final, same.final) < 1e-10
 
 
-def test_the_units_of_mass_length_and_time_do_not_decide_whether_a_mechanism_is_stopped():
-    rod, h, turned = slender_rod(), sp.Symbol("h", positive=True), []
+def _stopped(mass, length, time):
+    """Return a rod that slides into a jump, and the size of its states, in units of which it has these quantities."""
+    rod, h = slender_rod(), sp.Symbol("h", positive=True)
     soft = rod.elastic(compliance=c, damping=h)
-    for mass, length, time in ((1, 1, 1), (sp.Rational(1, 1000), 1, 1000), (10**6, 10**6, sp.Rational(1, 10**6))):
-        values = {"m": mass, "l": length, "g": 10 * length / time**2, "f": 2}
-        state = {"X": 0, "Y": length * sp.sin(1), "theta": 1, "X'": -length / time, "Y'": 0, "theta'": 0}
-        start = rod.start(soft, {**state, **values})
-        values |= {"h": time / 2, "c": time**2 / mass / 10**6}
-        path = ap.solve(ap.Scene(system=soft, values=values, start=start, until=time / 10), "jump", order=0)
-        turned.append((path.modes, *(path.final[path.names.index(name)] * unit for name, unit in
-                                     (("theta", 1), ("theta'", float(time)), ("X", 1 / float(length))))))  # fmt: skip
-    (passed, *first), *others = turned
-    assert all(other == (passed, *(pytest.approx(value, rel=1e-8) for value in first)) for other in others)
+    values = {"m": mass, "l": length, "g": 10 * length / time**2, "f": 2}
+    state = {"X": 0, "Y": length * sp.sin(1), "theta": 1, "X'": -length / time, "Y'": 0, "theta'": 0}
+    start = rod.start(soft, {**state, **values})
+    values |= {"h": time / 2, "c": time**2 / mass / 10**6}
+    load = mass * length / time**2
+    sizes = {"X": length, "Y": length, "theta": 1, "x": load, "theta'": 1 / time, "y": load / time, "z": length / time}
+    scene = ap.Scene(system=soft, values=values, start=start, until=time / 10)
+    return scene, np.array([float(sizes[name]) for name in scene.names])
+
+
+def test_the_units_of_mass_length_and_time_do_not_decide_whether_a_mechanism_is_stopped():
+    units = ((1, 1, 1), (sp.Rational(1, 1000), 1, 1000), (10**6, 10**6, sp.Rational(1, 10**6)))
+    passed = [(ap.solve(scene, "jump", order=0), sizes) for scene, sizes in itertools.starmap(_stopped, units)]
+    (path, _), *others = passed
+    assert all(other.modes == path.modes for other, _ in others)
+    for name in ("theta", "theta'", "X"):
+        first, *rest = (each.final[k] / sizes[k] for each, sizes in passed for k in (each.names.index(name),))
+        assert rest == pytest.approx([first] * 2, rel=1e-8)
+
+
+@pytest.mark.parametrize("order", [0, 1])
+@pytest.mark.parametrize("powers", [(6, 0, 0), (-9, 0, 0), (0, 0, 6), (0, 0, -6), (-9, -6, 3), (-9, -6, 0)])
+def test_the_error_that_an_order_predicts_bounds_its_own_in_any_units_of_mass_length_and_time(powers, order):
+    scene, sizes = _stopped(*(sp.Integer(10) ** power for power in powers))
+    own, own_sizes = _stopped(1, 1, 1)
+    true = np.array(ap.solve(own, "jump", order=2).final) / own_sizes * sizes
+    path = ap.solve(scene, "jump", order=order)
+    assert distance(path.final, true) < (path.error or 1e-4) * max(1, *abs(true))
+    assert abs(path.final[2] - true[2]) < (1e-4, 1e-8)[order]
 
 
 def test_what_an_order_predicts_bounds_its_error_where_the_next_order_is_no_better():
