@@ -267,10 +267,10 @@ def _entered(
         return next((found for found in resting if found.holds(t, state)), (fitting or resting)[0])
     edges = [inside(phase, sides[1][0])[0] for phase, sides in zip(opened, choices, strict=True) if len(sides) > 1]
     bounded = all(chosen(choice).mode.is_finite for choice in product(*choices) if all(side for side, _ in choice))
-    raise _lost_on(edges, t, bounded)
+    raise lost_on(edges, t, bounded)
 
 
-def _lost_on(edges: list[sp.Expr], t: Any, bounded: bool) -> NotDerivable:
+def lost_on(edges: Collection[sp.Expr], t: Any, bounded: bool = True) -> NotDerivable:
     """Return the error of a motion that enters no side of some edges; if not ``bounded``, a side has no rates."""
     where = ", ".join(f"{edge} = 0" for edge in edges)
     if not bounded:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import sympy as sp
 
-from asympk.automaton.automaton import ROUNDED, Automaton, mode_on_sides
+from asympk.automaton.automaton import ROUNDED, Automaton, lost_on, mode_on_sides
 from asympk.automaton.contacts import nudges
 from asympk.automaton.decide import finite
 from asympk.automaton.junction import BY_HAND
@@ -123,7 +123,10 @@ def _begun(
     """Return the time, just after a switch at the start if there is one, the state there, and the mode on its sides."""
     still = automaton.mode(first, digits)
     t, state = still.after_start(until), start
-    mode = mode_on_sides(automaton, first, digits, t, state, automaton.edges_at(t, state, still.beside))
+    edges = automaton.edges_at(t, state, still.beside)
+    mode = mode_on_sides(automaton, first, digits, t, state, edges)
+    if mode.torn(0 * t, state):
+        raise lost_on(edges, t)
     if t:
         mode.rhs(0 * t, state)  # infinite rates would move the state by more than the rounding until then
     return t, state, mode
@@ -203,9 +206,20 @@ def mode_after(
     else:
         return mode, state, None
     crossed = [*crossed, *automaton.edges_at(*later, doubt)]
-    after = mode_on_sides(automaton, branch, digits, t, state, crossed, fixed)
+    after = _followed_by(automaton, mode, branch, digits, t, state, crossed, fixed)
     state, alike = after.settled(t, state), moves_alike(automaton.system, branch, mode.branch)
     return after, state, None if alike else event._replace(t=t, state=state)
+
+
+def _followed_by(
+    automaton: Automaton, mode: NumericMode, branch: Branch, digits: int | None, t: Any, state: tuple,
+    crossed: list[sp.Expr], fixed: bool,
+) -> NumericMode:  # fmt: skip
+    """Return the mode of the branch that follows; raises ``NotDerivable`` where a sliding velocity jumps back there."""
+    after = mode_on_sides(automaton, branch, digits, t, state, crossed, fixed)
+    if _torn(((mode, t), (after, t)), state):
+        raise lost_on(crossed, t)
+    return after
 
 
 def _left_by_ground(before: NumericMode, t0: Any, mode: NumericMode, t: Any, state: tuple) -> Event | None:
@@ -232,9 +246,8 @@ def _torn(places: tuple[tuple[NumericMode, Any], ...], state: tuple) -> Event | 
     are the modes and times before and after.
     """
     _, (mode, t) = places
-    for k, velocity in mode.mode.jumping.items():
-        sign = mode.signs((velocity,), t, state)[0]
-        if sign and sign != mode.branch[k].velocity and _leaps(k, places, state):
+    for k in mode.torn(t, state):
+        if _leaps(k, places, state):
             return Event("velocity_zero" if mode.branch[k].velocity else "slip_onset", t, state, k)
     return None
 

@@ -211,13 +211,18 @@ class NumericMode:
         return 0
 
     def holds(self, t: Any, state: State) -> bool:
-        """Tell whether no guard is negative, none that vanishes falls, and no contact rests on what has leapt away."""
-        resting = tuple(velocity for k, velocity in self.mode.jumping.items() if self.branch[k].mode == "stick")
-        if any(self.signs(resting, t, state)):
+        """Tell whether no guard is negative, none that vanishes falls, and no sliding velocity has leapt away."""
+        if self.torn(t, state):
             return False
         exprs = self.mode.guard_values
         told = zip(exprs, self.signs(exprs, t, state), strict=True)
         return all((sign or self.departure(expr, t, state)) >= 0 for expr, sign in told)
+
+    def torn(self, t: Any, state: State) -> tuple[int, ...]:
+        """Return the contacts whose sliding velocity, one that may jump, has another sign than in this mode."""
+        jumping = self.mode.jumping
+        told = zip(jumping, self.signs(tuple(jumping.values()), t, state), strict=True) if jumping else ()
+        return tuple(k for k, sign in told if sign and sign != self.branch[k].velocity)
 
     def leaves(self, phase: sp.Expr, sign: int, t: Any, state: State, slack: Any = 0) -> bool:
         """Tell whether a phase that vanishes takes the ``sign`` along the field; for 0, whether the phase stays 0."""

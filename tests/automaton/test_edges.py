@@ -304,6 +304,16 @@ def test_a_block_that_stops_where_another_belt_begins_has_its_own_speed_there(be
     assert [float(w) for w in path.final] == pytest.approx(end, abs=1e-5)
 
 
+@pytest.mark.parametrize(("speed", "since"), [("-1/2", 0), (0, 1)])
+def test_a_belt_that_jumps_with_the_speed_of_its_block_and_drives_it_back_from_both_sides_is_refused(speed, since, how):
+    """The sliding velocity is 1/2 at v = -1/2 and v - 1/2 below: friction is -1/2 above this speed and +1/2 below."""
+    half = sp.Rational(1, 2)
+    contact = ap.Friction(velocity=v - sp.Piecewise((half, v < -half), (-1, True)), force=F, load=1, kinetic=half)
+    system = ap.System.with_frictions({x: v, v: sp.Piecewise((half / 2, v < -half), (0, True)) + F}, {}, [contact])
+    with pytest.raises(NotDerivable, match=rf"the motion stays on 2\*v \+ 1 = 0 from t = {since} on"):
+        ap.solve(ap.Scene(system=system, start={x: 0, v: speed}, until=2), **how)
+
+
 def test_a_belt_that_begins_somewhere_carries_a_block_along_by_friction_that_just_holds_it(how):
     belt, push = (sp.Piecewise((0, x < sp.Rational(1, 4)), (speed, True)) for speed in (sp.Rational(1, 2), -1))
     friction = ap.Friction(velocity=v - belt, force=F, load=2, kinetic=sp.Rational(1, 2))
