@@ -144,23 +144,31 @@ def nudges(t: Any, state: tuple, slack: Any, least: Any = 0) -> Iterator[tuple[A
 
 
 @lru_cache(maxsize=64)
-def contact_formulas(system: System) -> tuple[tuple[sp.Expr, ...], tuple[sp.Symbol, ...], tuple[int, ...]]:
-    """Return (entries of ``ContactNumbers``, then rows, in a flat tuple; unknown forces; frictions with a normal)."""
+def contact_formulas(
+    system: System, moving: frozenset[int] = frozenset()
+) -> tuple[tuple[sp.Expr, ...], tuple[sp.Symbol, ...], tuple[int, ...]]:
+    """Return (entries of ``ContactNumbers``, then rows, in a flat tuple; unknown forces; frictions with a normal).
+
+    The signs of sliding velocities are 0, whatever rounding makes of them, but for the contacts that are ``moving``.
+    """
     unknowns, found = _unknowns(system), []
     normals = tuple(k for k, f in enumerate(system.frictions) if f.normal is not None)
     zero = dict.fromkeys(unknowns, sp.S.Zero)
     for f in system.frictions:
         reaction = f.load.diff(f.normal) if f.constraint is not None else sp.S.Zero
         found += [f.velocity, f.load.subs(zero), reaction, f.kinetic, f.static, sp.S.Zero if f.gap is None else f.gap]
-    rows = in_forces(system, (*(branches.velocity_rate(system, f) for f in system.frictions), *_reactions(system)))
-    return (*_calm(system, found), *rows), unknowns, normals
+    rates = (branches.velocity_rate(system, f) for f in system.frictions)
+    rows = in_forces(system, (*rates, *_reactions(system)), moving)
+    return (*_calm(system, found, moving), *rows), unknowns, normals
 
 
-def in_forces(system: System, exprs: Iterable[sp.Expr]) -> tuple[sp.Expr, ...]:
+def in_forces(
+    system: System, exprs: Iterable[sp.Expr], moving: frozenset[int] = frozenset()
+) -> tuple[sp.Expr, ...]:
     """Return the rows of expressions that are linear in the forces, one row after the other in a flat tuple."""
     unknowns = _unknowns(system)
     zero = dict.fromkeys(unknowns, sp.S.Zero)
-    return _calm(system, [e for row in exprs for e in (row.subs(zero), *(row.diff(u) for u in unknowns))])
+    return _calm(system, [e for row in exprs for e in (row.subs(zero), *(row.diff(u) for u in unknowns))], moving)
 
 
 def _unknowns(system):
@@ -168,9 +176,10 @@ def _unknowns(system):
     return tuple(u for f in system.frictions for u in (f.force, f.normal) if u is not None)
 
 
-def _calm(system, exprs):
-    """Return expressions with 0 in place of the signs of the sliding velocities."""
-    calm = {e: 0 for f in system.frictions for e in (sp.sign(f.velocity), sp.sign(-f.velocity))}
+def _calm(system, exprs, moving):
+    """Return expressions with 0 in place of the signs of the sliding velocities of all contacts not ``moving``."""
+    still = (f.velocity for k, f in enumerate(system.frictions) if k not in moving)
+    calm = {e: 0 for velocity in still for e in (sp.sign(velocity), sp.sign(-velocity))}
     return tuple(e.subs(calm) if e.has(sp.sign) else e for e in exprs)
 
 
@@ -180,9 +189,25 @@ def _reactions(system: System) -> Iterator[sp.Expr]:
             yield f.normal - f.load if f.constraint is None else f.constraint
 
 
-def contact_point(system: System, place: Place) -> ContactPoint:
+def contact_points(system: System, places: Sequence[Place], still: Collection[int]) -> list[ContactPoint]:
+    """Return the contacts at a state and beside it, where the contacts ``still`` have the velocity 0."""
+    moving = frozenset[int]()
+    if _told_by_signs(system):
+        rows = (place.values(system, tuple(f.velocity for f in system.frictions)) for place in places)
+        signs = map(clear_sign, zip(*rows, strict=True))
+        moving = frozenset(k for k, sign in enumerate(signs) if sign and k not in still)
+    return [_contact_point(system, place, moving) for place in places]
+
+
+@lru_cache(maxsize=64)
+def _told_by_signs(system: System) -> bool:
+    """Tell whether a contact depends on the sign of a sliding velocity."""
+    return contact_formulas(system, frozenset(range(len(system.frictions)))) != contact_formulas(system)
+
+
+def _contact_point(system: System, place: Place, moving: frozenset[int]) -> ContactPoint:
     """Return the contacts at a place, in the numbers of this place: later operations then have the same rounding."""
-    formulas, unknowns, _ = contact_formulas(system)
+    formulas, unknowns, _ = contact_formulas(system, moving)
     values = tuple(map(place.numbers.convert, place.values(system, formulas)))
     split = 6 * len(system.frictions)
     contacts = tuple(ContactNumbers(*values[k : k + 6]) for k in range(0, split, 6))
@@ -203,8 +228,8 @@ def gap_row(system: System, k: int, point: ContactPoint) -> tuple:
 @lru_cache(maxsize=64)
 def coupled(system: System) -> tuple[tuple[int, ...], ...]:
     """Return the frictions in groups such that no equation of one group contains a force or reaction of another."""
-    formulas, unknowns, normals = contact_formulas(system)
     count = len(system.frictions)
+    formulas, unknowns, normals = contact_formulas(system, frozenset(range(count)))
     owner = {u: k for k, f in enumerate(system.frictions) for u in (f.force, f.normal)}
     rows = zip((*range(count), *normals), linear_rows(formulas[6 * count :], unknowns), strict=True)
     pairs = [(k, owner[u]) for k, (_, *row) in rows for u, entry in zip(unknowns, row, strict=True) if entry != 0]

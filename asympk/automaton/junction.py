@@ -13,7 +13,7 @@ from asympk.automaton.contacts import (
     Numbers,
     Place,
     Solved,
-    contact_point,
+    contact_points,
     coupled,
     gap_row,
     is_open,
@@ -110,10 +110,11 @@ def junction_at(
     system = automaton.system
     at = place_of(automaton, numbers, t, state)
     places = tuple(_settled(automaton, before, hits, place) for place in at.with_nudged(slack))
-    points = [contact_point(system, place) for place in places]
     guards = mode_of(system, before).guards if before else ()
     lost = {(guards[k].kind, guards[k].friction) for k in hits}
     lost |= set() if before else _resting_rigid(system, at)
+    still = branches.at_rest(before or ()) | {k for kind, k in lost if kind == "velocity_zero"}
+    points = contact_points(system, places, still)
     touching = _touching(system, before, lost, at)
     _require_directions(system, touching, points, at)
     return Junction(system, before, lost, places, points, touching, slack)

@@ -304,6 +304,22 @@ def test_a_block_that_stops_where_another_belt_begins_has_its_own_speed_there(be
     assert [float(w) for w in path.final] == pytest.approx(end, abs=1e-5)
 
 
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize(("laws", "end"), [
+    (("3*s/5", "0", "1"), ("9/20", "3/10")), (("0", "s/2", "1"), ("5/4", "1/2")),
+    (("7*d/10", "0", "1 - s*d/2"), ("81/40", "27/20")),
+])  # fmt: skip
+def test_a_contact_feels_the_direction_in_which_another_one_slides(laws, end, direction, how):
+    """The other one slides on; its sign s pushes by 3/5 against friction 1/2, drives a belt, or halves a load."""
+    u, G = sp.symbols("u G", real=True)
+    push, belt, load = (sp.sympify(law, {"s": sp.sign(u), "d": direction}) for law in laws)
+    contacts = [ap.Friction(velocity=v - belt, force=F, load=load, kinetic=sp.Rational(1, 2)),
+                ap.Friction(velocity=u, force=G, load=1, kinetic=sp.Rational(1, 2))]  # fmt: skip
+    system = ap.System.with_frictions({x: v, v: push + F, u: G / 4}, {}, contacts)
+    path = ap.solve(ap.Scene(system=system, start={x: 0, v: 0, u: direction}, until=3), **how)
+    assert [direction * float(w) for w in path.final[:2]] == pytest.approx([float(Fraction(w)) for w in end], abs=1e-5)
+
+
 @pytest.mark.parametrize(("speed", "since"), [("-1/2", 0), (0, 1)])
 def test_a_belt_that_jumps_with_the_speed_of_its_block_and_drives_it_back_from_both_sides_is_refused(speed, since, how):
     """The sliding velocity is 1/2 at v = -1/2 and v - 1/2 below: friction is -1/2 above this speed and +1/2 below."""
