@@ -84,7 +84,7 @@ def double(value: Any) -> float:
     rounded = float(value)
     if abs(rounded) == float("inf"):
         raise TooLarge(f"the path reaches 1e{int(value.context.log10(abs(value)))}, beyond the range of doubles: "
-                       "ask for digits=, or a smaller until")  # fmt: skip
+                       "ask for more digits, or a smaller until")  # fmt: skip
     return rounded
 
 

@@ -151,7 +151,7 @@ def in_doubles(scene: Scene) -> tuple[float, float, float]:
     """Return (sigma, sigma0, mu) as doubles; raises ``InputError`` where they round to a value out of their ranges."""
     sigma, sigma0, mu = float(scene.sigma), float(scene.sigma0), float(scene.mu)
     if sigma == -2 or mu == 0:
-        raise InputError(f"sigma and mu: as doubles they are {sigma} and {mu}, out of range; ask for digits=")
+        raise InputError(f"sigma and mu: as doubles they are {sigma} and {mu}, out of range; ask for more digits")
     return sigma, sigma0, mu
 
 

@@ -360,7 +360,7 @@ def _require_progress(segments: list[Segment], mode: NumericMode) -> None:
         kind = mode.kinds[hit][0]
         at = _state_in_words(mode.mode.system, last[-1].state)
         raise Undecided(f"rounding hides whether there is a {kind} at t = {float(last[-1].t):.12g}, {at}, in mode "
-                        f"{mode.name}; ask for digits=, or move the start")  # fmt: skip
+                        f"{mode.name}; ask for more digits, or move the start")  # fmt: skip
 
 
 def _require_apart(ends: list, state: tuple, automaton: Automaton) -> None:

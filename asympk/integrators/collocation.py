@@ -122,7 +122,7 @@ def _references(scene: Scene, digits: int, events: int, deadline: float) -> tupl
     rough, fine = (_follow(automaton, first, scene, ctx, stages + more, digits + extra, events, deadline)
                    for ctx, (more, extra) in zip(contexts, ORDERS, strict=True))  # fmt: skip
     if fine.last.short:
-        raise TooManyEvents(f"{fine.last.short} at t = {float(fine.last.t):.6g}; take a smaller until, or more events=")
+        raise TooManyEvents(f"{fine.last.short} at t = {float(fine.last.t):.6g}; take a smaller until, or more events")
     if rough.modes != fine.modes:
         return fine, fine.last.t.context.inf
     scale = max(1, *map(abs, fine.last.state))
@@ -172,7 +172,7 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
         last = h >= (until - t) * NEARLY
         h = until - t if last else h
         if monotonic() > scheme.deadline:
-            raise Unfinished(f"the reference is at t = {float(t):.6g} when its time is over; allow more seconds=")
+            raise Unfinished(f"the reference is at t = {float(t):.6g} when its time is over; allow more seconds")
         tries.append(t)
         _require_gain(tries, mode.vanishing(poles, t, state))
         slopes = None

@@ -28,7 +28,7 @@ CARRIED = 1e180  # growth of errors that more digits can compensate
 
 def grown(factor: float, t: Any) -> Undecided:
     """Return the error for a run whose errors have grown by ``factor`` at its end."""
-    advice = "ask for digits=20" if factor < CARRIED else "end the run before"
+    advice = "ask for 20 digits" if factor < CARRIED else "end the run before"
     return Undecided(f"errors of the run grow {factor:.0e}-fold to its end at t = {float(t):.6g}: the motion keeps to "
                      f"a repelling set, or is chaotic; {advice}")  # fmt: skip
 

@@ -43,9 +43,9 @@ FINISHED = "finished"
 AT_REST = ("dry friction in a plane, -f v/|v|, stops there: end the run before, or write the speed |v| as "
            "sqrt(v**2 + e**2) with a small e")  # fmt: skip
 ADVICE = {  # beginning of the status of a run that stops early -> advice for the user
-    "step limit": "allow more steps=, or take another method",
-    "time limit": "allow more seconds=, or take another method",
-    "limit of": "allow more events=",
+    "step limit": "allow more steps, or take another method",
+    "time limit": "allow more seconds, or take another method",
+    "limit of": "allow more events",
     "left the range": "a rate or its slope is no finite real number; end the run before, or start where formulas hold",
     "stalled: rates are divided": AT_REST,
     "": "the motion grows beyond bounds, or keeps to where a rate jumps; end the run before, or take another method",
@@ -216,7 +216,7 @@ def endpoints(scene: Scene) -> tuple[tuple[float, ...], float]:
         )
     if 0 < scene.until < LEAST_UNTIL:
         raise InputError(f"until = {carried(scene.until, 6)}: integrators square their steps; give at least "
-                         f"{LEAST_UNTIL}, another unit of time, or method 'exact' with digits=")  # fmt: skip
+                         f"{LEAST_UNTIL}, another unit of time, or method 'exact' with more digits")  # fmt: skip
     try:
         return tuple(float(v) for v in scene.start), float(scene.until)
     except OverflowError:

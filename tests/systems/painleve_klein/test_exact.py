@@ -464,7 +464,7 @@ def test_too_many_events_are_refused_with_the_state_reached():
 
 def test_a_parameter_that_no_double_holds_is_refused_without_digits():
     tiny = ap.Scene(1, "1e-400", (0, "0.2", -1), 1)
-    with pytest.raises(InputError, match="ask for digits="):
+    with pytest.raises(InputError, match="ask for more digits"):
         ap.solve(tiny)
     assert ap.solve(tiny, digits=20).modes == ("slip_opposite", "stick", "slip_same")
 

@@ -92,7 +92,7 @@ def _to_doubles(solved):
 @lru_cache(maxsize=64)
 def _flow_in_doubles(sigma, sigma0, mu):
     if sigma == -2 or mu == 0:
-        raise InputError(f"sigma and mu: as doubles they are {sigma} and {mu}, out of range; ask for digits=")
+        raise InputError(f"sigma and mu: as doubles they are {sigma} and {mu}, out of range; ask for more digits")
     return RodFlow(Doubles, sigma, sigma0, mu)
 
 
