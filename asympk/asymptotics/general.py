@@ -148,6 +148,8 @@ def _unit_of_small(scene: Any, powers: tuple[int, ...], layers: list, unit: int)
 
     For these derivatives the states are in units of ``powers`` of ten.
     """
+    if not layers:
+        return unit
     system, mu = scene.system, matched.small_number(scene)
     fast = np.array([s in system.fast for s in system.states])
     sizes, most = 10.0 ** np.array(powers), np.zeros(2)
