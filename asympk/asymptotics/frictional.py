@@ -115,9 +115,13 @@ class StretchedDense:
         """Return the largest modulus of every state in layers at the times ``t`` and where they begin."""
         return self._largest(t, False)
 
-    def layers(self) -> list:
-        """Return the mode, the time and the state where each stretch of a layer begins."""
-        return [(s.mode, s.began, tuple(s.states(0.0).tolist())) for s in self.path.stretches if not s.points]
+    def places(self, times: np.ndarray, slow: bool) -> list:
+        """Return (mode, time, state) in slow motions, or in layers, at ``times`` and where they begin."""
+        stretches, which = self.path.stretches, self._which(times)
+        known = [(s, s.began) for s in stretches]
+        known += [(stretches[k], t) for k, t in zip(which, times, strict=True) if k >= 0]
+        alike = ((s, t) for s, t in known if bool(s.points) is slow)
+        return [(s.mode, float(t), tuple(s.states(float(t - s.began)).tolist())) for s, t in alike]
 
     def _largest(self, t, slow):
         times = np.array([*t, *(s.began for s in self.path.stretches)])

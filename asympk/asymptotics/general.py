@@ -23,7 +23,8 @@ import sympy as sp
 from asympk.asymptotics import matched
 from asympk.asymptotics.frictional import follow_stretches
 from asympk.asymptotics.smooth import EXTRA, follow_smooth, leaves_its_sides
-from asympk.automaton.automaton import Automaton
+from asympk.automaton.automaton import ROUNDED, Automaton
+from asympk.automaton.contacts import nudges
 from asympk.errors import AsympkError, NotDerivable, OutOfRange
 from asympk.numbers import known_order, short
 from asympk.path import Path, SolvedAgain
@@ -35,6 +36,7 @@ HIGHEST_ORDER = 4
 SMALL = 1e-4  # the size of a state, in its unit, below which the unit is made smaller
 LARGEST = 1e6  # the size of a state in its layer, in its unit, above which rounding hides its slow motion
 PACE = 3  # the largest power of ten of |g_y| / |f_y| at which IN_FAST of ``matched`` keeps errors below ROUNDING
+NOISE = 1e-12  # the size of a state, relative to that by the terms of its rate, below which it is rounding
 LOOKS = 32  # the number of times at which sizes are measured, each time half of the one before
 
 
@@ -131,16 +133,18 @@ def _units_at_start(scene: Any) -> tuple[int, ...]:
 def _sizes(path: Any, units: tuple[int, ...]) -> tuple[int, ...]:
     """Return the units that fit a path in ``units``: of its states, and of the small parameter.
 
-    The size of a state is the largest at the start and in slow motion, and ``SMALL`` times that in layers. A power of
-    ten is given by its exponent.
+    The size of a state is the largest at the start and in slow motion, and ``SMALL`` times that in layers; mere
+    rounding has the size 0. A power of ten is given by its exponent.
     """
     sizes = [max(abs(float(begun)), abs(w)) for begun, w in zip(path.scene.start, path.final, strict=True)]
     if min(sizes) < SMALL:
         looks = _looks(path)
-        sizes = np.maximum(sizes, np.maximum(path.at.sizes(looks), SMALL * path.at.layer_sizes(looks))).tolist()
+        sizes = np.maximum(sizes, np.maximum(path.at.sizes(looks), SMALL * path.at.layer_sizes(looks)))
+        sizes = np.where(sizes > NOISE * _by_terms(path), sizes, 0).tolist()
     inside = _powers(sizes)
     powers = _powers([size * 10.0**unit for size, unit in zip(sizes, units[:-1], strict=True)])
-    return (*map(_unit, powers), _unit_of_small(path.scene, inside, path.at.layers(), units[-1]))
+    layers = path.at.places(np.array([]), slow=False)
+    return (*map(_unit, powers), _unit_of_small(path.scene, inside, layers, units[-1]))
 
 
 def _unit_of_small(scene: Any, powers: tuple[int, ...], layers: list, unit: int) -> int:
@@ -159,6 +163,21 @@ def _unit_of_small(scene: Any, powers: tuple[int, ...], layers: list, unit: int)
     pace = most[0] / (most[1] or 1.0)
     power = round(math.log10(pace)) if 0 < pace < math.inf else 0
     return unit + power if abs(power) > PACE else unit
+
+
+def _by_terms(path: Any) -> np.ndarray:
+    """Return the size of every state by the terms of its rate in slow motion, also where they cancel.
+
+    It is the change of the rate by relative changes of time, states and parameters, divided by these, times the time in
+    which the state forgets an error, at most that of the run.
+    """
+    made, until = np.zeros(len(path.final)), float(path.scene.until)
+    for mode, t, state in path.at.places(_looks(path), slow=True):
+        here = (t, (*state, *mode.p))
+        now, *nearby = (np.array(mode.field(s, *w)) for s, w in (here, *nudges(*here, ROUNDED)))
+        spans = until / np.maximum(until * np.abs(np.diag(mode.jac(t, state))), 1)
+        made = np.maximum(made, np.abs(np.subtract(nearby, now)).max(axis=0) / ROUNDED * spans)
+    return made
 
 
 def _looks(path):

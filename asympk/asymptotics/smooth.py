@@ -26,6 +26,7 @@ from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.landing import Landing, land, listed, root
 from asympk.asymptotics.reduced import Reduced
 from asympk.automaton.modes import has_switches
+from asympk.automaton.numericmode import NumericMode
 from asympk.errors import OutOfRange
 from asympk.path import Path, times_within
 
@@ -109,8 +110,8 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: An
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states at t = {until:.6g}: "
                          f"{scene.system.small} = {mu:.3g} is not small here; use an exact method")  # fmt: skip
     final = now if layered else slow[0]
-    return Path(scene, method, tuple(final.tolist()), (), begun.modes, LayeredDense(motion, layered, until), error,
-                {"omitted": tuple((next_ - now).tolist())})  # fmt: skip
+    return Path(scene, method, tuple(final.tolist()), (), begun.modes, LayeredDense(motion, layered, until, begun.mode),
+                error, {"omitted": tuple((next_ - now).tolist())})  # fmt: skip
 
 
 def _require_branch(
@@ -223,6 +224,7 @@ class LayeredDense:
     motion: LayeredMotion
     layered: bool
     until: float
+    mode: NumericMode
 
     def __call__(self, t: Any) -> Any:
         times = times_within(t, self.until)
@@ -237,6 +239,7 @@ class LayeredDense:
         """Return the largest modulus of the layer in every state at the times ``t``."""
         return np.abs(self.motion.layer(t)[0]).max(axis=1)
 
-    def layers(self) -> list:
-        """Return no layer: the tolerances of this one do not depend on mu."""
-        return []
+    def places(self, times: np.ndarray, slow: bool) -> list:
+        """Return (mode, time, state) of the slow motion at ``times``; no layer, as mu scales no tolerance of it."""
+        states = self.motion.states(times).T.tolist() if slow else []
+        return [(self.mode, t, tuple(state)) for t, state in zip(times.tolist(), states, strict=False)]

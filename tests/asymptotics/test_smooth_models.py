@@ -185,6 +185,17 @@ def test_layers_without_slow_states_are_the_whole_motion():
     assert _solved(single, {mu: "1/100"}, {v: 0}, "1/100").final[0] == pytest.approx(1 - math.exp(-1), abs=1e-12)
 
 
+@pytest.mark.parametrize("order", [0, 1])
+def test_a_state_that_only_rounding_moves_has_no_unit_of_its_size(order):
+    x, w, y, small = sp.symbols("x w y mu", real=True)
+    cancelling = (x + y) ** 3 - (x**3 + 3 * x**2 * y + 3 * x * y**2 + y**3)
+    system = ap.System.smooth(slow={x: w - x, w: cancelling - w}, fast={y: sp.cos(x) - y}, small=small)
+    scene = ap.Scene(system=system, values={small: "1e-3"}, start=("1/3", "1e-20", 1), until=3)
+    path = ap.solve(scene, "jump", order=order)
+    assert path.final[0] == pytest.approx(math.exp(-3) / 3, abs=path.error)
+    assert abs(path.final[1]) < 1e-14
+
+
 @pytest.mark.parametrize("size", ["1e8", "1e100", "1e300"])
 def test_a_linear_system_is_followed_alike_at_every_size(size):
     linear = ap.System.smooth(slow={x: -x}, fast={y: x - 2 * y}, small=mu)
