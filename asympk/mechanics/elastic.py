@@ -6,7 +6,7 @@ A spring 1/c beside a damper h/c makes the reaction R = (d + h d')/c of the pene
 
 with the sliding velocity z. The velocities are (g', gamma, w) = (-c y, z, w), where w are the rates of the last
 coordinates that complete g' and gamma to a basis, at all places if any do. As all coordinates are states, g(q) + c x is
-an invariant. With c = eps^2 and h = b eps (a fixed damping ratio, b = 0 without damping) both x and y = eps x' are
+an invariant. With c = eps^2 and h = b eps (b is fixed, and 0 without damping) both x and y = eps x' are
 fast, R = x + b y and g' = -eps y. A unilateral contact has R = max(0, x + h y). ``elastic_fields`` derives the fields.
 """
 
@@ -55,7 +55,7 @@ class Scaling:
 
     @property
     def fast_reaction(self) -> bool:
-        """Whether x is fast, as for a fixed damping ratio."""
+        """Whether x is fast, as for a fixed b in h = b eps."""
         return self.clock == self.small
 
 

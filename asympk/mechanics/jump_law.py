@@ -10,7 +10,7 @@ it. The two conditions on gamma and g' determine the two impulses (Lemma 5),
 where h (x+ - x) = P_N is the integral of R = x + h x' over the layer. |P_T| < friction load |P_N| holds exactly where
 there is a paradox.
 
-A unilateral contact with a fixed damping ratio b, R = [k d + b sqrt(k) d']_+, rebounds: this is the impact without
+A unilateral contact with a fixed b, R = [k d + b sqrt(k) d']_+, so h = b sqrt(c), rebounds: this is the impact without
 collision, regularised as by Hogan and Kristiansen (2017). Let p = G_NN - friction load |G_NT| < 0. In the time
 sqrt(k) t, the penetration in slip grows along the positive root l of l^2 + p b l + p = 0 until gamma = 0. Then the
 contact sticks, swings back until R = 0, and opens with
@@ -70,7 +70,7 @@ def _name(rate: sp.Expr) -> str:
 def jump_law(
     kinetics: Kinetics, own: Callable[[Any], Any] = lambda expr: expr, ratio: Any = None, damping: Any = None
 ) -> JumpLaw:
-    """Return the ``JumpLaw`` for the damping time ``damping``, by default a symbol h, or for the damping ratio b.
+    """Return the ``JumpLaw`` for the damping time ``damping``, by default a symbol h, or for the ratio b = h/sqrt(c).
 
     The errors are O(c log(1/c)), if g' = O(c) and |gamma| >> c before the jump. With ``ratio`` the contact opens, and
     the errors are O(log(k) / sqrt(k)) in the limit of large stiffness k. Raises ``InputError`` if both are given, or a
@@ -107,7 +107,7 @@ def _grows_to_the_stop(kinetics: Kinetics) -> bool:
 
 
 def rebound(kinetics: Kinetics, ratio: sp.Expr) -> sp.Expr:
-    """Return the gap rate with which a unilateral contact opens after the jump, for the damping ratio ``ratio``.
+    """Return the gap rate with which a unilateral contact opens after the jump, for h = ``ratio`` sqrt(c).
 
     Raises ``NotDerivable`` for friction that depends on the velocity.
     """

@@ -16,7 +16,7 @@ from asympk.shown import number_as_text
 from asympk.systems.catalogue import described_mechanism
 
 _LABEL = 16  # characters of a label on the left
-_DAMPINGS = (0, 1)  # damping ratios for which the rebound is given
+_DAMPINGS = (0, 1)  # the values of b in h = b sqrt(c) for which the rebound is given
 ROUNDING = 1e-13  # relative to the largest velocity before a jump: smaller velocities after it are rounding errors
 
 
@@ -162,7 +162,8 @@ def _rebounds(described):
     if rod.evaluate(rod.free[0], described.numbers) >= 0 or bound.has(*rod.plain.velocities):
         return []
     rates = [(b, rod.evaluate(rod.own(rebound(rod.plain, sp.Integer(b))), described.numbers)) for b in _DAMPINGS]
-    shown = ", ".join(f"g' = {_short(rate)} for a damping ratio {b}" for b, rate in rates)
+    c, h = rod.plain.spare("c"), rod.plain.spare("h")
+    shown = ", ".join(f"g' = {_short(rate)} for {h} = {sp.Integer(b) * sp.sqrt(c)}" for b, rate in rates)
     return [f"rebound         {shown}"]
 
 

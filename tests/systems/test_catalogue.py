@@ -275,6 +275,12 @@ def test_numbers_off_the_contact_are_said_to_be(setting, said, capsys):
     assert f"off the contact: {said}; the lines below hold for g = g' = 0" in capsys.readouterr().out
 
 
+def test_the_rebound_is_told_with_its_damping_as_a_time_in_the_units_of_the_mechanism(capsys):
+    assert main(["mechanism", "painleve_rod"]) == 0
+    (told,) = (line for line in capsys.readouterr().out.splitlines() if line.startswith("rebound"))
+    assert [part.split(" for ")[1] for part in told.split(", ")] == ["h = 0", "h = sqrt(c)"]
+
+
 def test_a_coordinate_without_a_number_that_does_not_matter_is_not_missed(screen):
     assert "off the contact" not in screen(ROD.replace("Y = 0.8912, ", ""))
 
