@@ -144,7 +144,7 @@ def _settled(automaton: "Automaton", before: Branch | None, hits: tuple, place: 
     mode = automaton.mode(before, digits)
     t = place.t
     for guard in hits if digits else ():
-        t = mode.time_of_fall(guard, t, place.state)
+        t = mode.time_of_fall(guard, t, place.state, automaton.mode(before))
     return place._replace(t=t, state=mode.settled(t, place.state))
 
 

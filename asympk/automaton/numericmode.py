@@ -13,7 +13,7 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.automaton.contacts import clear_sign, nudges
+from asympk.automaton.contacts import clear_sign, is_open, nudges
 from asympk.automaton.modes import SWITCH, GuardedMode, function
 from asympk.errors import NotDerivable, OutOfRange
 from asympk.symbolic.branches import Branch, held, rate_along
@@ -269,17 +269,21 @@ class NumericMode:
                    for new, old, then in zip(moved, state, later, strict=True))  # fmt: skip
         return moved if near else self.settled(t, state)
 
-    def time_of_fall(self, guard: int, t: Any, state: State) -> Any:
-        """Return the time near ``t`` at which a guard of the time alone falls through 0; for other guards, ``t``."""
+    def time_of_fall(self, guard: int, t: Any, state: State, coarse: "NumericMode") -> Any:
+        """Return the time near ``t`` at which a guard of the time alone falls through 0; for other guards, ``t``.
+
+        The time is near, or the guard at ``t`` is no larger than its rounding error in the ``coarse`` mode in doubles.
+        """
         if any(self.guard_gradient(guard, t, state)):
             return t
-        found = t
+        found, value = t, self.guard_values(t, state)[guard]
         for _ in range(NEWTON):
             rate = self.guard_rates(found, state)[guard]
             if not rate < 0:
                 return t
             found -= self.guard_values(found, state)[guard] / rate
-        return found if abs(found - t) <= LATEST * t else t
+        rounded = coarse.guard_values(float(t), tuple(map(float, state)))[guard]
+        return found if abs(found - t) <= LATEST * t or is_open((value, rounded)) else t
 
     def _on_zero(self, guard: int, t: Any, state: State) -> State:
         """Return ``state`` after two Newton steps onto the zero of a guard, each of which changes one state.

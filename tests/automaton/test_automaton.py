@@ -307,6 +307,21 @@ def test_a_push_in_which_large_terms_cancel_sets_a_block_in_motion(part, method)
     assert path.events[0].t == pytest.approx(float(turn) + 2e-7 ** (1 / 3), abs=1e-9)
 
 
+@pytest.mark.parametrize("method", ["exact", "radau", "lsoda", "dop853"])
+@pytest.mark.parametrize(("at", "lacking"), [(1, -13), ("4/3", -14)])
+def test_a_push_that_leaves_the_edge_of_stick_near_a_triple_root_sets_a_block_in_motion(at, lacking, method):
+    """In doubles the margin is 0 for a time of about its rounding by its slope there, far beyond that of the time."""
+    t, v, force = sp.symbols("t v F", real=True)
+    lack, turn = sp.Rational(10) ** lacking, sp.Rational(at)
+    push = 1 - lack + (t - turn) ** 3
+    contact = ap.Friction(velocity=v, force=force, load=1, kinetic=1)
+    system = ap.System.with_frictions({v: push + force}, {}, [contact], time=t)
+    start = -sp.integrate(push + 1, (t, 0, turn))
+    path = ap.solve(ap.Scene(system=system, start={v: start}, until=2), method)
+    assert path.modes == ("slip_opposite", "stick", "slip_same")
+    assert path.events[1].t == pytest.approx(float(turn + lack ** sp.Rational(1, 3)), abs=1e-6)
+
+
 MODERATE, ICE = sp.Rational(1, 5), sp.Rational(1, 20)
 UPHILL = sp.sqrt(sp.Rational(3, 5))  # the velocity from 1 after a way of 1 with friction 1/5
 
