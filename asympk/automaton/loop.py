@@ -200,7 +200,7 @@ def mode_after(
     if event is None and (switches or not hits):  # a velocity at rest whose slope jumps is 0 on the new side, too
         state = mode.settled(t, state)
     if event is not None:
-        branch = automaton.next(None, (), *later, doubt, entered)
+        branch = automaton.next(None, (), t, state, doubt, entered)
     elif hits:
         branch, event = _passed(automaton, mode, hits, *later, doubt, entered)
     else:

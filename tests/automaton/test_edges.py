@@ -293,6 +293,19 @@ def test_what_a_block_does_that_stops_as_its_belt_or_its_push_jumps_is_decided_b
     assert [float(w) for w in path.final] == pytest.approx(end, abs=1e-8)
 
 
+@pytest.mark.parametrize("jump", [sp.Heaviside(t - 1), sp.floor(t)])
+def test_a_block_that_stops_as_the_belt_upon_it_jumps_rests_if_its_own_friction_holds_it(jump, how):
+    """It slides at -1/2, slowed down by 1/2, until t = 1; the belt upon it then pulls by 1/2 and is pushed itself."""
+    u, G = sp.symbols("u G", real=True)
+    half = sp.Rational(1, 2)
+    contacts = [ap.Friction(velocity=v, force=F, load=1 + jump, kinetic=half),
+                ap.Friction(velocity=u - v - jump, force=G, load=1, kinetic=half)]  # fmt: skip
+    system = ap.System.with_frictions({x: v, v: F - G, u: jump + G}, {}, contacts, time=t)
+    path = ap.solve(ap.Scene(system=system, start={x: 0, v: -half, u: 0}, until="7/5"), **how)
+    assert path.modes[-1] == "stick+slip_opposite"
+    assert [float(w) for w in path.final] == pytest.approx([-1 / 6, 0, 3 / 5], abs=1e-5)
+
+
 @pytest.mark.parametrize(("belt", "end"), [(1, (0.3125, 0.25)), (-1, (0.25, 0))])
 def test_a_block_that_stops_where_another_belt_begins_has_its_own_speed_there(belt, end, how):
     """It stops at 1/4: a belt that moves on takes it along, and back from one that moves towards it it would rest."""
