@@ -47,11 +47,16 @@ def wrapped(head: str, words: str, longest: int = sys.maxsize) -> list[str]:
 
 
 def path_as_json(path: Path, digits: int | None = None) -> str:
-    """Return a path as JSON: names of the states, final, events, modes, model; with ``digits`` numbers are strings."""
+    """Return a path as JSON: names of the states, final, events, modes, model; with ``digits`` numbers are strings.
+
+    Where a system has several frictions, an event has the index of its ``friction``.
+    """
+    several = path.scene.system is not None and len(path.scene.system.frictions) > 1
     events = [
-        {"kind": event.kind, "t": _plain(event.t, digits), "state": [_plain(v, digits) for v in event.state]}
+        {"kind": event.kind, "t": _plain(event.t, digits), "state": [_plain(v, digits) for v in event.state],
+         **({"friction": event.friction} if several else {})}
         for event in path.events
-    ]
+    ]  # fmt: skip
     entries = {
         "names": list(path.names),
         "final": [_plain(value, digits) for value in path.final],

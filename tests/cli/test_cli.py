@@ -44,6 +44,34 @@ def test_solve_prints_json_with_the_fixed_keys(capsys):
     assert told["final"][2] == pytest.approx(1, abs=1e-5)
 
 
+TWO_BLOCKS = """until = 3
+[system.slow]
+u = "F - 1"
+w = "G - 1"
+[[system.frictions]]
+velocity = "u"
+force = "F"
+load = 1
+kinetic = 2
+[[system.frictions]]
+velocity = "w"
+force = "G"
+load = 1
+kinetic = 2
+[start]
+u = 6
+w = 3
+"""
+
+
+def test_events_of_several_frictions_name_theirs_in_json(capsys, tmp_path):
+    (tmp_path / "two.toml").write_text(TWO_BLOCKS)
+    events = json.loads(run(capsys, "solve", str(tmp_path / "two.toml"), "--json")[1])["events"]
+    assert [(event["kind"], event["t"], event["friction"]) for event in events] == [
+        ("velocity_zero", 1, 1), ("velocity_zero", 2, 0),
+    ]  # fmt: skip
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
