@@ -1,4 +1,4 @@
-"""A block on a spring that rubs, as the system of a scene's file."""
+"""Blocks that rub, as the systems of scenes' files."""
 
 
 def spring_block(kinetic, velocity="v"):
@@ -13,3 +13,11 @@ force = "F"
 load = 1
 kinetic = "{kinetic}"
 """
+
+
+def sliding_blocks(count):
+    """Return the tables of blocks with the velocities v0, v1, ..., each slowed down by its own friction of 1."""
+    rates = "".join(f'v{k} = "F{k}"\n' for k in range(count))
+    frictions = "".join(f'[[system.frictions]]\nvelocity = "v{k}"\nforce = "F{k}"\nload = 1\nkinetic = 1\n'
+                        for k in range(count))  # fmt: skip
+    return f"[system.slow]\n{rates}{frictions}"

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 import sympy as sp
-from blocks import spring_block
+from blocks import sliding_blocks, spring_block
 from commandline import run
 
 import asympk
@@ -44,28 +44,8 @@ def test_solve_prints_json_with_the_fixed_keys(capsys):
     assert told["final"][2] == pytest.approx(1, abs=1e-5)
 
 
-TWO_BLOCKS = """until = 3
-[system.slow]
-u = "F - 1"
-w = "G - 1"
-[[system.frictions]]
-velocity = "u"
-force = "F"
-load = 1
-kinetic = 2
-[[system.frictions]]
-velocity = "w"
-force = "G"
-load = 1
-kinetic = 2
-[start]
-u = 6
-w = 3
-"""
-
-
 def test_events_of_several_frictions_name_theirs_in_json(capsys, tmp_path):
-    (tmp_path / "two.toml").write_text(TWO_BLOCKS)
+    (tmp_path / "two.toml").write_text(f"until = 3\n{sliding_blocks(2)}[start]\nv0 = 2\nv1 = 1\n")
     events = json.loads(run(capsys, "solve", str(tmp_path / "two.toml"), "--json")[1])["events"]
     assert [(event["kind"], event["t"], event["friction"]) for event in events] == [
         ("velocity_zero", 1, 1), ("velocity_zero", 2, 0),

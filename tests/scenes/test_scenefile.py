@@ -10,6 +10,7 @@ from importlib import import_module
 import mpmath
 import pytest
 import sympy as sp
+from blocks import spring_block
 from mechanisms import ON_HIGH_GROUND, SLENDER_ROD
 
 import asympk as ap
@@ -196,15 +197,8 @@ def test_what_is_not_a_scene_is_refused_by_name(tmp_path, entries, said):
     assert "scene.toml" in str(caught.value)
 
 
-BELT = """until = 1
-[system.slow]
-x = "v"
-v = "-x + F"
-[[system.frictions]]
-velocity = "v - 1"
-force = "F"
-load = 1
-kinetic = "k"
+BELT = f"""until = 1
+{spring_block("k", "v - 1")}
 [values]
 k = 0.8
 [start]

@@ -10,7 +10,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from blocks import spring_block
+from blocks import sliding_blocks, spring_block
 from mechanisms import ON_HIGH_GROUND, SLENDER_ROD
 
 import asympk as ap
@@ -521,11 +521,8 @@ def test_what_is_no_system_is_refused_by_name(system, said):
 
 @pytest.mark.slow
 def test_itineraries_that_do_not_fit_are_refused_unless_they_are_not_asked_for():
-    rates = "\n".join(f'v{k} = "F{k}"' for k in range(14))
-    frictions = "".join(f'[[system.frictions]]\nvelocity = "v{k}"\nforce = "F{k}"\nload = 1\nkinetic = 1\n'
-                        for k in range(14))  # fmt: skip
     start = "".join(f"v{k} = 1\n" for k in range(14))
-    text = f"until = 1\n[system.slow]\n{rates}\n{frictions}\n[start]\n{start}"
+    text = f"until = 1\n{sliding_blocks(14)}[start]\n{start}"
     with pytest.raises(InputError, match="itineraries of 14 frictions do not fit; set itineraries = false"):
         parse_sweep(text)
     assert parse_sweep("itineraries = false\n" + text).total == 1
