@@ -68,7 +68,7 @@ def thresholds(system: System) -> tuple[sp.Expr, ...]:
 
 @cache
 def regimes(system: System) -> tuple[Regime, ...]:
-    """Return the ``Regime`` of every range of sigma between thresholds, and on each threshold."""
+    """Return the ``Regime`` of every range of sigma between thresholds, and on each threshold, by rising sigma."""
     sigma = _parameter(system)
     allowed = assumed_range(sigma, system.assumptions)
     cuts = thresholds(system)
