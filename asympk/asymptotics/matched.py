@@ -132,7 +132,7 @@ def entered(automaton: Automaton, branch: Branch, t: float, state: tuple) -> Num
 
 @dataclass(frozen=True)
 class Slow:
-    """The slow motion of one mode in numbers; ``values`` are all parameters but mu.
+    """The slow motion of one mode in numbers; ``values`` are all parameters, coefficients included, but for mu.
 
     The mode lists its states as (*slow, *fast), and the time of the system, if any, is one of its slow states.
     ``places[i]`` is the index in that list of state i of the system. ``sources[j]`` is the index of state j of that
@@ -162,20 +162,20 @@ class Slow:
 
 def slow_of(mode: NumericMode) -> Slow:
     """Return the slow motion of a mode with its formulas."""
-    system, known = mode.mode.system, _formulas(mode.mode, mode.coefficients)
-    small = system.parameters.index(system.small)
-    values = mode.p[:small] + mode.p[small + 1 :]
-    return Slow(known, values[: len(known.parameters)], *_places(system, known.mode))
+    known, kept = _formulas(mode.mode, mode.coefficients)
+    return Slow(known, tuple(mode.p[k] for k in kept), *_places(mode.mode.system, known.mode))
 
 
 @lru_cache(maxsize=256)
-def _formulas(mode: GuardedMode, coefficients: tuple[sp.Expr, ...]) -> Formulas:
-    bare, parameters = bare_mode(mode), tuple(p for p in mode.system.parameters if p != mode.system.small)
-    coefficients = tuple(part for part in coefficients if not part.has(mode.system.small))
-    slow, fast = (sp.Dict(dict(zip(rates, with_names(mode.system, (*rates.values(),), coefficients), strict=True)))
+def _formulas(mode: GuardedMode, coefficients: tuple[sp.Expr, ...]) -> tuple[Formulas, tuple[int, ...]]:
+    """Return the formulas of a mode, and which of the parameters and ``coefficients`` they take: those without mu."""
+    bare, small, parameters = bare_mode(mode), mode.system.small, mode.system.parameters
+    kept = tuple(k for k, part in enumerate((*parameters, *coefficients)) if not part.has(small))
+    still = tuple(part for part in coefficients if not part.has(small))
+    slow, fast = (sp.Dict(dict(zip(rates, with_names(mode.system, (*rates.values(),), still), strict=True)))
                   for rates in (bare.slow, bare.fast))  # fmt: skip
-    bare = replace(bare, slow=slow, fast=fast)
-    return formulas(bare, mode.system.small, (*parameters, *map(name_of, coefficients)))
+    names = (*(p for p in parameters if p != small), *map(name_of, still))
+    return formulas(replace(bare, slow=slow, fast=fast), small, names), kept
 
 
 @lru_cache(maxsize=256)

@@ -18,25 +18,31 @@ from asympk.symbolic.system import System
 
 @lru_cache(maxsize=256)
 def coefficients_of(system: System) -> tuple[sp.Expr, ...]:
-    """Return the coefficients in the rates and the frictions of a system; those without the small parameter first."""
+    """Return the coefficients in the rates and the frictions of a system."""
     found: dict[sp.Expr, None] = {}
-    for fixed in reversed(_fixed(system)):
+    for fixed in _fixed(system):
         _each(sp.Tuple(*exprs_of(system)), fixed, lambda part: found.setdefault(part) or part)
     return tuple(found)
 
 
 def with_names(system: System, exprs: Sequence[sp.Expr], known: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-    """Return expressions with the names of the coefficients ``known``."""
+    """Return expressions with the names of the coefficients ``known``.
+
+    A scattered coefficient may have one of the system for a term, and one of the system may be scattered, too: those
+    that are no coefficients of the system get their names first, and all that are still scattered last.
+    """
     names, whole = {part: name_of(part) for part in known}, {*coefficients_of(system)}
-    named = _gathered(exprs, _fixed(system)[-1], {part: name for part, name in names.items() if part not in whole})
+    *_, still = _fixed(system)
+    named = _gathered(exprs, still, {part: name for part, name in names.items() if part not in whole})
     for fixed in _fixed(system) if names else ():
         named = _each(named, fixed, lambda part: names.get(part, part))
-    return _gathered(named.args, _fixed(system)[-1], names).args
+    return _gathered(named.args, still, names).args
 
 
 def scattered(system: System, exprs: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
     """Return the coefficients of several terms in the sums of expressions, without the small parameter."""
-    found = (sp.Add(*parts) for total in _sums(exprs) for parts in _by_motion(total, _fixed(system)[-1]).values())
+    *_, still = _fixed(system)
+    found = (sp.Add(*parts) for total in _sums(exprs) for parts in _by_motion(total, still).values())
     return tuple(sorted({part for part in found if part.is_Add}, key=sp.default_sort_key))
 
 
