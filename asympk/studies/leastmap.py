@@ -1,5 +1,6 @@
 """The least model over mu and the starting velocity, for a steep and a shallow rod, as rows."""
 
+from decimal import Decimal
 from fractions import Fraction
 
 import numpy as np
@@ -17,7 +18,7 @@ def rows() -> StoredRows:
 
     ``rung`` is that of the least model from (x, y) = START and z, an index of ``LADDER``, 0 for the rigid rod.
     """
-    mus, heights = (np.logspace(*ends, n) for ends, n in zip((EXPONENTS_MU, EXPONENTS_Z), CELLS, strict=True))
+    mus, heights = map(_powers_of_ten, (EXPONENTS_MU, EXPONENTS_Z), CELLS)
     speeds = np.concatenate((-heights[::-1], heights))
     found: list[Row] = []
     for sigma in SIGMAS:
@@ -25,3 +26,8 @@ def rows() -> StoredRows:
         found += [{"sigma": sigma, "mu": float(mu), "z": float(z), "rung": int(rungs[i, j])}
                   for i, mu in enumerate(mus) for j, z in enumerate(speeds)]  # fmt: skip
     return StoredRows(found, {"start": list(START), "until": UNTIL, "rtol": RTOL, "rungs": list(LADDER)})
+
+
+def _powers_of_ten(exponents: tuple[float, float], count: int) -> np.ndarray:
+    # numpy.logspace takes the processor's own power, whose last bit is another on another machine
+    return np.array([float(10 ** Decimal(exponent)) for exponent in np.linspace(*exponents, count).tolist()])
