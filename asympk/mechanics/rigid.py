@@ -172,7 +172,8 @@ def _stick(terms: _Terms, unilateral: bool) -> Branch:
     G_NN, G_NT, G_TT = (np.ldexp(G, -power) for G in (terms.G_NN, terms.G_NT, terms.G_TT))  # products keep their range
     divisor = np.where(idle, G_NN, _difference(G_NN * G_TT, G_NT**2))
     as_one = (divisor == 0) & (terms.slip == 0) & (_difference(G_NN * terms.a_T, G_NT * terms.a_N) == 0)
-    if np.any(as_one & (G_NT != 0) & (~unilateral | (terms.a_N <= 0) | (terms.static * abs(G_NT) > G_NN))):
+    leaves = unilateral & (terms.a_N > 0) & (terms.static * abs(G_NT) <= G_NN)
+    if np.any(as_one & (G_NT != 0) & np.logical_not(leaves)):
         raise Undecided("gap and slip move as one here, and any reaction would do: move off this point")
     possible = (divisor != 0) & (~idle | (terms.a_T == 0))
     divisor = np.where(divisor == 0, 1.0, divisor)
