@@ -74,17 +74,17 @@ def jump_law(
 
     The errors are O(c log(1/c)), if g' = O(c) and |gamma| >> c before the jump. With ``ratio`` the contact opens, and
     the errors are O(log(k) / sqrt(k)) in the limit of large stiffness k. Raises ``InputError`` if both are given, or a
-    ratio for a bilateral constraint. Raises ``NotDerivable`` for friction that may fall as the contact slows down, and,
-    with a ratio, for friction that depends on the velocity.
+    ratio for a bilateral constraint. Raises ``NotDerivable`` for friction that may fall as the contact slows down,
+    unless a condition without velocities excludes this, and, with a ratio, for friction that depends on the velocity.
     """
     if ratio is not None and damping is not None:
         raise InputError("ratio and damping are both given; the damping is either a time h or a ratio b")
     if ratio is not None and not kinetics.unilateral:
         raise InputError("ratio: a two-sided constraint never opens; the rebound needs Contact(unilateral=True)")
-    if not _grows_to_the_stop(kinetics):
+    if (grows := _grows_to_the_stop(kinetics)) == sp.false:
         raise NotDerivable("where friction falls as the contact slows down it may slide on, and the law is that of one "
                            "that stops; follow the elastic contact")  # fmt: skip
-    condition = paradox.condition(kinetics)
+    condition = sp.And(paradox.condition(kinetics), grows)
     if kinetics.unilateral:
         condition = sp.And(condition, kinetics.slip * kinetics.delassus[0, 1] > 0)
     if ratio is None:
@@ -96,14 +96,27 @@ def jump_law(
     return _law(kinetics, own, rebound(kinetics, ratio), sp.And(condition, kinetics.free[0] < 0), None)
 
 
-def _grows_to_the_stop(kinetics: Kinetics) -> bool:
-    """Tell whether the bound of friction is known not to fall while the sliding velocity falls to 0."""
+def _grows_to_the_stop(kinetics: Kinetics) -> sp.Basic:
+    """Return when the bound of friction does not fall while the sliding velocity falls to 0, False where not known.
+
+    The condition does not contain the velocities.
+    """
     bound, speed = kinetics.friction * kinetics.load, sp.Dummy(positive=True)
     if not bound.free_symbols & {*kinetics.velocities}:
-        return True
+        return sp.true
     sides = [bound.subs(kinetics.slip, sign * speed) for sign in (1, -1)]
-    told = all(not side.has(*kinetics.velocities, sp.Piecewise, sp.sign, sp.Heaviside) for side in sides)
-    return told and all((side.diff(speed) / side).is_nonpositive for side in sides)
+    grows = sp.And(*(_sign_of_slope(side, speed) <= 0 for side in sides))
+    told = not sp.Tuple(*sides).has(*kinetics.velocities, sp.Piecewise, sp.sign, sp.Heaviside)
+    return grows if told and not grows.has(speed) else sp.false
+
+
+def _sign_of_slope(bound: sp.Expr, speed: sp.Symbol) -> sp.Expr:
+    """Return what has the sign of the slope over the speed of a bound of friction, which is not negative."""
+    slope = bound.diff(speed)
+    if (slope / bound).is_nonpositive:
+        return sp.S.NegativeOne
+    parts = sp.Mul.make_args(sp.factor(slope))
+    return sp.Mul(*(part if (sign := sp.sign(part)).has(sp.sign) else sign for part in parts))
 
 
 def rebound(kinetics: Kinetics, ratio: sp.Expr) -> sp.Expr:

@@ -307,6 +307,15 @@ def test_a_factor_of_friction_whose_sign_is_not_told_does_not_hide_that_it_falls
     assert rod.jump_law().velocities == _leaning(sp.Integer(2))[0].jump_law().velocities
 
 
+@pytest.mark.parametrize("shape", [sp.exp(-w), sp.exp(-(w**2)), 1 / (1 + 3 * w)])
+def test_the_law_of_friction_that_grows_to_the_stop_for_some_parameters_holds_where_these_say_so(shape):
+    f, f_s = sp.symbols("f f_s", positive=True)
+    rod, start = _leaning(f + (f_s - f) * shape)
+    law, at = rod.jump_law(), {**start, "f": 3}
+    assert [rod.evaluate(law.condition, {**at, "f_s": value}) for value in ("5/2", 3, 4)] == [False, True, True]
+    assert law.velocities == _leaning(sp.Integer(2))[0].jump_law().velocities
+
+
 def test_a_law_is_evaluated_at_a_value_of_its_damping_which_the_mechanism_does_not_contain():
     rod, ratio = slender_rod(), sp.Symbol("b", positive=True)
     at = {"m": 1, "l": 1, "g": 1, "f": 2, "theta": "1.1", "X": 0, "Y": 1, "X'": -1, "Y'": 0, "theta'": 0}
