@@ -113,10 +113,14 @@ def _grows_to_the_stop(kinetics: Kinetics) -> sp.Basic:
 def _sign_of_slope(bound: sp.Expr, speed: sp.Symbol) -> sp.Expr:
     """Return what has the sign of the slope over the speed of a bound of friction, which is not negative."""
     slope = bound.diff(speed)
-    if (slope / bound).is_nonpositive:
-        return sp.S.NegativeOne
-    parts = sp.Mul.make_args(sp.factor(slope))
-    return sp.Mul(*(part if (sign := sp.sign(part)).has(sp.sign) else sign for part in parts))
+    found = (_without_signed(expr) for expr in (slope / bound, slope))
+    return next((sign for sign in found if not sign.has(speed)), slope)
+
+
+def _without_signed(expr: sp.Expr) -> sp.Expr:
+    """Return an expression in which every factor whose sign is known is this sign."""
+    signs = ((part, sp.sign(part)) for part in sp.Mul.make_args(sp.factor(expr)))
+    return sp.Mul(*(part if sign.has(sp.sign) else sign for part, sign in signs))
 
 
 def rebound(kinetics: Kinetics, ratio: sp.Expr) -> sp.Expr:
