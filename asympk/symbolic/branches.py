@@ -230,14 +230,16 @@ def check_friction(system: "System", friction: "Friction", number: int) -> None:
 
 
 
-def check_gap_rate(system: "System", friction: "Friction") -> None:
-    """Raise ``InputError`` where a constraint is clearly no multiple of the rate of its gap_rate, by values at a place.
+def check_constraint(system: "System", friction: "Friction") -> None:
+    """Raise ``InputError`` where a constraint is clearly no multiple of the g'' of its gap, by values at a place.
 
-    The ratio of a multiple to the rate does not change with the forces.
+    The ratio of a multiple to g'' does not change with the forces.
     """
-    if friction.gap_rate is None:
+    if friction.constraint is None or (friction.gap is None and friction.gap_rate is None):
         return
-    both = sp.Tuple(friction.constraint, rate_along(system, friction.gap_rate))
+    name, given = ("gap_rate", friction.gap_rate) if friction.gap is None else ("gap", friction.gap)
+    rate = given if friction.gap is None else rate_along(system, given)
+    both = sp.Tuple(friction.constraint, rate_along(system, rate))
     place = {s: v.evalf(30) for s, v in generic_place(both).items()}
     forces = [s for f in system.frictions for s in (f.force, f.normal) if s in place]
     pushed = place | {s: factor * place[s] for factor, s in enumerate(forces, 3)}
@@ -246,5 +248,6 @@ def check_gap_rate(system: "System", friction: "Friction") -> None:
         return
     first, second = values[0] * values[3], values[2] * values[1]
     if abs(first - second) > ROUGH * (abs(first) + abs(second)):
-        raise InputError(f"friction: the rate of gap_rate = {short(friction.gap_rate)} is {short(both[1])}, and the "
-                         f"constraint {short(both[0])}; the constraint must be this rate")  # fmt: skip
+        words = f"the {'second ' * (name == 'gap')}rate of {name} = {short(given)}"
+        raise InputError(f"friction: {words} is {short(both[1])}, and the constraint {short(both[0])}; the constraint "
+                         "must be this rate")  # fmt: skip

@@ -222,7 +222,7 @@ class System(ShownAsFormulas):
         _require_loads(given)
         found = cls(sp.Dict(slow), sp.Dict(fast), (*slow, *fast), small, given, time, assumed)
         for friction in given:
-            branches.check_gap_rate(found, friction)
+            branches.check_constraint(found, friction)
         return found
 
     @property

@@ -221,20 +221,17 @@ def test_a_pull_that_grows_as_the_load_falls_moves_a_block_though_one_edge_of_it
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_a_block_slips_from_between_two_fingers_once_their_grip_is_too_weak_for_its_weight(way):
-    # the reaction of each finger is its thrust 4 - t, and both bounds add up to the weight 3 at t = 1
-    x, y, u, v, left, right, *forces = sp.symbols("x y u v N_1 N_2 F_1 F_2", real=True)
-    thrust = 4 - t
-    fingers = [
-        ap.Friction(velocity=v, force=force, normal=normal, load=normal, kinetic=sp.Rational(1, 2),
-                    constraint=side * (left - right) - thrust + normal, gap=side * x)
-        for side, normal, force in ((1, left, forces[0]), (-1, right, forces[1]))
-    ]  # fmt: skip
-    rates = {x: u, u: left - right, y: v, v: sum(forces) - 3}
-    scene = ap.Scene(system=ap.System.with_frictions(rates, {}, fingers, None, t), values={}, start=[0] * 4, until=2)
+def test_a_block_slips_from_between_a_wall_and_a_finger_once_their_grip_is_too_weak_for_its_weight(way):
+    # the reactions of both are the thrust 4 - t of the finger, and both bounds add up to the weight 3 at t = 1
+    x, y, z, u, v, w, left, right, *forces = sp.symbols("x y z u v w N_1 N_2 F_1 F_2", real=True)
+    rates = {x: u, u: left - right, y: v, v: sum(forces) - 3, z: w, w: right - (4 - t)}
+    parts = zip((x, z - x), (rates[u], rates[w] - rates[u]), (left, right), forces, strict=True)
+    sides = [ap.Friction(v, force, normal, sp.Rational(1, 2), gap=gap, normal=normal, constraint=moved)
+             for gap, moved, normal, force in parts]  # fmt: skip
+    scene = ap.Scene(system=ap.System.with_frictions(rates, {}, sides, None, t), values={}, start=[0] * 6, until=2)
     path = ap.solve(scene, **way)
     assert told(path) == [("slip_onset", 0)]
-    assert [*map(float, path.final)] == pytest.approx([0, 0, -1 / 6, -1 / 2], abs=1e-8)
+    assert [*map(float, path.final)] == pytest.approx([0, 0, -1 / 6, -1 / 2, 0, 0], abs=1e-8)
 
 
 @pytest.mark.parametrize("unit", [1, exactly(10, 3)])

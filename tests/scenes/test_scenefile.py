@@ -450,7 +450,11 @@ def test_a_rigid_contact_of_a_system_in_a_file_has_its_constraint(tmp_path):
     assert path.modes == ("slip_same", "open")
     assert path.events[0].t == pytest.approx(1)
     assert path.final == pytest.approx((2 / 3 + 1 / 2, 1 / 6, 1 / 2, 1 / 2))
-    file.write_text(file.read_text().replace("gap = \"y\"", "gap_rate = \"v\""))
+    text = file.read_text()
+    file.write_text(text.replace("constraint = \"N + t - 1\"", "constraint = \"N - 1\""))
+    with pytest.raises(ap.AsympkError, match=r"the second rate of gap = y is N \+ t - 1, and the constraint N - 1"):
+        ap.read_scene(file)
+    file.write_text(text.replace("gap = \"y\"", "gap_rate = \"v\""))
     held = ap.solve(ap.read_scene(file))  # by the load |1 - t|
     assert held.modes[:2] == ("slip_same", "slip_opposite")
     assert held.final == pytest.approx((1, 0, 0, 0), abs=1e-9)
