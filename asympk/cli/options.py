@@ -25,7 +25,8 @@ def add_scene(parser: ArgumentParser) -> None:
                                                  "both), or a TOML file")  # fmt: skip
     parser.add_argument("--sigma", help="friction parameter f tan(alpha) - 2, above -2")
     parser.add_argument("--mu", help="scaled compliance of the rod, above 0")
-    parser.add_argument("--start", nargs=3, metavar=("X", "Y", "Z"), help="states of the start; of the rod x, y, z")
+    parser.add_argument("--start", nargs="+", metavar="NUMBER", help="a number for each state of the start; of the rod "
+                                                                  "x, y, z")  # fmt: skip
     parser.add_argument("--until", help="horizon, in the scene's unit of time; for the rod, h l")
     parser.add_argument("--sigma0", help="static friction parameter f0 tan(alpha) - 2 (by default sigma)")
     add_settings(parser, "another number for a parameter or a state of the start, as in f=2.5")
@@ -58,15 +59,25 @@ def scene_numbers(options: Namespace) -> dict:
     return {name: value for name, value in given.items() if value is not None}
 
 
+def scene_name(options: Namespace) -> str | None:
+    """Return the name or file of the scene, which may stand after the numbers of --start, too, and take it off them."""
+    from asympk.scenes.scenefile import is_scene
+
+    if options.scene is None and options.start and is_scene(options.start[-1]):
+        options.scene = options.start.pop()
+    return options.scene
+
+
 def given_scene(options: Namespace) -> "Scene":
     """Return the ``Scene`` that the options name, with the numbers that they give; raises ``InputError``."""
     from asympk.scene import Scene
     from asympk.scenes.scenefile import changed_scene
     from asympk.scenes.turned import in_own_units
 
+    name = scene_name(options)
     given, named = scene_numbers(options), settings(options)
-    if options.scene is not None:
-        scene, left = changed_scene(options.scene, named)
+    if name is not None:
+        scene, left = changed_scene(name, named)
         taken = {*given, *(in_own_units(scene).names if "start" in given else ())}
         if twice := [name for name in named if name in taken]:
             raise InputError(f"{twice[0]} is given twice; give it once")
@@ -84,7 +95,8 @@ def _turned(scene: "Scene", given: dict, named: dict[str, str]) -> "Scene":
 
     names, start, until = in_own_units(scene).names, given.pop("start", ()), given.pop("until", None)
     if start and len(start) != len(names):
-        raise InputError(f"--start has {len(start)} numbers for {', '.join(names)}; give each by --set")
+        count = f"{len(start)} number{'s' * (len(start) != 1)}"
+        raise InputError(f"--start has {count}; give all {len(names)}, {', '.join(names)}, or some by --set")
     begun = dict(zip(names, start, strict=False)) | {name: named.pop(name) for name in names if name in named}
     numbers = {**given, **named}
     return turned(scene, numbers, begun, until) if numbers or begun or until is not None else scene

@@ -10,6 +10,7 @@ from asympk.cli.options import (
     place_name,
     require_drawable,
     require_other_file,
+    scene_name,
     whole_number,
 )
 
@@ -47,7 +48,7 @@ def run(options: Namespace) -> None:
     given = {name: getattr(options, name) for name in names}
     given = {name: value for name, value in given.items() if value is not None}
     for written in (options.csv, options.plot):
-        require_other_file(written, options.scene)
+        require_other_file(written, scene_name(options))
     require_drawable(options.plot)
     scene = given_scene(options)
     with meter("following the scene", log=True) as shown, redirect_stdout(None):  # where scikit-sundae prints

@@ -92,6 +92,11 @@ def is_file(where: str | Path) -> bool:
     return str(where) not in scene_names() and (str(where).endswith(".toml") or there)
 
 
+def is_scene(where: str) -> bool:
+    """Tell whether ``where`` names a file, a scene that ships, or a system of the catalogue."""
+    return is_file(where) or where in (*scene_names(), *systems.__all__)
+
+
 def known_name(word: str, beyond: str = ", or a file that ends in .toml") -> str:
     """Return the scene that ships, or the system of the catalogue, that ``word`` spells; raises ``UnknownName``."""
     return named("scene", word, (*scene_names(), *systems.__all__), beyond)

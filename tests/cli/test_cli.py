@@ -68,6 +68,14 @@ def test_above_a_path_are_the_numbers_of_its_scene_and_what_its_states_are(capsy
     assert ("nondimensional" in above) == (words == "chalk")
 
 
+@pytest.mark.parametrize("words", ["arm --start {}", "--start {} arm"])
+def test_start_takes_a_number_for_each_state_before_or_after_the_scene(capsys, words):
+    told = ("1", "0.9", "0", "0.1", "-0.2")
+    given = run(capsys, "solve", *words.format(" ".join(told)).split(), "--until", "1e-3", "--json")[1]
+    set_each = [f"--set={name}={value}" for name, value in zip("abxyz", told, strict=True)]
+    assert given == run(capsys, "solve", "arm", *set_each, "--until", "1e-3", "--json")[1] != ""
+
+
 def test_a_number_above_a_path_has_the_name_by_which_set_and_until_change_it(capsys):
     first = run(capsys, "solve", "chalk")[1].splitlines()[0]
     start = ("R_1", "dR_1", "u")
