@@ -105,7 +105,7 @@ class Path(ShownAsTable):
         return through("Path.to_csv", self, file, samples)
 
     def physical(self) -> "Path":
-        """Return the path in physical quantities, (R_1, R_1', u) over the time in seconds, of a scene that has these.
+        """Return the path in physical quantities, (R_1, R_1', u) over the time, of a scene that has these.
 
         Raises ``InputError`` where the scene was not given in physical quantities.
         """

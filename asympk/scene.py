@@ -89,16 +89,17 @@ class Scene(ShownAsTable):
     @classmethod
     def physical(
         cls, *, m: Any, P: Any, f: Any, alpha: Any, l: Any, k: Any, h: Any, start: Any, until: Any, f0: Any = None,
-        name: str = "",
+        name: str = "", units: Any = ("kg", "N", "m", "s"),
     ) -> "Scene":
         r"""Return the scene of a rod given in physical quantities; ``path.physical()`` converts its path back to them.
 
         Mass m (kg), force P (N), friction coefficients f and f0 (static, by default f), angle alpha (rad, or
         "60 deg"), length l (m), stiffness k (N) and damping h (s/m); ``start`` is (R_1, R_1', u) in N, N/s and m/s,
-        ``until`` in s. Any other consistent units may be used. Raises ``InputError``.
+        ``until`` in s. In other consistent units, ``units`` names those of mass, force, length and time, for the
+        labels. Raises ``InputError``.
         """
         given = {"m": m, "P": P, "f": f, "f0": f if f0 is None else f0, "alpha": alpha, "l": l, "k": k, "h": h}
-        return through("Scene.physical", given, start, until, name)
+        return through("Scene.physical", given, start, until, name, units)
 
     @classmethod
     def near(

@@ -19,10 +19,13 @@ from asympk.certify import certify
 from asympk.digits import carried
 from asympk.doors import DOORS
 from asympk.errors import InputError, MissingPackage, Unfinished
+from asympk.explore.knobs import knobs_of
 from asympk.many import Many
 from asympk.mechanics.paradoxset import ParadoxSet
 from asympk.pictures.paths import shade
 from asympk.pictures.trace import trace
+from asympk.scenes.scenefile import shipped
+from asympk.scenes.turned import turned
 from asympk.shown import Card, as_html, number_as_text
 
 x, v, F = sp.symbols("x v F", real=True)
@@ -206,6 +209,28 @@ def test_axes_of_a_physical_path_have_units():
     figure = ap.solve(ap.Scene.physical(**CHALK)).physical().plot()
     assert [axis.get_ylabel() for axis in figure.axes] == ["R_1 (N)", "dR_1 (N/s)", "u (m/s)", "R (N)"]
     assert figure.axes[-1].get_xlabel() == "t (s)"
+
+
+def test_labels_name_the_units_of_the_scene_also_after_another_number(tmp_path):
+    file = _written(tmp_path / "mm.toml", 'units = ["t", "N", "mm", "s"]')
+    read = turned(ap.read_scene(file), {"m": "1/2"}, {}, None)
+    told = {"m": "0.5 t", "l": "0.08 mm", "h": "0.05 s/mm", "u": "-0.02 mm/s"}
+    assert told.items() <= dict(read.rod.rows).items()
+    assert ap.solve(read).physical().plot().axes[2].get_ylabel() == "u (mm/s)"
+    knobs = knobs_of(read)
+    assert knobs["units"]["u"] == "mm/s"
+    assert knobs["parameters"][0]["unit"] == "t"
+
+
+@pytest.mark.parametrize("wrong", ['"SI"', '["kg"]', '["kg", "N", "m", 1]', '["kg", "N", "m", ""]'])
+def test_units_are_four_words(tmp_path, wrong):
+    with pytest.raises(InputError, match="name those of mass, force, length and time"):
+        ap.read_scene(_written(tmp_path / "wrong.toml", f"units = {wrong}"))
+
+
+def _written(file, line):
+    file.write_text(shipped("chalk") + f"\n{line}\n", encoding="utf-8")
+    return file
 
 
 def test_the_scene_of_a_physical_path_shows_its_start_and_horizon_with_their_units():

@@ -10,7 +10,8 @@ r"""Scenes in TOML: parameters as numbers or exact strings, nondimensional or ph
                                    start = [0, 0, -1]   # R_1 in N, its rate in N/s, u in m/s
                                    until = 0.5          # s
 
-Decimals are read exactly: 0.2 is 1/5. ``sigma0`` or ``f0`` adds static friction, and ``about`` is one line on what the
+Decimals are read exactly: 0.2 is 1/5. ``sigma0`` or ``f0`` adds static friction, ``units = ["t", "N", "mm", "s"]``
+names the units of mass, force, length and time where they are not those of SI, and ``about`` is one line on what the
 scene shows. ``near = {manifold, x, offset, z}``, in place of ``start``, starts beside a slow line (``Scene.near``). A
 table ``[system]`` describes a system of one's own: see ``asympk.scenes.systemfile``. A mechanism's file with ``until``
 is a scene, too: see ``asympk.mechanics.described``. ``read_scene`` reads a file, ``keys_of`` tells its kind.
@@ -38,6 +39,7 @@ COMMON = ("name", "about", "start", "until")
 SYSTEM = ("system", "values")
 NONDIMENSIONAL = ("sigma", "mu", "sigma0", "near")
 PHYSICAL = ("m", "P", "f", "f0", "alpha", "l", "k", "h")
+UNITS = "units"  # of physical quantities: the names of those of mass, force, length and time
 _NUMBERS = {"values", "state", "start"}  # tables
 _NEAR = ("manifold", "x", "offset", "z")
 
@@ -149,7 +151,7 @@ def scene_of_table(table: dict[str, Any], where: str) -> Scene:
     """Return the ``Scene`` in a table of TOML, that of a mechanism included; raises ``InputError``."""
     if "coordinates" in table:
         table = scene_table(table, where)
-    refuse_unknown(table, (*COMMON, *NONDIMENSIONAL, *PHYSICAL, *SYSTEM), where)
+    refuse_unknown(table, (*COMMON, *NONDIMENSIONAL, *PHYSICAL, UNITS, *SYSTEM), where)
     entries = {key: value for key, value in table.items() if key != "about"}
     try:
         word(table, "about")
@@ -165,7 +167,7 @@ def keys_of(table: Mapping[str, Any]) -> tuple[str, ...]:
 
     Raises ``InputError`` for a table with keys of two kinds.
     """
-    physical, other = ([key for key in table if key in keys] for keys in (PHYSICAL, NONDIMENSIONAL))
+    physical, other = ([key for key in table if key in keys] for keys in ((*PHYSICAL, UNITS), NONDIMENSIONAL))
     of_system = any(key in table for key in SYSTEM)
     if (physical or other) and of_system:
         raise InputError(f"{(physical + other)[0]} is the rod's; parameters of a system stand in [values]")

@@ -54,7 +54,7 @@ def with_changes(own: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:
 def _built(scene: Scene, values: dict[str, Any], start: tuple, until: Any, moved: bool) -> Scene:
     if scene.rod is not None:
         spelt = {name: str(value) if isinstance(value, Degrees) else value for name, value in values.items()}
-        return Scene.physical(**spelt, start=start, until=until, name=scene.name)
+        return Scene.physical(**spelt, start=start, until=until, name=scene.name, units=scene.rod.words)
     if scene.system is not None:
         return replace(scene, values=values, start=dict(zip(scene.names, start, strict=True)), until=until)
     if scene.near_to and not moved:

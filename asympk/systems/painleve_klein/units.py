@@ -15,7 +15,7 @@ import sympy as sp
 
 from asympk.errors import InputError
 from asympk.multiprecision import private_context
-from asympk.numbers import Number, number
+from asympk.numbers import Number, number, short
 from asympk.path import Path
 from asympk.scene import Scene, triple
 from asympk.shown import Card, ShownAsTable
@@ -27,8 +27,10 @@ from asympk.systems.painleve_klein import rod
 DIGITS = 100  # of the nondimensional numbers, most of which are irrational functions of the angle
 STATE = ("R_1", "dR_1", "u", "until")
 RESULTS = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
-SI = {"m": "kg", "P": "N", "f": "", "f0": "", "alpha": "", "l": "m", "k": "N", "h": "s/m", "R_1": "N", "dR_1": "N/s",
-      "u": "m/s", "until": "s", "t": "s", "R": "N"}  # fmt: skip
+SI = ("kg", "N", "m", "s")
+# the unit of every quantity that has one, from the units of mass, force, length and time
+UNITS = {"m": "{0}", "P": "{1}", "l": "{2}", "k": "{1}", "h": "{3}/{2}", "R_1": "{1}", "dR_1": "{1}/{3}",
+         "u": "{2}/{3}", "until": "{3}", "t": "{3}", "R": "{1}"}  # fmt: skip
 # the symbol of every physical quantity by its name in a scene file
 SYMBOLS = {"m": rod.m, "P": rod.P, "f": rod.f, "f0": rod.f0, "alpha": rod.alpha, "l": rod.l, "k": rod.k, "h": rod.h,
            "R_1": rod.R1, "dR_1": rod.dR1, "u": rod.u, "until": sp.Symbol("t", real=True)}  # fmt: skip
@@ -71,17 +73,23 @@ class Units:
 class RodInUnits(ShownAsTable):
     """A physical rod: its exact ``quantities`` by name, the ``units``, and the nondimensional ``numbers`` they make.
 
-    ``numbers`` are (sigma, mu, sigma0, x, y, z, until).
+    ``numbers`` are (sigma, mu, sigma0, x, y, z, until); ``words`` name the units of mass, force, length and time.
     """
 
     quantities: tuple[tuple[str, Any], ...]
     units: Units
     numbers: tuple[Any, ...]
+    words: tuple[str, ...] = SI
+
+    @property
+    def unit(self) -> dict[str, str]:
+        """The names of the units by quantity."""
+        return {name: unit.format(*self.words) for name, unit in UNITS.items()}
 
     @property
     def rows(self) -> tuple[tuple[str, str], ...]:
-        """The quantities with their units in SI, for a card."""
-        return tuple((name, f"{shown(value)} {SI[name]}".strip()) for name, value in self.quantities)
+        """The quantities with their units, for a card."""
+        return tuple((name, f"{shown(value)} {self.unit.get(name, '')}".strip()) for name, value in self.quantities)
 
     def _card(self) -> Card:
         return Card("Rod in physical quantities", self.rows)
@@ -92,11 +100,11 @@ class PhysicalScene(ShownAsTable):
     """The scene of a path in physical quantities: start, horizon, and ``delay`` = h l, the unit of time."""
 
     names: ClassVar[tuple[str, ...]] = STATE[:-1]
-    units: ClassVar[dict[str, str]] = SI
     name: str
     start: tuple[Any, ...]
     until: Any
     delay: float
+    units: dict[str, str]
 
     @property
     def combinations(self) -> tuple[tuple[str, tuple], ...]:
@@ -187,21 +195,24 @@ def _lowered(target):
     return lower(SYMBOLS.values(), [*formulas().values(), *scales()], target=target)
 
 
-def scene(given: dict[str, Any], start: Any, until: Any, name: str = "") -> Scene:
+def scene(given: dict[str, Any], start: Any, until: Any, name: str = "", words: Any = SI) -> Scene:
     """Return the ``Scene`` of a physical rod; raises ``InputError``."""
+    if not (isinstance(words, list | tuple) and len(words) == len(SI) and all(isinstance(w, str) and w for w in words)):
+        raise InputError(f"units = {short(words)}: name those of mass, force, length and time, as in {[*SI]}")
     given = {**given, **dict(zip(STATE, (*triple(start, "[R_1, R_1', u]"), until), strict=True))}
     quantities = {key: quantity(key, value) for key, value in given.items()}
     number("f0", given["f0"], lambda f0: f0 >= quantities["f"], f"at least f = {shown(quantities['f'])}")
     found, scale = nondimensional(quantities)
     numbers = tuple(found[key] for key in RESULTS)
     sigma, mu, sigma0, x, y, z, horizon = numbers
-    return Scene(sigma, mu, (x, y, z), horizon, sigma0, name, rod=RodInUnits(tuple(quantities.items()), scale, numbers))
+    rod_in_units = RodInUnits(tuple(quantities.items()), scale, numbers, tuple(words))
+    return Scene(sigma, mu, (x, y, z), horizon, sigma0, name, rod=rod_in_units)
 
 
 def scene_in_units(scene: Scene) -> PhysicalScene:
     """Return the scene of a physical rod in its physical units, as a ``PhysicalScene``."""
-    units = scene.rod.units
-    return PhysicalScene(scene.name, units.state(*scene.start), units.moment(scene.until), float(units.time))
+    units, unit = scene.rod.units, scene.rod.unit
+    return PhysicalScene(scene.name, units.state(*scene.start), units.moment(scene.until), float(units.time), unit)
 
 
 def physical(path: Path) -> Path:
