@@ -70,7 +70,7 @@ def limit(rows: list[dict]) -> float:
 
 
 def draw_rebound(rows: list[dict]) -> Any:
-    """Draw the rebound of a unilateral contact over the damping ratio: formula, motions as marks, two limit laws."""
+    """Draw the rebound of a unilateral contact over b = h / sqrt(c): formula, motions as marks, two limit laws."""
     with plate(2.1) as (figure, axes):
         ax = axes.flat[0]
         cases = groupby(rows, key=lambda row: (row["theta"], row["friction"]))
@@ -85,7 +85,7 @@ def draw_rebound(rows: list[dict]) -> Any:
             label = rf"$\theta = {theta:g}$, $f = {friction:g}$"
             ax.plot([row["ratio"] for row in met], [row["followed"] for row in met], mark, color=ink, mfc="white", ms=3,
                     label=label)  # fmt: skip
-        ax.set(xscale="log", yscale="log", xlabel="damping ratio $b$", ylabel=r"$\dot g^+/|\gamma_0|$", ylim=(2e-5, 1))
+        ax.set(xscale="log", yscale="log", xlabel=r"$b=h/\sqrt{c}$", ylabel=r"$\dot g^+/|\gamma_0|$", ylim=(2e-5, 1))
         ax.minorticks_off()
         ax.legend(loc="lower left")
     return figure

@@ -2,8 +2,8 @@ r"""The jump law of any mechanism in numbers: its values for the catalogue, its 
 
 The law is that of ``mechanics.jump_law``. For decreasing compliance c, with L = log(1/c), the error of the law is
 c (A L + B + ..), so that error / (c L) tends to the constant A, linearly in 1/L. The rebound of a contact that only
-pushes is followed through the jump of a stiff contact with a fixed damping ratio b. It is compared with the formula of
-the law and with two limits: sqrt(p (p - p_s)) / q without damping, |G_NT| / (D b^2) for strong damping.
+pushes is followed through the jump of a stiff contact with the damping time h = b sqrt(c). It is compared with the
+formula of the law and with two limits: sqrt(p (p - p_s)) / q without damping, |G_NT| / (D b^2) for strong damping.
 """
 
 from functools import cache
@@ -28,7 +28,7 @@ REBOUNDS = ((1.1, "2"), (0.9, "3"), (1.2, "9/5"))  # theta, friction
 RATIOS = tuple(10 ** (k / 8) for k in range(-16, 17))
 FOLLOWED = RATIOS[:25:4]  # for larger ratios the rebound is not large against the effect of a_N on the gap
 STIFF = 1e-4  # eps of the contact whose rebound is followed
-BETA = sp.Symbol("beta", positive=True)  # the damping ratio of the ground
+BETA = sp.Symbol("beta", positive=True)  # b = h / sqrt(c) of the ground
 KEPT = 6  # digits of a row
 LONG = 130  # letters in LaTeX from which on a critical friction is shown in a shorter form
 
@@ -130,7 +130,7 @@ def _stiff_ground():
 
 
 def _followed(numbers, ratio):
-    """Return the gap rate at lift-off of the rod from ground with the compliance STIFF^2 and a damping ratio."""
+    """Return the gap rate at lift-off of the rod from ground with c = STIFF^2 and h = ``ratio`` sqrt(c)."""
     state = {name: value for name, value in numbers.items() if name in painleve_rod.STATE}
     values = {**numbers, eps.name: repr(STIFF), BETA.name: ratio}
     until = 20 * STIFF * (1 + ratio) * log(1 / STIFF)
@@ -152,7 +152,7 @@ def formula_rows() -> StoredRows:
 
 
 def rebound_rows() -> StoredRows:
-    """Return the rebounds of the slender rod that slides backward with unit speed, by angle and damping ratio.
+    """Return the rebounds of the slender rod that slides backward with unit speed, by angle and b = h / sqrt(c).
 
     A row has g' / |gamma| after the jump: by the law, as ``followed``, or None, and in the limits b -> 0 and b -> oo.
     """
