@@ -194,7 +194,8 @@ def _expansion(system, steps, order, begins):
     model = linear(system)
     x, _, z = model.states
     names = (*model.parameters, x, LOAD, z, OFFSET)
-    exact = Ratios(names, len(steps), shown=[_load(model) if v == LOAD else v for v in names])
+    shown = [_load(model) if v == LOAD else v for v in names]
+    exact = Ratios(names, len(steps), shown, len(model.parameters))
     numbers = model.map(exact)
     start = (exact(x), begins.fast(numbers, exact(x), exact, order), exact(begins.velocity))
     layers = expand_layers(numbers, steps, start, order, exact.log)

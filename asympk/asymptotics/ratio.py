@@ -102,13 +102,17 @@ class Ratio:
 class Ratios:
     """The ratios in ``symbols`` and ``logarithms`` further generators, each of which stands for one logarithm.
 
-    ``shown`` are the expressions that replace the symbols in SymPy expressions.
+    ``shown`` are the expressions that replace the symbols in SymPy expressions. These are sorted by powers of all
+    symbols but the first ``parameters``, by default none.
     """
 
-    def __init__(self, symbols: Sequence[sp.Symbol], logarithms: int = 0, shown: Any = None):
+    def __init__(
+        self, symbols: Sequence[sp.Symbol], logarithms: int = 0, shown: Any = None, parameters: int | None = None
+    ):
         self._names = sp.symbols(f"Lambda1:{logarithms + 1}")
         self._ring = sp.polys.rings.PolyRing((*symbols, *self._names), sp.QQ)
         self._shown = (*(shown or symbols), *self._names)
+        self._parameters = len(symbols) if parameters is None else parameters
         self._known: list = []
 
     def __call__(self, expr: sp.Expr) -> Ratio:
@@ -125,25 +129,42 @@ class Ratios:
         return self(self._names[len(self._known) - 1])
 
     def expr(self, ratio: Any) -> sp.Expr:
-        """Return the SymPy expression of a ratio: one cancelled term for each product of logarithms."""
+        """Return the SymPy expression of a ratio: a cancelled coefficient for each product of logarithms and of states.
+
+        Denominators with a state in them are common to the terms of a product of logarithms.
+        """
         if not isinstance(ratio, Ratio):
             return sp.sympify(ratio, strict=True)
-        first = self._ring.ngens - len(self._names)
+        logarithms = self._ring.ngens - len(self._names)
+        whole = self._sorted(ratio.numerator, logarithms)
+        return sp.Add(*(sp.Mul(self._by_states(_cancel(part, ratio.units)), *factors) for factors, part in whole))
+
+    def _by_states(self, ratio):
+        plain, common = {}, []
+        for u, k in ratio.units.items():
+            if any(any(monomial[self._parameters :]) for monomial in u):
+                common.append(self._plain(Ratio(u.ring.one, {u: k})))
+            else:
+                plain[u] = k
+        parts = self._sorted(ratio.numerator, self._parameters)
+        terms = (sp.Mul(self._plain(_cancel(part, plain)), *factors) for factors, part in parts)
+        return sp.Mul(sp.Add(*terms), *common)
+
+    def _sorted(self, numerator, first):
+        """Return the products of the generators from ``first`` on, as shown, with the polynomial each multiplies."""
         parts: dict[tuple, Any] = {}
-        for monomial, c in ratio.numerator.terms():
+        for monomial, c in numerator.terms():
             part = parts.setdefault(monomial[first:], self._ring.zero)
-            part[monomial[:first] + (0,) * len(self._names)] = c
-        return sp.Add(*(
-            sp.Mul(self._plain(_cancel(part, ratio.units)), *(self._logarithm(i) ** k for i, k in enumerate(key) if k))
-            for key, part in parts.items()
-        ))
+            part[monomial[:first] + (0,) * len(monomial[first:])] = c
+        return [([self._shown_at(first + i) ** k for i, k in enumerate(key) if k], part) for key, part in parts.items()]
 
     def _plain(self, ratio):
         units = (sp.factor_terms(u.as_expr(*self._shown)) ** k for u, k in ratio.units.items())
         return sp.Mul(ratio.numerator.as_expr(*self._shown), *units)
 
-    def _logarithm(self, i):
-        return sp.log(self._plain(self._known[i]))
+    def _shown_at(self, i):
+        known = i - len(self._shown) + len(self._names)
+        return self._shown[i] if known < 0 else sp.log(self._plain(self._known[known]))
 
 
 def _cancel(numerator, units):

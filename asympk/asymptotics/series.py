@@ -21,6 +21,8 @@ from asympk.errors import NotDerivable, OrderError
 from asympk.numbers import number
 from asympk.shown import Card, ShownAsFormulas, cut
 
+LONG = 400  # letters in LaTeX from which on every term has a line of its own
+
 
 def _rank(monomial):
     return monomial[0], -monomial[1]
@@ -131,7 +133,9 @@ class Series(ShownAsFormulas):
         shown = [_product(printer, c, _powers(mu, *m)) for m, c in self.terms.items()]
         if self.remainder is not None:
             shown.append(rf"O\left({_powers(mu, *self.remainder) or 1}\right)")
-        return " + ".join(shown).replace("+ -", "-") or "0"
+        between = " + " if sum(map(len, shown)) < LONG else r" \\ & + "
+        text = between.join(shown).replace("+ -", "-") or "0"
+        return text if between == " + " else rf"\begin{{aligned}} & {text} \end{{aligned}}"
 
     @property
     def _tail(self):

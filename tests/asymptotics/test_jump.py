@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 
 import asympk as ap
 from asympk.asymptotics.jump import first_integral, jump_map
+from asympk.asymptotics.ratio import Ratios
 from asympk.errors import NotDerivable, OrderError, OutOfRange
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.system import System
@@ -449,3 +450,20 @@ def test_a_velocity_that_leaves_rest_and_vanishes_again_within_the_layer_has_no_
     system = _contact(F - sp.Rational(5, 3) * (x + y) + sp.S.Half, 2 * F + 2 * (x + y) - 1, sp.Rational(7, 3), 4)
     with pytest.raises(NotDerivable, match=r"slip_opposite: .* vanishes again at a time that is no series"):
         jump_map(system, order, start={x: -3, y: "1/3", z: 1})
+
+
+def test_every_product_of_states_in_a_coefficient_has_one_cancelled_factor():
+    a, s, x = sp.symbols("a s x")
+    ratios = Ratios((a, s, x), parameters=1)
+    given = ((a + 1) * (a + 2) * s + (a + 1) * x + 1) / ((a + 1) * (a + 2) * (1 + x))
+    assert ratios.expr(ratios(given)) == (s + x / (a + 2) + 1 / ((a + 1) * (a + 2))) / (x + 1)
+
+
+def test_the_states_of_the_jump_map_to_order_one_stand_apart_and_a_line_in_latex_has_one_term():
+    jump = jump_map(pk.system(), order=1)
+    sigma, static, x, y, z = pk.sigma, pk.sigma0, pk.x, pk.y, pk.z
+    plain = sum(term for term in jump.x.coefficient(1).args if not term.has(sp.log))
+    edge = (sigma**2 + 7 * sigma + static + 15) / ((sigma + 4) ** 2 * (static + 3))
+    assert {x, y, z * (1 - 2 * sigma) / sigma} < {*plain.args}
+    assert sp.cancel(plain - (x + y - (2 - 1 / sigma) * z - edge)) == 0
+    assert sp.latex(jump.x).count(r"\\ &") == len(jump.x.terms)
