@@ -87,15 +87,17 @@ def _quantities(scene: Scene) -> tuple[dict[str, np.ndarray], dict[str, float]]:
 
 
 def _slow(plane: _Plane, grids: list[np.ndarray]) -> list[Curve]:
-    """Return the slow manifolds as graphs over the quantity that does not change the fast state."""
+    """Return the slow manifolds as graphs over the state by which one quantity changes, not by the fast state."""
     system = plane.system
     if len(system.fast) != 1 or system.small is None:
         return []
     fast = system.states.index(next(iter(system.fast)))
     over = plane.over(fast)
-    if over is None or plane.pair[over][fast]:
+    if over is None:
         return []
-    states = plane.placed(over, grids[over])
+    part = plane.pair[over][fast] * (plane.placed(1 - over, grids[1 - over])[fast] - plane.start[fast])
+    ends = grids[over].min(), grids[over].max()  # of the quantity, of which the fast state is a part
+    states = plane.placed(over, np.interp(grids[over], ends, (ends[0] - part.max(), ends[1] - part.min())))
     curves = []
     for name, function in _manifolds(system):
         values = np.broadcast_arrays(*_run(function, states, plane.values), states[0])[:3]

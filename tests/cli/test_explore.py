@@ -156,7 +156,7 @@ def test_the_slow_planes_and_the_stick_regions_are_drawn_where_the_paper_has_the
     assert drawn == {round(s, 12) for s in places if regions.stick.contains(s, sigma=1, sigma0=1)}
 
 
-@pytest.mark.parametrize("pair", [("x", "y"), ("y", "x"), ("x", "s"), ("s", "x")])
+@pytest.mark.parametrize("pair", [("x", "y"), ("y", "x"), ("x", "s"), ("s", "x"), ("y", "s"), ("s", "y")])
 def test_a_slow_plane_lies_at_its_load_in_a_picture_over_the_reaction(pair):
     places = [k / 10 for k in range(-10, 11)]
     curves = surroundings(turned(ROD, {}, {"z": 1}, None), pair, places, places)
@@ -165,6 +165,8 @@ def test_a_slow_plane_lies_at_its_load_in_a_picture_over_the_reaction(pair):
         points = [dict(zip(pair, point, strict=True)) for point in curve["points"]]
         load = {"Pi1": 1 / 5, "Pi2": -1.0}[curve["name"]]  # 1/(sigma + 4) and -1/sigma
         assert {round(at["s"] if "s" in at else at["x"] + at["y"], 12) for at in points} == {load}
+        ends = [min(column) <= -1 and max(column) >= 1 for column in zip(*curve["points"], strict=True)]
+        assert any(ends)  # from one side of the picture to the other
 
 
 def test_a_physical_rod_has_its_slow_planes_in_newtons():
