@@ -1,6 +1,7 @@
 """The explorer: what is turned is what is followed, strangers and nonsense are refused, and the page moves."""
 
 import json
+import math
 import os
 import signal
 import subprocess
@@ -10,6 +11,7 @@ from http.client import HTTPConnection
 from socket import SHUT_WR, create_connection
 from threading import Thread
 
+import numpy as np
 import pytest
 from blocks import spring_block
 from browser import PRESENT, browser
@@ -492,6 +494,16 @@ def test_a_slider_moves_the_picture_and_a_drag_moves_the_start(server, window, w
     _drag_ring(window, turned)
     assert float(window.run("return document.querySelector('[data-box=z]').value")) > -1
     assert window.complaints() == []
+
+
+def test_logarithmic_axes_of_the_page_and_of_figures_begin_a_decade_from_0(server, window):
+    window.open(server.address)
+    window.wait(PATH)
+    powers = (-3e4, 0, 1e-3, 3, 30, 3e5)
+    page = window.run(f"return {list(powers)}.map(scale(3)[0])")
+    assert page[3] == pytest.approx(math.log(10))
+    figure = ap.solve(ap.Scene(1, "1e-6", (0, "0.2", -1), 5)).plot().axes[1].yaxis.get_transform()  # from 1 on
+    assert page == pytest.approx(figure.transform(np.array(powers) / 3), rel=1e-9)
 
 
 def test_the_page_says_what_is_wrong_and_keeps_the_last_picture(server, window):

@@ -77,10 +77,15 @@ function surround() {
 
 // ---- axes -----------------------------------------------------------------------------------------------------------
 
-// A linear axis, or, with `stretch`, an axis that is logarithmic where |value| exceeds `stretch`.
+// The scale of a linear axis and its inverse or, with `stretch`, of one that is logarithmic where |value| exceeds
+// `stretch`: asinh, scaled as in figures, so that the part from 0 to `stretch` is as long as a decade.
+function scale(stretch) {
+  const width = stretch / Math.sinh(Math.log(10));
+  return stretch ? [v => Math.asinh(v / width), v => width * Math.sinh(v)] : [v => v, v => v];
+}
+
 function axis(low, high, stretch, from, to) {
-  const bent = stretch ? v => Math.asinh(v / stretch) : v => v;
-  const straight = stretch ? v => stretch * Math.sinh(v) : v => v;
+  const [bent, straight] = scale(stretch);
   const size = (to - from) / (bent(high) - bent(low));
   return {
     from, to, low, high,
@@ -108,11 +113,10 @@ function powers(low, high, stretch, count) {
 
 // The range of values with a margin, as the axis will show it.
 function around(values, stretch) {
-  const finite = values.filter(v => v !== null);
-  const bent = finite.map(v => stretch ? Math.asinh(v / stretch) : v);
-  const low = bent.reduce((a, b) => Math.min(a, b), Infinity), high = bent.reduce((a, b) => Math.max(a, b), -Infinity);
+  const [bent, straight] = scale(stretch), places = values.filter(v => v !== null).map(bent);
+  const low = places.reduce((a, b) => Math.min(a, b), Infinity), high = places.reduce((a, b) => Math.max(a, b), -Infinity);
   const beside = (high - low) * 0.12 || Math.max(1, Math.abs(low)) * 0.12;
-  return [low - beside, high + beside].map(v => stretch ? stretch * Math.sinh(v) : v);
+  return [low - beside, high + beside].map(straight);
 }
 
 // A place of an axis with as many digits as tell it from the others.
@@ -227,7 +231,7 @@ function drawSeries() {
   const end = motion.t.at(-1) || 1, first = motion.events[0]?.t;
   const tops = names.map((_, k) => k * (panel + gap) + 2);
   const upward = names.map((name, k) => axis(...around(motion.states[name], motion.stretch[name]), motion.stretch[name], tops[k] + panel, tops[k]));
-  const x = axis(0, end, $("logarithmic").checked ? first || end / 1000 : null, room(upward), width - 10);
+  const x = axis(0, end, $("logarithmic").checked ? 10 ** Math.floor(Math.log10(first || end / 1000)) : null, room(upward), width - 10);
   names.forEach((name, k) => {
     const top = tops[k], y = upward[k];
     for (const mode of motion.modes) {
