@@ -83,6 +83,24 @@ def entry_name(name: str, at: tuple) -> str:
     return f"{name}[{', '.join(map(str, at))}]" if at else name
 
 
+def first_place(bad: "np.ndarray") -> tuple[int, ...]:
+    """Return the index of the first True of an array."""
+    import numpy as np
+
+    return tuple(map(int, np.unravel_index(bad.argmax(), bad.shape)))
+
+
+def require_finite(
+    name: str, values: "np.ndarray", allowed: Callable[[Any], Any] | None = None, words: str = ""
+) -> None:
+    """Raise ``InputError`` with place and value of the first number that is not finite or not ``allowed``."""
+    finite = (lambda v: abs(v) <= _LARGEST, "a finite number")
+    for rule, wording in (finite, (allowed, words)) if values.size else ():
+        if rule and not all(map(rule, (float(values.min()), float(values.max())))):
+            at = first_place(~rule(values.astype(float)))
+            raise InputError(f"{entry_name(name, at)} = {values[at]}: it must be {wording}")
+
+
 def whole(name: str, value: Any, least: int, most: int) -> int:
     """Return ``value`` as an int from ``least`` to ``most``; raises ``InputError`` for anything else."""
     if not _is_whole(value) or not least <= int(value) <= most:

@@ -19,7 +19,7 @@ from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import function
 from asympk.errors import InputError, OutOfRange
 from asympk.many import PHASES, REFUSALS, Many, axes_of, outcome_of
-from asympk.numbers import common_shape, entry_name, numbers, short, unread
+from asympk.numbers import common_shape, numbers, require_finite, short, unread
 from asympk.scene import Scene
 from asympk.symbolic.branches import OPEN, all_phases, at_rest
 
@@ -149,9 +149,7 @@ def _broadcast(system, values, start, until):
 
 def _floats(name, value):
     found = numbers(name, value).astype(float)
-    if not np.isfinite(found).all():
-        at = tuple(map(int, np.argwhere(~np.isfinite(found))[0]))
-        raise InputError(f"{entry_name(name, at)} = {found[at]}: it must be a finite number")
+    require_finite(name, found)
     return found
 
 

@@ -13,8 +13,9 @@ from asympk.asymptotics import composite
 from asympk.asymptotics.models import ARRAYS, itineraries_for, line_of, order_taken
 from asympk.asymptotics.validity import validity_conditions
 from asympk.errors import AsympkError, OutOfRange
+from asympk.numbers import require_finite
 from asympk.shown import Card, ShownAsTable
-from asympk.systems.painleve_klein.arrays.inputs import ORDER, require_finite, scene_columns
+from asympk.systems.painleve_klein.arrays.inputs import ORDER, scene_columns
 
 CHUNK = 1 << 15
 

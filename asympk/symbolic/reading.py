@@ -8,7 +8,7 @@ import sympy as sp
 
 from asympk.errors import InputError
 from asympk.formulas import fractional_part
-from asympk.numbers import number, numbers, short, unread
+from asympk.numbers import number, numbers, require_finite, short, unread
 from asympk.symbolic.long import atoms
 
 
@@ -49,15 +49,12 @@ def exact_constant(name: str, value: Any) -> sp.Expr:
 
 def as_floats(name: str, value: Any) -> Any:
     """Return a number or an array of numbers in floating point; raises ``InputError`` for anything else."""
-    import numpy as np
-
     if isinstance(value, sp.Expr) and value.is_real and not value.is_Rational:
         value = float(value)
     if not unread(name, value).ndim:
         return float(number(name, value))
     found = numbers(name, value).astype(float)
-    if not np.isfinite(found).all():
-        raise InputError(f"{name} = {found[~np.isfinite(found)].flat[0]}: every number of the array must be finite")
+    require_finite(name, found)
     return found
 
 

@@ -20,10 +20,10 @@ import numpy as np
 
 from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided
 from asympk.many import Many, axes_of, outcome_of
-from asympk.numbers import Number
+from asympk.numbers import Number, require_finite
 from asympk.path import KINDS
 from asympk.systems.painleve_klein.arrays import itineraries, safeguarded
-from asympk.systems.painleve_klein.arrays.inputs import ORDER, require_finite, scene_columns
+from asympk.systems.painleve_klein.arrays.inputs import ORDER, scene_columns
 from asympk.systems.painleve_klein.arrays.itineraries import Setting
 from asympk.systems.painleve_klein.arrays.kernels import pick
 from asympk.systems.painleve_klein.flow import exact

@@ -1,15 +1,13 @@
 """Arguments that broadcast: they are read, checked, and given out a few rows at a time, without a full copy."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from math import prod
 
 import numpy as np
 
 from asympk.errors import InputError
-from asympk.numbers import Number, common_shape, entry_name, numbers
+from asympk.numbers import Number, common_shape, entry_name, first_place, numbers, require_finite
 
-LARGEST = 2.0**1023
 ORDER = ("sigma", "sigma0", "mu", "x", "y", "z", "until")
 LIMITS: dict[str, tuple] = {  # (condition on the values, words for it) beyond being finite
     "sigma": (lambda v: v > -2, "greater than -2"),
@@ -64,30 +62,9 @@ def scene_columns(
     return shape, found
 
 
-def require_finite(name: str, values: Number, allowed: Callable | None = None, words: str = "") -> None:
-    """Raise ``InputError`` with place and value of the first number that is not finite or not ``allowed``."""
-    if not values.size:
-        return
-    ends = float(values.min()), float(values.max())
-    _require(name, values, ends, lambda v: abs(v) <= LARGEST, "a finite number")
-    if allowed:
-        _require(name, values, ends, allowed, words)
-
-
 def _require_order(sigma0, sigma):
     """Raise ``InputError`` unless sigma0 >= sigma, for the rows to which these two alone broadcast."""
     above, below = np.broadcast_arrays(sigma0.values, sigma.values)
     if (above < below).any():
-        at = _first(above < below)
+        at = first_place(above < below)
         raise InputError(f"{entry_name('sigma0', at)} = {above[at]}: it must be at least sigma = {below[at]}")
-
-
-def _require(name, values, ends, allowed, words):
-    if all(map(allowed, ends)):
-        return
-    at = _first(~allowed(values.astype(float)))
-    raise InputError(f"{entry_name(name, at)} = {values[at]}: it must be {words}")
-
-
-def _first(bad):
-    return tuple(int(i) for i in np.unravel_index(np.argmax(bad), bad.shape))
