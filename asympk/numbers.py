@@ -138,6 +138,11 @@ def short(value: Any) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
+def listed(names: Iterable[Any], values: Iterable[Number], digits: int = 6) -> str:
+    """Return "name = number, ..." for a message."""
+    return ", ".join(f"{name} = {float(v):.{digits}g}" for name, v in zip(names, values, strict=True))
+
+
 def _is_whole(value):
     """Tell whether ``value`` is an integer, and no bool or timedelta, whose unit would be lost."""
     whole = isinstance(value, Integral) and not isinstance(value, bool)

@@ -26,7 +26,7 @@ from asympk.asymptotics.smooth import EXTRA, follow_smooth, leaves_its_sides
 from asympk.automaton.automaton import ROUNDED, Automaton
 from asympk.automaton.contacts import nudges
 from asympk.errors import AsympkError, NotDerivable, OutOfRange
-from asympk.numbers import known_order, short
+from asympk.numbers import known_order, listed, short
 from asympk.path import Path, SolvedAgain
 from asympk.symbolic.long import atoms
 from asympk.symbolic.reading import rational, spare
@@ -241,8 +241,7 @@ def _refused(scene: Any) -> Iterator[None]:
     except AsympkError:
         raise
     except (ArithmeticError, ValueError) as reason:
-        at = ", ".join(f"{name} = {float(v):.6g}" for name, v in zip(scene.names, scene.start, strict=True))
-        raise OutOfRange(f"the layer or the slow motion from {at} has no finite value "
+        raise OutOfRange(f"the layer or the slow motion from {listed(scene.names, scene.start)} has no finite value "
                          f"({_without_series(scene) or reason}); use method 'exact'") from None  # fmt: skip
 
 

@@ -7,20 +7,20 @@ finds the branch and decides when the layer is over. ``OutOfRange`` is raised wh
 """
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any
 
 import numpy as np
-import sympy as sp
 
 from asympk.asymptotics import affinelayer
 from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.nonstiff import IMPLICIT, Trajectory, steps
 from asympk.asymptotics.stiff import StiffStep, jacobian
 from asympk.errors import OutOfRange
+from asympk.numbers import listed
 
 NEAR = 1e-3  # the Newton step to a root of g, relative to the state, below which a layer is taken to approach the root
 OVER = math.log(1e17)  # the time, times the rate of decay, after which a decaying term is rounding
@@ -244,8 +244,3 @@ def _reached(found):
 def _at(formulas, x):
     """Return " at state = number, ..." of the slow states, if there are any."""
     return f" at {listed(formulas.mode.slow, x)}" if x else ""
-
-
-def listed(states: Iterable[sp.Symbol], numbers: Iterable[float]) -> str:
-    """Return "state = number, ..." for a message."""
-    return ", ".join(f"{s} = {v:.6g}" for s, v in zip(states, numbers, strict=True))

@@ -23,7 +23,7 @@ import sympy as sp
 
 from asympk.asymptotics import reduced
 from asympk.asymptotics.fibre import Formulas, formulas
-from asympk.asymptotics.landing import NEAR, OVER, UNBOUNDED, abscissa, attraction, listed, newton, root
+from asympk.asymptotics.landing import NEAR, OVER, UNBOUNDED, abscissa, attraction, newton, root
 from asympk.asymptotics.nonstiff import Step, Trajectory, steps
 from asympk.asymptotics.watching import watched
 from asympk.automaton.automaton import ROUNDED, Automaton, mode_on_sides
@@ -31,6 +31,7 @@ from asympk.automaton.loop import lost_with, mode_after
 from asympk.automaton.modes import GuardedMode
 from asympk.automaton.numericmode import LOOKS, NumericMode
 from asympk.errors import NoManifold, NotNormallyHyperbolic, OutOfRange, TooManyEvents
+from asympk.numbers import listed
 from asympk.path import Event
 from asympk.symbolic import guards
 from asympk.symbolic.branches import Branch

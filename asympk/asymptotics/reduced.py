@@ -23,12 +23,13 @@ from typing import Any
 import numpy as np
 
 from asympk.asymptotics.fibre import Formulas
-from asympk.asymptotics.landing import ROOT, abscissa, listed, newton, root
+from asympk.asymptotics.landing import ROOT, abscissa, newton, root
 from asympk.asymptotics.nonstiff import EXPONENT, Trajectory, rates, steps
 from asympk.asymptotics.stiff import jacobian
 from asympk.asymptotics.watching import watched
 from asympk.automaton.numericmode import LOOKS
 from asympk.errors import NotNormallyHyperbolic, OutOfRange
+from asympk.numbers import listed
 
 STEPS = 20000
 FAR = 1e12

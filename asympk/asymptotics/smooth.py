@@ -23,11 +23,12 @@ import numpy as np
 
 from asympk.asymptotics import matched, reduced
 from asympk.asymptotics.fibre import Formulas
-from asympk.asymptotics.landing import Landing, land, listed, root
+from asympk.asymptotics.landing import Landing, land, root
 from asympk.asymptotics.reduced import Reduced
 from asympk.automaton.modes import has_switches
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import OutOfRange
+from asympk.numbers import listed
 from asympk.path import Path, times_within
 
 EXTRA = 2  # the number of orders beyond the one asked for, from which its error is predicted

@@ -22,6 +22,7 @@ from asympk.automaton.contacts import (
 )
 from asympk.automaton.modes import mode_of
 from asympk.errors import InputError, NoMotion, UnboundedReaction
+from asympk.numbers import listed
 from asympk.symbolic import branches
 from asympk.symbolic.branches import OPEN, Branch, Phase
 from asympk.symbolic.system import System
@@ -236,5 +237,4 @@ def _loads_move(system: System) -> tuple[bool, ...]:
 
 
 def _place_in_words(system: System, at: Place) -> str:
-    values = ", ".join(f"{s} = {float(w):.6g}" for s, w in zip(system.states, at.state, strict=True))
-    return f"at t = {float(at.t):.6g}, {values}"
+    return f"at t = {float(at.t):.6g}, {listed(system.states, at.state)}"

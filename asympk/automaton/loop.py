@@ -18,6 +18,7 @@ from asympk.automaton.junction import BY_HAND
 from asympk.automaton.modes import SWITCH
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import Accumulation, NoMotion, TwoMotions, UnboundedReaction, Undecided
+from asympk.numbers import listed
 from asympk.path import Event
 from asympk.symbolic.branches import OPEN, Branch, at_rest, awake, bare
 from asympk.symbolic.forces import moves_alike
@@ -323,12 +324,8 @@ def _require_one_motion(mode: NumericMode, t: Any, state: tuple) -> None:
 def _ended(mode: NumericMode, hit: int, t: Any, state: tuple) -> UnboundedReaction | TwoMotions:
     """Return the error for a rigid contact whose motion ceases to be determined."""
     error, words = _ENDS[mode.kinds[hit][0]]
-    at = f"at t = {float(t):.10g}, {_state_in_words(mode.mode.system, state)}, in mode {mode.name}"
+    at = f"at t = {float(t):.10g}, {listed(mode.mode.system.states, state, 8)}, in mode {mode.name}"
     return error(f"{words} {at}; the model needs compliance there", t, state)
-
-
-def _state_in_words(system: Any, state: tuple) -> str:
-    return ", ".join(f"{s} = {float(w):.8g}" for s, w in zip(system.states, state, strict=True))
 
 
 def _kind(mode: NumericMode, hits: tuple[int, ...], after: Branch) -> tuple[str, int]:
@@ -358,7 +355,7 @@ def _require_progress(segments: list[Segment], mode: NumericMode) -> None:
     at_once = len(last) == WATCHED and last[0].t == last[-1].t
     if at_once and hit is not None and len({(s.branch, s.hit) for s in last}) <= FEW:
         kind = mode.kinds[hit][0]
-        at = _state_in_words(mode.mode.system, last[-1].state)
+        at = listed(mode.mode.system.states, last[-1].state, 8)
         raise Undecided(f"rounding hides whether there is a {kind} at t = {float(last[-1].t):.12g}, {at}, in mode "
                         f"{mode.name}; ask for more digits, or move the start")  # fmt: skip
 
@@ -375,7 +372,7 @@ def _require_apart(ends: list, state: tuple, automaton: Automaton) -> None:
     if tiny and all(later <= before for before, later in zip(gaps, gaps[2:], strict=False)):
         ratio = gaps[-1] / gaps[-3] if gaps[-3] > gaps[-1] else 0
         limit = ends[-1] + (gaps[-1] + gaps[-2]) * ratio / (1 - ratio)
-        at = _state_in_words(automaton.system, state)
+        at = listed(automaton.system.states, state, 8)
         raise Accumulation(
             f"events accumulate at t = {float(limit):.12g}, {at}: {len(ends)} so far, the last "
             f"{float(gaps[-1]):.1g} apart; no run passes infinitely many, end it before"
