@@ -157,7 +157,7 @@ def contact_formulas(
     for f in system.frictions:
         reaction = f.load.diff(f.normal) if f.constraint is not None else sp.S.Zero
         found += [f.velocity, f.load.subs(zero), reaction, f.kinetic, f.static, sp.S.Zero if f.gap is None else f.gap]
-    rates = (branches.velocity_rate(system, f) for f in system.frictions)
+    rates = (branches.rate_along(system, f.velocity) for f in system.frictions)
     rows = in_forces(system, (*rates, *_reactions(system)), moving)
     return (*_calm(system, found, moving), *rows), unknowns, normals
 

@@ -187,11 +187,6 @@ def without_squares(expr: sp.Expr, signs: Collection[sp.Expr]) -> sp.Expr:
     return expr.replace(lambda e: e.is_Pow and e.exp.is_Integer and e.base in signs, lambda e: e.base ** (e.exp % 2))
 
 
-def velocity_rate(system: "System", friction: "Friction") -> sp.Expr:
-    """Return the rate of the sliding velocity along the field, with the forces as symbols."""
-    return rate_along(system, friction.velocity)
-
-
 def rate_along(system: "System", expr: sp.Expr) -> sp.Expr:
     """Return the rate of an expression in the states along the field, with the forces as symbols."""
     terms = [slope_by(expr, s) * r for s, r in system.rates.items() if expr.has(s)]
@@ -200,7 +195,7 @@ def rate_along(system: "System", expr: sp.Expr) -> sp.Expr:
 
 def drive(system: "System", friction: "Friction") -> tuple[sp.Expr, sp.Expr]:
     """Return (d, c) in the rate of the sliding velocity, v' = d + c F; a reaction without constraint is the load."""
-    rate = velocity_rate(system, friction)
+    rate = rate_along(system, friction.velocity)
     if friction.normal is not None and friction.constraint is None:
         rate = rate.xreplace({friction.normal: friction.load})
     rate = rate if heavy(rate) else sp.expand(rate)

@@ -25,9 +25,9 @@ from asympk.symbolic.branches import (
     awake,
     bare,
     mode_name,
+    rate_along,
     stands,
     still_rows,
-    velocity_rate,
     with_signs,
 )
 from asympk.symbolic.derivatives import slope_by
@@ -96,7 +96,7 @@ def _friction_law(system: "System", branch: Branch, k: int) -> sp.Expr:
     if phase.velocity:
         coefficient = friction.static if rests_in_all_but_name(system, branch, k) else friction.kinetic
         return friction.force + phase.load * phase.velocity * coefficient * friction.load
-    return velocity_rate(system, friction)
+    return rate_along(system, friction.velocity)
 
 
 def _reaction_law(friction: "Friction", phase: Phase) -> sp.Expr:

@@ -20,7 +20,7 @@ import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
 from asympk.shown import Card, ShownAsFormulas
-from asympk.symbolic.branches import velocity_rate
+from asympk.symbolic.branches import rate_along
 from asympk.symbolic.conditions import with_implied_bounds
 from asympk.symbolic.long import heavy
 from asympk.symbolic.reading import spare
@@ -149,7 +149,7 @@ def friction_cone(system: System) -> Cone:
             "possible; count them with motions(), or take the elastic contact"
         )
     _require_order(friction, system.assumptions)
-    rate, normal = velocity_rate(system, friction), friction.normal or sp.Dummy()
+    rate, normal = rate_along(system, friction.velocity), friction.normal or sp.Dummy()
     free, coupling = rate.subs(friction.force, 0), _size(rate.diff(friction.force))
     drive, at_rest = free.subs(normal, friction.load), _at_rest(system)
     for part in (free, coupling, friction.load, friction.static):
