@@ -158,7 +158,7 @@ def contact_formulas(
         reaction = f.load.diff(f.normal) if f.constraint is not None else sp.S.Zero
         found += [f.velocity, f.load.subs(zero), reaction, f.kinetic, f.static, sp.S.Zero if f.gap is None else f.gap]
     rates = (branches.rate_along(system, f.velocity) for f in system.frictions)
-    rows = in_forces(system, (*rates, *_reactions(system)), moving)
+    rows = in_forces(system, (*rates, *(forces.reaction_law(system.frictions[k]) for k in normals)), moving)
     return (*_calm(system, found, moving), *rows), unknowns, normals
 
 
@@ -181,12 +181,6 @@ def _calm(system, exprs, moving):
     still = (f.velocity for k, f in enumerate(system.frictions) if k not in moving)
     calm = {e: 0 for velocity in still for e in (sp.sign(velocity), sp.sign(-velocity))}
     return tuple(e.subs(calm) if e.has(sp.sign) else e for e in exprs)
-
-
-def _reactions(system: System) -> Iterator[sp.Expr]:
-    for f in system.frictions:
-        if f.normal is not None:
-            yield f.normal - f.load if f.constraint is None else f.constraint
 
 
 def contact_points(system: System, places: Sequence[Place], still: Collection[int]) -> list[ContactPoint]:

@@ -77,7 +77,7 @@ def force_equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], 
         equations.append(_friction_law(system, branch, k))
         if friction.normal is not None:
             unknowns.append(friction.normal)
-            equations.append(_reaction_law(friction, phase))
+            equations.append(friction.normal if phase == OPEN else reaction_law(friction))
     if stands(branch):
         laws, margins = standing_rows(system, branch)
         rows = (*laws, *(margin.value for margin in margins))
@@ -99,9 +99,8 @@ def _friction_law(system: "System", branch: Branch, k: int) -> sp.Expr:
     return rate_along(system, friction.velocity)
 
 
-def _reaction_law(friction: "Friction", phase: Phase) -> sp.Expr:
-    if phase == OPEN:
-        return friction.normal
+def reaction_law(friction: "Friction") -> sp.Expr:
+    """Return what is 0 for the reaction of a closed contact: its difference from the load, or the constraint."""
     return friction.normal - friction.load if friction.constraint is None else friction.constraint
 
 
@@ -158,10 +157,10 @@ def standing_rows(system: "System", branch: Branch) -> tuple[tuple[sp.Expr, ...]
     """
     zeros, margins = [*system.rates.values()], list[Guard]()
     for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
-        zeros += [_reaction_law(friction, phase)] if friction.normal is not None else []
         if phase == OPEN:
-            zeros.append(friction.force)
+            zeros += [s for s in (friction.normal, friction.force) if s is not None]
             continue
+        zeros += [reaction_law(friction)] if friction.normal is not None else []
         zeros += [slope_by(friction.velocity, system.time)] if system.time else []
         if friction.constraint is not None:
             kind = "force_zero" if friction.gap is None else "lift_off"
