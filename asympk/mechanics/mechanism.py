@@ -296,23 +296,15 @@ def _time(coordinates):
     return functions[0].args[0] if functions else sp.Symbol("t")
 
 
-def _expression(name, value):
+def _finite(name, value):
+    """Return an expression with every float as the rational number of the same value; raises ``InputError``."""
     found = expression(name, value)
     if not isinstance(found, sp.Expr):
         raise InputError(f"{name} = {short(value)}: it must be an expression in symbols")
-    return _exact(found)
-
-
-def _finite(name, value):
-    found = _expression(name, value)
+    found = found.xreplace({number: sp.Rational(number) for number in found.atoms(sp.Float)})
     if found.has(sp.nan, sp.zoo, sp.oo, -sp.oo, sp.I):
         raise InputError(f"{name} = {found!s:.60}: it must be finite and real")
     return found
-
-
-def _exact(expr):
-    """Replace every float by the rational number of the same value."""
-    return expr.xreplace({number: sp.Rational(number) for number in expr.atoms(sp.Float)})
 
 
 def _matrix(mass):
