@@ -52,7 +52,7 @@ class LoadLine:
         return self.side(mode, sign) * sign(self.acceleration(mode)) < 0
 
     def margin(self, load: Any) -> Any:
-        """Return the force that static friction can hold less the force that it must hold."""
+        """Return the force that static friction can hold less that which it must hold; not negative where it holds."""
         return self.static * abs(load) - abs(self.drive[0] + self.drive[1] * load)
 
     def edges(self, sign: Callable[[Any], int]) -> Iterator[tuple[str, Any]]:
@@ -82,7 +82,7 @@ def itinerary(line: LoadLine, load: Any, velocity: Any, sign: Callable[[Any], in
         if len(steps) == LONGEST:
             raise NotDerivable(f"the layer passes through more than {LONGEST} modes: {[s.mode for s in steps]}")
         step = None
-        if side == 0 and (far or _hold(line, load, sign) >= 0):
+        if side == 0 and (far or sign(line.margin(load)) >= 0):
             step, load = _stick(line, load, far, sign)
         if step:
             side, far = _direction(line, load, sign) if step.event else 0, 0
@@ -134,16 +134,11 @@ def _stick(line, load, far, sign):
         if sign(rest - edge) == way and (far or sign(edge - load) == way)
     ]
     if not ahead:
-        return (ItineraryStep("stick", 0), rest) if _hold(line, rest, sign) >= 0 else (None, load)
+        return (ItineraryStep("stick", 0), rest) if sign(line.margin(rest)) >= 0 else (None, load)
     first = ahead[0]
     for other in ahead[1:]:
         first = other if sign(first[1] - other[1]) == way else first
     return ItineraryStep("stick", 0, "slip_onset", first[0]), first[1]
-
-
-def _hold(line, load, sign):
-    """Return the sign of ``margin``: static friction holds where it is not negative."""
-    return sign(line.margin(load))
 
 
 def _direction(line, load, sign):
