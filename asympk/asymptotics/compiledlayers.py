@@ -10,7 +10,7 @@ holds uniformly, from the start of the segment to its end, where e^(fast t) may 
 """
 
 from collections.abc import Callable
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import sympy as sp
@@ -58,7 +58,7 @@ def compiled_layers(steps: tuple, order: int, extra: int = 2, arrival: str | Non
     sigma, sigma0, mu, large, x, s, z = map(tape.node, tape.inputs[:-1])
     numbers = model().map(lambda c: coefficient(c)(sigma, sigma0)[0])
     y = on_slow_line(numbers.fields[arrival], x, order + extra) if arrival else numbers.fast_state(x, s)
-    layers = expand_layers(numbers, steps, (x, y, 0 if arrival else z), order + extra, tape.log)
+    layers = expand_layers(numbers, steps, (x, y, 0 if arrival else z), order + extra, partial(tape.call, "log"))
     slowly = slow_motion(numbers.fields[steps[-1].mode], layers, order + extra)
     return tape.function(
         tuple(_numbers(layers, slowly, k, lambda w: _value(w, mu, large)) for k in range(order, order + extra + 1))

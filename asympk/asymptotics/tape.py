@@ -77,10 +77,6 @@ class Tape:
             return self.write("/", self.write("*", a, q), self.write("*", b, p))
         return self.write("/", self.write(operation, self.write("*", a, q), self.write("*", b, p)), p * q)
 
-    def log(self, a: Any) -> Any:
-        """Return the logarithm of a node."""
-        return self.call("log", a)
-
     def call(self, name: str, a: Any) -> Any:
         """Return a node for ``name(a)``, or its value if ``a`` is a number and the value rational."""
         if not isinstance(a, Node) and (exact := getattr(sp, name)(sp.Rational(a))).is_Rational:
