@@ -19,7 +19,7 @@ import numpy as np
 import sympy as sp
 
 from asympk.asymptotics.fibre import Formulas
-from asympk.asymptotics.taylor import Taylor, as_taylor, evaluated
+from asympk.asymptotics.taylor import Polynomial, Taylor, as_taylor, evaluated
 
 
 @lru_cache(maxsize=64)
@@ -128,27 +128,10 @@ def _begun(found, place, start):
     return Fading({**found, place: start - sum((c for (_, j), c in found.items() if j == 0), 0)})
 
 
-@dataclass(frozen=True)
-class Fading:
+class Fading(Polynomial):
     """A polynomial in tau and E as a coefficient: ``terms[p, j]`` multiplies tau^j E^p."""
-
-    terms: dict
-
-    def __add__(self, other: Any) -> "Fading":
-        found = dict(self.terms)
-        for index, c in _powers(other).items():
-            found[index] = found[index] + c if index in found else c
-        return Fading(found)
-
-    def __mul__(self, other: Any) -> "Fading":
-        found: dict[tuple[int, int], Any] = {}
-        for (p, j), a in self.terms.items():
-            for (q, i), b in _powers(other).items():
-                index, product = (p + q, j + i), a * b
-                found[index] = found[index] + product if index in found else product
-        return Fading(found)
 
     def map(self, convert: Callable[[Any], Any]) -> "Fading":
         return Fading({index: convert(c) for index, c in self.terms.items()})
 
-    __radd__, __rmul__ = __add__, __mul__
+    __radd__, __rmul__ = Polynomial.__add__, Polynomial.__mul__

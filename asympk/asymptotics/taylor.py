@@ -10,8 +10,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from math import factorial
-from typing import Any
+from math import factorial, inf
+from typing import Any, Self
 
 import sympy as sp
 
@@ -29,29 +29,37 @@ U = sp.Symbol("u", positive=True)
 
 
 @dataclass(frozen=True)
-class Taylor:
-    """A truncated series: ``terms[k, j]`` is the coefficient of mu**k t**j, and missing ones are zero."""
+class Polynomial:
+    """A polynomial in two variables up to a ``degree``: coefficients by their two powers, and missing ones are zero."""
 
     terms: dict[tuple[int, int], Any]
-    degree: int
+    degree: Any = inf
 
-    def __getitem__(self, index: Any) -> Any:
-        return self.terms.get(index, 0)
+    def of(self, value: Any) -> dict[tuple[int, int], Any]:
+        """Return the terms of another polynomial of this class, or of a coefficient."""
+        return value.terms if isinstance(value, type(self)) else {(0, 0): value}
 
-    def __add__(self, other: Any) -> "Taylor":
+    def __add__(self, other: Any) -> Self:
         found = dict(self.terms)
-        for index, c in as_taylor(other, self.degree).terms.items():
+        for index, c in self.of(other).items():
             found[index] = found[index] + c if index in found else c
-        return Taylor(found, self.degree)
+        return type(self)(found, self.degree)
 
-    def __mul__(self, other: Any) -> "Taylor":
+    def __mul__(self, other: Any) -> Self:
         found: dict[tuple[int, int], Any] = {}
         for (k, j), a in self.terms.items():
-            for (m, i), b in as_taylor(other, self.degree).terms.items():
+            for (m, i), b in self.of(other).items():
                 if k + j + m + i <= self.degree:
                     index, product = (k + m, j + i), a * b
                     found[index] = found[index] + product if index in found else product
-        return Taylor({index: c for index, c in found.items() if not _is_zero(c)}, self.degree)
+        return type(self)({index: c for index, c in found.items() if not _is_zero(c)}, self.degree)
+
+
+class Taylor(Polynomial):
+    """A truncated series: ``terms[k, j]`` is the coefficient of mu**k t**j."""
+
+    def __getitem__(self, index: Any) -> Any:
+        return self.terms.get(index, 0)
 
     def cut(self, degree: int) -> "Taylor":
         """Return the series truncated to ``degree``."""
