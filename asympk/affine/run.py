@@ -177,12 +177,6 @@ def _known(case):
     return joined if worst <= TOLD else None
 
 
-@lru_cache(maxsize=256)
-def flows(automaton: Automaton) -> "Flows":
-    """Return the flows of an automaton, which are cached for further scenes with the same parameters."""
-    return Flows(automaton)
-
-
 class Flows:
     """The flows of the modes of an automaton, each computed when a motion first enters its mode."""
 
@@ -201,6 +195,9 @@ class Flows:
             waves = [(power, m.number(decay), m.number(turn), sine) for power, decay, turn, sine in found.waves]
             self._found[key] = flow, tuple(waves), found.kept
         return self._found[key]
+
+
+flows = lru_cache(maxsize=256)(Flows)  # further scenes may have the same parameters
 
 
 def _followed(m, case):
