@@ -299,11 +299,7 @@ def _distance(coarse, fine):
 
 
 def _path(case, digits, joined, convert, error):
-    events = tuple(e._replace(t=convert(e.t), state=_converted(e.state, convert)) for e in joined.events)
+    events = tuple(e._replace(t=convert(e.t), state=tuple(map(convert, e.state))) for e in joined.events)
     segments = [segment.work for segment in joined.segments]
     dense = AffineDense(run, case.scene, digits, segments, convert, segments[0].segment.m)
-    return Path(case.scene, "exact", _converted(joined.last.state, convert), events, joined.modes, dense, error)
-
-
-def _converted(state, convert):
-    return tuple(map(convert, state))
+    return Path(case.scene, "exact", tuple(map(convert, joined.last.state)), events, joined.modes, dense, error)
