@@ -376,9 +376,7 @@ def _vanish(here: Junction, exprs: tuple[sp.Expr, ...]) -> bool:
     return not any(map(here.numbers.decided_sign, zip(*rows, strict=True)))
 
 
-@lru_cache(maxsize=256)
-def _length(expr: sp.Expr) -> int:
-    return sp.count_ops(expr)
+_length = lru_cache(maxsize=256)(sp.count_ops)
 
 
 # the choice

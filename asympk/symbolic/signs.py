@@ -137,9 +137,7 @@ def _is_known(difference, facts, strict=False):
     return False
 
 
-@lru_cache(maxsize=1024)
-def _factored(expr):
-    return sp.factor(expr)
+_factored = lru_cache(maxsize=1024)(sp.factor)
 
 
 @lru_cache(maxsize=256)
