@@ -311,7 +311,8 @@ def _kinds(coefficients, small, assumptions):
     else:
         tests = (("stable", attracting), ("unstable", repelling), ("saddle", split), ("centre", _on_axis))
         found = [(name, test(coefficients, assumptions)) for name, test in tests] if len(coefficients) > 1 else []
-    return tuple((name, _about(c, small, assumptions)) for name, c in found if c != sp.false)
+    parts = ((name, sp.And.make_args(c)) for name, c in found if c != sp.false)
+    return tuple((name, sp.And(*(_bound(part, small, assumptions) for part in every))) for name, every in parts)
 
 
 def _on_axis(coefficients, assumptions):
@@ -328,13 +329,8 @@ def _planar_cases(inertia, damping, stiffness):
     yield "centre", [(stiffness, 1), (damping, 0)]
 
 
-def _about(condition, small, assumptions):
-    """Write the relations that are linear in mu as bounds on mu, where the sign of the coefficient of mu is known."""
-    parts = [_bound(part, small, assumptions) for part in sp.And.make_args(condition)]
-    return sp.And(*parts)
-
-
 def _bound(part, small, assumptions):
+    """Write a relation that is linear in mu as a bound on mu, where the sign of the coefficient of mu is known."""
     if not isinstance(part, sp.Gt | sp.Lt) or small is None or not part.has(small):
         return part
     excess = part.gts - part.lts
