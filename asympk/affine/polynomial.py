@@ -130,12 +130,12 @@ def _simple_roots(m, factor, found):
         return [-m.mpf(factor[0]) / factor[1]]
     values = _starts(m, factor, found)
     close = m.ldexp(1, -m.prec * 2 // 5)  # after so small a step one more is exact to rounding: convergence is cubic
-    sizes, settled = [abs(c) for c in factor], False
+    sizes, settled = [abs(c) for c in factor[::-1]], False
     for _ in range(_MOST_ITERATIONS + m.prec):  # roots near one another are approached by a factor of some 3 a step
         moved = m.zero
         for i, z in enumerate(values):
-            value, slope = horner(factor, z)
-            if abs(value) <= m.eps * horner(sizes, abs(z))[0]:  # rounding
+            value, slope = m.polyval(factor[::-1], z, derivative=True)
+            if abs(value) <= m.eps * m.polyval(sizes, abs(z)):  # rounding
                 continue
             newton = value / slope
             step = newton / (1 - newton * sum(1 / (z - other) for j, other in enumerate(values) if j != i))
@@ -153,19 +153,10 @@ def _starts(m, factor, found):
               for k, z in enumerate(found.estimates)]  # fmt: skip
 
     def moved(z):
-        value, slope = horner(factor, z)
+        value, slope = m.polyval(factor[::-1], z, derivative=True)
         return abs(value / slope / z) if slope else m.inf
 
     return sorted(spread, key=moved)[: len(factor) - 1]
-
-
-def horner(coefficients: Sequence[Number], z: Number) -> tuple[Number, Number]:
-    """Return the value and the slope of a polynomial whose ``coefficients`` begin with the lowest."""
-    value = slope = 0
-    for coefficient in reversed(coefficients):
-        slope = slope * z + value
-        value = value * z + coefficient
-    return value, slope
 
 
 def taylor(coefficients: Sequence[Any], z: Number, order: int) -> list[Any]:
