@@ -65,15 +65,9 @@ Advance = Callable[[NumericMode, Any, tuple, list[Segment]], Segment]
 
 
 def follow(
-    automaton: Automaton,
-    first: Branch,
-    start: tuple,
-    until: Any,
-    advance: Advance,
-    events: int,
-    digits: int | None = None,
-    slack: Any = ROUNDED,
-) -> Run:
+    automaton: Automaton, first: Branch, start: tuple, until: Any, advance: Advance, events: int,
+    digits: int | None = None, slack: Any = ROUNDED,
+) -> Run:  # fmt: skip
     """Follow the automaton from ``start`` in the mode ``first`` to ``until``; ``advance`` follows one mode.
 
     ``advance(mode, t, state, segments)`` returns the next ``Segment``; ``events`` bounds the number of events. The
@@ -82,40 +76,33 @@ def follow(
     """
     segments: list[Segment] = []
     with finite(lambda: segments[-1].t if segments else 0):
-        return _follow(automaton, first, start, until, advance, events, digits, slack, segments)
-
-
-def _follow(
-    automaton: Automaton, first: Branch, start: tuple, until: Any, advance: Advance, events: int, digits: int | None,
-    slack: Any, segments: list[Segment],
-) -> Run:  # fmt: skip
-    t, state, mode = _begun(automaton, first, start, until, digits)
-    names, marks, ends = [mode.name], list[Event](), list[Any]()
-    while t < until or not segments:
-        _require_one_motion(mode, t, state)
-        segment = advance(mode, t, state, segments) if t < until else Segment(t, state, None)
-        segments.append(segment._replace(branch=mode.branch, sides=mode.mode.sides))
-        if segment.hit is None or mode.kinds[segment.hit][0] not in _ENDS:
-            mode.require_one_side(mode.pole_values(t, state), segment.t, segment.state)
-        if segment.short:
-            break
-        if segment.hit is None and mode.after_switch(segment.t) >= until:
-            segments[-1] = segments[-1]._replace(t=until)
-            break
-        t, state, hits, since = _left_at(mode, segment, until, slack)
-        if segment.hit is not None and (not ends or segment.t > ends[-1]):
-            ends.append(segment.t)
-            _require_apart(ends, state, automaton)
-        ended = mode
-        mode, state, event = mode_after(automaton, mode, t, state, hits, digits, slack, since)
-        _require_progress(segments, ended)
-        if event is not None:
-            marks.append(event)
-            names.append(mode.name)
-        if short := _beyond_limits(len(marks), len(ends) - len(marks), events):
-            segments[-1] = segments[-1]._replace(short=short, state=state)
-            break
-    return Run(segments[-1], tuple(marks), tuple(names), tuple(segments))
+        t, state, mode = _begun(automaton, first, start, until, digits)
+        names, marks, ends = [mode.name], list[Event](), list[Any]()
+        while t < until or not segments:
+            _require_one_motion(mode, t, state)
+            segment = advance(mode, t, state, segments) if t < until else Segment(t, state, None)
+            segments.append(segment._replace(branch=mode.branch, sides=mode.mode.sides))
+            if segment.hit is None or mode.kinds[segment.hit][0] not in _ENDS:
+                mode.require_one_side(mode.pole_values(t, state), segment.t, segment.state)
+            if segment.short:
+                break
+            if segment.hit is None and mode.after_switch(segment.t) >= until:
+                segments[-1] = segments[-1]._replace(t=until)
+                break
+            t, state, hits, since = _left_at(mode, segment, until, slack)
+            if segment.hit is not None and (not ends or segment.t > ends[-1]):
+                ends.append(segment.t)
+                _require_apart(ends, state, automaton)
+            ended = mode
+            mode, state, event = mode_after(automaton, mode, t, state, hits, digits, slack, since)
+            _require_progress(segments, ended)
+            if event is not None:
+                marks.append(event)
+                names.append(mode.name)
+            if short := _beyond_limits(len(marks), len(ends) - len(marks), events):
+                segments[-1] = segments[-1]._replace(short=short, state=state)
+                break
+        return Run(segments[-1], tuple(marks), tuple(names), tuple(segments))
 
 
 def _begun(
