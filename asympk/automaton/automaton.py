@@ -50,12 +50,19 @@ class Automaton:
         """Return a mode on doubles, or on mpmath numbers of ``digits`` digits."""
         return _numeric(self, branch, digits, sides)
 
+    @lru_cache(maxsize=256)
     def coefficients(self, digits: int | None = None) -> dict[sp.Expr, Fraction]:
         """Return the values, right to ``digits`` digits or as doubles, of the coefficients that have one in doubles.
 
         Others, and those without a real value, which belong to other sides of a switch, stay in the formulas.
         """
-        return _coefficients(self, DIGITS_OF_DOUBLES if digits is None else digits)
+        right_to = digits or DIGITS_OF_DOUBLES
+        found = _cancelling(self, _at_contacts(self.system), right_to)
+        for part in coefficients_of(self.system):
+            with suppress(OutOfRange, TypeError):
+                found |= exact_values(self.system, (part,), self.values, right_to)
+        least, largest = sys.float_info.min, sys.float_info.max
+        return {part: value for part, value in found.items() if not value or least <= abs(value) <= largest}
 
     def first(self, start: State, until: Any = 1) -> Branch:
         """Return the branch that begins at t = 0 from exact numbers; raises ``NoMotion`` and ``TwoMotions``.
@@ -313,16 +320,6 @@ def _numeric(automaton: Automaton, branch: Branch, digits: int | None, sides: Si
         return NumericMode(mode, tuple(map(float, values)), "math", math, (*known,))
     context = carrier_context(digits)
     return NumericMode(mode, _exact(values, context), "mpmath", context, (*known,))
-
-
-@lru_cache(maxsize=256)
-def _coefficients(automaton: Automaton, digits: int) -> dict[sp.Expr, Fraction]:
-    found = _cancelling(automaton, _at_contacts(automaton.system), digits)
-    for part in coefficients_of(automaton.system):
-        with suppress(OutOfRange, TypeError):
-            found |= exact_values(automaton.system, (part,), automaton.values, digits)
-    least, largest = sys.float_info.min, sys.float_info.max
-    return {part: value for part, value in found.items() if not value or least <= abs(value) <= largest}
 
 
 @lru_cache(maxsize=64)
