@@ -45,7 +45,9 @@ def keyed(
     """
     if not isinstance(values, dict):
         raise InputError(f"values = {short(values)}: give a dict such as {{'theta': 1.1, \"theta'\": 0}}")
-    known = {str(s): s for s in others} | _known(kinetics, names)
+    rates = zip(kinetics.coordinates, kinetics.velocities, strict=True)
+    known = {str(s): s for s in others} | {f"{q}'": u for q, u in rates}
+    known |= {str(s): s for s in kinetics.symbols} | {str(own): s for own, s in names.items()}
     found = {}
     for key, value in values.items():
         plain = known.get(str(key))
@@ -57,11 +59,3 @@ def keyed(
             raise InputError(f"{plain} is given twice; give it once")
         found[plain] = value
     return found
-
-
-def _known(kinetics: Kinetics, names: dict[sp.Expr, sp.Symbol]) -> dict[str, sp.Symbol]:
-    rates = zip(kinetics.coordinates, kinetics.velocities, strict=True)
-    return {
-        **{f"{q}'": u for q, u in rates}, **{str(s): s for s in kinetics.symbols},
-        **{str(own): s for own, s in names.items()},
-    }  # fmt: skip
