@@ -4,7 +4,6 @@ r"""The affine form of a mode: ``W' = M W`` over its states, its forcing and 1, 
 entry that is no rational function of the parameters is computed to as many digits as the run needs.
 """
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -16,9 +15,10 @@ import sympy as sp
 from asympk.affine.forcing import CONSTANT, Wave, rate, waves_of, with_derivatives
 from asympk.affine.mode import AffineMode
 from asympk.automaton.exact import exact_values
-from asympk.automaton.modes import GuardedMode, function
+from asympk.automaton.modes import GuardedMode
 from asympk.errors import InputError
-from asympk.symbolic.long import ROUGH, generic_place, heavy, replaced
+from asympk.symbolic.derivatives import slope_by
+from asympk.symbolic.long import ROUGH, generic_place, replaced
 from asympk.symbolic.sides import is_switched
 from asympk.symbolic.system import System
 
@@ -54,8 +54,6 @@ class Placed:
 @lru_cache(maxsize=512)
 def form_of(mode: GuardedMode, others: tuple[Wave, ...] = ()) -> Form | None:
     """Return the affine form of a mode, or None where there is none; its waves include ``others``."""
-    if _bent(mode):
-        return None
     found = []
     for expr in (*mode.rates, *mode.guard_values):
         if (parts := affine_parts(mode.system, expr)) is None:
@@ -73,8 +71,7 @@ def mode_obstacle(mode: GuardedMode) -> str | None:
     """Return words on a rate or guard of a mode that is not affine, with sums of waves as forcing, or None."""
     rates = ((f"the rate of {s}", rate) for s, rate in zip(mode.system.states, mode.rates, strict=True))
     guards = ((f"the guard of {guard.kind}", guard.value) for guard in mode.guards)
-    known, system = _bent(mode), mode.system
-    named = next(((w, e) for w, e in (*rates, *guards) if e in known or not (known or affine_parts(system, e))), None)
+    named = next((named for named in (*rates, *guards) if affine_parts(mode.system, named[1]) is None), None)
     return named and f"in mode {mode.name} {named[0]} is not affine: {named[1]!s:.80}"
 
 
@@ -86,7 +83,7 @@ def affine_parts(system: System, expr: sp.Expr) -> tuple[tuple[sp.Expr, ...], di
         return None
     slopes = []
     for s in states:
-        slope = expr.diff(s) if expr.has(s) else sp.S.Zero
+        slope = slope_by(expr, s)
         if _varies(slope, (*states, time)):
             return None
         slope = sp.cancel(slope) if slope.free_symbols & {*states} else slope
@@ -102,40 +99,9 @@ def _varies(slope: sp.Expr, symbols: Iterable[sp.Symbol | None]) -> bool:
     place = generic_place(slope)
     if not (moved := {s: 3 * v for s, v in place.items() if s in symbols}):
         return False
-    here, there = (slope.evalf(subs=at) for at in (place, place | moved))
+    here, there = (replaced(slope, {s: v.evalf(15) for s, v in at.items()}) for at in (place, place | moved))
     known = all(v.is_number and v.is_finite for v in (here, there))
     return known and bool(abs(here - there) > ROUGH * (abs(here) + abs(there)))
-
-
-@lru_cache(maxsize=512)
-def _bent(mode: GuardedMode) -> frozenset[sp.Expr]:
-    """Return those long rates and guards whose values at a few points show that they are not affine in the states.
-
-    The compiled functions are those that an integrator uses, so their compilation is not wasted.
-    """
-    long = [*map(heavy, exprs := (*mode.rates, *mode.guard_values))]
-    if not any(long):
-        return frozenset()
-    rates, guards = (function(mode.system, e, "math", math) for e in (mode.rates, mode.guard_values))
-    p = _parts(len(mode.system.parameters), 5)
-    low, high = _parts(len(mode.system.states), 7), _parts(len(mode.system.states), 9)
-    points = [(t, *((1 - share) * a + share * b for a, b in zip(low, high, strict=True)))
-              for t, share in ((0.3, 0), (0.3, 0.5), (0.3, 1), (0.7, 0), (0.7, 1))]  # fmt: skip
-    try:
-        columns = zip(*((*rates(*point, *p), *guards(*point, *p)) for point in points), strict=True)
-        return frozenset(e for e, v, of_use in zip(exprs, columns, long, strict=True) if of_use and _bends(*v))
-    except (ArithmeticError, ValueError):
-        return frozenset()
-
-
-def _parts(count: int, step: int) -> list[float]:
-    return [(2 * k + 3) / (step * k + step + 2) for k in range(count)]
-
-
-def _bends(low: float, mid: float, high: float, low_later: float, high_later: float) -> bool:
-    """Tell whether values of one expression differ from those of an affine one by more than rounding."""
-    size = sum(map(abs, (low, mid, high, low_later, high_later)))
-    return max(abs(low - 2 * mid + high), abs((high - low) - (high_later - low_later))) > ROUGH * size
 
 
 def row_over(waves: Iterable[Wave], slopes: Iterable[sp.Expr], forced: dict[Wave, sp.Expr]) -> tuple[sp.Expr, ...]:
