@@ -57,3 +57,15 @@ def masses_between_guides():
     kinetic = m * (x1.diff(T) ** 2 + x2.diff(T) ** 2) / 2
     contact = ap.Contact(gap=(x2 - x1) * sp.cos(alpha), slip=x1, friction=f, load=sp.sin(alpha))
     return ap.Mechanism.from_lagrangian(kinetic, (x1, x2), contact=contact, forces={x1: P})
+
+
+@cache
+def chain(n):
+    """A chain of n equal links that hangs at the origin, its end on rough ground at the depth H."""
+    angles, x, y, energy = dynamicsymbols(f"q1:{n + 1}"), sp.S.Zero, sp.S.Zero, sp.S.Zero
+    for q in angles:
+        middle, height = x + l * sp.sin(q) / 2, y - l * sp.cos(q) / 2
+        energy += m * (middle.diff(T) ** 2 + height.diff(T) ** 2) / 2 + J * q.diff(T) ** 2 / 2 - m * g * height
+        x, y = x + l * sp.sin(q), y - l * sp.cos(q)
+    ground = ap.Contact(gap=y + sp.Symbol("H", positive=True), slip=x, friction=f, unilateral=True)
+    return ap.Mechanism.from_lagrangian(energy, angles, contact=ground)

@@ -22,6 +22,7 @@ from asympk.symbolic import branches, guards
 from asympk.symbolic.branches import Branch, Guard
 from asympk.symbolic.coefficients import name_of, scattered, with_names
 from asympk.symbolic.derivatives import slope_by
+from asympk.symbolic.inverses import InverseForm
 from asympk.symbolic.long import atoms, replaced
 from asympk.symbolic.lowering import WIDE, Lowered, lower, without_overflow
 from asympk.symbolic.penetration import Penetration, without_penetration
@@ -198,6 +199,7 @@ class GuardedMode:
         """The divisors of the rates that vary and may vanish; their zeros are poles of the rates."""
         powers = {power for rate in self.rates for power in atoms(rate, sp.Pow) if power.exp.is_negative}
         factors = {power.base for power in powers} | {sp.cos(e.args[0]) for r in self.rates for e in atoms(r, sp.tan)}
+        factors |= {pivot for rate in self.rates for form in atoms(rate, InverseForm) for pivot in form.pivots}
         varying = {-e if e.could_extract_minus_sign() else e for e in factors if e.free_symbols & self.moving}
         found = (e for e in varying if not e.is_nonzero and not (e.is_Symbol and self._is_finite_at(e)))
         return tuple(sorted(found, key=sp.default_sort_key))

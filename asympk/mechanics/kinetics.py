@@ -5,7 +5,8 @@ r"""The equations of a mechanism in the two directions of its contact.
 
 g is the gap, gamma the sliding velocity, R the reaction that opens the gap, F the friction force along gamma. The
 free accelerations a_N, a_T contain every term without R and F: applied forces, centrifugal terms, and the motion of the
-guide. ``Kinetics.delassus`` is G and ``Kinetics.free`` is (a_N, a_T). Both are computed from cofactors of M.
+guide. ``Kinetics.delassus`` is G and ``Kinetics.free`` is (a_N, a_T). Both are computed from cofactors of M, or, where
+these are ``long``, left as forms through the inverse of M, which are computed in numbers only.
 """
 
 from dataclasses import dataclass, field
@@ -13,8 +14,9 @@ from functools import cached_property
 
 import sympy as sp
 
-from asympk.mechanics.tidy import LONG, cofactors, contracted, expanded_determinant, tidy
+from asympk.mechanics.tidy import cofactors, contracted, expanded_determinant, has_long_minors, tidy
 from asympk.symbolic.derivatives import slope_by
+from asympk.symbolic.inverses import InverseForm
 from asympk.symbolic.long import is_longer
 from asympk.symbolic.penetration import RootSlope
 from asympk.symbolic.reading import spare
@@ -47,24 +49,32 @@ class Kinetics:
     def response(self) -> sp.ImmutableMatrix:
         """M^-1 (W_N, W_T, Q), n x 3: the accelerations by a unit reaction, a unit friction force and the forces."""
         right = sp.Matrix.hstack(self.directions.T, self.forces)
-        return (self._adjugate * right).applyfunc(lambda part: tidy(part / self._inertia)).as_immutable()
+        if self.long:
+            return sp.ImmutableMatrix(len(self.coordinates), 3, lambda k, j: _row_of_inverse(self.mass, k, right[:, j]))
+        return (self.mass.adjugate() * right).applyfunc(lambda part: tidy(part / self._inertia)).as_immutable()
 
     @cached_property
     def delassus(self) -> sp.ImmutableMatrix:
         """The Delassus matrix G = W' M^-1 W."""
-        normal, mixed, tangential = (tidy(self._undivided[i, j] / self._inertia) for i, j in ((0, 0), (0, 1), (1, 1)))
+        normal, mixed, tangential = (self._through_mass(*pair) for pair in ((0, 0), (0, 1), (1, 1)))
         return sp.ImmutableMatrix([[normal, mixed], [mixed, tangential]])
+
+    def _through_mass(self, i: int, j: int) -> sp.Expr:
+        if self.long:
+            return InverseForm.of(self.directions[i, :], self.mass, self.directions[j, :])
+        return tidy(self._undivided[i, j] / self._inertia)
 
     @cached_property
     def undivided(self) -> tuple[sp.Expr, sp.Expr]:
-        """(G_NN, G_NT) times det M, which have no fractions where M, gap and slip have none."""
+        """(G_NN, G_NT), times det M, without fractions where M, gap and slip have none, unless they are ``long``."""
+        if self.long:
+            return self.delassus[0, 0], self.delassus[0, 1]
         return tidy(self._undivided[0, 0]), tidy(self._undivided[0, 1])
 
     @cached_property
     def _undivided(self) -> sp.Matrix:
         """G times det M."""
-        found = self.directions * self._adjugate * self.directions.T
-        return found if self.long else found.applyfunc(sp.expand)
+        return (self.directions * self.mass.adjugate() * self.directions.T).applyfunc(sp.expand)
 
     @cached_property
     def gap_rate(self) -> sp.Expr:
@@ -74,6 +84,9 @@ class Kinetics:
     @cached_property
     def free(self) -> tuple[sp.Expr, sp.Expr]:
         """The free accelerations (a_N, a_T): g'' and gamma' without reaction and friction."""
+        if self.long:
+            rows = (InverseForm.of(self.directions[k, :], self.mass, self.forces) for k in (0, 1))
+            return tuple(row + self.rate(expr) for row, expr in zip(rows, (self.gap_rate, self.slip), strict=True))
         accelerations = dict(zip(self.velocities, self.response[:, 2], strict=True))
         return tuple(_short(self.rate(expr, accelerations)) for expr in (self.gap_rate, self.slip))
 
@@ -98,6 +111,10 @@ class Kinetics:
         return self._impact(-1)
 
     def _impact(self, column: int) -> sp.ImmutableMatrix:
+        border, n = self._border, self._border.rows
+        if self.long:
+            right = sp.eye(n)[:, column]
+            return sp.ImmutableMatrix(n, 1, lambda k, _: _row_of_inverse(border, k, right))
         adjugate, determinant = self._bordered
         return adjugate[:, column].applyfunc(lambda part: contracted(part / determinant)).as_immutable()
 
@@ -110,23 +127,14 @@ class Kinetics:
         return sp.Matrix(sp.BlockMatrix([[self.mass, self.directions.T], [self.directions, sp.zeros(2)]]))
 
     @cached_property
-    def _adjugate(self) -> sp.Matrix:
-        """det M times M^-1."""
-        return self._cofactors[0] if self.long else self.mass.adjugate()
-
-    @cached_property
     def _inertia(self) -> sp.Expr:
         """det M."""
-        return self._cofactors[1] if self.long else tidy(expanded_determinant(self.mass))
-
-    @cached_property
-    def _cofactors(self) -> tuple[sp.Matrix, sp.Expr]:
-        return cofactors(self.mass)
+        return tidy(expanded_determinant(self.mass))
 
     @cached_property
     def long(self) -> bool:
-        """Whether the determinant of the mass matrix is so long that products are not expanded."""
-        return is_longer(self._cofactors[1], LONG)
+        """Whether the mass matrix is not inverted in symbols, as its determinant is too long for a formula."""
+        return has_long_minors(self.mass)
 
     def rate(self, expr: sp.Expr, accelerations: dict[sp.Symbol, sp.Expr] | None = None) -> sp.Expr:
         """Return d expr / dt; ``accelerations`` gives u' for every velocity in ``expr``, 0 where it is missing."""
@@ -168,3 +176,8 @@ def _slope(expr: sp.Expr, s: sp.Symbol) -> sp.Expr:
 def _short(total: sp.Expr) -> sp.Expr:
     """Tidy a sum of tidy terms; a long sum is kept, as a common denominator shortens it little and costs seconds."""
     return total if is_longer(total, 60) else tidy(total)
+
+
+def _row_of_inverse(matrix: sp.Matrix, k: int, right: sp.Matrix) -> sp.Expr:
+    """Return row k of the inverse of a symmetric matrix, times the column ``right``."""
+    return InverseForm.of(sp.eye(matrix.rows)[k, :], matrix, right)

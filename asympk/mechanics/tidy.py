@@ -4,7 +4,7 @@ In a polynomial in cos(a_i) and sin(a_i) every sin^2 is replaced by 1 - cos^2, o
 angles are expanded first. Either form is therefore unique, and is 0 only if the expression vanishes.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cache, lru_cache, reduce
 
 import sympy as sp
@@ -53,18 +53,40 @@ def expanded_determinant(matrix: sp.Matrix) -> sp.Expr:
 
 def cofactors(matrix: sp.Matrix) -> tuple[sp.Matrix, sp.Expr]:
     """Return (adjugate, determinant) by nested minors, which are not expanded and are shared between the cofactors."""
+    every, minor = tuple(range(matrix.rows)), _minors(matrix, lambda found: found)
+    but = [every[:k] + every[k + 1 :] for k in every]
+    adjugate = sp.Matrix([[(-1) ** (i + j) * minor(but[j], but[i]) for j in every] for i in every])
+    return adjugate, minor(every, every)
+
+
+def has_long_minors(matrix: sp.Matrix) -> bool:
+    """Tell whether the determinant by nested minors has more than ``LONG`` operations, by the first minor that has."""
+
+    def short(found: sp.Expr) -> sp.Expr:
+        if is_longer(found, LONG):
+            raise OverflowError
+        return found
+
+    every = tuple(range(matrix.rows))
+    try:
+        _minors(matrix, short)(every, every)
+    except OverflowError:
+        return True
+    return False
+
+
+def _minors(matrix: sp.Matrix, checked: Callable[[sp.Expr], sp.Expr]) -> Callable[..., sp.Expr]:
+    """Return the function of rows and columns that gives their minor; every minor passes through ``checked``."""
 
     @cache
     def minor(rows: tuple[int, ...], columns: tuple[int, ...]) -> sp.Expr:
         if not rows:
             return sp.S.One
         kept = [(k, matrix[rows[0], c]) for k, c in enumerate(columns) if matrix[rows[0], c] != 0]
-        return sp.Add(*((-1) ** k * e * minor(rows[1:], columns[:k] + columns[k + 1 :]) for k, e in kept))
+        below = ((-1) ** k * e * minor(rows[1:], columns[:k] + columns[k + 1 :]) for k, e in kept)
+        return checked(sp.Add(*below))
 
-    every = tuple(range(matrix.rows))
-    but = [every[:k] + every[k + 1 :] for k in every]
-    adjugate = sp.Matrix([[(-1) ** (i + j) * minor(but[j], but[i]) for j in every] for i in every])
-    return adjugate, minor(every, every)
+    return minor
 
 
 def vanishes(expr: sp.Expr) -> bool:

@@ -1,0 +1,166 @@
+r"""Forms through the inverse of a matrix that is too large to be inverted in symbols, u' M^-1 v with M symmetric.
+
+Written out, such a form has more operations than can be read, and their number grows exponentially with the size of M.
+As a function of its entries it stays short, and has derivatives of the same kind, from M^-1 (v' - M' M^-1 v). Where it
+is computed, M = L D L' is factorised, once for all forms that share M: a number of operations of order n^3. Masses are
+positive, so no pivot vanishes. ``without_inverses`` writes the operations down.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import pairwise
+from math import isqrt
+from typing import Any
+
+import sympy as sp
+
+from asympk.symbolic.long import replaced
+
+Parts = list[tuple[sp.Symbol, sp.Expr]]
+
+
+class InverseForm(sp.Function):
+    """u' M^-1 v, a function of the entries of u, of the rows of M up to its diagonal, and of the entries of v."""
+
+    is_commutative = True
+    is_real = True
+
+    @classmethod
+    def of(cls, u: Iterable[Any], matrix: sp.Matrix, v: Iterable[Any]) -> sp.Expr:
+        """Return u' M^-1 v for a symmetric ``matrix`` M."""
+        return cls(*u, *(matrix[i, j] for i in range(matrix.rows) for j in range(i + 1)), *v)
+
+    @classmethod
+    def eval(cls, *entries: sp.Expr) -> sp.Expr | None:
+        """Return the value for numbers, and 0 where u or v is 0."""
+        u, rows, v = _parted(entries)
+        if not any(u) or not any(v):
+            return sp.S.Zero
+        if not all(isinstance(e, sp.Number) for e in entries):
+            return None
+        return sp.Add(*(a * b for a, b in zip(u, _solution(_factors(rows, _as_is), v, _as_is), strict=True)))
+
+    def fdiff(self, argindex: int = 1) -> sp.Expr:
+        """Return the derivative by an entry; that by an entry of M stands for two entries off the diagonal."""
+        u, rows, v = _parted(self.args)
+        n, place = len(u), argindex - 1
+        of = lambda left, right: self.func(*left, *sum(rows, ()), *right)  # noqa: E731
+        unit = lambda k: tuple(sp.Integer(k == j) for j in range(n))  # noqa: E731
+        if place < n:
+            return of(unit(place), v)
+        if place >= len(self.args) - n:
+            return of(u, unit(place - len(self.args) + n))
+        i, j = next((i, j) for i in range(n) for j in range(i + 1) if n + i * (i + 1) // 2 + j == place)
+        pairs = dict.fromkeys(((i, j), (j, i)))
+        return -sp.Add(*(of(u, unit(a)) * of(unit(b), v) for a, b in pairs))
+
+    def _eval_evalf(self, prec: int) -> sp.Expr:
+        return self.func(*(e._evalf(prec) for e in self.args))
+
+    @property
+    def pivots(self) -> tuple[sp.Expr, ...]:
+        """The quotients of det M by its minors, 1 / (M^-1)_kk, of which some vanishes where M is singular."""
+        _, rows, _ = _parted(self.args)
+        units = sp.eye(len(rows)).tolist()
+        return tuple(1 / self.func(*unit, *sum(rows, ()), *unit) for unit in units)
+
+    def _sympystr(self, printer: Any) -> str:
+        u, rows, v = _parted(self.args)
+        return f"InverseForm({', '.join(printer.doprint([*part]) for part in (u, map(list, rows), v))})"
+
+
+def without_inverses(
+    exprs: Iterable[sp.Expr], spare: Iterator[sp.Symbol]
+) -> tuple[list[tuple[sp.Symbol, sp.Expr]], list[tuple[sp.Symbol, sp.Expr]], list[sp.Expr]]:
+    """Return (entries, eliminations, ``exprs``) with a symbol from ``spare`` for every ``InverseForm``.
+
+    The entries of the matrices and vectors, and the steps of the eliminations, are pairs of a symbol and an expression.
+    """
+    exprs = list(exprs)
+    entries, steps = _Named(spare), _Named(spare)
+    factors: dict[tuple, Any] = {}
+    solutions: dict[tuple, list[sp.Expr]] = {}
+    known: dict[sp.Basic, sp.Basic] = {}
+    for form in _innermost_first(exprs):
+        u, rows, v = _parted([entries(replaced(e, known)) for e in form.args])
+        if rows not in factors:
+            factors[rows] = _factors(rows, steps)
+        if (rows, v) not in solutions and (rows, u) in solutions:
+            u, v = v, u
+        if (rows, v) not in solutions:
+            solutions[rows, v] = _solution(factors[rows], v, steps)
+        known[form] = sp.Add(*(a * b for a, b in zip(u, solutions[rows, v], strict=True)))
+    return entries.parts, steps.parts, [replaced(e, known) for e in exprs]
+
+
+class _Named:
+    """Gives every expression that is no atom a symbol, the same one each time."""
+
+    def __init__(self, spare: Iterator[sp.Symbol]) -> None:
+        self.spare, self.names = spare, dict[sp.Expr, sp.Symbol]()
+
+    def __call__(self, expr: sp.Expr) -> sp.Expr:
+        if expr.is_Atom:
+            return expr
+        if expr not in self.names:
+            self.names[expr] = next(self.spare)
+        return self.names[expr]
+
+    @property
+    def parts(self) -> Parts:
+        """The pairs of a symbol and its expression, in the order in which they were named."""
+        return [(symbol, expr) for expr, symbol in self.names.items()]
+
+
+def _as_is(expr: sp.Expr) -> sp.Expr:
+    return expr
+
+
+def _innermost_first(exprs: Iterable[sp.Basic]) -> list[InverseForm]:
+    """Return the forms in expressions, each after those in its entries; each part is visited once."""
+    seen: dict[sp.Basic, None] = {}
+
+    def visit(part: sp.Basic) -> None:
+        if part.args and part not in seen:
+            for arg in part.args:
+                visit(arg)
+            seen[part] = None
+
+    for expr in exprs:
+        visit(expr)
+    return [part for part in seen if isinstance(part, InverseForm)]
+
+
+def _parted(entries: Sequence[sp.Expr]) -> tuple[tuple, tuple[tuple, ...], tuple]:
+    """Return u, the rows of M up to the diagonal, and v, from all n (n + 5) / 2 entries in this order."""
+    n = (isqrt(25 + 8 * len(entries)) - 5) // 2
+    starts = [n + i * (i + 1) // 2 for i in range(n + 1)]
+    rows = tuple(tuple(entries[a:b]) for a, b in pairwise(starts))
+    return tuple(entries[:n]), rows, tuple(entries[-n:])
+
+
+def _factors(
+    rows: Sequence[Sequence[sp.Expr]], keep: Callable[[sp.Expr], sp.Expr]
+) -> tuple[list[list[sp.Expr]], list[sp.Expr]]:
+    """Return (L, D) of M = L D L', L below its diagonal of ones; ``keep`` takes every entry that is computed."""
+    lower, diagonal = list[list[sp.Expr]](), list[sp.Expr]()
+    for row in rows:
+        scaled: list[sp.Expr] = []  # the row of L D
+        for j, above in enumerate(lower):
+            scaled.append(keep(row[j] - sp.Add(*(s * a for s, a in zip(scaled, above, strict=True)))))
+        lower.append([keep(s / d) for s, d in zip(scaled, diagonal, strict=True)])
+        diagonal.append(keep(row[-1] - sp.Add(*(s * a for s, a in zip(scaled, lower[-1], strict=True)))))
+    return lower, diagonal
+
+
+def _solution(
+    factors: tuple[list[list[sp.Expr]], list[sp.Expr]], v: Sequence[sp.Expr], keep: Callable[[sp.Expr], sp.Expr]
+) -> list[sp.Expr]:
+    """Return M^-1 v by forward and backward substitution."""
+    lower, diagonal = factors
+    found: list[sp.Expr] = []
+    for row, right in zip(lower, v, strict=True):
+        found.append(keep(right - sp.Add(*(a * b for a, b in zip(row, found, strict=True)))))
+    found = [keep(y / d) for y, d in zip(found, diagonal, strict=True)]
+    for i in reversed(range(len(found))):
+        found[i] = keep(found[i] - sp.Add(*(lower[k][i] * found[k] for k in range(i + 1, len(found)))))
+    return found

@@ -1,0 +1,88 @@
+"""Mechanisms of many coordinates, whose mass matrix is not inverted in symbols, beside Newton's law in numbers."""
+
+import numpy as np
+import pytest
+from mechanisms import chain
+from scipy.integrate import solve_ivp
+
+import asympk as ap
+from asympk.mechanics.evaluation import evaluate
+
+VALUES = {"m": 1, "l": 1, "g": 1, "J": 0.1, "f": 0.3}
+
+
+def _equations(q, u):
+    """Return M, Q, the rows W and the drifts of g'' and gamma' of the chain, by the positions of its links."""
+    n = len(q)
+    reach = np.tril(np.ones((n, n)), -1) + np.eye(n) / 2  # of the middle of link k along link j
+    pairs = reach.T @ reach
+    apart = q[:, None] - q
+    mass = pairs * np.cos(apart) + VALUES["J"] * np.eye(n)
+    forces = -(pairs * np.sin(apart)) @ u**2 - reach.sum(0) * np.sin(q)
+    return mass, forces, np.array([np.sin(q), np.cos(q)]), np.array([np.cos(q) @ u**2, -np.sin(q) @ u**2])
+
+
+def _accelerations(q, u, sign):
+    """Return q'' of the chain that slides with a sliding velocity of the sign ``sign``, and its reaction."""
+    mass, forces, W, drifts = _equations(q, u)
+    pushed = W[0] - sign * VALUES["f"] * W[1]
+    reaction = -(W[0] @ np.linalg.solve(mass, forces) + drifts[0]) / (W[0] @ np.linalg.solve(mass, pushed))
+    return np.linalg.solve(mass, forces + pushed * reaction), reaction
+
+
+def _start(n):
+    """Return angles and rates of a chain whose end touches the ground and slides along it."""
+    q, u = 0.3 + 0.05 * np.arange(1, n + 1), np.full(n, 0.1)
+    u[-1] = -np.sin(q[:-1]) @ u[:-1] / np.sin(q[-1])
+    return q, u
+
+
+def _scene(n, until):
+    q, u = _start(n)
+    mechanism = chain(n)
+    values = {**VALUES, "H": float(np.cos(q).sum())}
+    given = {f"q{k}": a for k, a in enumerate(q, 1)} | {f"q{k}'": v for k, v in enumerate(u, 1)}
+    system = mechanism.rigid()
+    start = mechanism.start(system, {**given, **values})
+    named = {s.name: values[s.name] for s in system.parameters}
+    return ap.Scene(system=system, values=named, start=start, until=until)
+
+
+def _followed(n, until):
+    """Return the angles and rates of the chain at the end, followed mode by mode with the events of SciPy."""
+    q, u = _start(n)
+    state, t, sign = np.concatenate([q, u]), 0.0, np.sign(np.cos(q) @ u)
+    stops = lambda t, w: np.cos(w[:n]) @ w[n:]  # noqa: E731
+    while t < until:
+        stops.terminal, stops.direction = True, -sign
+        rate = lambda t, w, sign=sign: np.concatenate([w[n:], _accelerations(w[:n], w[n:], sign)[0]])  # noqa: E731
+        found = solve_ivp(rate, (t, until), state, "DOP853", rtol=1e-12, atol=1e-13, events=stops)
+        t, state, sign = found.t[-1], found.y[:, -1], -sign
+    return state
+
+
+def test_a_chain_of_six_links_slides_and_turns_back_as_by_newtons_law_in_numbers():
+    path = ap.solve(_scene(6, 0.5))
+    assert path.modes == ("slip_same", "slip_opposite")
+    assert np.allclose(path.final, _followed(6, 0.5), rtol=0, atol=1e-9)
+
+
+def test_the_motions_of_a_chain_of_eight_links_have_the_reactions_of_newtons_law():
+    n = 8
+    q, u = _start(n)
+    values = {**VALUES, **{f"q{k}": a for k, a in enumerate(q, 1)}, **{f"q{k}'": v for k, v in enumerate(u, 1)}}
+    (motion,) = chain(n).motions(values)
+    assert motion.name == "slip"
+    assert motion.reaction == pytest.approx(_accelerations(q, u, np.sign(np.cos(q) @ u))[1], rel=1e-12)
+
+
+def test_an_impact_on_a_chain_of_eight_links_changes_gap_rate_and_slip_by_what_it_is_to():
+    n = 8
+    kinetics, (q, u) = chain(n).plain, _start(n)
+    mass, _, W, _ = _equations(q, u)
+    values = {**VALUES, **{f"q{k}": a for k, a in enumerate(q, 1)}}
+    at = {s: values[s.name] for s in (*kinetics.parameters, *kinetics.coordinates) if s.name in values}
+    found = np.reshape(evaluate((*kinetics.gap_impact, *kinetics.slip_impact), at), (2, n + 2))
+    impulses = np.linalg.inv(W @ np.linalg.solve(mass, W.T))
+    expected = np.hstack([impulses @ np.linalg.solve(mass, W.T).T, -impulses])
+    assert np.allclose(found, expected, rtol=1e-11, atol=1e-13)

@@ -1,0 +1,61 @@
+"""The forms u' M^-1 v of a matrix that is never inverted in symbols, beside the same forms written out."""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import asympk as ap
+from asympk.symbolic.inverses import InverseForm
+from asympk.symbolic.lowering import Lowered
+
+a, b, c = sp.symbols("a b c", real=True)
+MATRIX = sp.Matrix([[3 + sp.cos(a), b, c], [b, 4 + a**2, a * b], [c, a * b, 5 + b**2 + a**2 * c**2]])
+LEFT, RIGHT = (1, a, b), (c, sp.sin(b), 1)
+FORM = InverseForm.of(LEFT, MATRIX, RIGHT)
+WRITTEN_OUT = (sp.Matrix([LEFT]) * MATRIX.adjugate() * sp.Matrix(RIGHT))[0] / MATRIX.det()
+PLACE = (0.4, -0.7, 0.9)
+
+
+def test_a_form_has_the_values_and_the_derivatives_of_the_inverse_written_out():
+    at = {s: sp.Float(k, 40) / 7 for k, s in enumerate((a, b, c), 1)}
+    for both in ((FORM, WRITTEN_OUT), *((FORM.diff(s, t), WRITTEN_OUT.diff(s, t)) for s in (a, b) for t in (b, c))):
+        form, written = (e.xreplace(at) for e in both)
+        assert abs(form - written) < 1e-28
+    assert InverseForm.of((1, 0), sp.Matrix([[2, 1], [1, 3]]), (0, 5)) == -1
+    assert InverseForm.of((0, 0, 0), MATRIX, RIGHT) == 0
+
+
+@pytest.mark.parametrize("target", ["math", "numpy", "mpmath"])
+def test_a_form_is_computed_on_every_kind_of_numbers(target):
+    nested = InverseForm.of((FORM, 1, 0), MATRIX, (0, c, FORM))
+    found = [*map(float, ap.lower((a, b, c), (FORM, nested), target)(*PLACE))]
+    A, B, C = PLACE
+    M = np.array([[3 + np.cos(A), B, C], [B, 4 + A**2, A * B], [C, A * B, 5 + B**2 + A**2 * C**2]])
+    first = np.array([1, A, B]) @ np.linalg.solve(M, [C, np.sin(B), 1])
+    second = np.array([first, 1, 0]) @ np.linalg.solve(M, [0, C, first])
+    assert found == pytest.approx([first, second], rel=1e-13)
+
+
+def test_the_derivatives_of_a_form_along_directions_pass_through_its_elimination():
+    directions = ((sp.S.One, sp.S.Zero, sp.S.Zero), (a, sp.Integer(2), b * c))
+    form, written = (Lowered((a, b, c), (e,), "math", directions=directions)(*PLACE) for e in (FORM, WRITTEN_OUT))
+    assert np.allclose(form, written, rtol=1e-13, atol=0)
+
+
+def test_a_pivot_vanishes_where_the_matrix_is_singular_and_nowhere_else():
+    form = InverseForm.of((1, 0), sp.Matrix([[1, sp.sin(a)], [sp.sin(a), 1]]), (b, c))
+    near, far = (ap.lower((a, b, c), form.pivots, "math")(at, 1, 1) for at in (np.pi / 2 - 1e-4, 0))
+    assert near == pytest.approx((1e-8, 1e-8), rel=1e-6)
+    assert far == (1, 1)
+
+
+def test_a_matrix_of_twelve_rows_is_eliminated_in_some_thousand_operations():
+    n = 12
+    entries = sp.symbols("q:12", real=True)
+    matrix = sp.Matrix(n, n, lambda i, j: sp.cos(entries[i] - entries[j]) + n * (i == j))
+    form = InverseForm.of(entries, matrix, [sp.sin(q) for q in entries])
+    lowered = ap.lower(entries, (form,), "math")
+    assert len(lowered.source.splitlines()) < 500
+    place = np.linspace(-1, 1, n)
+    M = np.cos(place[:, None] - place) + n * np.eye(n)
+    assert lowered(*place)[0] == pytest.approx(place @ np.linalg.solve(M, np.sin(place)), rel=1e-12)
