@@ -17,6 +17,7 @@ from asympk.errors import NotDerivable, NotNormallyHyperbolic, UnknownName
 from asympk.numbers import short
 from asympk.scene import Scene
 from asympk.symbolic.critical import critical_manifolds
+from asympk.symbolic.expansion import is_implicit, over_fast
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.stick import friction_cone
 from asympk.symbolic.system import System
@@ -87,37 +88,41 @@ def _quantities(scene: Scene) -> tuple[dict[str, np.ndarray], dict[str, float]]:
 
 
 def _slow(plane: _Plane, grids: list[np.ndarray]) -> list[Curve]:
-    """Return the slow manifolds as graphs over the state by which one quantity changes, not by the fast state."""
+    """Return the slow manifolds as graphs over the quantity that moves another state than the one that they give."""
     system = plane.system
     if len(system.fast) != 1 or system.small is None:
         return []
-    fast = system.states.index(next(iter(system.fast)))
-    over = plane.over(fast)
-    if over is None:
-        return []
-    part = plane.pair[over][fast] * (plane.placed(1 - over, grids[1 - over])[fast] - plane.start[fast])
-    ends = grids[over].min(), grids[over].max()  # of the quantity, of which the fast state is a part
-    states = plane.placed(over, np.interp(grids[over], ends, (ends[0] - part.max(), ends[1] - part.min())))
     curves = []
-    for name, function in _manifolds(system):
+    for name, state, function in _manifolds(system):
+        given = system.states.index(state)
+        if (over := plane.over(given)) is None:
+            continue
+        part = plane.pair[over][given] * (plane.placed(1 - over, grids[1 - over])[given] - plane.start[given])
+        ends = grids[over].min(), grids[over].max()  # of the quantity, of which the state is a part
+        states = plane.placed(over, np.interp(grids[over], ends, (ends[0] - part.max(), ends[1] - part.min())))
         values = np.broadcast_arrays(*_run(function, states, plane.values), states[0])[:3]
         on = states.copy()
-        on[fast] = values[0]
+        on[given] = values[0]
         kinds = np.where(values[1] > 0, np.where(values[2] < 0, "stable", "unstable"), "")
         curves += _pieces(name, kinds, plane.seen(on))
     return curves
 
 
 @cache
-def _manifolds(system: System) -> tuple[tuple[str, Any], ...]:
-    """Return (name, function) of the critical manifolds y = h; the function returns h, 1 where it exists, and dg/dy."""
+def _manifolds(system: System) -> tuple[tuple[str, sp.Symbol, Any], ...]:
+    """Return (name, s, function) of the critical manifolds s = h; the function returns h, 1 if it exists, and dg/dy.
+
+    The state s is the fast one y, or the slow one x where g = 0 is x = phi(y) and not solved for y.
+    """
     try:
         found = critical_manifolds(system)
     except (NotDerivable, NotNormallyHyperbolic):
         return ()
+    seen = (m for m in found if not m.name.startswith("Lambda") and m.domain != sp.false)
+    graphs = ((m, over_fast(m.dynamics, m.small, m.branch) if is_implicit(m.branch) else m.branch) for m in seen)
     return tuple(
-        (m.name, _lowered(system, [*m.branch.values(), _holds(m.dynamics.where.subs(m.branch)), m.jacobian[0, 0]]))
-        for m in found if not m.name.startswith("Lambda") and m.domain != sp.false
+        (m.name, state, _lowered(system, [height, _holds(m.dynamics.where.subs(graph)), m.jacobian[0, 0]]))
+        for m, graph in graphs for state, height in graph.items()
     )  # fmt: skip
 
 

@@ -32,7 +32,6 @@ from asympk.symbolic.stick import stick_regions
 from asympk.symbolic.system import System, require_system
 
 MOST = 10_000  # operations in the rates of one mode: the slow manifolds of longer rates take minutes
-_ODD = (sp.I, sp.LambertW, sp.Piecewise)  # what SymPy writes in roots of cubics, exponential equations and quartics
 
 
 @dataclass(frozen=True)
@@ -157,16 +156,14 @@ def _is_long(mode):
 def _real_manifolds(system):
     """Return the slow manifolds.
 
-    Where the formula of a branch is not real, or long rates are nonlinear in the fast states, a single manifold stands
-    for all branches of the mode; it is written in terms of the fast states on the branch.
+    Where the formula of a branch has Lambert's W, or long rates are nonlinear in the fast states, a single manifold
+    stands for all branches of the mode; it is written in terms of the fast states on the branch.
     """
     try:
         found = slow_manifolds(system, order=0)
-        modes = dict.fromkeys(m.mode for m in found if any(h.has(*_ODD) for h in m.branch.values()) or _is_bent(m))
-    except NotDerivable:
-        found, modes = (), dict.fromkeys(mode.name for mode in system.modes)
     except NotNormallyHyperbolic:
         return ()
+    modes = dict.fromkeys(m.mode for m in found if sp.Tuple(*m.branch.values()).has(sp.LambertW) or _is_bent(m))
     implicit = (slow_manifold(system, order=0, mode=mode, name=f"Pi_{mode}") for mode in modes)
     return (*(m for m in found if m.mode not in modes), *implicit)
 

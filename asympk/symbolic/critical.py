@@ -2,10 +2,11 @@ r"""Critical manifolds g(x, y, 0) = 0 of every mode: where they lie, and whether
 
 A branch y = h_0(x) is normally hyperbolic where no eigenvalue of dg/dy on it has real part 0. The signs of the real
 parts, found by Hurwitz determinants, separate attracting from repelling directions. ``critical_manifolds`` solves g = 0
-for all branches; ``_solutions`` is the hard function. ``CriticalManifold`` states the conditions on one branch.
+for all branches; ``solutions_of`` is the hard function. ``CriticalManifold`` states the conditions on one branch.
+Where a root has no readable formula in real numbers, one implicit manifold, ``{y: y}``, stands for all of its mode.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from itertools import starmap
@@ -67,31 +68,23 @@ class CriticalManifold(ShownAsFormulas):
 
     @cached_property
     def characteristic(self) -> tuple[sp.Expr, ...]:
-        """The coefficients of det(nu - dg/dy) on the manifold, from the highest; its roots are the fast rates.
-
-        On a branch of nested roots, as in Cardano's formula, the coefficients and all conditions derived from them are
-        left in terms of the fast states y.
-        """
-        nested = any(map(_is_nested, self.branch.values()))
-        told = replace(self, branch=sp.Dict({y: y for y in self.branch})) if nested else self
-        return tuple(map(sp.factor, characteristic(told.jacobian)))
+        """The coefficients of det(nu - dg/dy) on the manifold, from the highest; its roots are the fast rates."""
+        return tuple(map(sp.factor, characteristic(self.jacobian)))
 
     @cached_property
     def real(self) -> sp.Basic:
         """The condition under which the branch is real, without its ends: even roots and logs have positive arguments.
 
         The arguments of odd roots are positive, too, and those of asin, acos, atanh, acosh and Lambert's W lie inside
-        the domains of these. Odd roots of roots, such as Cardano's for a cubic, are taken to be real. Where g contains
-        one square root, it is positive on the branch: y = x**2 solves x - sqrt(y) = 0 for x > 0 alone.
+        the domains of these. Where g contains one square root, it is positive on the branch: y = x**2 solves
+        x - sqrt(y) = 0 for x > 0 alone.
         """
         if any(map(_is_complex, self.branch.values())):
             return sp.false
         found = sp.Tuple(*self.branch.values())
-        roots, nested = _fractional_powers(found), [p for p in _fractional_powers(found) if _is_nested(p)]
-        roots -= {*nested} | _fractional_powers(*(p.base for p in nested))
+        roots = _fractional_powers(found)
         inside = {_POSITIVE[type(f)](f.args[0]) for f in found.atoms(*_POSITIVE)} | {p.base for p in roots}
         inside |= {-f.args[0] for f in found.atoms(sp.LambertW) if len(f.args) == 2}
-        inside = {expr for expr in inside if not expr.has(*nested)}
         inside |= {_square_root(g.subs(self.small, 0), self.branch) for g in self.dynamics.fast.values()} - {None}
         names = {p: sp.Dummy(positive=True) for p in roots}
         positive = {sp.Gt(expr.xreplace(names), 0).xreplace({v: p for p, v in names.items()}) for expr in inside}
@@ -190,7 +183,9 @@ class CriticalManifold(ShownAsFormulas):
 
     def _card(self) -> Card:
         graph = self._graph()
-        rows = [(str(y), value) for y, value in graph.items()]
+        implicit = is_implicit(self.branch)
+        rows = [("0", g.subs(self.small, 0)) for g in self.dynamics.fast.values() if implicit]
+        rows += [(f"{y} at {self.small}" if implicit else str(y), h) for y, h in graph.items() if h != y]
         rows += [("where", self.domain), ("exists for", self.exists), ("stability", self._kind())]
         return Card(f"{type(self).__name__} {self.name} of mode {self.mode}", tuple(rows))
 
@@ -230,10 +225,11 @@ def critical_manifolds(system: System) -> Several[CriticalManifold]:
 
     Manifolds of modes other than stick are named Pi1, Pi2, ... in order, those of stick Lambda1, ...; a manifold that
     lies nowhere in its mode has ``domain`` False. Where the rates of a mode switch by a state or the time, every side
-    of the switch has its own manifolds, each with its domain. Raises ``NotDerivable`` when SymPy cannot solve g = 0, or
-    where a mode has too many sides, ``NotNormallyHyperbolic`` where g = 0 leaves fast states free on all manifolds of a
-    mode, and ``InputError`` where rates are singular at mu = 0. Where g = 0 leaves a fast state y free on one manifold
-    of several, ``branch[y]`` is y there, and ``exists`` is False.
+    of the switch has its own manifolds, each with its domain. Where SymPy gives a root of g = 0 no readable formula in
+    real numbers, as for a cubic, one manifold stands for all roots: ``branch[y]`` is y. Raises ``NotDerivable`` where a
+    mode has too many sides, ``NotNormallyHyperbolic`` where g = 0 leaves fast states free on all manifolds of a mode,
+    and ``InputError`` where rates are singular at mu = 0. Where g = 0 leaves a fast state y free on one manifold of
+    several, ``branch[y]`` is y there, and ``exists`` is False.
     """
     found: list[CriticalManifold] = []
     count: dict[str, int] = {}
@@ -314,18 +310,27 @@ def _located(part, states, assumptions):
 
 def _branches(mode, small):
     equal_zero = [g.subs(small, 0) for g in mode.fast.values()]
-    if (solutions := _solutions(equal_zero, list(mode.fast))) is None:
-        raise NotDerivable(f"mode {mode.name!r}: SymPy does not solve g = 0; give slow_manifold a branch")
+    implicit = [sp.Dict({y: y for y in mode.fast})]
+    solutions = solutions_of(equal_zero, list(mode.fast))
+    if solutions is None or any(map(is_unreadable, heights(solutions))):
+        return implicit
     solutions = [{}] if {*equal_zero} == {0} else solutions
     solutions = [{y: y for y in mode.fast} | s for s in solutions]  # a state that g = 0 leaves free stands for itself
     if solutions and all(map(_free, solutions)):
         raise NotNormallyHyperbolic(f"mode {mode.name!r}: {_free(solutions[0])}: a function of the fast states changes "
                                     "slowly; make it a slow state")  # fmt: skip
     complete = [s for s in solutions if not any(map(_is_complex, s.values()))]
+    if any(h.has(sp.I) for h in heights(complete)):
+        return implicit
     told = all(g.is_rational_function(*mode.fast) for g in equal_zero)  # SymPy finds false roots of exponentials
     complete = [form for s in complete for form in _real_forms(s)
                 if (told and form is s) or all(is_zero_somewhere(g.subs(form, simultaneous=True)) for g in equal_zero)]
     return [sp.Dict({y: by_powers(h, tuple(mode.slow)) for y, h in s.items()}) for s in complete]
+
+
+def heights(solutions: list[dict[sp.Symbol, sp.Expr]]) -> Iterator[sp.Expr]:
+    """Yield the value of every unknown in every solution."""
+    return (h for s in solutions for h in s.values())
 
 
 def _free(branch):
@@ -338,7 +343,7 @@ def _free(branch):
 def _real_forms(solution):
     """Return a solution, and what SymPy leaves out: the lower real branch of Lambert's W, and odd roots below 0."""
     upper = {w for h in solution.values() for w in h.atoms(sp.LambertW) if len(w.args) == 1}
-    roots = {p for p in _fractional_powers(*solution.values()) if p.exp.q % 2 and not _is_nested(p)}
+    roots = {p for p in _fractional_powers(*solution.values()) if p.exp.q % 2}
     lower = {} if any(w.args[0].is_nonnegative for w in upper) else {w: sp.LambertW(w.args[0], -1) for w in upper}
     below = {p: (-1) ** p.exp.p * (-p.base) ** p.exp for p in roots if not p.base.is_nonnegative}
     forms = [solution]
@@ -369,8 +374,9 @@ def _square_root(g, branch):
     return sp.factor((-rest * factor).subs(branch, simultaneous=True))
 
 
-def _is_nested(h):
-    return any(p.exp.q % 2 and _fractional_powers(p.base) for p in _fractional_powers(h))
+def is_unreadable(h: sp.Expr) -> bool:
+    """Tell whether a formula of a root has an odd root of a root, as Cardano's, or cases, as SymPy's for a quartic."""
+    return h.has(sp.Piecewise) or any(p.exp.q % 2 and _fractional_powers(p.base) for p in _fractional_powers(h))
 
 
 def _is_complex(h):
@@ -381,10 +387,8 @@ def _is_complex(h):
     for p in (p for p in _fractional_powers(h) if p.free_symbols):
         if not p.exp.q % 2:
             told[p] = sp.Dummy(positive=True)
-        elif not _fractional_powers(p.base) or _is_exceeding(p.base):  # odd root of a real number, unlike Cardano's
-            positive = True if _is_exceeding(p.base) else None
-            root = bases.setdefault(p.base, sp.Dummy(real=True, nonzero=True, positive=positive))
-            told[p] = root ** (p.exp * p.exp.q)
+        else:
+            told[p] = bases.setdefault(p.base, sp.Dummy(real=True, nonzero=True)) ** (p.exp * p.exp.q)
     h = h.xreplace(told)
     if bases and any(part.is_imaginary for part in h.atoms(sp.Pow, type(sp.I))):
         inside = (f.args[0] for f in h.atoms(sp.log, sp.LambertW))
@@ -392,26 +396,17 @@ def _is_complex(h):
     return h.is_real is False
 
 
-def _is_exceeding(base):
-    """Tell whether an expression a + b sqrt(d) is positive because b is, and b sqrt(d) exceeds |a|."""
-    root = next((p for p in _fractional_powers(base) if p.exp == sp.S.Half), None)
-    if root is None:
-        return False
-    size = base.coeff(root)
-    return bool(size.is_positive and sp.expand((size * root) ** 2 - (base - size * root) ** 2).is_positive)
-
-
-def _solutions(equal_zero, unknowns):
-    """Return the solutions that SymPy finds, or None where SymPy fails or would leave out roots."""
+def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[dict[sp.Symbol, sp.Expr]] | None:
+    """Return the solutions that SymPy finds, or None where SymPy fails, would leave out roots or has no short ones."""
     if heavy(sp.Tuple(*equal_zero)):
         matrix = (force := sp.Matrix(equal_zero)).jacobian(unknowns)
         if not matrix.has(*unknowns):
             return _linear_solution(matrix, force.subs(dict.fromkeys(unknowns, 0)), unknowns)
     if len(unknowns) == 1 and (own := _by_lambert(*equal_zero, *unknowns) or _by_logarithm(*equal_zero, *unknowns)):
         return own
-    if len(unknowns) > 1 and (own := _given_by_others(equal_zero, unknowns)):
-        return _without(*own, equal_zero, unknowns)
-    if any(starmap(_loses_roots, _eliminants(equal_zero, unknowns))):
+    if len(unknowns) > 1 and (given := _given_by_others(equal_zero, unknowns)):
+        return _without(*given, equal_zero, unknowns)
+    if any(starmap(_is_beyond_radicals, _eliminants(equal_zero, unknowns))):
         return None
     try:
         return sp.solve(equal_zero, unknowns, dict=True)
@@ -473,7 +468,7 @@ def _given_by_others(equal_zero, unknowns):
 def _without(force, y, own, equal_zero, unknowns):
     """Return the solutions of the equations other than ``force``, each completed by ``y`` = ``own``."""
     left = [g.subs(y, own) for g in equal_zero if g is not force]
-    solutions = _solutions(left, [other for other in unknowns if other != y])
+    solutions = solutions_of(left, [other for other in unknowns if other != y])
     return solutions and [{**s, y: sp.expand(own.subs(s))} for s in solutions]
 
 
@@ -500,13 +495,14 @@ def _eliminants(equal_zero, unknowns):
             if basis.is_zero_dimensional]  # fmt: skip
 
 
-def _loses_roots(force, y):
-    """Tell whether a polynomial g has a factor not solvable by radicals, whose roots ``solve`` leaves out silently."""
+def _is_beyond_radicals(force, y):
+    """Tell whether a polynomial g has a factor of degree above 2 without readable radicals for all its roots."""
     numerator = sp.fraction(sp.together(force))[0]
     if not numerator.is_polynomial(y):
         return False
-    factors = [f for f, _ in sp.factor_list(numerator, y)[1] if sp.degree(f, y) > 4]
-    return any(sum(sp.roots(f, y).values()) < sp.degree(f, y) for f in factors)
+    factors = (f for f, _ in sp.factor_list(numerator, y)[1] if sp.degree(f, y) > 2)
+    return any(sum(found.values()) < sp.degree(f, y) or any(map(is_unreadable, found))
+               for f in factors for found in [sp.roots(f, y)])  # fmt: skip
 
 
 def _text(condition):

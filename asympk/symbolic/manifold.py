@@ -26,7 +26,10 @@ from asympk.symbolic.critical import (
     critical_manifolds,
     determinant,
     equations,
+    heights,
     in_words,
+    is_unreadable,
+    solutions_of,
 )
 from asympk.symbolic.diffring import DifferentialRing
 from asympk.symbolic.expansion import (
@@ -239,15 +242,12 @@ def rest_state(manifold: SlowManifold) -> RestState | None:
     """
     _require_manifold(manifold, "rest_state")
     mode, active = manifold.dynamics, active_slow(manifold.dynamics)
-    if is_implicit(manifold.branch):
-        raise NotDerivable(f"{manifold.name} is implicit; rest states are found on an explicit branch, give one")
     unknowns = [*active, *mode.fast]
-    try:
-        found = sp.solve([*(mode.slow[x] for x in active), *mode.fast.values()], unknowns, dict=True)
-    except NotImplementedError:
-        raise NotDerivable(f"{manifold.name}: SymPy does not solve f = g = 0 for its rest states") from None
+    found = solutions_of([*(mode.slow[x] for x in active), *mode.fast.values()], unknowns)
+    if found is None or any(map(is_unreadable, heights(found))):
+        raise NotDerivable(f"{manifold.name}: SymPy does not solve f = g = 0 for its rest states in readable formulas")
     found = [s for s in found if s.keys() == {*unknowns} and _lies_on(s, manifold)]
-    found = [s for s in found if manifold.domain.subs(s) != sp.false]
+    found = [s for s in found if sp.And(manifold.domain, manifold.exists).subs(s) != sp.false]
     if len(found) > 1:
         raise NotDerivable(f"{manifold.name}: several rest states lie on it: {'; '.join(map(equations, found))}")
     if not found:
@@ -270,7 +270,10 @@ def _lies_on(state, manifold):
 def _rate(manifold, active, state):
     if len(active) != 1:
         return None
-    return sp.cancel(_flow(manifold)[active[0]][0].diff(active[0]).subs(state).subs(manifold.small, 0))
+    (x,), flow = active, _flow(manifold)[active[0]][0]
+    slopes = branch_slopes(manifold).items() if is_implicit(manifold.branch) else ()
+    rate = flow.diff(x) + sum(flow.diff(y) * by[x] for y, by in slopes)
+    return sp.cancel(rate.subs(state).subs(manifold.small, 0))
 
 
 def _flow(manifold):

@@ -15,6 +15,7 @@ from threading import Thread
 
 import numpy as np
 import pytest
+import sympy as sp
 from blocks import spring_block
 from browser import PRESENT, browser
 from interrupt import hearing
@@ -180,6 +181,18 @@ def test_a_physical_rod_has_its_slow_planes_in_newtons():
     (plane,) = (c for c in surroundings(chalk, ["R", "u"], places, places) if c["name"] == "Pi1")
     sigma, unit = float(chalk.sigma), float(chalk.rod.units.reaction)
     assert {round(R, 9) for R, u in plane["points"]} == {round(unit / (sigma + 4), 9)}
+
+
+def test_a_cubic_manifold_is_drawn_over_its_fast_state_with_its_folds_as_ends():
+    x, y, mu = sp.symbols("x y mu", real=True)
+    system = ap.System.smooth({x: -y}, {y: x + y - y**3 / 3}, mu)
+    scene = ap.Scene(system=system, values={"mu": "1/100"}, start={"x": 1, "y": 2}, until=1)
+    places = [k / 10 - 2.05 for k in range(41)]
+    curves = surroundings(scene, ["x", "y"], places, places)
+    assert [curve["kind"] for curve in curves] == ["stable", "unstable", "stable"]
+    points = [point for curve in curves for point in curve["points"]]
+    assert [v for u, v in points] == pytest.approx(places)
+    assert [u for u, v in points] == pytest.approx([v**3 / 3 - v for v in places])
 
 
 def test_around_a_single_state_stands_nothing():

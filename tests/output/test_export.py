@@ -176,7 +176,8 @@ def test_a_branch_that_no_real_formula_gives_is_written_by_its_own_value(force, 
     there = {u: sp.solve(force, u)[0].subs(at), **at}
     slope = -force.diff(u) / force.diff(v)  # mu h' u' = g gives h_1 = h_0' u' / g_v
     wanted = float((slope * (v - r * u) / force.diff(v)).subs(there))
-    assert module.Pi_smooth_series(branch, rate)[:2] == pytest.approx((branch, wanted))
+    series = module.Pi_smooth_series if force.has(sp.exp) else module.Pi1_series
+    assert series(branch, rate)[:2] == pytest.approx((branch, wanted))
 
 
 @pytest.mark.skipif(shutil.which("g++") is None, reason="there is no C++ compiler")

@@ -190,12 +190,14 @@ def test_the_expansion_of_a_named_branch_equals_that_of_the_same_branch_written_
         ["u - v - v*w/(1 + v**2)", "v - w/(1 + v) - w**2"],
     ],
 )
-def test_branches_that_no_radicals_give_are_not_said_to_be_absent(forces):
+def test_branches_that_no_radicals_give_are_carried_by_their_values(forces):
     u, v, w = sp.symbols("u v w", real=True)
     fast = [sp.sympify(force, {"u": u, "v": v, "w": w}) for force in forces]
     system = ap.System.smooth(slow={u: -u}, fast=dict(zip((v, w), fast, strict=False)), small=mu)
-    with pytest.raises(NotDerivable, match="SymPy does not solve g = 0; give slow_manifold a branch"):
-        ap.slow_manifolds(system)
+    (found,), given = ap.slow_manifolds(system), ap.slow_manifold(system)
+    assert found.branch == given.branch == sp.Dict({s: s for s in system.fast})
+    assert (found.coefficients, found.stability) == (given.coefficients, given.stability)
+    assert [line.split("  0 ")[1].strip() for line in repr(found).splitlines() if "  0 " in line] == [*map(str, fast)]
     by_radicals = ap.slow_manifolds(ap.System.smooth(slow={u: -u}, fast={v: u - v**5}, small=mu))
     assert u ** sp.Rational(1, 5) in [found.branch[v] for found in by_radicals]
 
@@ -589,9 +591,19 @@ def test_a_cubic_that_never_folds_says_so():
 
 def test_what_needs_an_explicit_branch_says_so():
     manifold = ap.slow_manifold(ap.System.smooth(slow={x: -x + y}, fast={y: x - y - y**3}, small=mu), order=1)
-    for question in (integral_curves, rest_state):
-        with pytest.raises(NotDerivable, match="implicit"):
-            question(manifold)
+    with pytest.raises(NotDerivable, match="implicit"):
+        integral_curves(manifold)
+
+
+def test_rest_states_lie_on_implicit_branches_too_but_not_at_their_folds():
+    """On x = y + y**3 the flow x' = y - 4 x is y' = -(3 y + 4 y**3)/(1 + 3 y**2)."""
+    (manifold,) = ap.slow_manifolds(ap.System.smooth({x: y - 4 * x}, {y: x - y - y**3}, mu))
+    assert (rest_state(manifold).state, rest_state(manifold).rate) == (sp.Dict({x: 0, y: 0}), -3)
+    (folded,) = ap.slow_manifolds(ap.System.smooth({x: 1 - y}, {y: y - y**3 / 3 - x}, mu))
+    assert rest_state(folded) is None
+    (neuron,) = ap.slow_manifolds(ap.System.smooth({x: y - kappa * x + 1}, {y: y - y**3 / 3 - x}, mu))
+    with pytest.raises(NotDerivable, match="does not solve f = g = 0 for its rest states in readable formulas"):
+        rest_state(neuron)
 
 
 @pytest.mark.parametrize("side", [-1, 1])
@@ -649,17 +661,30 @@ def test_a_mode_of_more_sides_than_can_be_told_apart_is_refused_by_name():
 
 
 def test_what_is_said_of_a_root_of_a_cubic_is_said_by_its_value():
-    """Cardano's formula would be in every condition, complex where all roots are real."""
-    system = ap.System.smooth({x: y}, {y: y - y**3 / 3 - x}, mu)  # of FitzHugh and Nagumo
-    found = ap.slow_manifolds(system, order=0)
-    assert len(found) == 3
-    for m in found:
-        implicit = ap.slow_manifold(system, order=0)
-        assert (m.exists, m.stability, m.folds) == (implicit.exists, implicit.stability, implicit.folds)
-        assert m.stability.free_symbols == {y, sp.Symbol("stable"), sp.Symbol("unstable")}
+    """Cardano's formulas are complex where all roots are real, and two of the three where one root is."""
+    a = sp.Symbol("a", real=True)
+    (found,) = ap.slow_manifolds(ap.System.smooth({x: -y}, {y: x + a * y - y**3}, mu))  # of van der Pol where a = 1
+    assert found.branch == sp.Dict({y: y})
+    assert found.folds == sp.Eq(-a + 3 * y**2, 0)
+    assert sp.cancel(found.coefficient(1) - y / (a - 3 * y**2) ** 2) == 0
+    assert found.at(a=-1).stability == "stable"
+    at = found.at(a=1)
+    (spectrum,) = ap.eigenvalues(ap.System.smooth({x: -y}, {y: x + y - y**3}, mu), on=at)
+    assert spectrum.fast_rates[0].subs(y, 1) == -2
+    assert [str(at.stability.subs(y, value)) for value in (-1, 0, 1)] == ["stable", "unstable", "stable"]
+    rows = repr(at).splitlines()
+    assert rows[1:3] == ["  0           x - y**3 + y", "  y at mu     mu*y/(3*y**2 - 1)**2 + y"]
+    assert r"\text{y at mu} & \frac{\mu y}{\left(3 y^{2} - 1\right)^{2}} + y" in sp.latex(at)
 
 
-POLYNOMIALS = (x - y - y**3, -x - (1 + z**2) * y - y**3, x - 2 * y - y**2 - y**3, x - y**3, x - y**5, x + z - 2 * y**3)
+@pytest.mark.parametrize("force", [x - y - y**3, -x - (1 + z**2) * y - y**3, x - 2 * y - y**2 - y**3,
+                                   sp.exp(x - y) - sp.exp(2 * y) - 1])  # fmt: skip
+def test_a_single_root_of_a_cubic_attracts_or_repels_over_every_place(force):
+    (found,) = ap.slow_manifolds(ap.System.smooth({x: -y, z: x}, {y: force}, mu), order=0)
+    assert (found.branch, found.exists, found.stability) == (sp.Dict({y: y}), sp.true, "stable")
+
+
+POLYNOMIALS = (x - y**3, x - y**5, x + z - 2 * y**3)
 ODD_ROOTS_IN_LAMBERT = {x - y**3 * sp.exp(-y): {-1: 1, 1: 2, 2: 0}, x - y**5 * sp.exp(2 * y): {1: 1, -0.01: 2, -1: 0}}
 
 
@@ -719,19 +744,17 @@ def test_a_manifold_folds_where_the_determinant_vanishes_and_not_at_its_poles():
     assert (manifold.folds, manifold.exists) == (sp.Eq(x, 0), sp.Ne(x, 0) & sp.Ne(x, -1))
 
 
-def test_roots_of_a_cubic_are_found_beside_a_fast_state_that_the_others_give():
+def test_roots_of_a_cubic_are_carried_beside_a_fast_state_that_the_others_give():
     s, q, r = sp.symbols("s q r", real=True)
     rates = {q: r - q**3 + 3 * q**2 - s + 2, r: 1 - 5 * q**2 - r}
     neuron = ap.System.smooth({s: q - s}, rates, sp.Symbol("mu", positive=True))  # of Hindmarsh and Rose
-    found = [{y: sp.re(h.subs(s, 2).evalf()) for y, h in m.branch.items()} for m in ap.critical_manifolds(neuron)]
-    assert sorted(branch[q] for branch in found) == pytest.approx([-(1 + 5**0.5) / 2, -1, (5**0.5 - 1) / 2])
-    assert all(branch[r] == pytest.approx(1 - 5 * branch[q] ** 2) for branch in found)
-
-
-def test_a_fast_state_that_no_other_moves_has_its_own_formula_beside_the_roots_of_a_cubic():
-    """Here y = x; y = u**3 - u with the root u in Cardano's form is equal to it, but does not simplify."""
-    manifolds = ap.slow_manifolds(ap.System.smooth({x: -x}, {u: u - u**3 + y, y: x - y}, mu), order=0)
-    assert [m.branch[y] for m in manifolds] == [x, x, x]
+    (found,) = ap.slow_manifolds(neuron, order=0)
+    assert found.branch == sp.Dict({q: q, r: r})
+    for value, kind in ((-2, "stable"), (-1, "saddle"), (sp.Rational(1, 2), "unstable")):  # at 1/2 a focus: trace > 0
+        jacobian = sp.Matrix([[6 * value - 3 * value**2, 1], [-10 * value, -1]])
+        assert sp.sympify(found.stability).subs({q: value, r: 1 - 5 * value**2}) == sp.Symbol(kind)
+        assert {"stable": jacobian.det() > 0 > jacobian.trace(), "saddle": jacobian.det() < 0,
+                "unstable": jacobian.det() > 0 and jacobian.trace() > 0}[kind]  # fmt: skip
 
 
 def test_fast_states_alone_have_their_rest_points_for_manifolds():
@@ -778,9 +801,8 @@ def test_roots_of_exponentials_that_solve_nothing_are_no_manifolds(force):
     assert found.stability == "stable"
 
 
-@pytest.mark.parametrize("force", ["exp(x - y) - exp(2*y) - 1", "x - y**(5/2)/(1 + y**(5/2))"])
-def test_complex_numbers_in_a_logarithm_and_in_a_broken_power_are_no_manifolds(force):
-    rate = sp.sympify(force, {"x": x, "y": y}, rational=True)
+def test_complex_numbers_in_a_broken_power_are_no_manifolds():
+    rate = sp.sympify("x - y**(5/2)/(1 + y**(5/2))", {"x": x, "y": y}, rational=True)
     (found,) = ap.slow_manifolds(ap.System.smooth({x: -x}, {y: rate}, mu), order=0)
     assert found.stability == "stable"
     assert abs(sp.N(rate.subs(found.branch).subs(x, sp.Rational(1, 3)), 20)) < 1e-15
