@@ -405,7 +405,7 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
     if len(unknowns) == 1 and (own := _by_lambert(*equal_zero, *unknowns) or _by_logarithm(*equal_zero, *unknowns)):
         return own
     if len(unknowns) > 1 and (given := _given_by_others(equal_zero, unknowns)):
-        return _without(*given, equal_zero, unknowns)
+        return _without(given, equal_zero, unknowns)
     if any(starmap(_is_beyond_radicals, _eliminants(equal_zero, unknowns))):
         return None
     try:
@@ -465,8 +465,9 @@ def _given_by_others(equal_zero, unknowns):
     return min(found, key=lambda given: given[2].has(*unknowns), default=None)
 
 
-def _without(force, y, own, equal_zero, unknowns):
-    """Return the solutions of the equations other than ``force``, each completed by ``y`` = ``own``."""
+def _without(given, equal_zero, unknowns):
+    """Return the solutions of the equations other than that which gives y = own, each completed by y."""
+    force, y, own = given
     left = [g.subs(y, own) for g in equal_zero if g is not force]
     solutions = solutions_of(left, [other for other in unknowns if other != y])
     return solutions and [{**s, y: sp.expand(own.subs(s))} for s in solutions]
