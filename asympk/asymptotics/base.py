@@ -10,7 +10,7 @@ such a polynomial. ``_correction`` finds it by linear algebra. The base point is
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import sympy as sp
 
@@ -20,7 +20,7 @@ from asympk.asymptotics.landing import land
 from asympk.asymptotics.series import Series
 from asympk.errors import NotDerivable, UnknownName
 from asympk.numbers import known_order, number
-from asympk.symbolic.expansion import fast_jacobian, is_zero, require_series
+from asympk.symbolic.expansion import fast_jacobian, is_zero, require_series, to_degree
 from asympk.symbolic.placing import place
 from asympk.symbolic.system import System
 
@@ -84,11 +84,13 @@ def base_point(system: System, order: int = 1) -> BasePoint:
     if system.small is None or len(system.modes) > 1 or system.time is not None:
         raise NotDerivable("a base point is that of one smooth mode with fast states and without an explicit time")
     require_series(system.modes[0], system.small, order)
-    if not _is_closed(system.modes[0], order):
+    slow, fast = (to_degree(rates, system.small, order) for rates in (system.modes[0].slow, system.modes[0].fast))
+    mode = replace(system.modes[0], slow=slow, fast=fast)
+    if not _is_closed(mode, order):
         return BasePoint(system, order, None)
-    _require_settling(system.modes[0], system.small)
+    _require_settling(mode, system.small)
     closed = _of_one_fast_state if len(system.fast) == 1 else _of_fast_states
-    found = closed(system.modes[0], system.small, order).items()
+    found = closed(mode, system.small, order).items()
     return BasePoint(system, order, {
         x: Series({(k, 0): sp.factor(c) for k, c in enumerate((x, *terms))}, (order + 1, 0), system.small)
         for x, terms in found

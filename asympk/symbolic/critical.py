@@ -25,6 +25,7 @@ from asympk.symbolic.expansion import (
     is_zero,
     is_zero_somewhere,
     jacobian_on_branch,
+    limit_of,
     one_side,
     over_fast,
     require_series,
@@ -85,7 +86,7 @@ class CriticalManifold(ShownAsFormulas):
         roots = _fractional_powers(found)
         inside = {_POSITIVE[type(f)](f.args[0]) for f in found.atoms(*_POSITIVE)} | {p.base for p in roots}
         inside |= {-f.args[0] for f in found.atoms(sp.LambertW) if len(f.args) == 2}
-        inside |= {_square_root(g.subs(self.small, 0), self.branch) for g in self.dynamics.fast.values()} - {None}
+        inside |= {_square_root(limit_of(g, self.small), self.branch) for g in self.dynamics.fast.values()} - {None}
         names = {p: sp.Dummy(positive=True) for p in roots}
         positive = {sp.Gt(expr.xreplace(names), 0).xreplace({v: p for p, v in names.items()}) for expr in inside}
         return sp.And(*(_located(relation, list(self.dynamics.slow), self.assumptions) for relation in positive))
@@ -184,7 +185,7 @@ class CriticalManifold(ShownAsFormulas):
     def _card(self) -> Card:
         graph = self._graph()
         implicit = is_implicit(self.branch)
-        rows = [("0", g.subs(self.small, 0)) for g in self.dynamics.fast.values() if implicit]
+        rows = [("0", limit_of(g, self.small)) for g in self.dynamics.fast.values() if implicit]
         rows += [(f"{y} at {self.small}" if implicit else str(y), h) for y, h in graph.items() if h != y]
         rows += [("where", self.domain), ("exists for", self.exists), ("stability", self._kind())]
         return Card(f"{type(self).__name__} {self.name} of mode {self.mode}", tuple(rows))
@@ -272,7 +273,7 @@ def checked_branch(branch: Any, mode: Mode, small: sp.Symbol) -> sp.Dict:
         if inside := h.free_symbols & {*mode.fast, small}:
             raise InputError(f"branch {y} = {h} contains {in_words(inside)}; give it in the slow variables alone")
     for y, g in mode.fast.items():
-        residual = g.subs(small, 0).subs(branch, simultaneous=True)
+        residual = limit_of(g, small).subs(branch, simultaneous=True)
         if not is_zero(residual):
             raise BranchError(
                 f"{equations(branch)} does not solve the critical equation of {mode.name!r}: "
@@ -309,7 +310,7 @@ def _located(part, states, assumptions):
 
 
 def _branches(mode, small):
-    equal_zero = [g.subs(small, 0) for g in mode.fast.values()]
+    equal_zero = [limit_of(g, small) for g in mode.fast.values()]
     implicit = [sp.Dict({y: y for y in mode.fast})]
     solutions = solutions_of(equal_zero, list(mode.fast))
     if solutions is None or any(map(is_unreadable, heights(solutions))):

@@ -66,7 +66,7 @@ def require_series(mode: Mode, small: sp.Symbol | None, order: int = 0) -> None:
     """Raise ``InputError`` if a rate or one of its first ``order`` derivatives by mu is singular where mu = 0."""
     if small is None:
         return
-    for state, rate in {**mode.slow, **mode.fast}.items():
+    for state, rate in {**to_degree(mode.slow, small, order), **to_degree(mode.fast, small, order)}.items():
         if any(rate.diff(small, k).subs(small, 0).has(*INFINITE) for k in range(order + 1)):
             raise InputError(f"the rate of {state} has no series in {small}: in mode {mode.name} it is singular where "
                              "that is 0; use an exact method, or replace what is singular by a parameter")  # fmt: skip
@@ -84,6 +84,16 @@ def regular(expr: sp.Expr, small: sp.Symbol, degree: int) -> sp.Expr:
         return apart
     fixed, moving = expr.as_independent(small, as_Add=expr.is_Add)
     return (sp.Add if expr.is_Add else sp.Mul)(fixed, _polynomial(moving, small, degree))
+
+
+def to_degree(rates: Mapping, small: sp.Symbol, degree: int) -> sp.Dict:
+    """Return rates with Taylor polynomials in mu, of a degree, for quotients that are singular by their form alone."""
+    return sp.Dict({s: regular(rate, small, degree) for s, rate in rates.items()})
+
+
+def limit_of(expr: sp.Expr, small: sp.Symbol) -> sp.Expr:
+    """Return an expression at mu = 0, also where quotients are singular by their form alone."""
+    return regular(expr, small, 0).subs(small, 0)
 
 
 def _is_singular(expr: sp.Expr, small: sp.Symbol) -> bool:
@@ -111,7 +121,7 @@ def over_fast(mode: Mode, small: sp.Symbol, branch: sp.Dict) -> dict[sp.Symbol, 
     """Return {x: phi(y)} where an implicit branch with one fast state y is a graph x = phi(y), else {}."""
     if len(branch) > 1 or not is_implicit(branch):
         return {}
-    g = next(iter(mode.fast.values())).subs(small, 0)
+    g = limit_of(next(iter(mode.fast.values())), small)
     for x in mode.slow:
         slope = sp.cancel(g.diff(x))
         if slope != 0 and not slope.has(*mode.slow, *mode.fast):
@@ -123,7 +133,8 @@ def over_fast(mode: Mode, small: sp.Symbol, branch: sp.Dict) -> dict[sp.Symbol, 
 def expand(mode: Mode, small: sp.Symbol, branch: sp.Dict, order: int) -> Expansion:
     """Expand the slow manifold of ``mode`` to ``order``; ``branch`` must solve g = 0, with a regular g_y on it."""
     signs = {sp.Dummy("s"): quantity for quantity in mode.signed}
-    mode = replace(mode, slow=one_side(mode.slow, signs), fast=one_side(mode.fast, signs))
+    slow, fast = (to_degree(one_side(rates, signs), small, order) for rates in (mode.slow, mode.fast))
+    mode = replace(mode, slow=slow, fast=fast)
     slow, fast = tuple(mode.slow), tuple(mode.fast)
     on_branch = {s: q.subs(branch) for s, q in signs.items()}
     branch = dict(one_side(branch, signs))
@@ -162,14 +173,14 @@ def _signed(expr, signs):
 
 def fast_jacobian(mode: Mode, small: sp.Symbol) -> sp.Matrix:
     """Return dg/dy at mu = 0, a matrix of functions of the states."""
-    fast = sp.Matrix([g.subs(small, 0) for g in mode.fast.values()])
+    fast = sp.Matrix([limit_of(g, small) for g in mode.fast.values()])
     return fast.jacobian(list(mode.fast))
 
 
 def jacobian_on_branch(mode: Mode, small: sp.Symbol) -> sp.Matrix:
     """Return dg/dy at mu = 0 where g = 0: a quotient P/Q of polynomials that vanishes has the derivative P_y/Q."""
     found = fast_jacobian(mode, small).as_mutable()
-    for k, g in enumerate(g.subs(small, 0) for g in mode.fast.values()):
+    for k, g in enumerate(limit_of(g, small) for g in mode.fast.values()):
         if g.is_rational_function(*mode.fast) and not g.is_polynomial(*mode.fast) and not heavy(g):
             numerator, denominator = sp.fraction(sp.together(g))
             found[k, :] = sp.Matrix([[numerator.diff(y) / denominator for y in mode.fast]])

@@ -37,6 +37,7 @@ from asympk.symbolic.expansion import (
     fast_jacobian,
     is_implicit,
     is_zero,
+    limit_of,
     over_fast,
     require_series,
     require_short,
@@ -201,7 +202,7 @@ def reduced_flow(manifold: SlowManifold) -> sp.Dict:
 def branch_slopes(manifold: SlowManifold) -> dict[sp.Symbol, dict[sp.Symbol, sp.Expr]]:
     """Return the slopes {y: {x: dy/dx}} of the branch, -g_y^-1 g_x at mu = 0, evaluated on the branch."""
     mode, small, over = manifold.dynamics, manifold.small, over_fast(manifold.dynamics, manifold.small, manifold.branch)
-    g = sp.Matrix([g.subs(small, 0) for g in mode.fast.values()])
+    g = sp.Matrix([limit_of(g, small) for g in mode.fast.values()])
     slopes = -(fast_jacobian(mode, small).inv() * g.jacobian(list(mode.slow)))
     at = {**manifold.branch, **over}
     return {
@@ -264,7 +265,7 @@ def _require_manifold(manifold, verb):
 
 
 def _lies_on(state, manifold):
-    return all(is_zero((y - h).subs(state).subs(manifold.small, 0)) for y, h in manifold.branch.items())
+    return all(is_zero(limit_of((y - h).subs(state), manifold.small)) for y, h in manifold.branch.items())
 
 
 def _rate(manifold, active, state):
@@ -273,7 +274,7 @@ def _rate(manifold, active, state):
     (x,), flow = active, _flow(manifold)[active[0]][0]
     slopes = branch_slopes(manifold).items() if is_implicit(manifold.branch) else ()
     rate = flow.diff(x) + sum(flow.diff(y) * by[x] for y, by in slopes)
-    return sp.cancel(rate.subs(state).subs(manifold.small, 0))
+    return sp.cancel(limit_of(rate.subs(state), manifold.small))
 
 
 def _flow(manifold):

@@ -7,7 +7,7 @@ flow; the fast ones are lambda = nu / mu with det(g_y - nu) = 0 to leading order
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import sympy as sp
@@ -16,7 +16,7 @@ from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic
 from asympk.numbers import known_order
 from asympk.shown import Card, Several, ShownAsFormulas
 from asympk.symbolic.critical import CriticalManifold, checked_branch, equations
-from asympk.symbolic.expansion import INFINITE, is_zero, regular
+from asympk.symbolic.expansion import INFINITE, is_zero, limit_of
 from asympk.symbolic.hurwitz import attracting, characteristic, off_axis, repelling, split
 from asympk.symbolic.manifold import RestState, SlowManifold
 from asympk.symbolic.sides import measured, on_side, phases
@@ -242,7 +242,7 @@ def _spectrum(system, mode, jacobian):
     n = len(mode.slow)
     fast, slow = jacobian[n:, n:], polynomial
     if mode.fast:
-        fast, slow = fast.applyfunc(partial(_limit, small)), _limit(small, slow)
+        fast, slow = fast.applyfunc(lambda entry: limit_of(entry, small)), limit_of(slow, small)
     if sp.Tuple(*fast, slow).has(*INFINITE):
         raise InputError(f"{mode.name}: the eigenvalues have no limit as {small} vanishes, in which the rates are "
                          "singular; replace what is singular by a parameter")  # fmt: skip
@@ -253,10 +253,6 @@ def _spectrum(system, mode, jacobian):
     if len(coefficients) == 3 and len(mode.fast) == 1:
         return _pair(found, *map(sp.factor, coefficients))
     return found
-
-
-def _limit(small, expr):
-    return regular(expr, small, 0).subs(small, 0)
 
 
 def _roots(poly):

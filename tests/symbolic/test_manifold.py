@@ -706,7 +706,7 @@ def test_there_are_as_many_slow_manifolds_over_a_place_as_real_roots(force, coun
             assert sp.sympify(m.stability).subs(at) == slope
 
 
-@pytest.mark.parametrize("singular", [mu * sp.log(mu), sp.exp(-1 / mu), sp.sqrt(mu) * y, sp.sin(mu) / mu])
+@pytest.mark.parametrize("singular", [mu * sp.log(mu), sp.exp(-1 / mu), sp.sqrt(mu) * y, sp.cos(mu) / mu])
 def test_rates_without_a_series_in_mu_have_no_slow_manifold(singular):
     """The series had the coefficient zoo or nan, or no manifold was found at all."""
     for rate, force in ((-x, x - y + singular), (singular - x, x - y)):
@@ -714,6 +714,27 @@ def test_rates_without_a_series_in_mu_have_no_slow_manifold(singular):
         for derive in (ap.slow_manifolds, ap.slow_manifold, ap.jump_map):
             with pytest.raises(InputError, match="has no series in mu"):
                 derive(system, order=1)
+
+
+@pytest.mark.parametrize(("drift", "quotient", "series"), [
+    (-x, sp.sin(mu) / mu, 1 - mu**2 / 6), (y / 2 - x, (sp.exp(mu) - 1) / mu, 1 + mu / 2 + mu**2 / 6)
+])  # fmt: skip
+@pytest.mark.parametrize("place", ["slow", "fast"])
+def test_a_quotient_that_is_singular_by_its_form_alone_has_the_manifolds_of_its_series(drift, quotient, series, place):
+    def systems(force):
+        for factor in (quotient, series):
+            slow, fast = (drift, force * factor) if place == "fast" else (drift * factor, force)
+            yield ap.System.smooth({x: slow}, {y: fast}, mu)
+
+    singular, plain = systems(x - y)
+    (told,), (known,) = (ap.slow_manifolds(s, order=2) for s in (singular, plain))
+    assert sp.expand(told.expr - known.expr) == 0
+    spectra = [ap.eigenvalues(s, on={y: x})[0] for s in (singular, plain)]
+    assert spectra[0].slow_rates == spectra[1].slow_rates
+    singular, plain = systems(x - y - y**3)
+    for manifold in (ap.slow_manifolds(singular, order=2)[0], ap.slow_manifold(singular, order=2)):
+        assert manifold.coefficients == ap.slow_manifold(plain, order=2).coefficients
+    assert ap.jump_map(singular).at({}, {x: 1, y: 2}) == ap.jump_map(plain).at({}, {x: 1, y: 2})
 
 
 def test_a_system_without_small_parameter_has_no_critical_manifolds():
