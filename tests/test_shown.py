@@ -402,7 +402,8 @@ def test_a_map_of_itineraries_names_the_arguments_that_vary():
 @pytest.mark.parametrize(
     ("what", "options", "labels"),
     [(SPRING, {}, ("x", "v")), (ROD, {}, ("s", "z")), (ROD, {"x": "x", "y": "y"}, ("x", "y")),
-     (VAN_DER_POL, {"values": {"mu": "0.1"}}, ("x", "v"))],
+     (VAN_DER_POL, {"values": {"mu": "0.1"}}, ("x", "v")),
+     (ap.solve(ap.read_scene("chalk")).physical(), {}, ("R (N)", "u (m/s)"))],
 )  # fmt: skip
 def test_a_phase_picture_is_over_the_states_that_are_chosen(what, options, labels, tmp_path):
     (axis,) = ap.phase(what, **options, file=tmp_path / "phase.svg").axes

@@ -55,9 +55,9 @@ def figure(path: Path) -> Any:
             _mark(axis, path, data[0], values)
             if limit := logarithmic_from(data[0], values):
                 _logarithmic(axis, "y", limit)
-            axis.set_ylabel(style.folded(_label(path, name), PANEL))
+            axis.set_ylabel(style.folded(label_of(path, name), PANEL))
         _time_axis(panels[-1, 0], path)
-        panels[-1, 0].set_xlabel(_label(path, "t"))
+        panels[-1, 0].set_xlabel(label_of(path, "t"))
         _legend(drawing, path)
     return drawing
 
@@ -74,7 +74,8 @@ def _tinted(grey: float, hue: tuple) -> tuple[float, float, float]:
     return r, g, b
 
 
-def _label(path: Path, name: str) -> str:
+def label_of(path: Path, name: str) -> str:
+    """Return the name of a quantity with its unit, if there is one."""
     unit = path.scene.units.get(name)
     return f"{name} ({unit})" if unit else name
 

@@ -13,6 +13,7 @@ from asympk.methods import solve
 from asympk.numbers import number, short
 from asympk.path import Path
 from asympk.pictures import plate, sheets, style
+from asympk.pictures.paths import label_of
 from asympk.pictures.portraits import arrows
 from asympk.pictures.trace import column_names, trace
 from asympk.scene import Scene
@@ -33,10 +34,10 @@ def phase(
 ) -> "Figure":
     """Draw the motion of a scene or a path over the two states with the names ``x`` and ``y``; the rod's load is s.
 
-    By default these are the first and the last state, and s and z for the rod. If the system has only two states, its
-    field is drawn too, with the lines on which a sliding velocity vanishes. Of a ``System`` of two states, only the
-    field is drawn, with ``values`` for the parameters. ``window`` is ((left, right), (low, high)). Raises
-    ``InputError``, ``UnknownName`` for an unknown state, and the errors of ``solve``.
+    By default these are the first and the last state, and for the rod load and velocity, s and z or R and u. If the
+    system has only two states, its field is drawn too, with the lines on which a sliding velocity vanishes. Of a
+    ``System`` of two states, only the field is drawn, with ``values`` for the parameters. ``window`` is ((left, right),
+    (low, high)). Raises ``InputError``, ``UnknownName`` for an unknown state, and the errors of ``solve``.
     """
     sheet = sheets(file)
     if not isinstance(what, Scene | Path | System):
@@ -46,7 +47,7 @@ def phase(
         if isinstance(what, System):
             names = _names(what)
             numbers, _ = what.placed({} if values is None else values, dict.fromkeys(what.states, 0))  # no start
-            _field(axis, what, numbers, _window(window, WINDOW), _pair(names, x, y))
+            _field(axis, what, numbers, _window(window, WINDOW), _pair(names, names, x, y))
         else:
             _motion(axis, what if isinstance(what, Path) else solve(what), x, y, window)
     return sheet.kept(drawing, file)
@@ -58,8 +59,8 @@ def _names(system: System) -> tuple[str, ...]:
     return tuple(s.name for s in system.states)
 
 
-def _pair(names: tuple[str, ...], x: str | None, y: str | None) -> tuple[str, str]:
-    default = ("s", "z") if names == ("x", "y", "z", "s") else (names[0], names[-1])
+def _pair(names: tuple[str, ...], states: tuple[str, ...], x: str | None, y: str | None) -> tuple[str, str]:
+    default = states[0] if names == states else names[-1], states[-1]  # a combination of states is last
     chosen = tuple(given or name for given, name in zip((x, y), default, strict=True))
     for name in chosen:
         if name not in names:
@@ -81,14 +82,14 @@ def _window(given: Any, default: Any) -> Any:
 def _motion(axis: Any, path: Path, x: str | None, y: str | None, window: Any) -> None:
     """Draw a path with arrows along it: its start as a circle, its events as dots."""
     names = column_names(path)[1:-1]
-    pair = _pair(names, x, y)
+    pair = _pair(names, path.names, x, y)
     data = dict(zip(column_names(path), zip(*trace(path), strict=True), strict=True))
     u, v = (np.array(data[name], dtype=float) for name in pair)
     ends = _window(window, [_around(w) for w in (u, v)])
     system = getattr(path.scene, "system", None)
     if system is not None and len(system.states) == 2:
         _field(axis, system, path.scene.values, ends, pair)
-    axis.set(xlim=ends[0], ylim=ends[1], xlabel=pair[0], ylabel=pair[1])
+    axis.set(xlim=ends[0], ylim=ends[1], xlabel=label_of(path, pair[0]), ylabel=label_of(path, pair[1]))
     axis.plot(u, v, color=style.BLUE, lw=1.0, zorder=4)
     at = [data["t"].index(float(event.t)) for event in path.events]
     axis.plot(u[at], v[at], "o", color=style.BLUE, ms=2.4, zorder=5)
