@@ -1,4 +1,4 @@
-r"""The growth of errors along a run: how much larger an error made at some step is at the end of the run.
+r"""The growth of errors along a run: how much larger the errors made at its steps are at its end.
 
 Along the motion an error w obeys w' = J w. An event multiplies it by the saltation matrix (Leine and Nijmeijer,
 Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, chapter 7),
@@ -36,9 +36,9 @@ def grown(factor: float, t: Any) -> Undecided:
 def growth(
     automaton: Automaton, segments: Sequence[Segment], scales: Sequence[float], sizes: Sequence[float]
 ) -> float:
-    """Return the largest growth of an error from any step of a run to its end.
+    """Return the growth of errors to the end of a run: the largest sum of the errors of one state from all steps.
 
-    At its step the error is relative to the state, or to the state's entry of ``scales`` if this is larger; at the end
+    At its step an error is relative to the state, or to the state's entry of ``scales`` if this is larger; at the end
     it is relative to the ``sizes`` of the states. A state that is 0 and stays 0 has no error. The growth is ``inf``
     beyond the range of doubles, and 0 where rates have no derivative.
     """
@@ -53,7 +53,7 @@ def growth(
             return 0.0
         transitions, errors = map(np.array, zip(*reversed(factors), strict=True))
         onward = np.array([*accumulate(transitions, np.matmul)])
-        grown = np.einsum("kij,kj->ki", abs(onward), errors) / sizes
+        grown = np.einsum("kij,kj->i", abs(onward), errors) / sizes
         return float(np.nan_to_num(grown, nan=np.inf).max(initial=0.0))
 
 

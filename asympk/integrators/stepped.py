@@ -54,14 +54,13 @@ def run(
 def _scales(automaton: Automaton, segments: Sequence[Segment]) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return two tuples: for each state its scale, at most 1, and the size to which errors at the end are relative.
 
-    The scale is the state's largest size on the run; the size is at least that by the terms of its rate (``balances``).
-    For a state that may be rounding, or that only such states move, the scale, too, is that by the terms of its rate; a
-    state without any has 1. Sizes are at least ``NOISE`` times the largest, so that tiny states do not count as wrong.
+    The size is the state's largest on the run, and for a state that may be rounding, or that only such states move,
+    that by the terms of its rate (``balances``); a state without any has 1. Sizes of errors at the end are at least
+    ``NOISE`` times the largest, so that tiny states do not count as wrong.
     """
     states = [state for segment in segments for _, state in segment.steps] or [segments[-1].state]
     own = [max(map(abs, column)) for column in zip(*states, strict=True)]
     made, gains = balances(automaton, segments)
     made = np.maximum(made, gains @ np.where(np.array(own) <= NOISE * made, made, 0))
-    sizes = [max(pair) or 1.0 for pair in zip(own, made.tolist(), strict=True)]
-    kept = (size if size > NOISE * made else made for size, made in zip(own, sizes, strict=True))
-    return tuple(min(1.0, size) for size in kept), tuple(max(size, NOISE * max(sizes)) for size in sizes)
+    sizes = [(size if size > NOISE * most else most) or 1.0 for size, most in zip(own, made.tolist(), strict=True)]
+    return tuple(min(1.0, size) for size in sizes), tuple(max(size, NOISE * max(sizes)) for size in sizes)
