@@ -9,7 +9,6 @@ Where a root has no readable formula in real numbers, one implicit manifold, ``{
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from itertools import starmap
 from typing import Any, Self
 
 import sympy as sp
@@ -376,8 +375,11 @@ def _square_root(g, branch):
 
 
 def is_unreadable(h: sp.Expr) -> bool:
-    """Tell whether a formula of a root has an odd root of a root, as Cardano's, or cases, as SymPy's for a quartic."""
-    return h.has(sp.Piecewise) or any(p.exp.q % 2 and _fractional_powers(p.base) for p in _fractional_powers(h))
+    """Tell whether a formula has cases, an odd root of a root, as Cardano's, or a root of a modulus or of -1."""
+    return h.has(sp.Piecewise) or any(
+        p.base.has(sp.Abs) or p.base == -1 or (p.exp.q % 2 and _fractional_powers(p.base))
+        for p in _fractional_powers(h)
+    )
 
 
 def _is_complex(h):
@@ -407,7 +409,7 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
         return own
     if len(unknowns) > 1 and (given := _given_by_others(equal_zero, unknowns)):
         return _without(given, equal_zero, unknowns)
-    if any(starmap(_is_beyond_radicals, _eliminants(equal_zero, unknowns))):
+    if any(_is_beyond_radicals(force, y, len(unknowns)) for force, y in _eliminants(equal_zero, unknowns)):
         return None
     try:
         return sp.solve(equal_zero, unknowns, dict=True)
@@ -497,13 +499,18 @@ def _eliminants(equal_zero, unknowns):
             if basis.is_zero_dimensional]  # fmt: skip
 
 
-def _is_beyond_radicals(force, y):
-    """Tell whether a polynomial g has a factor of degree above 2 without readable radicals for all its roots."""
+def _is_beyond_radicals(force, y, unknowns):
+    """Tell whether a polynomial g has a factor of degree above 2 without readable radicals for all its roots.
+
+    SymPy takes an odd root of what is negative for complex, and leaves it out. With several unknowns SymPy may take
+    minutes to join such roots, readable or not.
+    """
     numerator = sp.fraction(sp.together(force))[0]
     if not numerator.is_polynomial(y):
         return False
     factors = (f for f, _ in sp.factor_list(numerator, y)[1] if sp.degree(f, y) > 2)
-    return any(sum(found.values()) < sp.degree(f, y) or any(map(is_unreadable, found))
+    return any(unknowns > 1 or sum(found.values()) < sp.degree(f, y)
+               or any(is_unreadable(root) or (root.is_real is False and not _is_complex(root)) for root in found)
                for f in factors for found in [sp.roots(f, y)])  # fmt: skip
 
 

@@ -684,6 +684,24 @@ def test_a_single_root_of_a_cubic_attracts_or_repels_over_every_place(force):
     assert (found.branch, found.exists, found.stability) == (sp.Dict({y: y}), sp.true, "stable")
 
 
+@pytest.mark.parametrize("force", [x**2 + y**3, kappa + y**5, x**2 - y**3, 1 + x**2 + kappa * y**3])
+def test_the_real_odd_root_of_what_is_negative_or_a_square_is_a_branch_too(force):
+    """SymPy writes them as complex numbers, or as roots of |x|, which has no series."""
+    (found,) = ap.slow_manifolds(ap.System.smooth({x: -x}, {y: force}, mu), order=1)
+    assert found.branch == sp.Dict({y: y})
+    kind = "stable" if force.diff(y).subs({kappa: 1, y: 1}) < 0 else "unstable"
+    assert sp.sympify(found.stability).subs({x: 1, y: 1}) in (kind, sp.Symbol(kind))
+    slope = -force.diff(x) / force.diff(y)
+    at = {x: sp.Rational(2, 3), y: sp.Rational(-3, 5), kappa: 2}
+    assert sp.simplify((found.coefficient(1) - slope * -x / force.diff(y)).subs(at)) == 0
+
+
+def test_cubes_beside_another_fast_state_are_carried_by_their_values():
+    """SymPy took minutes to join the root of the second force with the first."""
+    (found,) = ap.slow_manifolds(ap.System.smooth({x: y}, {y: kappa * z - x * y + 2 * y**2, z: 1 - 2 * y**3}, mu))
+    assert found.branch == sp.Dict({y: y, z: z})
+
+
 POLYNOMIALS = (x - y**3, x - y**5, x + z - 2 * y**3)
 ODD_ROOTS_IN_LAMBERT = {x - y**3 * sp.exp(-y): {-1: 1, 1: 2, 2: 0}, x - y**5 * sp.exp(2 * y): {1: 1, -0.01: 2, -1: 0}}
 
