@@ -393,6 +393,13 @@ def test_a_path_that_is_only_a_point_is_drawn_as_a_dot():
     assert dots == [[[0.0, value]] for value in (0, 0.2, -1, 0.2)]
 
 
+def test_the_panels_of_many_paths_are_over_the_one_argument_that_varies():
+    rates = np.linspace(-1, 1, 5)
+    counted = ap.solve_many(1, 1e-2, 0, rates, -1, 2).plot().axes[-1]
+    assert counted.get_xlabel() == "y"
+    assert counted.lines[0].get_xdata() == pytest.approx(rates)
+
+
 def test_a_map_of_itineraries_names_the_arguments_that_vary():
     many = ap.solve_many(np.linspace(0.5, 2, 4)[:, None], 1e-2, 0, np.linspace(-1, 1, 5), -1, 2)
     (axis,) = many.plot().axes

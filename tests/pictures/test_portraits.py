@@ -13,7 +13,7 @@ from asympk.affine.many import solve_many
 from asympk.methods import solve
 from asympk.output import gallery
 from asympk.output.arrow import arrow_drawing, parts_in_order
-from asympk.pictures import maps, paths, portraits, spread
+from asympk.pictures import maps, paths, plate, portraits, spread
 from asympk.pictures.figures import save
 from asympk.pictures.rigid import motion_plot
 from asympk.scene import Scene
@@ -167,6 +167,35 @@ def test_the_phase_space_names_its_planes_edges_and_octants(figures):
     common = {f"${name}_{k}$" for name in (r"\Pi", "G", r"\Gamma", "O") for k in (1, 2)} | {"$O_3$", "$O_4$"}
     assert common <= words[0] & words[1]
     assert {"$O_5$", "$O_6$"} <= words[0] - words[1]
+
+
+def test_pi2_lies_at_the_load_minus_one_over_sigma_where_z_has_the_sign_of_sigma(figures):
+    for ax, sigma in zip(figures["phase"].axes, (gallery.STEEP, gallery.SHALLOW), strict=True):
+        plane = {(-1 / sigma, 0)}
+        (ends,) = (line.get_ydata() for line in ax.lines if {*zip(*line.get_data(), strict=True)} & plane)
+        assert 0 < ends[1] * sigma
+
+
+def test_arrows_on_a_curve_point_the_way_it_is_run_through():
+    with plate(2.0) as (_, axes):
+        portraits.arrows(axes.flat[0], *np.linspace((0, 0), (1, 1), 50).T, "black")
+        heads = [(note.xy, note.xyann) for note in axes.flat[0].texts]
+    assert heads
+    assert all(head > tail for head, tail in heads)
+
+
+def test_the_plane_of_a_reaction_names_two_equilibria_forward_and_none_backward():
+    _, *planes = motion_plot(described_mechanism("butenin")).axes
+    assert [plane.get_title() for plane in planes] == [
+        "sliding forward: a centre and a saddle", "sliding backward: no equilibrium, the reaction runs away",
+    ]  # fmt: skip
+
+
+def test_over_static_friction_the_stick_region_is_filled_between_the_edges_of_the_static_cone():
+    (ax,) = maps.stick_over_static_friction(["1"]).axes
+    filled = [path for fill in ax.collections if not fill.get_hatch() for path in fill.get_paths()]
+    places = {(2, 0.3): True, (2, 0.15): False, (2, -0.25): False, (2, -0.4): True, (3, -0.4): True, (3, 0.15): False}
+    assert {at: any(part.contains_point(at) for part in filled) for at in places} == places
 
 
 def test_for_small_mu_the_computed_jump_leaves_the_vertical_one_by_as_much_as_z(figures):
