@@ -173,7 +173,7 @@ def test_pi2_lies_at_the_load_minus_one_over_sigma_where_z_has_the_sign_of_sigma
     for ax, sigma in zip(figures["phase"].axes, (gallery.STEEP, gallery.SHALLOW), strict=True):
         plane = {(-1 / sigma, 0)}
         (ends,) = (line.get_ydata() for line in ax.lines if {*zip(*line.get_data(), strict=True)} & plane)
-        assert 0 < ends[1] * sigma
+        assert ends[1] * sigma > 0
 
 
 def test_arrows_on_a_curve_point_the_way_it_is_run_through():
