@@ -228,6 +228,7 @@ def _cut(segment, guards, lo, hi):
 
 def _root(segment, guard, lo, hi):
     """Enclose the only root in (lo, hi) of a falling guard: bisect while signs are certain, with Newton's steps."""
+    found = lo.union(hi)
     for _ in range(_NEWTON_STEPS):
         time = lo.union(hi)
         middle = ((lo + hi) / 2).mid()
@@ -235,10 +236,10 @@ def _root(segment, guard, lo, hi):
         step, side = middle - value / slope * (segment.growth * (middle - time)).exp(), certain_sign(value)
         lower, upper = (middle, hi) if side > 0 else (lo, middle) if side < 0 else (lo, hi)
         new = common(lower.union(upper), step) if step.is_finite() else lower.union(upper)
-        if not new.rad() < time.rad() * 0.9:
+        if not new.rad() < found.rad() * 0.9:
             return new
-        lo, hi = new.lower().mid(), new.upper().mid()
-    return lo.union(hi)
+        found, lo, hi = new, new.lower().mid(), new.upper().mid()
+    return found
 
 
 def _refused(segment, guards, hi, left):

@@ -78,6 +78,14 @@ def test_the_coulomb_oscillator_is_proven_down_to_its_rest():
     assert proof.final[1] == 0
 
 
+def test_a_root_is_enclosed_in_few_steps_however_its_ends_are_rounded(monkeypatch):
+    count, jet = [], EnclosedSegment.jet
+    monkeypatch.setattr(EnclosedSegment, "jet", lambda *given: count.append(1) or jet(*given))
+    proof = certify(ap.Scene(system=COULOMB, values={"k": "0.35"}, start={"x": "5.3", "v": 0}, until=24))
+    assert len(proof.events) == 7
+    assert len(count) < 400
+
+
 def test_a_box_of_starts_contains_what_its_points_do():
     scene = ap.Scene(system=COULOMB, values={"k": "0.35"}, start={"x": "2.3", "v": 0}, until=12)
     box = {"x": ("2.299", "2.301"), "v": ("0.1", "0.102")}
