@@ -1,7 +1,8 @@
 r"""Certificates of affine systems of any size: the flow of each mode in balls, and proofs of which mode follows.
 
 ``e^{M t}`` is the sum of the residues of ``e^{z t} (z - M)^{-1}``, which ``spectrum`` encloses; M and the guards have
-exact entries, see ``rows``. ``enclose`` follows a system from event to event, and ``EnclosedSegment`` is one mode.
+exact entries, see ``rows``. ``enclose`` follows a system from event to event, and ``EnclosedSegment`` is one mode. On a
+box of parameters or starts all are families: the motion of the centre, and derivatives on the box (Lemma 14).
 
 The hard function is ``_Modes.chosen``, which proves the mode at the start and after every event (Lemma 12). A candidate
 holds where each of its guards, or the first nonvanishing derivative of the guard, is positive at every point of the
@@ -15,19 +16,21 @@ coefficients are a linear combination of the coefficients of quantities that van
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from copy import copy
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
 
 from asympk.affine.forcing import Wave
 from asympk.automaton.modes import SWITCH, GuardedMode, mode_of
-from asympk.certify.balls import Ball, Refused, ball, certain_sign, common, flint, hull
-from asympk.certify.enclosure import Budget, first_event
+from asympk.certify.balls import Ball, Refused, ball, certain_sign, common, flint, whole_power
+from asympk.certify.enclosure import Budget, first_event, root_in
+from asympk.certify.families import NARROWINGS, Family, abreast, constant, real, stacked
 from asympk.certify.rows import (
     EnclosedState,
     ExactEntries,
@@ -43,6 +46,7 @@ from asympk.certify.rows import (
     sign_at,
     spanned,
 )
+from asympk.certify.spectrum import Spectrum
 from asympk.errors import InputError
 from asympk.numbers import Number
 from asympk.path import Event
@@ -84,48 +88,47 @@ class EnclosedMode:
     kept: tuple[Row, ...]
     edges: tuple[Row, ...]
     field: ExactEntries
-    roots: tuple
-    residues: tuple
+    spectrum: Spectrum
 
 
 def enclose(
     system: System,
     values: tuple[Number, ...],
     sides: Mapping[str, tuple[Number, Number]],
-    start: Sequence[tuple[Ball, Fraction | None]],
+    start: Sequence[Fraction | None],
     until: Number,
     finest: float,
     budget: Budget,
 ) -> tuple[list[str], list[Event], tuple[Ball, ...]]:
-    """Return (names of modes, events, final balls) of an affine system from an enclosure of its start.
+    """Return (names of modes, events, final balls) of an affine system.
 
-    ``sides`` {name: (low, high)} are the parameters that range over an interval. ``start`` has a pair (ball, exact
-    Fraction or None) for every state. Raises ``Refused`` where the sequence of modes is not proven.
+    ``sides`` {name: (low, high)} are the parameters and states of the start that range over an interval; ``start`` has
+    None for such states. Raises ``Refused`` where the sequence of modes is not proven.
     """
     modes = _Modes(system, values, sides)
     state = modes.begun(start)
     mode, guards = modes.chosen([modes.every(state)], state, "start")
-    t, names, size = ball(0), [mode.mode.name], len(system.states)
+    t, names, size = modes.field.family([[0]]), [mode.mode.name], len(system.states)
     events: list[Event] = []
     while True:
         segment = EnclosedSegment(mode, state)
-        left = ball(until) - t
-        found = first_event(segment, modes.ending_by(until, guards), left, finest, budget)
+        left = (modes.field.family([[Fraction(until)]]) - t).tight()
+        found = first_event(segment, modes.ending_by(until, guards), left.numbers()[0], finest, budget)
         if found is None:
-            return names, events, tuple(segment.at(None, left)[k, 0] for k in range(size))
+            return names, events, tuple(segment.at(None, left).numbers()[:size])
         guard, dt = found
-        if not dt < left:
+        dt = segment.moment(guard, dt)
+        if not (left - dt).numbers()[0] > 0:
             raise Refused(f"horizon: {guard.kind} at the end itself, until = {float(until):.10g}")
-        state = _struck(segment.at(guard, dt), guard, mode, state)
-        t = t + dt
+        state, t = _struck(segment.at(guard, dt), guard, mode, state), (t + dt).tight()
         before = mode.mode
         mode, guards = modes.chosen([_after(before, guard), modes.every(state)], state, guard.kind)
         if guard.kind == SWITCH and (guard := modes.lost_beyond(before, mode.mode, state)) is None:
             continue
         names.append(mode.mode.name)
-        events.append(Event(guard.kind, t, tuple(state.balls[k, 0] for k in range(size)), guard.friction))
+        events.append(Event(guard.kind, t.numbers()[0], tuple(state.balls[:size]), guard.friction))
         if len(events) > MOST_EVENTS:
-            raise Refused(f"too many: more than {MOST_EVENTS} events by t = {float(t.mid()):.6g}")
+            raise Refused(f"too many: more than {MOST_EVENTS} events by t = {float(events[-1].t.mid()):.6g}")
 
 
 def _after(mode, guard):
@@ -135,17 +138,17 @@ def _after(mode, guard):
     return product(*(all_phases(frictions[k]) if k in lost else (phase,) for k, phase in enumerate(mode.branch)))
 
 
-def _struck(balls, guard, mode, before):
+def _struck(family, guard, mode, before):
     """Return the state at an event; coordinates at rest keep their values, and a guard of one state sets it exactly."""
     still = [w is not None and _stands_still(k, mode, before) for k, w in enumerate(before.exact)]
     exact = [w if stays else None for w, stays in zip(before.exact, still, strict=True)]
-    for k in np.flatnonzero(still).tolist():
-        balls[k, 0] = before.balls[k, 0]
+    known = {k: before.family.entry(k) for k in np.flatnonzero(still).tolist()}
     involved = [k for k, c in enumerate(guard.row[:-1]) if c]
     if len(involved) == 1:
         exact[involved[0]] = -guard.row[-1] / guard.row[involved[0]]
-        balls[involved[0], 0] = mode.field.ball(exact[involved[0]])
-    return EnclosedState(balls, tuple(exact), mode.field, (guard.row, *mode.kept))
+        known[involved[0]] = mode.field.family([[exact[involved[0]]]])
+    found = [known.get(k) or family.entry(k) for k in range(len(exact))]
+    return EnclosedState(stacked(found), tuple(exact), mode.field, (guard.row, *mode.kept))
 
 
 def _stands_still(k, mode, state):
@@ -165,8 +168,10 @@ class _Modes:
     def begun(self, start):
         """Return the ``EnclosedState`` at t = 0, where the values of the forcing are exact."""
         waves = [Fraction(int(wave.power == 0 and not wave.sine)) for wave in self.waves]
-        pairs = [*start, *((ball(w), w) for w in (*waves, Fraction(1)))]
-        return EnclosedState(flint().arb_mat([[b] for b, _ in pairs]), tuple(e for _, e in pairs), self.field)
+        exact = (*start, *waves, Fraction(1))
+        found = [self.field.family([[w]]) if w is not None else self.field.side(self.system.states[k].name)
+                 for k, w in enumerate(exact)]  # fmt: skip
+        return EnclosedState(stacked(found), exact, self.field)
 
     def ending_by(self, until, guards):
         """Return the guards without those that depend on the time alone and vanish at ``until``: no mode follows."""
@@ -192,7 +197,7 @@ class _Modes:
         guards = tuple(AffineGuard(*kind, row) for kind, row in zip(kinds, rows, strict=True))
         edges = tuple(self._row(mode, edge) for side in mode.sides for edge in inside(*side))
         kept = (*self._kept(mode), *self._resting(mode))
-        return EnclosedMode(mode, matrix, guards, kept, edges, self.field, *self.field.spectrum(matrix))
+        return EnclosedMode(mode, matrix, guards, kept, edges, self.field, self.field.spectrum(matrix))
 
     def _resting(self, mode):
         """Return the rows of the phases on whose edge the mode stays, by the law on the edge itself."""
@@ -338,98 +343,156 @@ class EnclosedSegment:
     unstable = False
 
     def __init__(self, mode: EnclosedMode, state: EnclosedState):
-        acb, acb_mat, places = flint().acb, flint().acb_mat, range(state.balls.nrows())
-        self.mode, self.work = mode, len(mode.roots)
+        field, places = state.field, range(len(state.exact))
+        self.mode, self.start, self.work = mode, state, len(mode.spectrum) * len(state.family.parts)
+        self.places = [(place, k) for place, (_, parts) in enumerate(mode.spectrum) for k in range(len(parts))]
         units = [tuple(int(i == k) for i in places) for k in places]
-        known = acb_mat([[acb(state.field.ball(c)) for c in sharpened(unit, state)] for unit in units])
-        whole = acb_mat([[acb(state.balls[k, 0])] for k in places])
-        pairs = zip(mode.roots, mode.residues, strict=True)
-        columns = [part * known * whole * acb(2 if turn > 0 else 1) for (_, turn, _), parts in pairs for part in parts]
-        self.terms = acb_mat([[column[k, 0] for column in columns] for k in places])
-        decays = [decay for decay, _, _ in mode.roots]
-        self.growth = max([ball(0), *(decay for decay in decays if decay > 0)], key=lambda a: float(a.mid()))
-        self._known: dict[AffineGuard, list] = {}
+        known = field.family([sharpened(unit, state) for unit in units])
+        columns = [part * known * state.family * (2 if root.whole[0, 0].imag > 0 else 1)
+                   for root, parts in mode.spectrum for part in parts]  # fmt: skip
+        self.terms = abreast(columns).tight()
+        roots = [root for root, _ in mode.spectrum]
+        growing = [root for root in roots if root.whole[0, 0].real > 0]
+        fastest = max(growing, key=lambda root: float(root.whole[0, 0].real.mid()), default=None)
+        self.rates, self.slowed, self.growth = stacked(roots), stacked(roots), ball(0)
+        if fastest:
+            self.growth, turn = fastest.whole[0, 0].real, fastest.linear(_turning)
+            self.slowed = stacked([turn if root is fastest else root - fastest.linear(real) for root in roots])
+        self._known: dict[AffineGuard, Family] = {}
+        self._expanded: dict[AffineGuard, tuple[Family, Family]] = {}
+        self._begun: dict[AffineGuard, Ball] = {}
+
+    def _matrix(self, rates):
+        """Return the matrix that turns the weights of a quantity, a row, into those of its derivative."""
+        size, acb_mat, places = range(len(self.places)), flint().acb_mat, self.places
+        moved = rates.linear(lambda m: acb_mat([[m[places[i][0], 0] if i == j else 0 for j in size] for i in size]))
+        below = acb_mat([[int(i == j + 1 and places[i][1] > 0) for j in size] for i in size])
+        return moved + constant(below, rates.spans)
 
     @cached_property
-    def rate(self) -> Any:
-        """The matrix that turns the weights of a quantity, a row, into those of its derivative."""
-        places = [(root, k) for root in self.mode.roots for k in range(root[2])]
-        found = flint().acb_mat(len(places), len(places))
-        for place, ((decay, turn, _), k) in enumerate(places):
-            found[place, place] = flint().acb(decay, turn)
-            if k:
-                found[place, place - 1] = 1
+    def central(self) -> "EnclosedSegment":
+        """The motion at the centre of the box alone."""
+        found = copy(self)
+        for name in ("terms", "rates", "slowed"):
+            setattr(found, name, getattr(self, name).central)
+        found._known, found._expanded = {}, {}
         return found
 
-    def _functions(self, t, growth):
-        """Return the functions of time (functions, 1), divided by ``e^{growth t}``."""
-        found = []
-        for decay, turn, many in self.mode.roots:
-            found.append([flint().acb((decay - growth) * t, turn * t).exp()])
-            for k in range(1, many):
-                found.append([found[-1][0] * t / k])
-        return flint().acb_mat(found)
+    def _functions(self, t, rates):
+        """Return the functions of time (functions, 1) on a time ball, ``t^k/k!`` times exponentials of the rates."""
+        found = [(rates * t).exp()]
+        for k in range(1, max(len(parts) for _, parts in self.mode.spectrum)):
+            found.append(found[-1] * (t / k))
+        if len(found) == 1:
+            return found[0]
+        parts, acb_mat = zip(*(family.parts for family in found), strict=True), flint().acb_mat
+        return Family((acb_mat([[part[k][place, 0]] for place, k in self.places]) for part in parts), rates.spans)
 
-    def at(self, guard: AffineGuard | None, t: Ball) -> Any:
-        """Return the state (n + 1, 1) at the time ball t, at which ``guard`` vanishes if given."""
-        functions = self._functions(t, ball(0))
-        found = (self.terms * functions).real
+    def moment(self, guard: AffineGuard, time: Ball) -> Family:
+        """Return the time at which a guard falls through 0, of which ``time`` contains all values on the box.
+
+        Its derivatives are those of the guard by the parameters over minus that by the time (Lemma 14).
+        """
+        if not self.terms.spans:
+            return constant(flint().acb_mat([[time]]), ())
+        centre, acb_mat = root_in(self.central, guard, time.lower().mid(), time.upper().mid()), flint().acb_mat
+        for _ in range(NARROWINGS):
+            jets, slope = self._weights(guard) * self._functions(time, self.slowed), self.jet(guard, time, 1)[1]
+            slopes = (-part[0, 0].real / slope for part in jets.parts[2:])
+            found = Family((acb_mat([[part]]) for part in (time, centre, *slopes)), self.terms.spans).tight()
+            time = found.whole[0, 0].real
+        return found
+
+    def at(self, guard: AffineGuard | None, t: Family) -> Family:
+        """Return the state (n + 1, 1) at a time, at which ``guard`` vanishes if given."""
+        found = self._along(self.terms, t)
         if guard:
-            sharp = (self._without_widest(guard, functions) * functions).real
-            found = flint().arb_mat([[common(found[k, 0], sharp[k, 0])] for k in range(found.nrows())])
-        found[found.nrows() - 1, 0] = 1
-        return found
+            found = found.common(self._along(self._without_widest(guard, t), t))
+        last = len(self.mode.matrix) - 1
+        return stacked([*(found.entry(k) for k in range(last)), constant(flint().acb_mat([[1]]), found.spans)]).tight()
 
-    def _without_widest(self, guard, functions):
+    def _along(self, weights, t):
+        """Return quantities at a time; a time that moves by dt moves them by their rates, summed up first, times dt."""
+        functions = self._functions(t.whole[0, 0].real, self.rates)
+        found = (weights * functions).linear(real)
+        if not t.spans:
+            return found
+        centre = (weights.central * self._functions(t.central.whole[0, 0].real, self.rates.central)).linear(real).whole
+        rate = (weights * self._matrix(self.rates) * functions).linear(real).tight().whole
+        moved = (slope + rate * dt[0, 0] for slope, dt in zip(found.parts[2:], t.parts[2:], strict=True))
+        return Family((found.whole, centre, *moved), t.spans).tight()
+
+    def _without_widest(self, guard, t):
         """Return the weights of the states where a guard vanishes, without the real function that is known least in it.
 
         The equation of the guard gives this function, as a rule a fast exponential, by the others.
         """
-        turns = [turn for _, turn, many in self.mode.roots for _ in range(many)]
-        weights = self._series(guard, 0)[0].tolist()[0]
-        shares = [float((w * f).real.rad()) if turn == 0 and not w.contains(0) else 0.0
-                  for w, (f,), turn in zip(weights, functions.tolist(), turns, strict=True)]  # fmt: skip
+        still = [root.whole[0, 0].imag.is_zero() for root, parts in self.mode.spectrum for _ in parts]
+        weights = self._weights(guard).linear(lambda part: flint().acb_mat(part.tolist()[:1]))
+        functions = self._functions(t.whole[0, 0].real, self.rates).whole.entries()
+        pairs = zip(still, weights.whole.entries(), functions, strict=True)
+        shares = [float((w * f).real.rad()) if keeps and not w.contains(0) else 0.0 for keeps, w, f in pairs]
         widest = shares.index(max(shares))
         if not shares[widest] > 0:
             return self.terms
-        factors = [0 if k == widest else w / weights[widest] for k, w in enumerate(weights)]
-        return flint().acb_mat([[0 if k == widest else c - row[widest] * factors[k] for k, c in enumerate(row)]
-                                for row in self.terms.tolist()])  # fmt: skip
+        column = self.terms.linear(lambda part: flint().acb_mat([[row[widest]] for row in part.tolist()]))
+        found = self.terms - column * (weights / weights.entry(0, widest))
+        return found.linear(lambda part: flint().acb_mat([[0 if k == widest else c for k, c in enumerate(row)]
+                                                          for row in part.tolist()]))  # fmt: skip
 
-    def _series(self, guard, orders):
-        """Return the weights of the Taylor coefficients of the jets of a guard, to an order at least: a row per jet."""
-        acb, acb_mat = flint().acb, flint().acb_mat
+    def _weights(self, guard):
+        """Return the weights of the jets of a guard: a row for the guard and each of its derivatives."""
         if guard not in self._known:
-            rows = [acb_mat([[acb(self.mode.field.ball(c)) for c in guard.row]]) * self.terms]
-            for _ in range(max(2, guard.touching)):
-                rows.append(rows[-1] * self.rate)
-            self._known[guard] = [acb_mat([row.entries() for row in rows])]
-        found = self._known[guard]
-        while len(found) <= orders:
-            last = found[-1]
-            found.append((last * self.rate - last * acb(self.growth)) * acb(ball(Fraction(1, len(found)))))
-        return found
+            row = self.start.field.family([guard.row])
+            rows = [((row if self.terms.spans else row.central) * self.terms).tight()]
+            for _ in range(max(2, guard.touching + 1)):
+                rows.append(rows[-1] * self._matrix(self.rates))
+            self._known[guard] = stacked(rows)
+        return self._known[guard]
+
+    def _series(self, guard):
+        """Return the weights of the Taylor coefficients of the jets of a guard, below the last order and of it."""
+        if guard not in self._expanded:
+            found, matrix = [self._weights(guard)], self._matrix(self.slowed)
+            for order in range(1, _ORDER + 1):
+                found.append(found[-1] * matrix * (flint().acb(1) / order))
+            self._expanded[guard] = stacked(found[:-1]), found[-1]
+        return self._expanded[guard]
 
     def jet(self, guard: AffineGuard, t: Ball, order: int = 0) -> tuple[Ball, ...]:
         """Return the guard and its first ``order`` derivatives on ``t``, all times one positive factor.
 
         There are two derivatives, or as many as ``guard.touching``.
         """
-        functions = self._functions(t, self.growth)
-        found = (self._series(guard, 0)[0] * functions).real.entries()[: order + 1]
-        if t.is_exact() or all(map(certain_sign, found)):
-            return tuple(found)
-        *terms, rest = self._series(guard, _ORDER)
-        middle, total = self._functions(t.mid(), self.growth), (rest * functions).real
-        for term in reversed(terms):
-            total = total * (t - t.mid()) + (term * middle).real
-        return tuple(map(common, found, total.entries()))
+        functions = self._functions(t, self.slowed)
+        found = (self._weights(guard) * functions).numbers()
+        if guard.touching and t.contains(0):
+            first, then = found[guard.touching :][:2]
+            found[guard.touching] = common(first, self._beginning(guard) + t * (then - self.growth * first))
+        if t.is_exact() or all(map(certain_sign, found[: order + 1])):
+            return tuple(found[: order + 1])
+        terms, rest = self._series(guard)
+        powers, rows = [whole_power(t - t.mid(), k) for k in range(_ORDER + 1)], range(len(found))
+        chosen = flint().acb_mat([[p if i == j else 0 for p in powers[:-1] for j in rows] for i in rows])
+        total = (terms * self._functions(t.mid(), self.slowed)).linear(chosen.__mul__) + rest * functions * powers[-1]
+        return tuple(map(common, found[: order + 1], total.numbers()))
+
+    def _beginning(self, guard):
+        """Return the first derivative of a guard that does not vanish at the start, from the state itself."""
+        if guard not in self._begun:
+            row = guard.row
+            for _ in range(guard.touching):
+                row = row_rate(row, self.mode.matrix)
+            self._begun[guard] = common(ball_at(row, self.start), ball_at(sharpened(row, self.start), self.start))
+        return self._begun[guard]
 
 
-def start_of(scene: Scene, box: Mapping[str, tuple[Fraction, Fraction]]) -> list[tuple[Ball, Fraction | None]]:
-    """Return the start of a scene as pairs (ball, exact Fraction or None), with the intervals of ``box`` in it."""
-    found = []
-    for name, value in zip(scene.names, scene.start, strict=True):
-        low, high = box.get(name, (Fraction(value),) * 2)
-        found.append((hull(low, high), low if low == high else None))
-    return found
+def _turning(matrix):
+    """Return a matrix without its real part."""
+    return flint().acb_mat(matrix.imag) * flint().acb(0, 1)
+
+
+def start_of(scene: Scene, box: Mapping[str, tuple[Fraction, Fraction]]) -> list[Fraction | None]:
+    """Return the start of a scene, None for a state that ranges over an interval of ``box``."""
+    starts = ((box.get(name, (Fraction(value),) * 2)) for name, value in zip(scene.names, scene.start, strict=True))
+    return [low if low == high else None for low, high in starts]

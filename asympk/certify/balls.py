@@ -126,4 +126,6 @@ def ball_of(expr: sp.Expr, values: Mapping[sp.Symbol, Ball]) -> Ball:
         return getattr(parts[0], expr.func.__name__)()
     if expr.func is sp.Abs:
         return abs(parts[0])
+    if expr.func is sp.sign:
+        return ball(certain_sign(parts[0])) if certain_sign(parts[0]) else hull(-1, 1)
     raise Refused(f"irrational: {expr!s:.80} has no enclosure")

@@ -174,7 +174,7 @@ def _followed(scene, sides, budget):
         return _follow(_case(scene, sides), budget)
     finest = _finest(sides)
     start = affine.start_of(scene, sides)
-    turned = {name: ends for name, ends in sides.items() if name not in scene.names and ends[0] < ends[1]}
+    turned = {name: ends for name, ends in sides.items() if ends[0] < ends[1]}
     values = _values(scene, {name: low for name, (low, _) in sides.items()})
     return affine.enclose(scene.system, values, turned, start, scene.until, finest, budget)
 

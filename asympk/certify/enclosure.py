@@ -197,7 +197,7 @@ def first_event(
             lo = pieces.pop()
         elif verdicts.count("falls") == 1 and "unknown" not in verdicts:
             guard = guards[verdicts.index("falls")]
-            return guard, _root(segment, guard, lo, hi)
+            return guard, root_in(segment, guard, lo, hi)
         elif not (hi - lo > hi * finest and hi > _SOONEST):
             unproven = [guard for guard, verdict in zip(guards, verdicts, strict=True) if verdict != "positive"]
             raise _refused(segment, unproven, hi, left)
@@ -226,8 +226,8 @@ def _cut(segment, guards, lo, hi):
     return ((lo + hi) / 2).mid()
 
 
-def _root(segment, guard, lo, hi):
-    """Enclose the only root in (lo, hi) of a falling guard: bisect while signs are certain, with Newton's steps."""
+def root_in(segment: Any, guard: Any, lo: Ball, hi: Ball) -> Ball:
+    """Return a ball of the only root of a falling guard in (lo, hi), by bisection where signs are certain and by Newton."""
     found = lo.union(hi)
     for _ in range(_NEWTON_STEPS):
         time = lo.union(hi)

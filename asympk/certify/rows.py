@@ -24,7 +24,8 @@ from asympk.affine.forcing import CONSTANT, Wave, with_derivatives
 from asympk.affine.form import Form, affine_parts, form_of, row_over
 from asympk.automaton.exact import is_rational
 from asympk.automaton.modes import GuardedMode, mode_of, on_all_sides
-from asympk.certify.balls import Ball, Refused, ball, ball_of, certain_sign, hull
+from asympk.certify.balls import Ball, Refused, ball, ball_of, certain_sign, flint, hull
+from asympk.certify.families import Family, constant
 from asympk.certify.spectrum import Spectrum, core_of, of_balls, of_exact, seen_in
 from asympk.errors import InputError
 from asympk.numbers import Number
@@ -47,15 +48,34 @@ class ExactEntries:
         self, system: System, values: tuple[Number, ...], sides: Mapping[str, tuple[Number, Number]],
         entries: Iterable[sp.Expr],
     ):  # fmt: skip
-        named = dict(zip(system.parameters, values, strict=True))
+        named, self.sides = dict(zip(system.parameters, values, strict=True)), sides
+        middles = {name: (Fraction(low) + Fraction(high)) / 2 for name, (low, high) in sides.items()}
+        self.spans = tuple(hull(*(end - middles[name] for end in ends)) for name, ends in sides.items())
         self.numbers = {s: sp.Rational(Fraction(v)) for s, v in named.items() if s.name not in sides}
-        self.balls = {s: hull(*sides[s.name]) for s in named if s.name in sides}
+        self._symbols = {s: self.side(s.name) for s in named if s.name in sides}
         placed = (self._placed(entry) for entry in entries if not is_rational(entry))
         self.ranging = {atom: sp.Dummy() for atom in sorted({a for e in placed for a in _irrational(e)}, key=str)}
-        self.balls |= {symbol: ball_of(atom, self.balls) for atom, symbol in self.ranging.items()}
-        self.field = sp.QQ.frac_field(*self.balls) if self.balls else None
-        self._known: dict[Any, Ball] = {}
+        self._symbols |= {symbol: self._family_of(atom) for atom, symbol in self.ranging.items()}
+        self.field = sp.QQ.frac_field(*self._symbols) if self._symbols else None
+        self._known: dict[Any, Family] = {}
         self._exact: dict[sp.Expr, Any] = {}
+
+    def side(self, name: str) -> Family:
+        """Return a coordinate of the box."""
+        low, high = (Fraction(end) for end in self.sides[name])
+        slopes = (ball(int(name == other)) for other in self.sides)
+        return self._family(hull(low, high), ball((low + high) / 2), *slopes)
+
+    def _family(self, *parts):
+        return Family((flint().acb_mat([[part]]) for part in parts), self.spans).tight()
+
+    def _family_of(self, expr):
+        """Return an expression in symbols that range."""
+        numbers = [{s: f.parts[k][0, 0].real for s, f in self._symbols.items()} for k in range(2 if self.spans else 1)]
+        moved = [(sp.diff(expr, s), f) for s, f in self._symbols.items() if self.spans and s in expr.free_symbols]
+        rates = [(ball_of(rate, numbers[0]), f) for rate, f in moved]
+        slopes = (sum((r * f.parts[k][0, 0] for r, f in rates), ball(0)) for k in range(2, 2 + len(self.spans)))
+        return self._family(*(ball_of(expr, found) for found in numbers), *slopes)
 
     def _placed(self, expr: sp.Expr) -> sp.Expr:
         expr = expr.subs(self.numbers)
@@ -73,10 +93,19 @@ class ExactEntries:
 
     def ball(self, entry: Any) -> Ball:
         """Return an exact entry as a ball."""
-        if isinstance(entry, int | Fraction):
-            return ball(entry)
+        return self._entry(entry).whole[0, 0].real
+
+    def family(self, rows: Iterable[Iterable[Any]]) -> Family:
+        """Return the matrix of rows of exact entries."""
+        found = [[self._entry(entry).parts for entry in row] for row in rows]
+        parts = range(2 + len(self.spans) if self.spans else 1)
+        return Family((flint().acb_mat([[e[k][0, 0] for e in row] for row in found]) for k in parts), self.spans)
+
+    def _entry(self, entry):
         if entry not in self._known:
-            self._known[entry] = ball_of(entry.as_expr(), self.balls)
+            number = isinstance(entry, int | Fraction)
+            found = constant(flint().acb_mat([[ball(entry)]]), self.spans) if number else None
+            self._known[entry] = found or self._family_of(entry.as_expr())
         return self._known[entry]
 
     def placed(self, form: Form) -> tuple[tuple, tuple, tuple[int, ...]]:
@@ -106,29 +135,26 @@ class ExactEntries:
                 raise Refused(f"{found} a condition on the parameters of a mode")
 
     def spectrum(self, matrix: tuple[tuple[Any, ...], ...]) -> Spectrum:
-        """Return the roots and residues of a matrix in balls; see the module ``spectrum``.
+        """Return pairs (root, its residues) of a matrix; see the module ``spectrum``.
 
         Eigenvalues may coincide where no entry that ranges lies within a strongly connected block of the matrix: such
         entries do not change the characteristic polynomial, which is then exact.
         """
         if not self.field:
-            return of_exact(matrix)
+            return of_exact(matrix, self.spans)
         try:
             basis, moved, inverse = self._with_invariants(matrix)
             scales = [reduce(lambda a, b: a.lcm(b), (entry.denom for entry in row)) for row in moved]
             scaled = [[entry * scale for entry in row] for row, scale in zip(moved, scales, strict=True)]
-            found = of_balls(_pattern(moved), self._balls(moved), self._balls(scaled), *self._balls([scales]))
-            return seen_in(self._balls(basis), found, self._balls(inverse))
+            found = of_balls(_pattern(moved), *map(self.family, (moved, scaled, [scales])))
+            return seen_in(self.family(basis), found, self.family(inverse))
         except Refused:
             _, block = connected_components(_pattern(matrix), connection="strong")
             numbers = [[entry.as_expr() for entry in row] for row in matrix]
             if any(e.free_symbols and block[i] == block[j] for i, row in enumerate(numbers) for j, e in enumerate(row)):
                 raise
             exact = tuple(tuple(Fraction(0 if e.free_symbols else str(e)) for e in row) for row in numbers)
-            return of_exact(exact, self._balls(matrix))
-
-    def _balls(self, matrix: Iterable[Iterable[Any]]) -> list[list[Ball]]:
-        return [[self.ball(entry) for entry in row] for row in matrix]
+            return of_exact(exact, self.spans, self.family(matrix))
 
     def _with_invariants(self, matrix: tuple[tuple[Any, ...], ...]) -> list[list[list[Any]]]:
         """Return T, ``T M T^-1`` and ``T^-1``, where T replaces states of the core of M by invariants.
@@ -170,12 +196,17 @@ def _irrational(expr: sp.Expr) -> Iterator[sp.Expr]:
 
 
 class EnclosedState(NamedTuple):
-    """Enclosures of (w, 1), its exact entries where known (else None), and rows ``null`` that vanish at this state."""
+    """The family of (w, 1), its exact entries where known (else None), and rows ``null`` that vanish at this state."""
 
-    balls: Any
+    family: Family
     exact: tuple
     field: ExactEntries
     null: tuple = ()
+
+    @property
+    def balls(self) -> list[Ball]:
+        """The states of all points of the box."""
+        return self.family.whole.real.entries()
 
 
 @lru_cache(maxsize=64)
@@ -245,7 +276,8 @@ def sign_at(row: Row, state: EnclosedState) -> int | None:
 
 def ball_at(row: Row, state: EnclosedState) -> Ball:
     """Return ``row . (w, 1)`` as a ball."""
-    return sum((state.field.ball(c) * state.balls[k, 0] for k, c in enumerate(row) if c), ball(0))
+    (found,) = (state.field.family([row]) * state.family).numbers()
+    return found
 
 
 def row_rate(row: Row, matrix: tuple[Row, ...]) -> Row:
@@ -260,7 +292,8 @@ def spanned(row: Row, rows: Iterable[Row]) -> bool:
 
 def sharpened(row: Row, state: EnclosedState) -> Row:
     """Return a row of the same value at a state: the rows that vanish there take away what is known least."""
-    rank, balls = sorted(range(len(row)), key=lambda k: -float(state.balls[k, 0].rad())), state.field.ball
+    known, balls = state.balls, state.field.ball
+    rank = sorted(range(len(row)), key=lambda k: -float(known[k].rad()))
     found = _reduced(row, _echelon(state.null, lambda other: [k for k in rank if certain_sign(balls(other[k]))]))
     return found if all(balls(c).is_finite() for c in found) else row
 

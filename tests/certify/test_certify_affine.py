@@ -472,7 +472,7 @@ def test_a_guard_is_enclosed_over_an_interval_of_time_though_the_weights_of_two_
     """Of x'' = -x - 2 x' + 1 from x = 9 at rest is -x' = 8 t e^-t; the rates differ by 3e-6."""
     damped = ap.System.with_frictions({x: v, v: -x - 2 * k * v + F}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
     modes = _Modes(damped, (1 + Fraction(1, 10**12),), {})
-    state = modes.begun([(hull(at, at), Fraction(at)) for at in (9, 0)])
+    state = modes.begun([Fraction(9), Fraction(0)])
     mode, (guard,) = modes.chosen([[(phase,) for phase in branches.all_phases(damped.frictions[0])]], state, "start")
     value, slope = EnclosedSegment(mode, state).jet(guard, hull(Fraction(7, 10), Fraction(13, 10)), 1)
     assert (float(value.rad()) < 0.2, float(slope.rad()) < 1.3) == (True, True)

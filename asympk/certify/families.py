@@ -1,0 +1,134 @@
+r"""Matrices of balls that depend on the parameters of a box.
+
+By Lemma 14 ``A(p) = A(c) + sum_i A_i(q) (p_i - c_i)`` for every point p of a box with the centre c, entry by entry with
+some q between c and p; A_i is the derivative by ``p_i``. So A keeps its dependence on p, which balls of the whole box
+lose wherever p occurs twice; what is lost here is of second order in the size of the box.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+from asympk.certify.balls import Ball, common, flint
+
+NARROWINGS = 3  # of derivatives on a box: narrower values give narrower derivatives, and these narrower values
+Matrix = Any  # a flint.acb_mat
+Parts = tuple[Any, ...]
+
+
+class Family:
+    """The matrix A(p) of every point p of a box, with the arithmetic of A and its derivatives.
+
+    ``parts`` are A on the box and, unless no parameter ranges, A at the centre and the derivatives of A on the box, one
+    for each of ``spans``, the balls of ``p_i - c_i``. A matrix of one entry multiplies and divides as a number does.
+    """
+
+    def __init__(self, parts: Iterable[Matrix], spans: Parts):
+        self.parts, self.spans = tuple(parts), spans
+
+    @property
+    def whole(self) -> Matrix:
+        """The matrices of all points of the box."""
+        return self.parts[0]
+
+    @property
+    def central(self) -> "Family":
+        """The matrix of the centre of the box alone."""
+        return Family(self.parts[1:2] or self.parts, ())
+
+    def linear(self, change: Callable[[Matrix], Matrix]) -> "Family":
+        """Return a linear function of the matrix."""
+        return Family(map(change, self.parts), self.spans)
+
+    def entry(self, row: int, column: int = 0) -> "Family":
+        """Return one entry, as a matrix."""
+        return self.linear(lambda part: flint().acb_mat([[part[row, column]]]))
+
+    def __add__(self, other: "Family") -> "Family":
+        return Family((a + b for a, b in zip(self.parts, other.parts, strict=True)), self.spans)
+
+    def __sub__(self, other: "Family") -> "Family":
+        return self + other * -1
+
+    def __mul__(self, other: Any) -> "Family":
+        if not isinstance(other, Family):
+            return self.linear(lambda part: part * other)
+        heads = (_product(a, b) for a, b in zip(self.parts[:2], other.parts[:2], strict=True))
+        pairs = zip(self.parts[2:], other.parts[2:], strict=True)
+        return Family((*heads, *(_product(a, other.whole) + _product(self.whole, b) for a, b in pairs)), self.spans)
+
+    def __truediv__(self, other: "Family") -> "Family":
+        whole, *rest = (1 / part[0, 0] for part in other.parts[:2])
+        return self * Family([flint().acb_mat([[part]]) for part in (
+            whole, *rest, *(-slope[0, 0] * whole * whole for slope in other.parts[2:]))], self.spans)  # fmt: skip
+
+    def inverse(self) -> "Family":
+        """Return the inverse matrix."""
+        found = Family([part.inv() for part in self.parts[:2]] + [part * 0 for part in self.parts[2:]], self.spans)
+        for _ in self.spans and range(NARROWINGS):
+            whole = found.whole
+            found = Family((*found.parts[:2], *(whole * s * whole * -1 for s in self.parts[2:])), self.spans).tight()
+        return found
+
+    def exp(self) -> "Family":
+        """Return the exponentials of the entries."""
+        whole, *rest = (each(lambda a: a.exp(), part) for part in self.parts[:2])
+        return Family((whole, *rest, *(each(lambda a, b: a * b, whole, s) for s in self.parts[2:])), self.spans)
+
+    def tight(self) -> "Family":
+        """Return the same family, on the box as narrow as the mean value theorem makes it."""
+        if not self.spans:
+            return self
+        moves = (slope * span for slope, span in zip(self.parts[2:], self.spans, strict=True))
+        return Family((shared(self.whole, sum(moves, self.parts[1])), *self.parts[1:]), self.spans)
+
+    def common(self, other: "Family") -> "Family":
+        """Return what two enclosures of one family have in common."""
+        return Family(map(shared, self.parts, other.parts), self.spans)
+
+    def numbers(self) -> list[Ball]:
+        """Return the real parts of the entries on the box."""
+        return self.tight().whole.real.entries()
+
+
+def constant(matrix: Matrix, spans: Parts) -> Family:
+    """Return a matrix that does not depend on the parameters."""
+    return Family((matrix, matrix, *(matrix * 0 for _ in spans)) if spans else (matrix,), spans)
+
+
+def stacked(blocks: Sequence[Family]) -> Family:
+    """Return the matrix of some matrices, one above the other."""
+    parts = zip(*(block.parts for block in blocks), strict=True)
+    return Family((flint().acb_mat([row for m in found for row in m.tolist()]) for found in parts), blocks[0].spans)
+
+
+def abreast(columns: Sequence[Family]) -> Family:
+    """Return the matrix of some columns."""
+    return stacked([column.linear(transposed) for column in columns]).linear(transposed)
+
+
+def transposed(matrix: Matrix) -> Matrix:
+    """Return the transpose of a matrix."""
+    return matrix.transpose()
+
+
+def real(matrix: Matrix) -> Matrix:
+    """Return the real part of a matrix."""
+    return flint().acb_mat(matrix.real)
+
+
+def each(function: Callable, *matrices: Matrix) -> Matrix:
+    """Return the matrix of a function of the entries of matrices."""
+    entries = [function(*found) for found in zip(*(m.entries() for m in matrices), strict=True)]
+    return flint().acb_mat(matrices[0].nrows(), matrices[0].ncols(), entries)
+
+
+def shared(first: Matrix, second: Matrix) -> Matrix:
+    """Return the intersection of two enclosures of one matrix; raises ``Refused`` if there is none."""
+    return each(lambda a, b: flint().acb(common(a.real, b.real), common(a.imag, b.imag)), first, second)
+
+
+def _product(first, second):
+    """Return a product of matrices; a matrix of one entry is a number."""
+    if second.nrows() == second.ncols() == 1:
+        return first * second[0, 0]
+    return first[0, 0] * second if first.nrows() == first.ncols() == 1 else first * second

@@ -1,0 +1,151 @@
+"""Families: matrices of balls contain the matrices of all points of a box, and lose little of their dependence."""
+
+from fractions import Fraction
+
+import mpmath
+import pytest
+import sympy as sp
+
+import asympk as ap
+
+flint = pytest.importorskip("flint")
+
+from asympk.certify import certify, cover  # noqa: E402
+from asympk.certify.affine import EnclosedSegment, _Modes  # noqa: E402
+from asympk.certify.balls import ball, ball_of, hull, precision  # noqa: E402
+from asympk.certify.rows import ExactEntries  # noqa: E402
+from asympk.scenes.scenefile import read_scene  # noqa: E402
+
+F, x, v, t = sp.symbols("F x v t", real=True)
+a, b, k = sp.symbols("a b k", positive=True)
+DAMPED = ap.System.with_frictions({x: v, v: -a * x - b * v + F}, {}, [ap.Friction(v, F, load=1, kinetic=k)])
+POINTS = [(Fraction(i, 7), Fraction(j, 5)) for i in range(8) for j in range(6)]  # parts of a box
+
+
+def entries_on(**sides):
+    """Return the exact entries of the damped block on a box."""
+    return ExactEntries(DAMPED, (2, 1, 1), {name: tuple(map(Fraction, ends)) for name, ends in sides.items()}, ())
+
+
+def placed(sides, parts):
+    """Return the values of parameters at parts of the sides of a box."""
+    pairs = zip(sides.items(), parts, strict=True)
+    return {sp.Symbol(name, positive=True): low + (high - low) * part for (name, (low, high)), part in pairs}
+
+
+def parameters(matrix, field):
+    """Return a matrix of expressions as a family."""
+    return field.family([[field.exact(entry) for entry in row] for row in matrix.tolist()])
+
+
+@pytest.mark.parametrize(
+    ("of_family", "of_matrix"),
+    [
+        (lambda m: m * m + m * 3 - m, lambda m: m * m + 2 * m),
+        (lambda m: m.inverse(), lambda m: m.inv()),
+        (lambda m: m / m.entry(1, 1), lambda m: m / m[1, 1]),
+        (lambda m: m.exp(), lambda m: m.applyfunc(sp.exp)),
+    ],
+    ids=["products", "inverse", "quotient", "exponentials"],
+)
+def test_a_family_contains_the_matrix_of_every_point_and_its_excess_is_of_second_order(of_family, of_matrix):
+    matrix, excess = sp.Matrix([[a, 1 + a * b], [b - a, 2 * b / a]]), []
+    for width in (Fraction(1, 50), Fraction(1, 100)):
+        sides = {"a": (Fraction(2), 2 + width), "b": (Fraction(1), 1 + width)}
+        with precision(100):
+            found = of_family(parameters(matrix, entries_on(**sides))).tight().whole
+            exact = [of_matrix(matrix.subs(placed(sides, parts))) for parts in POINTS]
+            for i in range(4):
+                values = [float(m[i]) for m in exact]
+                ends = [float(found.entries()[i].real.lower()), float(found.entries()[i].real.upper())]
+                assert ends[0] <= min(values) + 1e-15
+                assert ends[1] >= max(values) - 1e-15
+            spread = [max(float(m[i]) for m in exact) - min(float(m[i]) for m in exact) for i in range(4)]
+            excess.append(max(float(found.entries()[i].real.rad()) - spread[i] / 2 for i in range(4)))
+    assert excess[1] < excess[0] / 3
+
+
+def test_roots_and_residues_move_by_their_derivatives():
+    sides = {"a": (Fraction(2), Fraction(201, 100)), "b": (Fraction(1), Fraction(101, 100))}
+    free = sp.Matrix([[0, 1, 0], [-a, -b, 1], [0, 0, 0]])
+    upper = (-b + sp.I * sp.sqrt(4 * a - b**2)) / 2
+    residue = sp.Matrix([[upper + b, 1], [-a, upper]]) / (2 * upper + b)
+    with precision(100):
+        field = entries_on(**sides)
+        found = field.spectrum(tuple(tuple(map(field.exact, row)) for row in free.tolist()))
+        root, (part,) = next(pair for pair in found if pair[0].whole[0, 0].imag > 0)
+        for parts in POINTS:
+            at = placed(sides, parts)
+            for n, s in enumerate((a, b)):
+                wanted = [(root, 0, 0, upper), *((part, i, j, residue[i, j]) for i in range(2) for j in range(2))]
+                for family, i, j, formula in wanted:
+                    slope, enclosed = complex(formula.diff(s).subs(at).evalf(30)), family.parts[2 + n][i, j]
+                    for part_of_it, exact in ((enclosed.real, slope.real), (enclosed.imag, slope.imag)):
+                        assert abs(float(part_of_it.mid()) - exact) <= float(part_of_it.rad()) + 1e-15
+                        assert float(part_of_it.rad()) < 0.02
+
+
+def test_the_time_of_an_event_moves_by_minus_the_rate_by_the_parameter_over_the_rate_by_the_time():
+    # without damping and friction ahead the block turns at pi/sqrt(a), which changes by -pi/2 a^(-3/2)
+    system = ap.System.with_frictions({x: v, v: -a * x + F}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
+    modes = _Modes(system, (Fraction(2),), {"a": (Fraction(199, 100), Fraction(201, 100))})
+    state = modes.begun([Fraction(9), Fraction(0)])
+    mode, (guard, *_) = modes.chosen([modes.every(state)], state, "start")
+    found = EnclosedSegment(mode, state).moment(guard, hull(Fraction(219, 100), Fraction(225, 100)))
+    time, centre, slope = (part[0, 0].real for part in found.parts)
+    assert abs(float(centre.mid()) - float(mpmath.pi / mpmath.sqrt(2))) < 1e-14
+    for value in (1.99, 2.0, 2.005, 2.01):
+        assert time.contains(float(mpmath.pi / mpmath.sqrt(value)))
+        assert slope.contains(float(-mpmath.pi / 2 * mpmath.mpf(value) ** -1.5))
+    assert float(time.rad()) < 0.0059  # the times themselves differ by 0.0056 on either side
+
+
+def contained(proof, path):
+    """Tell whether a path of forty digits is what a certificate proves."""
+    pairs = [*zip(proof.final, path.final, strict=True)]
+    for mine, its in zip(proof.events, path.events, strict=True):
+        pairs += [(mine.t, its.t), *zip(mine.state, its.state, strict=True)]
+    with mpmath.workdps(60):
+        near = (abs(mpmath.mpf(m.mid().str(60, radius=False)) - e) <= float(m.rad()) * 1.0001 + 1e-33 for m, e in pairs)
+        return proof.modes == path.modes and all(near)
+
+
+def test_the_held_rod_is_proven_for_frictions_that_range_over_five_percent():
+    scene = read_scene("held_rod")
+    found = cover(scene, {"f": ("2", "2.1")}, 4)
+    assert all(one.proven for one in found)
+    for one in found:
+        low, high = one.box["f"]
+        for friction in (low, (low + 2 * high) / 3):
+            values = dict(zip(scene.system.parameters, scene.values, strict=True)) | {"f": friction}
+            values = {str(name): value for name, value in values.items()}
+            near = ap.Scene(system=scene.system, values=values, start=scene.start, until=scene.until)
+            assert contained(one, ap.solve(near, digits=40))
+
+
+def test_damping_and_friction_may_range_in_resonance_through_three_turns():
+    system = ap.System.with_frictions(
+        {x: v, v: sp.cos(t) - x - b * v + F}, {}, [ap.Friction(v, F, load=1, kinetic=k)], time=t)  # fmt: skip
+    scene = ap.Scene(system=system, values={"b": "0.1", "k": "0.3"}, start={"x": 3, "v": 0}, until=12)
+    proof = certify(scene, {"b": ("0.1", "0.1002"), "k": ("0.3", "0.3002")})
+    assert proof.proven
+    for damping, friction in (("0.1", "0.3002"), ("0.1001", "0.30005"), ("0.1002", "0.3")):
+        near = ap.Scene(system=system, values={"b": damping, "k": friction}, start={"x": 3, "v": 0}, until=12)
+        assert contained(proof, ap.solve(near, digits=40))
+
+
+def test_a_parameter_whose_size_counts_may_range_across_0():
+    c = sp.Symbol("c", real=True)
+    system = ap.System.with_frictions({x: v, v: F - x * (1 + sp.Abs(c))}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
+    scene = ap.Scene(system=system, values={c: 0}, start={"x": 9, "v": 0}, until=4)
+    proof = certify(scene, {"c": ("-1e-3", "2e-3")})
+    assert proof.proven
+    for value in ("-1e-3", 0, "1e-4", "2e-3"):
+        near = ap.Scene(system=system, values={c: value}, start={"x": 9, "v": 0}, until=4)
+        assert contained(proof, ap.solve(near, digits=40))
+
+
+def test_the_sign_of_a_ball_around_0_is_anything_from_minus_1_to_1():
+    around = ball_of(sp.sign(x), {x: hull(-1, 2)})
+    assert [around.contains(ball(s)) for s in (-1, 0, 1)] == [True] * 3
+    assert [ball_of(sp.sign(x), {x: ball(s)}) for s in (-2, 3)] == [-1, 1]
