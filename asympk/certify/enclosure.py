@@ -227,7 +227,7 @@ def _cut(segment, guards, lo, hi):
 
 
 def root_in(segment: Any, guard: Any, lo: Ball, hi: Ball) -> Ball:
-    """Return a ball of the only root of a falling guard in (lo, hi), by Newton's steps and bisection by certain signs."""
+    """Return a ball of the only root of a falling guard in (lo, hi), by Newton's steps and by bisection."""
     found = lo.union(hi)
     for _ in range(_NEWTON_STEPS):
         time = lo.union(hi)
