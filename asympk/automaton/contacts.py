@@ -27,14 +27,21 @@ _NUDGES = ((1, -1, 1, -1, 1, -1, 0, 0), (1, 1, -1, -1, 0, 0, 1, -1))  # no two s
 
 
 class ContactNumbers(NamedTuple):
-    """The numbers of one friction at a point; the load is ``load`` + ``reaction`` times the normal reaction."""
+    """The numbers of one friction at a point; its load is ``load`` and what forces and reactions add to it.
+
+    ``pushed`` are the coefficients of these, which may be those of other contacts, each after its place in a row.
+    """
 
     velocity: Any
-    load: Any
-    reaction: Any
     kinetic: Any
     static: Any
     gap: Any
+    load: Any
+    pushed: tuple[tuple[int, Any], ...]
+
+    def load_under(self, forces: Sequence) -> Any:
+        """Return the load; ``forces`` begins with 1, the factor of the constant of a row."""
+        return self.load + sum([c * forces[j] for j, c in self.pushed]) if self.pushed else self.load
 
 
 class ContactPoint(NamedTuple):
@@ -147,18 +154,18 @@ def nudges(t: Any, state: tuple, slack: Any, least: Any = 0) -> Iterator[tuple[A
 def contact_formulas(
     system: System, moving: frozenset[int] = frozenset()
 ) -> tuple[tuple[sp.Expr, ...], tuple[sp.Symbol, ...], tuple[int, ...]]:
-    """Return (entries of ``ContactNumbers``, then rows, in a flat tuple; unknown forces; frictions with a normal).
+    """Return (four numbers of each friction, then rows, in a flat tuple; unknown forces; frictions with a normal).
 
-    The signs of sliding velocities are 0, whatever rounding makes of them, but for the contacts that are ``moving``.
+    The rows are those of the loads, then those of a ``ContactPoint``. The signs of sliding velocities are 0, whatever
+    rounding makes of them, but for the contacts that are ``moving``.
     """
     unknowns, found = _unknowns(system), []
     normals = tuple(k for k, f in enumerate(system.frictions) if f.normal is not None)
-    zero = dict.fromkeys(unknowns, sp.S.Zero)
     for f in system.frictions:
-        reaction = f.load.diff(f.normal) if f.constraint is not None else sp.S.Zero
-        found += [f.velocity, f.load.subs(zero), reaction, f.kinetic, f.static, sp.S.Zero if f.gap is None else f.gap]
+        found += [f.velocity, f.kinetic, f.static, sp.S.Zero if f.gap is None else f.gap]
     rates = (branches.rate_along(system, f.velocity) for f in system.frictions)
-    rows = in_forces(system, (*rates, *(forces.reaction_law(system.frictions[k]) for k in normals)), moving)
+    laws = (forces.reaction_law(system.frictions[k]) for k in normals)
+    rows = in_forces(system, (*(f.load for f in system.frictions), *rates, *laws), moving)
     return (*_calm(system, found, moving), *rows), unknowns, normals
 
 
@@ -203,9 +210,11 @@ def _contact_point(system: System, place: Place, moving: frozenset[int]) -> Cont
     """Return the contacts at a place, in the numbers of this place: later operations then have the same rounding."""
     formulas, unknowns, _ = contact_formulas(system, moving)
     values = tuple(map(place.numbers.convert, place.values(system, formulas)))
-    split = 6 * len(system.frictions)
-    contacts = tuple(ContactNumbers(*values[k : k + 6]) for k in range(0, split, 6))
-    return ContactPoint(contacts, tuple(linear_rows(values[split:], unknowns)))
+    count = len(system.frictions)
+    rows = linear_rows(values[4 * count :], unknowns)
+    loads = ((row[0], tuple((j, c) for j, c in enumerate(row) if j and c)) for row in rows[:count])
+    contacts = tuple(ContactNumbers(*(*values[4 * k : 4 * k + 4], *load)) for k, load in enumerate(loads))
+    return ContactPoint(contacts, tuple(rows[count:]))
 
 
 def linear_rows(values: Sequence, unknowns: tuple) -> list[tuple]:
@@ -225,7 +234,7 @@ def coupled(system: System) -> tuple[tuple[int, ...], ...]:
     count = len(system.frictions)
     formulas, unknowns, normals = contact_formulas(system, frozenset(range(count)))
     owner = {u: k for k, f in enumerate(system.frictions) for u in (f.force, f.normal)}
-    rows = zip((*range(count), *normals), linear_rows(formulas[6 * count :], unknowns), strict=True)
+    rows = zip((*range(count), *range(count), *normals), linear_rows(formulas[4 * count :], unknowns), strict=True)
     pairs = [(k, owner[u]) for k, (_, *row) in rows for u, entry in zip(unknowns, row, strict=True) if entry != 0]
     return tuple(sorted(tuple(sorted(group)) for group in connected_components((range(count), pairs))))
 
@@ -272,8 +281,8 @@ def _law(system: System, branch: Branch, k: int, point: ContactPoint, place: dic
         resting = forces.rests_in_all_but_name(system, branch, k)
         factor = phase.load * phase.velocity * (contact.static if resting else contact.kinetic)
         row[0] = factor * contact.load
-        if friction.constraint is not None:
-            row[1 + place[friction.normal]] += factor * contact.reaction
+        for j, c in contact.pushed:
+            row[j] += factor * c
     return tuple(row)
 
 

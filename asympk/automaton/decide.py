@@ -267,7 +267,7 @@ def _margins_at(
         if phase == OPEN:
             found["touch_down", k, False] = _opening(here, k, point, forces)
             continue
-        load = contact.load + contact.reaction * solved.forces.get(friction.normal, 0)
+        load = contact.load_under(forces)
         if friction.gap is not None:
             found["lift_off", k, False] = -contact.gap if friction.constraint is None else load
         if phase.velocity == 0:

@@ -224,7 +224,7 @@ def _closed(here: Junction, k: int) -> list[Phase]:
     loads: tuple[int, ...] = (sign, -sign)
     if branches.lifts(friction):
         loads = (1,)
-    elif friction.constraint is None and ("force_zero", k) not in here.lost:
+    elif ("force_zero", k) not in here.lost and not contacts[0].pushed:
         load = here.numbers.decided_sign([c.load for c in contacts])
         loads = (load,) if load else loads if _loads_move(here.system)[k] else (1,)
     return [Phase(load, v) for load in loads for v in ((velocity,) if velocity else (0, 1, -1))]

@@ -157,12 +157,12 @@ def _exchanged(table: Table, i: int, j: int) -> Table:
 
 
 def _cone(system: System, branch: Branch, point: ContactPoint) -> list[tuple]:
-    """Return the rows that must not be negative: loads of closed contacts with a reaction, margins of stick."""
+    """Return the rows that must not be negative: loads of closed contacts that forces change, margins of stick."""
     unknowns, found = contact_formulas(system)[1], []
     for friction, phase, contact in zip(system.frictions, branch, point.contacts, strict=True):
-        push = [phase.load * contact.reaction * (u == friction.normal) for u in unknowns]
-        load = (phase.load * contact.load, *push)
-        found += [load] if phase != OPEN and contact.reaction else []
+        push = dict(contact.pushed)
+        load = (phase.load * contact.load, *(phase.load * push.get(j, 0) for j in range(1, 1 + len(unknowns))))
+        found += [load] if phase != OPEN and push else []
         if phase.mode == "stick":
             force = (0, *(int(u == friction.force) for u in unknowns))
             pairs = [*zip(load, force, strict=True)]

@@ -234,6 +234,31 @@ def test_a_block_slips_from_between_a_wall_and_a_finger_once_their_grip_is_too_w
     assert [*map(float, path.final)] == pytest.approx([0, 0, -1 / 6, -1 / 2, 0, 0], abs=1e-8)
 
 
+@pytest.mark.parametrize("way", WAYS)
+def test_a_force_that_takes_load_off_another_contact_lets_that_one_slide_back_after_its_stop(way):
+    # the load 2 + G is 1 as long as u > 0, too little to hold the pull 3/2; of itself the load 2 would hold it
+    x, q, v, u, force, other = sp.symbols("x q v u F G", real=True)
+    contacts = [ap.Friction(v, force, 2 + other, 1), ap.Friction(u, other, 1, 1)]
+    system = ap.System.with_frictions({x: v, q: u, v: force - exactly(3, 2), u: other}, {}, contacts)
+    path = ap.solve(ap.Scene(system=system, values={}, start=[0, 0, 1, 3], until=1), **way)
+    assert path.modes == ("slip_same+slip_same", "slip_opposite+slip_same")
+    assert [*map(float, path.final)] == pytest.approx([11 / 100, 5 / 2, -3 / 10, 2], abs=1e-8)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_two_directions_of_sliding_at_one_contact_share_its_reaction_until_it_opens(way):
+    # the reaction is 1 - t; v' = 1 - (1 - t)/2 and u' = 1 - (1 - t) until t = 1, then both are 1, and y = (t - 1)^3/6
+    x, y, q, v, w, u, force, other, normal = sp.symbols("x y q v w u F G N", real=True)
+    rates = {x: v, y: w, q: u, v: force + 1, w: normal + t - 1, u: other + 1}
+    contacts = [ap.Friction(v, force, normal, exactly(1, 2), gap=y, normal=normal, constraint=rates[w]),
+                ap.Friction(u, other, normal, 1)]  # fmt: skip
+    system = ap.System.with_frictions(rates, {}, contacts, None, t)
+    path = ap.solve(ap.Scene(system=system, values={}, start=[0] * 6, until=2), **way)
+    assert told(path) == [("lift_off", 0)]
+    expected = [19 / 12, 1 / 6, 7 / 6, 7 / 4, 1 / 2, 3 / 2]
+    assert [*map(float, path.final)] == pytest.approx(expected, abs=1e-8)
+
+
 @pytest.mark.parametrize("unit", [1, exactly(10, 3)])
 def test_a_contact_that_static_friction_holds_with_nothing_to_spare_is_held_in_all_units(unit):
     # the load of the other contact rises from 0: this one is pulled by 3 units / 2, and by 2 if both were to rest
