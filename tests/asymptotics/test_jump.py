@@ -1,6 +1,7 @@
 """The jump map: derived for every layer, and right to the last term that is claimed."""
 
 from contextlib import nullcontext
+from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 from itertools import pairwise
@@ -467,3 +468,16 @@ def test_the_states_of_the_jump_map_to_order_one_stand_apart_and_a_line_in_latex
     assert {x, y, z * (1 - 2 * sigma) / sigma} < {*plain.args}
     assert sp.cancel(plain - (x + y - (2 - 1 / sigma) * z - edge)) == 0
     assert sp.latex(jump.x).count(r"\\ &") == len(jump.x.terms)
+
+
+def test_the_jump_map_does_not_depend_on_the_origin_of_the_fast_state():
+    (friction,), moved = SYSTEM.frictions, lambda expr: expr.subs(y, y - 1)
+    slow, fast = ({s: moved(rate) for s, rate in rates.items()} for rates in (SYSTEM.slow, SYSTEM.fast))
+    beside = System.with_frictions(
+        slow=slow, fast=fast, frictions=(replace(friction, load=moved(friction.load)),), small=mu,
+        assumptions=SYSTEM.assumptions,
+    )  # fmt: skip
+    here, there = jump_map(SYSTEM, start={x: 0, y: 0.2, z: -1}), jump_map(beside, start={x: 0, y: 1.2, z: -1})
+    for found, known in ((there.x, here.x), (there.z, here.z)):
+        assert found.terms.keys() == known.terms.keys()
+        assert all(sp.cancel(found.terms[m] - moved(c)) == 0 for m, c in known.terms.items())
