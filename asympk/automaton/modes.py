@@ -23,7 +23,7 @@ from asympk.symbolic.branches import Branch, Guard
 from asympk.symbolic.coefficients import name_of, scattered, with_names
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.inverses import InverseForm
-from asympk.symbolic.long import atoms, replaced
+from asympk.symbolic.long import atoms, is_clearly_nonzero, replaced
 from asympk.symbolic.lowering import WIDE, Lowered, lower, without_overflow
 from asympk.symbolic.penetration import Penetration, without_penetration
 from asympk.symbolic.sides import (
@@ -251,7 +251,8 @@ class GuardedMode:
         even = ((s, slope) for s, slope in slopes if slope != 0 and not slope.free_symbols & self.moving)
         zeros = ({s: sp.expand(s - expr / slope)} for s, slope in even)
         zero = next(zeros, None)
-        return zero is not None and sp.expand(self.drift(expr).xreplace(zero)) == 0
+        rate = sp.S.One if zero is None else replaced(self.drift(expr), zero)
+        return not is_clearly_nonzero(rate) and sp.expand(rate) == 0
 
     @cached_property
     def pressed(self) -> bool:

@@ -11,10 +11,9 @@ import sympy as sp
 from sympy.polys.matrices import DomainMatrix
 from sympy.simplify.fu import TR10i
 
-from asympk.symbolic.long import generic_place, is_longer
+from asympk.symbolic.long import is_clearly_nonzero, is_longer
 
 LONG = 150  # operations beyond which a shorter form costs seconds and would not be readable
-CLEAR = 1e-9  # size above which a value of fifteen digits is certainly not 0
 
 
 @lru_cache(maxsize=4096)
@@ -91,10 +90,7 @@ def _minors(matrix: sp.Matrix, checked: Callable[[sp.Expr], sp.Expr]) -> Callabl
 
 def vanishes(expr: sp.Expr) -> bool:
     """Tell whether ``expr`` is 0 for all values of its symbols; its value at one place shows most that are not 0."""
-    value = expr.evalf(subs=generic_place(expr))
-    if isinstance(value, sp.Float) and abs(value) > CLEAR:
-        return False
-    return tidy(expr) == 0 or sp.simplify(expr) == 0
+    return not is_clearly_nonzero(expr) and (tidy(expr) == 0 or sp.simplify(expr) == 0)
 
 
 def shortest(*forms: sp.Expr) -> sp.Expr:

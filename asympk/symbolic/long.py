@@ -10,6 +10,8 @@ import sympy as sp
 PARTS = 4  # a bound on the parts of a tree, without atoms, for one operation: -a/b in a sum has two and two
 LONG = 300  # operations; a rational expression divided by a sum is not expanded if it has more
 ROUGH = 1e-6  # a difference of values, relative to their size, that is not rounding
+CLEAR = 1e-9  # size above which a value of DIGITS digits is certainly not 0
+DIGITS = 50
 REGULAR = 1e9  # a condition number clearly below that of a singular matrix in fifteen digits
 
 
@@ -81,6 +83,12 @@ def _is_rational(expr: sp.Basic) -> bool:
 def generic_place(expr: Any) -> dict[sp.Symbol, sp.Expr]:
     """Return generic rational numbers for the symbols of an expression or matrix: hardly anything vanishes there."""
     return {s: sp.Rational(2 * k + 5, k + 7) for k, s in enumerate(sorted(expr.free_symbols, key=str))}
+
+
+def is_clearly_nonzero(expr: sp.Expr) -> bool:
+    """Tell whether ``expr`` is clearly not 0 at one generic place, in many digits; else it may vanish everywhere."""
+    value = replaced(expr, {s: sp.Float(at, DIGITS) for s, at in generic_place(expr).items()}).evalf()
+    return isinstance(value, sp.Float) and abs(value) > CLEAR
 
 
 def is_regular(matrix: sp.Matrix) -> bool:

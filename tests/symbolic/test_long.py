@@ -6,7 +6,7 @@ import sympy as sp
 import asympk as ap
 from asympk.automaton.modes import mode_of
 from asympk.symbolic.branches import Phase
-from asympk.symbolic.long import atoms, is_longer, is_regular, modulus, replaced
+from asympk.symbolic.long import atoms, is_clearly_nonzero, is_longer, is_regular, modulus, replaced
 from asympk.symbolic.sides import shortly_after
 
 a, b, c = sp.symbols("a b c", real=True)
@@ -48,6 +48,14 @@ def test_the_modulus_of_an_expression_of_a_trillion_terms_is_not_expanded():
     assert modulus(-2 * a) == 2 * sp.Abs(a)
     jump = sp.Piecewise((1, sp.Gt(long(a), 0, evaluate=False)), (2, True), evaluate=False)
     assert shortly_after(jump, lambda part: sp.S.One, 1e-15).has(sp.Abs(long(a), evaluate=False))
+
+
+def test_an_expression_is_clearly_nonzero_at_a_place_where_it_has_a_value_that_no_rounding_has():
+    assert is_clearly_nonzero(_doubled(a - b / c, 8))
+    assert is_clearly_nonzero(sp.exp(a) - 1 - a)
+    for unknown in (sp.sin(a) ** 2 + sp.cos(a) ** 2 - 1, 10**30 * (sp.sin(2 * a) - 2 * sp.sin(a) * sp.cos(a)),
+                    sp.sqrt(-1 - a**2), 1 / sp.Add(a, -a, evaluate=False)):  # fmt: skip
+        assert not is_clearly_nonzero(unknown)
 
 
 def test_a_matrix_is_regular_at_a_place_where_its_determinant_is_not_zero_for_all_values():
