@@ -84,7 +84,7 @@ def _moved(partials: dict[sp.Symbol, sp.Expr], rates: Mapping[sp.Symbol, sp.Expr
 
 
 def _named(expr: sp.Expr, found: Parts, spare: Iterator[sp.Symbol]) -> sp.Expr:
-    if expr.is_Atom:
+    if expr.is_Atom or (-expr).is_Atom:
         return expr
     symbol = next(spare)
     found.append((symbol, expr))

@@ -59,3 +59,9 @@ def test_a_matrix_of_twelve_rows_is_eliminated_in_some_thousand_operations():
     place = np.linspace(-1, 1, n)
     M = np.cos(place[:, None] - place) + n * np.eye(n)
     assert lowered(*place)[0] == pytest.approx(place @ np.linalg.solve(M, np.sin(place)), rel=1e-12)
+
+
+def test_the_derivatives_of_an_elimination_name_no_negated_symbol():
+    directions = ((sp.S.One, sp.S.Zero, sp.S.Zero),)
+    lines = Lowered((a, b, c), (FORM,), "math", directions=directions).source.splitlines()
+    assert not [line for line in lines if line.partition("= -")[2].isidentifier()]
