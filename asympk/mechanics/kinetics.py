@@ -41,8 +41,8 @@ class Kinetics:
     @cached_property
     def directions(self) -> sp.ImmutableMatrix:
         """The rows W_N = dg/dq and W_T = d gamma/dq' as a 2 x n matrix."""
-        gap = [_slope(self.gap, q) for q in self.coordinates]
-        slip = [_slope(self.slip, u) for u in self.velocities]
+        gap = [slope_in_powers(self.gap, q) for q in self.coordinates]
+        slip = [slope_in_powers(self.slip, u) for u in self.velocities]
         return sp.ImmutableMatrix([gap, slip])
 
     @cached_property
@@ -139,9 +139,9 @@ class Kinetics:
     def rate(self, expr: sp.Expr, accelerations: dict[sp.Symbol, sp.Expr] | None = None) -> sp.Expr:
         """Return d expr / dt; ``accelerations`` gives u' for every velocity in ``expr``, 0 where it is missing."""
         moved = zip(self.coordinates, self.velocities, strict=True)
-        terms = [_slope(expr, q) * u for q, u in moved]
-        terms += [_slope(expr, u) * rate for u, rate in (accelerations or {}).items()]
-        return sp.Add(*terms, _slope(expr, self.time))
+        terms = [slope_in_powers(expr, q) * u for q, u in moved]
+        terms += [slope_in_powers(expr, u) * rate for u, rate in (accelerations or {}).items()]
+        return sp.Add(*terms, slope_in_powers(expr, self.time))
 
     def spare(self, name: str, *others: sp.Symbol, **assumptions: bool) -> sp.Symbol:
         """Return a Symbol ``name``, with underscores if the mechanism or ``others`` have a symbol of this name."""
@@ -168,7 +168,7 @@ class Kinetics:
         return set().union(*(part.free_symbols for part in parts))
 
 
-def _slope(expr: sp.Expr, s: sp.Symbol) -> sp.Expr:
+def slope_in_powers(expr: sp.Expr, s: sp.Symbol) -> sp.Expr:
     """Return the derivative of ``expr`` by ``s`` between jumps, with its roots written as powers."""
     return slope_by(expr, s).replace(RootSlope, lambda rate, base, exponent: rate * base**exponent)
 

@@ -8,6 +8,7 @@ import sympy as sp
 from sympy.core.function import AppliedUndef
 
 from asympk.errors import InputError
+from asympk.mechanics.kinetics import slope_in_powers
 from asympk.numbers import short
 from asympk.symbolic.reading import entries_of, expression
 
@@ -55,7 +56,8 @@ def lagranges_equations(
         bent = next((term for term in sp.Add.make_args(energy) if sp.hessian(term, u).has(*u)), energy)
         raise InputError(f"{short(bent.xreplace(own))} in the Lagrangian is not quadratic in the rates, and the mass "
                          "matrix would depend on them; friction and the like are forces=")  # fmt: skip
-    turning = [sp.Add(p.diff(t), *(p.diff(x) * v for x, v in zip(q, u, strict=True))) for p in momenta]
+    moved = {t: sp.S.One, **dict(zip(q, u, strict=True))}
+    turning = [sp.Add(*(slope_in_powers(p, x) * v for x, v in moved.items())) for p in momenta]
     forces = (sp.expand_mul(energy.diff(x) - part) for x, part in zip(q, turning, strict=True))  # most terms cancel
     return mass, sp.Matrix([*map(sp.factor_terms, forces)])
 
