@@ -10,7 +10,7 @@ an invariant. With c = eps^2 and h = b eps (b is fixed, and 0 without damping) b
 fast, R = x + b y and g' = -eps y. A unilateral contact has R = max(0, x + h y). ``elastic_fields`` derives the fields.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
@@ -19,7 +19,7 @@ import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
 from asympk.mechanics.checks import departures, require_continuous
-from asympk.mechanics.kinetics import Kinetics
+from asympk.mechanics.kinetics import Kinetics, slope_in_powers
 from asympk.mechanics.tidy import tidy, vanishes
 from asympk.numbers import number, short
 from asympk.symbolic.long import replaced
@@ -86,7 +86,7 @@ def elastic_fields(kinetics: Kinetics, scaling: Scaling) -> dict[str, Any]:
     rest = completing(kinetics)
     reaction = x + scaling.ratio * y
     rates = velocities(kinetics, rest, -scaling.closing * y, z)
-    put = lambda expr: tidy(replaced(expr, rates))  # noqa: E731
+    put = lambda expr: kinetics.tidy_if_short(replaced(expr, rates))  # noqa: E731
     normal, force = force_names(kinetics, scaling.small)
     pushed = normal if kinetics.unilateral else reaction
     gap, slip, others = _accelerations(kinetics, rest, pushed, force, put)
@@ -136,31 +136,46 @@ def completing(kinetics: Kinetics) -> tuple[int, ...]:
 
     Rates that do so at all times and places come first: the rates of the system have no pole then.
     """
-    n, bases = len(kinetics.coordinates), []
+    n, bases, moving = len(kinetics.coordinates), [], (*kinetics.coordinates, kinetics.time)
     for chosen in reversed([*combinations(range(n), n - 2)]):
-        determinant = _basis(kinetics, chosen).det()
+        determinant = _determinant(kinetics, chosen)
         if not vanishes(determinant):
             bases.append(chosen)
-            if not tidy(determinant).free_symbols & {*kinetics.coordinates, kinetics.time}:
+            if all(vanishes(slope_in_powers(determinant, q)) for q in moving):
                 return chosen
     if not bases:
         raise NotDerivable("gap rate and sliding velocity depend on each other; no rates complete them to a basis")
     return bases[0]
 
 
-def _basis(kinetics: Kinetics, chosen: tuple[int, ...]) -> sp.Matrix:
-    n = len(kinetics.coordinates)
-    return sp.Matrix.vstack(sp.Matrix(kinetics.directions), *(sp.eye(n)[j, :] for j in chosen))
+def _others(kinetics: Kinetics, rest: tuple[int, ...]) -> Iterator[int]:
+    """Yield the places of the two coordinates whose rates are not among ``rest``."""
+    return (k for k in range(len(kinetics.coordinates)) if k not in rest)
+
+
+def _determinant(kinetics: Kinetics, rest: tuple[int, ...]) -> sp.Expr:
+    """Return the determinant of the basis (g', gamma, rates ``rest``), a minor of (W_N, W_T)."""
+    others = [*_others(kinetics, rest)]
+    return _parity(others) * kinetics.directions[:, others].det()
+
+
+def _parity(others: list[int]) -> int:
+    """Return the sign of the order in which the two columns ``others`` come before all the rest."""
+    return (-1) ** (sum(others) + 1)
 
 
 def velocities(kinetics: Kinetics, rest: tuple[int, ...], closing: sp.Expr, z: sp.Expr) -> dict[sp.Symbol, sp.Expr]:
     """Return every velocity in terms of g' = ``closing``, z and the rates ``rest``; guides may move with the time."""
-    still = dict.fromkeys(kinetics.velocities, 0)
+    still, others = dict.fromkeys(kinetics.velocities, 0), [*_others(kinetics, rest)]
     gap_drift, slip_drift = (expr.subs(still) for expr in (kinetics.gap_rate, kinetics.slip))
-    given = sp.Matrix([closing - gap_drift, z - slip_drift, *(kinetics.velocities[k] for k in rest)])
-    basis = _basis(kinetics, rest)
-    found = basis.adjugate() * given / tidy(basis.det())
-    return dict(zip(kinetics.velocities, map(tidy, found), strict=True))
+    given = [closing - gap_drift, z - slip_drift, *(kinetics.velocities[k] for k in rest)]
+    columns = sp.Matrix.hstack(sp.eye(2), -kinetics.directions[:, list(rest)])
+    minors = (_parity(others) * kinetics.directions[:, others].adjugate() * columns).applyfunc(sp.expand)
+    parts = [sp.Add(*(a * b for a, b in zip(minors[i, :], given, strict=True))) for i in (0, 1)]
+    tidy = kinetics.tidy_if_short
+    determinant = tidy(_determinant(kinetics, rest))
+    found = {kinetics.velocities[k]: tidy(part / determinant) for k, part in zip(others, parts, strict=True)}
+    return {u: found.get(u, u) for u in kinetics.velocities}
 
 
 def _accelerations(

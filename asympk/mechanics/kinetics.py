@@ -50,7 +50,8 @@ class Kinetics:
         """M^-1 (W_N, W_T, Q), n x 3: the accelerations by a unit reaction, a unit friction force and the forces."""
         right = sp.Matrix.hstack(self.directions.T, self.forces)
         if self.long:
-            return sp.ImmutableMatrix(len(self.coordinates), 3, lambda k, j: _row_of_inverse(self.mass, k, right[:, j]))
+            form = lambda k, j: _row_of_inverse(self._collected, k, right[:, j])  # noqa: E731
+            return sp.ImmutableMatrix(len(self.coordinates), 3, form)
         return (self.mass.adjugate() * right).applyfunc(lambda part: tidy(part / self._inertia)).as_immutable()
 
     @cached_property
@@ -61,8 +62,13 @@ class Kinetics:
 
     def _through_mass(self, i: int, j: int) -> sp.Expr:
         if self.long:
-            return InverseForm.of(self.directions[i, :], self.mass, self.directions[j, :])
+            return InverseForm.of(self.directions[i, :], self._collected, self.directions[j, :])
         return tidy(self._undivided[i, j] / self._inertia)
+
+    @cached_property
+    def _collected(self) -> sp.ImmutableMatrix:
+        """The mass matrix with products that occur in several terms of an entry, as of the links of a chain, once."""
+        return self.mass.applyfunc(lambda entry: sp.factor_terms(sp.expand_mul(entry)))
 
     @cached_property
     def undivided(self) -> tuple[sp.Expr, sp.Expr]:
@@ -85,7 +91,7 @@ class Kinetics:
     def free(self) -> tuple[sp.Expr, sp.Expr]:
         """The free accelerations (a_N, a_T): g'' and gamma' without reaction and friction."""
         if self.long:
-            rows = (InverseForm.of(self.directions[k, :], self.mass, self.forces) for k in (0, 1))
+            rows = (InverseForm.of(self.directions[k, :], self._collected, self.forces) for k in (0, 1))
             return tuple(row + self.rate(expr) for row, expr in zip(rows, (self.gap_rate, self.slip), strict=True))
         accelerations = dict(zip(self.velocities, self.response[:, 2], strict=True))
         return tuple(_short(self.rate(expr, accelerations)) for expr in (self.gap_rate, self.slip))
@@ -135,6 +141,10 @@ class Kinetics:
     def long(self) -> bool:
         """Whether the mass matrix is not inverted in symbols, as its determinant is too long for a formula."""
         return has_long_minors(self.mass)
+
+    def tidy_if_short(self, expr: sp.Expr) -> sp.Expr:
+        """Return ``tidy(expr)``; if the mass matrix is ``long``, no formula of the mechanism will be read: ``expr``."""
+        return expr if self.long else tidy(expr)
 
     def rate(self, expr: sp.Expr, accelerations: dict[sp.Symbol, sp.Expr] | None = None) -> sp.Expr:
         """Return d expr / dt; ``accelerations`` gives u' for every velocity in ``expr``, 0 where it is missing."""

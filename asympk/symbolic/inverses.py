@@ -7,6 +7,7 @@ positive, so no pivot vanishes. ``without_inverses`` writes the operations down.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import cached_property
 from itertools import pairwise
 from math import isqrt
 from typing import Any
@@ -52,6 +53,11 @@ class InverseForm(sp.Function):
         i, j = next((i, j) for i in range(n) for j in range(i + 1) if n + i * (i + 1) // 2 + j == place)
         pairs = dict.fromkeys(((i, j), (j, i)))
         return -sp.Add(*(of(u, unit(a)) * of(unit(b), v) for a, b in pairs))
+
+    @cached_property
+    def free_symbols(self) -> set[sp.Basic]:
+        """The symbols in the entries, which are collected once."""
+        return set().union(*(e.free_symbols for e in self.args))
 
     def _eval_evalf(self, prec: int) -> sp.Expr:
         return self.func(*(e._evalf(prec) for e in self.args))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import sympy as sp
 from mechanisms import chain
 from scipy.integrate import solve_ivp
 
@@ -86,3 +87,22 @@ def test_an_impact_on_a_chain_of_eight_links_changes_gap_rate_and_slip_by_what_i
     impulses = np.linalg.inv(W @ np.linalg.solve(mass, W.T))
     expected = np.hstack([impulses @ np.linalg.solve(mass, W.T).T, -impulses])
     assert np.allclose(found, expected, rtol=1e-11, atol=1e-13)
+
+
+def test_the_elastic_contact_of_a_chain_of_eight_links_has_the_accelerations_of_newtons_law():
+    n, rng = 8, np.random.default_rng(4)
+    mechanism, c, h = chain(n), *sp.symbols("c h", positive=True)
+    system = mechanism.elastic(compliance=c, damping=h)
+    q, u = _start(n)[0], rng.normal(size=n)
+    mass, forces, W, drifts = _equations(q, u)
+    reaction, force = 1.7, -0.4
+    rates = np.linalg.solve(mass, forces + W.T @ [reaction, force])
+    gap, slip = W @ rates + drifts
+    values = {**VALUES, "c": 0.01, "h": 0.5, "x": 0.3, "y": -(W[0] @ u) / 0.01, "z": W[1] @ u}
+    values |= {"N": reaction, "F": force}
+    values |= {f"q{k}": a for k, a in enumerate(q, 1)} | {f"q{k}'": v for k, v in enumerate(u, 1)}
+    at = {s: values[s.name] for s in set().union(*(e.free_symbols for e in system.rates.values()))}
+    found = dict(zip(map(str, system.states), evaluate((*system.rates.values(),), at), strict=True))
+    expected = {f"q{k}": v for k, v in enumerate(u, 1)} | {f"q{k}'": v for k, v in enumerate(rates, 1)}
+    expected |= {"x": values["y"], "y": -gap / 0.01, "z": slip}
+    assert found == pytest.approx({name: expected[name] for name in found}, rel=1e-10)
