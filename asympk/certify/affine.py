@@ -230,7 +230,8 @@ class _Modes:
     def _phases(self, friction, state):
         """Return the phases of a contact that the signs of its velocity and load at a state do not exclude."""
         velocity = self._sign(friction.velocity, state)
-        load = None if friction.constraint else self._sign(friction.load, state)
+        pushed = friction.load.free_symbols & {u for f in self.system.frictions for u in (f.force, f.normal)}
+        load = None if pushed else self._sign(friction.load, state)
         return [phase for phase in all_phases(friction) if phase == OPEN or (
             velocity in (None, 0, phase.velocity) and load in (None, 0, phase.load))]  # fmt: skip
 

@@ -506,6 +506,14 @@ def test_two_blocks_under_one_load_are_proven_past_the_time_at_which_it_vanishes
     assert [event.kind for event in proof.events] == ["force_zero", "force_zero"]
 
 
+def test_a_contact_off_which_the_force_of_another_takes_load_is_proven_to_slide_back():
+    # the load 2 + G = 1 leaves -1/2 of the pull 3/2: from the stop at t = 2/5 on the block is driven back
+    contacts = [ap.Friction(v, F, 2 + G, 1), ap.Friction(w, G, 1, 1)]
+    system = ap.System.with_frictions({x: v, v: F - sp.Rational(3, 2), y: w, w: G}, {}, contacts)
+    proof = proven_as_followed(ap.Scene(system=system, values={}, start={x: 0, v: 1, y: 0, w: 3}, until=1))
+    assert proof.modes == ("slip_same+slip_same", "slip_opposite+slip_same")
+
+
 def test_two_blocks_that_stop_together_are_refused_as_simultaneous_in_a_moment():
     frictions = [ap.Friction(velocity, force, load=1, kinetic=k) for velocity, force in ((v, F), (w, G))]
     twins = ap.System.with_frictions({x: v, y: w, v: y - 2 * x + F, w: x - 2 * y + G}, {}, frictions)
