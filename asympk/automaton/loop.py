@@ -168,7 +168,7 @@ def mode_after(
     just after this switch. ``fixed`` and the errors are those of ``mode_on_sides``; ``Automaton.next`` raises, too.
     """
     before, (crossed, left) = mode, _crossed(mode, hits)
-    switches, doubt = _switches(mode, hits), slack
+    switches, doubt = bool(crossed), slack
     if since is not None:  # the guards of a side that has ended are those of no motion
         crossed, left, doubt = [*automaton.edges_at(t, state, mode.beside)], left * (not switches), mode.beside
     later, entered, start = (t, state), tuple[Any, ...](), t if since is None else since
@@ -250,11 +250,6 @@ def _with_change(mode: NumericMode, expr: sp.Expr, t: Any, state: tuple) -> tupl
     """Return an expression's value, and its change by half the distance that smooth stretches keep from a switch."""
     value, *others = (mode.values((expr,), *at)[0] for at in ((t, state), *nudges(t, state, mode.beside / 2)))
     return value, max(abs(other - value) for other in others)
-
-
-def _switches(mode: NumericMode, hits: tuple[int, ...]) -> bool:
-    """Tell whether one of the guards ``hits`` is an edge, where a side of the mode ends."""
-    return any(mode.kinds[hit][0] == SWITCH for hit in hits)
 
 
 def _crossed(mode: NumericMode, hits: tuple[int, ...]) -> tuple[list[sp.Expr], list[tuple]]:
