@@ -59,12 +59,12 @@ class Contact(ShownAsFormulas):
 
     @property
     def side(self) -> str:
-        """The words for a unilateral or a bilateral contact in a card."""
-        return "that only pushes" if self.unilateral else "that holds both ways"
+        """The words for what a unilateral or a bilateral contact does."""
+        return "only pushes" if self.unilateral else "holds both ways"
 
     def _card(self) -> Card:
         names = ("gap", "slip", "friction", "static", "load")
-        return Card(f"Contact {self.side}", tuple((name, getattr(self, name)) for name in names))
+        return Card(f"Contact that {self.side}", tuple((name, getattr(self, name)) for name in names))
 
 
 @dataclass(frozen=True, repr=False)
@@ -94,9 +94,9 @@ class Mechanism(ShownAsFormulas):
 
     def _card(self) -> Card:
         rows: list[tuple[str, Any]] = [("coordinates", sp.Tuple(*self.coordinates)), ("mass", self.mass)]
-        rows += [("forces", sp.Tuple(*self.forces))]
-        rows += self.contact._card().rows
-        return Card(f"Mechanism of {len(self.coordinates)} coordinates and a contact {self.contact.side}", tuple(rows))
+        rows += [("forces", sp.Tuple(*self.forces)), *self.contact._card().rows]
+        title = f"Mechanism of {len(self.coordinates)} coordinates and a contact that {self.contact.side}"
+        return Card(title, tuple(rows))
 
     def __post_init__(self) -> None:
         put = object.__setattr__

@@ -56,9 +56,9 @@ def contact_lines(described: Described) -> list[str]:
     rod = described.mechanism
     G = [rod.evaluate(rod.delassus[i], described.numbers) for i in (0, 1, 3)]
     a = [rod.evaluate(part, described.numbers) for part in rod.free]
-    side = "only pushes" if rod.contact.unilateral else "holds both ways"
     return [
-        f"contact         {side}; sliding velocity {_short(rod.evaluate(rod.sliding_velocity, described.numbers))}",
+        f"contact         {rod.contact.side}; sliding velocity "
+        f"{_short(rod.evaluate(rod.sliding_velocity, described.numbers))}",
         f"Delassus        G_NN = {_short(G[0])}, G_NT = {_short(G[1])}, G_TT = {_short(G[2])}",
         f"free            a_N = {_short(a[0])}, a_T = {_short(a[1])}",
     ]

@@ -96,8 +96,7 @@ def displayed_formula(label: str, value: Any, instead: str) -> list[str]:
 
 def _contact(described: Described) -> list[str]:
     rod, plain = described.mechanism, described.mechanism.plain
-    side = "only pushes" if rod.contact.unilateral else "holds both ways"
-    words = f"The contact {side}. In the plain symbols, where a prime marks a rate:"
+    words = f"The contact {rod.contact.side}. In the plain symbols, where a prime marks a rate:"
     return [*_heading("The mechanism", "-"), words, "",
             *displayed_formula("Mass matrix", plain.mass.applyfunc(contracted), "mechanism().mass"),
             *displayed_formula("Forces", plain.forces.T.applyfunc(contracted), "mechanism().forces"),
