@@ -133,5 +133,3 @@ class Fading(Polynomial):
 
     def map(self, convert: Callable[[Any], Any]) -> "Fading":
         return Fading({index: convert(c) for index, c in self.terms.items()})
-
-    __radd__, __rmul__ = Polynomial.__add__, Polynomial.__mul__

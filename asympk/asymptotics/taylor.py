@@ -9,8 +9,9 @@ the entry, and ``_computed`` treats each kind of expression.
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
+from functools import lru_cache, reduce
 from math import factorial, inf
+from operator import add, mul
 from typing import Any, Self
 
 import sympy as sp
@@ -54,6 +55,8 @@ class Polynomial:
                     found[index] = found[index] + product if index in found else product
         return type(self)({index: c for index, c in found.items() if not _is_zero(c)}, self.degree)
 
+    __radd__, __rmul__ = __add__, __mul__
+
 
 class Taylor(Polynomial):
     """A truncated series: ``terms[k, j]`` is the coefficient of mu**k t**j."""
@@ -93,10 +96,7 @@ def _computed(expr, values, tape):
     if expr.is_NumberSymbol:
         return tape.node(str(expr))
     if expr.is_Add or expr.is_Mul:
-        first, *rest = (_evaluated(a, values, tape) for a in expr.args)
-        for value in rest:
-            first = _combined(expr, first, value)
-        return first
+        return reduce(add if expr.is_Add else mul, (_evaluated(a, values, tape) for a in expr.args))
     if isinstance(expr, Penetration):  # max(0, u) has the series of u where the contact is closed
         return _evaluated(expr.args[0], values, tape)
     if type(expr) in _QUOTIENTS:
@@ -177,12 +177,6 @@ def _geometric(rest, coefficients):
     for c in reversed(lower):
         total = total * rest + c
     return total
-
-
-def _combined(expr, a, b):
-    if not isinstance(a, Taylor) and isinstance(b, Taylor):
-        a, b = b, a
-    return a + b if expr.is_Add else a * b
 
 
 def _power(value, exponent):
