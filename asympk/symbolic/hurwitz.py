@@ -55,7 +55,8 @@ def off_axis(coefficients: tuple[sp.Expr, ...], assumptions: sp.Basic = sp.true)
         return sp.false
     if len(coefficients) == 2:
         return nonzero(last, assumptions)
-    even, odd = _parts(coefficients)
+    rising = coefficients[::-1]  # p(i w) = E(u) + i w O(u), u = -w^2
+    even, odd = (sp.Poly(rising[start::2][::-1] or [0], _U) for start in (0, 1))
     shared = sp.gcd(even, odd)
     sequence = sp.subresultants(*(sp.quo(part, shared) for part in (even, odd)))
     conditions = [nonzero(last, assumptions)]
@@ -73,12 +74,6 @@ def _no_common_negative_root(sequence, assumptions):
         vanish = [sp.Eq(c, 0) for r in sequence if 0 < r.degree() < degree for c in r.all_coeffs()]
         cases += [sp.And(*vanish, _no_negative_root(r, assumptions)) for r in sequence if r.degree() == degree]
     return sp.Or(*cases)
-
-
-def _parts(coefficients):
-    """Return E(u) and O(u) of p(i w) = E + i w O, u = -w^2, as polynomials in u."""
-    rising = [*coefficients][::-1]
-    return (sp.Poly(rising[start::2][::-1] or [0], _U) for start in (0, 1))
 
 
 def _no_negative_root(poly, assumptions):
