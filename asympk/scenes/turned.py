@@ -1,13 +1,12 @@
 """Change numbers of a scene by name: parameters, states of the start, the horizon."""
 
 from dataclasses import replace
-from fractions import Fraction
 from typing import Any
 
-from asympk.errors import InputError, UnknownName
+from asympk.errors import UnknownName
 from asympk.numbers import number, short
 from asympk.scene import Scene
-from asympk.systems.painleve_klein.units import STATE, Degrees, scene_in_units
+from asympk.systems.painleve_klein.units import STATE, Degrees, in_degrees, scene_in_units
 
 ROD = ("sigma", "mu", "sigma0")
 STATIC = {"sigma0": "sigma", "f0": "f"}  # static friction -> kinetic friction, which it follows until it is given
@@ -31,7 +30,8 @@ def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: An
     shown, own = in_own_units(scene), scene_parameters(scene)
     _require_names(given, own, "parameter")
     _require_names(start, shown.names, "state of the start")
-    values = with_changes(own, {name: _read(name, value, own[name]) for name, value in given.items()})
+    read = {name: (in_degrees if isinstance(own[name], Degrees) else number)(name, v) for name, v in given.items()}
+    values = with_changes(own, read)
     placed, horizon = scene.start, scene.until
     if scene.rod is not None:  # whose start and horizon are kept as they were given, exactly
         quantities = dict(scene.rod.quantities)
@@ -73,12 +73,3 @@ def _require_names(given: dict[str, Any], known: Any, what: str) -> None:
         if name not in known:
             told = f"choose one of {', '.join(known)}" if known else "the scene has none"
             raise UnknownName(f"{short(name)} is no {what}; {told}")
-
-
-def _read(name: str, value: Any, own: Any) -> Any:
-    found = number(name, value)
-    if not isinstance(own, Degrees):
-        return found
-    if not 0 < found < 90:
-        raise InputError(f"{name} = {short(value)}: it must be between 0 and 90 degrees")
-    return Degrees(Fraction(found))

@@ -168,11 +168,13 @@ def quantity(name: str, value: Any) -> Number:
 
 def _angle(value):
     if isinstance(value, str) and value.strip().endswith("deg"):
-        degrees = number("alpha", value.strip().removesuffix("deg").strip())
-        if not 0 < degrees < 90:
-            raise InputError(f"alpha = {value!r:.60}: it must be between 0 and 90 deg")
-        return Degrees(Fraction(degrees))
+        return in_degrees("alpha", value.strip().removesuffix("deg").strip())
     return number("alpha", value, lambda v: 0 < v < Fraction("1.5707963267948966"), "between 0 and pi/2, or '60 deg'")
+
+
+def in_degrees(name: str, value: Any) -> Degrees:
+    """Return an angle that is given in degrees; raises ``InputError``."""
+    return Degrees(Fraction(number(name, value, lambda v: 0 < v < 90, "between 0 and 90 degrees")))
 
 
 def nondimensional(quantities: Mapping[str, Number]) -> tuple[dict[str, Number], "Units"]:
