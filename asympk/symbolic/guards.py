@@ -107,7 +107,7 @@ def where(system: "System", branch: Branch) -> sp.Basic:
         if phase.velocity:
             conditions.append(v * load > 0 if phase.mode == "slip_same" else v * load < 0)
         else:
-            drive, coupling = _sliding(system, branch, friction)
+            drive, coupling = _sliding(system, friction)
             size, slope = (sp.Abs(part, evaluate=not heavy(part)) for part in (drive, coupling))
             conditions.append(sp.And(sp.Eq(v, 0), size <= friction.static * sp.Abs(load) * slope))
     return sp.And(*conditions)
@@ -221,11 +221,9 @@ def _stiffness(system: "System", branch: Branch) -> sp.Expr:
     return sp.Mul(*map(_determinant, (alone, matrix)))
 
 
-
-def _sliding(system: "System", branch: Branch, friction: "Friction") -> tuple[sp.Expr, sp.Expr]:
-    others = {f.force for f in system.frictions if f is not friction}
+def _sliding(system: "System", friction: "Friction") -> tuple[sp.Expr, sp.Expr]:
     found, coupling = drive(system, friction)
-    return (found, coupling) if not others else (found.subs(dict.fromkeys(others, 0)), coupling)
+    return found.subs({f.force: 0 for f in system.frictions if f is not friction}), coupling
 
 
 def _put(system: "System", branch: Branch, expr: sp.Expr, solved: dict) -> sp.Expr:
