@@ -105,7 +105,7 @@ def first_phases(part: Mapping[str, np.ndarray]) -> np.ndarray:
     from asympk.systems.painleve_klein.arrays.safeguarded import starting_signs
 
     x, y, z = (part[axis] for axis in "xyz")
-    s_sign, z_sign, close = starting_signs(part.get("sigma0", part["sigma"]), part["mu"], x, y, x + y, z)
+    s_sign, z_sign, close = starting_signs(part.get("sigma0", part["sigma"]), part["mu"], y, x + y, z)
     modes = np.array([2, 0, 1])[(s_sign * z_sign).astype(int)]  # indexed by the products 0, 1 and -1
     for row in np.flatnonzero(close):
         modes[row] = PHASES.index(_first_mode({field: float(values[row]) for field, values in part.items()}))

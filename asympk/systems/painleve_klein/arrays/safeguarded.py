@@ -86,7 +86,7 @@ def follow_arrays(
 ) -> FollowedArrays:  # fmt: skip
     """Follow trajectories, given as arrays of one length; ``told`` are their results in coarser numbers."""
     s = x + y
-    s_sign, z_sign, doubtful = starting_signs(sigma0, mu, x, y, s, z)
+    s_sign, z_sign, doubtful = starting_signs(sigma0, mu, y, s, z)
     flight = _Flight(sigma, sigma0, mu, until, [x.copy(), y.copy(), s, z.copy()], s_sign, z_sign, doubtful)
     rounds: list[tuple] = []
     live = np.flatnonzero(~(doubtful if told is None else told.doubtful))
@@ -104,7 +104,7 @@ def follow_arrays(
 
 
 def starting_signs(
-    sigma0: Number, mu: Number, x: Number, y: Number, s: Number, z: Number
+    sigma0: Number, mu: Number, y: Number, s: Number, z: Number
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the signs of s and z just after the start, as ``modes.first_signs`` does, and where they are doubtful."""
     rate = 1 + mu * y
@@ -224,7 +224,7 @@ def slip_ends(
             some = part.rows(turned)
             at = some.root(2, np.zeros_like(t[turned]), lo[turned], t[turned], own[turned] < 0)
             search.found(rows[turned], FORCE_ZERO, at, some.on_level(np.zeros_like(at), at))
-        search.passed(rows, hi, state)
+        search.passed(rows, state)
         opening[rows] = opens
     search.doubtful |= (search.kind == NOTHING) & (end < left)
     return search.kind, search.time, search.state, search.doubtful
@@ -290,7 +290,7 @@ def stick_ends(
                 some = part.rows(out)
                 at = some.root(2, edge[out], lo[out], hi[out], side[out] > 0)
                 search.found(rows[out], SLIP_ONSET, at, some.on_level(edge[out], at))
-        search.passed(rows, hi, state)
+        search.passed(rows, state)
     return search.kind, search.time, search.state, search.doubtful
 
 
@@ -367,8 +367,8 @@ class _Search:
         self.kind[rows], self.time[rows] = kind, time
         self._put(rows, state)
 
-    def passed(self, rows, hi, state):
-        """Keep the states at hi of the rows that met no event; after the last stretch these are the end states."""
+    def passed(self, rows, state):
+        """Keep the states at the end of a stretch of rows without event; after the last, these are the end states."""
         on = self.kind[rows] == NOTHING
         self._put(rows[on], [v[on] for v in state])
 
