@@ -23,19 +23,19 @@ def sketch(name: str) -> Any:
 
 
 def _two_guides(ax: Any, first: float = 0.07, second: float = 0.07) -> tuple[pen.Point, pen.Point]:
-    """Draw a rough guide below a smooth one and a mass on each; return where the masses are."""
+    """Draw a rough guide below a smooth one, a mass on each and the pull on the lower; return where the masses are."""
     low, high = (0.9, 0.5), (1.42, 1.35)
     pen.rough(ax, 0.3, 2.1, low[1] - first)
     pen.line(ax, (0.3, high[1] + second), (2.1, high[1] + second), THIN)
     for place, radius in ((low, first), (high, second)):
         pen.mass(ax, place, None, radius=radius)
+    pen.arrow(ax, (0.35, low[1]), (low[0] - 0.08, low[1]), "$P$", (0.02, 0.1))
     return low, high
 
 
 def _unequal(ax: Any) -> None:
     low, high = _two_guides(ax, 0.07, 0.11)
     pen.line(ax, low, high, THICK)
-    pen.arrow(ax, (0.35, low[1]), (low[0] - 0.08, low[1]), "$P$", (0.02, 0.1))
     pen.arrow(ax, (2.05, high[1]), (high[0] + 0.12, high[1]), "$S$", (-0.05, -0.1))
     pen.text(ax, (1.1, 0.53), "$m_1$")
     pen.text(ax, (1.2, 1.3), "$m_2$")
@@ -45,7 +45,6 @@ def _unequal(ax: Any) -> None:
 def _held(ax: Any) -> None:
     low, high = _two_guides(ax)
     pen.line(ax, low, high, THICK)
-    pen.arrow(ax, (0.35, low[1]), (low[0] - 0.08, low[1]), "$P$", (0.02, 0.1))
     pen.spring(ax, (0.3, high[1]), (high[0] - 0.07, high[1]))
     pen.line(ax, (0.3, high[1] - 0.2), (0.3, high[1] + 0.07), THICK)
     pen.text(ax, (0.85, 1.17), r"$\kappa$")
@@ -56,7 +55,6 @@ def _held(ax: Any) -> None:
 def _butenin(ax: Any) -> None:
     low, high = _two_guides(ax)
     pen.spring(ax, low, high)
-    pen.arrow(ax, (0.35, low[1]), (low[0] - 0.08, low[1]), "$P$", (0.02, 0.1))
     pen.text(ax, (1.42, 0.85), r"$1/\varepsilon^2$")
     pen.text(ax, (1.1, 0.53), "$M_1$")
     pen.text(ax, (1.62, 1.28), "$M_2$")
