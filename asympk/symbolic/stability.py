@@ -21,7 +21,7 @@ from asympk.symbolic.hurwitz import attracting, characteristic, off_axis, repell
 from asympk.symbolic.manifold import RestState, SlowManifold
 from asympk.symbolic.sides import measured, on_side, phases
 from asympk.symbolic.signs import conjunction, known_sign, nonzero
-from asympk.symbolic.system import Mode, System, of_system
+from asympk.symbolic.system import System, of_system
 from asympk.symbolic.values import as_exact, by_symbol, in_words
 
 LAMBDA = sp.Symbol("lambda")
@@ -147,13 +147,6 @@ def eigenvalues(
     return Several(_spectrum(system, m, _jacobian(m)) for m in modes)
 
 
-def characteristic_polynomial(mode: Mode, small: sp.Symbol | None, jacobian: sp.Matrix | None = None) -> sp.Expr:
-    r"""Return p(lambda, mu) = det(M - lambda diag(1, .., mu, ..)), expanded, with the factors of neutral states."""
-    weights = sp.diag(*[1] * len(mode.slow), *[small] * len(mode.fast))
-    matrix = _jacobian(mode) if jacobian is None else jacobian
-    return sp.expand((matrix - LAMBDA * weights).det(method="berkowitz"))
-
-
 def series_in_mu(value: str, spectrum: Eigenvalues, order: int) -> tuple[sp.Expr, ...]:
     r"""Return the coefficients c_0, c_1, ... in mu of the ``"slow"`` eigenvalue, or of mu times the ``"fast"`` one.
 
@@ -234,7 +227,8 @@ def _spectrum(system, mode, jacobian):
     small, assumptions = system.small, system.assumptions
     if taken := {LAMBDA, NU} & jacobian.free_symbols:
         raise InputError(f"{min(taken, key=str)} is an eigenvalue here; declare the parameter as real=True")
-    full = sp.Poly(characteristic_polynomial(mode, small, jacobian), LAMBDA)
+    weights = sp.diag(*[1] * len(mode.slow), *[small] * len(mode.fast))
+    full = sp.Poly(sp.expand((jacobian - LAMBDA * weights).det(method="berkowitz")), LAMBDA)
     neutral = min((power for (power,), _ in full.terms()), default=0)
     sign = (-1) ** full.degree()
     coefficients = [sign * c for c in full.all_coeffs()[: full.degree() - neutral + 1]]
