@@ -20,16 +20,14 @@ import sympy as sp
 
 from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.taylor import Polynomial, Taylor, as_taylor, evaluated
+from asympk.symbolic.system import Mode
 
 
 @lru_cache(maxsize=64)
-def is_affine(formulas: Formulas) -> bool:
-    """Tell whether the layer has this closed form: one fast state y, g affine in y, f a polynomial in y."""
-    if len(formulas.mode.fast) != 1:
-        return False
-    (y,) = formulas.mode.fast
-    (force,) = formulas.mode.fast.values()
-    return sp.expand(force.diff(y)).has(y) is False and all(f.is_polynomial(y) for f in formulas.mode.slow.values())
+def is_affine(mode: Mode) -> bool:
+    """Tell whether g is affine in the fast states of a mode, and f a polynomial in them."""
+    slopes = (sp.expand(g.diff(y)) for g in mode.fast.values() for y in mode.fast)
+    return not any(s.has(*mode.fast) for s in slopes) and all(f.is_polynomial(*mode.fast) for f in mode.slow.values())
 
 
 @dataclass(frozen=True)

@@ -85,11 +85,11 @@ def base_point(system: System, order: int = 1) -> BasePoint:
         raise NotDerivable("a base point is that of one smooth mode with fast states and without an explicit time")
     require_series(system.modes[0], system.small, order)
     slow, fast = (to_degree(rates, system.small, order) for rates in (system.modes[0].slow, system.modes[0].fast))
-    mode = replace(system.modes[0], slow=slow, fast=fast)
-    if not _is_closed(mode, order):
+    mode, several = replace(system.modes[0], slow=slow, fast=fast), len(system.fast) > 1
+    if (several and order > 1) or not affinelayer.is_affine(mode):  # the expressions grow beyond use
         return BasePoint(system, order, None)
     _require_settling(mode, system.small)
-    closed = _of_one_fast_state if len(system.fast) == 1 else _of_fast_states
+    closed = _of_fast_states if several else _of_one_fast_state
     found = closed(mode, system.small, order).items()
     return BasePoint(system, order, {
         x: Series({(k, 0): sp.factor(c) for k, c in enumerate((x, *terms))}, (order + 1, 0), system.small)
@@ -105,15 +105,6 @@ def _require_settling(mode, small):
                            "rate that depends on it")  # fmt: skip
     if slopes.trace().is_nonnegative:
         raise NotDerivable(f"g_y has the trace {slopes.trace()}: the slow manifold repels, and no layer settles on it")
-
-
-def _is_closed(mode, order):
-    fast = tuple(mode.fast)
-    if len(fast) > 1 and order > 1:  # the expressions grow beyond use
-        return False
-    return all(g.is_polynomial(*fast) and sp.Poly(g, *fast).total_degree() <= 1 for g in mode.fast.values()) and all(
-        f.is_polynomial(*fast) for f in mode.slow.values()
-    )
 
 
 class _Symbols:

@@ -70,7 +70,7 @@ def land(
     if formulas.affine and not (largest := abscissa(formulas, x, y, values)) < 0:
         raise OutOfRange(f"the branch{_at(formulas, x)} does not attract, so no layer fades there: "
                          f"the largest real part of an eigenvalue of g_y is {largest + 0.0:.6g} for all fast states")
-    if affinelayer.is_affine(formulas):
+    if len(y) == 1 and affinelayer.is_affine(formulas.mode):
         rate, table = affinelayer.terms(formulas, order).at((*x, *y), values)
         if np.abs(table).max() <= FAR * max(1, *map(abs, (*x, *y))):
             return _in_closed_form(rate, table, y)
