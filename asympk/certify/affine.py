@@ -65,13 +65,16 @@ class AffineGuard(NamedTuple):
     """A guard of a mode: the kind of its event, its friction, its row.
 
     ``touching`` is the number of derivatives, the guard included, that vanish where the mode begins; the next is
-    positive.
+    positive. ``others`` are the frictions whose guards vanish with this one, and ``null`` are rows that vanish throughout
+    the mode if a guard of theirs is equal to this one.
     """
 
     kind: str
     friction: int
     row: Row
     touching: int = 0
+    others: tuple[int, ...] = ()
+    null: tuple[Row, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -120,7 +123,7 @@ def enclose(
         dt = segment.moment(guard, dt)
         if not (left - dt).numbers()[0] > 0:
             raise Refused(f"horizon: {guard.kind} at the end itself, until = {float(until):.10g}")
-        state, t = _struck(segment.at(guard, dt), guard, mode, state), (t + dt).tight()
+        state, t = _struck(segment.at(guard, dt), guard, mode, state, guards), (t + dt).tight()
         before = mode.mode
         mode, guards = modes.chosen([_after(before, guard), modes.every(state)], state, guard.kind)
         if guard.kind == SWITCH and (guard := modes.lost_beyond(before, mode.mode, state)) is None:
@@ -134,11 +137,11 @@ def enclose(
 def _after(mode, guard):
     """Return the branches that may follow a mode: any branch at a switch, else any phase of the guard's friction."""
     frictions = mode.system.frictions
-    lost = range(len(frictions)) if guard.kind == SWITCH else (guard.friction,)
+    lost = range(len(frictions)) if guard.kind == SWITCH else (guard.friction, *guard.others)
     return product(*(all_phases(frictions[k]) if k in lost else (phase,) for k, phase in enumerate(mode.branch)))
 
 
-def _struck(family, guard, mode, before):
+def _struck(family, guard, mode, before, guards):
     """Return the state at an event; coordinates at rest keep their values, and a guard of one state sets it exactly."""
     still = [w is not None and _stands_still(k, mode, before) for k, w in enumerate(before.exact)]
     exact = [w if stays else None for w, stays in zip(before.exact, still, strict=True)]
@@ -148,13 +151,28 @@ def _struck(family, guard, mode, before):
         exact[involved[0]] = -guard.row[-1] / guard.row[involved[0]]
         known[involved[0]] = mode.field.family([[exact[involved[0]]]])
     found = [known.get(k) or family.entry(k) for k in range(len(exact))]
-    return EnclosedState(stacked(found), tuple(exact), mode.field, (guard.row, *mode.kept))
+    null = (guard.row, *mode.kept, *(row for other in guards for row in other.null))
+    return EnclosedState(stacked(found), tuple(exact), mode.field, null)
 
 
 def _stands_still(k, mode, state):
     """Tell whether every derivative of a coordinate vanishes exactly."""
     row = tuple(int(i == k) for i in range(len(mode.matrix)))
     return all(sign_at(row := row_rate(row, mode.matrix), state) == 0 for _ in mode.matrix)
+
+
+def _note(guards, guard, matrix, state):
+    """Add a guard to a list, or its friction to that guard of the list with which it vanishes."""
+    for place, other in enumerate(guards):
+        apart, rows = tuple(a - b for a, b in zip(guard.row, other.row, strict=True)), []
+        if not spanned(guard.row, (other.row,)):
+            if leading_sign(apart, matrix, state) != 0:
+                continue
+            while not spanned(apart, rows):
+                rows, apart = [*rows, apart], row_rate(apart, matrix)
+        guards[place] = other._replace(others=(*other.others, guard.friction), null=(*other.null, *rows))
+        return
+    guards.append(guard)
 
 
 class _Modes:
@@ -297,8 +315,9 @@ class _Modes:
     def _verdict(self, mode, state):
         """Return (1 if a mode holds at a state, -1 if not, 0 if undecided; its guards).
 
-        A guard that is identically 0 is left out, and a multiple of another guard, which vanishes with it. A motion
-        that stays on an edge has the law of the edge, which for floor(u) is that of a side and is left undecided.
+        A guard that is identically 0 is left out. A multiple of another guard, and a guard that is equal to another
+        throughout the motion, is noted with that guard. A motion that stays on an edge has the law of the edge, which
+        for floor(u) is that of a side and is left undecided.
         """
         for row in self._kept(mode):
             if (off := sign_at(row, state)) != 0:
@@ -311,8 +330,8 @@ class _Modes:
             if sign is not None and sign < 0:
                 return -1, ()
             verdict = 0 if sign is None else verdict
-            if sign != 0 and not any(spanned(guard.row, (other.row,)) for other in guards):
-                guards.append(guard._replace(touching=zeros))
+            if sign != 0:
+                _note(guards, guard._replace(touching=zeros), found.matrix, state)
         moved = [leading_sign(row, found.matrix, state) for row in found.edges]
         stays = [leading_sign(row, found.matrix, state) for row in self._resting(mode)]
         if any(stays) or (0 in moved and all(measured(phase) == phase for phase, _ in mode.sides)):

@@ -514,11 +514,34 @@ def test_a_contact_off_which_the_force_of_another_takes_load_is_proven_to_slide_
     assert proof.modes == ("slip_same+slip_same", "slip_opposite+slip_same")
 
 
-def test_two_blocks_that_stop_together_are_refused_as_simultaneous_in_a_moment():
+def pair_of_blocks(pulls, second):
+    """Return two blocks under pulls and the same friction, which start at rest at 3 and at ``second``."""
     frictions = [ap.Friction(velocity, force, load=1, kinetic=k) for velocity, force in ((v, F), (w, G))]
-    twins = ap.System.with_frictions({x: v, y: w, v: y - 2 * x + F, w: x - 2 * y + G}, {}, frictions)
-    scene = ap.Scene(system=twins, values={"k": "1/2"}, start={"x": 3, "v": 0, "y": 3, "w": 0}, until=5)
-    assert certify(scene).reason.startswith("simultaneous: velocity_zero and velocity_zero within the radius, 3.14159")
+    system = ap.System.with_frictions({x: v, y: w, v: pulls[0] + F, w: pulls[1] + G}, {}, frictions)
+    return ap.Scene(system=system, values={"k": "9/20"}, start={"x": 3, "v": 0, "y": second, "w": 0}, until=7)
+
+
+def test_two_blocks_that_happen_to_stop_together_are_refused_as_simultaneous_in_a_moment():
+    """Each has its own spring; one stops at pi, the other at pi/2 and at pi."""
+    found = certify(pair_of_blocks((-x, -4 * y), 3))
+    assert found.reason.startswith("simultaneous: velocity_zero and velocity_zero within the radius, 1.57079")
+
+
+@pytest.mark.parametrize("second", [3, -3])
+def test_two_blocks_that_always_stop_together_by_their_symmetry_are_proven(second):
+    scene = pair_of_blocks((y - 2 * x, x - 2 * y), second)
+    assert len(proven_as_followed(scene).events) >= 2
+    proof = certify(scene, {"k": ("0.45", "0.451")})
+    assert proven(proof)
+    for friction in ("0.45", "0.4507"):
+        near = ap.Scene(system=scene.system, values={"k": friction}, start=scene.start, until=7)
+        assert ap.solve(near).modes == proof.modes
+        assert inside(proof, ap.solve(near))
+
+
+def test_twins_whose_starts_range_apart_are_not_taken_for_twins():
+    scene = pair_of_blocks((y - 2 * x, x - 2 * y), 3)
+    assert certify(scene, {"x": ("2.999", "3.001")}).obstacle == "simultaneous"
 
 
 def test_of_all_modes_of_a_chain_only_those_are_tried_that_the_signs_of_its_velocities_allow():
