@@ -13,6 +13,8 @@ _ANYTHING = sp.Dummy(real=True)  # replaces a symbol whose own assumptions would
 def reduce_under(condition: sp.Basic, assumptions: sp.Basic) -> sp.Basic:
     """Simplify a conjunction of conditions, solving those rational in one parameter within its assumed range.
 
+    A condition whose ends would be roots of cubics, or of polynomials of a higher degree, stays as it is.
+
     >>> sigma, mu = sp.symbols("sigma mu", real=True)
     >>> reduce_under(sp.And(sigma + 4 > 0, -sigma < 0, mu < sigma), sigma > -2)
     (sigma > 0) & (mu < sigma)
@@ -50,7 +52,8 @@ def with_implied_bounds(assumptions: sp.Basic) -> sp.Basic:
 def assumed_range(parameter: sp.Symbol, assumptions: sp.Basic) -> sp.Set:
     """Return the set of values of ``parameter`` that the rational assumptions on ``parameter`` alone allow."""
     alone = [a for a in sp.And.make_args(assumptions) if a.free_symbols == {parameter} and _is_rational(a)]
-    return sp.Intersection(_declared(parameter), _solutions(alone, parameter))
+    solved = [a for a in alone if not _solutions([a], parameter).has(sp.ConditionSet)]
+    return sp.Intersection(_declared(parameter), _solutions(solved, parameter))
 
 
 def points_in(values: sp.Set) -> Iterator[sp.Expr]:
@@ -78,7 +81,7 @@ def _within(parameter, relations, assumptions):
     allowed = assumed_range(parameter, assumptions)
     found = _solutions(relations, parameter)
     if found.has(sp.ConditionSet):
-        return sp.And(*relations)
+        return sp.And(*(_throughout(relation, parameter, allowed) for relation in relations))
     if allowed.is_subset(found):
         return sp.true
     both = found & allowed
@@ -88,6 +91,17 @@ def _within(parameter, relations, assumptions):
     if holes.is_FiniteSet:
         return sp.And(*(sp.Ne(parameter, hole) for hole in holes))
     return sp.Or(*(as_bound(parameter, span) for span in sp.Union.make_args(both)))
+
+
+def _throughout(relation, parameter, allowed):
+    """Return the truth of a relation between rational functions that have no root or pole in a range, else itself."""
+    if not (isinstance(relation, sp.Rel) and isinstance(allowed, sp.Interval)):
+        return relation
+    ends = [None if end.is_infinite else end for end in (allowed.start, allowed.end)]
+    parts = [sp.Poly(part, parameter) for part in sp.fraction(sp.together(relation.lhs - relation.rhs))]
+    if any(not (part.domain.is_ZZ or part.domain.is_QQ) or part.count_roots(*ends) for part in parts):
+        return relation
+    return relation.subs(parameter, next(points_in(allowed)))
 
 
 def as_bound(parameter: sp.Symbol, span: sp.Set) -> sp.Basic:
@@ -118,15 +132,20 @@ def _solution(condition):
     if isinstance(condition, sp.And | sp.Or):
         join = sp.Intersection if isinstance(condition, sp.And) else sp.Union
         return join(*map(_solution, condition.args))
-    if isinstance(condition, sp.Rel) and _has_roots_in_radicals(condition.lhs - condition.rhs):
-        return reduce_rational_inequalities([[condition]], _ANYTHING, relational=False)
+    if isinstance(condition, sp.Rel) and (parts := _rational_parts(condition.lhs - condition.rhs)):
+        if _has_short_roots(parts):
+            return reduce_rational_inequalities([[condition]], _ANYTHING, relational=False)
+        return sp.ConditionSet(_ANYTHING, condition, sp.S.Reals)
     return sp.solveset(condition, _ANYTHING, sp.S.Reals)
 
 
-def _has_roots_in_radicals(value):
-    """Tell whether all real zeros and poles of a rational function are rational or roots of quadratics."""
+def _rational_parts(value):
+    """Return numerator and denominator of a rational function with rational coefficients, else ()."""
     parts = [sp.Poly(part, _ANYTHING) for part in sp.fraction(sp.together(value))]
-    if not all(part.domain.is_ZZ or part.domain.is_QQ for part in parts):
-        return False
+    return parts if all(part.domain.is_ZZ or part.domain.is_QQ for part in parts) else ()
+
+
+def _has_short_roots(parts):
+    """Tell whether all real roots of polynomials with rational coefficients are rational or roots of quadratics."""
     factors = [factor for part in parts if part for factor, _ in part.factor_list()[1]]
     return all(factor.degree() <= 2 or factor.count_roots() == 0 for factor in factors)

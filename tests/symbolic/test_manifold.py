@@ -772,6 +772,18 @@ def test_two_opposed_enzymes_settle_whatever_their_rates():
     assert any(0 < m.expr.subs(at) < 1 for m in found)
 
 
+def test_a_condition_whose_ends_would_be_roots_of_a_cubic_stays_one_on_the_cubic():
+    """Cardano's numbers for its ends took a quarter of a minute."""
+    found = ap.slow_manifolds(ap.System.smooth({x: y}, {y: x**2 * y + x**2 - 2 * x - y**2}, mu), order=0)
+    cubic = x * (x**3 + 4 * x - 8)
+    assert {m.exists for m in found} == {(cubic > 0) & sp.Ne(sp.expand(cubic), 0)}
+    assert [m.stability for m in found] == ["unstable", "stable"]
+    bound = x**3 + 4 * x + 8
+    assert conjunction([(bound, 1)], x > 0) == sp.true
+    assert conjunction([(bound, -1)], x > 0) == sp.false
+    assert conjunction([(bound, 1), (x, 1)], bound > 0) == (bound > 0) & (x > 0)
+
+
 def test_a_root_larger_than_the_term_beside_it_gives_the_sum_its_sign():
     c = sp.Symbol("c", positive=True)
     root = sp.sqrt(x**2 + c)
