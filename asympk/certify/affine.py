@@ -65,8 +65,8 @@ class AffineGuard(NamedTuple):
     """A guard of a mode: the kind of its event, its friction, its row.
 
     ``touching`` is the number of derivatives, the guard included, that vanish where the mode begins; the next is
-    positive. ``others`` are the frictions whose guards vanish with this one, and ``null`` are rows that vanish throughout
-    the mode if a guard of theirs is equal to this one.
+    positive. ``others`` are the frictions whose guards vanish with this one. ``null`` are rows that vanish throughout
+    the mode because such a guard is equal to this one.
     """
 
     kind: str
