@@ -42,7 +42,11 @@ def directional_derivatives(
 
 def _slopes(expr: sp.Expr, moving: Iterable, found: Parts, spare: Iterator[sp.Symbol]) -> dict[sp.Symbol, sp.Expr]:
     """Return the partial derivatives by the ``moving`` symbols, each as a new part in ``found``."""
-    return {s: _named(slope_by(expr, s), found, spare) for s in sorted(expr.free_symbols & {*moving}, key=str)}
+    slopes: dict[sp.Symbol, list[sp.Expr]] = {}
+    for term in sp.Add.make_args(expr):
+        for s in term.free_symbols & {*moving}:
+            slopes.setdefault(s, []).append(slope_by(term, s))
+    return {s: _named(sp.Add(*slopes[s]), found, spare) for s in sorted(slopes, key=str)}
 
 
 def slope_by(expr: sp.Expr, s: sp.Symbol) -> sp.Expr:
@@ -80,7 +84,7 @@ def _slope_of_power(base: sp.Expr, exponent: sp.Expr, slope: sp.Expr) -> sp.Expr
 
 
 def _moved(partials: dict[sp.Symbol, sp.Expr], rates: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-    return sp.Add(*(partial * rates.get(s, 0) for s, partial in partials.items()))
+    return sp.Add(*(partial * rates[s] for s, partial in partials.items() if rates.get(s, 0) != 0))
 
 
 def _named(expr: sp.Expr, found: Parts, spare: Iterator[sp.Symbol]) -> sp.Expr:
