@@ -147,26 +147,27 @@ def _parted(entries: Sequence[sp.Expr]) -> tuple[tuple, tuple[tuple, ...], tuple
 def _factors(
     rows: Sequence[Sequence[sp.Expr]], keep: Callable[[sp.Expr], sp.Expr]
 ) -> tuple[list[list[sp.Expr]], list[sp.Expr]]:
-    """Return (L, D) of M = L D L', L below its diagonal of ones; ``keep`` takes every entry that is computed."""
-    lower, diagonal = list[list[sp.Expr]](), list[sp.Expr]()
+    """Return (L, D^-1) of M = L D L', L below its diagonal of ones; ``keep`` takes every entry that is computed."""
+    lower, inverted = list[list[sp.Expr]](), list[sp.Expr]()
     for row in rows:
         scaled: list[sp.Expr] = []  # the row of L D
         for j, above in enumerate(lower):
             scaled.append(keep(row[j] - sp.Add(*(s * a for s, a in zip(scaled, above, strict=True)))))
-        lower.append([keep(s / d) for s, d in zip(scaled, diagonal, strict=True)])
-        diagonal.append(keep(row[-1] - sp.Add(*(s * a for s, a in zip(scaled, lower[-1], strict=True)))))
-    return lower, diagonal
+        lower.append([keep(s * d) for s, d in zip(scaled, inverted, strict=True)])
+        pivot = keep(row[-1] - sp.Add(*(s * a for s, a in zip(scaled, lower[-1], strict=True))))
+        inverted.append(keep(1 / pivot))
+    return lower, inverted
 
 
 def _solution(
     factors: tuple[list[list[sp.Expr]], list[sp.Expr]], v: Sequence[sp.Expr], keep: Callable[[sp.Expr], sp.Expr]
 ) -> list[sp.Expr]:
     """Return M^-1 v by forward and backward substitution."""
-    lower, diagonal = factors
+    lower, inverted = factors
     found: list[sp.Expr] = []
     for row, right in zip(lower, v, strict=True):
         found.append(keep(right - sp.Add(*(a * b for a, b in zip(row, found, strict=True)))))
-    found = [keep(y / d) for y, d in zip(found, diagonal, strict=True)]
+    found = [keep(y * d) for y, d in zip(found, inverted, strict=True)]
     for i in reversed(range(len(found))):
         found[i] = keep(found[i] - sp.Add(*(lower[k][i] * found[k] for k in range(i + 1, len(found)))))
     return found
