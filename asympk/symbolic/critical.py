@@ -211,7 +211,7 @@ class CriticalManifold(ShownAsFormulas):
             why = f"{determinant(self.branch)} vanishes"
         else:
             why = "dg/dy has eigenvalues with real part 0 (a centre)"
-        return f"{why} on {equations(branch)}"
+        return f"{why} on {branch_in_words(branch)}"
 
     def _parameters(self):
         parts = [*self.dynamics.slow.values(), *self.dynamics.fast.values(), self.dynamics.where, self.assumptions]
@@ -291,6 +291,11 @@ def _same_symbols(branch, mode):
 
 def equations(values: Mapping) -> str:
     return ", ".join(f"{symbol} = {value}" for symbol, value in values.items())
+
+
+def branch_in_words(branch: sp.Dict) -> str:
+    """Return the equations of a branch, y = h_0, or g = 0 of an implicit one."""
+    return "g = 0" if is_implicit(branch) else equations(branch)
 
 
 def determinant(branch: Any) -> str:

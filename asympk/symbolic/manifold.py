@@ -22,6 +22,7 @@ from asympk.numbers import known_order
 from asympk.shown import Several
 from asympk.symbolic.critical import (
     CriticalManifold,
+    branch_in_words,
     checked_branch,
     critical_manifolds,
     determinant,
@@ -130,11 +131,11 @@ def slow_manifold(
     manifold = SlowManifold(name, dynamics, system.small, at, system.assumptions, order)
     if is_zero(manifold.jacobian.det()):
         raise NotNormallyHyperbolic(
-            f"{determinant(at)} vanishes on {equations(at)}; no slow manifold continues this branch"
+            f"{determinant(at)} vanishes on {branch_in_words(at)}; no slow manifold continues this branch"
         )
     if manifold.exists == sp.false:
         raise NotNormallyHyperbolic(
-            f"dg/dy has eigenvalues with real part 0 (a centre) on {equations(at)}; no slow manifold "
+            f"dg/dy has eigenvalues with real part 0 (a centre) on {branch_in_words(at)}; no slow manifold "
             "continues this branch: give the fast states damping"
         )
     require_short(dynamics, order)

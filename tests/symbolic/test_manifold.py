@@ -697,6 +697,15 @@ def test_the_real_odd_root_of_what_is_negative_or_a_square_is_a_branch_too(force
     assert sp.simplify((found.coefficient(1) - slope * -x / force.diff(y)).subs(at)) == 0
 
 
+def test_an_implicit_branch_that_is_not_hyperbolic_is_named_by_its_equation():
+    a = sp.Symbol("a", real=True)
+    (found,) = ap.slow_manifolds(ap.System.smooth({x: y}, {y: a * (x - y - y**3)}, mu))
+    with pytest.raises(NotNormallyHyperbolic, match=r"^dg/dy vanishes on g = 0 \(a = 0\); Pi1 exists only for a != 0"):
+        found.at(a=0)
+    with pytest.raises(NotNormallyHyperbolic, match=r"^dg/dy vanishes on g = 0; no slow manifold"):
+        ap.slow_manifold(ap.System.smooth({x: y}, {y: x - x**3}, mu))
+
+
 def test_cubes_beside_another_fast_state_are_carried_by_their_values():
     """SymPy took minutes to join the root of the second force with the first."""
     (found,) = ap.slow_manifolds(ap.System.smooth({x: y}, {y: kappa * z - x * y + 2 * y**2, z: 1 - 2 * y**3}, mu))
