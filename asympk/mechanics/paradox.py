@@ -71,19 +71,18 @@ def least(
 
 
 def _extremes(turned: sp.Expr, tangent: sp.Symbol, name: Any) -> dict[sp.Expr, sp.Expr]:
-    """Return {absolute value: tangent} of a quotient at its stationary points, and at the tangents 0, oo if finite."""
+    """Return {absolute value: tangent} of a quotient at its zeros, its stationary points, and the tangent oo if finite."""
     above, below = (sp.Poly(part, tangent) for part in sp.fraction(turned))
     slope = above.diff() * below - above * below.diff()
     roots = sp.roots(slope)
     complete = sum(roots.values()) == slope.degree() and all(root.is_real is not None for root in roots)
     if not complete and slope.free_symbols_in_domain:
         raise NotDerivable(f"the least critical friction over {name} depends on parameters; give their values")
-    places = [root for root in (roots if complete else slope.real_roots()) if root.is_real and below.eval(root) != 0]
+    candidates = *sp.roots(above), *(roots if complete else slope.real_roots())
+    places = [root for root in candidates if root.is_real and below.eval(root) != 0]
     found: dict[sp.Expr, sp.Expr] = {}
     for root in sorted(places, key=lambda root: root.is_positive is not True):
         found.setdefault(sp.simplify(sp.Abs(turned.subs(tangent, root))), root)
-    if below.nth(0) != 0:
-        found.setdefault(sp.cancel(sp.Abs(above.nth(0) / below.nth(0))), sp.S.Zero)
     if (degree := below.degree()) >= above.degree():
         found.setdefault(sp.cancel(sp.Abs(above.nth(degree) / below.nth(degree))), sp.oo)
     return found

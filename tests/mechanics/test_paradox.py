@@ -69,6 +69,8 @@ def test_a_critical_friction_without_a_least_value_is_told():
         leaning(1 + THETA**2).least_critical_friction(THETA)
     with pytest.raises(NotDerivable, match="comes down to 0"):
         leaning(1 / PRODUCT).least_critical_friction(THETA)
+    with pytest.raises(NotDerivable, match="comes down to 0"):
+        leaning(1 / (sp.sin(THETA) ** 2 - sp.cos(THETA) ** 2)).least_critical_friction(THETA)
 
 
 def test_edges_of_the_paradox_are_where_the_friction_is_critical():
