@@ -18,6 +18,7 @@ import sympy as sp
 
 from asympk.errors import InputError
 from asympk.symbolic.expansion import INFINITE
+from asympk.symbolic.inverses import in_order, without_inverses
 from asympk.symbolic.penetration import Penetration
 
 FUNCTIONS = ("exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan", "asinh", "acosh",
@@ -78,10 +79,14 @@ class Taylor(Polynomial):
 def evaluated(exprs: Iterable[sp.Expr], values: dict, tape: Any) -> list:
     """Return ``exprs`` at ``values``, {symbol: Taylor, node or number}; common subexpressions are evaluated once.
 
+    Forms through an inverse are evaluated by their eliminations.
     Calls of functions are written on ``tape``. Raises ``InputError`` for a function that has no series here.
     """
-    known = dict(values)
-    return [_evaluated(sp.sympify(expr, strict=True), known, tape) for expr in exprs]
+    known, given = dict(values), (sp.sympify(expr, strict=True) for expr in exprs)
+    entries, steps, plain = without_inverses(given, sp.numbered_symbols(cls=sp.Dummy))
+    for symbol, part in in_order([*entries, *steps]):
+        known[symbol] = _evaluated(part, known, tape)
+    return [_evaluated(expr, known, tape) for expr in plain]
 
 
 def _evaluated(expr, known, tape):

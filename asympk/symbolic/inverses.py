@@ -76,7 +76,7 @@ class InverseForm(sp.Function):
 
 def without_inverses(
     exprs: Iterable[sp.Expr], spare: Iterator[sp.Symbol]
-) -> tuple[list[tuple[sp.Symbol, sp.Expr]], list[tuple[sp.Symbol, sp.Expr]], list[sp.Expr]]:
+) -> tuple[Parts, Parts, list[sp.Expr]]:  # fmt: skip
     """Return (entries, eliminations, ``exprs``) with a symbol from ``spare`` for every ``InverseForm``.
 
     The entries of the matrices and vectors, and the steps of the eliminations, are pairs of a symbol and an expression.
@@ -96,6 +96,21 @@ def without_inverses(
             solutions[rows, v] = _solution(factors[rows], v, steps)
         known[form] = sp.Add(*(a * b for a, b in zip(u, solutions[rows, v], strict=True)))
     return entries.parts, steps.parts, [replaced(e, known) for e in exprs]
+
+
+def in_order(parts: Parts) -> Parts:
+    """Return pairs of a symbol and its expression, each after those whose symbols it contains."""
+    meaning, found = dict(parts), dict[sp.Symbol, sp.Expr]()
+
+    def put(symbol: sp.Symbol) -> None:
+        if symbol in meaning and symbol not in found:
+            for needed in sorted(meaning[symbol].free_symbols, key=str):
+                put(needed)
+            found[symbol] = meaning[symbol]
+
+    for symbol in meaning:
+        put(symbol)
+    return [*found.items()]
 
 
 class _Named:

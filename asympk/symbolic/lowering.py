@@ -28,7 +28,7 @@ from asympk.naming import named
 from asympk.numbers import Number, common_shape, number, numbers, short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.derivatives import directional_derivatives
-from asympk.symbolic.inverses import without_inverses
+from asympk.symbolic.inverses import in_order, without_inverses
 from asympk.symbolic.long import atoms
 from asympk.symbolic.penetration import computed
 from asympk.symbolic.reading import entries_of, expression
@@ -290,22 +290,7 @@ def _shared(outputs, spare):
     shared, found = sp.cse([*(e for _, e in entries), *outputs], symbols=spare, order="canonical")
     named = [(symbol, e) for (symbol, _), e in zip(entries, found, strict=False)]
     parts = [*tables, *shared, *named, *steps]
-    return _in_order(parts) if steps else parts, found[len(entries) :]
-
-
-def _in_order(parts):
-    """Return pairs of a symbol and its expression, each after those whose symbols it contains."""
-    meaning, found = dict(parts), {}
-
-    def put(symbol):
-        if symbol in meaning and symbol not in found:
-            for needed in sorted(meaning[symbol].free_symbols, key=str):
-                put(needed)
-            found[symbol] = meaning[symbol]
-
-    for symbol in meaning:
-        put(symbol)
-    return [*found.items()]
+    return in_order(parts) if steps else parts, found[len(entries) :]
 
 
 def _renamed(lowered):

@@ -8,6 +8,8 @@ import mpmath
 import sympy as sp
 
 from asympk.asymptotics.tape import Tape
+from asympk.asymptotics.taylor import Taylor, evaluated
+from asympk.symbolic.inverses import InverseForm
 
 THIRD = Fraction(1, 3)
 
@@ -58,3 +60,17 @@ def test_fractions_are_not_rounded_before_the_numbers_are():
     tape = Tape("u")
     (found,) = tape.function((tape.node("u") * THIRD + THIRD,))(sp.Integer(1))
     assert found == sp.Rational(2, 3)
+
+
+def test_the_series_of_a_form_through_an_inverse_is_that_of_the_inverse_written_out():
+    a, b = sp.symbols("a b", real=True)
+    matrix, u, v = sp.Matrix([[3 + sp.cos(a), b], [b, 4 + a**2]]), (1, a), (sp.sin(b), a * b)
+    written = (sp.Matrix([u]) * matrix.adjugate() * sp.Matrix(v))[0] / matrix.det()
+    tape = Tape("u", "sin", "cos")
+    moved = [Taylor({(0, 0): tape.node("u") * k, (1, 0): k, (0, 1): 2, (1, 1): THIRD}, 3) for k in (1, 2)]
+    series = evaluated((InverseForm.of(u, matrix, v), written), dict(zip((a, b), moved, strict=True)), tape)
+    indices = sorted(series[1].terms)
+    values = tape.function(tuple(one[index] for one in series for index in indices))(0.4, math.sin, math.cos)
+    assert len(indices) == 10
+    assert all(math.isclose(*pair, rel_tol=1e-13, abs_tol=1e-15)
+               for pair in zip(values[:10], values[10:], strict=True))  # fmt: skip
