@@ -8,7 +8,7 @@ import sympy as sp
 from asympk.errors import InputError
 from asympk.numbers import number, short
 from asympk.symbolic.reading import entries_of, rational
-from asympk.symbolic.values import by_symbol
+from asympk.symbolic.values import by_symbol, require_declared
 
 if TYPE_CHECKING:
     from asympk.symbolic.system import System
@@ -41,7 +41,7 @@ def _numbers(what: str, given: Any, symbols: tuple[sp.Symbol, ...], kind: str) -
         raise InputError(f"{what}: {words} missing; give numbers for {_names(symbols)}")
     found = {s: _number(what, s.name, placed[s]) for s in symbols}
     for symbol, value in found.items():
-        _require_kind(what, symbol, value)
+        require_declared(symbol, value, f"{what}: ")
     return tuple(found.values())
 
 
@@ -49,15 +49,6 @@ def _number(what: str, name: str, value: Any) -> Any:
     if isinstance(value, sp.Float) and value._prec <= _DOUBLE:
         value = float(value)
     return number(f"{what}: {name}", value)
-
-
-def _require_kind(what: str, symbol: sp.Symbol, value: Any) -> None:
-    """Raise ``InputError`` for a number that contradicts the declaration of its symbol, such as positive."""
-    rules = {"positive": value > 0, "negative": value < 0, "nonnegative": value >= 0, "nonpositive": value <= 0,
-             "nonzero": value != 0, "integer": value == int(value)}  # fmt: skip
-    for word, holds in rules.items():
-        if getattr(symbol, f"is_{word}") and not holds:
-            raise InputError(f"{what}: {symbol} = {value} is refused; the symbol is declared {word}")
 
 
 def _require_assumed(system: "System", values: dict[sp.Symbol, Any]) -> None:

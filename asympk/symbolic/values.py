@@ -44,12 +44,23 @@ def by_symbol(values: Mapping, symbols: Iterable[sp.Symbol], owner: str, kind: s
 def as_exact(value: Any, name: Any) -> sp.Expr:
     """Return a number as SymPy's: an int, a Fraction, a Decimal, a string such as "1/4", or a constant without floats.
 
-    Raises ``InputError`` for anything else; a float is refused since it is not the decimal that it shows.
+    Raises ``InputError`` for anything else, and for a number that ``name``, if a symbol, is declared not to be; a float
+    is refused since it is not the decimal that it shows.
     """
     found = exact_value(str(name), value)
     if not found.is_number or not found.is_finite or found.is_real is False:
         raise InputError(f"{name} = {short(value)} is not a number; give an int, a Fraction or a string such as '1/4'")
+    require_declared(name, found)
     return found
+
+
+def require_declared(symbol: Any, value: Any, what: str = "") -> None:
+    """Raise ``InputError`` for a number that contradicts the declaration of its symbol, such as positive."""
+    rules = {"positive": value > 0, "negative": value < 0, "nonnegative": value >= 0, "nonpositive": value <= 0,
+             "nonzero": value != 0, "integer": value == int(value)}  # fmt: skip
+    for word, holds in rules.items():
+        if getattr(symbol, f"is_{word}", False) and not holds:
+            raise InputError(f"{what}{symbol} = {value} is refused; the symbol is declared {word}")
 
 
 def is_exact(value: Any) -> bool:

@@ -697,6 +697,15 @@ def test_the_real_odd_root_of_what_is_negative_or_a_square_is_a_branch_too(force
     assert sp.simplify((found.coefficient(1) - slope * -x / force.diff(y)).subs(at)) == 0
 
 
+@pytest.mark.parametrize("value", [0, -1, "-1/2"])
+def test_a_manifold_and_a_spectrum_take_no_value_against_the_declaration_of_its_symbol(value):
+    """At -1 a stable manifold was told to be unstable, at 0 to exist only for True."""
+    system = ap.System.smooth({x: -x}, {y: x - kappa * y}, mu)
+    for told in (ap.slow_manifolds(system)[0].at, lambda **given: ap.eigenvalues(system)[0].kind(mu="1/10", **given)):
+        with pytest.raises(InputError, match=r"kappa = .* is refused; the symbol is declared positive"):
+            told(kappa=value)
+
+
 def test_an_implicit_branch_that_is_not_hyperbolic_is_named_by_its_equation():
     a = sp.Symbol("a", real=True)
     (found,) = ap.slow_manifolds(ap.System.smooth({x: y}, {y: a * (x - y - y**3)}, mu))
