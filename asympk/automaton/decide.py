@@ -269,7 +269,8 @@ def _margins_at(
             continue
         load = contact.load_under(forces)
         if friction.gap is not None:
-            found["lift_off", k, False] = -contact.gap if friction.constraint is None else load
+            reaction = solved.forces.get(friction.normal)
+            found["lift_off", k, False] = -contact.gap if friction.constraint is None else reaction
         if phase.velocity == 0:
             bound = contact.static * phase.load * load
             found["slip_onset", k, False] = bound + solved.forces[friction.force]

@@ -6,6 +6,7 @@ guards. A ``Guard`` is positive while the branch holds.
 """
 
 from collections.abc import Collection, Iterable
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import sympy as sp
@@ -127,15 +128,17 @@ def all_phases(friction: "Friction") -> tuple[Phase, ...]:
     return (*closed, *([OPEN] if friction.gap is not None else []))
 
 
+@lru_cache(maxsize=256)
 def lifts(friction: "Friction") -> bool:
     """Tell whether the contact opens exactly where its load vanishes, so that the load keeps its sign while closed.
 
-    This holds of a rigid contact, and of a load that is a multiple of the gap or of a power of the penetration.
+    This holds of a load that is a multiple of the reaction of a rigid contact, of the gap or of a power of the
+    penetration.
     """
     if friction.gap is None:
         return False
     if friction.constraint is not None:
-        return True
+        return friction.load.subs(friction.normal, 0) == 0
     ratio = without_penetration(friction.load)
     ratio = sp.cancel(friction.load / friction.gap) if ratio == friction.load else ratio
     return not ratio.free_symbols & (friction.load.free_symbols & friction.gap.free_symbols)

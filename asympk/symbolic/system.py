@@ -60,7 +60,7 @@ class Friction(ShownAsFormulas):
     ``Max(0, -gap)``, as in Hertz's contact. ``normal`` is the symbol, if any, under which the load enters the rates:
     ``load`` while the contact is closed and 0 while the contact is open. A ``constraint`` makes the contact rigid: an
     expression, linear in ``normal`` and the forces, that vanishes while the contact is closed and so determines the
-    reaction ``normal``; ``load`` is then a multiple of ``normal``. With a gap g the constraint is g'', and ``normal``,
+    reaction ``normal``, to which ``load`` is linear. With a gap g the constraint is g'', and ``normal``,
     which only pushes, enters it with a positive coefficient. Of a rigid contact that holds both ways, without a gap,
     ``gap_rate`` is g', the integral of the constraint, which a run then keeps at 0 to the last digit.
     """

@@ -259,6 +259,24 @@ def test_two_directions_of_sliding_at_one_contact_share_its_reaction_until_it_op
     assert [*map(float, path.final)] == pytest.approx(expected, abs=1e-8)
 
 
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize(("spare", "events", "slowed"), [
+    (1, [("lift_off", 0)], exactly(3, 4)),
+    (-exactly(1, 2), [("force_zero", 0), ("lift_off", 0)], exactly(1, 8)),
+])  # fmt: skip
+def test_a_contact_whose_load_is_more_or_less_than_its_reaction_opens_where_the_reaction_vanishes(
+    spare, events, slowed, way
+):
+    # the reaction is 1 - t; half of the integral of |1 - t + spare| over (0, 1) is lost of the velocity
+    x, y, v, w, force, normal = sp.symbols("x y v w F N", real=True)
+    rates = {x: v, y: w, v: force, w: normal + t - 1}
+    contact = ap.Friction(v, force, normal + spare, exactly(1, 2), gap=y, normal=normal, constraint=rates[w])
+    system = ap.System.with_frictions(rates, {}, [contact], None, t)
+    path = ap.solve(ap.Scene(system=system, values={}, start=[0, 0, 1, 0], until=2), **way)
+    assert told(path) == events
+    assert [*map(float, path.final[1:])] == pytest.approx([1 / 6, float(1 - slowed), 1 / 2], abs=1e-8)
+
+
 @pytest.mark.parametrize("unit", [1, exactly(10, 3)])
 def test_a_contact_that_static_friction_holds_with_nothing_to_spare_is_held_in_all_units(unit):
     # the load of the other contact rises from 0: this one is pulled by 3 units / 2, and by 2 if both were to rest
