@@ -213,6 +213,11 @@ def check_friction(system: "System", friction: "Friction", number: int) -> None:
         raise InputError(f"{which}: the velocity {short(v)} must depend on the states {', '.join(map(str, states))}")
     if friction.force in (*states, system.small, system.time):
         raise InputError(f"{which}: the force {friction.force} is also a state, the small parameter or the time")
+    pushes = {symbol for f in system.frictions for symbol in (f.force, f.normal)}
+    for name, part in friction.parts.items():
+        if name not in ("load", "constraint") and (known := part.free_symbols & pushes):
+            raise InputError(f"{which}: {name} = {short(part)} contains the force {min(known, key=str)}; only rates, "
+                             "loads and constraints may")  # fmt: skip
     moved = {s: rate for s, rate in system.rates.items() if rate.has(friction.force)}
     if not moved:
         raise InputError(f"{which}: the force {friction.force} enters no rate; write it where it acts")

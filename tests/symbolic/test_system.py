@@ -74,6 +74,8 @@ def test_a_system_and_its_modes_are_values():
         (lambda: System.smooth(slow={x: y}, fast={y: -y}, small=None), "small is missing: fast states .y. need"),
         (lambda: System.smooth(slow={x + y: y}, fast={y: -y}, small=mu), "not a Symbol"),
         (lambda: System.with_frictions({z: F}, {}, 2 * [Friction(z, F, 1, 1)]), "F is the force or reaction of two"),
+        (lambda: _oscillator(kinetic=k + F / 2), "kinetic = F/2 . k contains the force F; only rates, loads"),
+        (lambda: System.with_frictions({z: F}, {}, [Friction(z + F, F, 1, 1)]), "velocity = F . z contains the force"),
         (lambda: _oscillator().mode("slide"), "mode 'slide' is unknown; this system has slip_same"),
     ],
 )
