@@ -20,7 +20,7 @@ from copy import copy
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from itertools import product
+from itertools import combinations, islice, product
 from typing import NamedTuple
 
 import numpy as np
@@ -56,7 +56,7 @@ from asympk.symbolic.branches import OPEN, Phase, all_phases
 from asympk.symbolic.sides import inside, measured
 from asympk.symbolic.system import System
 
-MOST_EVENTS = 200
+MOST_EVENTS, MOST_CORNERS = 200, 200
 _ORDER = 16
 TIME = Wave(1, sp.S.Zero, sp.S.Zero, False)
 
@@ -128,6 +128,11 @@ def enclose(
         mode, guards = modes.chosen([_after(before, guard), modes.every(state)], state, guard.kind)
         if guard.kind == SWITCH and (guard := modes.lost_beyond(before, mode.mode, state)) is None:
             continue
+        if branches.stands(before.branch):
+            if branches.bare(before.branch) == branches.bare(mode.mode.branch):
+                continue
+            if before.branch[guard.friction].load * mode.mode.branch[guard.friction].load < 0:
+                guard = guard._replace(kind="force_zero")  # the load vanishes between both edges of its stick
         names.append(mode.mode.name)
         events.append(Event(guard.kind, t.numbers()[0], tuple(state.balls[:size]), guard.friction))
         if len(events) > MOST_EVENTS:
@@ -137,7 +142,8 @@ def enclose(
 def _after(mode, guard):
     """Return the branches that may follow a mode: any branch at a switch, else any phase of the guard's friction."""
     frictions = mode.system.frictions
-    lost = range(len(frictions)) if guard.kind == SWITCH else (guard.friction, *guard.others)
+    free = guard.kind == SWITCH or branches.stands(mode.branch)
+    lost = range(len(frictions)) if free else (guard.friction, *guard.others)
     return product(*(all_phases(frictions[k]) if k in lost else (phase,) for k, phase in enumerate(mode.branch)))
 
 
@@ -268,9 +274,10 @@ class _Modes:
         """
         verdicts: dict = {}
         for candidates in tiers:
-            met = (mode_of(self.system, branch) for branch in candidates if self._met(branch, state))
-            sided = (mode for found in met for mode in self._on_sides(found, state))
-            verdicts = {mode: found for mode in sided if (found := self._verdict(mode, state))[0] >= 0}
+            for branch in sorted(candidates, key=lambda branch: -len(branches.at_rest(branch))):
+                verdicts |= self._verdicts(branch, state)
+                if any(verdict > 0 and branches.stands(mode.branch) for mode, (verdict, _) in verdicts.items()):
+                    break  # no other candidate has more frictions at rest
             if verdicts:
                 break
         holding = {mode: guards for mode, (verdict, guards) in verdicts.items() if verdict > 0}
@@ -282,13 +289,55 @@ class _Modes:
         found = next(mode for mode in holding if mode.branch == best[0])
         return self.of(found), holding[found]
 
+    def _verdicts(self, branch, state):
+        """Return the verdicts of the modes of a branch that may hold; of corners, one that holds is enough."""
+        found: dict = {}
+        for met in self._met(branch, state):
+            modes = [*self._on_sides(mode_of(self.system, met), state)]
+            for mode in modes:
+                verdict, guards = self._verdict(mode, state)
+                if verdict > found.get(mode.sides, (None, -1))[1]:
+                    found[mode.sides] = mode, verdict, guards
+            if len(modes) == 1 and verdict > 0:
+                break
+        return {mode: (verdict, guards) for mode, verdict, guards in found.values()}
+
     def _met(self, branch, state):
-        """Tell whether the forces of a branch are determined; raises ``Refused`` where they are not and it may hold."""
+        """Yield a branch whose forces are determined, or the corners of one at rest (Lemma 10).
+
+        Raises ``Refused`` where the forces are not determined while a contact slips, and the branch may hold.
+        """
         if forces.determined(self.system, branch):
-            return True
-        if not any(sign_at(row, state) for row in self._kept(mode_of(self.system, branch))):
-            raise Refused(f"rest: the forces of {branches.mode_name(branch)} are not determined")
-        return False
+            yield branch
+        elif not self._carried(branch) and not any(
+            sign_at(row, state) for row in self._kept(mode_of(self.system, branch))):  # fmt: skip
+            if any(phase.velocity for phase in branch):
+                raise Refused(f"rest: the forces of {branches.mode_name(branch)} are not determined")
+            if all(p in self._phases(f, state) for f, p in zip(self.system.frictions, branch, strict=True)):
+                yield from self._corners(branch)
+
+    def _carried(self, branch):
+        """Tell whether a contact that slips has a velocity that is a combination of velocities at rest."""
+        rest, frictions = branches.at_rest(branch), self.system.frictions
+        closed = mode_of(self.system, (Phase(1, 1),) * len(branch))
+        rows = [self._row(closed, friction.velocity) for friction in frictions]
+        return any(phase.velocity and spanned(rows[k], [rows[i] for i in rest]) for k, phase in enumerate(branch))
+
+    def _corners(self, branch):
+        """Yield a branch at rest with every choice of rows, the laws among them, that determine its forces."""
+        unknowns, *_ = forces.force_equations(self.system, branch)
+        laws, margins = forces.standing_rows(self.system, branch)
+        rows = sp.linear_eq_to_matrix([*laws, *(margin.value for margin in margins)], unknowns)[0]
+        rows = rows.subs(self.field.numbers)
+        kept: list[int] = []
+        for k in range(len(laws)):
+            kept += [k] if rows[[*kept, k], :].rank() > len(kept) else []
+        choices = [*islice(combinations(range(len(laws), rows.rows), len(unknowns) - len(kept)), MOST_CORNERS + 1)]
+        if len(choices) > MOST_CORNERS:
+            raise Refused(f"rest: the forces of {branches.mode_name(branch)} have more than {MOST_CORNERS} corners")
+        for more in choices:
+            if rows[[*kept, *more], :].rank() == len(unknowns):
+                yield tuple(p if p == OPEN else p._replace(still=(*kept, *more)) for p in branch)
 
     def _on_sides(self, mode, state):
         """Yield a mode on every combination of sides of its switches on which a state may lie."""
@@ -325,6 +374,12 @@ class _Modes:
         found, verdict, guards = self.of(mode), 1, []
         if found is None:
             return -1, ()
+        if branches.stands(mode.branch):
+            still = (*found.matrix[: len(self.system.states)], *self._kept(mode))
+            signs = [leading_sign(row, found.matrix, state) for row in still]
+            if any(signs):
+                return -1, ()
+            verdict = 0 if None in signs else verdict
         for guard in found.guards:
             zeros, sign = leading(guard.row, found.matrix, state)
             if sign is not None and sign < 0:

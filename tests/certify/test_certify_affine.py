@@ -450,14 +450,66 @@ def test_what_the_reversal_of_one_friction_lets_go_of_another_is_proven():
     assert proven_as_followed(scene).modes == ("slip_same+stick", "slip_opposite+slip_opposite")
 
 
-@pytest.mark.parametrize(("velocity", "end"), [("1/2", ""), (0, "rest: the forces of .* are not determined")])
-def test_three_frictions_of_two_velocities_are_proven_unless_all_may_rest(velocity, end):
+def pair_with_three_frictions(push=0):
+    """Return a block on a block, where the lower block also rubs on the ground and the upper on a wall."""
     laws = ((V, A, 1), (W, B, 1), (V - W, C, sp.Rational(1, 2)))
     frictions = [ap.Friction(velocity=rate, force=force, load=1, kinetic=bound) for rate, force, bound in laws]
-    pair = ap.System.with_frictions({V: A + C, W: B - C}, {}, frictions)
-    proof = certify(ap.Scene(system=pair, values={}, start={V: velocity, W: 0}, until="1/10"))
-    assert proof.modes == (() if end else ("slip_same+stick+slip_same",))
-    assert re.fullmatch(end, proof.reason)
+    return ap.System.with_frictions({V: A + C + push, W: B - C}, {}, frictions, time=t)
+
+
+def held_by(first, second, push):
+    """Return a block that two contacts with two loads hold or brake."""
+    frictions = [ap.Friction(v, force, load=load, kinetic=k) for force, load in ((F, first), (G, second))]
+    return ap.System.with_frictions({x: v, v: F + G + push}, {}, frictions, time=t)
+
+
+def held_by_many(count):
+    """Return a block that is pushed and that many contacts hold."""
+    forces = sp.symbols(f"H1:{count + 1}", real=True)
+    frictions = [ap.Friction(v, force, load=1, kinetic=sp.Rational(1, 2)) for force in forces]
+    return ap.System.with_frictions({v: sum(forces) + 2 * t - 1}, {}, frictions, time=t)
+
+
+RESTS = {
+    "more contacts than equations": (pair_with_three_frictions(), {V: "1/2", W: 0}),
+    "all of them at rest": (pair_with_three_frictions(), {V: 0, W: 0}),
+    "stopped together": (pair_with_three_frictions(), {V: "1/2", W: "1/2"}),
+    "pushed off": (pair_with_three_frictions(2 * sp.sin(t)), {V: 0, W: 0}),
+    "two walls of a groove": (held_by(1, 2, 2 * sp.sin(t)), {x: 0, v: 0}),
+    "three contacts of one block": (held_by_many(3), {v: 0}),
+    "a load that turns over": (held_by(1 - t, 3, 1), {x: 0, v: 0}),
+    "a grasp that loosens": (held_by(2 - t, 2 - t / 2, -1), {x: 0, v: 0}),
+}
+
+
+@pytest.mark.parametrize("name", RESTS)
+def test_rest_on_contacts_whose_forces_are_not_determined_is_proven_for_as_long_as_some_forces_hold_it(name):
+    system, start = RESTS[name]
+    values = {s.name: "1/2" for s in system.parameters}
+    proven_as_followed(ap.Scene(system=system, values=values, start=start, until="7/4"))
+
+
+def test_a_box_of_frictions_is_proven_to_hold_and_to_let_go():
+    system, start = RESTS["a grasp that loosens"]
+    scene = ap.Scene(system=system, values={"k": "1/2"}, start=start, until="7/4")
+    proof = certify(scene, {"k": ("0.5", "0.51")})
+    assert proven(proof)
+    assert proof.modes == ("stick+stick", "slip_opposite+slip_opposite")
+    for friction in ("0.5", "0.507", "0.51"):
+        assert inside(proof, ap.solve(ap.Scene(system=system, values={"k": friction}, start=start, until="7/4")))
+
+
+def test_contacts_on_a_belt_that_gets_faster_do_not_rest():
+    frictions = [ap.Friction(v - t / 4, force, load=1, kinetic=k) for force in (F, G)]
+    carried = ap.System.with_frictions({x: v, v: F + G}, {}, frictions, time=t)
+    scene = ap.Scene(system=carried, values={"k": "1/2"}, start={"x": 0, "v": 0}, until=1)
+    assert "stick+stick" not in certify(scene).reason
+
+
+def test_rest_on_very_many_contacts_is_refused_before_all_corners_are_tried():
+    found = certify(ap.Scene(system=held_by_many(7), values={}, start={"v": 0}, until=1))
+    assert found.reason.startswith("rest: the forces of ")
+    assert found.reason.endswith("have more than 200 corners")
 
 
 @pytest.mark.parametrize("damping", ["1.000001", "1.000000000001"])
