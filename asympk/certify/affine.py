@@ -126,13 +126,8 @@ def enclose(
         state, t = _struck(segment.at(guard, dt), guard, mode, state, guards), (t + dt).tight()
         before = mode.mode
         mode, guards = modes.chosen([_after(before, guard), modes.every(state)], state, guard.kind)
-        if guard.kind == SWITCH and (guard := modes.lost_beyond(before, mode.mode, state)) is None:
+        if (guard := modes.event(before, mode.mode, guard, state)) is None:
             continue
-        if branches.stands(before.branch):
-            if branches.bare(before.branch) == branches.bare(mode.mode.branch):
-                continue
-            if before.branch[guard.friction].load * mode.mode.branch[guard.friction].load < 0:
-                guard = guard._replace(kind="force_zero")  # the load vanishes between both edges of its stick
         names.append(mode.mode.name)
         events.append(Event(guard.kind, t.numbers()[0], tuple(state.balls[:size]), guard.friction))
         if len(events) > MOST_EVENTS:
@@ -393,7 +388,18 @@ class _Modes:
             return -1, ()
         return verdict * (None not in stays and all(moved)), tuple(guards)
 
-    def lost_beyond(self, before, after, state):
+    def event(self, before, after, guard, state):
+        """Return the guard of the event between two modes; None at a switch or a corner of rest where none happens."""
+        if guard.kind == SWITCH and (guard := self._lost_beyond(before, after, state)) is None:
+            return None
+        if branches.stands(before.branch):
+            if branches.bare(before.branch) == branches.bare(after.branch):
+                return None
+            if before.branch[guard.friction].load * after.branch[guard.friction].load < 0:
+                return guard._replace(kind="force_zero")  # the load vanishes between both edges of its stick
+        return guard
+
+    def _lost_beyond(self, before, after, state):
         """Return the guard that ``before`` loses on the sides of ``after``; None where both have the same branch."""
         torn = [k for k, (a, b) in enumerate(zip(before.branch, after.branch, strict=True)) if a != b]
         if not torn:
