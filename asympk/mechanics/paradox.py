@@ -71,7 +71,7 @@ def least(
 
 
 def _extremes(turned: sp.Expr, tangent: sp.Symbol, name: Any) -> dict[sp.Expr, sp.Expr]:
-    """Return {absolute value: tangent} of a quotient at its zeros, its stationary points, and the tangent oo if finite."""
+    """Return {absolute value: tangent} of a quotient at zeros, stationary points, and the tangent oo if finite."""
     above, below = (sp.Poly(part, tangent) for part in sp.fraction(turned))
     slope = above.diff() * below - above * below.diff()
     roots = sp.roots(slope)
