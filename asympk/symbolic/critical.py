@@ -226,10 +226,10 @@ def critical_manifolds(system: System) -> Several[CriticalManifold]:
     Manifolds of modes other than stick are named Pi1, Pi2, ... in order, those of stick Lambda1, ...; a manifold that
     lies nowhere in its mode has ``domain`` False. Where the rates of a mode switch by a state or the time, every side
     of the switch has its own manifolds, each with its domain. Where SymPy gives a root of g = 0 no readable formula in
-    real numbers, as for a cubic, one manifold stands for all roots: ``branch[y]`` is y. Raises ``NotDerivable`` where a
-    mode has too many sides, ``NotNormallyHyperbolic`` where g = 0 leaves fast states free on all manifolds of a mode,
-    and ``InputError`` where rates are singular at mu = 0. Where g = 0 leaves a fast state y free on one manifold of
-    several, ``branch[y]`` is y there, and ``exists`` is False.
+    real numbers, as for a cubic, one manifold stands for all roots: ``branch[y]`` is y. Those roots of factors of g
+    that have one come before it. Where g = 0 leaves a fast state y free on one manifold of several, ``branch[y]`` is y
+    there, and ``exists`` is False. Raises ``NotDerivable`` where a mode has too many sides, ``NotNormallyHyperbolic``
+    where g = 0 leaves fast states free on all manifolds of a mode, ``InputError`` where rates are singular at mu = 0.
     """
     found: list[CriticalManifold] = []
     count: dict[str, int] = {}
@@ -318,7 +318,7 @@ def _branches(mode, small):
     implicit = [sp.Dict({y: y for y in mode.fast})]
     solutions = solutions_of(equal_zero, list(mode.fast))
     if solutions is None or any(map(is_unreadable, heights(solutions))):
-        return implicit
+        return [*_of_factors(mode, small, *equal_zero), *implicit]
     solutions = [{}] if {*equal_zero} == {0} else solutions
     solutions = [{y: y for y in mode.fast} | s for s in solutions]  # a state that g = 0 leaves free stands for itself
     if solutions and all(map(_free, solutions)):
@@ -331,6 +331,15 @@ def _branches(mode, small):
     complete = [form for s in complete for form in _real_forms(s)
                 if (told and form is s) or all(is_zero_somewhere(g.subs(form, simultaneous=True)) for g in equal_zero)]
     return [sp.Dict({y: by_powers(h, tuple(mode.slow)) for y, h in s.items()}) for s in complete]
+
+
+def _of_factors(mode, small, g, *others):
+    """Return the branches in closed form on which a factor of g vanishes, where g is a polynomial of one fast state."""
+    if others or not g.is_polynomial(*mode.fast):
+        return []
+    factors = [factor for factor, _ in sp.factor_list(g, *mode.fast)[1]]
+    parts = [replace(mode, fast=sp.Dict(dict.fromkeys(mode.fast, factor))) for factor in factors]
+    return [branch for part in parts if len(parts) > 1 for branch in _branches(part, small) if not is_implicit(branch)]
 
 
 def heights(solutions: list[dict[sp.Symbol, sp.Expr]]) -> Iterator[sp.Expr]:

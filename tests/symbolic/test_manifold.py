@@ -194,7 +194,8 @@ def test_branches_that_no_radicals_give_are_carried_by_their_values(forces):
     u, v, w = sp.symbols("u v w", real=True)
     fast = [sp.sympify(force, {"u": u, "v": v, "w": w}) for force in forces]
     system = ap.System.smooth(slow={u: -u}, fast=dict(zip((v, w), fast, strict=False)), small=mu)
-    (found,), given = ap.slow_manifolds(system), ap.slow_manifold(system)
+    (*readable, found), given = ap.slow_manifolds(system), ap.slow_manifold(system)
+    assert [manifold.branch[v] for manifold in readable] == [u] * forces[0].count("(v - u)")
     assert found.branch == given.branch == sp.Dict({s: s for s in system.fast})
     assert (found.coefficients, found.stability) == (given.coefficients, given.stability)
     assert [line.split("  0 ")[1].strip() for line in repr(found).splitlines() if "  0 " in line] == [*map(str, fast)]
@@ -581,6 +582,12 @@ def test_a_cubic_is_carried_by_the_value_of_its_branch():
     assert manifold.folds == sp.Or(sp.Eq(y, -1), sp.Eq(y, 1))
     assert manifold.stability.subs(y, 2) == sp.Symbol("stable")
     assert manifold.stability.subs(y, 0) == sp.Symbol("unstable")
+
+
+def test_roots_of_a_factor_with_a_formula_stand_by_themselves_before_the_cubic_of_the_others():
+    found = ap.slow_manifolds(ap.System.smooth({u: -u}, {v: v * (u - v - v**3)}, mu), order=1)
+    assert [(m.branch[v], m.coefficients[1]) for m in found] == [(0, 0), (v, u * v / (u - 2 * v - 4 * v**3) ** 2)]
+    assert [str(found[0].stability.subs(u, value)) for value in (-1, 1)] == ["stable", "unstable"]
 
 
 def test_a_cubic_that_never_folds_says_so():
