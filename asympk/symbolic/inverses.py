@@ -33,12 +33,18 @@ class InverseForm(sp.Function):
     @classmethod
     def eval(cls, *entries: sp.Expr) -> sp.Expr | None:
         """Return the value for numbers, and 0 where u or v is 0."""
-        u, rows, v = _parted(entries)
+        u, _, v = _parted(entries)
         if not any(u) or not any(v):
             return sp.S.Zero
         if not all(isinstance(e, sp.Number) for e in entries):
             return None
-        return sp.Add(*(a * b for a, b in zip(u, _solution(_factors(rows, _as_is), v, _as_is), strict=True)))
+        return cls._imp_(*entries)
+
+    @staticmethod
+    def _imp_(*entries: Any) -> Any:
+        """Return the value for numbers of any kind; ``sympy.lambdify`` calls this."""
+        u, rows, v = _parted(entries)
+        return sum(a * b for a, b in zip(u, _solution(_factors(rows, _as_is), v, _as_is), strict=True))
 
     def fdiff(self, argindex: int = 1) -> sp.Expr:
         """Return the derivative by an entry; that by an entry of M stands for two entries off the diagonal."""
@@ -94,7 +100,7 @@ def without_inverses(
             u, v = v, u
         if (rows, v) not in solutions:
             solutions[rows, v] = _solution(factors[rows], v, steps)
-        known[form] = sp.Add(*(a * b for a, b in zip(u, solutions[rows, v], strict=True)))
+        known[form] = sum(a * b for a, b in zip(u, solutions[rows, v], strict=True))
     return entries.parts, steps.parts, [replaced(e, known) for e in exprs]
 
 
@@ -167,9 +173,9 @@ def _factors(
     for row in rows:
         scaled: list[sp.Expr] = []  # the row of L D
         for j, above in enumerate(lower):
-            scaled.append(keep(row[j] - sp.Add(*(s * a for s, a in zip(scaled, above, strict=True)))))
+            scaled.append(keep(row[j] - sum(s * a for s, a in zip(scaled, above, strict=True))))
         lower.append([keep(s * d) for s, d in zip(scaled, inverted, strict=True)])
-        pivot = keep(row[-1] - sp.Add(*(s * a for s, a in zip(scaled, lower[-1], strict=True))))
+        pivot = keep(row[-1] - sum(s * a for s, a in zip(scaled, lower[-1], strict=True)))
         inverted.append(keep(1 / pivot))
     return lower, inverted
 
@@ -181,8 +187,8 @@ def _solution(
     lower, inverted = factors
     found: list[sp.Expr] = []
     for row, right in zip(lower, v, strict=True):
-        found.append(keep(right - sp.Add(*(a * b for a, b in zip(row, found, strict=True)))))
+        found.append(keep(right - sum(a * b for a, b in zip(row, found, strict=True))))
     found = [keep(y * d) for y, d in zip(found, inverted, strict=True)]
     for i in reversed(range(len(found))):
-        found[i] = keep(found[i] - sp.Add(*(lower[k][i] * found[k] for k in range(i + 1, len(found)))))
+        found[i] = keep(found[i] - sum(lower[k][i] * found[k] for k in range(i + 1, len(found))))
     return found

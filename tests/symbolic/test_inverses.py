@@ -65,3 +65,9 @@ def test_the_derivatives_of_an_elimination_name_no_negated_symbol():
     directions = ((sp.S.One, sp.S.Zero, sp.S.Zero),)
     lines = Lowered((a, b, c), (FORM,), "math", directions=directions).source.splitlines()
     assert not [line for line in lines if line.partition("= -")[2].isidentifier()]
+
+
+def test_lambdify_of_sympy_computes_a_form_on_arrays():
+    at = np.linspace(0, 1, 3)
+    found = sp.lambdify((a, b, c), FORM, "numpy")(at, at + 1, 2.0)
+    assert found == pytest.approx([float(FORM.subs({a: t, b: t + 1, c: 2})) for t in at], rel=1e-14)
