@@ -396,9 +396,11 @@ def begun(automaton: Automaton, start: tuple) -> MatchedPath:
 
 def onward(task: Task, path: MatchedPath, layer: Callable = through_layer, limit: bool = False) -> MatchedPath:
     """Follow a path from the end of a layer to the end; ``layer(task, path)`` follows each later layer."""
+    at_once: list[NumericMode] = []  # the modes whose slow motions have ended as they began, all at one time
     while path.t < task.until:
         before, path = path, slowly(task, path, limit)
-        if path.t == before.t and path.mode is before.mode:
+        at_once = [*at_once, before.mode] if path.t == before.t else []
+        if any(path.mode is mode for mode in at_once):
             small = f"{task.automaton.system.small} = {task.mu:.3g}"
             raise OutOfRange(f"the slow motion in {path.mode.name} goes on from its edge at t = {path.t:.6g} onto the "
                              f"same: rounding, over {small}, decides; use an exact method")  # fmt: skip

@@ -12,7 +12,7 @@ from mechanisms import THETA, T, X, Y, f, g, l, m, slender_rod
 from scipy.integrate import solve_ivp
 
 import asympk as ap
-from asympk.asymptotics import impact
+from asympk.asymptotics import impact, matched
 from asympk.asymptotics.impact import Creep
 from asympk.asymptotics.nonstiff import steps
 from asympk.asymptotics.watching import watched
@@ -812,3 +812,19 @@ def test_a_rate_is_affine_where_its_curvature_vanishes_in_the_limit_or_only_as_i
     a, b, y, small = sp.symbols("a b y mu")
     rate = sp.sympify(bend, locals={"a": a, "b": b, "y": y, "mu": small}, evaluate=False) + (a + b) * y + b
     assert impact._is_affine_in_limit(rate, y, small) is affine
+
+
+def test_slow_motions_that_end_as_they_begin_in_turns_are_refused_at_once(monkeypatch):
+    """At an edge, slip may be told by the limit to stop, and stick by the first order to slip, without an end."""
+    values = {"sigma": 1, "sigma0": 1, "mu": "1e-4"}
+    rod = ap.Scene(system=painleve_klein.system(), values=values, start={"x": 0, "y": 1, "z": 1}, until=5)
+    task = matched.Task.of(rod, 0, 1e-9)
+    paths = {
+        name: replace(matched.begun(task.automaton, start), t=2.0)
+        for name, start in (("slip_same", (0, 1, 1)), ("stick", (1, 0, 0)))
+    }
+    assert [path.mode.name for path in paths.values()] == [*paths]
+    turns = iter((paths["stick"], paths["slip_same"], paths["stick"]))
+    monkeypatch.setattr(matched, "slowly", lambda task, path, limit: next(turns))
+    with pytest.raises(OutOfRange, match=r"slow motion in slip_same goes on from its edge at t = 2 onto the same"):
+        matched.onward(task, paths["slip_same"], lambda task, path: path, limit=True)
