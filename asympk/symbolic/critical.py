@@ -315,10 +315,9 @@ def _located(part, states, assumptions):
 
 def _branches(mode, small):
     equal_zero = [limit_of(g, small) for g in mode.fast.values()]
-    implicit = [sp.Dict({y: y for y in mode.fast})]
     solutions = solutions_of(equal_zero, list(mode.fast))
     if solutions is None or any(map(is_unreadable, heights(solutions))):
-        return [*_of_factors(mode, small, *equal_zero), *implicit]
+        return _by_value(mode, small, equal_zero)
     solutions = [{}] if {*equal_zero} == {0} else solutions
     solutions = [{y: y for y in mode.fast} | s for s in solutions]  # a state that g = 0 leaves free stands for itself
     if solutions and all(map(_free, solutions)):
@@ -326,20 +325,21 @@ def _branches(mode, small):
                                     "slowly; make it a slow state")  # fmt: skip
     complete = [s for s in solutions if not any(map(_is_complex, s.values()))]
     if any(h.has(sp.I) for h in heights(complete)):
-        return implicit
+        return _by_value(mode, small, equal_zero)
     told = all(g.is_rational_function(*mode.fast) for g in equal_zero)  # SymPy finds false roots of exponentials
     complete = [form for s in complete for form in _real_forms(s)
                 if (told and form is s) or all(is_zero_somewhere(g.subs(form, simultaneous=True)) for g in equal_zero)]
     return [sp.Dict({y: by_powers(h, tuple(mode.slow)) for y, h in s.items()}) for s in complete]
 
 
-def _of_factors(mode, small, g, *others):
-    """Return the branches in closed form on which a factor of g vanishes, where g is a polynomial of one fast state."""
-    if others or not g.is_polynomial(*mode.fast):
-        return []
-    factors = [factor for factor, _ in sp.factor_list(g, *mode.fast)[1]]
-    parts = [replace(mode, fast=sp.Dict(dict.fromkeys(mode.fast, factor))) for factor in factors]
-    return [branch for part in parts if len(parts) > 1 for branch in _branches(part, small) if not is_implicit(branch)]
+def _by_value(mode, small, equal_zero):
+    """Return the implicit branch, and before it the closed ones of factors of g, a polynomial of one fast state."""
+    factors = []
+    if len(equal_zero) == 1 and equal_zero[0].is_polynomial(*mode.fast):
+        factors = [factor for factor, _ in sp.factor_list(equal_zero[0], *mode.fast)[1]]
+    parts = [replace(mode, fast=sp.Dict(dict.fromkeys(mode.fast, factor))) for factor in factors if len(factors) > 1]
+    branches = (branch for part in parts for branch in _branches(part, small))
+    return [*(branch for branch in branches if not is_implicit(branch)), sp.Dict({y: y for y in mode.fast})]
 
 
 def heights(solutions: list[dict[sp.Symbol, sp.Expr]]) -> Iterator[sp.Expr]:
