@@ -67,6 +67,11 @@ def points_in(values: sp.Set) -> Iterator[sp.Expr]:
             yield outer if start.is_infinite or end.is_infinite else (start + end) / 2
 
 
+def declared_sign(symbol: sp.Symbol) -> int:
+    """Return 1 or -1 for a symbol that is declared not to be negative or not to be positive, else 0."""
+    return 1 if symbol.is_nonnegative else -1 if symbol.is_nonpositive else 0
+
+
 def _declared(parameter):
     """Return the set of values that the symbol's own assumptions allow."""
     declared = {"positive": (0, sp.oo, True), "negative": (-sp.oo, 0, True),

@@ -16,7 +16,7 @@ import sympy as sp
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic
 from asympk.numbers import short
 from asympk.shown import Card, Several, ShownAsFormulas
-from asympk.symbolic.conditions import reduce_under
+from asympk.symbolic.conditions import declared_sign, reduce_under
 from asympk.symbolic.expansion import (
     by_powers,
     fast_jacobian,
@@ -77,7 +77,7 @@ class CriticalManifold(ShownAsFormulas):
 
         The arguments of odd roots are positive, too, and those of asin, acos, atanh, acosh and Lambert's W lie inside
         the domains of these. Where g contains one square root, it is positive on the branch: y = x**2 solves
-        x - sqrt(y) = 0 for x > 0 alone.
+        x - sqrt(y) = 0 for x > 0 alone. A state that is declared positive or negative is so on the branch.
         """
         if any(map(_is_complex, self.branch.values())):
             return sp.false
@@ -86,6 +86,7 @@ class CriticalManifold(ShownAsFormulas):
         inside = {_POSITIVE[type(f)](f.args[0]) for f in found.atoms(*_POSITIVE)} | {p.base for p in roots}
         inside |= {-f.args[0] for f in found.atoms(sp.LambertW) if len(f.args) == 2}
         inside |= {_square_root(limit_of(g, self.small), self.branch) for g in self.dynamics.fast.values()} - {None}
+        inside |= {declared_sign(y) * h for y, h in self.branch.items() if y != h} - {0}
         names = {p: sp.Dummy(positive=True) for p in roots}
         positive = {sp.Gt(expr.xreplace(names), 0).xreplace({v: p for p, v in names.items()}) for expr in inside}
         return sp.And(*(_located(relation, list(self.dynamics.slow), self.assumptions) for relation in positive))
@@ -141,7 +142,7 @@ class CriticalManifold(ShownAsFormulas):
         ``NotNormallyHyperbolic`` where dg/dy has an eigenvalue on the imaginary axis on the whole manifold.
         """
         if self.exists == sp.false:
-            raise NotNormallyHyperbolic(self._degeneracy(self.branch))
+            raise NotNormallyHyperbolic(self.degeneracy(self.branch))
         kinds = {"stable": self.attracting, "unstable": self.repelling, "saddle": self.saddle}
         cases = [(sp.Symbol(name), condition) for name, condition in kinds.items() if condition != sp.false]
         return cases[0][0].name if len(cases) == 1 else sp.Piecewise(*cases)  # the only one, wherever it exists
@@ -176,7 +177,7 @@ class CriticalManifold(ShownAsFormulas):
         found = replace(self, dynamics=mode, branch=branch, assumptions=assumptions)
         if found.exists == sp.false:
             raise NotNormallyHyperbolic(
-                f"{found._degeneracy(self.branch)} ({equations(given)}); "
+                f"{found.degeneracy(self.branch)} ({equations(given)}); "
                 f"{self.name} exists only for {_text(self.exists)}"
             )
         return found
@@ -199,14 +200,14 @@ class CriticalManifold(ShownAsFormulas):
         except NotNormallyHyperbolic as reason:
             return str(reason)
 
-    def _degeneracy(self, branch):
+    def degeneracy(self, branch: sp.Dict) -> str:
         """Return, in words, why the manifold ``branch`` is not normally hyperbolic, or not real, or not finite."""
         if not is_implicit(branch) and (free := _free(branch)):
             return free
         if self._finite == sp.false:
             why = "a denominator vanishes"
         elif self.real == sp.false:
-            why = "a root or a logarithm is of a negative number"
+            why = "a state has not the sign it is declared to have, or a root or a logarithm is of a negative number"
         elif self.characteristic[-1] == 0:
             why = f"{determinant(self.branch)} vanishes"
         else:

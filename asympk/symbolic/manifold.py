@@ -134,10 +134,8 @@ def slow_manifold(
             f"{determinant(at)} vanishes on {branch_in_words(at)}; no slow manifold continues this branch"
         )
     if manifold.exists == sp.false:
-        raise NotNormallyHyperbolic(
-            f"dg/dy has eigenvalues with real part 0 (a centre) on {branch_in_words(at)}; no slow manifold "
-            "continues this branch: give the fast states damping"
-        )
+        advice = ": give the fast states damping" * (manifold.real != sp.false)
+        raise NotNormallyHyperbolic(f"{manifold.degeneracy(at)}; no slow manifold continues this branch{advice}")
     require_short(dynamics, order)
     expand(dynamics, system.small, at, order)
     return manifold

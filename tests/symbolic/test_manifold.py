@@ -449,6 +449,17 @@ def test_a_branch_exists_just_where_it_is_a_root_and_not_one_with_the_other_sign
             assert branch.exists.subs(x, at) == bool(root)
 
 
+def test_a_branch_of_a_state_exists_just_where_it_has_the_declared_sign_of_the_state():
+    signs = {"positive": "x > 0", "nonnegative": "x > 0", "negative": "x < 0", "nonpositive": "x < 0"}
+    for word, expected in signs.items():
+        s = sp.Symbol("s", **{word: True})
+        (line,) = ap.slow_manifolds(ap.System.smooth({x: -x}, {s: x - s}, mu))
+        assert (str(line.exists), line.stability) == (expected, "stable")
+    with pytest.raises(NotNormallyHyperbolic, match=r"not the sign .* on s = -kappa; no slow manifold .* branch$"):
+        s = sp.Symbol("s", positive=True)
+        ap.slow_manifold(ap.System.smooth({x: -x}, {s: -kappa - s}, mu), {s: -kappa})
+
+
 def test_a_branch_at_a_value_at_which_it_is_not_real_is_refused_as_that():
     a = sp.Symbol("a", real=True)
     lower, _ = ap.slow_manifolds(ap.System.smooth({u: sp.S.One}, {v: a - v**2}, mu))
