@@ -126,9 +126,14 @@ def follows(relation: sp.Basic, facts: tuple[sp.Basic, ...]) -> bool:
 
 
 def _is_known(difference, facts, strict=False):
-    """Tell whether ``difference`` is positive, or not negative, by some choice of one bound for each symbol."""
+    """Tell whether ``difference`` is positive, or not negative, by some choice of one bound for each symbol.
+
+    A sine, a cosine and a hyperbolic tangent are symbols between -1 and 1.
+    """
+    waves = {f: sp.Dummy(real=True) for f in difference.atoms(sp.sin, sp.cos, sp.tanh)}
+    facts = (*facts, *(fact for wave in waves.values() for fact in (sp.Ge(wave, -1), sp.Le(wave, 1))))
     for bounds in _bounds(facts):
-        moved = difference
+        moved = difference.xreplace(waves)
         for _ in bounds:  # a bound may name another symbol that has one
             moved = moved.subs(bounds)
         moved = _factored(moved)

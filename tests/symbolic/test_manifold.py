@@ -467,6 +467,15 @@ def test_a_branch_at_a_value_at_which_it_is_not_real_is_refused_as_that():
         lower.at(a=-1)
 
 
+@pytest.mark.parametrize("wave", [sp.sin, sp.cos, sp.tanh])
+def test_sines_and_hyperbolic_tangents_lie_between_their_bounds(wave):
+    for level, expected in ((2, "stable"), (-2, "unstable")):
+        (found,) = ap.slow_manifolds(ap.System.smooth({x: -y}, {y: x - y * (level + wave(x))}, mu))
+        assert (found.exists, found.stability) == (True, expected)
+    (found,) = ap.slow_manifolds(ap.System.smooth({x: -y}, {y: x - y * (sp.Rational(1, 2) + wave(x))}, mu))
+    assert found.exists == sp.Ne(wave(x) + sp.Rational(1, 2), 0) or found.exists == sp.Ne(2 * wave(x) + 1, 0)
+
+
 def test_every_branch_tells_its_stability_or_the_condition_for_it():
     for slow, fast, branch in (*SYSTEMS.values(), PAIR, ROOTS):
         manifold = ap.slow_manifold(ap.System.smooth(slow, fast, mu), branch)
