@@ -455,8 +455,8 @@ def test_a_branch_of_a_state_exists_just_where_it_has_the_declared_sign_of_the_s
         s = sp.Symbol("s", **{word: True})
         (line,) = ap.slow_manifolds(ap.System.smooth({x: -x}, {s: x - s}, mu))
         assert (str(line.exists), line.stability) == (expected, "stable")
+    s = sp.Symbol("s", positive=True)
     with pytest.raises(NotNormallyHyperbolic, match=r"not the sign .* on s = -kappa; no slow manifold .* branch$"):
-        s = sp.Symbol("s", positive=True)
         ap.slow_manifold(ap.System.smooth({x: -x}, {s: -kappa - s}, mu), {s: -kappa})
 
 
