@@ -97,10 +97,18 @@ class NumericMode:
         """Return the values of the divisors of the rates."""
         return self.values(self.mode.poles, t, state) if self.mode.poles else ()
 
-    def require_one_side(self, before: tuple, t: Any, state: State) -> tuple:
-        """Return the divisors of the rates; raises ``OutOfRange`` if one has changed its sign since ``before``."""
+    def require_one_side(self, before: tuple, t: Any, state: State, first: tuple) -> tuple:
+        """Return the divisors of the rates; raises ``OutOfRange`` if one has changed its sign since ``before``.
+
+        A divisor that next to its ``first`` value is nothing on both sides has come down to the errors of the states.
+        """
         after = self.pole_values(t, state)
-        for expr, a, b in zip(self.mode.poles, before, after, strict=True):
+        for expr, a, b, begun in zip(self.mode.poles, before, after, first, strict=True):
+            if a * b < 0 and max(abs(a), abs(b)) < NEXT_TO_NOTHING * abs(begun):
+                raise OutOfRange(f"the rates of mode {self.name} are divided by {expr!s:.120}, of which only errors "
+                                 f"of the states are left by t = {float(t):.8g}; end the run before it, or take the "
+                                 "logarithm of a state that dies out, or its ratio to another, for the state"
+                                 )  # fmt: skip
             if a * b < 0:
                 raise OutOfRange(f"the rates of mode {self.name} have a pole, which the motion has passed before t = "
                                  f"{float(t):.8g}: {expr!s:.120} = 0; end the run before it, or take other "

@@ -242,6 +242,15 @@ def test_a_pole_that_slow_motion_does_not_feel_is_not_passed(force, until, passe
     assert _solved(system, {mu: "1/1000"}, {x: 0, y: 1}, "1/2", order=order).error < 0.01
 
 
+@pytest.mark.parametrize("method", ["exact", "jump"])
+def test_a_divisor_that_dies_out_with_its_states_is_no_pole(method):
+    """Prey v and predator u decay for ever, and v/(u + v) is finite; in numbers u + v comes down to rounding."""
+    share = v / (u + v)
+    system = ap.System.smooth({u: u * (share - 1)}, {v: v * (1 - v) - 3 * u * share}, mu)
+    with pytest.raises(OutOfRange, match=r"divided by u \+ v, of which only the errors of the states are left by t = "):
+        ap.solve(ap.Scene(system=system, values={mu: "1/100"}, start={u: 1, v: "1/2"}, until=100), method)
+
+
 APART = {
     "a layer": ({x: -x + u}, {u: x - u, v: x**2 - 10000 * v}, (1, 0, 3)),
     "a layer that is not affine": ({x: -x * v + u}, {u: x - u - u**3, v: 10**4 * (x**2 + u * v - v - v**3)}, (1, 2, 3)),
