@@ -247,7 +247,7 @@ def test_a_divisor_that_dies_out_with_its_states_is_no_pole(method):
     """Prey v and predator u decay for ever, and v/(u + v) is finite; in numbers u + v comes down to rounding."""
     share = v / (u + v)
     system = ap.System.smooth({u: u * (share - 1)}, {v: v * (1 - v) - 3 * u * share}, mu)
-    with pytest.raises(OutOfRange, match=r"divided by u \+ v, of which only the errors of the states are left by t = "):
+    with pytest.raises(OutOfRange, match=r"divided by u \+ v, of which only errors of the states are left by t = "):
         ap.solve(ap.Scene(system=system, values={mu: "1/100"}, start={u: 1, v: "1/2"}, until=100), method)
 
 
