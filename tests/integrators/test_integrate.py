@@ -352,6 +352,18 @@ def test_errors_that_grew_before_the_motion_came_back_to_an_attracting_branch_ar
         ap.solve(scene)
 
 
+def test_errors_do_not_grow_by_the_units_of_the_states():
+    """Henri's enzyme, also with its complex in units of 1e-21: squaring of exponentials lost its substrate."""
+    x, y, small, unit = sp.symbols("x y mu l", positive=True)
+    share = y / unit
+    enzyme = ap.System.smooth({x: (x + sp.S.Half) * share - x}, {y: (x - (x + 1) * share) * unit}, small)
+    ends = []
+    for power in (0, 21, -21):
+        values, start = {"mu": "1/1000", "l": f"1e{power}"}, {"x": 1, "y": f"2e{power}"}
+        ends.append(ap.solve(ap.Scene(system=enzyme, values=values, start=start, until=1)).final[0])
+    assert ends == pytest.approx([0.7672698507] * 3, rel=1e-8)
+
+
 def test_a_growth_of_errors_beyond_all_digits_is_refused_with_digits_too():
     with pytest.raises(Undecided, match="end the run before"):
         _late("1/1000", digits=15)
