@@ -56,11 +56,11 @@ def _scales(automaton: Automaton, segments: Sequence[Segment]) -> tuple[tuple[fl
 
     The size is the state's largest on the run, and for a state that may be rounding, or that only such states move,
     that by the terms of its rate (``balances``); a state without any has 1. Sizes of errors at the end are at least
-    ``NOISE`` times the largest, so that tiny states do not count as wrong.
+    ``NOISE`` times the gain from other states, so that a tiny state does not count as wrong.
     """
     states = [state for segment in segments for _, state in segment.steps] or [segments[-1].state]
     own = [max(map(abs, column)) for column in zip(*states, strict=True)]
     made, gains = balances(automaton, segments)
     made = np.maximum(made, gains @ np.where(np.array(own) <= NOISE * made, made, 0))
     sizes = [(size if size > NOISE * most else most) or 1.0 for size, most in zip(own, made.tolist(), strict=True)]
-    return tuple(min(1.0, size) for size in sizes), tuple(max(size, NOISE * max(sizes)) for size in sizes)
+    return tuple(min(1.0, size) for size in sizes), tuple(np.maximum(sizes, NOISE * (gains @ sizes)).tolist())

@@ -352,6 +352,15 @@ def test_errors_that_grew_before_the_motion_came_back_to_an_attracting_branch_ar
         ap.solve(scene)
 
 
+def test_a_state_that_is_large_in_its_units_hides_no_growth_of_the_errors_of_another():
+    """Beside z = 1e14 the run ended at y = 0.965; y = 0.330, as above."""
+    x, y, z, small = sp.symbols("x y z mu", real=True)
+    system = ap.System.smooth({x: 1, z: -z}, {y: x * y - y**2}, small)
+    for large in (1, 10**14, 10**21):
+        with pytest.raises(Undecided, match="errors of the run grow"):
+            ap.solve(ap.Scene(system=system, values={"mu": "1/69"}, start={"x": -1, "y": 1, "z": large}, until=2))
+
+
 def test_errors_do_not_grow_by_the_units_of_the_states():
     """Henri's enzyme, also with its complex in units of 1e-21: squaring of exponentials lost its substrate."""
     x, y, small, unit = sp.symbols("x y mu l", positive=True)
