@@ -1,12 +1,14 @@
 """Numbers for the symbols of a system: by symbol or by name, exact, and within the system's assumptions."""
 
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
 from asympk.errors import InputError
 from asympk.numbers import number, short
+from asympk.symbolic.long import atoms
 from asympk.symbolic.reading import entries_of, rational
 from asympk.symbolic.values import by_symbol, require_declared
 
@@ -51,8 +53,30 @@ def _number(what: str, name: str, value: Any) -> Any:
     return number(f"{what}: {name}", value)
 
 
+@lru_cache(maxsize=64)
+def _divided(system: "System") -> tuple[tuple[str, sp.Expr, tuple[sp.Expr, ...]], ...]:
+    """Return (name, expression, divisors) of the rates and parts of frictions that divide by parameters alone."""
+    rates = {f"{s}'": rate for s, rate in (*system.slow.items(), *system.fast.items())}
+    many = len(system.frictions) > 1
+    parts = {f"{name} of friction {k}" if many else name: part
+             for k, f in enumerate(system.frictions) for name, part in f.parts.items()}  # fmt: skip
+    powers = ((name, expr, atoms(expr, sp.Pow)) for name, expr in (rates | parts).items())
+    found = ((name, expr, {p.base for p in own if p.exp.is_negative}) for name, expr, own in powers)
+    return tuple((name, expr, own) for name, expr, bases in found
+                 if (own := tuple(b for b in bases if b.free_symbols and b.free_symbols <= {*system.parameters})))
+
+
+def _require_divisible(system: "System", values: dict[sp.Symbol, Any], numbers: dict[sp.Symbol, sp.Rational]) -> None:
+    for name, expr, divisors in _divided(system):
+        for divisor in divisors:
+            if divisor.xreplace(numbers) == 0 and expr.subs(numbers).has(sp.zoo, sp.nan, sp.oo, -sp.oo):
+                given = ", ".join(f"{s} = {values[s]}" for s in sorted(divisor.free_symbols, key=str))
+                raise InputError(f"values: {given} is refused; {name} = {short(expr)} divides by {short(divisor)}")
+
+
 def _require_assumed(system: "System", values: dict[sp.Symbol, Any]) -> None:
     numbers = {s: rational(str(s), v) for s, v in values.items()}
+    _require_divisible(system, values, numbers)
     for assumption in sp.And.make_args(system.assumptions):
         if assumption.subs(numbers) == sp.false:
             given = ", ".join(f"{s} = {values[s]}" for s in sorted(assumption.free_symbols & values.keys(), key=str))

@@ -1,6 +1,7 @@
 """The symbolic system: how friction turns one field into three modes, and what it refuses."""
 
 import itertools
+import re
 
 import pytest
 import sympy as sp
@@ -114,3 +115,17 @@ def test_a_contact_that_opens_is_open_or_slides_one_way_wherever_it_is():
         at = dict(zip((x, y, z), place, strict=True))
         (mode,) = (m for m in system.modes if m.where.subs(at) == sp.true)
         assert mode.name == ("open" if place[0] + place[1] < 0 else "slip_same" if place[2] > 0 else "slip_opposite")
+
+
+@pytest.mark.parametrize(("rate", "kinetic", "words"), [
+    ((F - x) / k, 1, "k = 0 is refused; y' = (F - x)/k divides by k"),
+    (-(x**3) + F, 1 / (k - mu), "k = 0, mu = 0 is refused; kinetic = 1/(k - mu) divides by k - mu")])  # fmt: skip
+def test_a_value_by_which_a_formula_divides_is_refused_with_the_formula(rate, kinetic, words):
+    block = System.with_frictions({x: y, y: rate}, {}, [Friction(velocity=y, force=F, load=1, kinetic=kinetic)])
+    with pytest.raises(InputError, match=re.escape(words)):
+        block.placed(dict.fromkeys(block.parameters, 0), (2, 0))
+
+
+def test_a_piece_that_does_not_hold_may_divide_by_zero():
+    spring = System.smooth({x: y, y: sp.Piecewise((-x / k, k > 0), (0, True))}, {}, None)
+    assert spring.placed({k: 0}, (2, 0)) == ((0,), (2, 0))
