@@ -416,7 +416,7 @@ def _lasts(here: Junction, branch: Branch) -> bool:
 def _require_determined(here: Junction, tried: Tried) -> None:
     """Raise ``UnboundedReaction`` if some forces agree with a branch whose equations do not determine them."""
     for branch, keys in tried.items():
-        if keys is None and has_forces(here, branch):
+        if keys is None and has_forces(here, branch, elsewhere=True):
             raise _undetermined(here, branch)
 
 
@@ -441,9 +441,11 @@ def _solved_smooth(here: Junction, branch: Branch) -> Solved | None:
 
 
 def _undetermined(here: Junction, branch: Branch) -> UnboundedReaction:
+    why = "has more of them than equations; merge contacts, or put compliance between them"
+    if forces.determined(here.system, branch):
+        why = "has equations that are singular in this state only; start beside it"
     return UnboundedReaction(f"the forces of contacts are not determined {here.in_words}: "
-                             f"{branches.mode_name(branch)} has more of them than equations; merge contacts, or "
-                             "put compliance between them", here.at.t, here.at.state)  # fmt: skip
+                             f"{branches.mode_name(branch)} {why}", here.at.t, here.at.state)  # fmt: skip
 
 
 def _require_shared(here: Junction, branch: Branch, still: list[int]) -> None:

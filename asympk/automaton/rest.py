@@ -33,7 +33,7 @@ from asympk.automaton.contacts import (
 )
 from asympk.automaton.junction import Junction
 from asympk.symbolic.branches import OPEN, Branch, Guard
-from asympk.symbolic.forces import standing_rows
+from asympk.symbolic.forces import determined, standing_rows
 from asympk.symbolic.system import System
 
 Growth = Callable[[Branch, Guard], int]  # the sign with which a margin leaves 0 in a branch that stands
@@ -57,10 +57,11 @@ def standing_branch(here: Junction, branch: Branch, growth: Growth) -> Branch | 
     return None if rows is None else standing(rows)
 
 
-def has_forces(here: Junction, branch: Branch) -> bool:
-    """Tell whether some forces agree with a branch each of whose equations contains a force."""
+def has_forces(here: Junction, branch: Branch, elsewhere: bool = False) -> bool:
+    """Tell whether some forces agree with a branch each of whose equations contains a force, here or ``elsewhere``."""
     zeros, cones = _agreeing(here, branch)
-    return all(any(row[1:]) for row in zeros[0]) and _corner(zeros, cones, here.numbers) is not None
+    acting = all(any(row[1:]) for row in zeros[0]) or (elsewhere and determined(here.system, branch))
+    return acting and _corner(zeros, cones, here.numbers) is not None
 
 
 def moves_in_several_ways(here: Junction, branch: Branch) -> bool:

@@ -666,3 +666,15 @@ def test_the_mode_that_follows_is_decided_by_coefficients_that_cancel_with_their
     ends = [ap.solve(ap.Scene(system=system, values={p: value}, start={x: 0, v: 1}, until=8)).final
             for value in ("1e-4", "1e-9")]  # fmt: skip
     assert ends[1] == pytest.approx(ends[0], abs=1e-6)
+
+
+@pytest.mark.parametrize("options", [{}, {"digits": 20}])
+def test_a_state_in_which_stick_has_singular_equations_is_not_told_as_one_without_motion(options):
+    """All neighbours stick: |x - u| <= |x + u| there. Slip has w' = -u for w > 0 and w' = x for w < 0."""
+    rate = (x - u + (x + u) * F) / 2
+    system = ap.System.with_frictions({x: 1, u: 1, w: rate}, {}, [ap.Friction(velocity=w, force=F, load=1, kinetic=1)])
+    with pytest.raises(UnboundedReaction, match=r"t = 0.*: stick has equations that are singular in this state only"):
+        ap.solve(ap.Scene(system=system, start={x: 0, u: 0, w: 0}, until=1), **options)
+    for beside in [("1e-9", 0), (0, "1e-9"), (-1, -1)]:
+        path = ap.solve(ap.Scene(system=system, start=dict(zip((x, u, w), (*beside, 0), strict=True)), until=1))
+        assert path.modes == ("stick",)
