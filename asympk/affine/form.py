@@ -116,12 +116,10 @@ def placed(form: Form, values: tuple, digits: int) -> Placed:
     Raises ``InputError`` for a guard that is always negative, ``OutOfRange`` where an entry is not finite.
     """
     numbers = exact_values(form.system, form.entries, values, digits)
-    rows = [[numbers[e] for e in row] for row in form.matrix]
-    guards = [[numbers[e] for e in row] for row in form.guards]
+    rows, guards = (tuple(tuple(numbers[e] for e in row) for row in part) for part in (form.matrix, form.guards))
     waves = tuple((wave.power, numbers[wave.decay], numbers[wave.turn], wave.sine) for wave in form.waves)
     kept = tuple(k for k, row in enumerate(guards) if any(row[:-1]))
     if never := [k for k, row in enumerate(guards) if k not in kept and row[-1] < 0]:
         raise InputError(f"guard {never[0]} is {guards[never[0]][-1]} at these parameters whatever the state and the "
                          "time: its mode is never entered; give other parameters")  # fmt: skip
-    moving = [(guards[k][:-1], guards[k][-1]) for k in kept]
-    return Placed(AffineMode.of([row[:-1] for row in rows], [row[-1] for row in rows], moving), waves, kept)
+    return Placed(AffineMode(rows, tuple(guards[k] for k in kept)), waves, kept)

@@ -19,7 +19,7 @@ from asympk.affine.functions import functions, initial, rate_of, tremors
 from asympk.affine.mesh import Mesh
 from asympk.affine.polynomial import in_whole_numbers
 from asympk.arithmetic import Doubles
-from asympk.errors import InputError, Undecided
+from asympk.errors import Undecided
 from asympk.multiprecision import whole_product
 from asympk.numbers import Arithmetic, Number
 
@@ -30,39 +30,15 @@ _NEAR = 1e-6
 
 @dataclass(frozen=True)
 class AffineMode:
-    """``w' = A w + b`` while all guards ``c.w + d`` are positive; rows of exact numbers (int, float, Fraction)."""
+    """``w' = A w + b`` while all guards ``c.w + d`` are positive: the ``rows`` (A, b), and ``guards`` (c, d)."""
 
-    matrix: tuple[tuple[Fraction, ...], ...]
-    vector: tuple[Fraction, ...]
+    rows: tuple[tuple[Fraction, ...], ...]
     guards: tuple[tuple[Fraction, ...], ...] = ()
 
-    @classmethod
-    def of(
-        cls,
-        matrix: Sequence[Sequence[Number]],
-        vector: Sequence[Number],
-        guards: Sequence[tuple[Sequence[Number], Number]] = (),
-    ) -> "AffineMode":
-        """Build a mode from ``A`` (n, n), ``b`` (n,) and guards ``(c, d)``; floats are taken at their exact values.
-
-        Raises ``InputError`` for shapes that do not fit and for a guard that depends on no state.
-        """
-        size = len(vector)
-        if any(len(row) != size for row in matrix) or len(matrix) != size:
-            raise InputError(f"matrix: {len(matrix)} rows for a vector of {size}; A must be square and as long as b")
-        rows = tuple(_exact(c, (d,)) for c, d in guards)
-        for k, row in enumerate(rows):
-            if len(row) != size + 1:
-                raise InputError(f"guard {k}: {len(row) - 1} coefficients for {size} states")
-            if not any(row[:-1]):
-                raise InputError(f"guard {k} = {row[-1]} depends on no state: it never ends the mode; leave it out")
-        return cls(tuple(_exact(row) for row in matrix), _exact(vector), rows)
-
-    @cached_property
+    @property
     def homogeneous(self) -> tuple[tuple[Fraction, ...], ...]:
         """The rows of M in ``(w, 1)' = M (w, 1)``."""
-        rows = tuple((*row, b) for row, b in zip(self.matrix, self.vector, strict=True))
-        return (*rows, (Fraction(0),) * (len(rows) + 1))
+        return (*self.rows, (Fraction(0),) * (len(self.rows) + 1))
 
     @cached_property
     def in_doubles(self) -> "AffineFlow":
@@ -73,10 +49,6 @@ class AffineMode:
     def mesh(self) -> Mesh:
         """The ``Mesh`` of the spectrum."""
         return Mesh(_blocks(Doubles, exponential(self.homogeneous, DIGITS_FOR_DOUBLES)))
-
-
-def _exact(*rows):
-    return tuple(Fraction(value) for row in rows for value in row)
 
 
 @dataclass(frozen=True)
@@ -140,7 +112,7 @@ def in_digits(m: Arithmetic, mode: AffineMode) -> AffineFlow:
 
 def _flow(m, mode, exact):
     """Return the ``AffineFlow`` of a mode; all products are computed in whole numbers and rounded at the end."""
-    unit, width = 1 << exact.bits, len(mode.vector) + 1
+    unit, width = 1 << exact.bits, len(mode.rows) + 1
     rows, denominator = in_whole_numbers(mode.guards or [(Fraction(0),) * width])
     rows = rows[: len(mode.guards)]
     states = exact.matrices[:, :-1]

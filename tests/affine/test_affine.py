@@ -37,11 +37,17 @@ def off(mode, start, t, found, dps=70):
         return max(abs(a - mpmath.mp.mpf(b)) for a, b in zip(true, found, strict=True)) / size
 
 
+def affine_mode(matrix, vector, guards=()):
+    rows = zip((*matrix, *(c for c, _ in guards)), (*vector, *(d for _, d in guards)), strict=True)
+    exact = tuple(tuple(map(Fraction, (*row, constant))) for row, constant in rows)
+    return AffineMode(exact[: len(vector)], exact[len(vector) :])
+
+
 def random_mode(random, size, mu, guards=0):
     matrix = random.normal(size=(size, size))
     matrix[0] *= -np.sign(matrix[0, 0]) / mu
     rows = [(tuple(random.normal(size=size)), 2 * size) for _ in range(guards)]
-    return AffineMode.of(matrix.tolist(), random.normal(size=size).tolist(), rows)
+    return affine_mode(matrix.tolist(), random.normal(size=size).tolist(), rows)
 
 
 @pytest.mark.parametrize("mu", [1e-1, 1e-4, 1e-8])
@@ -67,8 +73,8 @@ DEFECTIVE = {
 
 @pytest.mark.parametrize("name", DEFECTIVE)
 def test_defective_blocks_lose_nothing(name):
-    mode = AffineMode.of(*DEFECTIVE[name])
-    start = [0.3, -1.7, 0.9, 2.2][: len(mode.vector)]
+    mode = affine_mode(*DEFECTIVE[name])
+    start = [0.3, -1.7, 0.9, 2.2][: len(mode.rows)]
     segment = ClosedSegment(mode.in_doubles, start)
     assert all(off(mode, start, t, segment.state(t)) < 1e-15 for t in (1e-9, 0.2, 3.0, 40.0))
 
@@ -76,11 +82,11 @@ def test_defective_blocks_lose_nothing(name):
 @pytest.mark.parametrize(("block", "degree"), [([[0, 1], [-1, 0]], 2), ([[-1, 1], [0, -1]], 2), ([[2]], 1)])
 def test_an_eigenvalue_that_only_repeats_is_as_multiple_a_root_as_in_one_block(block, degree):
     for copies in (1, 3, 20):
-        mode = AffineMode.of(np.kron(np.eye(copies, dtype=int), block).tolist(), [1] * (copies * len(block)))
+        mode = affine_mode(np.kron(np.eye(copies, dtype=int), block).tolist(), [1] * (copies * len(block)))
         found = resolvent(mode.homogeneous)
         assert len(found.polynomial) - 1 == degree + 1
         assert sum(most * (len(factor) - 1) for factor, _, most in found.factors) == len(mode.homogeneous)
-    starts, alone = np.linspace(-1, 1, len(mode.vector)), AffineMode.of(block, [1] * len(block)).in_doubles
+    starts, alone = np.linspace(-1, 1, len(mode.rows)), affine_mode(block, [1] * len(block)).in_doubles
     expected = [ClosedSegment(alone, start).state(0.5) for start in starts.reshape(copies, -1)]
     assert ClosedSegment(mode.in_doubles, starts).state(0.5) == pytest.approx(np.concatenate(expected), rel=1e-14)
 
@@ -103,7 +109,7 @@ def test_refined_eigenpairs_are_those_of_the_roots_of_the_characteristic_polynom
 
 def test_multiple_eigenvalues_other_than_zero_are_left_to_the_characteristic_polynomial():
     def of(rows, vector):
-        return eigenpairs(*in_whole_numbers(AffineMode.of(rows, vector).homogeneous), 320)
+        return eigenpairs(*in_whole_numbers(affine_mode(rows, vector).homogeneous), 320)
 
     for name in ("coalescence", "resonance", "two equal oscillators", "triple root", "triple root left alone"):
         assert of(*DEFECTIVE[name]) is None
@@ -121,7 +127,7 @@ def test_the_same_flow_runs_on_any_number_of_digits():
 
 
 def test_a_short_step_keeps_the_digits_of_its_increment():
-    mode = AffineMode.of([[-1, 1], [0, -2]], [0, 0])
+    mode = affine_mode([[-1, 1], [0, -2]], [0, 0])
     moved = ClosedSegment(mode.in_doubles, [0.0, 1.0]).state(1e-20)
     assert moved[0] == pytest.approx(1e-20, rel=1e-15)
 
@@ -131,7 +137,7 @@ def test_the_first_root_of_several_guards_is_found_on_random_systems():
     random = np.random.default_rng(11)
     for _ in range(20):
         mode = random_mode(random, int(random.integers(2, 7)), 10.0 ** -random.integers(1, 9), guards=2)
-        start = random.uniform(-1, 1, len(mode.vector)).tolist()
+        start = random.uniform(-1, 1, len(mode.rows)).tolist()
         segment = ClosedSegment(mode.in_doubles, start)
         if (segment.guards[segment.functions] <= 0).any():
             continue
@@ -150,7 +156,7 @@ def test_the_first_root_of_several_guards_is_found_on_random_systems():
 
 def height(level, start=(0, 0)):
     """Return a segment of ``x'' = -x`` with the one guard ``level - x``."""
-    mode = AffineMode.of([[0, 1], [-1, 0]], [0, 0], [((-1, 0), level)])
+    mode = affine_mode([[0, 1], [-1, 0]], [0, 0], [((-1, 0), level)])
     return ClosedSegment(mode.in_doubles, [float(v) for v in start])
 
 
@@ -166,11 +172,11 @@ def test_two_close_roots_are_told_apart(gap):
 @pytest.mark.parametrize("power", [4, 20, 30])
 def test_two_close_roots_are_told_apart_to_all_digits(power):
     m, gap = digits(100), Fraction(1, 10**power)
-    mode = AffineMode.of([[0, 1], [-1, 0]], [0, 0], [((-1, 0), 1 - gap)])
+    mode = affine_mode([[0, 1], [-1, 0]], [0, 0], [((-1, 0), 1 - gap)])
     time, _ = ClosedSegment(in_digits(m, mode), [m.zero, m.one]).first_event(m.mpf(100))
     with mpmath.mp.workdps(140):
         assert abs(time - mpmath.asin(mpmath.mpf(1) - mpmath.mpf(10) ** -power)) < mpmath.mpf(10) ** (power / 2 - 98)
-    above = AffineMode.of([[0, 1], [-1, 0]], [0, 0], [((-1, 0), 1 + gap)])
+    above = affine_mode([[0, 1], [-1, 0]], [0, 0], [((-1, 0), 1 + gap)])
     assert ClosedSegment(in_digits(m, above), [m.zero, m.one]).first_event(m.mpf(100)) is None
 
 
@@ -180,7 +186,7 @@ def test_a_guard_that_is_nearly_touched_is_not_hit():
 
 def test_what_rounding_hides_is_undecided_and_more_digits_tell():
     level = Fraction(1) + Fraction(1, 10**18)
-    mode = AffineMode.of([[0, 1], [-1, 0]], [0, 0], [((-1, 0), level)])
+    mode = affine_mode([[0, 1], [-1, 0]], [0, 0], [((-1, 0), level)])
     with pytest.raises(Undecided):
         ClosedSegment(mode.in_doubles, [0.0, 1.0]).first_event(4.0)
     m = digits(40)
@@ -188,25 +194,25 @@ def test_what_rounding_hides_is_undecided_and_more_digits_tell():
 
 
 def test_a_root_in_a_layer_of_a_ten_billionth_of_the_time_is_found():
-    mode = AffineMode.of([[-(10**10), 0], [0, 0]], [0, 0], [((-1, 1), 0), ((1, 1), 5)])
+    mode = affine_mode([[-(10**10), 0], [0, 0]], [0, 0], [((-1, 1), 0), ((1, 1), 5)])
     t, _ = ClosedSegment(mode.in_doubles, [-1.0, -0.5]).first_event(10.0)
     assert t == pytest.approx(np.log(2) * 1e-10, rel=1e-13)
 
 
 def test_a_guard_that_vanishes_at_the_start_is_no_event_there():
-    ball = AffineMode.of([[0, 1], [0, 0]], [0, -1], [((1, 0), 0)])
+    ball = affine_mode([[0, 1], [0, 0]], [0, -1], [((1, 0), 0)])
     assert ClosedSegment(ball.in_doubles, [0.0, 1e-12]).first_event(1.0) == (pytest.approx(2e-12, rel=1e-15), (0,))
     assert ClosedSegment(ball.in_doubles, [0.0, 3.0]).first_event(1.0) is None
 
 
 def test_a_growing_part_is_met_before_it_overflows_or_not_at_all():
-    mode = AffineMode.of([[10**8, 0], [0, 0]], [0, 1], [((-1, 0), 1)])
+    mode = affine_mode([[10**8, 0], [0, 0]], [0, 1], [((-1, 0), 1)])
     t, _ = ClosedSegment(mode.in_doubles, [1e-30, 0.0]).first_event(5.0)
     assert t == pytest.approx(np.log(1e30) / 1e8, rel=1e-14)
     assert ClosedSegment(mode.in_doubles, [0.0, 0.0]).first_event(5.0) is None
     with pytest.raises(OverflowError):
         ClosedSegment(mode.in_doubles, [1e-300, 0.0]).first_event(5.0)
-    away = AffineMode.of([[10**8, 0], [0, 0]], [0, 1], [((1, 0), 1)])
+    away = affine_mode([[10**8, 0], [0, 0]], [0, 1], [((1, 0), 1)])
     with pytest.raises(TooLarge, match="take a smaller until"):
         ClosedSegment(away.in_doubles, [1.0, 0.0]).first_event(5.0)
     m = digits(30)
@@ -214,10 +220,6 @@ def test_a_growing_part_is_met_before_it_overflows_or_not_at_all():
     assert float(found) == pytest.approx(300 * np.log(10) / 1e8, rel=1e-14)
 
 
-def test_bad_modes_are_refused_in_one_line():
-    with pytest.raises(InputError, match="depends on no state"):
-        AffineMode.of([[1]], [0], [((0,), 1)])
-    with pytest.raises(InputError, match="square"):
-        AffineMode.of([[1, 2]], [0])
+def test_a_mode_of_too_many_states_is_refused():
     with pytest.raises(InputError, match="takes 48"):
-        _ = AffineMode.of(np.eye(60, dtype=int).tolist(), [0] * 60).in_doubles
+        _ = affine_mode(np.eye(60, dtype=int).tolist(), [0] * 60).in_doubles
