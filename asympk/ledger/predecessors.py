@@ -9,9 +9,9 @@ import sympy as sp
 from asympk.ledger import undamped
 from asympk.ledger.runs import MUS, M, precise, precise_path, ratios, tends_to_one
 from asympk.ledger.verdicts import Check, claim, left_out, numeric, symbolic
-from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.methods import solve
 from asympk.symbolic.manifold import slow_manifolds
+from asympk.systems import bead_rod, painleve_rod
 from asympk.systems import painleve_klein as pk
 from asympk.systems.painleve_klein import rod
 
@@ -88,28 +88,16 @@ def hypothesis_of_a_stop() -> Iterator[Check]:
     "Le Suan An: a criterion of the paradoxes for n degrees of freedom; in the example it agrees with the others",
 )
 def criterion_for_any_mechanism() -> Iterator[Check]:
-    masses = _masses_between_guides()
+    masses = pk.mechanism()
     border = 2 * sp.Abs(sp.cos(rod.alpha)) / sp.sin(rod.alpha)
     found = masses.critical_friction
     yield symbolic("f load |G_NT| = G_NN is the border of (1.4) in the example", sp.cancel(found - border) == 0, found)
-    both, none = (_slips(masses, {rod.m: 1, rod.P: 1, rod.alpha: sp.Rational(11, 10), rod.f: 4}, u) for u in (1, -1))
+    values = {rod.m: 1, rod.P: 1, rod.alpha: sp.Rational(11, 10), rod.f: 4, rod.f0: 4}
+    both, none = (_slips(masses, values, velocity) for velocity in (1, -1))
     yield numeric("two motions forward, none backward, for f = 4, a = 11/10", (both, none) == (2, 0), (both, none))
     planes = {plane.name for plane in slow_manifolds(pk.system(), order=0)}
     yield symbolic("as many as the elastic rod has slow planes in z > 0", len(planes) == both, sorted(planes))
     yield numeric("three degrees of freedom: counts on either side of it, for four angles", *_counts_of_a_rod())
-
-
-def _masses_between_guides():
-    x1, x2, u1, u2 = sp.symbols("x1 x2 u1 u2", real=True)
-    contact = Contact(gap=(x2 - x1) * sp.cos(rod.alpha), slip=x1, friction=rod.f, load=sp.sin(rod.alpha))
-    return Mechanism((x1, x2), (u1, u2), sp.diag(rod.m, rod.m), (rod.P, 0), contact)
-
-
-def _slender_rod():
-    """A uniform rod of the length 2, its lower end a bead on a rough straight wire."""
-    X, Y, theta, U, V, omega = sp.symbols("X Y theta U V omega", real=True)
-    contact = Contact(gap=Y - sp.sin(theta), slip=X - sp.cos(theta), friction=rod.f)
-    return Mechanism((X, Y, theta), (U, V, omega), sp.diag(1, 1, sp.Rational(1, 3)), (0, -1, 0), contact)
 
 
 def _slips(mechanism, values, velocity):
@@ -119,12 +107,12 @@ def _slips(mechanism, values, velocity):
 
 
 def _counts_of_a_rod():
-    mechanism = _slender_rod()
-    theta = mechanism.coordinates[2]
-    found = []
+    mechanism, theta, found = bead_rod.mechanism(), painleve_rod.theta, []
+    sizes = dict.fromkeys((painleve_rod.m, painleve_rod.l, painleve_rod.g), 1)
     for angle in (sp.Rational(n, 10) for n in (6, 9, 11, 14)):
-        critical = float(mechanism.evaluate(mechanism.critical_friction, {theta: angle}))
+        critical = float(mechanism.evaluate(mechanism.critical_friction, {**sizes, theta: angle}))
         for share in (sp.Rational(9, 10), sp.Rational(11, 10)):
-            values = {theta: angle, rod.f: sp.Rational(str(round(float(share) * critical, 6)))}
+            friction = sp.Rational(str(round(float(share) * critical, 6)))
+            values = {**sizes, theta: angle, mechanism.contact.friction: friction}
             found.append(sorted(_slips(mechanism, values, velocity) for velocity in (1, -1)))
     return found == [[1, 1], [0, 2]] * 4, found
