@@ -9,6 +9,8 @@ import numpy as np
 
 from asympk import errors
 from asympk.doors import through
+from asympk.errors import InputError
+from asympk.numbers import short
 from asympk.path import MODES
 from asympk.shown import Card, ShownAsTable
 
@@ -30,7 +32,7 @@ REFUSALS = {
     errors.UnboundedReaction: "unbounded reaction",
     errors.Unfinished: "unfinished",
     errors.OutOfRange: "a rate is not finite",
-    errors.InputError: "refused",
+    InputError: "refused",
 }
 # the outcomes of a trajectory in words; ``outcome`` is an index of this tuple
 OUTCOMES = ("followed", *REFUSALS.values())
@@ -122,6 +124,13 @@ class Many(ShownAsTable):
             rows += [(name, f"from {values.min():.6g} to {values.max():.6g} at the end")
                      for name, values in zip(self.names, final, strict=True)]  # fmt: skip
         return Card(f"{size} {'trajectory' if size == 1 else 'trajectories'}", tuple(rows))
+
+
+def require_mappings(**given: Any) -> None:
+    """Raise ``InputError`` for an argument, given by its name, that is no mapping to numbers or arrays."""
+    for name, entries in given.items():
+        if not hasattr(entries, "items"):
+            raise InputError(f"{name} = {short(entries)}: give a mapping from symbols or names to numbers or arrays")
 
 
 def axes_of(shape: tuple[int, ...], arguments: dict[str, Any]) -> tuple[tuple[str, Any], ...]:

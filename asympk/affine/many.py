@@ -18,7 +18,7 @@ from asympk.affine.run import affine, flows, run
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import function
 from asympk.errors import InputError, OutOfRange
-from asympk.many import PHASES, REFUSALS, Many, axes_of, outcome_of
+from asympk.many import PHASES, REFUSALS, Many, axes_of, outcome_of, require_mappings
 from asympk.numbers import common_shape, numbers, require_finite, short, unread
 from asympk.scene import Scene
 from asympk.symbolic.branches import OPEN, all_phases, at_rest
@@ -131,9 +131,7 @@ class _Result(NamedTuple):
 
 def _broadcast(system, values, start, until):
     """Return parameters {key: (rows,)}, states (rows, n), horizon (rows,) and the common shape."""
-    for what, given in (("values", values), ("start", start)):
-        if not hasattr(given, "items"):
-            raise InputError(f"{what} = {short(given)}: give a mapping from symbols or names to numbers or arrays")
+    require_mappings(values=values, start=start)
     states = [_floats(f"start: {key}", v) for key, v in start.items()]
     arrays = [*(unread(f"values: {key}", v) for key, v in values.items()), *states, _floats("until", until)]
     shape = common_shape((*values, *start, "until"), arrays)

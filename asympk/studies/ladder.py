@@ -19,7 +19,9 @@ from typing import Any
 import numpy as np
 
 from asympk.errors import AsympkError, Unfinished
+from asympk.many import require_mappings
 from asympk.methods import solve
+from asympk.numbers import common_shape, unread
 from asympk.scene import Scene
 from asympk.studies.bench import median_seconds
 
@@ -102,17 +104,18 @@ def least_places(
     system: Any, values: Mapping, start: Mapping, until: Any, rtol: float, progress: Callable[[float], None] | None
 ) -> np.ndarray:
     """Return the index of the least model on the ladder, for values, starts and horizons that broadcast."""
-    given = [dict(part) for part in (values, start)]
-    columns = [*given[0].values(), *given[1].values(), until]
-    shape = np.broadcast_shapes(*(np.shape(c) for c in columns))
-    flat = [np.broadcast_to(np.asarray(c, dtype=object), shape).ravel() for c in columns]
+    require_mappings(values=values, start=start)
+    named = [*values.items(), *start.items(), ("until", until)]
+    columns = [unread(str(name), column) for name, column in named]
+    shape = common_shape((name for name, _ in named), columns)
+    flat = [np.broadcast_to(column, shape).ravel().tolist() for column in columns]
     found = np.empty(int(np.prod(shape)), dtype=np.int8)
     for i, (*numbers, end) in enumerate(zip(*flat, strict=True)):
         if progress:
             progress(i / found.size)
-        first = len(given[0])
-        scene = Scene(system=system, values=dict(zip(given[0], numbers[:first], strict=True)),
-                      start=dict(zip(given[1], numbers[first:], strict=True)), until=end)  # fmt: skip
+        first = len(values)
+        scene = Scene(system=system, values=dict(zip(values, numbers[:first], strict=True)),
+                      start=dict(zip(start, numbers[first:], strict=True)), until=end)  # fmt: skip
         found[i] = _least(scene, rtol)
     return found.reshape(shape)
 

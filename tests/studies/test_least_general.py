@@ -97,6 +97,15 @@ def test_the_rigid_rung_of_an_elastic_contact_is_the_rigid_mechanism():
     assert (rung["x1"], rung["x2"], rung["z"]) == pytest.approx((truth["x1"], truth["x2"], truth["x1'"]), abs=1e-7)
 
 
+@pytest.mark.parametrize(("values", "start", "message"), [
+    ({kappa: 1, s: "1/2", mu: [1e-3, 1e-4, 1e-5]}, {x: [1, 2], y: 0}, "the arrays do not broadcast"),
+    (1e-3, {x: 1, y: 0}, "values = 0.001: give a mapping"),
+])  # fmt: skip
+def test_the_atlas_of_a_system_refuses_what_is_no_array_for_each_name(values, start, message):
+    with pytest.raises(InputError, match=message):
+        ap.atlas(system=ENZYME, values=values, start=start, until=1)
+
+
 def test_the_atlas_of_a_reaction_needs_more_of_a_model_as_its_parameter_grows():
     found = ap.atlas(system=ENZYME, values={kappa: 1, s: "1/2", mu: ["1e-5", "1e-3", "1e-2", "1/5"]},
                      start={x: 1, y: 0}, until=1, rtol=1e-4)  # fmt: skip
