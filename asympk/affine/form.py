@@ -8,7 +8,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import chain
-from typing import Any
 
 import sympy as sp
 
@@ -37,18 +36,6 @@ class Form:
         """The distinct entries of the matrix, the guards and the waves."""
         rows = (*self.matrix, *self.guards, *((wave.decay, wave.turn) for wave in self.waves))
         return tuple(dict.fromkeys(chain(*rows)))
-
-
-@dataclass(frozen=True)
-class Placed:
-    """A form with numbers for its parameters.
-
-    ``waves`` are (power, decay, turn, sine). ``kept`` are the indices of the guards that are not constant.
-    """
-
-    mode: AffineMode
-    waves: tuple[tuple[int, Any, Any, bool], ...]
-    kept: tuple[int, ...]
 
 
 @lru_cache(maxsize=512)
@@ -110,16 +97,18 @@ def row_over(waves: Iterable[Wave], slopes: Iterable[sp.Expr], forced: dict[Wave
 
 
 @lru_cache(maxsize=1024)
-def placed(form: Form, values: tuple, digits: int) -> Placed:
-    """Return a form with numbers for its parameters: exact entries, or right to ``digits`` digits if not rational.
+def placed(form: Form, values: tuple, digits: int) -> tuple[AffineMode, tuple[tuple, ...], tuple[int, ...]]:
+    """Return a form with numbers for its parameters: (mode, (power, decay, turn, sine) of its waves, moving guards).
 
-    Raises ``InputError`` for a guard that is always negative, ``OutOfRange`` where an entry is not finite.
+    Entries are exact, or right to ``digits`` digits if not rational; the moving guards are the indices of those that
+    are not constant. Raises ``InputError`` for a guard that is always negative, ``OutOfRange`` where an entry is not
+    finite.
     """
     numbers = exact_values(form.system, form.entries, values, digits)
     rows, guards = (tuple(tuple(numbers[e] for e in row) for row in part) for part in (form.matrix, form.guards))
     waves = tuple((wave.power, numbers[wave.decay], numbers[wave.turn], wave.sine) for wave in form.waves)
-    kept = tuple(k for k, row in enumerate(guards) if any(row[:-1]))
-    if never := [k for k, row in enumerate(guards) if k not in kept and row[-1] < 0]:
+    moving = tuple(k for k, row in enumerate(guards) if any(row[:-1]))
+    if never := [k for k, row in enumerate(guards) if k not in moving and row[-1] < 0]:
         raise InputError(f"guard {never[0]} is {guards[never[0]][-1]} at these parameters whatever the state and the "
                          "time: its mode is never entered; give other parameters")  # fmt: skip
-    return Placed(AffineMode(rows, tuple(guards[k] for k in kept)), waves, kept)
+    return AffineMode(rows, tuple(guards[k] for k in moving)), waves, moving

@@ -189,11 +189,10 @@ class Flows:
         """Return (flow, waves, indices of the guards that move) of a mode in the numbers of ``m``."""
         key = mode.branch, mode.sides, m.prec, m.margin, m.largest  # signs at one precision differ by the margin, too
         if key not in self._found:
-            affine_form = form.form_of(mode)
-            found = form.placed(affine_form, self.automaton.values, 24 if m is Doubles else m.dps)
-            flow = found.mode.in_doubles if m is Doubles else in_digits(m, found.mode)
-            waves = [(power, m.number(decay), m.number(turn), sine) for power, decay, turn, sine in found.waves]
-            self._found[key] = flow, tuple(waves), found.kept
+            digits = 24 if m is Doubles else m.dps
+            found, waves, moving = form.placed(form.form_of(mode), self.automaton.values, digits)
+            waves = tuple((power, m.number(decay), m.number(turn), sine) for power, decay, turn, sine in waves)
+            self._found[key] = found.in_doubles if m is Doubles else in_digits(m, found), waves, moving
         return self._found[key]
 
 
