@@ -33,13 +33,6 @@ class Eigenpairs(NamedTuple):
     zero: list[np.ndarray]
 
 
-class _Pairs(NamedTuple):
-    """Eigenvalues (2, m) and eigenvectors (2, m, n) in units of 2^-bits, real and imaginary parts."""
-
-    values: np.ndarray
-    vectors: np.ndarray
-
-
 def eigenpairs(whole: np.ndarray, denominator: int, bits: int) -> Eigenpairs | None:
     """Return the ``Eigenpairs`` of ``whole / denominator``, or None unless all eigenvalues but 0 are clearly simple."""
     zeros = _zeros(whole, denominator)
@@ -47,16 +40,16 @@ def eigenpairs(whole: np.ndarray, denominator: int, bits: int) -> Eigenpairs | N
         matrix = (whole / denominator).astype(float)
         values, vectors = _started(matrix, len(whole) - zeros)
         with np.errstate(divide="raise", invalid="raise", over="raise"):  # a matrix of corrections has a row of zeros
-            right, left = _refined(whole, denominator, matrix, values, vectors, bits)
+            values, right, left = _refined(whole, denominator, matrix, values, vectors, bits)
     except (np.linalg.LinAlgError, OverflowError, ArithmeticError):
         return None
-    if not _distinct(right.values, bits):
+    if not _distinct(values, bits):
         return None
-    parts = _parts(right.vectors, left.vectors, bits)
-    many = 1 + (right.values[1] != 0)[:, None, None]
+    parts = _parts(right, left, bits)
+    many = 1 + (values[1] != 0)[:, None, None]
     rest = (np.array(np.eye(len(whole), dtype=int), dtype=object) << bits) - (many * parts[0]).sum(axis=0)
     zero = _powers(whole, denominator, rest, zeros, bits)
-    return None if zero is None else Eigenpairs(cleaned(right.values, bits), parts, zero)
+    return None if zero is None else Eigenpairs(cleaned(values, bits), parts, zero)
 
 
 def _zeros(whole, denominator):
@@ -83,13 +76,13 @@ def _started(matrix, count):
 
 
 def _refined(whole, denominator, matrix, values, vectors, bits):
-    """Return the ``_Pairs`` of the matrix and of its transpose."""
+    """Return (eigenvalues (2, m), eigenvectors (2, m, n) of the matrix, those of its transpose) in whole numbers."""
     vectors, held, inverse = _inverses(matrix, values, vectors)
-    right = _newton(whole, denominator, _Pairs(_whole(values, bits), _whole(vectors, bits)), held, inverse, bits)
-    values = _floats(right.values[0], bits) + 1j * _floats(right.values[1], bits)
+    exact, right = _newton(whole, denominator, _whole(values, bits), _whole(vectors, bits), held, inverse, bits)
+    values = _floats(exact[0], bits) + 1j * _floats(exact[1], bits)
     beside = inverse[np.arange(len(held)), held]  # nearly a left eigenvector: it annihilates all columns but one
     vectors, held, inverse = _inverses(matrix.T, values, beside)
-    return right, _newton(whole.T, denominator, _Pairs(right.values, _whole(vectors, bits)), held, inverse, bits)
+    return exact, right, _newton(whole.T, denominator, exact, _whole(vectors, bits), held, inverse, bits)[1]
 
 
 def _inverses(matrix, values, vectors):
@@ -103,9 +96,8 @@ def _inverses(matrix, values, vectors):
     return vectors, held, np.linalg.inv(moved * rows * columns) * columns.swapaxes(1, 2) * rows.swapaxes(1, 2)
 
 
-def _newton(whole, denominator, pairs, held, inverse, bits):
-    """Return the refined ``_Pairs``, right but for the last bits; raises ``ArithmeticError`` without convergence."""
-    values, vectors = pairs.values.copy(), pairs.vectors.copy()
+def _newton(whole, denominator, values, vectors, held, inverse, bits):
+    """Return (values, vectors) refined, right but for the last bits; raises ``ArithmeticError`` without convergence."""
     every, size = np.arange(len(held)), 1 + abs(_floats(values[0], bits)) + abs(_floats(values[1], bits))
     before = [bits]
     for _ in range(_STEPS):
@@ -122,7 +114,7 @@ def _newton(whole, denominator, pairs, held, inverse, bits):
         vectors = vectors - (_whole(step, 0) << shifts[:, None])
         values = values - (_whole(moved, 0) << shifts)
         if not shifts.any() and (abs(step) < _SETTLED).all() and (abs(moved) < _SETTLED * size).all():
-            return _Pairs(values, vectors)
+            return values, vectors
     raise ArithmeticError("the eigenpairs do not converge")
 
 
