@@ -126,20 +126,29 @@ def follows(relation: sp.Basic, facts: tuple[sp.Basic, ...]) -> bool:
 
 
 def _is_known(difference, facts, strict=False):
-    """Tell whether ``difference`` is positive, or not negative, by some choice of one bound for each symbol.
-
-    A sine, a cosine and a hyperbolic tangent are symbols between -1 and 1.
-    """
-    waves = {f: sp.Dummy(real=True) for f in difference.atoms(sp.sin, sp.cos, sp.tanh)}
-    facts = (*facts, *(fact for wave in waves.values() for fact in (sp.Ge(wave, -1), sp.Le(wave, 1))))
+    """Tell whether ``difference`` is positive, or not negative, by some choice of one bound for each symbol."""
     for bounds in _bounds(facts):
-        moved = difference.xreplace(waves)
+        moved = difference
         for _ in bounds:  # a bound may name another symbol that has one
             moved = moved.subs(bounds)
-        moved = _factored(moved)
+        moved = _factored(_without_waves(moved))
         if moved.is_positive if strict else moved.is_nonnegative:
             return True
     return False
+
+
+def _without_waves(expr):
+    """Return a lower bound of ``expr``, from the bounds -1 and 1 of a sine, a cosine and a hyperbolic tangent.
+
+    These functions stay where the expression is not affine in them, or a slope has no known sign.
+    """
+    for wave in sorted(expr.atoms(sp.sin, sp.cos, sp.tanh), key=sp.default_sort_key):
+        name = sp.Dummy()
+        told = expr.xreplace({wave: name})
+        slope = told.diff(name)
+        if not slope.has(name) and (slope.is_nonnegative or slope.is_nonpositive):
+            expr = told.xreplace({name: sp.S.NegativeOne if slope.is_nonnegative else sp.S.One})
+    return expr
 
 
 _factored = lru_cache(maxsize=1024)(sp.factor)
