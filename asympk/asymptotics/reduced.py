@@ -62,11 +62,15 @@ class Reduced:
         spread: Callable = partial(np.broadcast_to, shape=t.size)
         if t.size == 1:
             motion, known, spread = motion[:, 0].tolist(), self.formulas, float
-        found, slow, width = [], len(self.formulas.slow_states), len(motion) // len(self.orders)
-        for k, of in enumerate(_kinds(self.orders, self.whole)):
-            point = motion[k * width : (k + 1) * width]
-            found.append([*point[:slow], *map(spread, known.height(*of)(*point, self.mu, *self.values))])
+        slow, kinds = len(self.formulas.slow_states), _kinds(self.orders, self.whole)
+        found = [[*point[:slow], *map(spread, known.height(*kind)(*point, self.mu, *self.values))]
+                 for kind, point in zip(kinds, self.parts(motion), strict=True)]  # fmt: skip
         return np.array(found).reshape(len(found), len(found[0]), *t.shape)
+
+    def parts(self, motion: Any) -> list[Any]:
+        """Return the points (x, b) of the motions to every order, of which ``motion`` consists."""
+        width = len(motion) // len(self.orders)
+        return [motion[k * width : (k + 1) * width] for k in range(len(self.orders))]
 
 
 def follow_reduced_flow(

@@ -14,9 +14,8 @@ by which the composite of order n + 2 misses the start covers this case.
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -45,12 +44,14 @@ class LayeredMotion:
     """The slow motion and its layer to the orders n, n + 1, n + 2; ``kept`` are the indices of the states returned.
 
     ``reduced`` is the slow motion to order n. ``beside`` has the slow motions to every order in common, longer steps:
-    only their differences are used, in which the errors nearly cancel.
+    only their differences are used, in which the errors nearly cancel. ``sums`` sums the terms of a layer: the row of
+    order m is 1, mu, ..., mu^m, 0, ..., 0.
     """
 
     landing: Landing
     reduced: Reduced
     beside: Reduced
+    sums: np.ndarray
     rtol: float
     kept: tuple[int, ...]
 
@@ -66,21 +67,14 @@ class LayeredMotion:
     def layer(self, t: Any) -> np.ndarray:
         """Return the layer less the common part to every order at ``t``: (orders, states) + t.shape."""
         terms = self.landing.corrections(np.asarray(t, dtype=float) / self.reduced.mu)
-        return (self._sums @ terms.reshape(len(terms), -1)).reshape(-1, *terms.shape[1:])[:, self.kept]
+        return (self.sums @ terms.reshape(len(terms), -1)).reshape(-1, *terms.shape[1:])[:, self.kept]
 
     def misses(self) -> np.ndarray:
         """Return composite - start of the fast states at t = 0, for every order: (orders, fast states)."""
         flows, known = self.beside, self.beside.formulas
-        starts = np.reshape(flows.trajectory.start, (len(flows.orders), -1)).tolist()
         begun = [known.height(order)(*start, flows.mu, *flows.values)
-                 for order, start in zip(flows.orders, starts, strict=True)]  # fmt: skip
-        return np.array(begun) - self._sums @ self.landing.rest
-
-    @cached_property
-    def _sums(self) -> np.ndarray:
-        """Return the matrix that sums the terms of a layer: the row of order m is 1, mu, ..., mu^m, 0, ..., 0."""
-        powers = np.arange(self.landing.order + 1)
-        return self.reduced.mu**powers * (powers <= np.array(self.beside.orders)[:, None])
+                 for order, start in zip(flows.orders, flows.parts(flows.trajectory.start), strict=True)]  # fmt: skip
+        return np.array(begun) - self.sums @ self.landing.rest
 
 
 def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: Any = 1.0) -> Path:
@@ -161,14 +155,14 @@ def layered_motion(
     """Return the ``LayeredMotion`` from ``begin`` = (x, y) to ``order`` and the ``EXTRA`` orders beyond it."""
     rtol = tolerance(mu, order)
     landing = land(known, order + EXTRA, *begin, values, rtol, mu)
-    orders = tuple(range(order, order + EXTRA + 1))
-    powers = mu ** np.arange(order + EXTRA + 1)
-    bases = [powers[: m + 1] @ landing.base[: m + 1] for m in orders]
+    orders, powers = tuple(range(order, order + EXTRA + 1)), np.arange(order + EXTRA + 1)
+    sums = mu**powers * (powers <= powers[order:, None])
+    bases = (sums @ landing.base).tolist()
     starts = [reduced.branch_at(known, base, landing.branch, values, begin[0]) for base in bases]
     motion = reduced.follow_reduced_flow(known, order, starts[0], mu, values, until, rtol)
     span = max((step.span for step in motion.trajectory.steps), default=None)
     beside = reduced.side_by_side(known, orders, starts, mu, values, until, rtol, span=span)
-    return LayeredMotion(landing, motion, beside, rtol, kept)
+    return LayeredMotion(landing, motion, beside, sums, rtol, kept)
 
 
 def _expected(motion, layered, slow, layer, units):
@@ -176,8 +170,9 @@ def _expected(motion, layered, slow, layer, units):
     # of the slow motion that do not decrease are judged on their own, too
     first, second = _terms(slow)
     told, misses = [slow + layer, *[slow] * bool(second > STALLED * first)], motion.misses()
-    misses = misses * np.broadcast_to(units, len(motion.kept))[len(motion.kept) - misses.shape[1] :]
-    left, rounding = (0.0 if layered else layer[0]), motion.rtol * np.max(units)
+    scales = units + np.zeros(len(motion.kept))
+    misses = misses * scales[len(scales) - misses.shape[1] :]
+    left, rounding = (0.0 if layered else np.abs(layer[0]).max()), motion.rtol * scales.max()
     return max(predicted_error(terms, left, rounding, misses) for terms in told)
 
 
@@ -187,25 +182,25 @@ def tolerance(mu: float, order: int, finer: float = FINER) -> float:
 
 
 def predicted_error(
-    composites: Sequence[np.ndarray] | np.ndarray, left: Any = 0.0, rtol: float = 0.0, misses: Any = ((0.0,),)
+    composites: np.ndarray, left: float = 0.0, rtol: float = 0.0, misses: np.ndarray | None = None
 ) -> float:
     """Return the predicted error of the first of three composites, relative to the largest of 1 and the true states.
 
-    The composites are of successive orders. ``left`` is the layer where the first leaves it out, ``rtol`` the tolerance
-    of the integrations, and ``misses`` the difference of each composite from the start.
+    The composites are of successive orders. ``left`` is the size of the layer where the first leaves it out, ``rtol``
+    the tolerance of the integrations, and ``misses`` the difference of each composite from the start, if known.
     """
     first, second = _terms(composites)
     ratio = min(STALLED, max(STEADY, second / first)) if first > 0 else STALLED
-    error = (first + 2 * second / (1 - ratio)) / (1 - ratio) + np.abs(left).max()
-    error += _beyond(max(first, second), np.asarray(misses))
+    error = (first + 2 * second / (1 - ratio)) / (1 - ratio) + left
+    if misses is not None:
+        error += _beyond(max(first, second), misses)
     scale = max(1.0, np.abs(composites[0]).max() - error)  # of the true states, which the error leaves uncertain
     return float(error / scale + ROUNDING * rtol)
 
 
-def _terms(motions: Sequence[np.ndarray] | np.ndarray) -> tuple[float, float]:
-    """Return the largest moduli of the two differences between three motions of successive orders."""
-    now, next_, last = motions
-    return np.abs(next_ - now).max(), np.abs(last - next_).max()
+def _terms(motions: np.ndarray) -> list[float]:
+    """Return the largest modulus of each difference between motions of successive orders."""
+    return np.abs(motions[1:] - motions[:-1]).max(axis=1).tolist()
 
 
 def _beyond(omitted: float, misses: np.ndarray) -> float:
@@ -214,7 +209,7 @@ def _beyond(omitted: float, misses: np.ndarray) -> float:
     This error is assumed to decay half as fast as the omitted terms, whose size was that of the differences of
     ``misses`` at the start and is ``omitted`` now.
     """
-    begun = np.abs(misses[1:] - misses[:-1]).max(initial=0)
+    begun = max(_terms(misses))
     return math.sqrt(min(1.0, omitted / begun) if begun > 0 else 1.0) * np.abs(misses[-1]).max()
 
 
