@@ -83,7 +83,7 @@ def evaluated(exprs: Iterable[sp.Expr], values: dict, tape: Any) -> list:
     Calls of functions are written on ``tape``. Raises ``InputError`` for a function that has no series here.
     """
     known, given = dict(values), (sp.sympify(expr, strict=True) for expr in exprs)
-    entries, steps, plain = without_inverses(given, sp.numbered_symbols(cls=sp.Dummy))
+    entries, steps, plain, _ = without_inverses(given, sp.numbered_symbols(cls=sp.Dummy))
     for symbol, part in in_order([*entries, *steps]):
         known[symbol] = _evaluated(part, known, tape)
     return [_evaluated(expr, known, tape) for expr in plain]

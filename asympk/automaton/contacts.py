@@ -9,6 +9,7 @@ the rows, ``contact_equations`` chooses those of a branch, and ``solved_forces``
 import math
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from functools import lru_cache
+from itertools import chain
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import sympy as sp
@@ -18,6 +19,8 @@ from asympk.automaton.modes import function
 from asympk.numbers import sign_of
 from asympk.symbolic import branches, forces
 from asympk.symbolic.branches import OPEN, Branch
+from asympk.symbolic.derivatives import slope_by
+from asympk.symbolic.long import replaced
 from asympk.symbolic.system import System
 
 if TYPE_CHECKING:
@@ -175,7 +178,8 @@ def in_forces(
     """Return the rows of expressions that are linear in the forces, one row after the other in a flat tuple."""
     unknowns = _unknowns(system)
     zero = dict.fromkeys(unknowns, sp.S.Zero)
-    return _calm(system, [e for row in exprs for e in (row.subs(zero), *(row.diff(u) for u in unknowns))], moving)
+    rows = ((replaced(row, zero), *(slope_by(row, u) for u in unknowns)) for row in exprs)
+    return _calm(system, [*chain(*rows)], moving)
 
 
 def _unknowns(system):

@@ -202,7 +202,7 @@ def drive(system: "System", friction: "Friction") -> tuple[sp.Expr, sp.Expr]:
     if friction.normal is not None and friction.constraint is None:
         rate = rate.xreplace({friction.normal: friction.load})
     rate = rate if heavy(rate) else sp.expand(rate)
-    return rate.xreplace({friction.force: sp.S.Zero}), rate.diff(friction.force)
+    return rate.xreplace({friction.force: sp.S.Zero}), slope_by(rate, friction.force)
 
 
 def check_friction(system: "System", friction: "Friction", number: int) -> None:

@@ -6,45 +6,96 @@ arguments have rates, the part u = e(v_1, v_2, ..) has the rate u' = sum_j (de/d
 Derivatives are those between jumps, where signs, steps, whole parts and conditions are constant.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from itertools import chain
+from types import MappingProxyType
 
 import sympy as sp
 
+from asympk.symbolic.inverses import Less, Solution, less
 from asympk.symbolic.penetration import Penetration, RootSlope
 
 Parts = list[tuple[sp.Symbol, sp.Expr]]
+Forms = Mapping[sp.Symbol, tuple[tuple, Solution]]  # {the symbol of u' x: (u, x)}
 _STANDING = (sp.sign, sp.Heaviside, sp.floor, sp.ceiling, sp.logic.boolalg.Boolean)
 
 
 def directional_derivatives(
     parts: Parts, outputs: Sequence[sp.Expr], directions: Sequence[Mapping[sp.Symbol, sp.Expr]],
-    spare: Iterator[sp.Symbol],
+    spare: Iterator[sp.Symbol], steps: Collection[sp.Symbol] = (), forms: Forms = MappingProxyType({}),
 ) -> tuple[Parts, list[sp.Expr]]:  # fmt: skip
     """Return (parts, the derivatives of every output along every direction, output by output).
 
-    A direction maps the arguments that move to their rates. New parts take their symbols from ``spare``.
+    A direction maps the arguments that move to their rates. New parts take their symbols from ``spare``. The ``steps``
+    of eliminations are not differentiated: the rates of ``forms`` follow from solutions.
     """
     found = [*parts]
-    moving = {*(s for rates in directions for s in rates)}
-    slopes = []
+    moving = {*(s for rates in directions for s in rates), *forms}
+    slopes = {}
     for symbol, expr in parts:
-        slopes.append((symbol, _slopes(expr, moving, found, spare)))
-        moving |= {symbol} if slopes[-1][1] else set()
+        if symbol not in steps:
+            slopes[symbol] = _slopes(expr, moving, found, spare)
+            moving |= {symbol} if slopes[symbol] else set()
     last = [_slopes(output, moving, found, spare) for output in outputs]
+    step = lambda value, pairs: _named(less(value, pairs), found, spare)  # noqa: E731
+    asked = {*chain(*slopes.values(), *last)}
+    weights = _weights([form for symbol, form in forms.items() if symbol in asked], len(directions), step)
     columns = []
     for direction in directions:
-        rates = dict(direction)
-        for symbol, partials in slopes:
+        rates = _Rates(direction, forms, weights, step)
+        for symbol, partials in slopes.items():
             rates[symbol] = _named(_moved(partials, rates), found, spare)
         columns.append([_moved(partials, rates) for partials in last])
     return found, [column[k] for k in range(len(outputs)) for column in columns]
 
 
-def _slopes(expr: sp.Expr, moving: Iterable, found: Parts, spare: Iterator[sp.Symbol]) -> dict[sp.Symbol, sp.Expr]:
+class _Rates(dict):
+    """The rates of symbols along a direction, 0 for those at rest; that of a form is found when it is asked for.
+
+    The form u' x of a solution M x = v has the rate u'' x + u' x', M x' = v' - M' x, or u'' x + w' (v' - M' x) with
+    M w = u if ``weights`` has the w of u. ``less`` makes and names the new parts.
+    """
+
+    def __init__(
+        self, direction: Mapping[sp.Symbol, sp.Expr], forms: Forms, weights: Mapping[tuple, list], less: Less
+    ) -> None:  # fmt: skip
+        super().__init__(direction)
+        self.forms, self.weights, self.less = forms, weights, less
+        self.drives, self.solved = dict[tuple, list[sp.Expr]](), dict[tuple, list[sp.Expr]]()
+
+    def __missing__(self, symbol: sp.Expr) -> sp.Expr:
+        if symbol not in self.forms:
+            return sp.S.Zero
+        left, solution = self.forms[symbol]
+        of, weights = (solution.rows, solution.right), self.weights.get((solution.rows, left))
+        if of not in self.drives:
+            self.drives[of] = solution.drive(self.__getitem__, self.less)
+        if weights is None and of not in self.solved:
+            self.solved[of] = solution.beside(self.drives[of], self.less)
+        along = (left, self.solved[of]) if weights is None else (weights, self.drives[of])
+        still = ((self[u], x) for u, x in zip(left, solution.found, strict=True))
+        self[symbol] = self.less(0, [(-a, b) for a, b in (*still, *zip(*along, strict=True))])
+        return self[symbol]
+
+
+def _weights(forms: Iterable[tuple[tuple, Solution]], directions: int, less: Less) -> dict[tuple, list[sp.Expr]]:
+    """Return the solutions w of M w = u for the forms u' x, {(rows of M, u): w}.
+
+    Those that are no solutions x are left out if they are more than the directions, which they would serve.
+    """
+    known = {(s.rows, s.right): s.found for _, s in forms}
+    lacking = {(s.rows, u): s for u, s in forms if (s.rows, u) not in known}
+    few = len(lacking) <= directions
+    return known | {of: s.beside(of[1], less) for of, s in lacking.items() if few}
+
+
+def _slopes(
+    expr: sp.Expr, moving: set[sp.Symbol], found: Parts, spare: Iterator[sp.Symbol]
+) -> dict[sp.Symbol, sp.Expr]:  # fmt: skip
     """Return the partial derivatives by the ``moving`` symbols, each as a new part in ``found``."""
     slopes: dict[sp.Symbol, list[sp.Expr]] = {}
     for term in sp.Add.make_args(expr):
-        for s in term.free_symbols & {*moving}:
+        for s in term.free_symbols & moving:
             slopes.setdefault(s, []).append(slope_by(term, s))
     return {s: _named(sp.Add(*slopes[s]), found, spare) for s in sorted(slopes, key=str)}
 
@@ -83,8 +134,8 @@ def _slope_of_power(base: sp.Expr, exponent: sp.Expr, slope: sp.Expr) -> sp.Expr
     return exponent * RootSlope(slope, base, exponent - 1)
 
 
-def _moved(partials: dict[sp.Symbol, sp.Expr], rates: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-    return sp.Add(*(partial * rates[s] for s, partial in partials.items() if rates.get(s, 0) != 0))
+def _moved(partials: dict[sp.Symbol, sp.Expr], rates: _Rates) -> sp.Expr:
+    return sp.Add(*(partial * rates[s] for s, partial in partials.items() if rates[s] != 0))
 
 
 def _named(expr: sp.Expr, found: Parts, spare: Iterator[sp.Symbol]) -> sp.Expr:

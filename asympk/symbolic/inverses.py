@@ -10,13 +10,33 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
 from itertools import pairwise
 from math import isqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import sympy as sp
 
 from asympk.symbolic.long import replaced
 
 Parts = list[tuple[sp.Symbol, sp.Expr]]
+Less = Callable[[Any, Iterable[tuple[Any, Any]]], Any]
+
+
+class Solution(NamedTuple):
+    """The solution x of M x = v: the rows of M up to its diagonal, v, the factors of M, and x."""
+
+    rows: tuple[tuple, ...]
+    right: tuple
+    factors: tuple[list[list], list]
+    found: list
+
+    def beside(self, right: Sequence[sp.Expr], less: Less) -> list[sp.Expr]:
+        """Return M^-1 of another right side."""
+        return _solution(self.factors, right, less) if any(right) else [*right]
+
+    def drive(self, rate: Callable[[sp.Expr], sp.Expr], less: Less) -> list[sp.Expr]:
+        """Return M x' = v' - M' x, from the ``rate`` of each entry of M and v."""
+        moved, places = [[rate(e) for e in row] for row in self.rows], range(len(self.right))
+        terms = [[(moved[max(i, j)][min(i, j)], self.found[j]) for j in places] for i in places]
+        return [less(rate(e), [pair for pair in row if pair[0] != 0]) for e, row in zip(self.right, terms, strict=True)]
 
 
 class InverseForm(sp.Function):
@@ -44,7 +64,7 @@ class InverseForm(sp.Function):
     def _imp_(*entries: Any) -> Any:
         """Return the value for numbers of any kind; ``sympy.lambdify`` calls this."""
         u, rows, v = _parted(entries)
-        return sum(a * b for a, b in zip(u, _solution(_factors(rows, _as_is), v, _as_is), strict=True))
+        return -_less(0, zip(u, _solution(_factors(rows, _less), v, _less), strict=True))
 
     def fdiff(self, argindex: int = 1) -> sp.Expr:
         """Return the derivative by an entry; that by an entry of M stands for two entries off the diagonal."""
@@ -80,28 +100,41 @@ class InverseForm(sp.Function):
         return f"InverseForm({', '.join(printer.doprint([*part]) for part in (u, map(list, rows), v))})"
 
 
-def without_inverses(
-    exprs: Iterable[sp.Expr], spare: Iterator[sp.Symbol]
-) -> tuple[Parts, Parts, list[sp.Expr]]:  # fmt: skip
-    """Return (entries, eliminations, ``exprs``) with a symbol from ``spare`` for every ``InverseForm``.
+class Eliminated(NamedTuple):
+    """Expressions ``exprs`` in which a symbol stands for every ``InverseForm``, and what these symbols are.
 
-    The entries of the matrices and vectors, and the steps of the eliminations, are pairs of a symbol and an expression.
+    The ``entries`` of the matrices and vectors, and the ``steps`` of the eliminations up to the forms, are pairs of a
+    symbol and an expression. ``forms`` has u and the solution x for the symbol of every form u' x.
     """
+
+    entries: Parts
+    steps: Parts
+    exprs: list[sp.Expr]
+    forms: dict[sp.Symbol, tuple[tuple, Solution]]
+
+
+def without_inverses(exprs: Iterable[sp.Expr], spare: Iterator[sp.Symbol]) -> Eliminated:
+    """Return ``exprs`` with a symbol from ``spare`` in place of every ``InverseForm``."""
     exprs = list(exprs)
     entries, steps = _Named(spare), _Named(spare)
     factors: dict[tuple, Any] = {}
-    solutions: dict[tuple, list[sp.Expr]] = {}
+    solutions: dict[tuple, Solution] = {}
+    forms: dict[sp.Symbol, tuple[tuple, Solution]] = {}
     known: dict[sp.Basic, sp.Basic] = {}
     for form in _innermost_first(exprs):
         u, rows, v = _parted([entries(replaced(e, known)) for e in form.args])
         if rows not in factors:
-            factors[rows] = _factors(rows, steps)
+            factors[rows] = _factors(rows, steps.less)
         if (rows, v) not in solutions and (rows, u) in solutions:
             u, v = v, u
         if (rows, v) not in solutions:
-            solutions[rows, v] = _solution(factors[rows], v, steps)
-        known[form] = sum(a * b for a, b in zip(u, solutions[rows, v], strict=True))
-    return entries.parts, steps.parts, [replaced(e, known) for e in exprs]
+            found = _solution(factors[rows], v, steps.less)
+            solutions[rows, v] = Solution(rows, v, factors[rows], found)
+        solution = solutions[rows, v]
+        known[form] = steps(sp.Add(*(a * b for a, b in zip(u, solution.found, strict=True))))
+        if known[form].is_Symbol:
+            forms[known[form]] = u, solution
+    return Eliminated(entries.parts, steps.parts, [replaced(e, known) for e in exprs], forms)
 
 
 def in_order(parts: Parts) -> Parts:
@@ -132,14 +165,24 @@ class _Named:
             self.names[expr] = next(self.spare)
         return self.names[expr]
 
+    def less(self, value: sp.Expr, pairs: Iterable[tuple[sp.Expr, sp.Expr]]) -> sp.Expr:
+        """Return the name of ``value`` less the products of the pairs."""
+        return self(less(value, pairs))
+
     @property
     def parts(self) -> Parts:
         """The pairs of a symbol and its expression, in the order in which they were named."""
         return [(symbol, expr) for expr, symbol in self.names.items()]
 
 
-def _as_is(expr: sp.Expr) -> sp.Expr:
-    return expr
+def less(value: sp.Expr, pairs: Iterable[tuple[sp.Expr, sp.Expr]]) -> sp.Expr:
+    """Return ``value`` less the products of the pairs."""
+    return sp.Add(value, *(-a * b for a, b in pairs))
+
+
+def _less(value: Any, pairs: Iterable[tuple[Any, Any]]) -> Any:
+    """Return ``less(value, pairs)`` of numbers of any kind."""
+    return value - sum(a * b for a, b in pairs)
 
 
 def _innermost_first(exprs: Iterable[sp.Basic]) -> list[InverseForm]:
@@ -165,30 +208,28 @@ def _parted(entries: Sequence[sp.Expr]) -> tuple[tuple, tuple[tuple, ...], tuple
     return tuple(entries[:n]), rows, tuple(entries[-n:])
 
 
-def _factors(
-    rows: Sequence[Sequence[sp.Expr]], keep: Callable[[sp.Expr], sp.Expr]
-) -> tuple[list[list[sp.Expr]], list[sp.Expr]]:
-    """Return (L, D^-1) of M = L D L', L below its diagonal of ones; ``keep`` takes every entry that is computed."""
+def _factors(rows: Sequence[Sequence[sp.Expr]], less: Less) -> tuple[list[list[sp.Expr]], list[sp.Expr]]:
+    """Return (L, D^-1) of M = L D L', L below its diagonal of ones; ``less`` makes every entry that is computed."""
     lower, inverted = list[list[sp.Expr]](), list[sp.Expr]()
     for row in rows:
         scaled: list[sp.Expr] = []  # the row of L D
-        for j, above in enumerate(lower):
-            scaled.append(keep(row[j] - sum(s * a for s, a in zip(scaled, above, strict=True))))
-        lower.append([keep(s * d) for s, d in zip(scaled, inverted, strict=True)])
-        pivot = keep(row[-1] - sum(s * a for s, a in zip(scaled, lower[-1], strict=True)))
-        inverted.append(keep(1 / pivot))
+        for entry, above in zip(row, lower, strict=False):
+            scaled.append(less(entry, zip(scaled, above, strict=True)))
+        lower.append([less(0, ((-s, d),)) for s, d in zip(scaled, inverted, strict=True)])
+        pivot = less(row[-1], zip(scaled, lower[-1], strict=True))
+        inverted.append(less(1 / pivot, ()))
     return lower, inverted
 
 
 def _solution(
-    factors: tuple[list[list[sp.Expr]], list[sp.Expr]], v: Sequence[sp.Expr], keep: Callable[[sp.Expr], sp.Expr]
-) -> list[sp.Expr]:
+    factors: tuple[list[list[sp.Expr]], list[sp.Expr]], v: Sequence[sp.Expr], less: Less
+) -> list[sp.Expr]:  # fmt: skip
     """Return M^-1 v by forward and backward substitution."""
     lower, inverted = factors
     found: list[sp.Expr] = []
     for row, right in zip(lower, v, strict=True):
-        found.append(keep(right - sum(a * b for a, b in zip(row, found, strict=True))))
-    found = [keep(y * d) for y, d in zip(found, inverted, strict=True)]
+        found.append(less(right, zip(row, found, strict=True)))
+    found = [less(0, ((-y, d),)) for y, d in zip(found, inverted, strict=True)]
     for i in reversed(range(len(found))):
-        found[i] = keep(found[i] - sum(lower[k][i] * found[k] for k in range(i + 1, len(found))))
+        found[i] = less(found[i], ((row[i], y) for row, y in zip(lower[i + 1 :], found[i + 1 :], strict=True)))
     return found

@@ -26,7 +26,7 @@ def replaced(expr: sp.Basic, rule: Mapping[sp.Basic, sp.Basic]) -> sp.Basic:
             found[part] = (modulus if part.func is sp.Abs else part.func)(*args) if changed else part
         return found[part]
 
-    return rebuilt(expr)
+    return rebuilt(expr) if rule else expr
 
 
 def modulus(expr: sp.Expr) -> sp.Expr:

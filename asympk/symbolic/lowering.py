@@ -162,7 +162,15 @@ class _Quick:
     """Caches the order of terms for all functions, and skips SymPy's search for ``re``, which is never lowered."""
 
     def _as_ordered_terms(self, expr, order=None):
-        return _ordered_terms(expr)
+        return expr.args if self.order == "none" else _ordered_terms(expr)
+
+    def _print_Mul(self, expr):
+        """Print a product of symbols, as of the steps of an elimination, without SymPy's search for divisors."""
+        factors = expr.args[1:] if expr.args[0] == -1 else expr.args
+        if all(factor.is_Symbol for factor in factors):
+            ordered = sorted(factors, key=lambda factor: factor.name)
+            return "-" * (len(factors) < len(expr.args)) + "*".join(map(self._print, ordered))
+        return super()._print_Mul(expr)
 
     def _handle_UnevaluatedExpr(self, expr):
         return expr
@@ -250,9 +258,9 @@ _TAKEN = {"c": (*_MACROS, *reserved["C++17"], "catch")}  # C++ may include the C
 _USED = ("out", "abs", "max", "min", "sqrt", "pow", "exp", "log", "sin", "cos", "tan", "tanh")  # names in the sources
 
 
-def _printer(target):
+def _printer(target, **settings):
     """Return the printer of a target's source, with the words that cannot name an argument there."""
-    printer = _PRINTERS[target](STRICT | _EXTRA.get(target, {}))
+    printer = _PRINTERS[target](STRICT | _EXTRA.get(target, {}) | settings)
     printer.reserved_words = {*printer.reserved_words, *_USED, *_TAKEN.get(target, ()), target}
     return printer
 
@@ -260,11 +268,8 @@ def _printer(target):
 @lru_cache(maxsize=512)
 def _emission(lowered):
     """Return the texts of the arguments, of the shared subexpressions (pairs of name and value), and of the outputs."""
-    printer = _printer(lowered.target)
-    if lowered.definitions:
-        shared, outputs = _renamed(lowered)
-    else:
-        shared, outputs = _derivatives(lowered) if lowered.directions else _shared(lowered.outputs, _spare(lowered))
+    shared, outputs, eliminated = _parts(lowered)
+    printer = _printer(lowered.target, order="none" if eliminated else None)  # the many sums of steps are not sorted
     if unworked := atoms(sp.Tuple(*outputs, *(e for _, e in shared)), sp.Derivative, sp.Subs):
         raise InputError(f"{min(unworked, key=str).expr.func} has no derivative that can be written; give a smooth "
                          "function, or write the jump as a friction")  # fmt: skip
@@ -284,29 +289,34 @@ def _spare(lowered, **assumptions):
     return (t for t in sp.numbered_symbols("t", **assumptions) if t.name not in taken)
 
 
+def _parts(lowered):
+    """Return the shared subexpressions and the outputs, and whether they contain an elimination."""
+    if lowered.definitions:
+        return *_renamed(lowered), False
+    spare = _spare(lowered, **({"real": True} if lowered.directions else {}))
+    shared, found, steps, forms = _shared((*lowered.outputs, *chain(*lowered.directions)), spare)
+    if lowered.directions:
+        count, n = len(lowered.outputs), len(lowered.args)
+        rows = (found[k : k + n] for k in range(count, len(found), n))
+        directions = [{a: r for a, r in zip(lowered.args, row, strict=True) if r != 0} for row in rows]
+        shared, found = directional_derivatives(shared, found[:count], directions, spare, steps, forms)
+    return shared, found, bool(steps)
+
+
 def _shared(outputs, spare):
+    """Return the shared subexpressions, the outputs in terms of these, and the steps and forms of eliminations."""
     tables, outputs = without_tables(map(computed, outputs), spare)
-    entries, steps, outputs = without_inverses(outputs, spare)
+    entries, steps, outputs, forms = without_inverses(outputs, spare)
     shared, found = sp.cse([*(e for _, e in entries), *outputs], symbols=spare, order="canonical")
     named = [(symbol, e) for (symbol, _), e in zip(entries, found, strict=False)]
     parts = [*tables, *shared, *named, *steps]
-    return in_order(parts) if steps else parts, found[len(entries) :]
+    return in_order(parts) if steps else parts, found[len(entries) :], {t for t, _ in steps}, forms
 
 
 def _renamed(lowered):
     """Return the definitions and the outputs, with the defined symbols renamed so that no argument has their names."""
     names = dict(zip((t for t, _ in lowered.definitions), _spare(lowered), strict=False))
     return [(names[t], e.xreplace(names)) for t, e in lowered.definitions], [o.xreplace(names) for o in lowered.outputs]
-
-
-def _derivatives(lowered):
-    """Return the shared subexpressions and the derivatives of the outputs along the directions."""
-    spare, n = _spare(lowered, real=True), len(lowered.args)
-    shared, found = _shared((*lowered.outputs, *chain(*lowered.directions)), spare)
-    outputs, rates = found[: len(lowered.outputs)], found[len(lowered.outputs) :]
-    rows = (rates[k : k + n] for k in range(0, len(rates), n))
-    directions = [{a: r for a, r in zip(lowered.args, row, strict=True) if r != 0} for row in rows]
-    return directional_derivatives(shared, outputs, directions, spare)
 
 
 @lru_cache(maxsize=512)

@@ -61,6 +61,21 @@ def test_a_matrix_of_twelve_rows_is_eliminated_in_some_thousand_operations():
     assert lowered(*place)[0] == pytest.approx(place @ np.linalg.solve(M, np.sin(place)), rel=1e-12)
 
 
+def test_the_derivatives_of_twelve_solutions_have_fewer_steps_than_those_of_the_factors_of_their_matrix():
+    n, (every, place) = 12, (sp.symbols("q:12", real=True), np.linspace(-1, 1, 12))
+    matrix = sp.Matrix(n, n, lambda i, j: sp.cos(every[i] - every[j]) + n * (i == j))
+    forms = tuple(InverseForm.of(row, matrix, [sp.sin(q) for q in every]) for row in sp.eye(n).tolist())
+    M, apart = np.cos(place[:, None] - place) + n * np.eye(n), place[:, None] - place
+    x = np.linalg.solve(M, np.sin(place))
+    turned = np.array([-np.sin(apart) * ((np.arange(n) == k)[:, None] - 1.0 * (np.arange(n) == k)) for k in range(n)])
+    slopes = np.array([np.linalg.solve(M, np.cos(place) * (np.arange(n) == k) - turned[k] @ x) for k in range(n)]).T
+    for outputs, rows, steps in ((forms, sp.eye(n), 1000), (forms, sp.ones(1, n), 550), (forms[:1], sp.eye(n), 700)):
+        lowered = Lowered(every, outputs, "math", directions=tuple(map(tuple, rows.tolist())))
+        assert len(lowered.source.splitlines()) < steps
+        expected = slopes[: len(outputs)] @ np.array(rows, dtype=float).T
+        assert np.allclose(lowered(*place), expected.ravel(), rtol=1e-12, atol=1e-14)
+
+
 def test_the_derivatives_of_an_elimination_name_no_negated_symbol():
     directions = ((sp.S.One, sp.S.Zero, sp.S.Zero),)
     lines = Lowered((a, b, c), (FORM,), "math", directions=directions).source.splitlines()
