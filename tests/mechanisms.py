@@ -69,3 +69,24 @@ def chain(n):
         x, y = x + l * sp.sin(q), y - l * sp.cos(q)
     ground = ap.Contact(gap=y + sp.Symbol("H", positive=True), slip=x, friction=f, unilateral=True)
     return ap.Mechanism.from_lagrangian(energy, angles, contact=ground)
+
+
+CORNER = sp.Matrix([3, -2, -4]) / 10
+
+
+def turned(angles):
+    """Return the matrix of the rotation by three angles, about z, the new y and the new x."""
+    a, b, c = angles
+    return sp.rot_ccw_axis3(a) * sp.rot_ccw_axis2(b) * sp.rot_ccw_axis1(c)
+
+
+@cache
+def spatial_body():
+    """A body with three moments of inertia A, B, C in Euler angles; one corner slides on the ground along X."""
+    places, angles, moments = dynamicsymbols("X Y Z"), dynamicsymbols("a b c"), sp.symbols("A B C", positive=True)
+    R = turned(angles)
+    W = R.T * R.diff(T)
+    spin, corner = (W[2, 1], W[0, 2], W[1, 0]), sp.Matrix(places) + R * CORNER
+    kinetic = sum(m * q.diff(T) ** 2 for q in places) + sum(J * w**2 for J, w in zip(moments, spin, strict=True))
+    ground = ap.Contact(gap=corner[2], slip=corner[0], friction=f, unilateral=True)
+    return ap.Mechanism.from_lagrangian(kinetic / 2 - m * g * places[2], (*places, *angles), contact=ground)

@@ -10,6 +10,7 @@ from sympy.core.function import AppliedUndef
 from asympk.errors import InputError
 from asympk.mechanics.kinetics import slope_in_powers
 from asympk.numbers import short
+from asympk.symbolic.long import atoms
 from asympk.symbolic.reading import entries_of, expression
 
 OWN: Mapping = MappingProxyType({})  # for symbols that stand for themselves
@@ -50,16 +51,17 @@ def lagranges_equations(
 
     Raises ``InputError`` for a term that is not quadratic in the rates; ``own`` maps symbols to those of the message.
     """
-    momenta = [energy.diff(v) for v in u]
-    mass = sp.Matrix([[p.diff(v) for v in u] for p in momenta])
-    if mass.has(*u):
+    momenta, places = [slope_in_powers(energy, v) for v in u], range(len(u))
+    lower = [[slope_in_powers(p, v) for v in u[: k + 1]] for k, p in enumerate(momenta)]
+    mass = sp.Matrix([[lower[max(i, j)][min(i, j)] for j in places] for i in places])
+    if mass.has(*u) or any(part.has(*u) for part in atoms(sp.Tuple(*momenta), sp.Function)):  # as sign(u), of |u|
         bent = next((term for term in sp.Add.make_args(energy) if sp.hessian(term, u).has(*u)), energy)
         raise InputError(f"{short(bent.xreplace(own))} in the Lagrangian is not quadratic in the rates, and the mass "
                          "matrix would depend on them; friction and the like are forces=")  # fmt: skip
     moved = {t: sp.S.One, **dict(zip(q, u, strict=True))}
     turning = [sp.Add(*(slope_in_powers(p, x) * v for x, v in moved.items())) for p in momenta]
-    forces = (sp.expand_mul(energy.diff(x) - part) for x, part in zip(q, turning, strict=True))  # most terms cancel
-    return mass, sp.Matrix([*map(sp.factor_terms, forces)])
+    forces = (slope_in_powers(energy, x) - part for x, part in zip(q, turning, strict=True))
+    return mass, sp.Matrix([sp.factor_terms(sp.expand_mul(force)) for force in forces])  # most terms cancel
 
 
 def _require_first_order(lagrangian: Any, coordinates: tuple) -> None:

@@ -11,6 +11,8 @@ from typing import Any
 
 import sympy as sp
 
+from asympk.symbolic.long import atoms
+
 
 class Penetration(sp.Function):
     """b where b is positive, else 0; the derivative by b is 1, as in a closed contact."""
@@ -96,7 +98,9 @@ def computed(expr: sp.Expr) -> sp.Expr:
     def is_power(e):
         return e.is_Pow and isinstance(e.base, Penetration) and not (e.exp.is_Integer and e.exp.is_positive)
 
-    return expr.replace(is_power, lambda e: PenetrationPower(e.base.args[0], e.exp)) if expr.has(Penetration) else expr
+    if not atoms(expr, Penetration):
+        return expr
+    return expr.replace(is_power, lambda e: PenetrationPower(e.base.args[0], e.exp))
 
 
 def with_penetration(expr: sp.Expr, gap: sp.Expr) -> sp.Expr:

@@ -11,6 +11,8 @@ from typing import Any
 
 import sympy as sp
 
+from asympk.symbolic.long import atoms
+
 SHORTEST = 8  # pieces of a table that is worth a tree
 
 
@@ -27,7 +29,7 @@ def without_tables(
 
 
 def _outermost(expr: sp.Expr) -> Iterator[sp.Basic]:
-    if not expr.has(sp.Piecewise):
+    if not atoms(expr, sp.Piecewise):
         return
     walk = sp.preorder_traversal(expr)
     for part in walk:

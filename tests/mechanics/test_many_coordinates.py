@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import sympy as sp
-from mechanisms import chain
+from mechanisms import CORNER, chain, spatial_body, turned
 from scipy.integrate import solve_ivp
 
 import asympk as ap
@@ -106,3 +106,28 @@ def test_the_elastic_contact_of_a_chain_of_eight_links_has_the_accelerations_of_
     expected = {f"q{k}": v for k, v in enumerate(u, 1)} | {f"q{k}'": v for k, v in enumerate(rates, 1)}
     expected |= {"x": values["y"], "y": -gap / 0.01, "z": slip}
     assert found == pytest.approx({name: expected[name] for name in found}, rel=1e-10)
+
+
+def test_a_body_in_space_has_the_reaction_of_newton_and_euler():
+    body, angles, u = spatial_body(), sp.symbols("a b c"), np.array([1, 0.1, 0, 0.3, -0.5, 0.7])
+    R = turned(angles)
+    bodily = [R.T * R.diff(q) for q in angles]  # the angular velocity, and that of the rates, in the axes of the body
+    W = sp.Matrix([[w[2, 1], w[0, 2], w[1, 0]] for w in bodily]).T
+    drift = sum((W.diff(q) * v for q, v in zip(angles, u[3:], strict=True)), sp.zeros(3)) * sp.Matrix(u[3:])
+    arm = R * CORNER
+    bent = sum((arm.diff(q).diff(p) * v * w for q, v in zip(angles, u[3:], strict=True)
+                for p, w in zip(angles, u[3:], strict=True)), sp.zeros(3, 1))  # fmt: skip
+    at = dict(zip(angles, (0.3, 0.5, -0.4), strict=True))
+    W, drift, slopes, bent = (np.array(e.subs(at), dtype=float) for e in (W, drift, arm.jacobian(angles), bent))
+    inertia, spin = np.diag([0.1, 0.2, 0.15]), W @ u[3:]
+    mass = np.block([[np.eye(3), np.zeros((3, 3))], [np.zeros((3, 3)), W.T @ inertia @ W]])
+    forces = np.concatenate([[0, 0, -9.81], -W.T @ (inertia @ drift[:, 0] + np.cross(spin, inertia @ spin))])
+    rows = np.hstack([np.eye(3), slopes])
+    u[2] = -slopes[2] @ u[3:]
+    pushed = rows[2] - 0.7 * np.sign(rows[0] @ u) * rows[0]
+    reaction = -(rows[2] @ np.linalg.solve(mass, forces) + bent[2, 0]) / (rows[2] @ np.linalg.solve(mass, pushed))
+    values = {"m": 1, "g": 9.81, "A": 0.1, "B": 0.2, "C": 0.15, "f": 0.7, "X": 0, "Y": 0, "a": 0.3, "b": 0.5, "c": -0.4}
+    values["Z"] = -float((R * CORNER)[2].subs(at))
+    (motion,) = body.motions(values | {f"{q}'": v for q, v in zip("XYZabc", u, strict=True)})
+    assert motion.name == "slip"
+    assert motion.reaction == pytest.approx(reaction, rel=1e-12)
