@@ -22,18 +22,19 @@ UNBOUNDED = 1e12  # seconds: in effect no limit
 
 
 def run(
-    scene: Any, method: str = "exact", *, digits: int | None = None, events: int = 1000, seconds: float = UNBOUNDED
-) -> Path:
+    scene: Any, method: str = "exact", *, digits: int | None = None, steps: int = integrate.STEPS, events: int = 1000,
+    seconds: float = UNBOUNDED,
+) -> Path:  # fmt: skip
     """Follow ``scene`` by LSODA with rtol = atol = 1e-10, or, with ``digits``, by collocation to that accuracy.
 
     If a state stays small relative to 1, as in too large a unit, the run is repeated with atol relative to its size.
-    ``path.model`` names the integrator; ``seconds`` bounds the time. Raises ``Undecided`` where errors may have grown
-    to a noticeable part of the final state, ``Unfinished``, ``Accumulation``, ``NoMotion``, ``TwoMotions`` and the
-    errors of ``collocation.run``.
+    ``path.model`` names the integrator; ``steps`` bounds those of LSODA, ``seconds`` the time. Raises ``Undecided``
+    where errors may have grown to a noticeable part of the final state, ``Unfinished``, ``Accumulation``, ``NoMotion``,
+    ``TwoMotions`` and the errors of ``collocation.run``.
     """
     if digits is not None:
         return collocation.run(scene, digits=digits, events=events, seconds=seconds)
-    steps, seconds = integrate.bounds(integrate.STEPS, seconds)
+    steps, seconds = integrate.bounds(steps, seconds)
     events = whole("events", events, 0, integrate.MOST_STEPS)
     traced = partial(integrate.traced, scene, INTEGRATOR, keep=True, rtol=TOLERANCE, steps=steps, seconds=seconds,
                      events=events)  # fmt: skip

@@ -1,5 +1,6 @@
 """The peers' driver: one mode logic under every integrator, dense output, status sentences, and no hanging."""
 
+import math
 import random
 import re
 import sys
@@ -350,6 +351,15 @@ def test_errors_that_grew_before_the_motion_came_back_to_an_attracting_branch_ar
     scene = ap.Scene(system=system, values={"mu": "1/1000"}, start={"x": "1/2", "y": "4/5"}, until=8)
     with pytest.raises(Undecided, match="errors of the run grow"):
         ap.solve(scene)
+
+
+def test_more_steps_are_allowed_where_the_refusal_of_an_exact_method_asks_for_them():
+    x, y, c, small = sp.symbols("x y c mu", real=True)
+    follower = ap.System.smooth({x: y, y: -x}, {c: x - c - c**3}, small)
+    scene = ap.Scene(system=follower, values={"mu": "1/1000"}, start={"x": 1, "y": 0, "c": 0}, until=20)
+    with pytest.raises(Unfinished, match=r"step limit reached at t = .*; allow more steps"):
+        ap.solve(scene, steps=1000)
+    assert ap.solve(scene, steps=10_000).final[0] == pytest.approx(math.cos(20), abs=1e-8)
 
 
 def test_a_state_that_is_large_in_its_units_hides_no_growth_of_the_errors_of_another():
