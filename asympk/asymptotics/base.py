@@ -20,7 +20,7 @@ from asympk.asymptotics.landing import land
 from asympk.asymptotics.series import Series
 from asympk.errors import NotDerivable, UnknownName
 from asympk.numbers import known_order, number
-from asympk.symbolic.expansion import fast_jacobian, is_zero, require_series, to_degree
+from asympk.symbolic.expansion import fast_jacobian, is_zero, require_series, require_short, to_degree
 from asympk.symbolic.placing import place
 from asympk.symbolic.system import System
 
@@ -83,6 +83,7 @@ def base_point(system: System, order: int = 1) -> BasePoint:
     order = known_order(order, HIGHEST_ORDER, "the base point is derived to orders")
     if system.small is None or len(system.modes) > 1 or system.time is not None:
         raise NotDerivable("a base point is that of one smooth mode with fast states and without an explicit time")
+    require_short(system.modes[0])
     require_series(system.modes[0], system.small, order)
     slow, fast = (to_degree(rates, system.small, order) for rates in (system.modes[0].slow, system.modes[0].fast))
     mode, several = replace(system.modes[0], slow=slow, fast=fast), len(system.fast) > 1

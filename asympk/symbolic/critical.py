@@ -28,6 +28,7 @@ from asympk.symbolic.expansion import (
     one_side,
     over_fast,
     require_series,
+    require_short,
 )
 from asympk.symbolic.hurwitz import attracting, characteristic, off_axis, repelling, split
 from asympk.symbolic.long import generic_place, heavy
@@ -235,6 +236,7 @@ def critical_manifolds(system: System) -> Several[CriticalManifold]:
     found: list[CriticalManifold] = []
     count: dict[str, int] = {}
     for mode in (part for m in system.modes for part in _smooth_parts(system.autonomous(m), system.assumptions)):
+        require_short(mode)
         require_series(mode, system.small)
         letter = "Lambda" if mode.name == "stick" else "Pi"
         for branch in _branches(mode, system.small):

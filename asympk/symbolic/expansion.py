@@ -16,18 +16,20 @@ stays: the coefficients are rational in x and y, or in y alone where g = 0 is x 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from math import factorial, prod
+from math import comb, factorial, prod
 
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
+from asympk.numbers import short
 from asympk.symbolic.branches import put_sign, without_squares
 from asympk.symbolic.diffring import DifferentialRing, Fraction, atoms_of
-from asympk.symbolic.long import heavy, is_longer
+from asympk.symbolic.long import atoms, heavy, is_longer
 from asympk.symbolic.system import Mode
 
 INFINITE = (sp.zoo, sp.nan, sp.oo)
 _TINY = sp.Rational(1, 10**30)
+EXPANDED = 20_000  # terms of a power of a sum, times its exponent: with 10000 formulas take seconds, with 90000 minutes
 LONG = 200  # operations; from longer rates that are not rational come coefficients of a hundred thousand operations
 
 
@@ -54,12 +56,25 @@ def is_implicit(branch: sp.Dict) -> bool:
     return all(y == h for y, h in branch.items())
 
 
-def require_short(mode: Mode, order: int) -> None:
-    """Raise ``NotDerivable`` if ``order`` is above 0 and the rates so long that coefficients could not be written."""
+def require_short(mode: Mode, order: int = 0) -> None:
+    """Raise ``NotDerivable`` where no formulas can be written.
+
+    This is where a power of a sum has too many terms, and, if ``order`` is above 0, where the rates are too long.
+    """
     rates = sp.Tuple(*mode.slow.values(), *mode.fast.values())
+    for power in sorted(atoms(rates, sp.Pow), key=str):
+        if power.base.is_Add and power.exp.is_Integer and _size_expanded(power) > EXPANDED:
+            raise NotDerivable(f"the rates of {mode.name} have the power {short(power)}, which has too many terms for "
+                               "formulas: put a parameter for it, or an exponential; solve follows it")  # fmt: skip
     if order and heavy(rates) and is_longer(rates, LONG):
         raise NotDerivable(f"the rates of {mode.name} are too long for coefficients in symbols beyond order 0; "
                            "export writes them, and solve(scene, method='slow', order=n) uses them")  # fmt: skip
+
+
+def _size_expanded(power):
+    """Return the number of terms of a power of a sum, times the exponent, which the lengths of their numbers follow."""
+    times, parts = abs(int(power.exp)), len(power.base.args)
+    return comb(times + parts - 1, parts - 1) * times
 
 
 def require_series(mode: Mode, small: sp.Symbol | None, order: int = 0) -> None:

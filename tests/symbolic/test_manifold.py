@@ -449,6 +449,14 @@ def test_a_branch_exists_just_where_it_is_a_root_and_not_one_with_the_other_sign
             assert branch.exists.subs(x, at) == bool(root)
 
 
+def test_a_power_of_a_sum_with_too_many_terms_is_refused_by_name_at_once():
+    for power, shown in ((1 + lam / 10**4) ** (10**4), "10000"), ((lam + u + v + kappa + 1) ** 20, "20"):
+        system = ap.System.smooth({u: -u}, {v: u - v + power}, mu)
+        for asked in (ap.slow_manifolds, ap.jump_map, ap.critical_manifolds):
+            with pytest.raises(NotDerivable, match=rf"power \(.*\)\*\*{shown}, which has too many terms"):
+                asked(system)
+
+
 def test_a_branch_of_a_state_exists_just_where_it_has_the_declared_sign_of_the_state():
     signs = {"positive": "x > 0", "nonnegative": "x > 0", "negative": "x < 0", "nonpositive": "x < 0"}
     for word, expected in signs.items():
