@@ -42,9 +42,8 @@ class Formulas:
     1. ``layer(n)(series, p)`` returns the derivatives of the series by tau, without X_0', which is 0.
     2. ``slow(n)(x, b, X_1, ..., X_n, p)`` returns S_0, ..., S_n, H_0, ..., H_n, each as (state, power of tau).
     3. ``flow(n)(x, b, mu, p)`` returns x' and b' on the manifold to order n; ``height(n)`` of the same returns y. With
-       ``whole`` these are f and the root of g near that y, with all powers of mu that y brings into them: terms beyond
-       mu^n change as well. What depends on mu alone is still expanded: log(1 + mu) in doubles would lose its digits.
-       So are quotients such as sin(mu)/mu, which are singular at mu = 0 by their form alone.
+       ``whole`` these are f and the root of g near that y, with all powers of mu: terms beyond mu^n change as well.
+       Quotients such as sin(mu)/mu, which are singular at mu = 0 by their form alone, are still expanded.
     4. ``slow_rates(x, b, mu, p)`` returns d log|det g_y| / dt on the manifold to order 0, and the matrices -h_x f_y and
        -h_x f_x f_y by columns.
     5. ``force(x, y, p)`` returns g at mu = 0, and ``jacobian(x, y, p)`` returns g_y at mu = 0 by rows.
@@ -142,7 +141,7 @@ class Formulas:
         tape, values, drift, y = self._at_rest(order)
         height, rates = ([_polynomial(c, order, tape) for c in series] for series in (y, drift))
         if whole:
-            point = _first(values) | {self.small: _small(order)} | dict(zip(self.fast_states, height, strict=True))
+            point = _first(values) | {self.small: tape.node("mu")} | dict(zip(self.fast_states, height, strict=True))
             moved = (Taylor({(k + 1, 0): -1 * c[k, 1] for k in range(order)}, order) for c in y)
             on_branch = evaluated(self.limit, _first(values), tape)  # 0 but for an error of b, which stays as it is
             force = zip(self._along(self.full_force, point, tape, order), moved, on_branch, strict=True)

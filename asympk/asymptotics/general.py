@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache, partial
+from math import factorial
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,8 @@ from asympk.automaton.contacts import nudges
 from asympk.errors import AsympkError, NotDerivable, OutOfRange
 from asympk.numbers import known_order, listed, short
 from asympk.path import Path, SolvedAgain
-from asympk.symbolic.long import atoms
+from asympk.symbolic.expansion import INFINITE
+from asympk.symbolic.long import atoms, replaced
 from asympk.symbolic.reading import rational, spare
 from asympk.symbolic.system import System
 
@@ -36,6 +38,7 @@ HIGHEST_ORDER = 4
 SMALL = 1e-4  # the size of a state, in its unit, below which the unit is made smaller
 LARGEST = 1e6  # the size of a state in its layer, in its unit, above which rounding hides its slow motion
 PACE = 3  # the largest power of ten of |g_y| / |f_y| at which IN_FAST of ``matched`` keeps errors below ROUNDING
+DIGITS, MOST_DIGITS = 20, 2000  # digits of the rest of a Taylor polynomial, and of its terms, which nearly cancel
 NOISE = 1e-12  # the size of a state, relative to that by the terms of its rate, below which it is rounding
 LOOKS = 32  # the number of times at which sizes are measured, each time half of the one before
 
@@ -58,26 +61,48 @@ def run(scene: Any, method: str = "jump", *, order: int | None = None) -> Path:
 
 
 def _with_low_powers(scene: Any, highest: int) -> Any:
-    """Return a scene whose rates have mu^k as mu^``highest`` times a parameter of the value mu^(k - ``highest``).
+    """Return a scene in whose rates what depends on mu alone is a polynomial in mu of the degree ``highest``.
 
-    A term like 100 mu^3 is thus among those that predict the error, whatever the order.
+    It is the Taylor polynomial and mu^``highest`` times a parameter, which has the value of the rest. A term like
+    100 mu^3 is thus among those that predict the error, whatever the order.
     """
     system, small = scene.system, scene.system.small
     if not (found := _lowered(system, small, highest)):
         return scene
-    lowered, name = found
+    lowered, rests = found
     given = dict(zip(system.parameters, scene.values, strict=True))
-    return replace(scene, system=lowered, values={**given, name: given[small]})
+    place = {s: rational(s.name, value) for s, value in given.items()}
+    values = {name: Fraction(str(rest.subs(place).evalf(DIGITS, maxn=MOST_DIGITS))) for name, rest in rests.items()}
+    return replace(scene, system=lowered, values={**given, **values})
 
 
 @lru_cache(maxsize=64)
-def _lowered(system: System, small: sp.Symbol, highest: int) -> tuple[System, sp.Symbol] | None:
+def _lowered(system: System, small: sp.Symbol, highest: int) -> tuple[System, dict[sp.Symbol, sp.Expr]] | None:
     rates = sp.Tuple(*system.slow.values(), *system.fast.values())
-    powers = (p for p in atoms(rates, sp.Pow) if p.base == small and p.exp.is_Integer and p.exp > highest)
-    name = spare(small.name, (*system.states, *system.parameters))
-    told = {p: small**highest * name ** (p.exp - highest) for p in powers}
-    slow, fast = (sp.Dict({s: rate.xreplace(told) for s, rate in of.items()}) for of in (system.slow, system.fast))
-    return (replace(system, slow=slow, fast=fast), name) if told else None
+    told, rests = dict[sp.Basic, sp.Expr](), dict[sp.Symbol, sp.Expr]()
+    for part in _of_parameters(rates, small, {*system.parameters}):
+        terms = [part.diff(small, k).subs(small, 0) * small**k / factorial(k) for k in range(highest + 1)]
+        if part.diff(small, highest + 1) == 0 or any(term.has(*INFINITE) for term in terms):
+            continue
+        name = spare(small.name, (*system.states, *system.parameters, *rests))
+        told[part] = sp.Add(*terms, small**highest * name)
+        rests[name] = (part - sp.Add(*terms)) / small**highest
+    slow, fast = (sp.Dict({s: replaced(rate, told) for s, rate in of.items()}) for of in (system.slow, system.fast))
+    return (replace(system, slow=slow, fast=fast), rests) if told else None
+
+
+def _of_parameters(expr: sp.Basic, small: sp.Symbol, parameters: set) -> list[sp.Expr]:
+    """Return the largest parts of an expression that contain mu, and otherwise parameters alone, in order."""
+    found, left, seen = list[Any](), [expr], set[Any]()
+    while left:
+        if (part := left.pop()) in seen or not part.has(small):
+            continue
+        seen.add(part)
+        if isinstance(part, sp.Expr) and part.free_symbols <= parameters:
+            found.append(part)
+        else:
+            left += part.args
+    return sorted(found, key=str)
 
 
 def _in_units_that_fit(follow: Callable, scene: Any) -> Path:

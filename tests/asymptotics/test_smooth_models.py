@@ -575,6 +575,19 @@ def test_high_powers_of_the_small_parameter_that_the_rates_only_imply_are_among_
     assert 1e-3 < distance(path.final, truth.final) < path.error < 0.9
 
 
+@pytest.mark.parametrize("order", [0, 1, 3])
+@pytest.mark.parametrize("term", [
+    sp.sin(50 * mu) ** 6, 10**10 * mu ** sp.Rational(13, 2),
+    (sp.exp(50 * x * mu) - 1) ** 6, (sp.sin(50 * mu) * x) ** 6,
+])  # fmt: skip
+def test_terms_whose_first_powers_of_the_small_parameter_vanish_are_among_what_is_predicted(term, order):
+    """x = e^-t; a term of orders above n + 2 alone was left out of the prediction to order n."""
+    system = ap.System.smooth({x: -x}, {y: x - y + term}, mu)
+    path = _solved(system, {mu: "1/100"}, (1, 0), "1/2", order=order)
+    truth = ap.solve(ap.Scene(system=system, values={mu: "1/100"}, start=(1, 0), until="1/2"))
+    assert distance(path.final, truth.final) < path.error < 0.9
+
+
 def test_a_coefficient_that_rounding_would_lose_is_predicted_by_its_series():
     """log(1 + mu) is 0 in doubles, and w' = -2 w."""
     system = ap.System.smooth({w: -w * (1 + kappa * sp.log(1 + mu))}, {u: w - u}, mu)
