@@ -23,6 +23,7 @@ from asympk.automaton.numericmode import NumericMode
 from asympk.errors import Undecided
 
 LOST = 1e-3  # relative error at the end from which a run is refused
+LOOKS = 32  # times at which errors are looked at, the end among them
 CARRIED = 1e180  # growth of errors that more digits can compensate
 
 
@@ -39,10 +40,11 @@ def growth(
     """Return the growth of errors to the end of a run: the largest sum of the errors of one state from all steps.
 
     At its step an error is relative to the state, or to the state's entry of ``scales`` if this is larger; at the end
-    it is relative to the ``sizes`` of the states. A state that is 0 and stays 0 has no error. The growth is ``inf``
-    beyond the range of doubles, and 0 where rates have no derivative.
+    it is relative to the ``sizes`` of the states. A state that is 0 and stays 0 has no error. Errors as large as the
+    states at a time before, one of ``LOOKS``, need not fade as linear ones do: a growth to that time counts ``LOST``
+    times. The growth is ``inf`` beyond the range of doubles, and 0 where rates have no derivative.
     """
-    factors = list[tuple[Any, Any]]()
+    factors, end = list[tuple[Any, Any, Any]](), segments[-1].t
     with np.errstate(all="ignore"):
         try:
             for segment, after in zip_longest(segments, segments[1:]):
@@ -51,10 +53,15 @@ def growth(
             return 0.0
         if not factors:  # a run that ends at its start
             return 0.0
-        transitions, errors = map(np.array, zip(*reversed(factors), strict=True))
-        onward = np.array([*accumulate(transitions, np.matmul)])
-        grown = np.einsum("kij,kj->i", abs(onward), errors) / sizes
-        return float(np.nan_to_num(grown, nan=np.inf).max(initial=0.0))
+        transitions, errors, times = map(np.array, zip(*factors, strict=True))
+        looks = np.unique(np.searchsorted(times, np.arange(1, LOOKS) * end / LOOKS, side="right"))
+        onward, most = transitions[:0], [0.0]
+        for part in filter(len, np.split(transitions, looks)):
+            within = np.array([*accumulate(part[::-1], np.matmul)])[::-1]
+            onward = np.concatenate([within[0] @ onward, within])
+            grown = np.einsum("kij,kj->i", abs(onward), errors[: len(onward)]) / sizes
+            most.append(float(np.nan_to_num(grown, nan=np.inf).max(initial=0.0)))
+        return max(most[-1], LOST * max(most))
 
 
 def without_rounding(automaton: Automaton, segments: Sequence[Segment]) -> Sequence[Segment]:
@@ -121,8 +128,8 @@ def _slopes(mode: NumericMode, times: np.ndarray, states: np.ndarray) -> np.ndar
 
 def _passed(
     automaton: Automaton, segment: Segment, after: Segment | None, scales: np.ndarray
-) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return (transition matrix, sizes of errors) for each step of a segment, then for the event that ends it."""
+) -> list[tuple[np.ndarray, np.ndarray, float]]:
+    """Return (transition matrix, sizes of errors, time) to the end of each step of a segment, and of its event."""
     mode = automaton.mode(segment.branch, sides=segment.sides)
     times, states = (np.array(part, dtype=float) for part in zip(*segment.steps, strict=True))
     at = list(zip(times.tolist(), map(tuple, states.tolist()), strict=True))
@@ -130,10 +137,10 @@ def _passed(
     moving = [np.array(mode.rhs(*here), dtype=float) != 0 if 0 in here[1] else ones for here in at]
     sizes = np.maximum(scales, np.abs(states)) * ((states != 0) | moving) * mode.movable
     means = _slopes(mode, *_halfway(segment)) * np.diff(times)[:, None, None]
-    found = list(zip(_exponentials(means * np.array(mode.movable)), sizes[:-1], strict=True))
+    found = list(zip(_exponentials(means * np.array(mode.movable)), sizes[:-1], times[1:], strict=True))
     if after is not None and segment.hit is not None and (after.branch, after.sides) != (segment.branch, segment.sides):
         later = automaton.mode(after.branch, sides=after.sides)
-        found.append((_saltation(mode, later, segment.hit, *after.steps[0]), 0 * sizes[-1]))
+        found.append((_saltation(mode, later, segment.hit, *after.steps[0]), 0 * sizes[-1], times[-1]))
     return found
 
 

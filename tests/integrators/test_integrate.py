@@ -353,6 +353,15 @@ def test_errors_that_grew_before_the_motion_came_back_to_an_attracting_branch_ar
         ap.solve(scene)
 
 
+def test_errors_as_large_as_the_states_on_the_way_are_refused_even_where_linear_ones_have_faded():
+    """The prey comes back at t = 28.1, and y(30) = 0.3312; doubles brought it back at 11, and y(30) was 0.9877."""
+    x, y, small = sp.symbols("x y mu", real=True)
+    system = ap.System.smooth({y: y * x / (1 + x) - y / 10}, {x: x * (1 - x) - x * y / (1 + x)}, small)
+    for until in (30, 35, 100):
+        with pytest.raises((Undecided, OutOfRange), match=r"errors of the run grow|have a pole"):  # as rounding has it
+            ap.solve(ap.Scene(system=system, values={"mu": "1/100"}, start={"x": "1/2", "y": 3}, until=until))
+
+
 def test_more_steps_are_allowed_where_the_refusal_of_an_exact_method_asks_for_them():
     x, y, c, small = sp.symbols("x y c mu", real=True)
     follower = ap.System.smooth({x: y, y: -x}, {c: x - c - c**3}, small)
