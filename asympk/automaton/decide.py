@@ -46,7 +46,7 @@ from asympk.automaton.rest import has_forces, moves_in_several_ways, standing_br
 from asympk.digits import carrier_context
 from asympk.errors import AsympkError, InputError, NoMotion, OutOfRange, TwoMotions, UnboundedReaction, Undecided
 from asympk.multiprecision import in_context
-from asympk.symbolic import branches, forces, guards, sides
+from asympk.symbolic import branches, forces, sides
 from asympk.symbolic.branches import OPEN, Branch, Guard, Phase
 from asympk.symbolic.penetration import with_finite_powers
 from asympk.symbolic.system import System
@@ -405,7 +405,7 @@ def _margin_growth(here: Junction, branch: Branch, margin: Guard) -> int:
 def _lasts(here: Junction, branch: Branch) -> bool:
     """Tell whether what is 0 in a branch that stands stays 0 as the time goes on, as far as computed."""
     mode = mode_of(here.system, branch)
-    rows = tuple(row for row in guards.unused_rows(here.system, branch)[0] if row.has(here.system.time))
+    rows = tuple(row for row in mode.standing if row.has(here.system.time))
     for _ in range(ORDERS):
         rows = tuple(map(mode.drift, rows))
         if not _vanish(here, rows):

@@ -20,7 +20,7 @@ from asympk.automaton.numericmode import NumericMode
 from asympk.errors import Accumulation, NoMotion, TwoMotions, UnboundedReaction, Undecided
 from asympk.numbers import listed
 from asympk.path import Event
-from asympk.symbolic.branches import OPEN, Branch, at_rest, awake, bare
+from asympk.symbolic.branches import OPEN, Branch, at_rest, awake, bare, stands
 from asympk.symbolic.forces import moves_alike
 from asympk.symbolic.sides import Sides, inside, phase_of
 
@@ -190,7 +190,7 @@ def mode_after(
         state = mode.settled(t, state)
     if event is not None:
         branch = automaton.next(None, (), t, state, doubt, entered)
-    elif hits:
+    elif hits or (stands(mode.branch) and (switches or since is not None)):  # what stood may move on the new side
         branch, event = _passed(automaton, mode, hits, *later, doubt, entered)
     else:
         return mode, state, None
@@ -319,7 +319,8 @@ def _kind(mode: NumericMode, hits: tuple[int, ...], after: Branch) -> tuple[str,
     another contact at the same time, or ``force_zero``: the load vanishes at the tip of the cone.
     """
     phases = [*zip(bare(mode.branch), bare(after), strict=True)]
-    lost = [mode.kinds[hit] for hit in sorted(hits)]
+    freed = at_rest(mode.branch) - at_rest(after)
+    lost = [mode.kinds[hit] for hit in sorted(hits)] or [("slip_onset", min(freed, default=0))]
     kind, friction = next((own for own in lost if len({*phases[own[1]]}) > 1), lost[0])
     if kind == "velocity_zero":
         moving = {k for k, phase in enumerate(mode.branch) if phase.velocity and kind not in phase.idle}
@@ -327,7 +328,6 @@ def _kind(mode: NumericMode, hits: tuple[int, ...], after: Branch) -> tuple[str,
         return kind, min(stopped, default=friction)
     if kind != "slip_onset" or after[friction].mode != "stick":
         return kind, friction
-    freed = at_rest(mode.branch) - at_rest(after)
     return ("slip_onset", min(freed)) if freed else ("force_zero", friction)
 
 

@@ -144,11 +144,18 @@ class GuardedMode:
         """The phases of the states and the time that still switch the mode, which is on no side of them.
 
         They are the phases of rates and guards, and also of idle guards (which stay 0 on their side only), of sliding
-        velocities of closed contacts (which may jump, as on a belt) and of gaps kept closed (whose ground may jump).
+        velocities of closed contacts (which may jump, as on a belt), of gaps kept closed (whose ground may jump), and
+        of what must stay 0 for a system at rest to stand.
         """
         guards = mode_of(self.system, branches.awake(self.branch), self.sides).guard_values
-        kept = (*(f.velocity for f in self.closed.values()), *self.kept_gaps.values())
+        kept = (*(f.velocity for f in self.closed.values()), *self.kept_gaps.values(), *self.standing)
         return phases((*self.rates, *guards, *map(self._placed, kept)), self.system.states, self.system.time)
+
+    @property
+    def standing(self) -> tuple[sp.Expr, ...]:
+        """What must stay 0, as the time goes on, for a system at rest on contacts with undetermined forces to stand."""
+        timed = self.system.time is not None and branches.stands(self.branch)
+        return guards.unused_rows(self.system, self.branch)[0] if timed else ()
 
     @cached_property
     def fixed_phases(self) -> tuple[sp.Expr, ...]:

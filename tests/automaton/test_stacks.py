@@ -287,3 +287,31 @@ def test_a_contact_that_static_friction_holds_with_nothing_to_spare_is_held_in_a
     path = ap.solve(ap.Scene(system=ap.System.with_frictions(rates, {}, contacts), start=start, until=exactly(1, 2)))
     assert told(path) == [("slip_onset", 1)]
     assert path.events[0].t == pytest.approx(6**0.5 - 2, rel=1e-12)
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize(("pull", "loads", "friction", "velocity"), [
+    (0, (1, exactly(1, 2)), 0, 1),  # the belt, from t = 1 on at t - 1, slips below it: v' = 1 - 1/2
+    (exactly(1, 2), (1, exactly(1, 2)), 1, 2),  # it moves with the belt: v' = 1/2 + 1 - 1/2
+    (0, (exactly(1, 2), 1), 0, 0),  # the ground holds it
+])  # fmt: skip
+def test_a_body_that_stands_on_ground_and_belt_is_decided_anew_when_the_belt_starts(
+    pull, loads, friction, velocity, way
+):
+    v, force, other = sp.symbols("v F G", real=True)
+    contacts = [ap.Friction(v - sp.Max(0, t - 1), force, loads[0], 1), ap.Friction(v, other, loads[1], 1)]
+    system = ap.System.with_frictions({v: pull + force + other}, {}, contacts, None, t)
+    path = ap.solve(ap.Scene(system=system, values={}, start=[0], until=3), **way)
+    assert told(path) == [("slip_onset", friction)]
+    assert (float(path.events[0].t), float(path.final[0])) == pytest.approx((1, velocity), abs=1e-8)
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize(("push", "speed"), [(sp.Max(0, t - 1), 1 / 2), (sp.Piecewise((0, t < 1), (1, True)), 1),
+                                             (sp.floor(t), 1)])  # fmt: skip
+def test_a_ball_is_pushed_away_while_a_body_beside_it_stands_on_undetermined_forces(push, speed, way):
+    v, w, force, other = sp.symbols("v w F G", real=True)
+    contacts = [ap.Friction(v, s, 1, 1) for s in (force, other)]
+    system = ap.System.with_frictions({v: force + other, w: push}, {}, contacts, None, t)
+    path = ap.solve(ap.Scene(system=system, values={}, start=[0, 0], until=2), **way)
+    assert (path.events, [*map(float, path.final)]) == ((), pytest.approx([0, speed], abs=1e-8))
