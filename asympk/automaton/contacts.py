@@ -107,6 +107,10 @@ class Place(NamedTuple):
                          coefficients=self.coefficients)  # fmt: skip
         return found(self.t, *self.state, *self.p)
 
+    def later(self, span: Any) -> "Place":
+        """Return the place of the same state after a ``span`` of time."""
+        return self._replace(t=self.t + self.numbers.convert(span))
+
     def with_nudged(self, slack: Any, least: Any = 0) -> tuple["Place", ...]:
         """Return this place and others in the ``coarser`` numbers, displaced as by ``nudges``."""
         numbers = self.numbers.coarser or self.numbers

@@ -20,6 +20,7 @@ before all of this: the system rests if some forces, determined or not, hold all
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from fractions import Fraction
 from functools import lru_cache, partial
 from itertools import chain, product
 from typing import TYPE_CHECKING, Any
@@ -30,6 +31,7 @@ from asympk.automaton.contacts import (
     DOUBLES,
     ContactPoint,
     Numbers,
+    Place,
     Solved,
     Unclear,
     clear_sign,
@@ -59,6 +61,7 @@ EXACT = 45  # digits of an exact start that count as correct; the other 15 are l
 WORKING = 40  # least number of digits on which the following mode is decided, whatever the digits of the state
 COARSER = 10  # digits by which a second, coarser evaluation is shorter; a sign on which the two differ is rounding
 ORDERS = 5  # derivatives by which it is decided whether what vanishes stays 0
+LATER = Fraction(5, 7)  # a generic span of time: after it a smooth force that is 0 now shows whether it stays 0
 LONGEST = 5_000  # operations of the longest derivative of a guard that is differentiated once more
 MOST = 8  # largest number of undecided frictions whose combinations of phases are all tried
 Tried = dict[Branch, list[tuple] | None]
@@ -372,8 +375,8 @@ def _stays(here: Junction, mode: GuardedMode, guard: int) -> bool:
     return (rates is not None and _vanish(here, rates)) or mode.keeps(value)
 
 
-def _vanish(here: Junction, exprs: tuple[sp.Expr, ...]) -> bool:
-    rows = (place.values(here.system, exprs) for place in here.places)
+def _vanish(here: Junction, exprs: tuple[sp.Expr, ...], places: tuple[Place, ...] = ()) -> bool:
+    rows = (place.values(here.system, exprs) for place in places or here.places)
     return not any(map(here.numbers.decided_sign, zip(*rows, strict=True)))
 
 
@@ -403,9 +406,15 @@ def _margin_growth(here: Junction, branch: Branch, margin: Guard) -> int:
 
 
 def _lasts(here: Junction, branch: Branch) -> bool:
-    """Tell whether what is 0 in a branch that stands stays 0 as the time goes on, as far as computed."""
-    mode = mode_of(here.system, branch)
-    rows = tuple(row for row in mode.standing if row.has(here.system.time))
+    """Tell whether what is 0 in a branch that stands stays 0 as the time goes on, as far as computed.
+
+    The states stand still, so that a smooth force which is 0 at all times is 0 at any later one, too.
+    """
+    mode, time = mode_of(here.system, branch), here.system.time
+    rows = tuple(row for row in mode.standing if row.has(time))
+    smooth = tuple(row for row in rows if not sides.is_switched(row, (time,)))
+    if not _vanish(here, smooth, tuple(place.later(LATER) for place in here.places)):
+        return False
     for _ in range(ORDERS):
         rows = tuple(map(mode.drift, rows))
         if not _vanish(here, rows):

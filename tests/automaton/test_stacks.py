@@ -308,7 +308,7 @@ def test_a_body_that_stands_on_ground_and_belt_is_decided_anew_when_the_belt_sta
 
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize(("push", "speed"), [(sp.Max(0, t - 1), 1 / 2), (sp.Piecewise((0, t < 1), (1, True)), 1),
-                                             (sp.floor(t), 1)])  # fmt: skip
+                                             (sp.floor(t), 1), (t**6, 128 / 7)])  # fmt: skip
 def test_a_ball_is_pushed_away_while_a_body_beside_it_stands_on_undetermined_forces(push, speed, way):
     v, w, force, other = sp.symbols("v w F G", real=True)
     contacts = [ap.Friction(v, s, 1, 1) for s in (force, other)]
