@@ -161,6 +161,15 @@ def test_an_implicit_step_slips_backward_against_the_force_only_from_a_load_that
     assert _loads_of_slip_opposite(1, 0.5, 1000.0, -999.0, -1000.0, 1)[0] > 0
 
 
+def test_short_moreau_steps_meet_every_kind_of_event_of_the_exact_flow_at_most_two_steps_late():
+    step = 1e-3
+    exact = ap.solve(ap.Scene("-1/2", "1/20", (-1, 0, "-0.3"), "1/2"))
+    stepped = ap.solve(exact.scene, method="moreau", step=step)
+    assert [event.kind for event in stepped.events] == ["force_zero", "velocity_zero", "slip_onset"]
+    assert (stepped.modes, len(exact.events)) == (exact.modes, 3)
+    assert all(0 < late.t - event.t < 2 * step for late, event in zip(stepped.events, exact.events, strict=True))
+
+
 def test_moreau_steps_bring_the_paradox_back_and_take_a_wrong_branch_and_we_do_not():
     exact = ap.solve(scene("iii", "1e-4"))
     stepped = ap.solve(exact.scene, method="moreau", step="1e-3")
