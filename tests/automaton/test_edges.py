@@ -363,6 +363,7 @@ def test_a_touch_at_the_very_jump_of_a_sawtooth_leaves_the_larger_of_both(how):
     (sp.Max(0, sp.sin(t)), (3 - math.cos(7), math.sin(7))),
     (sp.Piecewise((t, t < 1), (2 - t, t < 2), (0, True)), (1, 0)),
     (t + sum((-1) ** k * sp.Max(0, t - sp.Rational(k, 5)) for k in range(1, 21)), (4.2, 2)),
+    (sp.Piecewise((t * (1 - t) ** sp.Rational(3, 2), t < 1), (0, True)), (4 / 35, 0)),  # real only until it stops
 ])  # fmt: skip
 def test_a_belt_whose_speed_has_kinks_takes_a_block_along_without_any_slip(belt, end, how):
     friction = ap.Friction(velocity=v - belt, force=F, load=1, kinetic=2)
