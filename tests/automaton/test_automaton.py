@@ -253,6 +253,14 @@ def test_a_reaction_that_grows_beyond_all_bounds_ends_the_run_by_name():
         follow(system, {"v": -90}, 3)
 
 
+def test_a_reaction_that_grows_beyond_all_bounds_after_hundreds_of_swings_of_another_body_is_found_by_steps():
+    """v' = 1 + (t - 1)/(2 - t): v is log(2/p) - 90 where p = 2 - t has fallen to 2e-8."""
+    friction = ap.Friction(velocity=v, force=F, load=N, kinetic=t, normal=N, constraint=1 - 2 * N + F)
+    swings = ap.System.with_frictions({v: 1 - N + F, x: w, w: -4_000_000 * x}, {}, [friction], time=t)
+    with pytest.raises(UnboundedReaction, match=rf"t = 1\.99999998, v = {math.log(1e8) - 90:.3f}"):
+        follow(swings, {"v": -90, "x": 1, "w": 0}, 3, method="dop853", rtol=1e-4)
+
+
 def test_a_twisting_relay_accumulates_where_its_events_shrink_geometrically_to():
     frictions = [ap.Friction(velocity=s, force=f, load=1, kinetic=k) for s, f, k in ((x, F, 3), (v, G, 1))]
     twisting = ap.System.with_frictions({x: v, v: F + G}, {}, frictions)
