@@ -38,6 +38,14 @@ def test_a_pendulum_comes_back_after_its_period_to_all_digits(digits):
         assert max(abs(mp.mpf(path.final[0]) - 1), abs(mp.mpf(path.final[1]))) < mp.mpf(10) ** (1 - digits)
 
 
+def test_a_state_that_stays_as_it_is_makes_no_reference_look_better():
+    x, y = sp.symbols("x y", real=True)
+    alone, beside = (ap.System.smooth({y: -(y**2), **other}, {}, None) for other in ({}, {x: 0}))
+    error, with_other = (ap.solve(ap.Scene(system=system, start=start, until=1), digits=8).error
+                         for system, start in ((alone, [1]), (beside, [1, 0])))  # fmt: skip
+    assert error == with_other > 0
+
+
 def test_steps_grow_as_their_last_polynomials_allow_from_a_fast_time_to_a_slow_one():
     """From 1e-12 to 1/4 they grew 56 times by 1.6; by 4 it is 19 times."""
     x, y = sp.symbols("x y", real=True)
