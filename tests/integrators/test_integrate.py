@@ -494,6 +494,15 @@ def test_a_run_that_stops_short_says_what_helps(rate, start, options, advice):
         ap.solve(ap.Scene(system=system, start=[start], until=2), "radau", **options)
 
 
+@pytest.mark.parametrize("method", ["lsoda", *here("cvode")])
+def test_a_run_whose_steps_gain_no_more_time_is_given_up_long_before_all_are_spent(method):
+    """x = 1/(1 - t) grows beyond all bounds; these two solvers then step on the spot."""
+    x = sp.Symbol("x", real=True)
+    with pytest.raises(Unfinished, match=r"stalled \(the last 101 steps gained nothing\)") as caught:
+        ap.solve(ap.Scene(system=ap.System.smooth({x: x**2}, {}, None), start=[1], until=2), method)
+    assert caught.value.path.info["work"]["steps"] < 2000
+
+
 @pytest.mark.parametrize("method", ["rk45", "dop853", "radau", "bdf", "lsoda"])
 def test_a_try_of_a_step_beyond_where_rates_have_values_is_made_shorter(method):
     """y'/100 = x - y^(3/2) begins at y = 0, below which no rate is real."""
