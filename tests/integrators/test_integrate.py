@@ -288,6 +288,16 @@ def test_a_pole_of_one_rate_is_none_of_the_limits_of_the_others():
         ap.solve(_passing(lambda x: 1 / x), method="rk45")
 
 
+@pytest.mark.parametrize("method", ["rk45", "lsoda"])
+def test_a_divisor_that_has_nearly_vanished_ends_no_run_whose_steps_go_on(method):
+    """p = exp(-50 t) is below 1e-8 from t = 0.37 on, and q = log((1 + e)/(p + e))/50."""
+    p, q, y, w = sp.symbols("p q y w", real=True)
+    beside = ap.System.smooth({p: -50 * p, q: p / (p + sp.Rational(1, 10**9)), y: w, w: -160_000 * y}, {}, None)
+    path = ap.solve(ap.Scene(system=beside, start=[1, 0, 1, 0], until=1), method)
+    assert path.info["work"]["steps"] > 1500
+    assert path.final[1] == pytest.approx(np.log((1 + 1e-9) / (np.exp(-50) + 1e-9)) / 50, rel=1e-8)
+
+
 def test_a_quotient_that_has_a_limit_where_its_divisor_vanishes_is_followed_through_it():
     path = ap.solve(_passing(lambda x: sp.sin(x) / x))
     assert path.final[1] == pytest.approx(2 * float(sp.Si(sp.Rational(1, 2))), abs=1e-9)
