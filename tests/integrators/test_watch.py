@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from asympk.integrators.collocation import _root
 from asympk.integrators.stepwise import _bracketed
 from asympk.integrators.watch import Look, first_lost
 
@@ -34,6 +35,13 @@ def test_a_guard_that_comes_as_near_to_zero_as_its_rounding_is_lost_where_it_tur
 def test_a_guard_that_falls_through_a_multiple_root_is_lost_there():
     t, guard = lost(lambda t: math.sin(t) ** 3, lambda t: 3 * math.sin(t) ** 2 * math.cos(t), 1, 4)
     assert (t, guard) == (pytest.approx(math.pi, rel=1e-12), 0)
+
+
+@pytest.mark.parametrize("root", [_bracketed, lambda *given: _root(*given, 1e-15)])
+@pytest.mark.parametrize(("low", "high"), [(0.0, 1.0), (-1.0, 0.0)])
+@pytest.mark.parametrize("slope", [-1, 1])
+def test_a_function_that_vanishes_at_an_end_has_its_root_there(root, low, high, slope):
+    assert root(lambda t: slope * t * (1 + t * t), low, high) == 0
 
 
 def test_a_guard_that_grows_from_zero_is_not_lost_within_a_step_of_the_rounding_of_its_time():
