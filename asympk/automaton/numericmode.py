@@ -1,7 +1,7 @@
 r"""A mode in numbers: its rates, Jacobian and guards, its switches by the time, and the zeros its states are moved to.
 
 ``NumericMode`` is what integrators and other flows follow. They call ``rhs``, ``jac`` and ``guard_values``;
-``smooth_until``, ``steps_until`` and ``longest_step`` bound their steps. ``snapped`` and ``settled`` move a state at an
+``steps_until`` and ``longest_step`` bound their steps. ``snapped`` and ``settled`` move a state at an
 event onto zeros of guards and constraints, by the hard function ``_projected``.
 """
 
@@ -120,21 +120,18 @@ class NumericMode:
         values = zip(self.mode.poles, first, self.pole_values(t, state), strict=True)
         return next((expr for expr, begun, value in values if abs(value) < NEXT_TO_NOTHING * abs(begun)), None)
 
-    def smooth_until(self, t: Any, until: Any) -> Any:
-        """Return the time just before the next switch of the mode by the time alone, or ``until``."""
-        return self._before(switches_of(self.mode.system), t, until)
-
     def steps_until(self, t: Any, until: Any) -> Any:
         """Return the time at which a step must end: just before the next switch or peak by the time, or ``until``."""
         return self._before((*switches_of(self.mode.system), *peaks_of(self.mode.system)), t, until)
 
     def _before(self, known: tuple[Switch, ...], t: Any, until: Any) -> Any:
+        """Return the time just before the next of the ``known`` switches, or ``until``."""
         ends = (switch - width for switch, width in self._switched_near(known, t))
         return min([until, *(end for end in ends if end > t)])
 
     def require_smooth(self, t: Any, until: Any) -> None:
         """Raise ``NotDerivable`` where the time alone switches the mode before ``until``."""
-        if self.mode.switches and (end := self.smooth_until(t, until)) < until:
+        if self.mode.switches and (end := self._before(switches_of(self.mode.system), t, until)) < until:
             raise NotDerivable(f"mode {self.name} switches at t = {float(end):.6g}: this model follows no switch; use "
                                "an exact method, or end the run before it")  # fmt: skip
 
