@@ -17,7 +17,7 @@ from asympk.pictures import anymechanism as mechanisms
 from asympk.pictures import decreasing as decrease
 from asympk.pictures import drawings, figures, maps, style
 from asympk.storage.rows import StoredRows, read_rows
-from asympk.studies import anymechanism, chart, collisions, convergence, damping, decreasing, divide, leastmap, peer
+from asympk.studies import anymechanism, bench, chart, collisions, convergence, damping, decreasing, divide, leastmap
 from asympk.studies.least import LADDER
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ ARTEFACTS = (
     Artefact("least", leastmap.rows, {"least": partial(maps.least_models, names=[*LADDER])},
              numbers=macros.of_least),
     Artefact("decreasing", decreasing.rows, {"decreasing": decrease.decreasing}, rowtables.decreasing_table),
-    Artefact("peer", peer.rows, numbers=macros.of_peer),
+    Artefact("peer", bench.peer_rows, numbers=macros.of_peer),
     Artefact("damping", damping.rows, {"damping": gallery.damping_picture}, rowtables.damping_table,
              macros.of_damping),
     Artefact("work", None, {

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterable
 from functools import cache, partial
+from itertools import product
 from statistics import median
 from time import perf_counter
 from typing import Any
@@ -16,6 +17,7 @@ import numpy as np
 import sympy as sp
 
 import asympk as ap
+from asympk.storage.rows import StoredRows
 
 SCENES = {"i": (0, 0, 1), "ii": (0, 0.2, -1), "iii": (-1, -1, 1)}
 MUS = (1e-2, 1e-4, 1e-6)
@@ -101,6 +103,20 @@ def general(name: str, mu: float) -> str:
     each = (perf_counter() - begin) / spread.shape[1]
     return (f"{affine * 1e6:7.1f} us, the kernel's {affine / kernel:.0f} times; LSODA {lsoda / affine:.1f} times; "
             f"{affine / each:.1f} times the arrays' {each * 1e6:.0f} us")
+
+
+def peer_rows() -> StoredRows:
+    """Return the rows on the kernel of the rod against its nearest peer, the affine flow, for all scenes and mu.
+
+    ``affine`` is the time of the affine flow over that of the kernel, ``lsoda`` that of LSODA at 1e-6 over that of the
+    affine flow.
+    """
+    found = StoredRows(provenance={"until": 5, "sigma": 1})
+    for name, mu in product(SCENES, MUS):
+        _, affine, kernel, lsoda = beside_the_kernel(name, mu)
+        times = {"affine": affine / kernel, "lsoda": lsoda / affine}
+        found.append({"scene": name, "mu": mu, **{of: float(f"{ratio:.3g}") for of, ratio in times.items()}})
+    return found
 
 
 def imports() -> str:
