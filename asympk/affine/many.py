@@ -85,11 +85,8 @@ def solve_many(
     if not affine(system):
         raise InputError("solve_many follows the rod and systems whose modes are all affine and not switched by the "
                          "state or the time; solve scene by scene")
-    names = tuple(s.name for s in system.states)
     parameters, states, horizon, shape = _broadcast(system, values, start, until)
-    total = horizon.size
-    first = np.zeros((len(system.frictions), total), dtype=np.uint8)
-    result = _Result(np.empty((len(names), total)), np.zeros(total, dtype=np.int32), first, [], [], {}, strict)
+    total, result = horizon.size, _blank(system, horizon.size, strict)
     done, somewhere = 0, {key: unread(f"start: {key}", v).flat[0] for key, v in start.items()} if total else {}
     for chosen, rows in _groups(parameters, total):
         exact, _ = system.placed(dict(zip(values, chosen, strict=True)), somewhere)
@@ -100,11 +97,16 @@ def solve_many(
             done += mine.size
             if progress:
                 progress(done, total)
-    final, count = result.final.reshape(len(names), *shape), result.n_events.reshape(shape)
-    events = _in_order(result.notes, len(names))
-    first = first.reshape(len(first), *shape)
-    given = {str(key): value for key, value in (*values.items(), *start.items(), ("until", until))}
-    return AffineEnsemble(names, final, count, first, len(result.alone), result.left, events, given)
+    return _ensemble(system, result, shape, {**values, **start, "until": until})
+
+
+def one_by_one(follow: Any, system: Any, values: Any, start: Any, until: Any) -> AffineEnsemble:
+    """Follow the trajectories of any system by ``follow(scene)`` from columns of numbers by name, all of one length."""
+    result = _blank(system, until.size)
+    for row in range(until.size):
+        here, begin = ({name: float(column[row]) for name, column in part.items()} for part in (values, start))
+        _alone(follow, system, here, begin, until[row], row, result)
+    return _ensemble(system, result, until.shape, {})
 
 
 class _Result(NamedTuple):
@@ -127,6 +129,19 @@ class _Result(NamedTuple):
             reason.args = (f"trajectory {row}: {reason}", *reason.args[1:])
             raise reason
         self.final[:, row], self.left[int(row)] = np.nan, outcome_of(reason)
+
+
+def _blank(system, total, strict=False):
+    first = np.zeros((len(system.frictions), total), dtype=np.uint8)
+    return _Result(np.empty((len(system.states), total)), np.zeros(total, dtype=np.int32), first, [], [], {}, strict)
+
+
+def _ensemble(system, result, shape, given):
+    names, events = tuple(s.name for s in system.states), _in_order(result.notes, len(system.states))
+    final, first = (part.reshape(len(part), *shape) for part in (result.final, result.first))
+    given = {str(key): value for key, value in given.items()}
+    return AffineEnsemble(names, final, result.n_events.reshape(shape), first, len(result.alone), result.left, events,
+                          given)  # fmt: skip
 
 
 def _broadcast(system, values, start, until):
@@ -239,8 +254,11 @@ def _follow(modes, w, until, rows, result):
         lost = np.ones(len(w), dtype=bool) if apart else _together(modes, w, until, rows, result)
     except (OutOfRange, ZeroDivisionError):  # no row has finite rates
         lost = np.ones(len(w), dtype=bool)
+    system, names = modes.system, [s.name for s in modes.system.states]
+    values = dict(zip(system.parameters, modes.automaton.values, strict=True))
     for i in np.flatnonzero(lost):
-        _alone(modes.automaton, start[i], until[i], rows[i], result)
+        begin = dict(zip(names, start[i].tolist(), strict=True))
+        _alone(run, system, values, begin, until[i], rows[i], result)
 
 
 def _together(modes, w, until, rows, result):
@@ -356,15 +374,12 @@ def _chosen(modes, candidates, t, w, velocities, loads):
     return found, doubtful | (found < 0)
 
 
-def _alone(automaton, start, until, row, result):
-    """Follow one trajectory by the scalar flow."""
-    system = automaton.system
-    states = dict(zip((s.name for s in system.states), map(float, start), strict=True))
-    values = dict(zip(system.parameters, automaton.values, strict=True))
+def _alone(follow, system, values, start, until, row, result):
+    """Follow one trajectory by ``follow(scene)``."""
     result.alone.append(row)
     result.n_events[row] = 0
     try:
-        path = run(Scene(system=system, values=values, start=states, until=float(until)))
+        path = follow(Scene(system=system, values=values, start=start, until=float(until)))
     except tuple(REFUSALS) as reason:
         result.leave(row, reason)
         return

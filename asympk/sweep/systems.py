@@ -14,13 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from asympk.affine.many import solve_many
+from asympk.affine.many import one_by_one, solve_many
 from asympk.affine.run import affine
 from asympk.errors import InputError, OutOfRange
-from asympk.many import PHASES, REFUSALS, outcome_of
 from asympk.methods import solve
 from asympk.numbers import Number, number, short
-from asympk.scene import Scene
 from asympk.scenes.systemfile import cancelled, coordinates_of_start, system_of, without
 from asympk.storage.tomlfile import require_keys
 from asympk.sweep.family import Axis, Followed, by_state, require_time
@@ -144,12 +142,12 @@ class SystemFamily:
         if self.coordinates:
             start = self._starts(values, start, size)
         values = without(_cancelled(self.text), values)
-        if affine(self.system):
-            with suppress(InputError):  # refused parameters: scenes are then tried one by one
-                many = solve_many(system=self.system, values=values, start=start, until=columns[UNTIL])
-                events = many.events()
-                return Followed(many.final, many.n_events, many.outcome, many.first, events.kind, events.friction)
-        return _one_by_one(self.system, values, start, columns[UNTIL])
+        many, until = None, columns[UNTIL]
+        with suppress(InputError):  # refused parameters: scenes are then tried one by one
+            many = affine(self.system) and solve_many(system=self.system, values=values, start=start, until=until)
+        many = many or one_by_one(solve, self.system, values, start, until)
+        events = many.events()
+        return Followed(many.final, many.n_events, many.outcome, many.first, events.kind, events.friction)
 
     def _in_states(self, values, start):
         """Return a start as {state: value}."""
@@ -167,26 +165,6 @@ class SystemFamily:
 
 def _row(columns, row):
     return {name: float(column[row]) for name, column in columns.items()}
-
-
-def _one_by_one(system, values, start, until):
-    """Follow scenes one at a time by ``solve``."""
-    size, frictions = until.size, len(system.frictions)
-    final, count = np.full((len(start), size), np.nan), np.zeros(size, dtype=np.int32)
-    first, outcome = np.zeros((frictions, size), dtype=np.uint8), np.zeros(size, dtype=np.uint8)
-    events = []
-    for row in range(size):
-        here, begin = (_row(part, row) for part in (values, start))
-        try:
-            path = solve(Scene(system=system, values=here, start=begin, until=float(until[row])))
-        except tuple(REFUSALS) as reason:
-            outcome[row] = outcome_of(reason)
-            continue
-        final[:, row], count[row] = path.final, len(path.events)
-        first[:, row] = [PHASES.index(phase) for phase in path.modes[0].split("+")[:frictions]]
-        events += path.events
-    kind, friction = np.array([e.kind for e in events], dtype="U16"), np.array([e.friction for e in events], dtype=int)
-    return Followed(final, count, outcome, first, kind, friction)
 
 
 def family_of_table(table: Mapping[str, Any]) -> SystemFamily:
