@@ -6,7 +6,7 @@ The F_r are ``t^k/k! e^{a t}`` for a real eigenvalue a, ``t^k/k! e^{a t} cos(w t
 Otherwise they are residues (``of_roots``). With ``(z - M)^{-1} = N(z) / q(z)`` (``polynomial``),
 ``N(z) = sum A_i (z - l)^i`` and ``(z - l)^m / q(z) = sum s_j (z - l)^j``, the residue of ``e^{z t} (z - M)^{-1}`` at a
 root l of multiplicity m gives the coefficient of ``t^k/k! e^{l t}``: the sum of A_i s_j over i + j = m - 1 - k
-(``polynomial.residues_at``). For a simple eigenvalue N(l) has rank one; its diagonal, one column and one row suffice.
+(``polynomial.residues_at``). The A_i are whole matrices times powers of l, and so exact until they are rounded.
 
 The D_r grow as eigenvalues approach one another, and their sum loses digits. ``exponential`` therefore takes more bits
 until ``X = sum F_r D_r`` satisfies ``X(0) = 1`` and ``X' = M X``, which only ``e^{M t}`` does (``_solves``).
@@ -18,21 +18,22 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from itertools import count, takewhile
+from math import comb
 
 import numpy as np
 
 from asympk.affine.eigenpairs import Eigenpairs, cleaned, eigenpairs
 from asympk.affine.functions import Block, initial, rate_of
-from asympk.affine.polynomial import in_whole_numbers, polynomial_roots, residues_at, resolvent, taylor
+from asympk.affine.polynomial import in_whole_numbers, polynomial_roots, residues_at, resolvent
 from asympk.arithmetic import flow_context, set_digits
 from asympk.errors import InputError, Undecided
+from asympk.multiprecision import whole_product
 
 MOST_STATES = 48
 DIGITS_FOR_DOUBLES = 24
 LARGEST = 400  # the power of ten beyond which numbers are refused, which no number here comes near
 _SPARE_BITS = 64
 _BITS_A_DIGIT = 5.4  # some 1.6 digits for each digit asked for
-_CLEAR_BITS = 24  # bits above the rounding error from which on a value counts
 _RIGHT_BITS_A_DIGIT = 3.7  # bits to which ``e^{M t}`` is right for each digit asked for
 _MOST_BITS = 1 << 13  # beyond which the bits are not doubled again: the search for roots would take minutes
 
@@ -97,16 +98,22 @@ def of_pairs(found: Eigenpairs) -> Iterator[tuple[Block, np.ndarray]]:
 
 
 def of_roots(entries: tuple[tuple[Fraction, ...], ...], bits: int) -> Iterator[tuple[Block, np.ndarray]]:
-    """Yield (block, matrices) of all eigenvalues, which may be multiple, as roots of the characteristic polynomial."""
+    """Yield (block, matrices) of all eigenvalues, which may be multiple, as roots of the characteristic polynomial.
+
+    Matrices that vanish at the end are left out.
+    """
     found = resolvent(entries)
     m = flow_context(LARGEST)
     set_digits(m, int(0.3 * bits) + 20 + 3 * len(entries))
     for root in polynomial_roots(found, m):
-        block, matrices = _piece(m, found, root)
-        decay, turn = _fixed(np.array([block.decay, block.turn]), bits)
+        value, residues = root.value / found.denominator, np.array(_residues(m, found, root))
+        decay, turn = _fixed(np.array([m.re(value), m.im(value)]), bits)
         if not (turn or root.real):
             raise Undecided("a pair of eigenvalues may be two real ones")
-        yield block._replace(decay=decay, turn=turn), _fixed(matrices, bits)
+        parts = [[v] if root.real else [2 * v.real, -2 * v.imag] for v in residues.flat]
+        matrices = np.moveaxis(_fixed(np.array(parts).reshape(*residues.shape, -1), bits), -1, 1)
+        size = len(np.trim_zeros(matrices.any(axis=(1, 2, 3)), "b"))
+        yield Block(decay, turn, size), matrices[:size].reshape(-1, *residues.shape[1:])
 
 
 def _fixed(values, bits):
@@ -117,54 +124,13 @@ def _fixed(values, bits):
     return cleaned(np.array(whole, dtype=object).reshape(values.shape), bits)
 
 
-def _piece(m, found, root):
-    """Return the block of a root and the matrices of its functions, without vanishing matrices at the end."""
-    residues = _simple(m, found, root.value) if root.eigenvalues == 1 else _multiple(m, found, root)
-    while residues and not any(map(bool, residues[-1].flat)):
-        residues.pop()
-    value = root.value / found.denominator
-    if root.real:
-        return Block(m.re(value), m.zero, len(residues)), np.array(residues)
-    matrices = [part for d in residues for part in (_parts(d, lambda v: 2 * v.real), _parts(d, lambda v: -2 * v.imag))]
-    return Block(m.re(value), m.im(value), len(residues)), np.array(matrices)
-
-
-def _parts(matrix, part):
-    return np.array([[part(value) for value in row] for row in matrix], dtype=object)
-
-
-def _simple(m, found, z):
-    """Return [D] for a simple eigenvalue: ``N(z)/q'(z)``, of rank one."""
-    slope = sum(k * c * z ** (k - 1) for k, c in enumerate(found.polynomial) if k)
-    powers = [z**k for k in range(len(found.adjugate))]
-
-    def part(index):
-        terms = found.adjugate[index]
-        return _cleaned(m, terms, z, sum(term * power for term, power in zip(terms, powers, strict=True)))
-
-    every = slice(None)
-    size = found.adjugate.shape[1]
-    diagonal = part((every, range(size), range(size)))
-    pivot = max(range(size), key=lambda i: abs(diagonal[i]))
-    column, row = part((every, every, pivot)), part((every, pivot, every))
-    return [np.outer(column, row / (diagonal[pivot] * slope))]
-
-
-def _multiple(m, found, root):
+def _residues(m, found, root):
     """Return [D_0, .., D_{m-1}], the coefficients of ``t^k/k! e^{z t}`` for a root of multiplicity m."""
-    series = [_cleaned(m, found.adjugate, root.value, c) for c in taylor(found.adjugate, root.value, root.multiplicity)]
+    places, shape = range(len(found.adjugate)), found.adjugate.shape[1:]
+    table, series = found.adjugate.reshape(len(places), -1).T, []
+    for j in range(root.multiplicity):  # the coefficient of (z - l)^j in N(z)
+        weights = [comb(k, j) * root.value ** max(k - j, 0) for k in places]
+        real, imaginary = (whole_product(m, table, 0, np.array([*map(part, weights)])) for part in (m.re, m.im))
+        series.append((real if root.real else real + imaginary * m.j).reshape(shape))
     of_whole = residues_at(found.polynomial, series, root.value)
     return [matrix * m.mpf(found.denominator) ** -k for k, matrix in enumerate(of_whole)]
-
-
-def _cleaned(m, coefficients, z, values):
-    """Return ``values`` of ``sum coefficients[k] z^k``, with those below the rounding error of their terms set to 0."""
-    if not z:
-        return values
-    most = np.max([_bits(c) + k * m.mag(z) for k, c in enumerate(coefficients)], axis=0)
-    counts = np.vectorize(lambda v, bits: bool(v) and m.mag(v) > bits - m.prec + _CLEAR_BITS, otypes=[bool])
-    return np.where(counts(values, most), values, 0 * values)
-
-
-def _bits(integers):
-    return np.vectorize(lambda c: c.bit_length() if c else -(10**9), otypes=[np.int64])(integers)

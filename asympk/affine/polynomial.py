@@ -27,25 +27,24 @@ _MOST_ITERATIONS = 100
 class Resolvent:
     """``q(z)`` and ``N(z) = q(z) / (z - denominator M)``: ``polynomial[k]``, ``adjugate[k]`` stand before ``z^k``.
 
-    ``factors`` are the square-free factors of q, each with its power in q and in the characteristic polynomial.
+    ``factors`` are the square-free factors of q, each with its power in q.
     ``estimates`` are the eigenvalues in doubles, divided by the ``largest`` entry.
     """
 
     denominator: int
     polynomial: tuple[int, ...]
-    factors: tuple[tuple[tuple[int, ...], int, int], ...]
+    factors: tuple[tuple[tuple[int, ...], int], ...]
     adjugate: np.ndarray
     largest: int
     estimates: np.ndarray
 
 
 class Root(NamedTuple):
-    """A real root of q, or the upper root of a complex pair; ``eigenvalues`` is its multiplicity as an eigenvalue."""
+    """A real root of q, or the upper root of a complex pair."""
 
     value: Any
     multiplicity: int
     real: bool
-    eigenvalues: int
 
 
 def in_whole_numbers(rows: Sequence[Sequence[Fraction]]) -> tuple[np.ndarray, int]:
@@ -60,7 +59,7 @@ def resolvent(matrix: tuple[tuple[Fraction, ...], ...]) -> Resolvent:
     """Return the ``Resolvent`` of a square array of Fractions."""
     whole, denominator = in_whole_numbers(matrix)
     factors = _least_powers(whole, _square_free(eigenvalue_polynomial(whole)))
-    polynomial = _product((factor, power) for factor, power, _ in factors)
+    polynomial = _product(factors)
     *adjugate, _ = _divided(whole, polynomial)
     largest = abs(whole).max() or 1
     estimates = np.linalg.eigvals((whole / largest).astype(float))
@@ -94,7 +93,7 @@ def _product(powers):
 
 
 def _least_powers(whole, factors):
-    """Return (factor, power, power in ``factors``) with the least powers whose product vanishes at the matrix."""
+    """Return the factors with the least powers whose product vanishes at the matrix."""
 
     def vanishes(powers):
         *_, last = _divided(whole, _product(zip((factor for factor, _ in factors), powers, strict=True)))
@@ -105,12 +104,12 @@ def _least_powers(whole, factors):
     for i, power in enumerate(powers):
         lower = ([*powers[:i], k, *powers[i + 1 :]] for k in range(1, power))
         powers = next(filter(vanishes, lower), powers)
-    return tuple((factor, k, most) for (factor, most), k in zip(factors, powers, strict=True))
+    return tuple((factor, power) for (factor, _), power in zip(factors, powers, strict=True))
 
 
 def polynomial_roots(found: Resolvent, m: Arithmetic) -> list[Root]:
     """Return the roots of ``q``, denominator times eigenvalues, to ``m.prec`` bits less those lost by conditioning."""
-    return [Root(value, power, real, many) for factor, power, many in found.factors
+    return [Root(value, power, real) for factor, power in found.factors
             for value, real in _paired(m, _simple_roots(m, factor, found))]  # fmt: skip
 
 
