@@ -6,8 +6,8 @@ fixed, by an inverse in doubles that is computed once. A step gains some 40 bits
 matrices. ``_newton`` is the hard function.
 
 The eigenvalue 0 may have any multiplicity, found from the characteristic polynomial modulo a prime; its part is the
-unit matrix less the other parts. All other eigenvalues must be found distinct from each other and from 0. Otherwise
-``eigenpairs`` returns None and ``polynomial`` finds the spectrum.
+unit matrix less the other parts. Where another eigenvalue is multiple, the correction matrix is singular, and Newton's
+method does not converge: ``eigenpairs`` returns None, and ``polynomial`` finds the spectrum.
 """
 
 from typing import NamedTuple
@@ -34,7 +34,7 @@ class Eigenpairs(NamedTuple):
 
 
 def eigenpairs(whole: np.ndarray, denominator: int, bits: int) -> Eigenpairs | None:
-    """Return the ``Eigenpairs`` of ``whole / denominator``, or None unless all eigenvalues but 0 are clearly simple."""
+    """Return the ``Eigenpairs`` of ``whole / denominator``, or None where an eigenvalue but 0 is not clearly simple."""
     zeros = _zeros(whole, denominator)
     try:
         matrix = (whole / denominator).astype(float)
@@ -42,8 +42,6 @@ def eigenpairs(whole: np.ndarray, denominator: int, bits: int) -> Eigenpairs | N
         with np.errstate(divide="raise", invalid="raise", over="raise"):  # a matrix of corrections has a row of zeros
             values, right, left = _refined(whole, denominator, matrix, values, vectors, bits)
     except (np.linalg.LinAlgError, OverflowError, ArithmeticError):
-        return None
-    if not _distinct(values, bits):
         return None
     parts = _parts(right, left, bits)
     many = 1 + (values[1] != 0)[:, None, None]
@@ -132,17 +130,6 @@ def _whole(array, bits):
 
 def _floats(array, bits):
     return (array / (1 << bits)).astype(float)
-
-
-def _distinct(values, bits):
-    """Tell whether eigenvalues differ from each other, from 0, and complex ones from their conjugates."""
-    least = 1 << (bits * 3 // 4)
-    pairs = [*zip(*values.tolist(), strict=True)]
-    everything = [(0, 0), *pairs, *((re, -im) for re, im in pairs if im)]
-    return all(
-        abs(a[0] - b[0]) > least or abs(a[1] - b[1]) > least
-        for k, a in enumerate(everything) for b in everything[:k]
-    )  # fmt: skip
 
 
 def _parts(right, left, bits):
