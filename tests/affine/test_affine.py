@@ -148,8 +148,8 @@ def test_the_first_root_of_several_guards_is_found_on_random_systems():
         if found:
             (guard,) = found[1]
             *c, d = mode.guards[guard]
-            at, matrix = np.array(truth(mode, start, until)), np.array(mode.matrix, dtype=float)
-            value, rate = at @ np.array(c, dtype=float) + float(d), matrix @ at + np.array(mode.vector, dtype=float)
+            at = np.array(truth(mode, start, until))
+            value, rate = at @ np.array(c, dtype=float) + float(d), np.array(mode.rows, dtype=float) @ [*at, 1]
             assert abs(value / (rate @ np.array(c, dtype=float))) < 1e-14 * until + 1e-15
 
 
