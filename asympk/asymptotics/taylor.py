@@ -125,25 +125,7 @@ def at_number(expr: sp.Expr, value: Any, tape: Any) -> Any:
         if expr.exp.q == 2:
             return _power(tape.call("sqrt", value), int(expr.exp.p))
         return tape.call("exp", tape.call("log", value) * Fraction(int(expr.exp.p), int(expr.exp.q)))
-    if not expr.args or expr == U:
-        return _evaluated(expr, {U: value}, tape)
-    return _evaluated(expr, _Scalars({U: value}, tape), tape)
-
-
-class _Scalars(dict):
-    """The values of functions of ``U``, each computed by ``at_number`` on first access."""
-
-    def __init__(self, values, tape):
-        super().__init__(values)
-        self.tape = tape
-
-    def __contains__(self, expr):
-        return super().__contains__(expr) or expr.is_Function or (
-            expr.is_Pow and expr.base == U and not expr.exp.is_Integer
-        )  # fmt: skip
-
-    def __missing__(self, expr):
-        return at_number(expr, self[U], self.tape)
+    return _evaluated(expr, {U: value}, tape)
 
 
 def _function(expr, values, tape):
