@@ -30,8 +30,6 @@ from asympk.symbolic.expansion import INFINITE, fast_jacobian, regular, require_
 from asympk.symbolic.sides import SWITCHING
 from asympk.symbolic.system import Mode
 
-NUMPY_NAMES = {f"a{f}": f"arc{f}" for f in ("sin", "cos", "tan", "sinh", "cosh", "tanh")}
-
 
 class Formulas:
     """One smooth mode as compiled functions: x the slow states, y the fast ones, b the branch's value.
@@ -243,8 +241,8 @@ class Formulas:
 
 def _functions(target):
     """Return {name: function or constant} of ``"math"``, ``"cmath"`` or ``"numpy"``."""
-    module, known = import_module(target), NUMPY_NAMES if target == "numpy" else {}
-    return {f: getattr(module, known.get(f, f)) for f in (*FUNCTIONS, "pi")} | {"E": module.e}
+    module = import_module(target)
+    return {f: getattr(module, f) for f in (*FUNCTIONS, "pi")} | {"E": module.e}
 
 
 def _first(values):
