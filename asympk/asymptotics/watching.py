@@ -1,12 +1,11 @@
 """Which guard is lost first within a step of integration, and when, also if it becomes negative and positive again.
 
 A guard that is positive at both ends of a step may have vanished twice in between. This is examined where the guard
-falls at the beginning of the step and rises at its end, and where the cubic Hermite interpolant between the ends falls
-sufficiently low: then the least value of the guard itself is sought. The states within a step come from a shorter step
-of the same method, because dense output is less accurate than a step, for fast states above all.
+falls at the beginning of the step and rises at its end, and where its tangents at the ends meet sufficiently low: then
+the least value of the guard itself is sought. The states within a step come from a shorter step of the same method,
+because dense output is less accurate than a step, for fast states above all.
 """
 
-import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
 
@@ -16,7 +15,7 @@ from asympk.asymptotics.nonstiff import Step
 
 Guards = Callable[[float, tuple[float, ...]], Sequence[float]]
 NUDGE = 1e-6  # the difference in time, in units of a step, for the slopes of guards at the ends of the step
-SHALLOW = 0.5  # the least value of the interpolant, in units of the lesser end value, above which no dip is sought
+SHALLOW = 0.5  # where the tangents meet, in units of the lesser end value, above which no dip is sought
 
 
 def watched(
@@ -55,25 +54,18 @@ def _first_lost(step: Step, guards: Guards, size: int, before: tuple, after: tup
 
 
 def _may_dip(a: float, b: float, fall: float, rise: float) -> bool:
-    """Tell whether the interpolant of a guard with positive values a, b at the ends of a step is low between them."""
-    return min(a, b) > 0 and _hermite(_bottom(a, b, fall, rise), a, b, fall, rise) <= SHALLOW * min(a, b)
+    """Tell whether a guard with positive values a, b at the ends of a step may be low between them.
+
+    Where the tangents meet in the middle third of the step, the cubic with these values and slopes lies above them.
+    """
+    share = (a - b + rise) / (rise - fall)
+    return min(a, b) > 0 and not (1 / 3 <= share <= 2 / 3 and a + fall * share > SHALLOW * min(a, b))
 
 
 def _dip(value: Callable, step: Step) -> float | None:
     """Return a time within a step at which a guard is negative, or None."""
     found = minimize_scalar(value, bounds=(step.t, step.after), method="bounded", options={"xatol": 1e-9 * step.span})
     return float(found.x) if found.fun < 0 else None
-
-
-def _bottom(a: float, b: float, fall: float, rise: float) -> float:
-    """Return the minimum in (0, 1) of a cubic, a zero of its slope, given values and slopes at 0 and 1."""
-    cubic, square = 3 * (2 * (a - b) + fall + rise), 3 * (b - a) - 2 * fall - rise  # cubic u^2 + 2 square u + fall
-    return -fall / (square + math.sqrt(square * square - cubic * fall))
-
-
-def _hermite(share: float, a: float, b: float, fall: float, rise: float) -> float:
-    left = 1 - share
-    return (left * left * (a * (1 + 2 * share) + fall * share) + share * share * (b * (1 + 2 * left) - rise * left))
 
 
 def _zero(value: Callable, low: float, high: float) -> float:
