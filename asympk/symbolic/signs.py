@@ -17,7 +17,7 @@ def nonzero(expr: sp.Expr, assumptions: sp.Basic = sp.true) -> sp.Basic:
     """Return the condition under which ``expr`` is not 0, without the factors that never vanish."""
     if expr == 0:
         return sp.false
-    return sp.And(*(_reduced(sp.Ne(f, 0), assumptions) for f, _ in factored(expr)[1] if _vanishes(f, assumptions)))
+    return sp.And(*(reduce_under(sp.Ne(f, 0), assumptions) for f, _ in factored(expr)[1] if _vanishes(f, assumptions)))
 
 
 def conjunction(signs: list[tuple[sp.Expr, int]], assumptions: sp.Basic = sp.true) -> sp.Basic:
@@ -188,11 +188,4 @@ def _relation(expr, assumptions):
     """Return ``expr > 0``, or True or False where this follows from the assumptions, with all symbols real."""
     real = {s: sp.Dummy(real=True) for s in expr.free_symbols if s.is_real is None}
     known = sp.sympify(expr.subs(real) > 0, strict=True)
-    return known if known in (sp.true, sp.false) else _reduced(expr > 0, assumptions)
-
-
-def _reduced(relation, assumptions):
-    """Solve a rational relation in one symbol within its assumed range; return any other relation unchanged."""
-    if len(relation.free_symbols) == 1 and all(side.is_rational_function() for side in relation.args):
-        return reduce_under(relation, assumptions)
-    return relation
+    return known if known in (sp.true, sp.false) else reduce_under(expr > 0, assumptions)
