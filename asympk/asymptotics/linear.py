@@ -97,10 +97,8 @@ def linear(system: System) -> Linear:
         for m in system.modes
     }
     drive = sp.cancel(system.drive / system.coupling)  # what static friction must hold
-    found = Linear(
-        states, _parameters(system, states), fields,
-        _affine(f.load, states), _affine(drive, states), f.static,
-    )
+    parameters = tuple(p for p in system.parameters if p != system.small)
+    found = Linear(states, parameters, fields, _affine(f.load, states), _affine(drive, states), f.static)
     _require_load(found)
     return found
 
@@ -113,12 +111,6 @@ def _affine(expr, states):
     if poly is None or poly.total_degree() > 1 or poly.coeff_monomial(states[2]) != 0:
         raise NotDerivable(f"{expr} is not affine in {states[0]} and {states[1]}: a jump is derived for linear modes")
     return tuple(poly.coeff_monomial(m) for m in (1, states[0], states[1]))
-
-
-def _parameters(system, states):
-    free = set().union(*(e.free_symbols for m in system.modes for e in (*m.slow.values(), *m.fast.values())))
-    free |= sp.sympify(system.friction.static, strict=True).free_symbols
-    return tuple(sorted(free - {*states, system.small}, key=str))
 
 
 def _require_load(model):
