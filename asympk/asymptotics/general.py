@@ -10,8 +10,7 @@ layer lasts mu / |g_y|, and this factor is mu only where |g_y| is near |f_y| wit
 """
 
 import math
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache, partial
@@ -53,10 +52,16 @@ def run(scene: Any, method: str = "jump", *, order: int | None = None) -> Path:
     order = known_order(int(smooth) if order is None else order, HIGHEST_ORDER, f"method {method!r} takes whole orders")
     if scene.system.small is None:
         raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
-    with _refused(scene):
-        inside = _with_low_powers(scene, order + EXTRA)
-        follow = follow_smooth if smooth and not leaves_its_sides(inside, order) else follow_stretches
-        path = _in_units_that_fit(partial(follow, method=method, order=order), inside)
+    try:
+        with np.errstate(all="ignore"):
+            inside = _with_low_powers(scene, order + EXTRA)
+            follow = follow_smooth if smooth and not leaves_its_sides(inside, order) else follow_stretches
+            path = _in_units_that_fit(partial(follow, method=method, order=order), inside)
+    except AsympkError:
+        raise
+    except (ArithmeticError, ValueError) as reason:
+        raise OutOfRange(f"the layer or the slow motion from {listed(scene.names, scene.start)} has no finite value "
+                         f"({_without_series(scene) or reason}); use method 'exact'") from None  # fmt: skip
     return replace(path, scene=scene, at=SolvedAgain(path.at, run, scene, {"method": method, "order": order}))
 
 
@@ -255,19 +260,6 @@ def _out_of(units: tuple[int, ...], scene: Any, path: Any) -> Path:
     events = tuple(event._replace(state=out(event.state)) for event in path.events)
     info = {name: out(terms) for name, terms in path.info.items()}
     return replace(path, scene=scene, final=out(path.final), events=events, at=at, info=info)
-
-
-@contextmanager
-def _refused(scene: Any) -> Iterator[None]:
-    """Raise ``OutOfRange`` for a value beyond the range of the numbers or of a function."""
-    try:
-        with np.errstate(all="ignore"):
-            yield
-    except AsympkError:
-        raise
-    except (ArithmeticError, ValueError) as reason:
-        raise OutOfRange(f"the layer or the slow motion from {listed(scene.names, scene.start)} has no finite value "
-                         f"({_without_series(scene) or reason}); use method 'exact'") from None  # fmt: skip
 
 
 def _without_series(scene: Any) -> str:
