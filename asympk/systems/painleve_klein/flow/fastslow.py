@@ -31,6 +31,7 @@ def two_exponentials(a: Any, b: Any, mu: Any, sqrt: Callable) -> tuple[tuple[Any
 class FastSlow:
     """A mode ``mu y' = a - b s`` in the numbers of ``m``; ``fast_x`` is the coefficient of F in x, and so on."""
 
+    half_period = None
     __slots__ = ("a", "b", "beta", "delicate", "fall", "fast_rate", "fast_s", "fast_x", "fast_y", "fast_z", "gap",
                  "lift", "line", "load", "m", "mu", "rest", "short", "sizes", "slight", "slow_rate", "slow_z", "turn")
 
@@ -58,8 +59,6 @@ class FastSlowSegment(SmoothSegment):
     """
 
     __slots__ = ("fast", "known", "slow", "slow_s")
-
-    half_period = None
 
     def __init__(self, mode: FastSlow, x: Number, y: Number, s: Number, z: Number, deviation: Number | None = None):
         self.mode, self.x0, self.y0, self.s0, self.z0 = mode, x, y, s, z

@@ -382,9 +382,9 @@ def stretches(segment: RodSegment, end: Number) -> tuple[Number, ...]:
     turn = segment.turning()
     if turn is None or turn >= end:
         return (end,)
-    if segment.half_period is None:
+    if (half := segment.mode.half_period) is None:
         return turn, end
-    turns = (turn + n * segment.half_period for n in range(3))
+    turns = (turn + n * half for n in range(3))
     return *(t for t in turns if t < end), end
 
 

@@ -113,10 +113,6 @@ class SmoothSegment:
         state = self.x0, self.y0, self.s0, self.z0
         return SmoothMode(m, mode.a, number(mode.b), number(mode.mu)).start(*map(number, state))
 
-    @property
-    def half_period(self) -> Number | None:
-        return self.mode.half_period
-
     def horizon(self, until: Number) -> Number:
         return until
 
