@@ -11,7 +11,7 @@ hold (``validity``). ``run`` is the entry.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -132,26 +132,20 @@ def _path(scene, method, motion, error, until, m, digits):
     events = tuple(Event(t.kind, m.out(t[1]), tuple(map(m.out, t[2:5]))) for t in turns)
     modes = tuple(segment.mode for segment in motion.segments[: len(turns) + 1])
     error = float(error) if digits is None else carried(error, 3)
-    return Path(scene, method, tuple(map(m.out, final)), events, modes, CompositeDense(motion, until, digits), error)
+    dense = partial(_states, motion, until, digits)
+    return Path(scene, method, tuple(map(m.out, final)), events, modes, dense, error)
 
 
-@dataclass(frozen=True)
-class CompositeDense:
-    """The motion at any times in [0, until], in doubles or on ``digits`` digits: an array ``(3,) + t.shape``."""
-
-    motion: Any
-    until: Any
-    digits: int | None = None
-
-    def __call__(self, t: Any) -> Any:
-        if self.digits is None:
-            with np.errstate(all="ignore"):
-                return np.stack(composite.states(self.motion, times_within(t, self.until), ARRAYS))
-        times = np.array([number("t", u) for u in unread("t", t).flat], dtype=object).reshape(np.shape(t))
-        require_within(times.min(initial=0), times.max(initial=0), self.until)
-        m = _multiprecision(self.digits)
-        flat = [[m.out(v) for v in composite.state(self.motion, m.number(u), m)] for u in times.flat]
-        return np.array(flat, dtype=object).T.reshape((3, *times.shape))
+def _states(motion, until, digits, t):
+    """Return (x, y, z) at any times in [0, until], in doubles or on ``digits`` digits: an array ``(3,) + t.shape``."""
+    if digits is None:
+        with np.errstate(all="ignore"):
+            return np.stack(composite.states(motion, times_within(t, until), ARRAYS))
+    times = np.array([number("t", u) for u in unread("t", t).flat], dtype=object).reshape(np.shape(t))
+    require_within(times.min(initial=0), times.max(initial=0), until)
+    m = _multiprecision(digits)
+    flat = [[m.out(v) for v in composite.state(motion, m.number(u), m)] for u in times.flat]
+    return np.array(flat, dtype=object).T.reshape((3, *times.shape))
 
 
 def _multiprecision(digits):

@@ -8,7 +8,7 @@ l, stiffness k and damping h, in any consistent units (SI: kg, N, 1, 1, rad, m, 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cache
+from functools import cache, partial
 from typing import Any, ClassVar
 
 import sympy as sp
@@ -119,21 +119,6 @@ class PhysicalScene(ShownAsTable):
         return Card(title, (("start", start), ("until", until)))
 
 
-@dataclass(frozen=True)
-class PhysicalDense:
-    """The dense output of a path in physical quantities."""
-
-    path: Path
-    units: Units
-
-    def __call__(self, t: Any) -> Any:
-        """Return an array of shape ``(3,) + t.shape`` at physical times."""
-        import numpy as np
-
-        moments = np.minimum(np.asarray(t) / float(self.units.time), float(self.path.end))
-        return np.stack(self.units.state(*self.path(moments)))
-
-
 @cache
 def formulas() -> dict[str, sp.Expr]:
     """Return the nondimensional parameters, start and horizon by name, as expressions in ``SYMBOLS``."""
@@ -225,8 +210,16 @@ def physical(path: Path) -> Path:
     units, physical = scene.rod.units, scene_in_units(scene)
     events = tuple(e._replace(t=units.moment(e.t), state=units.state(*e.state)) for e in path.events)
     reached = {"reached": units.moment(path.info["reached"])} if "reached" in path.info else {}
-    return replace(path, scene=physical, final=units.state(*path.final), events=events, at=PhysicalDense(path, units),
-                   info={**path.info, **reached})  # fmt: skip
+    return replace(path, scene=physical, final=units.state(*path.final), events=events,
+                   at=partial(_states, path, units), info={**path.info, **reached})  # fmt: skip
+
+
+def _states(path, units, t):
+    """Return (R_1, R_1', u) of a path at physical times, an array of shape ``(3,) + t.shape``."""
+    import numpy as np
+
+    moments = np.minimum(np.asarray(t) / float(units.time), float(path.end))
+    return np.stack(units.state(*path(moments)))
 
 
 def _times(value, scale):
