@@ -78,7 +78,9 @@ class DifferentialRing:
             name: [(self._shift(a), self(by[name])) for a, by in rates.items() if by.get(name, 0) != 0]
             for name in derivations
         }
-        self._base_rates = {name: self._rates_of_bases(name) for name in derivations}
+        bases = [Fraction(powers[1], self.one.exponents) for powers in self._powers]
+        self._base_rates: dict[str, list[Fraction]] = {name: [] for name in derivations}
+        self._base_rates = {name: [self.diff(base, name) for base in bases] for name in derivations}
 
     def __call__(self, expr: sp.Expr) -> Fraction:
         """Return ``expr`` as an element; it must be rational in the generators, with the ring's denominators."""
@@ -150,13 +152,6 @@ class DifferentialRing:
         whole, part = divmod(int(exponent.p), int(exponent.q))
         root = self._generators[base ** sp.Rational(1, exponent.q)] ** part if part else self._field.one
         return self._rational(base) ** whole * root
-
-    def _rates_of_bases(self, name):
-        bases = [Fraction(powers[1], self.one.exponents) for powers in self._powers]
-        return [
-            self.dot((Fraction(_partial(b.numerator, s), b.exponents), rate) for s, rate in self._rates[name])
-            for b in bases
-        ]
 
     def _shift(self, atom):
         return WIDTH * (len(self.atoms) - 1 - self.atoms.index(atom))
