@@ -145,15 +145,9 @@ def _turn(segment, event, level, order, log):
     t = after(growth)
     fade = (segment.slow * t).exp()
     x, y, z = (c + r * t + a * fade + b * growth for _, r, a, b, c in (segment.x, segment.y, segment.z))
-    x, y, z = _pinned(level, x.cut(order), y, z)
+    x, (constant, in_x, in_y, in_z) = x.cut(order), level  # which vanishes
+    y, z = (y, series(0)) if in_z else (-(constant + in_x * x) / in_y, z)
     return LayerEvent(event, segment.began + t, x, y.cut(order + min(0, y.size[0])), z, growth)
-
-
-def _pinned(level, x, y, z):
-    constant, in_x, in_y, in_z = level
-    if in_z:
-        return x, y, series(0)
-    return x, -(constant + in_x * x) / in_y, z
 
 
 def _landing(segment, order):

@@ -135,7 +135,9 @@ def _require_reached(formulas, order, first, found, mu, values, end, rtol, guard
     if order:  # near the loss of a manifold higher terms are unbounded, and order 0 raises the error
         later = guards and (lambda span, at: guards(t + span, at))
         follow_reduced_flow(formulas, 0, np.array(last), mu, values, end - t, rtol, later, began + t)
-    raise _unbounded(formulas, last, mu, values, began + t)
+    where = _place(formulas, last, formulas.height(0)(*last, mu, *values), began + t)
+    raise OutOfRange(f"the reduced flow ends near {where}: its states grow beyond bounds, or its steps become too "
+                     "small")  # fmt: skip
 
 
 def _kinds(orders, whole):
@@ -146,12 +148,6 @@ def _kinds(orders, whole):
 def _slopes(formulas, kinds, parameters, state):
     """Return the Jacobian matrix of the flows to every order, side by side."""
     return jacobian(partial(rates, tuple(starmap(formulas.complexes.flow, kinds)), parameters), state)
-
-
-def _unbounded(formulas, last, mu, values, t):
-    where = _place(formulas, last, formulas.height(0)(*last, mu, *values), t)
-    return OutOfRange(f"the reduced flow ends near {where}: its states grow beyond bounds, or its steps become too "
-                      "small")  # fmt: skip
 
 
 def branch_at(

@@ -91,18 +91,14 @@ class _Terms:
     static: Any
 
 
-def contact_terms(kinetics: Kinetics) -> tuple[sp.Expr, ...]:
-    """Return G_NN, G_NT, G_TT, a_N, a_T, gamma, friction load and static load as expressions."""
-    G, bounds = kinetics.delassus, (kinetics.friction * kinetics.load, kinetics.static * kinetics.load)
-    return (G[0, 0], G[0, 1], G[1, 1], *kinetics.free, kinetics.slip, *bounds)
-
-
 def _terms(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> _Terms:
     import numpy as np
 
     parts = (kinetics.slip.diff(s) * s for s in (*kinetics.coordinates, *kinetics.velocities))
     size = sp.Add(*map(sp.Abs, parts))
-    found = evaluate_ahead(kinetics, (*contact_terms(kinetics), size), values)
+    G, bounds = kinetics.delassus, (kinetics.friction * kinetics.load, kinetics.static * kinetics.load)
+    exprs = (G[0, 0], G[0, 1], G[1, 1], *kinetics.free, kinetics.slip, *bounds, size)
+    found = evaluate_ahead(kinetics, exprs, values)
     shape = common_shape(values, values.values())  # also of values that the equations do not contain
     *arrays, size = (np.array(np.broadcast_to(a, shape), dtype=float) for a in found)
     terms = _Terms(*arrays)

@@ -104,16 +104,10 @@ def most_at_rest(branches: Iterable[Branch], among: Iterable[int] | None = None)
     return [b for b in rest if not any(rest[b] < other for other in rest.values())]
 
 
-def _load_sign(friction: "Friction") -> int:
-    """Return the sign of the load in all states of a closed contact, or 0 where the load may have both signs."""
-    if friction.load.is_negative:
-        return -1
-    return 1 if friction.load.is_positive or lifts(friction) else 0
-
-
 def one_per_mode(friction: "Friction", asked: bool = False) -> tuple[Phase, ...]:
     """Return one phase per mode of a contact, ``either`` if signs are ``asked`` and the sign of the load is unknown."""
-    known = _load_sign(friction)
+    load = friction.load
+    known = -1 if load.is_negative else 1 if load.is_positive or lifts(friction) else 0
     sign = known or 1
     closed = (Phase(sign, velocity, asked and not known) for velocity in (sign, -sign, 0))
     return (*closed, *([OPEN] if friction.gap is not None else []))

@@ -102,7 +102,8 @@ class DifferentialRing:
         sums: dict[tuple, dict] = {}
         for a, b in pairs:
             if a.numerator and b.numerator:
-                _add_product(sums.setdefault(_plus(a.exponents, b.exponents), {}), a.numerator, b.numerator)
+                exponents = tuple(map(int.__add__, a.exponents, b.exponents))
+                _add_product(sums.setdefault(exponents, {}), a.numerator, b.numerator)
         return self._sum(sums)
 
     def diff(self, a: Fraction, name: str) -> Fraction:
@@ -279,10 +280,6 @@ def _pack(polynomial):
 
 def _unpack(monomial, length):
     return [monomial >> WIDTH * i & (1 << WIDTH) - 1 for i in reversed(range(length))]
-
-
-def _plus(a, b):
-    return tuple(map(int.__add__, a, b))
 
 
 def _add_product(total, a, b):

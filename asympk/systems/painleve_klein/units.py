@@ -144,17 +144,14 @@ def scales() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
 
 def quantity(name: str, value: Any) -> Number:
     """Return a physical quantity as an exact number; an angle may be ``"60 deg"``. Raises ``InputError``."""
+    if name == "alpha" and isinstance(value, str) and value.strip().endswith("deg"):
+        return in_degrees("alpha", value.strip().removesuffix("deg").strip())
     if name == "alpha":
-        return _angle(value)
+        steepest = Fraction("1.5707963267948966")
+        return number("alpha", value, lambda v: 0 < v < steepest, "between 0 and pi/2, or '60 deg'")
     if name in STATE:
         return number(name, value, None if name != "until" else lambda v: v >= 0, "zero or positive")
     return number(name, value, lambda v: v > 0, "positive")
-
-
-def _angle(value):
-    if isinstance(value, str) and value.strip().endswith("deg"):
-        return in_degrees("alpha", value.strip().removesuffix("deg").strip())
-    return number("alpha", value, lambda v: 0 < v < Fraction("1.5707963267948966"), "between 0 and pi/2, or '60 deg'")
 
 
 def in_degrees(name: str, value: Any) -> Degrees:
