@@ -50,7 +50,8 @@ def inequalities() -> tuple[Inequality, ...]:
     pk = system()
     spectrum = {e.mode: sp.Poly(e.polynomial, LAMBDA).all_coeffs() for e in eigenvalues(pk)}
     load = {m.name: sp.cancel(sp.sympify(_load(pk, m), strict=True)) for m in slow_manifolds(pk, order=1)}
-    rate = {name: sp.cancel(_velocity_rate(pk, mode).subs(_s(pk), load[name])) for name, (mode, _) in MANIFOLDS.items()}
+    s, _ = drive_of_load(pk)
+    rate = {name: sp.cancel(_velocity_rate(pk, mode, s).subs(s, load[name])) for name, (mode, _) in MANIFOLDS.items()}
     inertia, damping, stiffness = spectrum["slip_opposite"]
     leading, low, high = _cone(pk)
     return (
@@ -73,21 +74,17 @@ def inequalities() -> tuple[Inequality, ...]:
     )  # fmt: skip
 
 
-def _s(pk):
-    return drive_of_load(pk)[0]
-
-
 def _load(pk, manifold):
     ((fast, branch),) = manifold.branch.items()
     return pk.friction.load.subs(fast, branch)
 
 
-def _velocity_rate(pk, mode):
-    """Return z' of a mode in terms of the load alone."""
+def _velocity_rate(pk, mode, s):
+    """Return z' of a mode in terms of the load s alone."""
     field = pk.mode(mode)
     load = pk.friction.load
     state = min(load.free_symbols, key=str)
-    (solved,) = sp.solve(load - _s(pk), state)
+    (solved,) = sp.solve(load - s, state)
     return sp.expand(field.slow[pk.friction.velocity].subs(state, solved))
 
 
