@@ -11,7 +11,7 @@ import numpy as np
 from asympk.numbers import Number
 from asympk.systems.painleve_klein.arrays.brackets import balance_step, bracketed_roots, newton_step
 from asympk.systems.painleve_klein.flow.fastslow import two_exponentials
-from asympk.systems.painleve_klein.flow.superposition import superposed
+from asympk.systems.painleve_klein.flow.superposition import superposed, terms_size
 
 MOST_TERMS = 64  # of a Taylor series
 REFINED = 1e-9  # a Newton step, in units of the time scale, beyond which a second one follows
@@ -36,7 +36,7 @@ class Segments:
 
     @property
     def mode(self) -> "Segments":
-        """The motions themselves, which hold the parameters of the mode, as ``superposed`` asks for them."""
+        """The motions themselves, which hold the parameters of the mode, as ``superposition`` asks for them."""
         return self
 
     def rows(self, which: np.ndarray) -> "Segments":
@@ -242,11 +242,7 @@ class SmoothSegments(Segments):
         """Bound the terms that make up s (axis 2) or z (axis 3)."""
         soon = t < self.short
         pairs = zip(short_response_arrays(self.beta, np.where(soon, t, 0)), self.responses(t), strict=True)
-        rate, g, h, k = (np.where(soon, *pair) for pair in pairs)
-        if axis == 2:
-            return np.abs(self.s0 * rate) + np.abs(self.y0 * g) + np.abs(self.load * (g + h))
-        sizes = np.abs(self.s0 * g) + np.abs(self.y0 * h) + np.abs(self.load * k)
-        return np.abs(self.z0) + np.abs(self.a * t) + np.abs(self.fall) * sizes
+        return terms_size(self, axis, t, tuple(np.where(soon, *pair) for pair in pairs))
 
 
 def short_response_arrays(beta: Number, t: Number) -> tuple[np.ndarray, ...]:

@@ -96,6 +96,15 @@ def superposed(segment: Any, t: Any, responses: tuple[Any, ...]) -> tuple[Any, .
     )
 
 
+def terms_size(segment: Any, axis: int, t: Any, responses: tuple[Any, ...]) -> Any:
+    """Bound the terms that make up s (axis 2) or z (axis 3) at t, numbers or arrays."""
+    mode, (rate, g, h, k) = segment.mode, responses
+    if axis == 2:
+        return abs(segment.s0 * rate) + abs(segment.y0 * g) + abs(mode.load * (g + h))
+    sizes = abs(segment.s0 * g) + abs(segment.y0 * h) + abs(mode.load * k)
+    return abs(segment.z0) + abs(mode.a * t) + abs(mode.fall) * sizes
+
+
 class SmoothSegment:
     """The motion in one smooth mode from ``(x0, y0, s0, z0)`` at t = 0."""
 
@@ -148,11 +157,7 @@ class SmoothSegment:
 
     def size(self, axis: int, t: Number) -> Number:
         """Bound the terms that make up s (axis 2) or z (axis 3)."""
-        mode, (rate, g, h, k) = self.mode, self.responses(t)
-        if axis == 2:
-            return abs(self.s0 * rate) + abs(self.y0 * g) + abs(mode.load * (g + h))
-        sizes = abs(self.s0 * g) + abs(self.y0 * h) + abs(mode.load * k)
-        return abs(self.z0) + abs(mode.a * t) + abs(mode.fall) * sizes
+        return terms_size(self, axis, t, self.responses(t))
 
     def root(self, axis: int, level: Number, lo: Number, hi: Number, sign_hi: Number) -> Number:
         """Return the time in (lo, hi) at which s (axis 2) or z (axis 3) is ``level``, by Newton's method."""
