@@ -369,7 +369,7 @@ def test_shapes_that_do_not_broadcast_are_refused_by_name():
 
 
 def test_too_many_events_name_the_trajectory_and_the_state(monkeypatch):
-    for module in (safeguarded, ensemble):
+    for module in (safeguarded, ensemble, segments):
         monkeypatch.setattr(module, "MOST_EVENTS", 20)
     with pytest.raises(TooManyEvents, match=r"trajectory 2: more than 20 events by t = .* where \(x, y, z\) = \("):
         ap.solve_many(5, 10, [0, 0.1, 1e3], 0, -1, 1e3, strict=True)

@@ -27,7 +27,7 @@ from asympk.systems.painleve_klein.arrays.inputs import ORDER, scene_columns
 from asympk.systems.painleve_klein.arrays.itineraries import Setting
 from asympk.systems.painleve_klein.arrays.kernels import pick
 from asympk.systems.painleve_klein.flow import exact
-from asympk.systems.painleve_klein.flow.segments import MOST_EVENTS
+from asympk.systems.painleve_klein.flow.segments import MOST_EVENTS, too_many
 
 CHUNK = 131072  # rows that are read and sorted by itinerary together
 BATCH = 16384  # rows that the safeguarded flow follows together
@@ -208,18 +208,13 @@ def _uncommon(arguments, rows, result):
     endless = ~doubtful & (followed.n_events > MOST_EVENTS)
     result.put(rows, final, followed.n_events)
     for i in np.flatnonzero(endless).tolist():
-        result.leave(int(rows[i]), _too_many(followed, i))
+        told = too_many(given["until"][i], followed.reached[i], *(v[i] for v in followed.final))
+        result.leave(int(rows[i]), TooManyEvents(told))
     if result.notes is not None:
         known = ~(doubtful | endless)[followed.events[0]]
         trajectory, kind, *state = (v[known] for v in followed.events)
         result.notes.append((rows[trajectory], kind, *(v.astype(float) for v in state)))
     _one_by_one(arguments, rows[doubtful], result)
-
-
-def _too_many(followed, i):
-    t, x, y, z = (float(v[i]) for v in (followed.reached, *followed.final))
-    return TooManyEvents(f"more than {MOST_EVENTS} events by t = {t:.6g}, where (x, y, z) = "
-                         f"({x:.6g}, {y:.6g}, {z:.6g}); take a smaller until")  # fmt: skip
 
 
 def _one_by_one(arguments, rows, result):

@@ -147,7 +147,7 @@ def follow_rod(
             on_event(t)
         s, s_sign, z_sign = _after(flow, kind, s_sign, z_sign, s, y, segment.size(2, span))
         if len(done) > MOST_EVENTS:
-            raise TooManyEvents(_too_many(until, t, state))
+            raise TooManyEvents(too_many(until, t, x, y, z))
 
 
 def _after(flow, kind, s_sign, z_sign, s, y, size):
@@ -388,8 +388,8 @@ def stretches(segment: RodSegment, end: Number) -> tuple[Number, ...]:
     return *(t for t in turns if t < end), end
 
 
-def _too_many(until, t, state):
-    x, y, _, z, _ = state
+def too_many(until: Number, t: Number, x: Number, y: Number, z: Number) -> str:
+    """Return the words on a motion that has more events by the time t than are followed."""
     return (f"more than {MOST_EVENTS} events by t = {float(t):.6g} of until = {float(until):.6g}, where (x, y, z) = "
             f"({float(x):.6g}, {float(y):.6g}, {float(z):.6g}); take a smaller until")
 
