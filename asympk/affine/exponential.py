@@ -105,12 +105,12 @@ def of_roots(entries: tuple[tuple[Fraction, ...], ...], bits: int) -> Iterator[t
     found = resolvent(entries)
     m = flow_context(LARGEST)
     set_digits(m, int(0.3 * bits) + 20 + 3 * len(entries))
-    for root in polynomial_roots(found, m):
-        value, residues = root.value / found.denominator, np.array(_residues(m, found, root))
-        decay, turn = _fixed(np.array([m.re(value), m.im(value)]), bits)
-        if not (turn or root.real):
+    for root, many in polynomial_roots(found, m):
+        residues = np.array(_residues(m, found, root, many))
+        decay, turn = _fixed(np.array([m.re(root), m.im(root)]) / found.denominator, bits)
+        if m.im(root) and not turn:
             raise Undecided("a pair of eigenvalues may be two real ones")
-        parts = [[v] if root.real else [2 * v.real, -2 * v.imag] for v in residues.flat]
+        parts = [[2 * v.real, -2 * v.imag] if turn else [v] for v in residues.flat]
         matrices = np.moveaxis(_fixed(np.array(parts).reshape(*residues.shape, -1), bits), -1, 1)
         size = len(np.trim_zeros(matrices.any(axis=(1, 2, 3)), "b"))
         yield Block(decay, turn, size), matrices[:size].reshape(-1, *residues.shape[1:])
@@ -124,13 +124,13 @@ def _fixed(values, bits):
     return cleaned(np.array(whole, dtype=object).reshape(values.shape), bits)
 
 
-def _residues(m, found, root):
-    """Return [D_0, .., D_{m-1}], the coefficients of ``t^k/k! e^{z t}`` for a root of multiplicity m."""
+def _residues(m, found, root, many):
+    """Return the ``many`` coefficients D_k of ``t^k/k! e^{z t}`` for a root of this multiplicity."""
     places, shape = range(len(found.adjugate)), found.adjugate.shape[1:]
     table, series = found.adjugate.reshape(len(places), -1).T, []
-    for j in range(root.multiplicity):  # the coefficient of (z - l)^j in N(z)
-        weights = [comb(k, j) * root.value ** max(k - j, 0) for k in places]
+    for j in range(many):  # the coefficient of (z - l)^j in N(z)
+        weights = [comb(k, j) * root ** max(k - j, 0) for k in places]
         real, imaginary = (whole_product(m, table, 0, np.array([*map(part, weights)])) for part in (m.re, m.im))
-        series.append((real if root.real else real + imaginary * m.j).reshape(shape))
-    of_whole = residues_at(found.polynomial, series, root.value)
+        series.append((real + imaginary * m.j if m.im(root) else real).reshape(shape))
+    of_whole = residues_at(found.polynomial, series, root)
     return [matrix * m.mpf(found.denominator) ** -k for k, matrix in enumerate(of_whole)]

@@ -13,7 +13,7 @@ from functools import lru_cache, reduce
 from itertools import count
 from math import lcm
 from operator import add
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -37,14 +37,6 @@ class Resolvent:
     adjugate: np.ndarray
     largest: int
     estimates: np.ndarray
-
-
-class Root(NamedTuple):
-    """A real root of q, or the upper root of a complex pair."""
-
-    value: Any
-    multiplicity: int
-    real: bool
 
 
 def in_whole_numbers(rows: Sequence[Sequence[Fraction]]) -> tuple[np.ndarray, int]:
@@ -107,10 +99,12 @@ def _least_powers(whole, factors):
     return tuple((factor, power) for (factor, _), power in zip(factors, powers, strict=True))
 
 
-def polynomial_roots(found: Resolvent, m: Arithmetic) -> list[Root]:
-    """Return the roots of ``q``, denominator times eigenvalues, to ``m.prec`` bits less those lost by conditioning."""
-    return [Root(value, power, real) for factor, power in found.factors
-            for value, real in _paired(m, _simple_roots(m, factor, found))]  # fmt: skip
+def polynomial_roots(found: Resolvent, m: Arithmetic) -> list[tuple[Any, int]]:
+    """Return (root, multiplicity) of the real roots of ``q`` and of the upper roots of its complex pairs.
+
+    A root, denominator times eigenvalue, has ``m.prec`` bits less those lost by conditioning.
+    """
+    return [(root, power) for factor, power in found.factors for root in _upper(m, _simple_roots(m, factor, found))]
 
 
 def _square_free(polynomial):
@@ -185,12 +179,12 @@ def residues_at(polynomial: Sequence[Number], adjugate: Sequence[Any], z: Number
         yield reduce(add, (adjugate[i] * series[many - 1 - k - i] for i in range(many - k)))
 
 
-def _paired(m, values):
-    """Yield (root, True) for real roots and (root, False) for the upper roots of complex pairs."""
+def _upper(m, values):
+    """Yield the real roots, as real numbers, and the upper roots of complex pairs."""
     for z in values:
         mirror = m.conj(z)
         nearest = min(values, key=lambda other: abs(other - mirror))
         if nearest is z:
-            yield m.re(z), True
+            yield m.re(z)
         elif m.im(z) > 0:
-            yield z, False
+            yield z
