@@ -11,6 +11,7 @@ such a polynomial. ``_correction`` finds it by linear algebra. The base point is
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import sympy as sp
 
@@ -108,16 +109,6 @@ def _require_settling(mode, small):
         raise NotDerivable(f"g_y has the trace {slopes.trace()}: the slow manifold repels, and no layer settles on it")
 
 
-class _Symbols:
-    """The interface of a ``Tape``, which returns SymPy expressions instead of nodes."""
-
-    def node(self, name):
-        return sp.Symbol(name)
-
-    def call(self, name, value):
-        return getattr(sp, name)(value)
-
-
 def _of_one_fast_state(mode, small, order):
     """Return {slow state: the coefficients of mu, ..., mu^order of the base point}."""
     known = formulas(mode, small, ())
@@ -126,7 +117,8 @@ def _of_one_fast_state(mode, small, order):
     start = {s: s for s in (*mode.slow, *mode.fast)}
     rate, (known_rate,) = sp.Dummy("a"), known.slopes
     orders = order, order - 1
-    found = affinelayer.layer_coefficients(known, orders, _Symbols(), values, start, rate,
+    tape = SimpleNamespace(node=lambda name: getattr(sp, name), call=lambda name, value: getattr(sp, name)(value))
+    found = affinelayer.layer_coefficients(known, orders, tape, values, start, rate,
                                            lambda c: sp.expand(sp.sympify(c, strict=True)))  # fmt: skip
     return {x: [found[x][k, 0].terms[0, 0].subs(rate, known_rate) for k in range(1, order + 1)] for x in mode.slow}
 

@@ -364,6 +364,13 @@ def test_the_closed_base_point_is_that_of_the_layer_followed_in_numbers():
     assert numbers == pytest.approx([float(sp.sympify(closed[x].coefficient(k)).subs(at)) for k in range(3)], abs=1e-9)
 
 
+def test_the_constants_of_the_rates_are_numbers_in_a_closed_base_point():
+    a, b, small = sp.symbols("a b mu", real=True)
+    closed = ap.jump_map(ap.System.smooth({a: -a + sp.pi * b}, {b: a - sp.E * b}, small), order=2)
+    exact = [float(sp.sympify(closed[a].coefficient(k)).subs({a: 1, b: 2})) for k in range(3)]
+    assert closed.at({}, {a: 1, b: 2})["a"] == pytest.approx(exact, abs=1e-9)
+
+
 def test_a_base_point_is_closed_only_where_every_slow_rate_is_a_polynomial_in_the_fast_state():
     a, b, small = sp.symbols("a b mu", real=True)
     turned = ap.jump_map(ap.System.smooth({a: b, x: sp.sin(b)}, {b: -b}, small))
