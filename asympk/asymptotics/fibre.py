@@ -24,7 +24,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.asymptotics.tape import Tape
-from asympk.asymptotics.taylor import FUNCTIONS, Taylor, as_taylor, evaluated
+from asympk.asymptotics.taylor import CONSTANTS, FUNCTIONS, Taylor, as_taylor, evaluated
 from asympk.errors import InputError
 from asympk.symbolic.expansion import INFINITE, fast_jacobian, regular, require_series
 from asympk.symbolic.sides import SWITCHING
@@ -155,7 +155,7 @@ class Formulas:
     def _series(self, order):
         """Return the definitions of auxiliary symbols, and the coefficients of the manifold in them."""
         tape, _, _, y = self._at_rest(order)
-        functions = {f: getattr(sp, f) for f in (*FUNCTIONS, "pi", "E")}
+        functions = {f: getattr(sp, f) for f in (*FUNCTIONS, *map(str, CONSTANTS))}
         states = self.slow_states if self.affine else (*self.slow_states, *self.fast_states)
         inputs = (*states, self.small, *self.names)
         return tape.definitions(tuple(c[k, 0] for k in range(order + 1) for c in y), functions, inputs)
@@ -242,7 +242,7 @@ class Formulas:
 def _functions(target):
     """Return {name: function or constant} of ``"math"``, ``"cmath"`` or ``"numpy"``."""
     module = import_module(target)
-    return {f: getattr(module, f) for f in (*FUNCTIONS, "pi")} | {"E": module.e}
+    return {f: getattr(module, f) for f in FUNCTIONS} | {str(c): float(c) for c in CONSTANTS}
 
 
 def _first(values):

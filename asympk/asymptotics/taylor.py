@@ -23,6 +23,7 @@ from asympk.symbolic.penetration import Penetration
 
 FUNCTIONS = ("exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan", "asinh", "acosh",
              "atanh", "sqrt")  # fmt: skip
+CONSTANTS = (sp.pi, sp.E, sp.GoldenRatio, sp.TribonacciConstant, sp.EulerGamma, sp.Catalan)
 _QUOTIENTS = {
     sp.sec: lambda a: 1 / sp.cos(a), sp.csc: lambda a: 1 / sp.sin(a), sp.cot: lambda a: sp.cos(a) / sp.sin(a),
     sp.sech: lambda a: 1 / sp.cosh(a), sp.csch: lambda a: 1 / sp.sinh(a), sp.coth: lambda a: 1 / sp.tanh(a),

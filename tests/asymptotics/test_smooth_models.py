@@ -364,6 +364,17 @@ def test_the_closed_base_point_is_that_of_the_layer_followed_in_numbers():
     assert numbers == pytest.approx([float(sp.sympify(closed[x].coefficient(k)).subs(at)) for k in range(3)], abs=1e-9)
 
 
+@pytest.mark.parametrize("constant", [sp.EulerGamma, sp.GoldenRatio, sp.Catalan, sp.TribonacciConstant])
+def test_the_composite_of_rates_with_any_constant_of_sympy_is_that_of_its_value(constant):
+    a, b, c, small = sp.symbols("a b c mu", real=True)
+    ends = []
+    for value, given in ((constant, {}), (c, {"c": float(constant)})):
+        system = ap.System.smooth({a: -a + b}, {b: a - (1 + value) * b + b**3 / 8}, small)
+        scene = ap.Scene(system=system, values={"mu": "1e-3", **given}, start=(0.25, 0), until=1)
+        ends.append(ap.solve(scene, method="jump", order=2).final)
+    assert ends[0] == pytest.approx(ends[1], rel=1e-12)
+
+
 def test_the_constants_of_the_rates_are_numbers_in_a_closed_base_point():
     a, b, small = sp.symbols("a b mu", real=True)
     closed = ap.jump_map(ap.System.smooth({a: -a + sp.pi * b}, {b: a - sp.E * b}, small), order=2)
