@@ -83,11 +83,18 @@ def evaluated(exprs: Iterable[sp.Expr], values: dict, tape: Any) -> list:
     Forms through an inverse are evaluated by their eliminations.
     Calls of functions are written on ``tape``. Raises ``InputError`` for a function that has no series here.
     """
-    known, given = dict(values), (sp.sympify(expr, strict=True) for expr in exprs)
-    entries, steps, plain, _ = without_inverses(given, sp.numbered_symbols(cls=sp.Dummy))
-    for symbol, part in in_order([*entries, *steps]):
+    known = dict(values)
+    parts, plain = _eliminated(tuple(sp.sympify(expr, strict=True) for expr in exprs))
+    for symbol, part in parts:
         known[symbol] = _evaluated(part, known, tape)
     return [_evaluated(expr, known, tape) for expr in plain]
+
+
+@lru_cache(maxsize=64)
+def _eliminated(exprs):
+    """Return the parts of the eliminations in expressions, in order, and the expressions in terms of these."""
+    entries, steps, plain, _ = without_inverses(exprs, sp.numbered_symbols(cls=sp.Dummy))
+    return in_order([*entries, *steps]), plain
 
 
 def _evaluated(expr, known, tape):
