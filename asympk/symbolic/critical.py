@@ -321,7 +321,6 @@ def _branches(mode, small):
     solutions = solutions_of(equal_zero, list(mode.fast))
     if solutions is None or any(map(is_unreadable, heights(solutions))):
         return _by_value(mode, small, equal_zero)
-    solutions = [{}] if {*equal_zero} == {0} else solutions
     solutions = [{y: y for y in mode.fast} | s for s in solutions]  # a state that g = 0 leaves free stands for itself
     if solutions and all(map(_free, solutions)):
         raise NotNormallyHyperbolic(f"mode {mode.name!r}: {_free(solutions[0])}: a function of the fast states changes "
@@ -418,6 +417,8 @@ def _is_complex(h):
 
 def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[dict[sp.Symbol, sp.Expr]] | None:
     """Return the solutions that SymPy finds, or None where SymPy fails, would leave out roots or has no short ones."""
+    if {*equal_zero} == {0}:
+        return [{}]
     if heavy(sp.Tuple(*equal_zero)):
         matrix = (force := sp.Matrix(equal_zero)).jacobian(unknowns)
         if not matrix.has(*unknowns):

@@ -449,6 +449,14 @@ def test_a_branch_exists_just_where_it_is_a_root_and_not_one_with_the_other_sign
             assert branch.exists.subs(x, at) == bool(root)
 
 
+def test_masses_that_the_fast_states_conserve_are_told_of():
+    """Enzyme, substrate and complex bind fast: two totals change slowly, which were told as no manifold at all."""
+    bound = v - u * w
+    system = ap.System.smooth({x: v}, {u: bound, w: bound + mu * v, v: -bound - mu * v}, mu)
+    with pytest.raises(NotNormallyHyperbolic, match=r"g = 0 for all u, w on v = u\*w: .* make it a slow state"):
+        ap.slow_manifolds(system)
+
+
 def test_a_power_of_a_sum_with_too_many_terms_is_refused_by_name_at_once():
     for power, shown in ((1 + lam / 10**4) ** (10**4), "10000"), ((lam + u + v + kappa + 1) ** 20, "20"):
         system = ap.System.smooth({u: -u}, {v: u - v + power}, mu)
