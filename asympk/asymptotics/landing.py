@@ -21,6 +21,7 @@ from asympk.asymptotics.nonstiff import IMPLICIT, Trajectory, steps
 from asympk.asymptotics.stiff import StiffStep, jacobian
 from asympk.errors import OutOfRange
 from asympk.numbers import listed
+from asympk.symbolic.expansion import is_zero
 
 NEAR = 1e-3  # the Newton step to a root of g, relative to the state, below which a layer is taken to approach the root
 OVER = math.log(1e17)  # the time, times the rate of decay, after which a decaying term is rounding
@@ -69,7 +70,8 @@ def land(
     """
     if formulas.affine and not (largest := abscissa(formulas, x, y, values)) < 0:
         raise OutOfRange(f"the branch{_at(formulas, x)} does not attract, so no layer fades there: "
-                         f"the largest real part of an eigenvalue of g_y is {largest + 0.0:.6g} for all fast states")
+                         f"the largest real part of an eigenvalue of g_y is {largest + 0.0:.6g} for all fast states"
+                         f"{_advice(formulas, '')}")  # fmt: skip
     if len(y) == 1 and affinelayer.is_affine(formulas.mode):
         rate, table = affinelayer.terms(formulas, order).at((*x, *y), values)
         if np.abs(table).max() <= FAR * max(1, *map(abs, (*x, *y))):
@@ -225,8 +227,15 @@ def approached(formulas: Formulas, x: tuple, now: tuple, scale: float, values: t
     if branch and size < 1e-14 * scale and rate <= 0:
         raise OutOfRange(f"the start, or where its layer comes to, {listed(formulas.mode.fast, now)}, lies on a branch "
                          "that does not attract: the largest real part of an eigenvalue of g_y is "
-                         f"{0.0 - rate:.6g} there; move it off")  # fmt: skip
+                         f"{0.0 - rate:.6g} there{_advice(formulas, '; move it off')}")  # fmt: skip
     return (branch if rate > 0 else None), rate
+
+
+def _advice(formulas, otherwise):
+    """Return words on a function of the fast states that is conserved where g_y is singular everywhere, or others."""
+    if is_zero(formulas.slopes.det(method="berkowitz")):
+        return ": g_y is singular everywhere, as a function of the fast states changes slowly; make it a slow state"
+    return otherwise
 
 
 def _is_at_rest(formulas, x, y, values):

@@ -495,6 +495,15 @@ def test_what_cannot_be_followed_is_refused_by_name(fast, start, error, words):
         _solved(system, {mu: "1/100"}, start, 1)
 
 
+@pytest.mark.parametrize("rates", [
+    {u: v - 2 * u, v: 2 * u - v}, {u: w - u * v, v: w - u * v + mu * w, w: u * v - w - mu * w},
+])  # fmt: skip
+def test_a_layer_that_conserves_a_function_of_the_fast_states_is_refused_with_the_advice_to_make_it_slow(rates):
+    system = ap.System.smooth({x: -x}, rates, mu)
+    with pytest.raises(OutOfRange, match=r"g_y is singular everywhere, .*; make it a slow state$"):
+        _solved(system, {mu: "1/100"}, {x: 1, **dict.fromkeys(rates, 1)}, 1)
+
+
 def test_quotients_that_are_singular_by_their_form_alone_are_expanded():
     """The system is linear, so that its exact flow is known; errors of successive orders fall by mu and constants."""
     slow = {x: -x * sp.sin(a * mu) / mu + y * (1 - sp.cos(mu)) / mu}
