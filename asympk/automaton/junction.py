@@ -110,7 +110,7 @@ def junction_at(
     """Return the ``Junction`` where the branch ``before``, or None at a start, has lost its guards ``hits``."""
     system = automaton.system
     at = place_of(automaton, numbers, t, state)
-    places = tuple(_settled(automaton, before, hits, place) for place in at.with_nudged(slack))
+    places = tuple(_settled(automaton, before, hits, place, slack) for place in at.with_nudged(slack))
     guards = mode_of(system, before).guards if before else ()
     lost = {(guards[k].kind, guards[k].friction) for k in hits}
     lost |= set() if before else _resting_rigid(system, at)
@@ -133,20 +133,25 @@ def _require_directions(system: System, touching: dict[int, bool], points: list[
                                     at.t, at.state)  # fmt: skip
 
 
-def _settled(automaton: "Automaton", before: Branch | None, hits: tuple, place: Place) -> Place:
+def _settled(automaton: "Automaton", before: Branch | None, hits: tuple, place: Place, slack: Any) -> Place:
     """Return a place moved, in its own numbers, onto the zeros of all quantities that the mode ``before`` keeps at 0.
 
     Small values that rounding in doubles has left would count as exact in mpmath numbers. The time is moved, too: in
-    doubles, a guard of the time alone in which large terms cancel is 0 some roundings beside its zero.
+    doubles, a guard of the time alone in which large terms cancel is 0 some roundings beside its zero. The state is
+    moved onto a lost edge of stick within the rounding ``slack``: where a state is next to 0 there, its own relative
+    error does not tell which side of the edge it is on.
     """
     if not before:
         return place
     digits = getattr(place.numbers.functions, "dps", None)
     mode = automaton.mode(before, digits)
-    t = place.t
+    t, state = place.t, place.state
     for guard in hits if digits else ():
         t = mode.time_of_fall(guard, t, place.state, automaton.mode(before))
-    return place._replace(t=t, state=mode.settled(t, place.state))
+        if mode.kinds[guard][0] == "slip_onset":
+            moved, least = mode.snapped(guard, t, state), slack * max(map(abs, state))
+            state = moved if all(abs(a - b) <= least for a, b in zip(moved, state, strict=True)) else state
+    return place._replace(t=t, state=mode.settled(t, state))
 
 
 def _phases(here: Junction, k: int) -> list[Phase]:

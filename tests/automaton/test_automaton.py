@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from peers import here
+from scipy.integrate import solve_ivp
 
 import asympk as ap
 from asympk.affine.run import affine, obstacle
@@ -686,3 +687,25 @@ def test_a_state_in_which_stick_has_singular_equations_is_not_told_as_one_withou
     for beside in [("1e-9", 0), (0, "1e-9"), (-1, -1)]:
         path = ap.solve(ap.Scene(system=system, start=dict(zip((x, u, w), (*beside, 0), strict=True)), until=1))
         assert path.modes == ("stick",)
+
+
+@pytest.mark.parametrize("way", [{"method": "radau"}, {"method": "dop853", "rtol": 1e-10}, {"digits": 20}])
+def test_a_block_leaves_its_belt_where_its_place_is_0_to_rounding(way):
+    """The friction needed, 1 + x + sin(x)**2, passes the load 1 + x/4 at x = 0, which a run reaches to 1e-17."""
+    contact = ap.Friction(velocity=v - 1, force=F, load=1 + x / 4, kinetic=1)
+    belt = ap.System.with_frictions({x: v, v: F - x - v - sp.sin(x) ** 2}, {}, [contact])
+    path = ap.solve(ap.Scene(system=belt, start={x: -sp.Rational(1, 2), v: 1}, until=sp.Rational(3, 2)), **way)
+    slips = solve_ivp(lambda _, w: (w[1], 1 - 3 * w[0] / 4 - w[1] - math.sin(w[0]) ** 2), (0, 1), (0, 1), "DOP853",
+                      rtol=1e-10, atol=1e-12)  # fmt: skip
+    assert [(e.kind, float(e.t)) for e in path.events] == [("slip_onset", pytest.approx(1 / 2, abs=1e-12))]
+    assert [*map(float, path.final)] == pytest.approx(slips.y[:, -1], abs=1e-6)
+
+
+def test_a_layer_from_the_edge_of_stick_at_a_place_that_is_0_to_rounding_ends():
+    """v = 1 + (x/4 - x) along the slow slip from x = 0 at t = 1/2, so that x = (4/3)(1 - exp(-3 (t - 1/2)/4))."""
+    contact = ap.Friction(velocity=v - 1, force=F, load=1 + x / 4, kinetic=1)
+    belt = ap.System.with_frictions({x: v}, {v: F - x - v}, [contact], small=eps)
+    scene = ap.Scene(system=belt, values={eps: "1e-4"}, start={x: -sp.Rational(1, 2), v: -1}, until=sp.Rational(3, 2))
+    path = ap.solve(scene, method="jump", order=0)
+    assert path.modes == ("slip_opposite", "stick", "slip_opposite")
+    assert path.final[0] == pytest.approx(4 / 3 * (1 - math.exp(-3 / 4)), abs=1e-3)
