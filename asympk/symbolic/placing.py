@@ -79,17 +79,22 @@ def _require_assumed(system: "System", values: dict[sp.Symbol, Any]) -> None:
     _require_divisible(system, values, numbers)
     for assumption in sp.And.make_args(system.assumptions):
         if assumption.subs(numbers) == sp.false:
-            given = ", ".join(f"{s} = {values[s]}" for s in sorted(assumption.free_symbols & values.keys(), key=str))
-            raise InputError(f"values: {given} is refused; the system assumes {assumption}")
+            raise InputError(f"values: {_given(values, assumption)} is refused; the system assumes {assumption}")
     for friction in system.frictions:
-        kinetic, static = (sp.sympify(b, strict=True).subs(numbers) for b in (friction.kinetic, friction.static))
+        bounds = sp.sympify((friction.kinetic, friction.static), strict=True)
+        kinetic, static = (bound.subs(numbers) for bound in bounds)
         if kinetic.is_negative:
-            raise InputError(f"values: kinetic friction {short(kinetic)} is negative; friction opposes the velocity")
+            raise InputError(f"values: kinetic friction {short(bounds[0])} is negative"
+                             f"{_given(values, bounds[0], ' at ')}; friction opposes the velocity")  # fmt: skip
         if (static - kinetic).is_negative:
-            raise InputError(
-                f"values: static friction {short(static)} is below the kinetic one, {short(kinetic)}; make it at least "
-                "that"
-            )
+            raise InputError(f"values: static friction {short(bounds[1])} is below the kinetic one, {short(bounds[0])}"
+                             f"{_given(values, bounds, ', at ')}; make it at least that")  # fmt: skip
+
+
+def _given(values: dict[sp.Symbol, Any], parts: sp.Basic, before: str = "") -> str:
+    """Return "symbol = number, ..." of the symbols in ``parts``, as the numbers were given, or "" for none."""
+    given = ", ".join(f"{s} = {values[s]}" for s in sorted(parts.free_symbols & values.keys(), key=str))
+    return before + given if given else ""
 
 
 def _names(symbols: Iterable[sp.Symbol]) -> str:
