@@ -249,9 +249,11 @@ class Mechanism(ShownAsFormulas):
         ``values`` are coordinates, rates and parameters. If g = g' = 0, the elastic contact starts without reaction,
         x = y = 0; otherwise x and y follow from the gap and the gap rate, and ``values`` must contain the compliance.
         z is the sliding velocity. A constant such as sin(1) is evaluated to 50 digits. Raises ``InputError`` for
-        missing values, and for a bilateral rigid contact where g = g' = 0 does not hold.
+        missing values, a system of another mechanism, and a bilateral rigid contact where g = g' = 0 does not hold.
         """
         require_system(system, "start")
+        if other := [str(q) for q in self.plain.coordinates if q not in system.states]:
+            raise InputError(f"start: {other[0]} is no state of the system; give the mechanism's elastic() or rigid()")
         small = str(system.small)
         own = {k: v for k, v in values.items() if str(k) != small} if isinstance(values, dict) else values
         given = {self.plain.time: 0} | self.keyed(own)

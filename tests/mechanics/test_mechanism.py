@@ -336,6 +336,11 @@ def test_a_rigid_start_off_a_constraint_that_holds_both_ways_is_refused():
         block.start(block.rigid(), {"q1": 0, "q2": 1, "u1": 1, "u2": 0})
 
 
+def test_a_start_of_the_system_of_another_mechanism_is_refused():
+    with pytest.raises(InputError, match=r"q1 is no state of .*; give the mechanism's elastic\(\) or rigid\(\)"):
+        _broken().start(ap.systems.painleve_klein.system(), {"q1": 0, "q2": 0, "u1": 1, "u2": 0})
+
+
 def test_a_determinant_of_polynomials_in_sines_is_that_of_the_symbols_written_out():
     a, b, c = sp.symbols("a b c", positive=True)
     border = sp.Matrix([[a + sp.sin(b) ** 2, sp.cos(b) / a, sp.sqrt(c)],
