@@ -44,8 +44,9 @@ def solve(scene: Scene, method: str = "exact", **options: Any) -> Path:
         path = _run(FOR_SCENES.get(name) or METHODS[name], name, inside, options)
         return path if path.scene is scene else replace(path, scene=scene)
     if not METHODS[name]:
+        limit = "; the rigid limit is method 'slow' with order = 0" if name == "rigid" else ""
         raise InputError(f"method {name!r} follows the Painlevé-Klein rod alone; for a system choose one of "
-                         f"{', '.join(n for n, module in METHODS.items() if module)}")  # fmt: skip
+                         f"{', '.join(n for n, module in METHODS.items() if module)}{limit}")  # fmt: skip
     if name != "exact":
         return _run(METHODS[name], name, scene, options)
     if reason := _found("affine.run", "obstacle")(scene.system):

@@ -95,6 +95,8 @@ def test_the_rigid_rung_of_an_elastic_contact_is_the_rigid_mechanism():
     rung = dict(zip(scene.names, ap.solve(scene, "slow", order=0).final, strict=True))
     truth = dict(zip(rigid.names, ap.solve(rigid).final, strict=True))
     assert (rung["x1"], rung["x2"], rung["z"]) == pytest.approx((truth["x1"], truth["x2"], truth["x1'"]), abs=1e-7)
+    with pytest.raises(InputError, match="the rigid limit is method 'slow' with order = 0"):
+        ap.solve(scene, "rigid")
 
 
 @pytest.mark.parametrize(("values", "start", "message"), [
