@@ -13,7 +13,8 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.numbers import Number
+from asympk.errors import NotDerivable
+from asympk.numbers import Number, short
 
 PRIME = 2**31 - 1  # the modulus of a cheap test that spares most of the trial divisions
 HIGHEST_POWER = 64  # powers of the generators below it are tabulated
@@ -116,8 +117,12 @@ class Ratios:
         self._known: list = []
 
     def __call__(self, expr: sp.Expr) -> Ratio:
-        """Return a rational expression as a Ratio."""
-        above, below = map(self._ring.from_expr, sp.fraction(sp.together(expr)))
+        """Return a rational expression as a Ratio; raises ``NotDerivable`` for any other."""
+        try:
+            above, below = map(self._ring.from_expr, sp.fraction(sp.together(expr)))
+        except ValueError:
+            raise NotDerivable(f"{short(expr)} is not rational in the parameters: put a parameter of its own for every "
+                               "root, function or constant such as pi") from None  # fmt: skip
         return Ratio(above) / Ratio(below)
 
     def log(self, ratio: Ratio) -> Ratio:

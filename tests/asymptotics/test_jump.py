@@ -285,6 +285,16 @@ def test_a_system_without_a_common_integral_says_so():
 # refusals
 
 
+@pytest.mark.parametrize("push", [sp.pi, sp.sqrt(2), sp.sin(sigma)])
+def test_a_coefficient_that_is_not_rational_in_the_parameters_is_refused_in_symbols(push):
+    pushed = System.with_friction(
+        slow={x: y}, fast={y: push - 2 * (x + y) + F}, velocity={z: 1 - (x + y) + F}, force=F, load=x + y,
+        kinetic=sigma + 2, small=mu, assumptions=sigma > -2,
+    )  # fmt: skip
+    with pytest.raises(NotDerivable, match="is not rational in the parameters"):
+        jump_map(pushed, start={sigma: 1})
+
+
 @pytest.mark.parametrize("order", [-1, 4, 1.0, True, "1"])
 def test_an_order_that_is_not_known_is_refused(order):
     with pytest.raises(OrderError, match="orders 0"):
