@@ -1,5 +1,6 @@
 """Values of the expressions and conditions of a mechanism at numbers or arrays of numbers."""
 
+from itertools import compress
 from typing import Any
 
 import sympy as sp
@@ -16,7 +17,7 @@ ROUNDING = 8 * 2.0**-52  # part of its terms below which a sum of products may b
 
 
 def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) -> tuple[Any, ...]:
-    """Return ``expressions`` at ``values``, numbers or arrays by symbol; a condition is True or False.
+    """Return ``expressions`` at ``values``, numbers or arrays by symbol; a condition is True or False, and oo inf.
 
     Raises ``InputError`` for symbols without a value, values that are no numbers, and arrays that do not broadcast,
     and ``OutOfRange`` where an expression is not finite.
@@ -30,10 +31,12 @@ def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) ->
     given = {symbol: _declared(symbol, as_floats(str(symbol), values[symbol])) for symbol in needed}
     shape = common_shape(given, given.values())
     given = {symbol: np.broadcast_to(value, shape) for symbol, value in given.items()}
-    plain = sp.Tuple(*(e for e in expressions if isinstance(e, sp.Expr)))
+    lowered = [isinstance(e, sp.Expr) and e is not sp.oo for e in expressions]
+    plain = sp.Tuple(*compress(expressions, lowered))
     try:
         found = iter(array_function(plain, (*needed,))(*given.values()))
-        return tuple(next(found) if isinstance(e, sp.Expr) else _truth(e, given, shape) for e in expressions)
+        return tuple(next(found) if low else _constant(e, given, shape)
+                     for e, low in zip(expressions, lowered, strict=True))  # fmt: skip
     except OutOfRange:
         place = ", ".join(f"{symbol} = {value.flat[0]:g}" for symbol, value in given.items() if value.size)
         raise OutOfRange(f"an equation of the contact is not finite at {place}, or beside it") from None
@@ -53,10 +56,11 @@ def evaluate_ahead(
     return evaluate(tuple(shortly_after(expr, rate, ROUNDING) for expr in expressions), values)
 
 
-def _truth(condition: sp.Basic, given: dict[sp.Symbol, Any], shape: tuple[int, ...]) -> Any:
+def _constant(part: sp.Basic, given: dict[sp.Symbol, Any], shape: tuple[int, ...]) -> Any:
+    """Return inf for oo, and for a condition whether it holds."""
     import numpy as np
 
-    found = holds(condition, given)
+    found = float(part) if part is sp.oo else holds(part, given)
     return np.broadcast_to(found, shape) if shape else found
 
 
