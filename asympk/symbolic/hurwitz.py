@@ -10,6 +10,7 @@ import sympy as sp
 
 from asympk.errors import NotDerivable
 from asympk.symbolic.conditions import reduce_under
+from asympk.symbolic.long import LONG, is_longer
 from asympk.symbolic.signs import conjunction, nonzero
 from asympk.symbolic.values import in_words
 
@@ -20,7 +21,7 @@ def characteristic(matrix: sp.Matrix) -> tuple[sp.Expr, ...]:
     """Return the coefficients of det(s - matrix), from the highest."""
     entries = matrix.to_DM()  # ``Matrix.charpoly`` compares the entries of blocks, and fails where one has a root
     found = map(entries.domain.to_sympy, entries.charpoly_base())
-    return tuple(map(sp.simplify, found) if entries.domain.is_EXRAW else found)
+    return tuple(sp.simplify(c) if entries.domain.is_EXRAW and not is_longer(c, LONG) else c for c in found)
 
 
 def attracting(coefficients: tuple[sp.Expr, ...], assumptions: sp.Basic = sp.true) -> sp.Basic:

@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 
 import asympk as ap
 from asympk.mechanics.evaluation import evaluate
+from asympk.symbolic.long import LONG
 
 VALUES = {"m": 1, "l": 1, "g": 1, "J": 0.1, "f": 0.3}
 
@@ -106,6 +107,18 @@ def test_the_elastic_contact_of_a_chain_of_eight_links_has_the_accelerations_of_
     expected = {f"q{k}": v for k, v in enumerate(u, 1)} | {f"q{k}'": v for k, v in enumerate(rates, 1)}
     expected |= {"x": values["y"], "y": -gap / 0.01, "z": slip}
     assert found == pytest.approx({name: expected[name] for name in found}, rel=1e-10)
+
+
+def test_the_slow_manifolds_of_a_chain_of_four_links_take_no_simplification_of_long_formulas(monkeypatch):
+    c, h = sp.symbols("c h", positive=True)
+    soft, simplify = chain(4).elastic(compliance=c, damping=h), sp.simplify
+
+    def of_short(expr, **options):
+        assert expr.count_ops() <= LONG
+        return simplify(expr, **options)
+
+    monkeypatch.setattr(sp, "simplify", of_short)
+    assert [manifold.name for manifold in ap.slow_manifolds(soft, order=0)] == ["Pi1", "Pi2", "Lambda1"]
 
 
 def test_a_body_in_space_has_the_reaction_of_newton_and_euler():
