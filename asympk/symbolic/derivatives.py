@@ -37,7 +37,10 @@ def directional_derivatives(
             slopes[symbol] = _slopes(expr, moving, found, spare)
             moving |= {symbol} if slopes[symbol] else set()
     last = [_slopes(output, moving, found, spare) for output in outputs]
-    step = lambda value, pairs: _named(less(value, pairs), found, spare)  # noqa: E731
+
+    def step(value: sp.Expr, pairs: Iterable[tuple[sp.Expr, sp.Expr]]) -> sp.Expr:
+        return _named(less(value, pairs), found, spare)
+
     asked = {*chain(*slopes.values(), *last)}
     weights = _weights([form for symbol, form in forms.items() if symbol in asked], len(directions), step)
     columns = []
