@@ -207,8 +207,7 @@ def through_layer(task: Task, path: MatchedPath) -> MatchedPath:
         stretch = Stretch(path.t, mode, _during(Trajectory(found[0].state, found), size))
         span, guard = lost or (last.after, None)
         t, state = path.t + span, (last.end if guard is None else last.state_at(span))[:size]
-        poles = mode.pole_values(path.t, path.state)
-        mode.require_one_side(poles, t, state, poles)
+        mode.require_one_side(mode.pole_values(path.t, path.state), t, state)
         if guard is None:
             t = task.until if span == task.until - path.t else t
             return replace(path, t=t, state=state, stretches=(*path.stretches, stretch))
@@ -375,11 +374,13 @@ def require_no_pole(path: MatchedPath, slow: Slow, found: reduced.Reduced) -> No
     The integration need not notice a pole of the rates, so the signs of their divisors are compared at the ends of
     every step. A step is assumed to contain at most one zero of each divisor.
     """
-    first = values = path.mode.pole_values(path.t, path.state)
+    mode, since = path.mode, None
+    first = values = mode.pole_values(path.t, path.state)
     for step in found.trajectory.steps if values else ():
-        after = min(step.after, found.end)
+        t = path.t + (after := min(step.after, found.end))
         state = slow.state(found.orders[0], step.state_at(after), found.mu)
-        values = path.mode.require_one_side(values, path.t + after, state, first)
+        values = mode.require_one_side(values, t, state, since)
+        since = None if mode.vanishing(first, t, state) is None else t if since is None else since
 
 
 def _begin(task: Task, slow: Slow, path: MatchedPath) -> tuple[np.ndarray, float, float]:

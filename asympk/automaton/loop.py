@@ -83,8 +83,7 @@ def follow(
             segment = advance(mode, t, state, segments) if t < until else Segment(t, state, None)
             segments.append(segment._replace(branch=mode.branch, sides=mode.mode.sides))
             if segment.hit is None or mode.kinds[segment.hit][0] not in _ENDS:
-                poles = mode.pole_values(t, state)
-                mode.require_one_side(poles, segment.t, segment.state, poles)
+                mode.require_one_side(mode.pole_values(t, state), segment.t, segment.state)
             if segment.short:
                 break
             if segment.hit is None and mode.after_switch(segment.t) >= until:

@@ -27,6 +27,7 @@ LATEST = 1e-9  # relative error of the zero in doubles of a guard of the time in
 NEWTON = 3  # Newton steps from that zero to all digits
 DERIVATIVES = 4  # derivatives of a phase that are computed to find the side to which a motion leaves
 LOOKS = 256  # least number of steps in a span in which the time drives the motion
+LONG = 0.01  # part of a time: so long a divisor nearly vanishes where it fades, but not before a pole
 NEXT_TO_NOTHING = 1e-8  # part of its first value at which a divisor counts as 0; the base of a square is then 1e-4
 BESIDE = 4  # roundings of the time by which smooth stretches keep away from a switch by the time
 OF_STATES = ("velocity_zero", "touch_down")  # kinds of guards that never depend on the time alone
@@ -97,14 +98,14 @@ class NumericMode:
         """Return the values of the divisors of the rates."""
         return self.values(self.mode.poles, t, state) if self.mode.poles else ()
 
-    def require_one_side(self, before: tuple, t: Any, state: State, first: tuple) -> tuple:
+    def require_one_side(self, before: tuple, t: Any, state: State, since: Any = None) -> tuple:
         """Return the divisors of the rates; raises ``OutOfRange`` if one has changed its sign since ``before``.
 
-        A divisor that next to its ``first`` value is nothing on both sides has come down to the errors of the states.
+        One has nearly vanished ``since`` that time, or None: after long, it has come down to the errors of the states.
         """
         after = self.pole_values(t, state)
-        for expr, a, b, begun in zip(self.mode.poles, before, after, first, strict=True):
-            if a * b < 0 and max(abs(a), abs(b)) < NEXT_TO_NOTHING * abs(begun):
+        for expr, a, b in zip(self.mode.poles, before, after, strict=True):
+            if a * b < 0 and since is not None and t - since > LONG * t:
                 raise OutOfRange(f"the rates of mode {self.name} are divided by {expr!s:.120}, of which only errors "
                                  f"of the states are left by t = {float(t):.8g}; end the run before it, or take the "
                                  "logarithm of a state that dies out, or its ratio to another, for the state"

@@ -36,7 +36,7 @@ class OneField:
 
     guard_rates = pole_values = guard_values
 
-    def require_one_side(self, before: tuple, t: float, state: tuple[float, ...], first: tuple) -> tuple:
+    def require_one_side(self, before: tuple, t: float, state: tuple[float, ...], since: float | None = None) -> tuple:
         """Return ``before``: divisors of the rates are not watched."""
         return before
 

@@ -73,9 +73,9 @@ def follow_steps(
             state = tuple(solver.dense_output()(t)[:n].tolist())
             together = lost_with(mode, hit, t, state)
         if poles and not short:
-            poles = mode.require_one_side(poles, t, state, divisors)
             divisor = mode.vanishing(divisors, t, state)
             near = [*near[-PATIENCE:], t] if divisor is not None else []
+            poles = mode.require_one_side(poles, t, state, near[0] if near else None)
             if len(near) > PATIENCE and t - near[0] <= STANDSTILL * t:
                 short = _divided(divisor)
         elif poles and solver.status == "failed" and (divisor := mode.vanishing(divisors, t, state)) is not None:
