@@ -534,6 +534,7 @@ def test_the_page_says_what_is_wrong_and_keeps_the_last_picture(server, window):
     assert "400" in refused
 
 
+@pytest.mark.slow
 def test_the_page_shows_the_verdict_of_the_ladder_and_another_scene(server, window):
     window.open(server.address)
     window.wait(PATH)

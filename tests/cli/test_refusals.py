@@ -34,6 +34,7 @@ def test_what_a_solver_prints_itself_is_not_in_the_output(method):
     assert (run.returncode, run.stdout) == (2, "")
 
 
+@pytest.mark.slow
 def test_without_docstrings_a_command_does_its_work_or_names_the_option():
     without = {**os.environ, "PYTHONOPTIMIZE": "2"}
     assert "slip_same" in _asympk(*LINE, env=without).stdout
@@ -110,6 +111,7 @@ def test_numbers_of_a_million_digits_are_refused_in_a_line(tmp_path):
     assert "it must be a whole number" in _in_one_line(_asympk(*LINE, "--digits", "9" * 100_000))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
 def test_a_scene_is_read_from_a_pipe_and_none_from_one_that_nobody_writes_to(tmp_path):
     text = "sigma = 1\nmu = 1e-3\nstart = [0, 0.2, -1]\nuntil = 2\n"

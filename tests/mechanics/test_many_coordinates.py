@@ -63,6 +63,7 @@ def _followed(n, until):
     return state
 
 
+@pytest.mark.slow
 def test_a_chain_of_six_links_slides_and_turns_back_as_by_newtons_law_in_numbers():
     path = ap.solve(_scene(6, 0.5))
     assert path.modes == ("slip_same", "slip_opposite")

@@ -75,6 +75,7 @@ def test_the_c_module_compiles_without_a_warning_and_computes_what_lower_does(na
                 assert math.isclose(a, b, rel_tol=1e-11, abs_tol=1e-12)
 
 
+@pytest.mark.slow
 def test_straight_line_code_gives_the_coefficients_of_the_series():
     functions = {f.name: f for f in module_functions(LEANING, order=2)}
     for m in ap.slow_manifolds(LEANING, order=2):

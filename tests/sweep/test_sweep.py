@@ -173,6 +173,7 @@ def test_no_more_than_a_few_chunks_are_held_at_once(tmp_path):
     assert executor.most <= 32
 
 
+@pytest.mark.slow
 def test_a_killed_worker_process_loses_nothing(plain, tmp_path):
     pool, killed = Processes(2), []
 
