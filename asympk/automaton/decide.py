@@ -408,18 +408,19 @@ def _margin_growth(here: Junction, branch: Branch, margin: Guard) -> int:
 def _lasts(here: Junction, branch: Branch) -> bool:
     """Tell whether what is 0 in a branch that stands stays 0 as the time goes on, as far as computed.
 
-    The states stand still, so that a smooth force which is 0 at all times is 0 at any later one, too.
+    The states stand still, so that a smooth force which is 0 at all times is 0, and finite, at any later one, too.
     """
     mode, time = mode_of(here.system, branch), here.system.time
     rows = tuple(row for row in mode.standing if row.has(time))
     smooth = tuple(row for row in rows if not sides.is_switched(row, (time,)))
-    if not _vanish(here, smooth, tuple(place.later(LATER) for place in here.places)):
-        return False
     for _ in range(ORDERS):
         rows = tuple(map(mode.drift, rows))
         if not _vanish(here, rows):
             return False
-    return True
+    later = tuple(place.later(LATER) for place in here.places)
+    with suppress(OutOfRange), finite(lambda: later[0].t):
+        return _vanish(here, smooth, later)
+    return False
 
 
 def _require_determined(here: Junction, tried: Tried) -> None:

@@ -315,3 +315,13 @@ def test_a_ball_is_pushed_away_while_a_body_beside_it_stands_on_undetermined_for
     system = ap.System.with_frictions({v: force + other, w: push}, {}, contacts, None, t)
     path = ap.solve(ap.Scene(system=system, values={}, start=[0, 0], until=2), **way)
     assert (path.events, [*map(float, path.final)]) == ((), pytest.approx([0, speed], abs=1e-8))
+
+
+@pytest.mark.parametrize("push", [t / (7 * t - 5), t * sp.sqrt(1 - 2 * t), t**7 * sp.sqrt(1 - 2 * t)])
+def test_a_force_that_is_not_finite_later_does_not_stay_0(push):
+    # beside what stands on undetermined forces; these are no numbers 5/7 later, where a force is looked at again
+    v, w, force, other = sp.symbols("v w F G", real=True)
+    contacts = [ap.Friction(v, s, 1, 1) for s in (force, other)]
+    system = ap.System.with_frictions({v: force + other, w: push}, {}, contacts, None, t)
+    path = ap.solve(ap.Scene(system=system, values={}, start=[0, 0], until="2/5"))
+    assert path.final[1] == pytest.approx(float(sp.Integral(push, (t, 0, sp.Rational(2, 5))).evalf()), abs=1e-9)
