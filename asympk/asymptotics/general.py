@@ -23,6 +23,7 @@ import sympy as sp
 from asympk.asymptotics import matched
 from asympk.asymptotics.frictional import follow_stretches
 from asympk.asymptotics.smooth import EXTRA, follow_smooth, leaves_its_sides
+from asympk.asymptotics.taylor import FUNCTIONS
 from asympk.automaton.automaton import ROUNDED, Automaton
 from asympk.automaton.contacts import nudges
 from asympk.errors import AsympkError, NotDerivable, OutOfRange
@@ -31,6 +32,7 @@ from asympk.path import Path, SolvedAgain
 from asympk.symbolic.expansion import INFINITE
 from asympk.symbolic.long import atoms, replaced
 from asympk.symbolic.reading import rational, spare
+from asympk.symbolic.sides import SWITCHING
 from asympk.symbolic.system import System
 
 HIGHEST_ORDER = 4
@@ -87,7 +89,8 @@ def _lowered(system: System, small: sp.Symbol, highest: int) -> tuple[System, di
     told, rests = dict[sp.Basic, sp.Expr](), dict[sp.Symbol, sp.Expr]()
     for part in _of_parameters(rates, small, {*system.parameters}):
         terms = [part.diff(small, k).subs(small, 0) * small**k / factorial(k) for k in range(highest + 1)]
-        if part.diff(small, highest + 1) == 0 or any(term.has(*INFINITE) for term in terms):
+        functions = {type(f).__name__ for term in terms for f in term.atoms(sp.Function)}
+        if part.diff(small, highest + 1) == 0 or sp.Tuple(*terms).has(*INFINITE) or functions - {*FUNCTIONS}:
             continue
         name = spare(small.name, (*system.states, *system.parameters, *rests))
         told[part] = sp.Add(*terms, small**highest * name)
@@ -97,13 +100,14 @@ def _lowered(system: System, small: sp.Symbol, highest: int) -> tuple[System, di
 
 
 def _of_parameters(expr: sp.Basic, small: sp.Symbol, parameters: set) -> list[sp.Expr]:
-    """Return the largest parts of an expression that contain mu, and otherwise parameters alone, in order."""
+    """Return the largest smooth parts of an expression that contain mu, and otherwise parameters alone, in order."""
     found, left, seen = list[Any](), [expr], set[Any]()
     while left:
         if (part := left.pop()) in seen or not part.has(small):
             continue
         seen.add(part)
-        if isinstance(part, sp.Expr) and part.free_symbols <= parameters:
+        smooth = isinstance(part, sp.Expr) and not atoms(part, sp.Piecewise, *SWITCHING)
+        if smooth and part.free_symbols <= parameters:
             found.append(part)
         else:
             left += part.args

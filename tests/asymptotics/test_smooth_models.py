@@ -615,6 +615,15 @@ def test_terms_whose_first_powers_of_the_small_parameter_vanish_are_among_what_i
     assert distance(path.final, truth.final) < path.error < 0.9
 
 
+@pytest.mark.parametrize("step", [sp.floor(100 * mu), sp.sign(mu - sp.Rational(1, 100))])
+def test_what_jumps_with_the_small_parameter_has_its_value_in_a_model(step):
+    """At mu = 1/100 these are 1 and 0."""
+    value, number = step.subs(mu, sp.Rational(1, 100)), sp.Symbol("number", real=True)
+    paths = [_solved(ap.System.smooth({x: -x + part}, {y: x - y + part}, mu), {mu: "1/100", **more}, (1, 2), 1, order=1)
+             for part, more in ((step, {}), (number, {number: value}))]  # fmt: skip
+    assert paths[0].final == paths[1].final
+
+
 def test_a_coefficient_that_rounding_would_lose_is_predicted_by_its_series():
     """log(1 + mu) is 0 in doubles, and w' = -2 w."""
     system = ap.System.smooth({w: -w * (1 + kappa * sp.log(1 + mu))}, {u: w - u}, mu)
