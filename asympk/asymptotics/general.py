@@ -14,7 +14,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache, partial
-from math import factorial
 from typing import Any
 
 import numpy as np
@@ -26,6 +25,7 @@ from asympk.asymptotics.smooth import EXTRA, follow_smooth, leaves_its_sides
 from asympk.asymptotics.taylor import FUNCTIONS
 from asympk.automaton.automaton import ROUNDED, Automaton
 from asympk.automaton.contacts import nudges
+from asympk.automaton.exact import exact_values
 from asympk.errors import AsympkError, NotDerivable, OutOfRange
 from asympk.numbers import known_order, listed, short
 from asympk.path import Path, SolvedAgain
@@ -39,7 +39,7 @@ HIGHEST_ORDER = 4
 SMALL = 1e-4  # the size of a state, in its unit, below which the unit is made smaller
 LARGEST = 1e6  # the size of a state in its layer, in its unit, above which rounding hides its slow motion
 PACE = 3  # the largest power of ten of |g_y| / |f_y| at which IN_FAST of ``matched`` keeps errors below ROUNDING
-DIGITS, MOST_DIGITS = 20, 2000  # digits of the rest of a Taylor polynomial, and of its terms, which nearly cancel
+DIGITS = 20  # digits of the rest of a Taylor polynomial
 NOISE = 1e-12  # the size of a state, relative to that by the terms of its rate, below which it is rounding
 LOOKS = 32  # the number of times at which sizes are measured, each time half of the one before
 
@@ -77,10 +77,9 @@ def _with_low_powers(scene: Any, highest: int) -> Any:
     if not (found := _lowered(system, small, highest)):
         return scene
     lowered, rests = found
-    given = dict(zip(system.parameters, scene.values, strict=True))
-    place = {s: rational(s.name, value) for s, value in given.items()}
-    values = {name: Fraction(str(rest.subs(place).evalf(DIGITS, maxn=MOST_DIGITS))) for name, rest in rests.items()}
-    return replace(scene, system=lowered, values={**given, **values})
+    known = exact_values(system, (*rests.values(),), scene.values, DIGITS)
+    values = dict(zip(system.parameters, scene.values, strict=True)) | {s: known[rest] for s, rest in rests.items()}
+    return replace(scene, system=lowered, values=values)
 
 
 @lru_cache(maxsize=64)
@@ -88,7 +87,7 @@ def _lowered(system: System, small: sp.Symbol, highest: int) -> tuple[System, di
     rates = sp.Tuple(*system.slow.values(), *system.fast.values())
     told, rests = dict[sp.Basic, sp.Expr](), dict[sp.Symbol, sp.Expr]()
     for part in _of_parameters(rates, small, {*system.parameters}):
-        terms = [part.diff(small, k).subs(small, 0) * small**k / factorial(k) for k in range(highest + 1)]
+        terms = [part.diff(small, k).subs(small, 0) * small**k / math.factorial(k) for k in range(highest + 1)]
         functions = {type(f).__name__ for term in terms for f in term.atoms(sp.Function)}
         if part.diff(small, highest + 1) == 0 or sp.Tuple(*terms).has(*INFINITE) or functions - {*FUNCTIONS}:
             continue
