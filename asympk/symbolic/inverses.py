@@ -64,7 +64,7 @@ class InverseForm(sp.Function):
     def _imp_(*entries: Any) -> Any:
         """Return the value for numbers of any kind; ``sympy.lambdify`` calls this."""
         u, rows, v = _parted(entries)
-        return -_less(0, zip(u, _solution(_factors(rows, _less), v, _less), strict=True))
+        return sum(a * b for a, b in zip(u, _solution(_factors(rows, _less), v, _less), strict=True))
 
     def fdiff(self, argindex: int = 1) -> sp.Expr:
         """Return the derivative by an entry; that by an entry of M stands for two entries off the diagonal."""
