@@ -380,7 +380,7 @@ def require_no_pole(path: MatchedPath, slow: Slow, found: reduced.Reduced) -> No
         t = path.t + (after := min(step.after, found.end))
         state = slow.state(found.orders[0], step.state_at(after), found.mu)
         values = mode.require_one_side(values, t, state, since)
-        since = None if mode.vanishing(first, t, state) is None else t if since is None else since
+        since = None if mode.vanishing(first, values) is None else t if since is None else since
 
 
 def _begin(task: Task, slow: Slow, path: MatchedPath) -> tuple[np.ndarray, float, float]:

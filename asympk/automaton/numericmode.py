@@ -27,7 +27,7 @@ LATEST = 1e-9  # relative error of the zero in doubles of a guard of the time in
 NEWTON = 3  # Newton steps from that zero to all digits
 DERIVATIVES = 4  # derivatives of a phase that are computed to find the side to which a motion leaves
 LOOKS = 256  # least number of steps in a span in which the time drives the motion
-LONG = 0.01  # part of a time: so long a divisor nearly vanishes where it fades, but not before a pole
+LONG = 0.01  # part of the time by then: so long a divisor nearly vanishes where it fades, but not at a pole
 NEXT_TO_NOTHING = 1e-8  # part of its first value at which a divisor counts as 0; the base of a square is then 1e-4
 BESIDE = 4  # roundings of the time by which smooth stretches keep away from a switch by the time
 OF_STATES = ("velocity_zero", "touch_down")  # kinds of guards that never depend on the time alone
@@ -116,9 +116,9 @@ class NumericMode:
                                  "states, of an elastic contact by another order of the coordinates")  # fmt: skip
         return after
 
-    def vanishing(self, first: tuple, t: Any, state: State) -> sp.Expr | None:
+    def vanishing(self, first: tuple, now: tuple) -> sp.Expr | None:
         """Return a divisor of the rates that has nearly vanished relative to its ``first`` value, or None."""
-        values = zip(self.mode.poles, first, self.pole_values(t, state), strict=True)
+        values = zip(self.mode.poles, first, now, strict=True)
         return next((expr for expr, begun, value in values if abs(value) < NEXT_TO_NOTHING * abs(begun)), None)
 
     def steps_until(self, t: Any, until: Any) -> Any:

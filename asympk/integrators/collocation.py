@@ -174,7 +174,7 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
         if monotonic() > scheme.deadline:
             raise Unfinished(f"the reference is at t = {float(t):.6g} when its time is over; allow more seconds")
         tries.append(t)
-        _require_gain(tries, mode.vanishing(poles, t, state))
+        _require_gain(tries, mode.vanishing(poles, mode.pole_values(t, state)))
         slopes = None
         with suppress(OverflowError):  # beyond the range of doubles, the iterates of the step do not converge
             slopes = _step(scheme, t, state, h)

@@ -12,12 +12,12 @@ from typing import Protocol
 import numpy as np
 
 from asympk.automaton.loop import Segment, lost_with
-from asympk.automaton.numericmode import NumericMode
+from asympk.automaton.numericmode import LONG, NumericMode
 from asympk.integrators.integrate import Settings, Work
 from asympk.integrators.watch import Look, first_lost, suspects
 
 STEP_LIMIT = "step limit reached"
-PATIENCE, STANDSTILL = 500, 0.01  # steps near a zero of a divisor, and the relative gain in time that counts as none
+PATIENCE = 500  # steps near a zero of a divisor after which a run that has gained no time of ``LONG`` is given up
 IDLE = 100  # steps without any gain in time after which a run is given up
 UNBOUNDED = 1e-8  # part of the first value of p in R = -a / p at which R counts as infinite: no step reaches p = 0
 
@@ -73,13 +73,13 @@ def follow_steps(
             state = tuple(solver.dense_output()(t)[:n].tolist())
             together = lost_with(mode, hit, t, state)
         if poles and not short:
-            divisor = mode.vanishing(divisors, t, state)
-            near = [*near[-PATIENCE:], t] if divisor is not None else []
             poles = mode.require_one_side(poles, t, state, near[0] if near else None)
-            if len(near) > PATIENCE and t - near[0] <= STANDSTILL * t:
+            divisor = mode.vanishing(divisors, poles)
+            near = [*near[-PATIENCE:], t] if divisor is not None else []
+            if len(near) > PATIENCE and t - near[0] <= LONG * t:
                 short = _divided(divisor)
-        elif poles and solver.status == "failed" and (divisor := mode.vanishing(divisors, t, state)) is not None:
-            short = _divided(divisor)
+        elif poles and solver.status == "failed":
+            short = _divided(mode.vanishing(divisors, mode.pole_values(t, state))) or short
         if settings.keep:
             passed.append((t, state))
         while len(samples) < len(times) and times[len(samples)] <= t and not short:
@@ -91,7 +91,7 @@ def follow_steps(
 
 
 def _divided(divisor):
-    return f"stalled: rates are divided by {divisor!s:.120}, and that is 0"
+    return "" if divisor is None else f"stalled: rates are divided by {divisor!s:.120}, and that is 0"
 
 
 class Watch:
