@@ -9,7 +9,7 @@ import pytest
 from asympk.affine.eigenpairs import eigenpairs
 from asympk.affine.exponential import of_roots
 from asympk.affine.mode import AffineMode, ClosedSegment, in_digits
-from asympk.affine.polynomial import in_whole_numbers, resolvent
+from asympk.affine.polynomial import _square_free, eigenvalue_polynomial, in_whole_numbers, resolvent
 from asympk.arithmetic import flow_context, set_digits
 from asympk.errors import InputError, TooLarge, Undecided
 
@@ -85,6 +85,9 @@ def test_an_eigenvalue_that_only_repeats_is_as_multiple_a_root_as_in_one_block(b
         mode = affine_mode(np.kron(np.eye(copies, dtype=int), block).tolist(), [1] * (copies * len(block)))
         found = resolvent(mode.homogeneous)
         assert len(found.polynomial) - 1 == degree + 1
+        whole, _ = in_whole_numbers(mode.homogeneous)
+        factors = _square_free(eigenvalue_polynomial(whole))
+        assert sum(most * (len(factor) - 1) for factor, most in factors) == len(mode.homogeneous)
     starts, alone = np.linspace(-1, 1, len(mode.rows)), affine_mode(block, [1] * len(block)).in_doubles
     expected = [ClosedSegment(alone, start).state(0.5) for start in starts.reshape(copies, -1)]
     assert ClosedSegment(mode.in_doubles, starts).state(0.5) == pytest.approx(np.concatenate(expected), rel=1e-14)
