@@ -8,6 +8,7 @@ import sympy as sp
 
 from asympk.errors import InputError
 from asympk.numbers import number, short
+from asympk.shown import number_as_text
 from asympk.symbolic.long import atoms
 from asympk.symbolic.reading import entries_of, rational
 from asympk.symbolic.values import by_symbol, require_declared
@@ -70,8 +71,8 @@ def _require_divisible(system: "System", values: dict[sp.Symbol, Any], numbers: 
     for name, expr, divisors in _divided(system):
         for divisor in divisors:
             if divisor.xreplace(numbers) == 0 and expr.subs(numbers).has(sp.zoo, sp.nan, sp.oo, -sp.oo):
-                given = ", ".join(f"{s} = {values[s]}" for s in sorted(divisor.free_symbols, key=str))
-                raise InputError(f"values: {given} is refused; {name} = {short(expr)} divides by {short(divisor)}")
+                raise InputError(f"values: {_given(values, divisor)} is refused; {name} = {short(expr)} divides by "
+                                 f"{short(divisor)}")  # fmt: skip
 
 
 def _require_assumed(system: "System", values: dict[sp.Symbol, Any]) -> None:
@@ -92,8 +93,8 @@ def _require_assumed(system: "System", values: dict[sp.Symbol, Any]) -> None:
 
 
 def _given(values: dict[sp.Symbol, Any], parts: sp.Basic, before: str = "") -> str:
-    """Return "symbol = number, ..." of the symbols in ``parts``, as the numbers were given, or "" for none."""
-    given = ", ".join(f"{s} = {values[s]}" for s in sorted(parts.free_symbols & values.keys(), key=str))
+    """Return "symbol = number, ..." of the symbols in ``parts`` that have values, or "" for none."""
+    given = ", ".join(f"{s} = {number_as_text(values[s])}" for s in sorted(parts.free_symbols & values.keys(), key=str))
     return before + given if given else ""
 
 

@@ -194,7 +194,7 @@ def test_a_box_outside_the_range_of_a_parameter_is_refused():
 def test_a_box_with_static_friction_below_the_kinetic_one_at_a_corner_is_refused():
     system = ap.System.with_frictions({x: v, v: -x + F}, {}, [ap.Friction(v, F, load=1, kinetic=k, static=mu)])
     scene = ap.Scene(system=system, values={"k": 1, "mu": 1}, start={"x": 4, "v": 0}, until=12)
-    words = "static friction mu is below the kinetic one, k, at k = 1001/1000, mu = 999/1000"
+    words = "static friction mu is below the kinetic one, k, at k = 1.001, mu = 0.999"
     with pytest.raises(ValueError, match=words):
         certify(scene, {"k": ("0.999", "1.001"), "mu": ("0.999", "1.001")})
 
