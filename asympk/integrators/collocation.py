@@ -27,7 +27,7 @@ from asympk.automaton.loop import Run, Segment, follow, lost_with
 from asympk.automaton.numericmode import NumericMode
 from asympk.digits import GUARD_BITS, FixedPoint, carried, carrier_context, dot, fixed_point
 from asympk.errors import OutOfRange, TooManyEvents, Unfinished
-from asympk.integrators.growth import LOST, grown, growth
+from asympk.integrators.growth import LOST, grown, growth, linearised
 from asympk.integrators.integrate import AT_REST
 from asympk.integrators.singular import followed
 from asympk.integrators.watch import Look, first_lost
@@ -97,7 +97,7 @@ def run(
         segments = [s._replace(steps=(*((step.t, step.state) for step in s.samples), (s.t, s.state)))
                     for s in fine.segments]  # fmt: skip
         n, largest = len(scene.start), max(1.0, *(abs(float(w)) for w in fine.last.state))
-        lost = growth(automaton_of(scene), segments, [1.0] * n, [largest] * n)
+        lost = growth(linearised(automaton_of(scene), segments), [1.0] * n, [largest] * n)
         needed = digits + ceil(log10(max(1, min(lost, LARGEST))))
         ctx = fine.last.t.context
         if error <= ctx.mpf(10) ** -digits and lost * 10.0**-carried_digits <= LOST:

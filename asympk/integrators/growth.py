@@ -12,7 +12,7 @@ of tolerances does not show the errors of such a motion, because they grow from 
 
 from collections.abc import Sequence
 from itertools import accumulate, zip_longest
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -34,9 +34,43 @@ def grown(factor: float, t: Any) -> Undecided:
                      f"a repelling set, or is chaotic; {advice}")  # fmt: skip
 
 
-def growth(
-    automaton: Automaton, segments: Sequence[Segment], scales: Sequence[float], sizes: Sequence[float]
-) -> float:
+class Linearised(NamedTuple):
+    """A segment with its mode, and the Jacobians in the middle of its steps: at the ends a root may vanish.
+
+    ``slopes`` is None where a rate has no derivative, as a root has none where it vanishes.
+    """
+
+    segment: Segment
+    mode: NumericMode
+    times: np.ndarray
+    states: np.ndarray
+    slopes: np.ndarray | None
+
+
+def linearised(automaton: Automaton, segments: Sequence[Segment]) -> list[Linearised]:
+    """Return segments with the Jacobians along them."""
+    with np.errstate(all="ignore"):
+        return [_linearised(automaton.mode(segment.branch, sides=segment.sides), segment) for segment in segments]
+
+
+def _linearised(mode: NumericMode, segment: Segment) -> Linearised:
+    times, states = _steps(segment)
+    times, states, n = (times[1:] + times[:-1]) / 2, (states[1:] + states[:-1]) / 2, states.shape[1]
+    try:
+        rows = [mode.jac(t, tuple(w)) for t, w in zip(times.tolist(), states.tolist(), strict=True)]
+        slopes = np.array(rows).reshape(-1, n, n).astype(float)
+    except (ArithmeticError, ValueError, TypeError):
+        slopes = None
+    return Linearised(segment, mode, times, states, slopes)
+
+
+def _steps(segment: Segment) -> tuple[np.ndarray, np.ndarray]:
+    """Return the times and states of a segment; one that begins at the end of a run has no steps."""
+    times, states = zip(*segment.steps or ((segment.t, segment.state),), strict=True)
+    return np.array(times, dtype=float), np.array(states, dtype=float)
+
+
+def growth(parts: Sequence[Linearised], scales: Sequence[float], sizes: Sequence[float]) -> float:
     """Return the growth of errors to the end of a run: the largest sum of the errors of one state from all steps.
 
     At its step an error is relative to the state, or to the state's entry of ``scales`` if this is larger; at the end
@@ -44,11 +78,13 @@ def growth(
     states at a time before, one of ``LOOKS``, need not fade as linear ones do: a growth to that time counts ``LOST``
     times. The growth is ``inf`` beyond the range of doubles, and 0 where rates have no derivative.
     """
-    factors, end = list[tuple[Any, Any, Any]](), segments[-1].t
+    factors, end = list[tuple[Any, Any, Any]](), parts[-1].segment.t
+    if any(part.slopes is None for part in parts):
+        return 0.0
     with np.errstate(all="ignore"):
         try:
-            for segment, after in zip_longest(segments, segments[1:]):
-                factors += _passed(automaton, segment, after, np.array(scales))
+            for part, after in zip_longest(parts, parts[1:]):
+                factors += _passed(part, after, np.array(scales))
         except (ArithmeticError, ValueError, TypeError):  # a rate without a derivative, as a root has where it vanishes
             return 0.0
         if not factors:  # a run that ends at its start
@@ -56,8 +92,8 @@ def growth(
         transitions, errors, times = map(np.array, zip(*factors, strict=True))
         looks = np.unique(np.searchsorted(times, np.arange(1, LOOKS) * end / LOOKS, side="right"))
         onward, most = transitions[:0], [0.0]
-        for part in filter(len, np.split(transitions, looks)):
-            within = np.array([*accumulate(part[::-1], np.matmul)])[::-1]
+        for stretch in filter(len, np.split(transitions, looks)):
+            within = np.array([*accumulate(stretch[::-1], np.matmul)])[::-1]
             onward = np.concatenate([within[0] @ onward, within])
             grown = np.einsum("kij,kj->i", abs(onward), errors[: len(onward)]) / sizes
             most.append(float(np.nan_to_num(grown, nan=np.inf).max(initial=0.0)))
@@ -84,7 +120,7 @@ def without_rounding(automaton: Automaton, segments: Sequence[Segment]) -> Seque
     return segments
 
 
-def balances(automaton: Automaton, segments: Sequence[Segment]) -> tuple[np.ndarray, np.ndarray]:
+def balances(parts: Sequence[Linearised]) -> tuple[np.ndarray, np.ndarray]:
     """Return (sizes, gains): each state's size by the terms of its rate, and its gain by an error of another state.
 
     The size holds in any units, and the rounding of the state is relative to it, also where the terms of the rate
@@ -92,55 +128,43 @@ def balances(automaton: Automaton, segments: Sequence[Segment]) -> tuple[np.ndar
     time 1 / |J_ii| in which the state forgets an error, at most that of the run. The gains are |J_ij| times the time
     until the state forgets the error or swings back.
     """
-    found, gains = np.zeros(len(segments[-1].state)), np.zeros((len(segments[-1].state),) * 2)
+    until, n = float(parts[-1].segment.t), len(parts[-1].segment.state)
+    found, gains = np.zeros(n), np.zeros((n, n))
     with np.errstate(all="ignore"):
-        for segment in segments:
-            try:
-                mode, (times, states) = automaton.mode(segment.branch, sides=segment.sides), _halfway(segment)
-                slopes = _slopes(mode, times, states)
-                own, swings = (np.abs(np.einsum("kii->ki", part)) for part in (slopes, slopes @ slopes))
-                spans = np.minimum(float(segments[-1].t), 1 / own)
-                at = [(t, (*w, *mode.p)) for t, w in zip(times.tolist(), states.tolist(), strict=True)]
-                rates = [[mode.field(s, *w) for s, w in (here, *nudges(*here, ROUNDED))] for here in at]
-                now, *nearby = np.array(rates).reshape(-1, 3, len(found)).swapaxes(0, 1)
-                made = np.abs(np.subtract(nearby, now)).max(axis=0) / ROUNDED * spans
-                made = np.abs(states).max(axis=1, keepdims=True) + made if mode.kept else made
-            except (ArithmeticError, ValueError, TypeError):  # as in ``growth``
+        for _, mode, times, states, slopes in parts:
+            if slopes is None:
                 continue
+            own, swings = (np.abs(np.einsum("kii->ki", part)) for part in (slopes, slopes @ slopes))
+            spans = np.minimum(until, 1 / own)
+            at = [(t, (*w, *mode.p)) for t, w in zip(times.tolist(), states.tolist(), strict=True)]
+            try:
+                rates = [[mode.field(s, *w) for s, w in (here, *nudges(*here, ROUNDED))] for here in at]
+            except (ArithmeticError, ValueError, TypeError):  # a rate without a derivative
+                continue
+            now, *nearby = np.array(rates, dtype=float).reshape(-1, 3, n).swapaxes(0, 1)
+            made = np.abs(np.subtract(nearby, now)).max(axis=0) / ROUNDED * spans
+            made = np.abs(states).max(axis=1, keepdims=True) + made if mode.kept else made
             found = np.maximum(found, np.where(np.isfinite(made), made, 0).max(axis=0, initial=0.0))
             gained = np.abs(slopes) * np.minimum(spans, 1 / np.sqrt(swings))[:, :, None]
             gains = np.maximum(gains, np.where(np.isfinite(gained), gained, 0).max(axis=0, initial=0.0))
     return found, gains
 
 
-def _halfway(segment: Segment) -> tuple[np.ndarray, np.ndarray]:
-    """Return the times and states in the middle of the steps of a segment: at the ends a root may vanish."""
-    times, states = (np.array(part, dtype=float) for part in zip(*segment.steps, strict=True))
-    return (times[1:] + times[:-1]) / 2, (states[1:] + states[:-1]) / 2
-
-
-def _slopes(mode: NumericMode, times: np.ndarray, states: np.ndarray) -> np.ndarray:
-    """Return the Jacobians at times and states."""
-    n = states.shape[1]
-    rows = [mode.jac(t, tuple(w)) for t, w in zip(times.tolist(), states.tolist(), strict=True)]
-    return np.array(rows).reshape(-1, n, n).astype(float)
-
-
 def _passed(
-    automaton: Automaton, segment: Segment, after: Segment | None, scales: np.ndarray
+    part: Linearised, after: Linearised | None, scales: np.ndarray
 ) -> list[tuple[np.ndarray, np.ndarray, float]]:
     """Return (transition matrix, sizes of errors, time) to the end of each step of a segment, and of its event."""
-    mode = automaton.mode(segment.branch, sides=segment.sides)
-    times, states = (np.array(part, dtype=float) for part in zip(*segment.steps, strict=True))
+    segment, mode, *_, slopes = part
+    times, states = _steps(segment)
     at = list(zip(times.tolist(), map(tuple, states.tolist()), strict=True))
     ones = np.ones(len(scales), dtype=bool)
     moving = [np.array(mode.rhs(*here), dtype=float) != 0 if 0 in here[1] else ones for here in at]
     sizes = np.maximum(scales, np.abs(states)) * ((states != 0) | moving) * mode.movable
-    means = _slopes(mode, *_halfway(segment)) * np.diff(times)[:, None, None]
+    means = slopes * np.diff(times)[:, None, None]
     found = list(zip(_exponentials(means * np.array(mode.movable)), sizes[:-1], times[1:], strict=True))
-    if after is not None and segment.hit is not None and (after.branch, after.sides) != (segment.branch, segment.sides):
-        later = automaton.mode(after.branch, sides=after.sides)
-        found.append((_saltation(mode, later, segment.hit, *after.steps[0]), 0 * sizes[-1], times[-1]))
+    if after is not None and segment.hit is not None and after.mode is not mode:
+        begun = (t[0] for t in _steps(after.segment))
+        found.append((_saltation(mode, after.mode, segment.hit, *begun), 0 * sizes[-1], times[-1]))
     return found
 
 

@@ -6,10 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from asympk.automaton.automaton import Automaton
-from asympk.automaton.loop import Segment
 from asympk.integrators import collocation, integrate
-from asympk.integrators.growth import LOST, balances, grown, growth, without_rounding
+from asympk.integrators.growth import LOST, Linearised, balances, grown, growth, linearised, without_rounding
 from asympk.numbers import whole
 from asympk.path import Path
 from asympk.systems.automata import automaton_of
@@ -40,28 +38,28 @@ def run(
                      events=events)  # fmt: skip
     automaton = automaton_of(scene)
     path, joined = traced(atol=TOLERANCE)
-    segments = without_rounding(automaton, joined.segments)
-    scales, (found, sizes) = (1.0,) * len(scene.start), _scales(automaton, segments)
+    parts = linearised(automaton, without_rounding(automaton, joined.segments))
+    scales, (found, sizes) = (1.0,) * len(scene.start), _scales(parts)
     while any(new < SMALL * old for old, new in zip(scales, found, strict=True)):
         path, joined = traced(atol=tuple(TOLERANCE * scale for scale in found))
-        segments = without_rounding(automaton, joined.segments)
-        scales, (found, sizes) = found, _scales(automaton, segments)
-    factor = growth(automaton, segments, scales, sizes)
+        parts = linearised(automaton, without_rounding(automaton, joined.segments))
+        scales, (found, sizes) = found, _scales(parts)
+    factor = growth(parts, scales, sizes)
     if factor * TOLERANCE > LOST:
-        raise grown(factor, segments[-1].t)
+        raise grown(factor, path.info["reached"])
     return path
 
 
-def _scales(automaton: Automaton, segments: Sequence[Segment]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _scales(parts: Sequence[Linearised]) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return two tuples: for each state its scale, at most 1, and the size to which errors at the end are relative.
 
     The size is the state's largest on the run, and for a state that may be rounding, or that only such states move,
     that by the terms of its rate (``balances``); a state without any has 1. Sizes of errors at the end are at least
     ``NOISE`` times the gain from other states, so that a tiny state does not count as wrong.
     """
-    states = [state for segment in segments for _, state in segment.steps] or [segments[-1].state]
+    states = [state for part in parts for _, state in part.segment.steps] or [parts[-1].segment.state]
     own = [max(map(abs, column)) for column in zip(*states, strict=True)]
-    made, gains = balances(automaton, segments)
+    made, gains = balances(parts)
     made = np.maximum(made, gains @ np.where(np.array(own) <= NOISE * made, made, 0))
     sizes = [(size if size > NOISE * most else most) or 1.0 for size, most in zip(own, made.tolist(), strict=True)]
     return tuple(min(1.0, size) for size in sizes), tuple(np.maximum(sizes, NOISE * (gains @ sizes)).tolist())
