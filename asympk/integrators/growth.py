@@ -136,12 +136,13 @@ def balances(parts: Sequence[Linearised]) -> tuple[np.ndarray, np.ndarray]:
                 continue
             own, swings = (np.abs(np.einsum("kii->ki", part)) for part in (slopes, slopes @ slopes))
             spans = np.minimum(until, 1 / own)
-            at = [(t, (*w, *mode.p)) for t, w in zip(times.tolist(), states.tolist(), strict=True)]
+            here = times, (*states.T, *np.outer(mode.p, np.ones(len(times))))
             try:
-                rates = [[mode.field(s, *w) for s, w in (here, *nudges(*here, ROUNDED))] for here in at]
+                rates = [[*map(mode.field, t.tolist(), *(w.tolist() for w in at))]
+                         for t, at in (here, *nudges(*here, ROUNDED))]  # fmt: skip
             except (ArithmeticError, ValueError, TypeError):  # a rate without a derivative
                 continue
-            now, *nearby = np.array(rates, dtype=float).reshape(-1, 3, n).swapaxes(0, 1)
+            now, *nearby = np.array(rates, dtype=float).reshape(3, -1, n)
             made = np.abs(np.subtract(nearby, now)).max(axis=0) / ROUNDED * spans
             made = np.abs(states).max(axis=1, keepdims=True) + made if mode.kept else made
             found = np.maximum(found, np.where(np.isfinite(made), made, 0).max(axis=0, initial=0.0))
