@@ -94,9 +94,14 @@ class NumericMode:
         """The derivatives of the guards along the field as a function of (t, *state, *p)."""
         return self._compiled(self.mode.guard_values, (self.mode.flow,))
 
+    @cached_property
+    def divisors(self) -> Callable[..., tuple]:
+        """The divisors of the rates as a function of (t, *state, *p)."""
+        return self._compiled(self.mode.poles)
+
     def pole_values(self, t: Any, state: State) -> tuple:
         """Return the values of the divisors of the rates."""
-        return self.values(self.mode.poles, t, state) if self.mode.poles else ()
+        return self.divisors(t, *state, *self.p) if self.mode.poles else ()
 
     def require_one_side(self, before: tuple, t: Any, state: State, since: Any = None) -> tuple:
         """Return the divisors of the rates; raises ``OutOfRange`` if one has changed its sign since ``before``.

@@ -57,8 +57,8 @@ def _linearised(mode: NumericMode, segment: Segment) -> Linearised:
     times, states = _steps(segment)
     times, states, n = (times[1:] + times[:-1]) / 2, (states[1:] + states[:-1]) / 2, states.shape[1]
     try:
-        rows = [mode.jac(t, tuple(w)) for t, w in zip(times.tolist(), states.tolist(), strict=True)]
-        slopes = np.array(rows).reshape(-1, n, n).astype(float)
+        rows = [mode.jacobian(t, *w, *mode.p) for t, w in zip(times.tolist(), states.tolist(), strict=True)]
+        slopes = np.array(rows, dtype=float).reshape(-1, n, n)
     except (ArithmeticError, ValueError, TypeError):
         slopes = None
     return Linearised(segment, mode, times, states, slopes)
