@@ -42,6 +42,14 @@ def contracted(expr: sp.Expr) -> sp.Expr:
     return shortest(tidy(expr), TR10i(sp.factor(sp.together(expr))))
 
 
+def in_normal_form(expr: sp.Expr) -> sp.Expr:
+    """Return the shortest normal form of a polynomial in sines and cosines, however long; any other as it stands."""
+    expanded = sp.expand(sp.expand_trig(expr))
+    if not expanded.xreplace({f: sp.Dummy() for f in expanded.atoms(sp.Function)}).is_polynomial():
+        return expr
+    return shortest(expr, *map(sp.factor_terms, _normal_forms(expanded, expanded)))
+
+
 def expanded_determinant(matrix: sp.Matrix) -> sp.Expr:
     """Return the expanded determinant, computed with a symbol in place of every function, such as a sine."""
     functions = {f: sp.Dummy() for entry in matrix for f in entry.atoms(sp.Function)}

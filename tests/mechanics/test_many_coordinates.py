@@ -122,6 +122,15 @@ def test_the_slow_manifolds_of_a_chain_of_four_links_take_no_simplification_of_l
     assert [manifold.name for manifold in ap.slow_manifolds(soft, order=0)] == ["Pi1", "Pi2", "Lambda1"]
 
 
+def test_the_squares_of_euler_angles_add_up_in_the_inertia_of_a_body_in_space():
+    turning, angles = spatial_body().plain.mass[3:, 3:], sp.symbols("a b c", real=True)
+    A, B, C = sp.symbols("A B C", positive=True)
+    W = sp.Matrix([[-sp.sin(angles[1]), 0, 1], [sp.cos(angles[1]) * sp.sin(angles[2]), sp.cos(angles[2]), 0],
+                   [sp.cos(angles[1]) * sp.cos(angles[2]), -sp.sin(angles[2]), 0]])  # fmt: skip
+    assert (turning - W.T * sp.diag(A, B, C) * W).applyfunc(sp.simplify) == sp.zeros(3)
+    assert max(entry.count_ops() for entry in turning) < 30
+
+
 def test_a_body_in_space_has_the_reaction_of_newton_and_euler():
     body, angles, u = spatial_body(), sp.symbols("a b c"), np.array([1, 0.1, 0, 0.3, -0.5, 0.7])
     R = turned(angles)
