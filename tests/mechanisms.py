@@ -90,3 +90,17 @@ def spatial_body():
     kinetic = sum(m * q.diff(T) ** 2 for q in places) + sum(J * w**2 for J, w in zip(moments, spin, strict=True))
     ground = ap.Contact(gap=corner[2], slip=corner[0], friction=f, unilateral=True)
     return ap.Mechanism.from_lagrangian(kinetic / 2 - m * g * places[2], (*places, *angles), contact=ground)
+
+
+@cache
+def crank_with_clearance():
+    """A crank of the length r whose pin slides in the bush, wider by e, of a rod by its bush (X, Y) and its angle b."""
+    a, b = dynamicsymbols("a b")
+    r, e = sp.symbols("r e", positive=True)
+    middle = (X + l * sp.cos(b) / 2, Y + l * sp.sin(b) / 2)
+    kinetic = J * a.diff(T) ** 2 / 2 + J * b.diff(T) ** 2 / 2 + m * sum(p.diff(T) ** 2 for p in middle) / 2
+    x, y = X - r * sp.cos(a), Y - r * sp.sin(a)
+    apart = sp.sqrt(x**2 + y**2)
+    slip = (x * (Y.diff(T) - r * sp.cos(a) * a.diff(T)) - y * (X.diff(T) + r * sp.sin(a) * a.diff(T))) / apart
+    bush = ap.Contact(gap=e - apart, slip=slip, friction=f, unilateral=True)
+    return ap.Mechanism.from_lagrangian(kinetic - m * g * middle[1], (a, b, X, Y), contact=bush)

@@ -139,8 +139,8 @@ class Kinetics:
 
     @cached_property
     def long(self) -> bool:
-        """Whether the mass matrix is not inverted in symbols, as its determinant is too long for a formula."""
-        return has_long_minors(self.mass)
+        """Whether the mass matrix is not inverted in symbols: det M or D det M is too long for a formula."""
+        return has_long_minors(self.mass) or has_long_minors(self._border)
 
     def tidy_if_short(self, expr: sp.Expr) -> sp.Expr:
         """Return ``tidy(expr)``; if the mass matrix is ``long``, no formula of the mechanism will be read: ``expr``."""

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import sympy as sp
-from mechanisms import CORNER, chain, spatial_body, turned
+from mechanisms import CORNER, chain, crank_with_clearance, spatial_body, turned
 from scipy.integrate import solve_ivp
 
 import asympk as ap
@@ -154,3 +154,25 @@ def test_a_body_in_space_has_the_reaction_of_newton_and_euler():
     (motion,) = body.motions(values | {f"{q}'": v for q, v in zip("XYZabc", u, strict=True)})
     assert motion.name == "slip"
     assert motion.reaction == pytest.approx(reaction, rel=1e-12)
+
+
+def test_a_gap_that_bends_makes_a_pair_of_bodies_too_long_to_be_inverted_and_has_the_reaction_of_newton_and_euler():
+    mechanism, r, length, mass, inertia = crank_with_clearance(), 0.5, 1.5, 1, 0.2
+    q, u = np.array([0.5, -0.3, 0.5 * np.cos(0.5) - 0.012, 0.5 * np.sin(0.5) - 0.016]), np.array([2, -0.5, 0, 0.8])
+    pin, along = r * np.array([np.cos(q[0]), np.sin(q[0])]), length / 2 * np.array([np.cos(q[1]), np.sin(q[1])])
+    across = np.array([-along[1], along[0]])
+    M = np.diag([inertia, inertia + mass * along @ along, mass, mass])
+    M[1, 2:] = M[2:, 1] = mass * across
+    forces = mass * np.array([0, across @ np.array([0, -9.81]), *(along * u[1] ** 2 + (0, -9.81))])
+    normal = (q[2:] - pin) / 0.02
+    tangent, moved = np.array([-normal[1], normal[0]]), u[2:] - u[0] * np.array([-pin[1], pin[0]])
+    rows = [[-n @ [-pin[1], pin[0]], 0, *n] for n in (normal, tangent)] * np.array([[-1], [1]])
+    drift = -(pin * u[0] ** 2) @ normal - (tangent @ moved) ** 2 / 0.02  # of the gap, which the pin's rates leave
+    pushed = rows[0] - 0.2 * np.sign(tangent @ moved) * rows[1]
+    reaction = -(rows[0] @ np.linalg.solve(M, forces) + drift) / (rows[0] @ np.linalg.solve(M, pushed))
+    values = {"m": mass, "l": length, "g": 9.81, "J": inertia, "f": 0.2, "r": r, "e": 0.02}
+    values |= {n: v for k, n in enumerate(("a", "b", "X", "Y")) for n, v in ((n, q[k]), (f"{n}'", u[k]))}
+    (motion,) = mechanism.motions(values)
+    assert mechanism.plain.long
+    assert motion.name == "slip"
+    assert motion.reaction == pytest.approx(reaction, rel=1e-11)
