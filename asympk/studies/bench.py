@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable, Iterable
 from functools import cache, partial
 from itertools import product
+from math import inf
 from statistics import median
 from time import perf_counter
 from typing import Any
@@ -28,11 +29,11 @@ BOXES = {
 }
 
 
-def median_seconds(call: Callable[[], Any], least: int = 5, budget: float = 0.25) -> float:
-    """Return the median time of a call over ``least`` calls, or more if ``budget`` seconds allow."""
+def median_seconds(call: Callable[[], Any], least: int = 5, budget: float = 0.25, most: float = inf) -> float:
+    """Return the median time of a call over ``least`` calls, or up to ``most`` if ``budget`` seconds allow."""
     times: list[float] = []
     end = perf_counter() + budget
-    while len(times) < least or perf_counter() < end:
+    while len(times) < least or (len(times) < most and perf_counter() < end):
         begin = perf_counter()
         call()
         times.append(perf_counter() - begin)

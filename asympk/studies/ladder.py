@@ -12,6 +12,7 @@ in closed form has an error bound of its own.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from math import inf
 from time import monotonic
 from typing import Any
@@ -32,7 +33,7 @@ ROD = {"rigid": ("rigid", {}), **{name: SMOOTH[name] for name in ("slow", "jump-
 CHECKS = ((1e-8, 1), (1e-12, 2))  # tolerances beside the exact motion's, and factors on the changes they make
 REFERENCE_DIGITS, OF_ROD = 16, 30
 DOUBLES = 2e-15  # error of the exact flow in doubles, relative to the largest of 1 and the states on the path
-_REPEATS = 5
+_REPEATS, _SPAN = 5, 1.0  # runs whose median time is a cost; none begins after so many seconds
 
 
 @dataclass(frozen=True)
@@ -76,9 +77,9 @@ def rungs(scene: Scene, allowed: float = inf) -> tuple[Rung, ...]:
     then: the exact motion to ``OF_ROD`` digits for the rod, else to ``REFERENCE_DIGITS`` digits, by collocation if it
     is not affine. Raises the errors of ``solve`` where the exact motion itself cannot be followed.
     """
-    end = monotonic() + allowed
-    exact = solve(scene)
-    found = [_rung(scene, name, *of, monotonic() > end) for name, of in models_below(scene.system).items()]
+    end, follow = monotonic() + allowed, cache(partial(solve, scene))
+    exact = follow()
+    found = [_rung(follow, name, *of, monotonic() > end) for name, of in models_below(scene.system).items()]
     found.append((Rung("exact", _exact_error(scene, exact), cost=seconds(scene, "exact", {})), exact.final))
     try:
         left: dict[str, Any] = {"seconds": end - monotonic()} if "why" in exact.info else {}
@@ -121,33 +122,36 @@ def least_places(
 
 
 def _least(scene, rtol):
-    models = models_below(scene.system)
-    for i, of in enumerate(models.values()):
+    models, follow = models_below(scene.system), cache(partial(solve, scene))
+    for i, (method, options) in enumerate(models.values()):
         try:
-            if predicted(scene, solve(scene, of[0], **of[1])) < rtol:
+            if predicted(follow(method, **options), follow) < rtol:
                 return i
         except AsympkError:
             continue
     return len(models)
 
 
-def _rung(scene, name, method, options, late):
+def _rung(follow, name, method, options, late):
     """Return (rung, final state of its model, or None where the model does not apply)."""
     if late:
         return Rung(name, None, reason="not tried: the time was over"), None
     try:
-        path = solve(scene, method, **options)
-        error = predicted(scene, path)
+        path = follow(method, **options)
+        error = predicted(path, follow)
     except AsympkError as reason:
         return Rung(name, None, reason=f"{type(reason).__name__}: {reason}"), None
-    return Rung(name, float(error), cost=seconds(scene, method, options)), path.final
+    return Rung(name, float(error), cost=seconds(path.scene, method, options)), path.final
 
 
-def predicted(scene: Scene, path: Any) -> float:
-    """Return the error that a path predicts; for the limit with friction, an estimate from the jump of order 1."""
+def predicted(path: Any, follow: Callable[..., Any]) -> float:
+    """Return the error that a path predicts; for the limit with friction, an estimate from the jump of order 1.
+
+    ``follow(method, **options)`` is the path of the same scene by another model.
+    """
     if path.error is not None:
         return path.error
-    finer = solve(scene, "jump", order=1)
+    finer = follow("jump", order=1)
     return distance(path.final, finer.final) * (1 + finer.error) + finer.error
 
 
@@ -167,6 +171,5 @@ def distance(final: tuple, reference: tuple) -> float:
 
 
 def seconds(scene: Scene, method: str, options: dict) -> float:
-    """Return the median time of a few runs, after a first run that does not count."""
-    solve(scene, method, **options)
-    return median_seconds(lambda: solve(scene, method, **options), _REPEATS, 0)
+    """Return the median time of a few runs, of one that takes long."""
+    return median_seconds(lambda: solve(scene, method, **options), 1, _SPAN, _REPEATS)
