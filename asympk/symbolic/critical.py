@@ -293,7 +293,7 @@ def _same_symbols(branch, mode):
 
 
 def equations(values: Mapping) -> str:
-    return ", ".join(f"{symbol} = {value}" for symbol, value in values.items())
+    return ", ".join(f"{symbol} = {short(value)}" for symbol, value in values.items())
 
 
 def branch_in_words(branch: sp.Dict) -> str:
@@ -427,12 +427,24 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
         return own
     if len(unknowns) > 1 and (given := _given_by_others(equal_zero, unknowns)):
         return _without(given, equal_zero, unknowns)
-    if any(_is_beyond_radicals(force, y, len(unknowns)) for force, y in _eliminants(equal_zero, unknowns)):
+    eliminants = _eliminants(equal_zero, unknowns)
+    if any(_is_beyond_radicals(force, y, len(unknowns)) for force, y in eliminants):
         return None
+    own = len(eliminants) > 1 and all(g.is_polynomial(*unknowns) for g in equal_zero)
     try:
-        return sp.solve(equal_zero, unknowns, dict=True)
+        found = sp.solve(equal_zero, unknowns, dict=True, check=not own)
     except NotImplementedError:
         return None
+    return [s for s in found if not own or _solves(s, equal_zero)]
+
+
+def _solves(solution, equal_zero):
+    """Tell whether g = 0, in numbers, and every unknown may be as it is declared.
+
+    SymPy's own check of roots of polynomials with parameters may not end.
+    """
+    declared = (sp.check_assumptions(h, **y.assumptions0) is not False for y, h in solution.items())
+    return all(declared) and all(is_zero_somewhere(g.subs(solution, simultaneous=True)) for g in equal_zero)
 
 
 def _by_lambert(force, y):

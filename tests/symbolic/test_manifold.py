@@ -357,6 +357,17 @@ def test_a_manifold_without_rest_has_none_and_one_with_two_says_so():
     assert "several" in rest_state_error(drifting)
 
 
+def test_two_rest_states_with_long_formulas_of_parameters_are_told_in_few_words():
+    """SymPy's own check of these roots of two quadratic equations does not end."""
+    force = -kappa * (1 + u**2 / 4)
+    system = ap.System.smooth({u: u + v / 2 + w, w: force + sigma * (2 * u - 3 * v / 2)},
+                              {v: force - kappa * v + sigma * u + 3 * w / 2 - sp.Rational(1, 2)}, mu)  # fmt: skip
+    (found,) = ap.slow_manifolds(system, order=0)
+    with pytest.raises(NotDerivable, match=r"^Pi1: several rest states lie on it: v = .{57}\.\.\., ") as caught:
+        rest_state(found)
+    assert len(str(caught.value)) < 500
+
+
 def test_a_flow_that_no_slow_variable_determines_rests_nowhere_in_particular_and_drifts():
     free = ap.slow_manifold(ap.System.smooth({u: v}, {v: 2 - v}, mu), {v: 2})
     assert rest_state(free).drift == sp.Dict({u: 2})
