@@ -62,13 +62,20 @@ def masses_between_guides():
 @cache
 def chain(n):
     """A chain of n equal links that hangs at the origin, its end on rough ground at the depth H."""
-    angles, x, y, energy = dynamicsymbols(f"q1:{n + 1}"), sp.S.Zero, sp.S.Zero, sp.S.Zero
+    angles = dynamicsymbols(f"q1:{n + 1}")
+    energy, (x, y) = energy_of_chain(angles)
+    ground = ap.Contact(gap=y + sp.Symbol("H", positive=True), slip=x, friction=f, unilateral=True)
+    return ap.Mechanism.from_lagrangian(energy, angles, contact=ground)
+
+
+def energy_of_chain(angles):
+    """Return the Lagrangian and the end of a chain of equal links that hangs at the origin."""
+    x, y, energy = sp.S.Zero, sp.S.Zero, sp.S.Zero
     for q in angles:
         middle, height = x + l * sp.sin(q) / 2, y - l * sp.cos(q) / 2
         energy += m * (middle.diff(T) ** 2 + height.diff(T) ** 2) / 2 + J * q.diff(T) ** 2 / 2 - m * g * height
         x, y = x + l * sp.sin(q), y - l * sp.cos(q)
-    ground = ap.Contact(gap=y + sp.Symbol("H", positive=True), slip=x, friction=f, unilateral=True)
-    return ap.Mechanism.from_lagrangian(energy, angles, contact=ground)
+    return energy, (x, y)
 
 
 CORNER = sp.Matrix([3, -2, -4]) / 10

@@ -9,10 +9,13 @@ from asympk.automaton.junction import BY_HAND, OF_ZERO
 from asympk.errors import InputError, NotDerivable
 from asympk.mechanics.evaluation import ROUNDING, evaluate
 from asympk.mechanics.kinetics import Kinetics
-from asympk.mechanics.tidy import cofactors, vanishes
-from asympk.symbolic.long import is_regular
+from asympk.mechanics.tidy import vanishes
+from asympk.multiprecision import private_context
+from asympk.symbolic.long import DIGITS, generic_place, is_regular
 from asympk.symbolic.reading import as_floats, require_names
 from asympk.symbolic.sides import MOST, measured, on_sides, phases
+
+SPARE = 10  # digits that the entries of a mass matrix have beyond those in which it is found singular
 
 
 def check_mechanism(kinetics: Kinetics, contact: Any) -> None:
@@ -109,11 +112,32 @@ def _check_mass(mass: sp.ImmutableMatrix) -> None:
                     f"mass is not symmetric: entry ({i + 1}, {j + 1}) is {mass[i, j]!s:.40}, "
                     f"entry ({j + 1}, {i + 1}) is {mass[j, i]!s:.40}"
                 )
-    if not is_regular(mass) and vanishes(cofactors(mass)[1]):
+    if not is_regular(mass) and _is_singular(mass):
         raise InputError("mass is singular, its determinant is 0; give every coordinate inertia, or eliminate it")
     diagonal = any(mass[k, k].is_nonpositive for k in range(mass.rows))
     if diagonal or (not mass.free_symbols and not mass.is_positive_definite):
         raise InputError("mass is not positive definite; every motion must have a positive kinetic energy")
+
+
+def _is_singular(mass: sp.ImmutableMatrix) -> bool:
+    """Tell whether a mass matrix is singular at one generic place, in many digits, and so everywhere.
+
+    Units do not matter. A mass matrix without a value at this place counts as regular.
+    """
+    found = mass.evalf(DIGITS, subs=generic_place(mass))
+    if not all(e.is_number and e.is_finite for e in found):
+        return False
+    m, n = private_context(DIGITS - SPARE), mass.rows
+    entries = m.matrix(n, n)
+    for (i, j), e in found.todok().items():
+        entries[i, j] = m.convert(e._to_mpmath(m.prec))
+    sizes = [abs(entries[k, k]) for k in range(n)]
+    sizes = [m.sqrt(size) if size > m.eps * max(sizes) else m.one for size in sizes]
+    try:
+        m.LU_decomp(m.diag([1 / size for size in sizes]) * entries * m.diag([1 / size for size in sizes]))
+    except ZeroDivisionError:
+        return True
+    return False
 
 
 def _check_gap(kinetics: Kinetics, gap: sp.Expr) -> None:

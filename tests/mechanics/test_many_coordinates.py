@@ -3,10 +3,13 @@
 import numpy as np
 import pytest
 import sympy as sp
-from mechanisms import CORNER, chain, crank_with_clearance, spatial_body, turned
+from mechanisms import CORNER, chain, crank_with_clearance, energy_of_chain, spatial_body, turned
 from scipy.integrate import solve_ivp
+from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
+from asympk.errors import InputError
+from asympk.mechanics.checks import _is_singular
 from asympk.mechanics.evaluation import evaluate
 from asympk.symbolic.long import LONG
 
@@ -68,6 +71,23 @@ def test_a_chain_of_six_links_slides_and_turns_back_as_by_newtons_law_in_numbers
     path = ap.solve(_scene(6, 0.5))
     assert path.modes == ("slip_same", "slip_opposite")
     assert np.allclose(path.final, _followed(6, 0.5), rtol=0, atol=1e-9)
+
+
+def test_a_mass_matrix_of_twelve_coordinates_is_singular_where_many_digits_leave_nothing_of_it_in_any_units():
+    a, b = sp.symbols("a b", positive=True)
+    moved = sp.Matrix([sp.sin(a), b * sp.cos(a), *(sp.exp(-k * b) for k in range(10))])
+    light = sp.diag(1, *[sp.Rational(1, 10**15)] * 11)
+    assert _is_singular((light * moved * moved.T * light).as_immutable())
+    assert not _is_singular((light * moved * moved.T * light + light**3).as_immutable())
+    assert not _is_singular((moved * moved.T + light).as_immutable())
+
+
+def test_a_coordinate_that_only_adds_to_another_makes_the_mass_of_ten_links_singular():
+    (*angles, last), moved = dynamicsymbols("q1:11"), dynamicsymbols("s")
+    ground = ap.Contact(gap=angles[0], slip=angles[1], friction=1)
+    with pytest.raises(InputError, match="mass is singular"):
+        ap.Mechanism.from_lagrangian(energy_of_chain((*angles, last + moved))[0], (*angles, last, moved),
+                                     contact=ground)  # fmt: skip
 
 
 def test_the_motions_of_a_chain_of_eight_links_have_the_reactions_of_newtons_law():
