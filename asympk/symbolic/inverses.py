@@ -8,13 +8,13 @@ positive, so no pivot vanishes. ``without_inverses`` writes the operations down.
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
-from itertools import pairwise
+from itertools import chain, pairwise
 from math import isqrt
 from typing import Any, NamedTuple
 
 import sympy as sp
 
-from asympk.symbolic.long import replaced
+from asympk.symbolic.long import atoms, replaced
 
 Parts = list[tuple[sp.Symbol, sp.Expr]]
 Less = Callable[[Any, Iterable[tuple[Any, Any]]], Any]
@@ -98,6 +98,22 @@ class InverseForm(sp.Function):
     def _sympystr(self, printer: Any) -> str:
         u, rows, v = _parted(self.args)
         return f"InverseForm({', '.join(printer.doprint([*part]) for part in (u, map(list, rows), v))})"
+
+
+def with_factors(expr: sp.Basic, factors: Iterable[sp.Symbol]) -> sp.Basic:
+    """Return ``expr`` with every form whose v is linear in ``factors`` as a sum in which these stand before forms."""
+    found = {form: _with_factors(form, form.free_symbols & {*factors}) for form in atoms(expr, InverseForm)}
+    return replaced(expr, {form: total for form, total in found.items() if total != form})
+
+
+def _with_factors(form: InverseForm, factors: set[sp.Symbol]) -> sp.Expr:
+    u, rows, v = _parted(form.args)
+    others, columns = (*u, *chain(*rows)), {s: [e.diff(s) for e in v] for s in sorted(factors, key=str)}
+    if not factors or any(e.free_symbols & factors for e in chain(others, *columns.values())):
+        return form
+    still = dict.fromkeys(factors, sp.S.Zero)
+    first = form.func(*others, *(e.xreplace(still) for e in v))
+    return sp.Add(first, *(s * form.func(*others, *column) for s, column in columns.items()))
 
 
 class Eliminated(NamedTuple):

@@ -24,6 +24,7 @@ from asympk.errors import InputError
 from asympk.numbers import short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic import branches, guards
+from asympk.symbolic.inverses import with_factors
 from asympk.symbolic.penetration import with_penetration
 from asympk.symbolic.placing import place
 from asympk.symbolic.reading import entries_of, expression, real_expression, require_names
@@ -81,6 +82,12 @@ class Friction(ShownAsFormulas):
         names = ("velocity", "load", "kinetic", "static", "gap", "constraint", "gap_rate")
         return {name: part for name in names if (part := getattr(self, name)) is not None}
 
+    def with_factors(self, pushes: set[sp.Symbol]) -> "Friction":
+        """Return the friction with ``pushes``, forces and normals of the system, as factors in load and constraint."""
+        parts = {name: self.parts[name] for name in ("load", "constraint") if name in self.parts}
+        found = {name: with_factors(part, pushes) for name, part in parts.items()}
+        return self if found == parts else replace(self, **found)
+
     def _card(self) -> Card:
         return Card("Friction", (("force", self.force), *self.parts.items()))
 
@@ -121,6 +128,10 @@ class System(ShownAsFormulas):
     assumptions: sp.Basic = sp.true
 
     def __post_init__(self) -> None:
+        pushes = {symbol for f in self.frictions for symbol in (f.force, f.normal)}
+        for name in ("slow", "fast"):  # forces are solved for as factors
+            object.__setattr__(self, name, with_factors(getattr(self, name), pushes))
+        object.__setattr__(self, "frictions", tuple(friction.with_factors(pushes) for friction in self.frictions))
         _check(self)
 
     def __hash__(self) -> int:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import sympy as sp
-from mechanisms import CORNER, chain, crank_with_clearance, energy_of_chain, spatial_body, turned
+from mechanisms import CORNER, chain, crank_with_clearance, energy_of_chain, f, spatial_body, turned
 from scipy.integrate import solve_ivp
 from sympy.physics.mechanics import dynamicsymbols
 
@@ -27,9 +27,10 @@ def _equations(q, u):
     return mass, forces, np.array([np.sin(q), np.cos(q)]), np.array([np.cos(q) @ u**2, -np.sin(q) @ u**2])
 
 
-def _accelerations(q, u, sign):
+def _accelerations(q, u, sign, rubbing=0):
     """Return q'' of the chain that slides with a sliding velocity of the sign ``sign``, and its reaction."""
     mass, forces, W, drifts = _equations(q, u)
+    forces = forces - rubbing
     pushed = W[0] - sign * VALUES["f"] * W[1]
     reaction = -(W[0] @ np.linalg.solve(mass, forces) + drifts[0]) / (W[0] @ np.linalg.solve(mass, pushed))
     return np.linalg.solve(mass, forces + pushed * reaction), reaction
@@ -40,6 +41,27 @@ def _start(n):
     q, u = 0.3 + 0.05 * np.arange(1, n + 1), np.full(n, 0.1)
     u[-1] = -np.sin(q[:-1]) @ u[:-1] / np.sin(q[-1])
     return q, u
+
+
+def test_a_joint_of_a_chain_may_have_a_friction_of_its_own_beside_that_of_the_end():
+    n, torque, angles = 4, sp.Symbol("torque", real=True), dynamicsymbols("q1:5")
+    energy, (x, y) = energy_of_chain(angles)
+    ground = ap.Contact(gap=y + sp.Symbol("H", positive=True), slip=x, friction=f, unilateral=True)
+    mechanism = ap.Mechanism.from_lagrangian(energy, angles, contact=ground, forces={angles[0]: torque})
+    rigid = mechanism.rigid()
+    rubbed = ap.Friction(velocity=sp.Symbol("q1'", real=True), force=torque, load=1, kinetic=sp.Rational(1, 20))
+    system = ap.System.with_frictions(rigid.slow, {}, (*rigid.frictions, rubbed))
+    q, u = _start(n)
+    values = {**VALUES, "H": float(np.cos(q).sum())}
+    given = {f"q{k}": a for k, a in enumerate(q, 1)} | {f"q{k}'": v for k, v in enumerate(u, 1)}
+    start = mechanism.start(rigid, {**given, **values, "torque": 0})
+    named = {s.name: values[s.name] for s in system.parameters}
+    path = ap.solve(ap.Scene(system=system, values=named, start=start, until=0.2))
+    rubbing = np.eye(n)[0] / 20
+    rate = lambda t, w: np.concatenate([w[n:], _accelerations(w[:n], w[n:], 1, rubbing)[0]])  # noqa: E731
+    expected = solve_ivp(rate, (0, 0.2), [*q, *u], "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    assert path.modes == ("slip_same+slip_same",)
+    assert np.allclose(path.final, expected, rtol=0, atol=1e-9)
 
 
 def _scene(n, until):
