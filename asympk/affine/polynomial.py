@@ -1,8 +1,8 @@
 r"""The resolvent of an exact matrix, ``(z - M)^{-1} = N(z) / q(z)``, and the roots of q to any number of digits.
 
-q has the square-free factors of the characteristic polynomial (Faddeev and Le Verrier) to the least powers for which
-``q(M) = 0``: an eigenvalue that only repeats, as of equal blocks, is a simple root. As ``q(z) - q(M)`` is a multiple of
-``z - M``, the same recursion in integers gives N and proves ``q(M) = 0`` (``_divided``). Multiplicities are exact.
+q has the square-free factors of the characteristic polynomial to the least powers for which ``q(M) = 0``: an eigenvalue
+that only repeats, as of equal blocks, is a simple root. As ``q(z) - q(M)`` is a multiple of ``z - M``, a recursion in
+integers gives N and proves ``q(M) = 0`` (``_divided``). Multiplicities are exact.
 Aberth's iteration (``_simple_roots``, the hard function) finds the roots of a factor from the eigenvalues in doubles.
 """
 
@@ -16,6 +16,8 @@ from operator import add
 from typing import Any
 
 import numpy as np
+import sympy as sp
+from sympy.polys.matrices import DomainMatrix
 
 from asympk.errors import Undecided
 from asympk.numbers import Arithmetic, Number
@@ -60,12 +62,7 @@ def resolvent(matrix: tuple[tuple[Fraction, ...], ...]) -> Resolvent:
 
 def eigenvalue_polynomial(whole: np.ndarray) -> tuple[int, ...]:
     """Return the coefficients of the characteristic polynomial of whole numbers, from the lowest."""
-    moved, polynomial = np.array(np.eye(len(whole), dtype=int), dtype=object), [1]
-    for k in range(1, len(whole) + 1):
-        moved = whole @ moved
-        polynomial.insert(0, -int(np.trace(moved)) // k)
-        moved.flat[:: len(whole) + 1] += polynomial[0]
-    return tuple(polynomial)
+    return tuple(map(int, reversed(DomainMatrix(sp.ZZ.map(whole.tolist()), whole.shape, sp.ZZ).charpoly())))
 
 
 def _divided(whole, polynomial):
@@ -109,8 +106,6 @@ def polynomial_roots(found: Resolvent, m: Arithmetic) -> list[tuple[Any, int]]:
 
 def _square_free(polynomial):
     """Return the square-free factors (coefficients from the lowest) and their multiplicities; z is one of its own."""
-    import sympy as sp
-
     zeros = next(k for k, coefficient in enumerate(polynomial) if coefficient)
     whole = sp.Poly(list(reversed(polynomial[zeros:])), sp.Symbol("z"), domain=sp.ZZ)
     found = [(tuple(map(int, reversed(factor.all_coeffs()))), k) for factor, k in whole.sqf_list()[1]]
