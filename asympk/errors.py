@@ -58,6 +58,10 @@ class OutOfRange(AsympkError, ArithmeticError):
     """An asymptotic prediction is asked for where its expansion does not hold."""
 
 
+class Pole(Stopped, OutOfRange):
+    """The motion has passed a pole of its rates before ``t``, or nothing but errors is left of a divisor by then."""
+
+
 class TooManyEvents(AsympkError, RuntimeError):
     """A trajectory has more events than allowed; the message gives the state reached."""
 

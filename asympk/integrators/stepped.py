@@ -1,11 +1,15 @@
 """``method="exact"`` for systems without a closed form: a stiff integrator of small tolerance, or collocation."""
 
 from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
+from asympk.automaton.numericmode import LONG
+from asympk.errors import OutOfRange, Pole, Unfinished
 from asympk.integrators import collocation, integrate
 from asympk.integrators.growth import LOST, Linearised, balances, grown, growth, linearised, without_rounding
 from asympk.numbers import whole
@@ -27,15 +31,34 @@ def run(
 
     If a state stays small relative to 1, as in too large a unit, the run is repeated with atol relative to its size.
     ``path.model`` names the integrator; ``steps`` bounds those of LSODA, ``seconds`` the time. Raises ``Undecided``
-    where errors may have grown to a noticeable part of the final state, ``Unfinished``, ``Accumulation``, ``NoMotion``,
+    where errors may have grown to a noticeable part of the final state, or of a state well before the run stops at a
+    pole or beyond all bounds, ``Pole``, ``Unfinished``, ``Accumulation``, ``NoMotion``,
     ``TwoMotions`` and the errors of ``collocation.run``.
     """
     if digits is not None:
         return collocation.run(scene, digits=digits, events=events, seconds=seconds)
     steps, seconds = integrate.bounds(steps, seconds)
     events = whole("events", events, 0, integrate.MOST_STEPS)
-    traced = partial(integrate.traced, scene, INTEGRATOR, keep=True, rtol=TOLERANCE, steps=steps, seconds=seconds,
-                     events=events)  # fmt: skip
+    followed = partial(_followed, steps=steps, seconds=seconds, events=events)
+    try:
+        return followed(scene)
+    except (Pole, Unfinished) as stop:
+        if (t := _stopped_at(stop)) is not None:
+            with suppress(OutOfRange, Unfinished):
+                followed(replace(scene, until=(1 - LONG) * t))
+        raise
+
+
+def _stopped_at(stop: Pole | Unfinished) -> Any:
+    """Return the time at which the motion itself stopped a run, or None where a limit on the work did."""
+    if isinstance(stop, Pole):
+        return stop.t
+    return stop.path.info["reached"] if stop.path.info["status"].startswith(("stalled", "left the range")) else None
+
+
+def _followed(scene: Any, **limits: Any) -> Path:
+    """Return the path of a scene; raises ``Undecided`` and ``Unfinished`` as ``run`` does, and ``Pole``."""
+    traced = partial(integrate.traced, scene, INTEGRATOR, keep=True, rtol=TOLERANCE, **limits)
     automaton = automaton_of(scene)
     path, joined = traced(atol=TOLERANCE)
     parts = linearised(automaton, without_rounding(automaton, joined.segments))

@@ -372,6 +372,18 @@ def test_errors_as_large_as_the_states_on_the_way_are_refused_even_where_linear_
             ap.solve(ap.Scene(system=system, values={"mu": "1/100"}, start={"x": "1/2", "y": 3}, until=until))
 
 
+@pytest.mark.parametrize("part", [40, 60])
+def test_a_pole_that_grown_errors_lead_to_is_told_as_the_growth_of_errors(part):
+    """The prey x > 0 never reaches the pole x = -1; errors make it negative, and from there it runs to the pole."""
+    x, y, small = sp.symbols("x y mu", real=True)
+    system = ap.System.smooth({y: y * x / (1 + x) - y / 10}, {x: x * (1 - x) - x * y / (1 + x)}, small)
+    scene = ap.Scene(system=system, values={"mu": sp.Rational(1, part)}, start={"x": "1/2", "y": 3}, until=100)
+    with pytest.raises(Undecided, match="errors of the run grow"):
+        ap.solve(scene)
+    with pytest.raises(Unfinished, match="grows beyond bounds"):  # x' = x^3 + 100 x does, and errors with it
+        ap.solve(ap.Scene(system=ap.System.smooth({x: x**3 + 100 * x}, {}, None), start={x: 1}, until=1))
+
+
 def test_more_steps_are_allowed_where_the_refusal_of_an_exact_method_asks_for_them():
     x, y, c, small = sp.symbols("x y c mu", real=True)
     follower = ap.System.smooth({x: y, y: -x}, {c: x - c - c**3}, small)
