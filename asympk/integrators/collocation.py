@@ -97,7 +97,7 @@ def run(
         segments = [s._replace(steps=(*((step.t, step.state) for step in s.samples), (s.t, s.state)))
                     for s in fine.segments]  # fmt: skip
         n, largest = len(scene.start), max(1.0, *(abs(float(w)) for w in fine.last.state))
-        lost = growth(linearised(automaton_of(scene), segments), [1.0] * n, [largest] * n)
+        lost = growth(linearised(automaton_of(scene), segments), [1.0] * n, [largest] * n, 10.0**-carried_digits)
         needed = digits + ceil(log10(max(1, min(lost, LARGEST))))
         ctx = fine.last.t.context
         if error <= ctx.mpf(10) ** -digits and lost * 10.0**-carried_digits <= LOST:

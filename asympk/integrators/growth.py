@@ -70,15 +70,19 @@ def _steps(segment: Segment) -> tuple[np.ndarray, np.ndarray]:
     return np.array(times, dtype=float), np.array(states, dtype=float)
 
 
-def growth(parts: Sequence[Linearised], scales: Sequence[float], sizes: Sequence[float]) -> float:
+def growth(
+    parts: Sequence[Linearised], scales: Sequence[float], sizes: Sequence[float], tolerance: float
+) -> float:
     """Return the growth of errors to the end of a run: the largest sum of the errors of one state from all steps.
 
     At its step an error is relative to the state, or to the state's entry of ``scales`` if this is larger; at the end
     it is relative to the ``sizes`` of the states. A state that is 0 and stays 0 has no error. Errors as large as the
     states at a time before, one of ``LOOKS``, need not fade as linear ones do: a growth to that time counts ``LOST``
-    times. The growth is ``inf`` beyond the range of doubles, and 0 where rates have no derivative.
+    times. A state that has fallen below its error of the relative ``tolerance`` goes on from that error alone: this
+    counts at the time at which it is largest. The growth is ``inf`` beyond the range of doubles, and 0 where rates have
+    no derivative.
     """
-    factors, end = list[tuple[Any, Any, Any]](), parts[-1].segment.t
+    factors, end = list[tuple[Any, ...]](), parts[-1].segment.t
     if any(part.slopes is None for part in parts):
         return 0.0
     with np.errstate(all="ignore"):
@@ -89,7 +93,7 @@ def growth(parts: Sequence[Linearised], scales: Sequence[float], sizes: Sequence
             return 0.0
         if not factors:  # a run that ends at its start
             return 0.0
-        transitions, errors, times = map(np.array, zip(*factors, strict=True))
+        transitions, errors, states, times = (np.array(part, dtype=float) for part in zip(*factors, strict=True))
         looks = np.unique(np.searchsorted(times, np.arange(1, LOOKS) * end / LOOKS, side="right"))
         onward, most = transitions[:0], [0.0]
         for stretch in filter(len, np.split(transitions, looks)):
@@ -97,7 +101,19 @@ def growth(parts: Sequence[Linearised], scales: Sequence[float], sizes: Sequence
             onward = np.concatenate([within[0] @ onward, within])
             grown = np.einsum("kij,kj->i", abs(onward), errors[: len(onward)]) / sizes
             most.append(float(np.nan_to_num(grown, nan=np.inf).max(initial=0.0)))
-        return max(most[-1], LOST * max(most))
+        left = np.where(abs(states) < tolerance * errors, errors, 0)
+        left[0] = 0  # the start is exact
+        back = float(np.nan_to_num(_largest(transitions, left) / sizes, nan=np.inf).max())
+        return max(most[-1], LOST * max(most), back)
+
+
+def _largest(transitions: np.ndarray, errors: np.ndarray) -> np.ndarray:
+    """Return the largest error of each state at any time from ``errors`` that add in squares."""
+    square = most = np.zeros(transitions.shape[1:])
+    for transition, error in zip(transitions, errors, strict=True) if errors.any() else ():
+        square = transition @ (square + np.diag(error**2)) @ transition.T
+        most = np.maximum(most, abs(square))
+    return np.sqrt(np.diag(most))
 
 
 def without_rounding(automaton: Automaton, segments: Sequence[Segment]) -> Sequence[Segment]:
@@ -151,10 +167,11 @@ def balances(parts: Sequence[Linearised]) -> tuple[np.ndarray, np.ndarray]:
     return found, gains
 
 
-def _passed(
-    part: Linearised, after: Linearised | None, scales: np.ndarray
-) -> list[tuple[np.ndarray, np.ndarray, float]]:
-    """Return (transition matrix, sizes of errors, time) to the end of each step of a segment, and of its event."""
+def _passed(part: Linearised, after: Linearised | None, scales: np.ndarray) -> list[tuple[Any, ...]]:
+    """Return, of each step of a segment and of its event, (transition matrix, sizes of errors, state, time at its end).
+
+    Errors and state are those at its start.
+    """
     segment, mode, *_, slopes = part
     times, states = _steps(segment)
     at = list(zip(times.tolist(), map(tuple, states.tolist()), strict=True))
@@ -162,10 +179,10 @@ def _passed(
     moving = [np.array(mode.rhs(*here), dtype=float) != 0 if 0 in here[1] else ones for here in at]
     sizes = np.maximum(scales, np.abs(states)) * ((states != 0) | moving) * mode.movable
     means = slopes * np.diff(times)[:, None, None]
-    found = list(zip(_exponentials(means * np.array(mode.movable)), sizes[:-1], times[1:], strict=True))
+    found = list(zip(_exponentials(means * np.array(mode.movable)), sizes[:-1], states[:-1], times[1:], strict=True))
     if after is not None and segment.hit is not None and after.mode is not mode:
-        begun = (t[0] for t in _steps(after.segment))
-        found.append((_saltation(mode, after.mode, segment.hit, *begun), 0 * sizes[-1], times[-1]))
+        jump = _saltation(mode, after.mode, segment.hit, *after.segment.steps[0])
+        found.append((jump, 0 * sizes[-1], states[-1], times[-1]))
     return found
 
 

@@ -67,7 +67,7 @@ def _followed(scene: Any, **limits: Any) -> Path:
         path, joined = traced(atol=tuple(TOLERANCE * scale for scale in found))
         parts = linearised(automaton, without_rounding(automaton, joined.segments))
         scales, (found, sizes) = found, _scales(parts)
-    factor = growth(parts, scales, sizes)
+    factor = growth(parts, scales, sizes, TOLERANCE)
     if factor * TOLERANCE > LOST:
         raise grown(factor, path.info["reached"])
     return path
