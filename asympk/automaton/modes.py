@@ -354,7 +354,7 @@ def source(
     fixed = (*system.parameters, *map(name_of, coefficients))
     arguments = (time, *(plain[s] for s in (*system.states, *fixed)))
     changed = {s: name for s, name in plain.items() if s != name}
-    values, *rows = (tuple(replaced(e, changed) for e in with_names(system, exprs, coefficients))
+    values, *rows = (tuple(replaced(sp.Tuple(*with_names(system, exprs, coefficients)), changed))
                      for exprs in (outputs, *directions))  # fmt: skip
     if directions:
         rates = tuple((*row, *(sp.S.Zero for _ in fixed)) for row in rows)

@@ -12,7 +12,7 @@ from types import MappingProxyType
 
 import sympy as sp
 
-from asympk.symbolic.inverses import Less, Solution, less
+from asympk.symbolic.inverses import Less, Solution, less, product, total
 from asympk.symbolic.penetration import Penetration, RootSlope
 
 Parts = list[tuple[sp.Symbol, sp.Expr]]
@@ -138,11 +138,11 @@ def _slope_of_power(base: sp.Expr, exponent: sp.Expr, slope: sp.Expr) -> sp.Expr
 
 
 def _moved(partials: dict[sp.Symbol, sp.Expr], rates: _Rates) -> sp.Expr:
-    return sp.Add(*(partial * rates[s] for s, partial in partials.items() if rates[s] != 0))
+    return total(product(partial, rates[s]) for s, partial in partials.items() if rates[s] != 0)
 
 
 def _named(expr: sp.Expr, found: Parts, spare: Iterator[sp.Symbol]) -> sp.Expr:
-    if expr.is_Atom or (-expr).is_Atom:
+    if expr.is_Atom or (expr.is_Mul and (-expr).is_Atom):
         return expr
     symbol = next(spare)
     found.append((symbol, expr))

@@ -136,9 +136,11 @@ def without_inverses(exprs: Iterable[sp.Expr], spare: Iterator[sp.Symbol]) -> El
     factors: dict[tuple, Any] = {}
     solutions: dict[tuple, Solution] = {}
     forms: dict[sp.Symbol, tuple[tuple, Solution]] = {}
-    known: dict[sp.Basic, sp.Basic] = {}
+    known, named = dict[sp.Basic, sp.Basic](), dict[sp.Expr, sp.Expr]()
     for form in _innermost_first(exprs):
-        u, rows, v = _parted([entries(replaced(e, known)) for e in form.args])
+        for e in form.args:
+            named[e] = named[e] if e in named else entries(replaced(e, known))
+        u, rows, v = _parted([named[e] for e in form.args])
         if rows not in factors:
             factors[rows] = _factors(rows, steps.less)
         if (rows, v) not in solutions and (rows, u) in solutions:
@@ -147,7 +149,7 @@ def without_inverses(exprs: Iterable[sp.Expr], spare: Iterator[sp.Symbol]) -> El
             found = _solution(factors[rows], v, steps.less)
             solutions[rows, v] = Solution(rows, v, factors[rows], found)
         solution = solutions[rows, v]
-        known[form] = steps(sp.Add(*(a * b for a, b in zip(u, solution.found, strict=True))))
+        known[form] = steps(total(product(a, b) for a, b in zip(u, solution.found, strict=True)))
         if known[form].is_Symbol:
             forms[known[form]] = u, solution
     return Eliminated(entries.parts, steps.parts, [replaced(e, known) for e in exprs], forms)
@@ -193,7 +195,32 @@ class _Named:
 
 def less(value: sp.Expr, pairs: Iterable[tuple[sp.Expr, sp.Expr]]) -> sp.Expr:
     """Return ``value`` less the products of the pairs."""
-    return sp.Add(value, *(-a * b for a, b in pairs))
+    return total((value, *(product(a, b, -1) for a, b in pairs)))
+
+
+def product(a: sp.Expr, b: sp.Expr, sign: int = 1) -> sp.Expr:
+    """Return ``sign`` a b; of two symbols as it stands, in which SymPy would look for powers and numbers."""
+    first, second = _without_sign(a), _without_sign(b)
+    if not (first.is_Symbol and second.is_Symbol) or first == second:
+        return sign * a * b
+    factors = (first, second) if first.name < second.name else (second, first)
+    negative = (sign < 0) ^ (first is not a) ^ (second is not b)
+    return sp.Mul._from_args((sp.S.NegativeOne, *factors) if negative else factors)
+
+
+def total(terms: Iterable[sp.Expr]) -> sp.Expr:
+    """Return the sum of ``terms``; of different symbols and products of two as it stands, without SymPy's search."""
+    kept = [term for term in terms if term != 0]
+    bare = {_without_sign(term) for term in kept}
+    plain = all(e.is_Symbol or (e.is_Mul and len(e.args) == 2 and all(f.is_Symbol for f in e.args)) for e in bare)
+    return sp.Add._from_args(kept) if plain and len(bare) == len(kept) else sp.Add(*kept)
+
+
+def _without_sign(term: sp.Expr) -> sp.Expr:
+    """Return a product without its first factor, if that is -1; any other term as it is."""
+    if not term.is_Mul or term.args[0] is not sp.S.NegativeOne:
+        return term
+    return term.args[1] if len(term.args) == 2 else term.func._from_args(term.args[1:])
 
 
 def _less(value: Any, pairs: Iterable[tuple[Any, Any]]) -> Any:

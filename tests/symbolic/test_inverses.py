@@ -5,7 +5,7 @@ import pytest
 import sympy as sp
 
 import asympk as ap
-from asympk.symbolic.inverses import InverseForm
+from asympk.symbolic.inverses import InverseForm, product, total
 from asympk.symbolic.lowering import Lowered
 
 a, b, c = sp.symbols("a b c", real=True)
@@ -86,3 +86,13 @@ def test_lambdify_of_sympy_computes_a_form_on_arrays():
     at = np.linspace(0, 1, 3)
     found = sp.lambdify((a, b, c), FORM, "numpy")(at, at + 1, 2.0)
     assert found == pytest.approx([float(FORM.subs({a: t, b: t + 1, c: 2})) for t in at], rel=1e-14)
+
+
+def test_sums_of_products_that_are_not_searched_for_like_terms_are_those_of_sympy():
+    p, q, r = sp.symbols("p q r", real=True)
+    factors = (p, q, r, -p, -q, sp.S.Zero, sp.S.One, -sp.S.One, p**2, q + r, 2 * p)
+    products = [product(a, b, sign) for a in factors for b in factors for sign in (1, -1)]
+    assert products == [sign * a * b for a in factors for b in factors for sign in (1, -1)]
+    for terms in ((p * q, -p * q), (p * q, p * q), (p, q, -p * r), (p, 0, 0), (2 * p, 3 * p), (p, 1, q * r, -1), ()):
+        assert total(map(sp.sympify, terms)).equals(sum(terms))
+        assert total(map(sp.sympify, terms)).count_ops() == sp.Add(*terms).count_ops()
