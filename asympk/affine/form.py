@@ -17,7 +17,7 @@ from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import GuardedMode
 from asympk.errors import InputError
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.long import ROUGH, generic_place, replaced
+from asympk.symbolic.long import LONG, ROUGH, generic_place, is_longer, replaced
 from asympk.symbolic.sides import is_switched
 from asympk.symbolic.system import System
 
@@ -59,7 +59,10 @@ def mode_obstacle(mode: GuardedMode) -> str | None:
     rates = ((f"the rate of {s}", rate) for s, rate in zip(mode.system.states, mode.rates, strict=True))
     guards = ((f"the guard of {guard.kind}", guard.value) for guard in mode.guards)
     named = next((named for named in (*rates, *guards) if affine_parts(mode.system, named[1]) is None), None)
-    return named and f"in mode {mode.name} {named[0]} is not affine: {named[1]!s:.80}"
+    if named is None:
+        return None
+    what = "" if is_longer(named[1], LONG) else f": {named[1]!s:.80}"  # to write it takes longer than to find it
+    return f"in mode {mode.name} {named[0]} is not affine{what}"
 
 
 @lru_cache(maxsize=4096)  # modes of one system have most rates and guards in common

@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
+from asympk.affine.run import obstacle
 from asympk.errors import InputError
 from asympk.mechanics.checks import _is_singular
 from asympk.mechanics.evaluation import evaluate
@@ -150,6 +151,10 @@ def test_the_elastic_contact_of_a_chain_of_eight_links_has_the_accelerations_of_
     expected = {f"q{k}": v for k, v in enumerate(u, 1)} | {f"q{k}'": v for k, v in enumerate(rates, 1)}
     expected |= {"x": values["y"], "y": -gap / 0.01, "z": slip}
     assert found == pytest.approx({name: expected[name] for name in found}, rel=1e-10)
+
+
+def test_a_rate_of_many_coordinates_that_is_not_affine_is_named_and_not_written_out():
+    assert obstacle(chain(4).rigid()) == "in mode slip_same the rate of q1' is not affine"
 
 
 def test_the_slow_manifolds_of_a_chain_of_four_links_take_no_simplification_of_long_formulas(monkeypatch):
