@@ -7,7 +7,7 @@ positive, so no pivot vanishes. ``without_inverses`` writes the operations down.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import chain, pairwise
 from math import isqrt
 from typing import Any, NamedTuple
@@ -53,18 +53,18 @@ class InverseForm(sp.Function):
     @classmethod
     def eval(cls, *entries: sp.Expr) -> sp.Expr | None:
         """Return the value for numbers, and 0 where u or v is 0."""
-        u, _, v = _parted(entries)
+        u, rows, v = _parted(entries)
         if not any(u) or not any(v):
             return sp.S.Zero
         if not all(isinstance(e, sp.Number) for e in entries):
             return None
-        return cls._imp_(*entries)
+        return _dot(u, _solution(_factored(rows), v, _less))
 
     @staticmethod
     def _imp_(*entries: Any) -> Any:
         """Return the value for numbers of any kind; ``sympy.lambdify`` calls this."""
         u, rows, v = _parted(entries)
-        return sum(a * b for a, b in zip(u, _solution(_factors(rows, _less), v, _less), strict=True))
+        return _dot(u, _solution(_factors(rows, _less), v, _less))
 
     def fdiff(self, argindex: int = 1) -> sp.Expr:
         """Return the derivative by an entry; that by an entry of M stands for two entries off the diagonal."""
@@ -262,6 +262,16 @@ def _factors(rows: Sequence[Sequence[sp.Expr]], less: Less) -> tuple[list[list[s
         pivot = less(row[-1], zip(scaled, lower[-1], strict=True))
         inverted.append(less(1 / pivot, ()))
     return lower, inverted
+
+
+@lru_cache(maxsize=16)
+def _factored(rows: tuple[tuple[sp.Number, ...], ...]) -> tuple[list[list[Any]], list[Any]]:
+    """Return (L, D^-1) of a matrix of numbers, which many forms share."""
+    return _factors(rows, _less)
+
+
+def _dot(u: Iterable[Any], x: Iterable[Any]) -> Any:
+    return sum(a * b for a, b in zip(u, x, strict=True))
 
 
 def _solution(
