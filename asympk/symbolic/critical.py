@@ -31,7 +31,7 @@ from asympk.symbolic.expansion import (
     require_short,
 )
 from asympk.symbolic.hurwitz import attracting, characteristic, off_axis, repelling, split
-from asympk.symbolic.long import generic_place, heavy
+from asympk.symbolic.long import atoms, generic_place, heavy, replaced
 from asympk.symbolic.reading import expression
 from asympk.symbolic.sides import Sides, is_switched, measured, on_sides, phases
 from asympk.symbolic.signs import conjunction, factored, nonzero
@@ -152,10 +152,10 @@ class CriticalManifold(ShownAsFormulas):
     def domain(self) -> sp.Basic:
         """The condition on the states under which the mode holds on the manifold, at mu = 0; False if nowhere."""
         states = list(self.dynamics.slow)
-        where = self.dynamics.where
+        where, put = self.dynamics.where, lambda part: replaced(part, self.branch)
         # without evaluation: SymPy expands the argument of Abs, which may not end for a long expression
-        moduli = {a: sp.Abs(a.args[0].subs(self.branch), evaluate=False) for a in where.atoms(sp.Abs) if heavy(a)}
-        parts = sp.And.make_args(where.xreplace(moduli).subs(self.branch, simultaneous=True))
+        moduli = {a: sp.Abs(put(a.args[0]), evaluate=not heavy(a)) for a in atoms(where, sp.Abs)}
+        parts = sp.And.make_args(replaced(where, {**self.branch, **moduli}))
         return reduce_under(sp.And(*(_located(part, states, self.assumptions) for part in parts)), self.assumptions)
 
     def at(self, **values: Any) -> Self:

@@ -24,7 +24,7 @@ from asympk.errors import InputError, NotDerivable
 from asympk.numbers import short
 from asympk.symbolic.branches import put_sign, without_squares
 from asympk.symbolic.diffring import DifferentialRing, Fraction, atoms_of
-from asympk.symbolic.long import atoms, heavy, is_longer
+from asympk.symbolic.long import atoms, heavy, is_longer, replaced
 from asympk.symbolic.system import Mode
 
 INFINITE = (sp.zoo, sp.nan, sp.oo)
@@ -232,7 +232,7 @@ def _value(expr, k, scale=1):
     for i, s in enumerate(sorted(expr.free_symbols, key=str)):
         sign = -1 if s.is_negative else 1 if s.is_positive else sp.sign(scale)
         points[s] = sign * abs(scale) * sp.Rational(13 * k + 7 * i + 2, 11 + 3 * k)
-    return expr.subs(points).evalf(50)
+    return replaced(expr, points).evalf(50)
 
 
 class _Recurrence:

@@ -11,6 +11,10 @@ from itertools import product
 import sympy as sp
 
 from asympk.symbolic.conditions import reduce_under
+from asympk.symbolic.inverses import InverseForm
+from asympk.symbolic.long import atoms
+
+_WAVES = (sp.sin, sp.cos, sp.tanh)
 
 
 def nonzero(expr: sp.Expr, assumptions: sp.Basic = sp.true) -> sp.Basic:
@@ -142,7 +146,8 @@ def _without_waves(expr):
 
     These functions stay where the expression is not affine in them, or a slope has no known sign.
     """
-    for wave in sorted(expr.atoms(sp.sin, sp.cos, sp.tanh), key=sp.default_sort_key):
+    inside = {wave for form in atoms(expr, InverseForm) for wave in form.atoms(*_WAVES)}  # the slope has no known sign
+    for wave in sorted(atoms(expr, *_WAVES) - inside, key=sp.default_sort_key):
         name = sp.Dummy()
         told = expr.xreplace({wave: name})
         slope = told.diff(name)
