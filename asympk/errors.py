@@ -59,7 +59,7 @@ class OutOfRange(AsympkError, ArithmeticError):
 
 
 class Pole(Stopped, OutOfRange):
-    """The motion has passed a pole of its rates before ``t``, or nothing but errors is left of a divisor by then."""
+    """The motion has passed a pole of its rates before the time ``t``."""
 
 
 class TooManyEvents(AsympkError, RuntimeError):

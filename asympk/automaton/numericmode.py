@@ -15,7 +15,7 @@ import sympy as sp
 
 from asympk.automaton.contacts import clear_sign, is_open, nudges
 from asympk.automaton.modes import SWITCH, GuardedMode, function
-from asympk.errors import NotDerivable, Pole
+from asympk.errors import NotDerivable, OutOfRange, Pole
 from asympk.symbolic.branches import Branch, held, rate_along
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.sides import on_sides
@@ -106,14 +106,16 @@ class NumericMode:
     def require_one_side(self, before: tuple, t: Any, state: State, since: Any = None) -> tuple:
         """Return the divisors of the rates; raises ``Pole`` if one has changed its sign since ``before``.
 
-        One has nearly vanished ``since`` that time, or None: after long, it has come down to the errors of the states.
+        One has nearly vanished ``since`` that time, or None: after long, it has come down to the errors of the states,
+        and ``OutOfRange`` says so.
         """
         after = self.pole_values(t, state)
         for expr, a, b in zip(self.mode.poles, before, after, strict=True):
             if a * b < 0 and since is not None and t - since > LONG * t:
-                raise Pole(f"the rates of mode {self.name} are divided by {expr!s:.120}, of which only errors of the "
-                           f"states are left by t = {float(t):.8g}; end the run before it, or take the logarithm of a "
-                           "state that dies out, or its ratio to another, for the state", t, state)  # fmt: skip
+                raise OutOfRange(f"the rates of mode {self.name} are divided by {expr!s:.120}, of which only errors "
+                                 f"of the states are left by t = {float(t):.8g}; end the run before it, or take the "
+                                 "logarithm of a state that dies out, or its ratio to another, for the state"
+                                 )  # fmt: skip
             if a * b < 0:
                 raise Pole(f"the rates of mode {self.name} have a pole, which the motion has passed before t = "
                            f"{float(t):.8g}: {expr!s:.120} = 0; end the run before it, or take other states, of an "
