@@ -14,6 +14,7 @@ by which the composite of order n + 2 misses the start covers this case.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -90,15 +91,13 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: An
     mu, until, begun = task.mu, task.until, matched.begun(task.automaton, scene.start)
     slowly = matched.slow_of(begun.mode)
     begin = slowly.point(0.0, begun.state)
-    motion = layered_motion(slowly.formulas, order, begin, mu, slowly.values, until, slowly.places)
+    follow = partial(layered_motion, slowly.formulas, order, begin, mu, slowly.values, until, slowly.places)
+    layered = method == "jump"
+    motion, slow, layer, error = _followed(follow, tolerance(mu, order), layered, until, units)
     matched.require_no_pole(begun, slowly, motion.reduced)
     _require_branch(task, begun, slowly, motion)
-    slow, layer = motion.states_to_each(until), motion.layer(until)
     now, next_, _ = slow + layer
-    layered = method == "jump"
-    expected = partial(_expected, motion, slow=slow * units, layer=layer * units, units=units)
-    error = expected(layered)
-    if error >= 1 > expected(True):
+    if error >= 1 > _expected(motion, True, slow, layer, units):
         raise OutOfRange(f"at t = {until:.6g} the motion is still in its layer, which method 'slow' leaves out: take "
                          "method 'jump', or a later until")  # fmt: skip
     if not error < 1:
@@ -107,6 +106,23 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: An
     final = now if layered else slow[0]
     return Path(scene, method, tuple(final.tolist()), (), begun.modes, LayeredDense(motion, layered, until, begun.mode),
                 error, {"omitted": tuple((next_ - now).tolist())})  # fmt: skip
+
+
+def _followed(
+    follow: Callable, rtol: float, layered: bool, until: float, units: Any
+) -> tuple[LayeredMotion, np.ndarray, np.ndarray, float]:
+    """Return a motion, its slow part and its layer at ``until``, and its predicted error.
+
+    The tolerance makes up less than half of the error, or is ``FINEST``: as a multiple of a power of mu it depends on
+    the unit of mu.
+    """
+    while True:
+        motion = follow(rtol)
+        slow, layer = motion.states_to_each(until), motion.layer(until)
+        error, rounding = _expected(motion, layered, slow, layer, units), ROUNDING * rtol * np.max(units)
+        if not (error < 2 * rounding and rtol > FINEST):
+            return motion, slow, layer, error
+        rtol = max(FINEST, rtol * FINER * ROUNDING * (error / rounding - 1))
 
 
 def _require_branch(
@@ -150,10 +166,9 @@ def leaves_its_sides(scene: Any, order: int) -> bool:
 
 def layered_motion(
     known: Formulas, order: int, begin: tuple[tuple, tuple], mu: float, values: tuple, until: float,
-    kept: tuple[int, ...],
+    kept: tuple[int, ...], rtol: float,
 ) -> LayeredMotion:  # fmt: skip
     """Return the ``LayeredMotion`` from ``begin`` = (x, y) to ``order`` and the ``EXTRA`` orders beyond it."""
-    rtol = tolerance(mu, order)
     landing = land(known, order + EXTRA, *begin, values, rtol, mu)
     orders, powers = tuple(range(order, order + EXTRA + 1)), np.arange(order + EXTRA + 1)
     sums = mu**powers * (powers <= powers[order:, None])
@@ -168,6 +183,7 @@ def layered_motion(
 def _expected(motion, layered, slow, layer, units):
     # a layer as slow as the slow motion may cancel its terms in the composite but not their remainder, so that terms
     # of the slow motion that do not decrease are judged on their own, too
+    slow, layer = slow * units, layer * units
     first, second = _terms(slow)
     told, misses = [slow + layer, *[slow] * bool(second > STALLED * first)], motion.misses()
     scales = units + np.zeros(len(motion.kept))

@@ -242,6 +242,16 @@ def test_a_pole_that_slow_motion_does_not_feel_is_not_passed(force, until, passe
     assert _solved(system, {mu: "1/1000"}, {x: 0, y: 1}, "1/2", order=order).error < 0.01
 
 
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_the_predicted_error_depends_on_no_unit_of_the_small_parameter(order):
+    """Henri's enzyme: in a unit of 1e-6 the error of order 2, 8e-9, was predicted as 5e-6."""
+    errors = []
+    for unit in (1, 10**3, 10**6, sp.Rational(1, 10**6)):
+        enzyme = ap.System.smooth({x: (x + sp.S.Half) * y - x}, {y: (x - (x + 1) * y) * unit}, mu)
+        errors.append(_solved(enzyme, {mu: sp.Rational(unit, 100)}, {x: 1, y: 0}, 1, order=order).error)
+    assert errors == pytest.approx([errors[0]] * 4, rel=0.1)
+
+
 @pytest.mark.parametrize("method", ["exact", "jump"])
 def test_a_divisor_that_dies_out_with_its_states_is_no_pole(method):
     """Prey v and predator u decay for ever, and v/(u + v) is finite; in numbers u + v comes down to rounding."""
