@@ -71,7 +71,8 @@ def _with_low_powers(scene: Any, highest: int) -> Any:
     """Return a scene in whose rates what depends on mu alone is a polynomial in mu of the degree ``highest``.
 
     It is the Taylor polynomial and mu^``highest`` times a parameter, which has the value of the rest. A term like
-    100 mu^3 is thus among those that predict the error, whatever the order.
+    100 mu^3 is thus among those that predict the error, whatever the order. A function of the other parameters that
+    has no series here, as gamma(k), becomes a parameter, too.
     """
     system, small = scene.system, scene.system.small
     if not (found := _lowered(system, small, highest)):
@@ -79,7 +80,7 @@ def _with_low_powers(scene: Any, highest: int) -> Any:
     lowered, rests = found
     known = exact_values(system, (*rests.values(),), scene.values, DIGITS)
     values = dict(zip(system.parameters, scene.values, strict=True)) | {s: known[rest] for s, rest in rests.items()}
-    return replace(scene, system=lowered, values=values)
+    return replace(scene, system=lowered, values={s: values[s] for s in lowered.parameters})
 
 
 @lru_cache(maxsize=64)
@@ -88,14 +89,20 @@ def _lowered(system: System, small: sp.Symbol, highest: int) -> tuple[System, di
     told, rests = dict[sp.Basic, sp.Expr](), dict[sp.Symbol, sp.Expr]()
     for part in _of_parameters(rates, small, {*system.parameters}):
         terms = [part.diff(small, k).subs(small, 0) * small**k / math.factorial(k) for k in range(highest + 1)]
-        functions = {type(f).__name__ for term in terms for f in term.atoms(sp.Function)}
-        if part.diff(small, highest + 1) == 0 or sp.Tuple(*terms).has(*INFINITE) or functions - {*FUNCTIONS}:
+        if part.diff(small, highest + 1) == 0 or sp.Tuple(*terms).has(*INFINITE, sp.Subs):
             continue
         name = spare(small.name, (*system.states, *system.parameters, *rests))
         told[part] = sp.Add(*terms, small**highest * name)
         rests[name] = (part - sp.Add(*terms)) / small**highest
-    slow, fast = (sp.Dict({s: replaced(rate, told) for s, rate in of.items()}) for of in (system.slow, system.fast))
-    return (replace(system, slow=slow, fast=fast), rests) if told else None
+    known = {}
+    for part in sorted(atoms(replaced(rates, told), sp.Function), key=str):
+        fixed = part.free_symbols <= {*system.parameters} - {small} and not isinstance(part, SWITCHING)
+        if fixed and type(part).__name__ not in FUNCTIONS:
+            known[part] = spare(small.name, (*system.states, *system.parameters, *rests))
+            rests[known[part]] = part
+    slow, fast = (sp.Dict({s: replaced(replaced(rate, told), known) for s, rate in of.items()})
+                  for of in (system.slow, system.fast))  # fmt: skip
+    return (replace(system, slow=slow, fast=fast), rests) if rests else None
 
 
 def _of_parameters(expr: sp.Basic, small: sp.Symbol, parameters: set) -> list[sp.Expr]:

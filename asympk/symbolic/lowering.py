@@ -249,7 +249,8 @@ class _NumPy(_Quick, NumPyPrinter):
 
 
 _PRINTERS = {"numpy": _NumPy, "math": _Math, "mpmath": _Mpmath, "c": _C}
-_EXTRA = {"mpmath": {"user_functions": {"LambertW": "mpmath.lambertw"}},
+_EXTRA = {"mpmath": {"user_functions": {"LambertW": "mpmath.lambertw", "polygamma": "mpmath.polygamma",
+                                        "zeta": "mpmath.zeta"}},
           "c": {"math_macros": {}}}  # fmt: skip
 _MACROS = ("INFINITY", "NAN", "HUGE_VAL", "HUGE_VALF", "HUGE_VALL", "FP_NAN", "FP_INFINITE", "FP_ZERO", "FP_SUBNORMAL",
            "FP_NORMAL", "M_E", "M_LOG2E", "M_LOG10E", "M_LN2", "M_LN10", "M_PI", "M_PI_2", "M_PI_4", "M_1_PI", "M_2_PI",

@@ -242,6 +242,16 @@ def test_a_pole_that_slow_motion_does_not_feel_is_not_passed(force, until, passe
     assert _solved(system, {mu: "1/1000"}, {x: 0, y: 1}, "1/2", order=order).error < 0.01
 
 
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_functions_of_parameters_need_no_series_of_their_own(order):
+    """From the closed form of y' = (x - a y)/mu, x = e^-t, with a = gamma(1 + mu) + gamma(k): y tends to x/(a - mu)."""
+    k, small, rate = sp.Symbol("k", positive=True), 0.01, math.gamma(1.01) + math.gamma(1.5)
+    system = ap.System.smooth({x: -x}, {y: x - y * (sp.gamma(1 + mu) + sp.gamma(k))}, mu)
+    path = _solved(system, {mu: "1/100", k: "3/2"}, {x: 1, y: 0}, 1, order=order)
+    error = abs(path.final[1] - (math.exp(-1) - math.exp(-rate / small)) / (rate - small))
+    assert error < path.error < 1.5 * error
+
+
 @pytest.mark.parametrize("order", [1, 2, 3])
 def test_the_predicted_error_depends_on_no_unit_of_the_small_parameter(order):
     """Henri's enzyme: in a unit of 1e-6 the error of order 2, 8e-9, was predicted as 5e-6."""
