@@ -109,11 +109,12 @@ def growth(
 
 def _largest(transitions: np.ndarray, errors: np.ndarray) -> np.ndarray:
     """Return the largest error of each state at any time from ``errors`` that add in squares."""
-    square = most = np.zeros(transitions.shape[1:])
-    for transition, error in zip(transitions, errors, strict=True) if errors.any() else ():
-        square = transition @ (square + np.diag(error**2)) @ transition.T
-        most = np.maximum(most, abs(square))
-    return np.sqrt(np.diag(most))
+    first = int(errors.any(axis=1).argmax()) if errors.any() else len(errors)
+    steps, added = transitions[first:], errors[first:, :, None] ** 2 * np.eye(errors.shape[1])
+    squares = [np.zeros(transitions.shape[1:])]
+    for step, turned, new in zip(steps, steps.swapaxes(1, 2), added, strict=True):
+        squares.append(step @ (squares[-1] + new) @ turned)
+    return np.sqrt(np.abs(np.einsum("kii->ki", squares)).max(axis=0))
 
 
 def without_rounding(automaton: Automaton, segments: Sequence[Segment]) -> Sequence[Segment]:
