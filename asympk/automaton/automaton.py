@@ -22,7 +22,7 @@ from asympk.arithmetic import DIGITS_OF_DOUBLES
 from asympk.automaton import decide
 from asympk.automaton.contacts import contact_formulas
 from asympk.automaton.exact import exact_values
-from asympk.automaton.modes import function, is_nested, mode_of, phases_of
+from asympk.automaton.modes import function, is_nested, mode_of, phases_of, turning
 from asympk.automaton.numericmode import NumericMode, State
 from asympk.digits import carrier_context
 from asympk.errors import InputError, NoMotion, NotDerivable, OutOfRange, TwoMotions, Undecided
@@ -124,8 +124,7 @@ def _follow_on(
     """
     at = automaton.sides_at(t, state, slack)
     edges = _edges(at)
-    nested = not {*edges} <= {*phases_of(automaton.system)}
-    led = tuple(s for s in at if s[0] not in edges) if nested else _led_to(automaton, edges, t, state, slack)
+    led = _sides_known(automaton, at, t, state, slack)
     if led and (sided := _on_sides(automaton, led)) != automaton:  # a load that would be 0 keeps its edge
         return _follow_on(sided, before, _same(automaton, sided, before, hits), t, state, slack)
     found: dict[tuple[int, int], set[Branch]] = {}
@@ -152,6 +151,15 @@ def _follow_on(
     if best[0] == _NEVER and (errors := [refused[side] for side in leads if side in refused]):
         raise errors[0]
     return _by_law_of(automaton, tuple(zip(edges, choices[0], strict=False)), before, hits, t, state, slack)
+
+
+def _sides_known(automaton: Automaton, at: Sides, t: Any, state: State, slack: Any) -> Sides:
+    """Return the sides that the law to decide by is on: of edges led to, and of what turns or contains an edge."""
+    edges = _edges(at)
+    clear = tuple(side for side in at if side[0] not in edges)
+    if not {*edges} <= {*phases_of(automaton.system)}:
+        return clear
+    return (*turning(automaton.system, clear), *_led_to(automaton, edges, t, state, slack))
 
 
 def _choices_of_sides(automaton: Automaton, edges: tuple[sp.Expr, ...]) -> list[tuple[int, ...]]:

@@ -10,6 +10,7 @@ import ast
 import math
 import re
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial, reduce
 from itertools import chain, islice
@@ -18,6 +19,7 @@ from typing import Any
 
 import sympy as sp
 
+from asympk.errors import InputError
 from asympk.symbolic import branches, guards
 from asympk.symbolic.branches import Branch, Guard
 from asympk.symbolic.coefficients import name_of, scattered, with_names
@@ -37,6 +39,7 @@ from asympk.symbolic.sides import (
     phases,
     sides_of,
     switching_parts,
+    system_on_sides,
     with_real_powers,
 )
 from asympk.symbolic.switches import Switch, exprs_of, switches
@@ -66,9 +69,15 @@ class GuardedMode:
         return branches.mode_name(self.branch)
 
     @cached_property
+    def sided(self) -> System:
+        """The system with its sliding velocities, and so the equations of its forces, on the sides of the mode."""
+        turned = turning(self.system, self.sides)
+        return system_on_sides(self.system, turned) if turned else self.system
+
+    @cached_property
     def rates(self) -> tuple[sp.Expr, ...]:
         """The rate of every state, in the order of ``system.states``."""
-        slow, fast = guards.fields(self.system, self.branch)
+        slow, fast = guards.fields(self.sided, self.branch)
         small = self.system.small
         rates = (slow[s] if s in slow else fast[s] / small for s in self.system.states)
         return tuple(map(self._placed, rates))
@@ -93,6 +102,8 @@ class GuardedMode:
     def guards(self) -> tuple[Guard, ...]:
         """The guards, positive inside the mode."""
         found = guards.guards(self.system, self.branch)
+        own = {guard.key: guard for guard in guards.guards(self.sided, self.branch)}
+        found = tuple(own.get(guard.key, guard) for guard in found)  # as many on every side
         ends = (Guard(SWITCH, -1, on_sides(edge, self.sides)) for edge in self.edges)
         return (*(guard._replace(value=self._placed(guard.value)) for guard in found), *ends)
 
@@ -155,7 +166,7 @@ class GuardedMode:
     def standing(self) -> tuple[sp.Expr, ...]:
         """What must stay 0, as the time goes on, for a system at rest on contacts with undetermined forces to stand."""
         timed = self.system.time is not None and branches.stands(self.branch)
-        return guards.unused_rows(self.system, self.branch)[0] if timed else ()
+        return guards.unused_rows(self.sided, self.branch)[0] if timed else ()
 
     @cached_property
     def fixed_phases(self) -> tuple[sp.Expr, ...]:
@@ -277,6 +288,19 @@ def mode_of(system: System, branch: Branch, sides: Sides = ()) -> GuardedMode:
 def has_switches(system: System) -> bool:
     """Tell whether the state or the time switches an expression of a system."""
     return any(is_switched(expr, (*system.states, system.time)) for expr in exprs_of(system))
+
+
+@lru_cache(maxsize=512)
+def turning(system: System, sides: Sides) -> Sides:
+    """Return the sides on which sliding velocities switch, none if a friction ceases to be one there.
+
+    On one side only, velocities may depend on one another.
+    """
+    turns = phases((f.velocity for f in system.frictions), system.states, system.time) if sides else ()
+    found = tuple(side for side in sides if side[0] in turns)
+    with suppress(InputError):
+        return found if found and system_on_sides(system, found) else ()
+    return ()
 
 
 @lru_cache(maxsize=256)

@@ -84,6 +84,41 @@ def test_a_triangular_pulse_on_a_spring_is_exact(until):
     assert path.model == "exact"
 
 
+@pytest.mark.parametrize("static", ["1/5", "1/4"])
+def test_frictions_of_one_velocity_hold_a_block_together_until_one_of_them_turns_to_its_neighbour(static):
+    """Blocks pushed by t and t/2. Both frictions hold the first until t = 2 static, and one couples them from 1 on."""
+    w, G = sp.symbols("w G", real=True)
+    turned = sp.Piecewise((v, t < 1), (v - w, True))
+    rub, clutch = (ap.Friction(velocity=u, force=force, load=1, kinetic=sp.Rational(1, 5), static=sp.Rational(static))
+                   for u, force in ((v, F), (turned, G)))  # fmt: skip
+    rates = {v: t + F + G * turned.diff(v), w: t / 2 + G * turned.diff(w)}
+    path = ap.solve(ap.Scene(system=ap.System.with_frictions(rates, {}, [rub, clutch], time=t), start=(0, 0), until=3))
+    bound = float(sp.Rational(static))
+    speed = 1 / 2 - 2 * bound**2 - 0.4 * (1 - 2 * bound)  # at t = 1, and the other block's is 1/4
+    meet, parting = math.sqrt(1.96 + 4 * (0.25 - speed)) - 0.4, 0.4 + 4 * bound  # v - w grows by t/2 + 1/5
+    assert [e.t for e in path.events] == pytest.approx([2 * bound, 1, meet, parting], rel=1e-14)
+    joined = speed + (meet**2 - 1) / 2 + 3 * (parting**2 - meet**2) / 8 - (parting - meet) / 10
+    assert path.final[0] == pytest.approx(joined + (9 - parting**2) / 2 - 0.4 * (3 - parting), rel=1e-14)
+
+
+@pytest.mark.parametrize("static", ["1/5", "1/4"])
+def test_three_frictions_hold_two_blocks_until_their_bounds_are_used_up_although_one_turns_later(static):
+    """The third joins the blocks until t = 1 and then rubs on the second: they rest until 3 t/2 is twice ``static``."""
+    w, G, H = sp.symbols("w G H", real=True)
+    turned = sp.Piecewise((v - w, t < 1), (w, True))
+    rubs = [ap.Friction(velocity=u, force=force, load=1, kinetic=sp.Rational(1, 5), static=sp.Rational(static))
+            for u, force in ((v, F), (w, G), (turned, H))]  # fmt: skip
+    rates = {v: t + F + H * turned.diff(v), w: t / 2 + G + H * turned.diff(w)}
+    path = ap.solve(ap.Scene(system=ap.System.with_frictions(rates, {}, rubs, time=t), start=(0, 0), until=3))
+    bound = float(sp.Rational(static))
+    onset, parting = 4 * bound / 3, 4 * bound
+    assert [e.t for e in path.events] == pytest.approx([onset, parting], rel=1e-14)
+    joined = 3 * (parting**2 - onset**2) / 8 - (parting - onset) / 5
+    first = joined + (9 - parting**2) / 2 - 0.4 * (1 - parting) - 0.4
+    second = joined + (9 - parting**2) / 4 - 0.8
+    assert path.final == pytest.approx([first, second], rel=1e-14)
+
+
 @pytest.mark.parametrize("power", [12, 13, 14, 20, 24])
 def test_a_push_that_is_a_high_power_of_the_time_is_integrated_exactly(power):
     system = ap.System.with_frictions({x: v, v: t**power}, {}, [], time=t)
