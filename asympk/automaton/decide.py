@@ -60,7 +60,7 @@ DIGITS = 60  # digits to which an exact start is converted
 EXACT = 45  # digits of an exact start that count as correct; the other 15 are left to rounding
 WORKING = 40  # least number of digits on which the following mode is decided, whatever the digits of the state
 COARSER = 10  # digits by which a second, coarser evaluation is shorter; a sign on which the two differ is rounding
-ORDERS = 5  # derivatives by which it is decided whether what vanishes stays 0
+ORDERS = 5  # least number of derivatives by which it is decided whether what vanishes stays 0
 LATER = Fraction(5, 7)  # a generic span of time: after it a smooth force that is 0 now shows whether it stays 0
 LONGEST = 5_000  # operations of the longest derivative of a guard that is differentiated once more
 MOST = 8  # largest number of undecided frictions whose combinations of phases are all tried
@@ -339,7 +339,7 @@ def _growth(here: Junction, mode: GuardedMode, guard: int) -> Iterator[int]:
     """
     kind, friction, _, _, divided = mode.guards[guard]
     first = 3 if kind == "touch_down" and friction in here.touching else 1 - divided  # g, g' and g'' vanish there
-    moving = ORDERS if mode.system.time else min(len(mode.system.states), ORDERS)
+    moving = max(ORDERS, mode.order_in_time) if mode.system.time else min(len(mode.system.states), ORDERS)
     for order in range(first, 2 + moving):
         if order > first and _length(mode.derivative(guard, order - (1 if mode.pressed else 2))) > LONGEST:
             raise Undecided(f"{kind} of {mode.name} vanishes at t = {float(here.at.t):.6g} with "

@@ -222,6 +222,13 @@ class GuardedMode:
         found = (e for e in varying if not e.is_nonzero and not (e.is_Symbol and self._is_finite_at(e)))
         return tuple(sorted(found, key=sp.default_sort_key))
 
+    @cached_property
+    def order_in_time(self) -> int:
+        """The largest exponent of a power that the time moves: fewer of its derivatives vanish where the power does."""
+        powers = atoms(sp.Tuple(*self.rates, *self.guard_values), sp.Pow)
+        moved = (p.exp for p in powers if p.exp.is_Integer and self.system.time in p.base.free_symbols)
+        return max(map(int, moved), default=0)
+
     def _is_finite_at(self, state: sp.Symbol) -> bool:
         """Tell whether the rates have a limit where ``state`` vanishes, as sin(x)/x has."""
         return all((rate * state).subs(state, 0) == 0 for rate in self.rates)

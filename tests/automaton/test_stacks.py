@@ -325,3 +325,13 @@ def test_a_force_that_is_not_finite_later_does_not_stay_0(push):
     system = ap.System.with_frictions({v: force + other, w: push}, {}, contacts, None, t)
     path = ap.solve(ap.Scene(system=system, values={}, start=[0, 0], until="2/5"))
     assert path.final[1] == pytest.approx(float(sp.Integral(push, (t, 0, sp.Rational(2, 5))).evalf()), abs=1e-9)
+
+
+@pytest.mark.parametrize("power", [6, 7, 20])
+def test_a_body_on_the_ground_stays_there_under_a_belt_that_starts_at_any_power_of_the_time(power):
+    v, F, G = sp.symbols("v F G", real=True)
+    velocities = ((v, F), (v - t**power, G))
+    rubs = [ap.Friction(velocity=u, force=force, load=1, kinetic=exactly(1, 5)) for u, force in velocities]
+    path = ap.solve(ap.Scene(system=ap.System.with_frictions({v: F + G}, {}, rubs, time=t), start={v: 0}, until=2))
+    assert path.modes == ("stick+slip_opposite",)
+    assert path.final == (0,)
