@@ -39,7 +39,8 @@ def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) ->
                      for e, low in zip(expressions, lowered, strict=True))  # fmt: skip
     except OutOfRange:
         place = ", ".join(f"{symbol} = {value.flat[0]:g}" for symbol, value in given.items() if value.size)
-        raise OutOfRange(f"an equation of the contact is not finite at {place}, or beside it") from None
+        raise OutOfRange(f"an equation of the contact is not finite at {place}, or beside it; give other numbers: "
+                         "a mass or a length by which it divides may be 0") from None  # fmt: skip
 
 
 def evaluate_ahead(
