@@ -84,9 +84,9 @@ def elastic_fields(kinetics: Kinetics, scaling: Scaling) -> dict[str, Any]:
     """Return the arguments of ``System.with_friction`` for the elastic contact."""
     x, y, z = state_names(kinetics, scaling.small)
     rest = completing(kinetics)
-    reaction = x + scaling.ratio * y
     rates = velocities(kinetics, rest, -scaling.closing * y, z)
     put = lambda expr: kinetics.tidy_if_short(replaced(expr, rates))  # noqa: E731
+    reaction = x + put(scaling.ratio) * y
     normal, force = force_names(kinetics, scaling.small)
     pushed = normal if kinetics.unilateral else reaction
     gap, slip, others = _accelerations(kinetics, rest, pushed, force, put)
@@ -96,7 +96,7 @@ def elastic_fields(kinetics: Kinetics, scaling: Scaling) -> dict[str, Any]:
     bound, limit = (tidy(part * kinetics.load) for part in (kinetics.friction, kinetics.static))
     found = {"slow": {**slow, **others}, "fast": fast, "velocity": {z: slip}, "force": force, "load": reaction,
              "kinetic": put(bound), "static": put(limit), "small": scaling.small,
-             "time": kinetics.time if kinetics.timed else None}  # fmt: skip
+             "time": kinetics.time if kinetics.timed or scaling.ratio.has(kinetics.time) else None}  # fmt: skip
     return {**found, "gap": -reaction, "normal": normal} if kinetics.unilateral else found
 
 

@@ -231,16 +231,17 @@ class Mechanism(ShownAsFormulas):
         """Return the mechanism with an elastic, damped contact as a slow-fast ``System``.
 
         ``compliance`` is a Symbol c with ``damping`` a time h, or ``eps**2`` with ``damping`` a multiple of eps, 0
-        included. The states are the coordinates, the reaction x, its rate y, the sliding velocity z, and the
-        rates of the last coordinates that complete g' and z to a basis of the velocities, at all places if any do. If
-        none do, the rates of the system have a pole where these cease to be a basis; another order of the coordinates
-        moves it.
+        included. The damping may depend on coordinates, rates and time. The states are the coordinates, the reaction x,
+        its rate y, the sliding velocity z, and the rates of the last coordinates that complete g' and z to a basis of
+        the velocities, at all places if any do. If none do, the rates of the system have a pole where these cease to be
+        a basis; another order of three or more coordinates moves it.
         With a damping time h, R = max(0, x + h y): a contact that has opened and returns pushes already at the gap
         h |g'|. So motions with flights need ``eps**2``. Raises ``InputError`` for other scalings, ``NotDerivable``.
         """
         if compliance is None or damping is None:
             raise InputError("an elastic contact needs compliance= and damping=: a Symbol c and a time h, or eps**2 "
                              "and a multiple of eps, 0 included")  # fmt: skip
+        damping = plainly(expression("damping", damping), self._names, self.time)
         return elastic.elastic(self.plain, compliance, damping)
 
     def start(self, system: System, values: dict[Any, Any]) -> dict[str, Any]:

@@ -8,6 +8,7 @@ import pytest
 import sympy as sp
 from contactmodel import Model, follow
 from mechanisms import T, X, Y, masses_between_guides, slender_rod
+from scipy.integrate import solve_ivp
 from sympy.physics.mechanics import dynamicsymbols
 from test_jump_law import EACH, MECHANISMS, bead_rod
 
@@ -274,6 +275,24 @@ def test_a_belt_whose_velocity_jumps_is_refused_as_the_sliding_velocity_would_no
     block = ap.Mechanism((x, y), (u, v), sp.eye(2), (0, -1), ap.Contact(y, u - belt, 1, unilateral=True), time=t)
     with pytest.raises(NotDerivable, match="sliding velocity jumps where t - 1 = 0"):
         block.elastic(compliance=sp.Symbol("c", positive=True), damping=1)
+
+
+@pytest.mark.parametrize("damping", [1 + X**2, 1 + T, 1 + X.diff(T) ** 2], ids=str)
+def test_a_damping_may_change_with_the_place_the_time_and_the_rates(damping):
+    """A block pressed on its ground by 1 has Y'' = R - 1, X'' = -R/2 with R = -(Y + h Y')/c, h the damping time."""
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 - Y
+    block = ap.Mechanism.from_lagrangian(energy, (X, Y), contact=ap.Contact(Y, X, sp.Rational(1, 2), unilateral=True))
+    values, until = {"X": 0, "Y": 0, "X'": 2, "Y'": 0}, 0.5
+    soft = block.elastic(compliance=c, damping=damping)
+    path = ap.solve(ap.Scene(system=soft, values={c: "1/10"}, start=block.start(soft, values), until=until))
+    time = sp.lambdify((T, X, X.diff(T)), damping)
+
+    def rates(t, w):
+        reaction = -10 * (w[1] + time(t, w[0], w[2]) * w[3])
+        return [w[2], w[3], -reaction / 2, reaction - 1]
+
+    expected = solve_ivp(rates, (0, until), [0, 0, 2, 0], method="Radau", rtol=1e-9, atol=1e-11).y[:, -1]
+    assert [path.final[path.names.index(name)] for name in ("X", "Y", "z")] == pytest.approx(expected[:3], abs=1e-8)
 
 
 def test_a_start_off_the_elastic_contact_has_the_reaction_of_its_gap_and_its_rate():
