@@ -162,8 +162,8 @@ def _with_contact(mechanism: Mechanism, table: dict, parameters: Any) -> System:
         return mechanism.rigid()
     if contact != "elastic" or not {"compliance", "damping"} <= table.keys():
         raise InputError('system: contact must be "rigid", or "elastic" with compliance and damping')
-    own = {s.name: s for s in mechanism.plain.parameters}
-    symbols = {name: own.get(name, sp.Symbol(name, positive=True)) for name in parameters}
+    own = {s.name: s for s in mechanism.plain.symbols}
+    symbols = {name: sp.Symbol(name, positive=True) for name in parameters} | own
     return mechanism.elastic(*(read_formula(table[key], symbols, key) for key in ("compliance", "damping")))
 
 

@@ -344,14 +344,15 @@ def test_without_matplotlib_the_error_gives_the_pip_line(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_damping_of_a_mechanism_in_a_scene_may_use_the_parameters_of_the_mechanism(tmp_path):
+def test_the_damping_of_a_mechanism_in_a_scene_may_use_its_parameters_coordinates_rates_and_time(tmp_path):
     file = tmp_path / "rod.toml"
     state = "X = 0\nY = 1\ntheta = 1\nx = 0\ny = 0\nz = 1\n\"theta'\" = 0\n"
-    system = '[system]\ncontact = "elastic"\ncompliance = "c"\ndamping = "h*m"\n'
+    system = '[system]\ncontact = "elastic"\ncompliance = "c"\ndamping = "h*m + X^2 + X\'^2 + t^2"\n'
     file.write_text(f"until = 1\n{system}[system.mechanism]\n{SLENDER_ROD}"
                     f"[values]\nm = 2\nl = 1\ng = 1\nf = 1\nc = 1e-3\nh = 1\n[start]\n{state}")
     scene = ap.read_scene(file)
     assert [str(s) for s in scene.system.parameters] == ["c", "f", "g", "h", "l", "m"]
+    assert str(scene.system.time) == "t"
 
 
 ELASTIC = """\
