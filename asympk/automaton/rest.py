@@ -78,7 +78,7 @@ def moves_in_several_ways(here: Junction, branch: Branch) -> bool:
         apart = [(-1, 0, *r, *(-a for a in r)) for _, *r in rows]
         with_apart = [[*z, row] for z, row in zip(zeros, apart, strict=True)]
         with_s = [[*c, unit_row(0, len(apart[0]) - 1)] for c in cones]
-        if any(apart[0][1:]) and _corner(with_apart, with_s, here.numbers) is not None:
+        if _corner(with_apart, with_s, here.numbers) is not None:
             return True
     return False
 
