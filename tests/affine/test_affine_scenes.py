@@ -421,6 +421,14 @@ def test_a_block_that_stops_exactly_at_the_end_is_followed_to_it(digits):
     assert [float(w) for w in path.final] == [0.5, 0]
 
 
+def test_a_block_that_rests_at_zero_is_followed_in_digits_without_an_error():
+    """The errors are relative to the largest state, which is 0."""
+    x, v, F = sp.symbols("x v F", real=True)
+    block = ap.System.with_frictions({x: v, v: F}, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=1)])
+    path = ap.solve(ap.Scene(system=block, start={"x": 0, "v": 0}, until=1), digits=20)
+    assert (path.modes, path.final, path.error) == (("stick",), (0, 0), 0)
+
+
 @pytest.mark.parametrize("sides", [(1, 1), (1, -1)])
 def test_two_blocks_that_move_in_symmetry_stop_together(sides):
     """Both on springs, joined by a spring: each moves as one block does, on a spring of the stiffness 1 or 3."""
