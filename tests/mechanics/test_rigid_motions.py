@@ -1,5 +1,6 @@
 """The rigid motions of a contact: counted against published examples and against a search through all cases."""
 
+from contextlib import nullcontext
 from itertools import product
 
 import numpy as np
@@ -242,3 +243,12 @@ def test_on_the_edge_of_a_rough_patch_the_friction_is_that_of_the_side_the_conta
         start = {**state, "X": 0 if place == "X" else sp.cos(angle) / 2}
         path = ap.solve(ap.Scene(system=rod.rigid(), start=rod.start(rod.rigid(), start), until="1/100"))
         assert path.modes == ("slip_opposite",)
+
+
+@pytest.mark.parametrize(("friction", "leaves"), [("1/2", True), (1, True), (2, False)])
+def test_where_gap_and_slip_move_as_one_a_pulled_point_leaves_unless_friction_may_hold_it(friction, leaves):
+    """R + F = -1 with |F| <= f R has solutions for f > 1 alone: a pull of 1 cannot be held by less."""
+    x, y, u, v, f = sp.symbols("x y u v f", real=True)
+    point = ap.Mechanism((x, y), (u, v), sp.eye(2), (0, 1), ap.Contact(y, v + x * u, f, unilateral=True))
+    with nullcontext() if leaves else pytest.raises(Undecided, match="gap and slip move as one here"):
+        assert [name for name, _ in point.motions({"x": 0, "y": 0, "u": 0, "v": 0, "f": friction})] == ["lift_off"]
