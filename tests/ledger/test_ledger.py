@@ -7,7 +7,7 @@ import pytest
 from precision import precisions_set
 
 from asympk import ledger
-from asympk.errors import UnknownName
+from asympk.errors import InputError, UnknownName
 from asympk.ledger import verdicts
 from asympk.ledger.runs import negligible, tends_to_one
 from asympk.output import terminal
@@ -33,6 +33,11 @@ def claims(judged):
 @pytest.mark.slow
 def test_judging_never_sets_mpmaths_own_precision(judged):
     assert not judged[1]
+
+
+def test_the_name_of_a_claim_is_no_progress():
+    with pytest.raises(InputError, match="progress = 'C23': it must be a function; of all claims choose one by its"):
+        ledger.claims("C23")
 
 
 def test_every_claim_has_a_verdict(claims):
