@@ -203,6 +203,11 @@ class _C(_Quick, _Pieces, C99CodePrinter):
 
     _print_Pi = _print_Exp1 = _print_EulerGamma = _print_GoldenRatio = _print_Catalan = _print_NumberSymbol
 
+    def _print_sign(self, expr):
+        """Print a sign as a double, nan of nan; SymPy prints an integer, by which C may divide as integers do."""
+        e = self._print(expr.args[0])
+        return f"(({e}) > 0.0 ? 1.0 : ({e}) < 0.0 ? -1.0 : ({e}))"
+
     def _print_Mod(self, expr):
         """Print a remainder that has the sign of the divisor, as in every other target."""
         a, b = map(self._print, expr.args)

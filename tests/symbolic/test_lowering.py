@@ -144,16 +144,32 @@ def test_a_function_takes_no_name_that_its_source_uses(target, name):
 C99 = [sp.Mod(x, 3), sp.sqrt(2) * x + sp.pi**2, sp.Mod(x, -3), sp.Piecewise((x, x > -1), (x**2, x < -1)), sp.log(2) * x]
 
 
+def compiled_c(exprs, folder):
+    """Return functions of x that a strict C99 compiler makes of expressions."""
+    source = [lower((x,), expr, "c", name=f"f{k}", branching=True) for k, expr in enumerate(exprs)]
+    (folder / "f.c").write_text("#include <math.h>\n" + "\n".join(source))
+    strict = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wno-missing-prototypes", "-Werror", "-shared", "-fPIC"]
+    subprocess.run(["cc", *strict, "-o", folder / "f.so", folder / "f.c", "-lm"], check=True)
+    library = ctypes.CDLL(str(folder / "f.so"))
+    found = [library[f"f{k}"] for k in range(len(exprs))]
+    for function in found:
+        function.restype, function.argtypes = ctypes.c_double, [ctypes.c_double]
+    return found
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
+def test_a_quotient_of_signs_in_c_is_nan_or_infinite_where_its_divisor_is_0(tmp_path):
+    """A quotient of integers would kill the process there."""
+    assert "((x) > 0.0 ? 1.0" in lower((x,), sp.sign(x), "c", branching=True)  # before the process is risked
+    quotient, sign = compiled_c([sp.sign(x + 1) / sp.sign(x), sp.sign(x)], tmp_path)
+    assert [quotient(value) for value in (-3.0, -0.5, 2.0, 0.0)] == [1, -1, 1, math.inf]
+    assert [sign(value) for value in (-3.0, 0.0, 2.0)] == [-1, 0, 1]
+    assert all(math.isnan(function(math.nan)) for function in (quotient, sign))
+
+
 @pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
 def test_c_source_is_c99_and_computes_what_mpmath_does(tmp_path):
-    source = [lower((x,), expr, "c", name=f"f{k}", branching=True) for k, expr in enumerate(C99)]
-    (tmp_path / "f.c").write_text("#include <math.h>\n" + "\n".join(source))
-    strict = ["-std=c99", "-pedantic", "-Wall", "-Wno-missing-prototypes", "-Werror", "-shared", "-fPIC"]
-    subprocess.run(["cc", *strict, "-o", tmp_path / "f.so", tmp_path / "f.c", "-lm"], check=True)
-    library = ctypes.CDLL(str(tmp_path / "f.so"))
-    for k, expr in enumerate(C99):
-        found = library[f"f{k}"]
-        found.restype, found.argtypes = ctypes.c_double, [ctypes.c_double]
+    for expr, found in zip(C99, compiled_c(C99, tmp_path), strict=True):
         for value in (-4.25, -3.0, -0.5, 2.75):
             assert found(value) == pytest.approx(float(lower((x,), expr, "mpmath", branching=True)(value)), rel=1e-15)
         assert math.isnan(found(-1.0)) == isinstance(expr, sp.Piecewise)
