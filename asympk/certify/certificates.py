@@ -74,8 +74,9 @@ class Certificate(ShownAsTable):
 class SceneBalls(NamedTuple):
     """The numbers of a scene of the rod in balls.
 
-    ``exact`` are the Fractions (sigma0, mu, x, y, z), or None for a box or physical quantities. ``near`` is (manifold,
-    offset) of a start beside a slow line, else None. ``finest`` is the shortest piece of time, relative to its end.
+    ``s`` is x + y. ``exact`` are the Fractions (sigma0, mu, x, y, z), or None where one of these ranges and for
+    physical quantities. ``near`` is (manifold, offset) of a start beside a slow line, else None. ``finest`` is the
+    shortest piece of time, relative to its end.
     """
 
     sigma: Any
@@ -85,6 +86,7 @@ class SceneBalls(NamedTuple):
     y: Any
     z: Any
     until: Any
+    s: Any
     exact: tuple | None
     near: tuple | None
     finest: float
@@ -95,18 +97,20 @@ def certify(scene: Scene, box: Mapping[str, tuple] | None = None, digits: int = 
 
     Coordinates are sigma, mu, sigma0, x, y, z and until of the rod, states and parameters of an affine system.
 
-    Without a box the precision is raised until the radii of the final state are below 10^-digits times the largest of
-    1, |x|, |z| (of an affine system: of 1 and all states). Where the allowed work is spent, what was found with fewer
-    bits stands, and ``undecided`` is the obstacle if nothing was. Raises ``InputError`` for an invalid box.
+    Unless a side of the box has a length, the precision is raised until the radii of the final state are below
+    10^-digits times the largest of 1, |x|, |z| (of an affine system: of 1 and all states). Where the allowed work is
+    spent, what was found with fewer bits stands, and ``undecided`` is the obstacle if nothing was. Raises
+    ``InputError`` for an invalid box.
     """
     require_scene(scene, "certify")
     digits = whole("digits", digits, 1, MOST_DIGITS)
     sides = _sides(scene, {} if box is None else box)
-    budget, last = Budget(WORK // 10 if sides else WORK), None
-    for bits in _BITS[1:2] if sides else _BITS:
+    wide = _ranging(sides)
+    budget, last = Budget(WORK // 10 if wide else WORK), None
+    for bits in _BITS[1:2] if wide else _BITS:
         with precision(bits):
             found = _attempt(scene, sides, bits, budget)
-            if found.proven and (sides or _sharp(scene, found.final, digits)):
+            if found.proven and (wide or _sharp(scene, found.final, digits)):
                 return found
         if found.obstacle == "undecided":
             return last or found
@@ -174,14 +178,18 @@ def _followed(scene, sides, budget):
         return _follow(_case(scene, sides), budget)
     finest = _finest(sides)
     start = affine.start_of(scene, sides)
-    turned = {name: ends for name, ends in sides.items() if ends[0] < ends[1]}
     values = _values(scene, {name: low for name, (low, _) in sides.items()})
-    return affine.enclose(scene.system, values, turned, start, scene.until, finest, budget)
+    return affine.enclose(scene.system, values, _ranging(sides), start, scene.until, finest, budget)
+
+
+def _ranging(sides):
+    """Return the sides of a box that have a length."""
+    return {name: ends for name, ends in sides.items() if ends[0] < ends[1]}
 
 
 def _finest(sides):
     """Return the shortest piece of time, relative to its end: half of the bits, as far as doubles reach."""
-    return _FINEST_IN_BOX if sides else 2.0 ** -min(flint().ctx.prec // 2, 1000)
+    return _FINEST_IN_BOX if _ranging(sides) else 2.0 ** -min(flint().ctx.prec // 2, 1000)
 
 
 def _values(scene, corner):
@@ -241,18 +249,17 @@ def _sides(scene, box):
 
 def _case(scene, sides):
     given = dict(zip(COORDINATES, (scene.sigma, scene.mu, scene.sigma0, *scene.start, scene.until), strict=True))
-    values = {name: ball(value) for name, value in given.items()}
-    same = scene.sigma0 == scene.sigma
+    values, same = {name: (Fraction(value),) * 2 for name, value in given.items()} | sides, scene.sigma0 == scene.sigma
+    balls, exact = {name: hull(*ends) for name, ends in values.items()}, None
     if scene.rod:
-        values, same = _from_rod(dict(scene.rod.quantities))
-    values |= {name: hull(*ends) for name, ends in sides.items()}
+        found, same = _from_rod(dict(scene.rod.quantities))
+        balls |= {name: value for name, value in found.items() if name not in sides}
     if same and "sigma0" not in sides:
-        values["sigma0"] = values["sigma"]
-    exact = None
-    if not sides and not scene.rod:
-        exact = tuple(map(Fraction, (scene.sigma0, scene.mu, *scene.start)))
-    finest = _finest(sides)
-    return SceneBalls(**values, exact=exact, near=scene.near_to, finest=finest)
+        balls["sigma0"], values["sigma0"] = balls["sigma"], values["sigma"]
+    if not scene.rod and not _ranging(values).keys() & {"sigma0", "mu", "x", "y", "z"}:
+        exact = tuple(values[name][0] for name in ("sigma0", "mu", "x", "y", "z"))
+    s = balls["x"] + balls["y"] if scene.rod else hull(*map(sum, zip(values["x"], values["y"], strict=True)))
+    return SceneBalls(**balls, s=s, exact=exact, near=scene.near_to, finest=_finest(sides))
 
 
 def _from_rod(quantities):
@@ -318,10 +325,9 @@ def _beginning(case):
     """Return (state, sign of s, sign of z, guards that vanish, deviation from the slow line) just after the start."""
     if case.near:
         return _beside_line(case)
-    s = case.x + case.y
     if case.exact:
         return _exact_beginning(case)
-    s_sign, z_sign = certain_sign(s), certain_sign(case.z)
+    s, s_sign, z_sign = case.s, certain_sign(case.s), certain_sign(case.z)
     touching = {axis for axis, value in (("s", s), ("z", case.z)) if value == 0}
     if "s" in touching:
         s_sign = certain_sign(1 + case.mu * case.y)

@@ -55,6 +55,29 @@ def test_a_box_at_rest_outside_the_static_cone_begins_to_slip_as_its_load_pushes
     assert all(_contains(b, v) for b, v in zip(found.final, ap.solve(scene, digits=20).final, strict=True))
 
 
+@pytest.mark.parametrize("side", ["sigma", "mu", "until"])
+def test_a_side_without_length_leaves_the_proof_of_a_point(side):
+    scene = ap.Scene(1, "1/100", ("1/10", "1/10", 0), 2, sigma0=2)  # on the edge of the static cone
+    value = Fraction(getattr(scene, side))
+    point, found = certify(scene, digits=60), certify(scene, {side: (value, value)}, digits=60)
+    assert found.proven
+    assert (found.modes, found.bits) == (point.modes, point.bits)
+    assert [*map(repr, found.final)] == [*map(repr, point.final)]
+
+
+@pytest.mark.parametrize(("z", "side"), [(-1, "until"), (-1, "sigma"), (-1, "mu"), (1, "z"), (0, "until"), (0, "mu")])
+def test_the_load_of_a_box_begins_at_0_where_x_and_y_cancel_exactly(z, side):
+    scene = ap.Scene(-1 if z else 1, "1/100", ("-1/5", "1/5", z), "1/2")  # balls of 1/5 and -1/5 do not cancel
+    middle = scene.start[2] if side == "z" else getattr(scene, side)
+    low, high = (Fraction(middle) + Fraction(k, 10**6) for k in (-1, 1))
+    found = certify(scene, {side: (low, high)})
+    assert found.proven
+    for value in (low, high):
+        numbers = {"sigma": scene.sigma, "mu": scene.mu, "z": z, "until": scene.until, side: value}
+        start = (*scene.start[:2], numbers.pop("z"))
+        assert _holds(found, ap.solve(ap.Scene(**numbers, start=start), digits=60))
+
+
 def test_a_box_beside_a_slow_line_whose_load_has_either_sign_is_refused():
     scene = ap.Scene.near("Pi1", x=0, offset="-1/5", z=1, sigma=1, mu="1e-3", until=1)  # x + y = 1/(sigma + 4) - 1/5
     assert certify(scene).proven
