@@ -70,7 +70,10 @@ def write(out: Path, kept: Path, quick: bool, tell: Callable[[str], None]) -> li
         files.append(out / "rows" / f"{name}.csv")
         write_rows(files[-1], rows, about | {"reference": reference})
 
-    _warm(plan, tell)
+    for method, options in _integrators(plan):
+        if method in JUST_IN_TIME:  # so that no measured time includes compilation
+            tell(f"compiling {method}")
+            workprec(Scene(1, "0.1", SCENES["ii"], UNTIL), repeats=1, **options)
     store("work", work_rows(plan, tell))
     store("plane", plane_rows(plan, tell))
     found = nonlinear_references(plan, kept, tell)
@@ -114,14 +117,6 @@ def _one_field(plan):
 def _bounded(method, steps, plan):
     seconds, tolerances = plan["seconds"], plan["tolerances"]
     return method, {"method": method, "steps": steps, "seconds": seconds, "tolerances": tolerances}
-
-
-def _warm(plan, tell):
-    """Run the methods that compile just in time once, so that no measured time includes compilation."""
-    for method, options in _integrators(plan):
-        if method in JUST_IN_TIME:
-            tell(f"compiling {method}")
-            workprec(Scene(1, "0.1", SCENES["ii"], UNTIL), repeats=1, **options)
 
 
 def plane_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Row]:
