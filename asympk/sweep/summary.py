@@ -132,6 +132,4 @@ def _keys(values):
 
 
 def _double(key):
-    import struct
-
-    return struct.unpack("<d", struct.pack("<Q", key ^ (2**63 if key >> 63 else 2**64 - 1)))[0]
+    return float(np.uint64(key ^ (2**63 if key >> 63 else 2**64 - 1)).view(np.float64))
