@@ -30,7 +30,7 @@ from asympk.symbolic.expansion import (
     require_series,
     require_short,
 )
-from asympk.symbolic.hurwitz import attracting, characteristic, off_axis, repelling, split
+from asympk.symbolic.hurwitz import Spectra, attracting, off_axis, repelling, spectra, split
 from asympk.symbolic.long import atoms, generic_place, heavy, replaced
 from asympk.symbolic.reading import expression
 from asympk.symbolic.sides import Sides, is_switched, measured, on_sides, phases
@@ -68,9 +68,9 @@ class CriticalManifold(ShownAsFormulas):
         return jacobian_on_branch(self.dynamics, self.small).subs(at, simultaneous=True).applyfunc(sp.factor)
 
     @cached_property
-    def characteristic(self) -> tuple[sp.Expr, ...]:
-        """The coefficients of det(nu - dg/dy) on the manifold, from the highest; its roots are the fast rates."""
-        return tuple(map(sp.factor, characteristic(self.jacobian)))
+    def characteristic(self) -> Spectra:
+        """The polynomials whose product is det(nu - dg/dy) on the manifold, from the highest coefficient of each."""
+        return spectra(self.jacobian)
 
     @cached_property
     def real(self) -> sp.Basic:
@@ -132,8 +132,8 @@ class CriticalManifold(ShownAsFormulas):
     @cached_property
     def folds(self) -> sp.Basic:
         """The condition under which the manifold folds or meets another manifold: det dg/dy = 0."""
-        determinant, _ = sp.fraction(sp.together(self.characteristic[-1]))
-        return sp.to_nnf(sp.Not(nonzero(determinant, self.assumptions)))
+        below = (sp.fraction(sp.together(p[-1]))[0] for p in self.characteristic)
+        return sp.to_nnf(sp.Not(sp.And(*(nonzero(determinant, self.assumptions) for determinant in below))))
 
     @cached_property
     def stability(self) -> str:
@@ -209,7 +209,7 @@ class CriticalManifold(ShownAsFormulas):
             why = "a denominator vanishes"
         elif self.real == sp.false:
             why = "a state has not the sign it is declared to have, or a root or a logarithm is of a negative number"
-        elif self.characteristic[-1] == 0:
+        elif any(p[-1] == 0 for p in self.characteristic):
             why = f"{determinant(self.branch)} vanishes"
         else:
             why = "dg/dy has eigenvalues with real part 0 (a centre)"

@@ -3,7 +3,8 @@ r"""Where the roots of a real polynomial lie in the complex plane, as conditions
 For p = c_n s^n + ... + c_0, c_n > 0, all real parts are negative where the Hurwitz determinants are positive. With
 p(i w) = E(u) + i w O(u), u = -w^2, a root lies on the imaginary axis where c_0 = 0 or E and O share a root u < 0. Their
 resultant vanishes there, and their lowest subresultant that does not vanish is their greatest common divisor
-(Gantmacher, The Theory of Matrices, chapter XV). ``off_axis`` is the hard function.
+(Gantmacher, The Theory of Matrices, chapter XV). ``_off_axis`` is the hard function. The conditions are on the
+roots of several polynomials, as the eigenvalues of a matrix are those of the blocks on its diagonal (``spectra``).
 """
 
 import sympy as sp
@@ -14,6 +15,7 @@ from asympk.symbolic.long import LONG, is_longer
 from asympk.symbolic.signs import conjunction, nonzero
 from asympk.symbolic.values import in_words
 
+Spectra = tuple[tuple[sp.Expr, ...], ...]  # the coefficients of polynomials, each from the highest
 _U = sp.Dummy("u", real=True)
 
 
@@ -24,27 +26,39 @@ def characteristic(matrix: sp.Matrix) -> tuple[sp.Expr, ...]:
     return tuple(sp.simplify(c) if entries.domain.is_EXRAW and not is_longer(c, LONG) else c for c in found)
 
 
-def attracting(coefficients: tuple[sp.Expr, ...], assumptions: sp.Basic = sp.true) -> sp.Basic:
+def spectra(matrix: sp.Matrix) -> Spectra:
+    """Return the characteristic polynomials of the blocks on the diagonal of a matrix, whose rows are so ordered."""
+    blocks = matrix.strongly_connected_components()
+    return tuple(tuple(map(sp.factor, characteristic(matrix.extract(block, block)))) for block in blocks)
+
+
+def attracting(polynomials: Spectra, assumptions: sp.Basic = sp.true) -> sp.Basic:
     """Return the condition under which all roots have negative real parts; coefficients from the highest, c_n > 0."""
-    return conjunction([(d, 1) for d in _determinants(coefficients)], assumptions)
+    return conjunction([(d, 1) for p in polynomials for d in _determinants(p)], assumptions)
 
 
-def repelling(coefficients: tuple[sp.Expr, ...], assumptions: sp.Basic = sp.true) -> sp.Basic:
+def repelling(polynomials: Spectra, assumptions: sp.Basic = sp.true) -> sp.Basic:
     """Return the condition under which all roots have positive real parts; coefficients from the highest, c_n > 0."""
-    return attracting(tuple((-1) ** k * c for k, c in enumerate(coefficients)), assumptions)
+    return attracting(tuple(tuple((-1) ** k * c for k, c in enumerate(p)) for p in polynomials), assumptions)
 
 
-def split(coefficients: tuple[sp.Expr, ...], assumptions: sp.Basic = sp.true) -> sp.Basic:
+def split(polynomials: Spectra, assumptions: sp.Basic = sp.true) -> sp.Basic:
     """Return the condition under which roots lie on both sides of the imaginary axis and none on it."""
-    if len(coefficients) == 2:
+    roots = sum(len(p) - 1 for p in polynomials)
+    if roots == 1:
         return sp.false
-    if len(coefficients) == 3:
-        return conjunction([(coefficients[-1], -1)], assumptions)
-    sides = attracting(coefficients, assumptions), repelling(coefficients, assumptions)
-    return reduce_under(sp.And(off_axis(coefficients, assumptions), *map(sp.Not, sides)), assumptions)
+    if roots == 2:
+        return conjunction([(sp.Mul(*(p[-1] for p in polynomials)), -1)], assumptions)
+    sides = attracting(polynomials, assumptions), repelling(polynomials, assumptions)
+    return reduce_under(sp.And(off_axis(polynomials, assumptions), *map(sp.Not, sides)), assumptions)
 
 
-def off_axis(coefficients: tuple[sp.Expr, ...], assumptions: sp.Basic = sp.true) -> sp.Basic:
+def off_axis(polynomials: Spectra, assumptions: sp.Basic = sp.true) -> sp.Basic:
+    """Return the condition under which no root of the polynomials lies on the imaginary axis, as ``_off_axis`` does."""
+    return reduce_under(sp.And(*(_off_axis(p, assumptions) for p in polynomials)), assumptions)
+
+
+def _off_axis(coefficients, assumptions):
     """Return the condition under which no root lies on the imaginary axis, False where one always does.
 
     With seven roots or more the condition is False also where E and O share three roots u at the same parameters, even
@@ -65,7 +79,7 @@ def off_axis(coefficients: tuple[sp.Expr, ...], assumptions: sp.Basic = sp.true)
         conditions.append(_no_negative_root(shared, assumptions))
     if any(r.degree() > 0 for r in sequence):
         conditions.append(_no_common_negative_root(sequence, assumptions))
-    return reduce_under(sp.And(*conditions), assumptions)
+    return sp.And(*conditions)
 
 
 def _no_common_negative_root(sequence, assumptions):

@@ -72,7 +72,7 @@ class Spectrum(ShownAsFormulas):
     def hyperbolic(self) -> sp.Basic:
         """The condition under which no fast rate has the real part 0, so that fast and slow separate as mu -> 0."""
         coefficients = sp.Poly(self.fast_polynomial, NU).all_coeffs()
-        return off_axis(tuple(map(sp.factor, coefficients)), self.assumptions) if len(coefficients) > 1 else sp.true
+        return off_axis((tuple(map(sp.factor, coefficients)),), self.assumptions) if len(coefficients) > 1 else sp.true
 
     @cached_property
     def kinds(self) -> tuple[tuple[str, sp.Basic], ...]:
@@ -300,14 +300,14 @@ def _kinds(coefficients, small, assumptions):
         found = [(name, conjunction([(coefficients[1], sign)], assumptions)) for name, sign in cases]
     else:
         tests = (("stable", attracting), ("unstable", repelling), ("saddle", split), ("centre", _on_axis))
-        found = [(name, test(coefficients, assumptions)) for name, test in tests] if len(coefficients) > 1 else []
+        found = [(name, test((coefficients,), assumptions)) for name, test in tests] if len(coefficients) > 1 else []
     parts = ((name, sp.And.make_args(c)) for name, c in found if c != sp.false)
     return tuple((name, sp.And(*(_bound(part, small, assumptions) for part in every))) for name, every in parts)
 
 
-def _on_axis(coefficients, assumptions):
+def _on_axis(polynomials, assumptions):
     """Return the condition under which a pair of eigenvalues is imaginary, and none is 0."""
-    return sp.And(nonzero(coefficients[-1], assumptions), sp.Not(off_axis(coefficients, assumptions)))
+    return sp.And(*(nonzero(p[-1], assumptions) for p in polynomials), sp.Not(off_axis(polynomials, assumptions)))
 
 
 def _planar_cases(inertia, damping, stiffness):

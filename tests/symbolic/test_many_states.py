@@ -365,3 +365,19 @@ def test_a_number_of_sympy_keeps_its_digits_in_a_scene():
                    for root in (sp.sqrt(2).evalf(50), sp.sqrt(2).evalf()))  # fmt: skip
     assert abs(sp.Rational(long) - sp.sqrt(2)) < sp.Rational(1, 10**49)
     assert short == 2**0.5
+
+
+def test_a_chain_of_quadratic_fast_states_has_the_eigenvalues_on_its_diagonal():
+    """With y_0 = x, mu y_k' = y_(k-1) - a_k y_k - y_k^2/10 attracts where a_k + y_k/5 > 0.
+
+    The Hurwitz determinants of all three were conditions on nested roots, and of four did not end.
+    """
+    states = sp.symbols("y1:4", real=True)
+    rates = [1 + sp.Rational(k, 5) for k in range(3)]
+    fast = {y: before - a * y - y**2 / 10 for before, a, y in zip((x, *states), rates, states, strict=False)}
+    found = ap.slow_manifolds(ap.System.smooth({x: states[-1] - x}, fast, mu), order=0)
+    assert [plane.stability for plane in found] == ["saddle", "stable"]
+    for plane in found:
+        heights = [plane.branch[y].subs(x, 1).evalf() for y in states]
+        signs = {bool(a + y / 5 > 0) for a, y in zip(rates, heights, strict=True)}
+        assert signs == ({True} if plane.stability == "stable" else {True, False})
