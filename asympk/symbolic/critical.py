@@ -9,6 +9,7 @@ Where a root has no readable formula in real numbers, one implicit manifold, ``{
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
+from itertools import product
 from typing import Any, Self
 
 import sympy as sp
@@ -425,6 +426,8 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
             return _linear_solution(matrix, force.subs(dict.fromkeys(unknowns, 0)), unknowns)
     if len(unknowns) == 1 and (own := _by_lambert(*equal_zero, *unknowns) or _by_logarithm(*equal_zero, *unknowns)):
         return own
+    if len(unknowns) > 1 and (factors := [_factors(g, unknowns) for g in equal_zero]) != [[g] for g in equal_zero]:
+        return _joined([solutions_of([*choice], unknowns) for choice in product(*factors)])
     if len(unknowns) > 1 and (given := _given_by_others(equal_zero, unknowns)):
         return _without(given, equal_zero, unknowns)
     eliminants = _eliminants(equal_zero, unknowns)
@@ -445,6 +448,31 @@ def _solves(solution, equal_zero):
     """
     declared = (sp.check_assumptions(h, **y.assumptions0) is not False for y, h in solution.items())
     return all(declared) and all(is_zero_somewhere(g.subs(solution, simultaneous=True)) for g in equal_zero)
+
+
+def _factors(force, unknowns):
+    """Return the factors of g that may vanish, where g is a product of polynomials in the unknowns, else [g].
+
+    With products SymPy may not end. A positive state does not vanish.
+    """
+    if heavy(force) or not force.is_polynomial(*unknowns):
+        return [force]
+    found = sp.factor_list(force, *unknowns)[1]
+    return [factor for factor, _ in found if not factor.is_nonzero] if len(found) > 1 else [force]
+
+
+def _joined(parts):
+    """Return all different solutions but the cases of one that leaves states free, or None where a part has None."""
+    if None in parts:
+        return None
+    found = [s for part in parts for s in part]
+    free = [r for r in found if len(r) < max(map(len, found))]
+    return [s for k, s in enumerate(found) if s not in found[:k] and not any(_is_case(s, r) for r in free)]
+
+
+def _is_case(solution, other):
+    """Tell whether a solution with more given states is a case of another one."""
+    return len(other) < len(solution) and all(is_zero((y - h).subs(solution)) for y, h in other.items())
 
 
 def _by_lambert(force, y):

@@ -381,3 +381,19 @@ def test_a_chain_of_quadratic_fast_states_has_the_eigenvalues_on_its_diagonal():
         heights = [plane.branch[y].subs(x, 1).evalf() for y in states]
         signs = {bool(a + y / 5 > 0) for a, y in zip(rates, heights, strict=True)}
         assert signs == ({True} if plane.stability == "stable" else {True, False})
+
+
+@pytest.mark.parametrize(("count", "sign", "branches"), [(5, "positive", 1), (3, "real", 8)])
+def test_the_branches_of_competing_species_are_those_of_every_choice_of_species(count, sign, branches):
+    """y_i' = y_i (r_i - (A y)_i): those that live have A y = r; of five together SymPy had found none in a minute."""
+    states = sp.symbols(f"y1:{count + 1}", **{sign: True})
+    shares = sp.Matrix(count, count, lambda i, j: 1 if i == j else sp.Rational(1, 3 + (i + 2 * j) % 5))
+    growth = [1 + x + sp.Rational(i, 7) for i in range(count)]
+    fast = {y: y * (r - sum(shares[i, :].multiply_elementwise(sp.Matrix([states]))))
+            for i, (y, r) in enumerate(zip(states, growth, strict=True))}  # fmt: skip
+    found = ap.critical_manifolds(ap.System.smooth({x: states[-1] - x}, fast, mu))
+    alive = {tuple(i for i, y in enumerate(states) if plane.branch[y] != 0): plane for plane in found}
+    assert len(found) == len(alive) == branches
+    for some, plane in alive.items():
+        expected = shares.extract(some, some).LUsolve(sp.Matrix([growth[i] for i in some])) if some else []
+        assert all(sp.expand(plane.branch[states[i]] - h) == 0 for i, h in zip(some, expected, strict=True))
