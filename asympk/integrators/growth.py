@@ -78,9 +78,9 @@ def growth(
     At its step an error is relative to the state, or to the state's entry of ``scales`` if this is larger; at the end
     it is relative to the ``sizes`` of the states. A state that is 0 and stays 0 has no error. Errors as large as the
     states at a time before, one of ``LOOKS``, need not fade as linear ones do: a growth to that time counts ``LOST``
-    times. A state that has fallen below its error of the relative ``tolerance`` goes on from that error alone: this
-    counts at the time at which it is largest. The growth is ``inf`` beyond the range of doubles, and 0 where rates have
-    no derivative.
+    times. A state of which errors of the relative ``tolerance`` have become a noticeable part goes on from these errors
+    alone: they count at the time at which they are largest. The growth is ``inf`` beyond the range of doubles, and 0
+    where rates have no derivative.
     """
     factors, end = list[tuple[Any, ...]](), parts[-1].segment.t
     if any(part.slopes is None for part in parts):
@@ -101,8 +101,8 @@ def growth(
             onward = np.concatenate([within[0] @ onward, within])
             grown = np.einsum("kij,kj->i", abs(onward), errors[: len(onward)]) / sizes
             most.append(float(np.nan_to_num(grown, nan=np.inf).max(initial=0.0)))
-        left = np.where(abs(states) < tolerance * errors, errors, 0)
-        left[0] = 0  # the start is exact
+        right = abs(states) * LOST > tolerance * errors
+        left = np.where(np.logical_or.accumulate(right) & ~right, errors, 0)
         back = float(np.nan_to_num(_largest(transitions, left) / sizes, nan=np.inf).max())
         return max(most[-1], LOST * max(most), back)
 

@@ -363,7 +363,7 @@ def test_errors_that_grew_before_the_motion_came_back_to_an_attracting_branch_ar
         ap.solve(scene)
 
 
-@pytest.mark.parametrize("part", [80, 100, 500])
+@pytest.mark.parametrize("part", [80, 100, 120, 500])
 def test_a_state_that_comes_back_from_mere_errors_is_refused_even_where_these_have_faded(part):
     """The prey comes back at t = 28.1, and y(20) = 0.41, y(30) = 0.33; doubles brought it back at 11, and y was 0.99.
 
