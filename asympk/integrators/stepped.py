@@ -29,7 +29,8 @@ def run(
 ) -> Path:  # fmt: skip
     """Follow ``scene`` by LSODA with rtol = atol = 1e-10, or, with ``digits``, by collocation to that accuracy.
 
-    If a state stays small relative to 1, as in too large a unit, the run is repeated with atol relative to its size.
+    If a state stays small relative to 1, as in too large a unit, the run is repeated with atol relative to its size,
+    and after a pole with atol = 1e-14.
     ``path.model`` names the integrator; ``steps`` bounds those of LSODA, ``seconds`` the time. Raises ``Undecided``
     where errors may have grown to a noticeable part of the final state, or of a state well before the run stops at a
     pole or beyond all bounds, ``Pole``, ``Unfinished``, ``Accumulation``, ``NoMotion``,
@@ -60,9 +61,13 @@ def _followed(scene: Any, **limits: Any) -> Path:
     """Return the path of a scene; raises ``Undecided`` and ``Unfinished`` as ``run`` does, and ``Pole``."""
     traced = partial(integrate.traced, scene, INTEGRATOR, keep=True, rtol=TOLERANCE, **limits)
     automaton = automaton_of(scene)
-    path, joined = traced(atol=TOLERANCE)
+    scale = 1.0
+    try:
+        path, joined = traced(atol=TOLERANCE)
+    except OutOfRange:  # errors of a state that dies out may have passed a pole that the motion does not pass
+        path, joined = traced(atol=TOLERANCE * (scale := SMALL))
     parts = linearised(automaton, without_rounding(automaton, joined.segments))
-    scales, (found, sizes) = (1.0,) * len(scene.start), _scales(parts)
+    scales, (found, sizes) = (scale,) * len(scene.start), _scales(parts)
     while any(new < SMALL * old for old, new in zip(scales, found, strict=True)):
         path, joined = traced(atol=tuple(TOLERANCE * scale for scale in found))
         parts = linearised(automaton, without_rounding(automaton, joined.segments))

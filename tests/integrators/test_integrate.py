@@ -389,6 +389,15 @@ def test_a_pole_that_grown_errors_lead_to_is_told_as_the_growth_of_errors(part):
         ap.solve(ap.Scene(system=ap.System.smooth({x: x**3 + 100 * x}, {}, None), start={x: 1}, until=1))
 
 
+@pytest.mark.parametrize("until", [1, 10])
+def test_a_state_that_dies_out_passes_no_pole_beside_an_oscillation(until):
+    """p' = -p/(p + e), e = 1e-9, is over at t = 1/2; errors of 1e-10 a step took p to -e."""
+    x, y, p = sp.symbols("x y p", real=True)
+    dying = ap.System.smooth({x: y, y: -x, p: -p / (p + sp.Rational(1, 10**9))}, {}, None)
+    path = ap.solve(ap.Scene(system=dying, start={x: 1, y: 0, p: "1/2"}, until=until))
+    assert path.final == pytest.approx((math.cos(until), -math.sin(until), 0), abs=1e-8)
+
+
 def test_more_steps_are_allowed_where_the_refusal_of_an_exact_method_asks_for_them():
     x, y, c, small = sp.symbols("x y c mu", real=True)
     follower = ap.System.smooth({x: y, y: -x}, {c: x - c - c**3}, small)
