@@ -119,7 +119,7 @@ class NumericMode:
             if a * b < 0:
                 raise Pole(f"the rates of mode {self.name} have a pole, which the motion has passed before t = "
                            f"{float(t):.8g}: {expr!s:.120} = 0; end the run before it, or take other states, of an "
-                           "elastic contact by another order of the coordinates", t, state)  # fmt: skip
+                           "elastic contact by another order of three or more coordinates", t, state)  # fmt: skip
         return after
 
     def vanishing(self, first: tuple, now: tuple) -> sp.Expr | None:
