@@ -50,7 +50,6 @@ from asympk.certify.spectrum import Spectrum
 from asympk.errors import InputError
 from asympk.numbers import Number
 from asympk.path import Event
-from asympk.scene import Scene
 from asympk.symbolic import branches, forces
 from asympk.symbolic.branches import OPEN, Phase, all_phases
 from asympk.symbolic.sides import inside, measured
@@ -571,9 +570,3 @@ class EnclosedSegment:
 def _turning(matrix):
     """Return a matrix without its real part."""
     return flint().acb_mat(matrix.imag) * flint().acb(0, 1)
-
-
-def start_of(scene: Scene, box: Mapping[str, tuple[Fraction, Fraction]]) -> list[Fraction | None]:
-    """Return the start of a scene, None for a state that ranges over an interval of ``box``."""
-    starts = ((box.get(name, (Fraction(value),) * 2)) for name, value in zip(scene.names, scene.start, strict=True))
-    return [low if low == high else None for low, high in starts]

@@ -176,10 +176,10 @@ def _followed(scene, sides, budget):
     """Return (modes, events, final balls) of the rod or of an affine system; raises ``Refused``."""
     if scene.system is None:
         return _follow(_case(scene, sides), budget)
-    finest = _finest(sides)
-    start = affine.start_of(scene, sides)
-    values = _values(scene, {name: low for name, (low, _) in sides.items()})
-    return affine.enclose(scene.system, values, _ranging(sides), start, scene.until, finest, budget)
+    turned, corner = _ranging(sides), {name: low for name, (low, _) in sides.items()}
+    begun = zip(scene.names, scene.start, strict=True)
+    start = [None if name in turned else Fraction(corner.get(name, value)) for name, value in begun]
+    return affine.enclose(scene.system, _values(scene, corner), turned, start, scene.until, _finest(sides), budget)
 
 
 def _ranging(sides):
