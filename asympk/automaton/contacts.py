@@ -146,14 +146,14 @@ def clear_sign(values: Sequence) -> int:
 
 
 def nudges(t: Any, state: tuple, slack: Any, least: Any = 0) -> Iterator[tuple[Any, tuple]]:
-    """Yield times and states displaced by the relative error ``slack``, with two patterns of signs.
+    """Yield times and states, numbers or arrays, displaced by the relative error ``slack``, with two patterns of signs.
 
     With ``least``, states follow in which one alone is displaced, by this part of the largest: the rounding of a zero.
     """
     for signs in _NUDGES:
         moved = (w * (1 + signs[k % len(signs)] * slack) for k, w in enumerate(state))
         yield t * (1 + signs[-1] * slack), tuple(moved)
-    if floor := least * max(map(abs, state), default=0):
+    if least and (floor := least * max(map(abs, state), default=0)):
         yield from ((t, (*state[:k], w + floor, *state[k + 1 :])) for k, w in enumerate(state))
 
 

@@ -154,9 +154,9 @@ def balances(parts: Sequence[Linearised]) -> tuple[np.ndarray, np.ndarray]:
             own, swings = (np.abs(np.einsum("kii->ki", part)) for part in (slopes, slopes @ slopes))
             spans = np.minimum(until, 1 / own)
             here = times, (*states.T, *np.outer(mode.p, np.ones(len(times))))
+            places = here, *nudges(*here, ROUNDED)
             try:
-                rates = [[*map(mode.field, t.tolist(), *(w.tolist() for w in at))]
-                         for t, at in (here, *nudges(*here, ROUNDED))]  # fmt: skip
+                rates = [[*map(mode.field, t.tolist(), *(w.tolist() for w in at))] for t, at in places]
             except (ArithmeticError, ValueError, TypeError):  # a rate without a derivative
                 continue
             now, *nearby = np.array(rates, dtype=float).reshape(3, -1, n)
