@@ -524,6 +524,7 @@ def test_a_layer_that_conserves_a_function_of_the_fast_states_is_refused_with_th
         _solved(system, {mu: "1/100"}, {x: 1, **dict.fromkeys(rates, 1)}, 1)
 
 
+@pytest.mark.slow
 def test_quotients_that_are_singular_by_their_form_alone_are_expanded():
     """The system is linear, so that its exact flow is known; errors of successive orders fall by mu and constants."""
     slow = {x: -x * sp.sin(a * mu) / mu + y * (1 - sp.cos(mu)) / mu}

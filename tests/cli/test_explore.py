@@ -523,6 +523,7 @@ def test_logarithmic_axes_of_the_page_and_of_figures_begin_a_decade_from_0(serve
     assert page == pytest.approx(figure.transform(np.array(powers) / 3), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_the_page_says_what_is_wrong_and_keeps_the_last_picture(server, window):
     window.open(server.address)
     before = window.wait(PATH)

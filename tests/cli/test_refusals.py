@@ -141,7 +141,7 @@ def test_help_prints_in_any_character_set():
     assert "Klein" in run.stdout
 
 
-@pytest.mark.parametrize("closed", ["2>&-", "2>/dev/full"])
+@pytest.mark.parametrize("closed", ["2>&-", pytest.param("2>/dev/full", marks=pytest.mark.slow)])
 def test_the_work_is_done_and_the_status_right_where_stderr_takes_nothing(tmp_path, closed):
     (tmp_path / "sweep.toml").write_text(SWEEP)
     for line, status in ((" ".join(LINE), 0), (" ".join(LINE) + " --mu -1", 2), ("solve --nope", 2),

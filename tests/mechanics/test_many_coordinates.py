@@ -158,6 +158,7 @@ def test_a_rate_of_many_coordinates_that_is_not_affine_is_named_and_not_written_
     assert obstacle(chain(4).rigid()) == "in mode slip_same the rate of q1' is not affine"
 
 
+@pytest.mark.slow
 def test_the_slow_manifolds_of_a_chain_of_four_take_no_long_simplification_and_no_derivative_of_a_form(monkeypatch):
     c, h = sp.symbols("c h", positive=True)
     soft, simplify = chain(4).elastic(compliance=c, damping=h), sp.simplify

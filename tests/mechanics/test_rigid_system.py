@@ -658,6 +658,7 @@ def test_a_block_rests_on_both_feet_under_a_pull_that_grows_until_it_slides_or_t
     assert [*map(float, path.final[:3])] == pytest.approx(final, abs=1e-8)
 
 
+@pytest.mark.slow
 def test_a_block_rests_on_both_feet_whenever_a_pull_that_swings_lets_it():
     """Friction 1/10 holds a pull of sin(t)/10 for ever, and one of sin(t)/5 until its first sixth of a swing."""
     t = sp.Symbol("t", real=True)
@@ -677,6 +678,7 @@ def test_a_system_is_not_at_rest_where_its_rates_vanish_for_an_instant():
     assert ap.solve(scene).final == (0,) * 6 + (pytest.approx(1 / 6), pytest.approx(1 / 2))
 
 
+@pytest.mark.slow
 def test_a_ladder_holds_a_climber_up_to_the_height_of_limit_analysis():
     """At the limit W = N + f2 T and f1 N = T; with tan(a) = 4/3 the climber is at s = 2 f1 (4/3 + f2)/(1 + f1 f2)."""
     t, M = sp.symbols("t M", real=True)
@@ -823,6 +825,7 @@ def _turn_in_slots(f, h, w):
     raise AssertionError("no motion of the rod in its slots")
 
 
+@pytest.mark.slow
 def test_a_rod_in_two_slots_passes_its_dead_centre_turns_and_comes_to_rest():
     angle = math.asin(0.6)
     start = {"X": "2/5", "Y": "3/10", "h": str(sp.asin(sp.Rational(3, 5)).evalf(60)), "U": "3/5", "V": "-4/5", "W": -2}

@@ -171,6 +171,7 @@ def _drawn(figure):
     )
 
 
+@pytest.mark.slow
 def test_the_map_of_failures_counts_every_run_that_did_not_end_right(few):
     pytest.importorskip("matplotlib")
     work, plane = few

@@ -925,6 +925,7 @@ def test_roots_of_exponentials_that_solve_nothing_are_no_manifolds(force):
     assert found.stability == "stable"
 
 
+@pytest.mark.slow
 def test_complex_numbers_in_a_broken_power_are_no_manifolds():
     rate = sp.sympify("x - y**(5/2)/(1 + y**(5/2))", {"x": x, "y": y}, rational=True)
     (found,) = ap.slow_manifolds(ap.System.smooth({x: -x}, {y: rate}, mu), order=0)
