@@ -97,7 +97,7 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: An
     matched.require_no_pole(begun, slowly, motion.reduced)
     _require_branch(task, begun, slowly, motion)
     now, next_, _ = slow + layer
-    if error >= 1 > _expected(motion, True, slow, layer, units):
+    if error >= 1 > _expected(motion, True, slow, layer, units)[0]:
         raise OutOfRange(f"at t = {until:.6g} the motion is still in its layer, which method 'slow' leaves out: take "
                          "method 'jump', or a later until")  # fmt: skip
     if not error < 1:
@@ -119,7 +119,7 @@ def _followed(
     while True:
         motion = follow(rtol)
         slow, layer = motion.states_to_each(until), motion.layer(until)
-        error, rounding = _expected(motion, layered, slow, layer, units), ROUNDING * rtol * np.max(units)
+        error, rounding = _expected(motion, layered, slow, layer, units)
         if not (error < 2 * rounding and rtol > FINEST):
             return motion, slow, layer, error
         rtol = max(FINEST, rtol * FINER * ROUNDING * (error / rounding - 1))
@@ -181,6 +181,7 @@ def layered_motion(
 
 
 def _expected(motion, layered, slow, layer, units):
+    """Return the predicted error and the part of it that the tolerance of the integrations makes up."""
     # a layer as slow as the slow motion may cancel its terms in the composite but not their remainder, so that terms
     # of the slow motion that do not decrease are judged on their own, too
     slow, layer = slow * units, layer * units
@@ -189,7 +190,7 @@ def _expected(motion, layered, slow, layer, units):
     scales = units + np.zeros(len(motion.kept))
     misses = misses * scales[len(scales) - misses.shape[1] :]
     left, rounding = (0.0 if layered else np.abs(layer[0]).max()), motion.rtol * scales.max()
-    return max(predicted_error(terms, left, rounding, misses) for terms in told)
+    return max(predicted_error(terms, left, rounding, misses) for terms in told), ROUNDING * rounding
 
 
 def tolerance(mu: float, order: int, finer: float = FINER) -> float:
