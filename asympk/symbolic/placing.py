@@ -1,6 +1,8 @@
 """Numbers for the symbols of a system: by symbol or by name, exact, and within the system's assumptions."""
 
 from collections.abc import Iterable, Mapping
+from decimal import Decimal
+from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -8,7 +10,6 @@ import sympy as sp
 
 from asympk.errors import InputError
 from asympk.numbers import number, short
-from asympk.shown import number_as_text
 from asympk.symbolic.long import atoms
 from asympk.symbolic.reading import entries_of, rational
 from asympk.symbolic.values import by_symbol, require_declared
@@ -94,8 +95,16 @@ def _require_assumed(system: "System", values: dict[sp.Symbol, Any]) -> None:
 
 def _given(values: dict[sp.Symbol, Any], parts: sp.Basic, before: str = "") -> str:
     """Return "symbol = number, ..." of the symbols in ``parts`` that have values, or "" for none."""
-    given = ", ".join(f"{s} = {number_as_text(values[s])}" for s in sorted(parts.free_symbols & values.keys(), key=str))
+    given = ", ".join(f"{s} = {_as_given(values[s])}" for s in sorted(parts.free_symbols & values.keys(), key=str))
     return before + given if given else ""
+
+
+def _as_given(value: Any) -> str:
+    """Return a number as it was given, without rounding: a Fraction as the decimal that it is, if any, or as a ratio."""
+    if not isinstance(value, Fraction):
+        return str(value)
+    decimal = Decimal(value.numerator) / value.denominator
+    return str(decimal) if Fraction(decimal) == value else short(value)
 
 
 def _names(symbols: Iterable[sp.Symbol]) -> str:

@@ -428,6 +428,8 @@ def test_automata_of_one_system_and_one_choice_of_numbers_are_equal():
      r"kinetic friction u is negative at u = -0\.1; friction"),
     (lambda: ap.Scene(system=block(u + w, w), values={"u": 0.1, "w": "1/3"}, start=(1, 0), until=1),
      r"static friction w is below the kinetic one, u \+ w, at u = 0\.1, w = 1/3; make"),
+    (lambda: ap.Scene(system=block(u, w), values={"u": 0.1 + 0.2, "w": "0.3"}, start=(1, 0), until=1),
+     r"static friction w is below the kinetic one, u, at u = 0\.30000000000000004, w = 0\.3; make"),
     (lambda: ap.Scene(system=users_rod(), values={"a": -1, "c": 1, "c0": 1, "eps": 1}, start=(0, 0, 0), until=1),
      "declared positive"),
     (lambda: ap.Scene(system="rod", values={}, start=(0, 0, 0), until=1), "must be a System"),
