@@ -102,8 +102,9 @@ class GuardedMode:
     def guards(self) -> tuple[Guard, ...]:
         """The guards, positive inside the mode."""
         found = guards.guards(self.system, self.branch)
-        own = {guard.key: guard for guard in guards.guards(self.sided, self.branch)}
-        found = tuple(own.get(guard.key, guard) for guard in found)  # as many on every side
+        if self.sided is not self.system:
+            own = {guard.key: guard for guard in guards.guards(self.sided, self.branch)}
+            found = tuple(own.get(guard.key, guard) for guard in found)  # as many on every side
         ends = (Guard(SWITCH, -1, on_sides(edge, self.sides)) for edge in self.edges)
         return (*(guard._replace(value=self._placed(guard.value)) for guard in found), *ends)
 
