@@ -103,7 +103,7 @@ class InverseForm(sp.Function):
 def with_factors(expr: sp.Basic, factors: Iterable[sp.Symbol]) -> sp.Basic:
     """Return ``expr`` with every form whose v is linear in ``factors`` as a sum in which these stand before forms."""
     found = {form: _with_factors(form, form.free_symbols & {*factors}) for form in atoms(expr, InverseForm)}
-    return replaced(expr, {form: total for form, total in found.items() if total != form})
+    return replaced(expr, {form: parted for form, parted in found.items() if parted != form})
 
 
 def _with_factors(form: InverseForm, factors: set[sp.Symbol]) -> sp.Expr:
