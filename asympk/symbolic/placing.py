@@ -100,7 +100,7 @@ def _given(values: dict[sp.Symbol, Any], parts: sp.Basic, before: str = "") -> s
 
 
 def _as_given(value: Any) -> str:
-    """Return a number as it was given, without rounding: a Fraction as the decimal that it is, if any, or as a ratio."""
+    """Return a number without rounding: a Fraction as the decimal that it is, or else as a ratio."""
     if not isinstance(value, Fraction):
         return str(value)
     decimal = Decimal(value.numerator) / value.denominator
