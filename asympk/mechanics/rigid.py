@@ -159,19 +159,22 @@ def _difference(first: Any, second: Any) -> Any:
 def _stick(terms: _Terms, unilateral: bool) -> Branch:
     """Return the branch of stick; where G_TT = 0, as at a dead centre, friction has no effect.
 
-    Where G is singular, as for an arm that is stretched out, gap and slip move together, and only a combination of R
-    and F has an effect. Raises ``Undecided`` where stick then leaves the reaction open.
+    Where G is singular, as for an arm that is stretched out, gap and slip move together, and only R + F G_NT / G_NN has
+    an effect. This sum determines R if there is no friction, and also if the sum is 0 and static load |G_NT| < G_NN:
+    then R = F = 0. Raises ``Undecided`` where stick otherwise leaves the reaction open.
     """
     import numpy as np
 
-    idle, power = terms.G_TT == 0, np.frexp(np.maximum(terms.G_NN, terms.G_TT))[1]
+    power = np.frexp(np.maximum(terms.G_NN, terms.G_TT))[1]
     G_NN, G_NT, G_TT = (np.ldexp(G, -power) for G in (terms.G_NN, terms.G_NT, terms.G_TT))  # products keep their range
-    divisor = np.where(idle, G_NN, _difference(G_NN * G_TT, G_NT**2))
-    as_one = (divisor == 0) & (terms.slip == 0) & (_difference(G_NN * terms.a_T, G_NT * terms.a_N) == 0)
-    leaves = unilateral & (terms.a_N > 0) & (terms.static * abs(G_NT) <= G_NN)
-    if np.any(as_one & (G_NT != 0) & np.logical_not(leaves)):
+    coupling = terms.static * abs(G_NT)
+    singular, alike = _difference(G_NN * G_TT, G_NT**2) == 0, _difference(G_NN * terms.a_T, G_NT * terms.a_N) == 0
+    idle = singular & ((coupling == 0) | ((terms.a_N == 0) & (coupling < G_NN)))
+    leaves = unilateral & (terms.a_N > 0) & (coupling <= G_NN)
+    if np.any(singular & alike & (terms.slip == 0) & ~idle & np.logical_not(leaves)):
         raise Undecided("gap and slip move as one here, and any reaction would do: move off this point")
-    possible = (divisor != 0) & (~idle | (terms.a_T == 0))
+    divisor = np.where(idle, G_NN, _difference(G_NN * G_TT, G_NT**2))
+    possible = (divisor != 0) & (~idle | alike)
     divisor = np.where(divisor == 0, 1.0, divisor)
     reaction = np.where(idle, -terms.a_N, G_NT * terms.a_T - G_TT * terms.a_N) / divisor + 0.0
     friction = np.where(idle, 0.0, G_NT * terms.a_N - G_NN * terms.a_T) / divisor

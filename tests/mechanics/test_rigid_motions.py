@@ -245,10 +245,34 @@ def test_on_the_edge_of_a_rough_patch_the_friction_is_that_of_the_side_the_conta
         assert path.modes == ("slip_opposite",)
 
 
+def _point_of_one_direction(unilateral):
+    """Return a point at rest on a ground that it also slides along: y'' = v' = P + R + F at x = 0."""
+    x, y, u, v, f, P = sp.symbols("x y u v f P", real=True)
+    ground = ap.Contact(y, v + x * u, f, unilateral=unilateral)
+    return ap.Mechanism((x, y), (u, v), sp.eye(2), (0, P), ground), {"x": 0, "y": 0, "u": 0, "v": 0}
+
+
 @pytest.mark.parametrize(("friction", "leaves"), [("1/2", True), (1, True), (2, False)])
 def test_where_gap_and_slip_move_as_one_a_pulled_point_leaves_unless_friction_may_hold_it(friction, leaves):
     """R + F = -1 with |F| <= f R has solutions for f > 1 alone: a pull of 1 cannot be held by less."""
-    x, y, u, v, f = sp.symbols("x y u v f", real=True)
-    point = ap.Mechanism((x, y), (u, v), sp.eye(2), (0, 1), ap.Contact(y, v + x * u, f, unilateral=True))
+    point, place = _point_of_one_direction(unilateral=True)
     with nullcontext() if leaves else pytest.raises(Undecided, match="gap and slip move as one here"):
-        assert [name for name, _ in point.motions({"x": 0, "y": 0, "u": 0, "v": 0, "f": friction})] == ["lift_off"]
+        assert [name for name, _ in point.motions({**place, "P": 1, "f": friction})] == ["lift_off"]
+
+
+@pytest.mark.parametrize("unilateral", [True, False])
+@pytest.mark.parametrize(
+    ("push", "friction", "reaction"),
+    [(0, 0, 0), (0, "1/2", 0), (0, 2, None), (1, 0, 1), (1, "1/2", None), (1, 2, None)],
+)
+def test_where_gap_and_slip_move_as_one_a_point_rests_with_the_one_reaction_that_friction_allows(
+    unilateral, push, friction, reaction
+):
+    """R + F = push with |F| <= f |R| has one solution for f = 0, and R = F = 0 for push = 0 and f < 1."""
+    point, place = _point_of_one_direction(unilateral)
+    values = {**place, "P": -push, "f": friction}
+    if reaction is None:
+        with pytest.raises(Undecided, match="gap and slip move as one here"):
+            point.motions(values)
+    else:
+        assert point.motions(values) == (("stick", reaction),)
