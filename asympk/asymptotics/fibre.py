@@ -71,8 +71,6 @@ class Formulas:
         self.limit_drift, self.limit = ([f.subs(small, 0) for f in rates] for rates in (drift, force))
         self.slopes = fast_jacobian(limit, small)
         self.affine = not any(e.has(*self.fast_states) for e in self.slopes)
-        across = [g.diff(x) for g in self.limit for x in self.slow_states]
-        self.across = sp.Matrix(len(self.limit), len(self.slow_states), across)
         self.names = {p: f"p{i}" for i, p in enumerate(parameters)}
         self.functions = _functions(target)
         self.layer, self.slow, self.series = map(cache, (self._layer, self._slow, self._series))
@@ -148,7 +146,7 @@ class Formulas:
             drift = self._along(self.drift, point | dict(zip(self.fast_states, height, strict=True)), tape, order)
             rates = [_polynomial(f, order, tape) for f in drift]
         if not self.affine:
-            across = _product(_matrix(self.across, _first(values), tape), rates)
+            across = self._moved(self.limit, _first(values), rates, tape)
             rates += [-1 * c for c in _product(self._inverse(values, tape), across)]
         return [tape.function(tuple(result), self.functions) for result in (rates, height)]
 
@@ -166,14 +164,12 @@ class Formulas:
         tape, values, _, _ = self._at_rest(1)
         (found,) = self._along([self.slopes.det()], values, tape, 1)
         point, drift = _first(values), self.limit_drift
-        across = _matrix(self.across, point, tape)
         inverse, once, twice = self._inverse(values, tape), [], []
         for y in self.fast_states:
             push = evaluated([f.diff(y) for f in drift], point, tape)
-            moved = {s: Taylor({(0, 0): point[s], (0, 1): c}, 1) for s, c in zip(self.slow_states, push, strict=True)}
-            again = [f[0, 1] for f in self._along(drift, point | moved, tape, 1)]
-            once += _product(inverse, _product(across, push))
-            twice += _product(inverse, _product(across, again))
+            again = self._moved(drift, point, push, tape)
+            once += _product(inverse, self._moved(self.limit, point, push, tape))
+            twice += _product(inverse, self._moved(self.limit, point, again, tape))
         return tape.function((found[0, 1] / found[0, 0], tuple(once), tuple(twice)), self.functions)
 
     def _at_point(self, exprs):
@@ -227,6 +223,11 @@ class Formulas:
     def _along(self, exprs, values, tape, degree):
         cut = {s: v.cut(degree) if isinstance(v, Taylor) else v for s, v in values.items()}
         return [as_taylor(value, degree) for value in evaluated(self.to_degree(exprs, degree), cut, tape)]
+
+    def _moved(self, exprs, point, rates, tape):
+        """Return the rates of expressions at a point whose slow states have ``rates``."""
+        moved = {s: Taylor({(0, 0): point[s], (0, 1): c}, 1) for s, c in zip(self.slow_states, rates, strict=True)}
+        return [f[0, 1] for f in self._along(exprs, point | moved, tape, 1)]
 
     def _inverse(self, values, tape):
         """Return g_y^-1 at the start, by cofactors: pivoting would compare numbers, which a tape cannot."""

@@ -9,6 +9,7 @@ from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
 from asympk.affine.run import obstacle
+from asympk.asymptotics.fibre import Formulas
 from asympk.errors import InputError
 from asympk.mechanics.checks import _is_singular
 from asympk.mechanics.evaluation import evaluate
@@ -173,6 +174,19 @@ def test_the_slow_manifolds_of_a_chain_of_four_take_no_long_simplification_and_n
     monkeypatch.setattr(sp, "simplify", of_short)
     monkeypatch.setattr(InverseForm, "fdiff", of_none)
     assert [manifold.name for manifold in ap.slow_manifolds(soft, order=0)] == ["Pi1", "Pi2", "Lambda1"]
+
+
+def test_the_layer_and_the_slow_motion_of_a_chain_of_four_take_no_derivative_of_a_form(monkeypatch):
+    c, h = sp.symbols("c h", positive=True)
+    soft = chain(4).elastic(compliance=c, damping=h)
+
+    def of_none(form, place):
+        raise AssertionError(f"{form} is differentiated by its entry {place}")
+
+    monkeypatch.setattr(InverseForm, "fdiff", of_none)
+    fibre = Formulas(soft.modes[0], c, soft.parameters)
+    assert callable(fibre.slow_rates)
+    assert callable(fibre.flow(1))
 
 
 def test_the_squares_of_euler_angles_add_up_in_the_inertia_of_a_body_in_space():
