@@ -95,11 +95,11 @@ def _lowered(system: System, small: sp.Symbol, highest: int) -> tuple[System, di
         told[part] = sp.Add(*terms, small**highest * name)
         rests[name] = (part - sp.Add(*terms)) / small**highest
     known = {}
-    for part in sorted(atoms(replaced(rates, told), sp.Function), key=str):
-        fixed = part.free_symbols <= {*system.parameters} - {small} and not isinstance(part, SWITCHING)
-        if fixed and type(part).__name__ not in FUNCTIONS:
-            known[part] = spare(small.name, (*system.states, *system.parameters, *rests))
-            rests[known[part]] = part
+    fixed = (part for part in atoms(replaced(rates, told), sp.Function) if not isinstance(part, SWITCHING)
+             and type(part).__name__ not in FUNCTIONS and part.free_symbols <= {*system.parameters} - {small})
+    for part in sorted(fixed, key=str):
+        known[part] = spare(small.name, (*system.states, *system.parameters, *rests))
+        rests[known[part]] = part
     slow, fast = (sp.Dict({s: replaced(replaced(rate, told), known) for s, rate in of.items()})
                   for of in (system.slow, system.fast))  # fmt: skip
     return (replace(system, slow=slow, fast=fast), rests) if rests else None
