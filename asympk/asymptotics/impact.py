@@ -38,6 +38,7 @@ from asympk.errors import OutOfRange
 from asympk.path import Event
 from asympk.symbolic.branches import Phase
 from asympk.symbolic.coefficients import with_few_parts
+from asympk.symbolic.derivatives import slope_by
 
 PASSAGES = 20  # the most modes of one layer
 AT_REST = 1e-9  # the velocity, relative to the state, up to which a contact is at rest
@@ -267,8 +268,9 @@ def _is_affine_in_limit(rate: sp.Expr, y: sp.Symbol, small: sp.Symbol) -> bool:
 
 def _has_no_bend(rate: sp.Expr, y: sp.Symbol, small: sp.Symbol) -> bool:
     large = sp.Dummy("large")
-    limits = (rate.subs(small, 0).diff(y, 2), (small * rate.subs(y, large / small)).diff(large, 2))
-    return all(sp.expand(bend).subs(small, 0) == 0 for bend in limits)
+    limits = ((rate.subs(small, 0), y), (small * rate.subs(y, large / small), large))
+    bends = (slope_by(slope_by(limit, s), s) for limit, s in limits)
+    return all(sp.expand(bend).subs(small, 0) == 0 for bend in bends)
 
 
 def _edges(values: np.ndarray, slopes: np.ndarray, state: tuple) -> list[float]:
