@@ -255,9 +255,7 @@ class Mechanism(ShownAsFormulas):
         require_system(system, "start")
         if other := [str(q) for q in self.plain.coordinates if q not in system.states]:
             raise InputError(f"start: {other[0]} is no state of the system; give the mechanism's elastic() or rigid()")
-        small = str(system.small)
-        own = {k: v for k, v in values.items() if str(k) != small} if isinstance(values, dict) else values
-        given = {self.plain.time: 0} | self.keyed(own)
+        given = {self.plain.time: 0} | keyed(values, self.plain, self._names, system.parameters)
         if any(f.constraint is not None and f.gap is None for f in system.frictions):
             require_closed(self.plain, given)
         require_positive_mass(self.plain, given)
@@ -266,8 +264,7 @@ class Mechanism(ShownAsFormulas):
         sliding = [f.velocity for f in system.frictions if f.velocity in fixed]
         fixed |= {z: float(evaluate((self.plain.slip,), given)[0]) for z in sliding}
         if system.small in system.parameters:
-            told = next((value for key, value in values.items() if str(key) == small), None)
-            fixed |= elastic.pressed(self.plain, system, given, told)
+            fixed |= elastic.pressed(self.plain, system, given, given.get(system.small))
         if missing := [str(s) for s in system.states if s in moving and s not in given]:
             raise InputError(f"no value for {', '.join(missing)}; give the coordinates and rates to start from")
         return {s.name: _worked_out({**given, **fixed}[s]) for s in system.states}

@@ -308,6 +308,8 @@ def test_a_start_off_the_elastic_contact_has_the_reaction_of_its_gap_and_its_rat
     assert path.final[1] == pytest.approx(0.1 - np.pi / 100)
     assert path.final[-1] == pytest.approx(9 - 1)  # friction takes half of the impulse 2
     assert body.start(soft, {**down, c: "1/4"})["y"] == 4
+    damped = body.elastic(compliance=c, damping=h)
+    assert body.start(damped, {**down, c: "1/4", h: 1})["y"] == 4  # the parameters of the contact as well
     with pytest.raises(InputError, match="off the contact, g' = -1; give c"):
         body.start(soft, down)
     with pytest.raises(InputError, match=r"above the contact, g = 0\.1, g' = -1, where its damper"):
