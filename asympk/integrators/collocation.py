@@ -326,11 +326,15 @@ def _in_doubles(scheme: Scheme, times: list, state: tuple, h: Any) -> list | Non
 
 
 def _correction(scheme: Scheme, times: list, stages: list, residual: Any, h: Any) -> Any:
-    """Return the Newton step of the stage derivatives, an array of doubles of shape (stages, states)."""
+    """Return the Newton step of the stage derivatives, an array of doubles of shape (stages, states).
+
+    It is 0 for velocities that the mode holds at 0; elimination would leave rounding there.
+    """
     jacobians = [scheme.doubles.jac(float(t), tuple(map(float, w))) for t, w in zip(times, stages, strict=True)]
     residual, steps = np.array(residual, dtype=float), scheme.tableau.floats * float(h)
     coupling = np.einsum("ikl,ij->ikjl", np.array(jacobians, dtype=float), steps).reshape(2 * (residual.size,))
-    return _solved(np.eye(residual.size) - coupling, residual.ravel()).reshape(residual.shape)
+    step = _solved(np.eye(residual.size) - coupling, residual.ravel()).reshape(residual.shape)
+    return step * scheme.mode.movable
 
 
 def _solved(matrix: Any, right: Any) -> Any:

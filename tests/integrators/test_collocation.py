@@ -130,6 +130,16 @@ def test_what_sticks_is_not_moved_where_the_time_ends_its_rest():
     assert abs(fewer - more) < 1e-14
 
 
+def test_a_mass_that_sticks_beside_a_stiff_state_has_the_velocity_0_in_digits_too():
+    """The elimination of the stiff state left 6e-44 of velocity, for good."""
+    x, v, w, F = sp.symbols("x v w F", real=True)
+    rough = ap.Friction(velocity=v, force=F, load=2, kinetic=sp.S.Half)
+    block = ap.System.with_frictions({w: 10**4 * (v - w - w**3), v: w - x + F, x: v}, {}, [rough])
+    path = ap.solve(ap.Scene(system=block, start={w: 1, v: 1, x: 0}, until=3), digits=8)
+    assert path.modes == ("slip_same", "stick")
+    assert path.final[1] == path(1.5)[1] == 0
+
+
 def test_steps_beyond_the_stop_of_a_puck_are_given_up_after_a_few_sweeps(monkeypatch):
     """Its rates have no value beyond, and Newton's method goes round: some 3000 sweeps in all where each has its 60."""
     sweeps, u, v = [], *sp.symbols("u v", real=True)
