@@ -283,7 +283,7 @@ class GuardedMode:
     @cached_property
     def pressed(self) -> bool:
         """Whether a rate or a guard of the mode contains the penetration of a contact."""
-        return sp.Tuple(*self.rates, *self.guard_values).has(Penetration)
+        return bool(atoms(sp.Tuple(*self.rates, *self.guard_values), Penetration))
 
 
 @lru_cache(maxsize=512)

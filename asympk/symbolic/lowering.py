@@ -274,7 +274,7 @@ def _printer(target, **settings):
 @lru_cache(maxsize=512)
 def _emission(lowered):
     """Return the texts of the arguments, of the shared subexpressions (pairs of name and value), and of the outputs."""
-    shared, outputs, eliminated = _parts(lowered)
+    shared, outputs, eliminated = _parts(replace(lowered, target="", name="", keys=None, single=False))
     printer = _printer(lowered.target, order="none" if eliminated else None)  # the many sums of steps are not sorted
     if unworked := atoms(sp.Tuple(*outputs, *(e for _, e in shared)), sp.Derivative, sp.Subs):
         raise InputError(f"{min(unworked, key=str).expr.func} has no derivative that can be written; give a smooth "
@@ -295,8 +295,9 @@ def _spare(lowered, **assumptions):
     return (t for t in sp.numbered_symbols("t", **assumptions) if t.name not in taken)
 
 
+@lru_cache(maxsize=256)
 def _parts(lowered):
-    """Return the shared subexpressions and the outputs, and whether they contain an elimination."""
+    """Return the shared subexpressions and the outputs, the same for all targets, and whether they eliminate."""
     if lowered.definitions:
         return *_renamed(lowered), False
     spare = _spare(lowered, **({"real": True} if lowered.directions else {}))

@@ -266,3 +266,12 @@ def test_what_is_finite_in_the_end_may_overflow_on_the_way(expr, limit):
 def test_what_is_no_float_or_would_take_for_ever_to_tell_is_refused_at_once(expr):
     with pytest.raises(OutOfRange):
         lower((x,), expr, "math")(1e9)
+
+
+def test_the_functions_of_several_targets_share_one_search_for_common_parts(monkeypatch):
+    searched, cse = [], sp.cse
+    monkeypatch.setattr(sp, "cse", lambda *given, **options: searched.append(given) or cse(*given, **options))
+    common = sp.sin(x + 17) ** 2 + sp.exp(sp.sin(x + 17))
+    found = [lower((x,), common, target)(0.5) for target in ("math", "mpmath", "numpy")]
+    assert found == pytest.approx([math.sin(17.5) ** 2 + math.exp(math.sin(17.5))] * 3, rel=1e-14)
+    assert len(searched) == 1
