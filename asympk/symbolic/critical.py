@@ -13,6 +13,7 @@ from itertools import product
 from typing import Any, Self
 
 import sympy as sp
+from sympy.functions.elementary.trigonometric import TrigonometricFunction
 
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic
 from asympk.numbers import short
@@ -430,15 +431,48 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
         return _joined([solutions_of([*choice], unknowns) for choice in product(*factors)])
     if len(unknowns) > 1 and (given := _given_by_others(equal_zero, unknowns)):
         return _without(given, equal_zero, unknowns)
-    eliminants = _eliminants(equal_zero, unknowns)
+    turning = _in_half_angle(*equal_zero, *unknowns) if len(unknowns) == 1 else None
+    eliminants = [turning[:2]] if turning else _eliminants(equal_zero, unknowns)
     if any(_is_beyond_radicals(force, y, len(unknowns)) for force, y in eliminants):
         return None
     own = len(eliminants) > 1 and all(g.is_polynomial(*unknowns) for g in equal_zero)
     try:
         found = sp.solve(equal_zero, unknowns, dict=True, check=not own)
     except NotImplementedError:
+        found = None
+    if turning:
+        return _in_a_turn(found or [], *turning, *equal_zero, *unknowns)
+    return found and [s for s in found if not own or _solves(s, equal_zero)]
+
+
+def _in_half_angle(force, y):
+    """Return (numerator of g in t, t, q), t = tan(q y/2), where g is rational in sines and cosines of q y, else None.
+
+    The period of g is 2 pi/q; with tangents alone they are those of q y/2.
+    """
+    waves = {f for f in force.atoms(TrigonometricFunction) if f.has(y)}
+    slopes = [f.args[0].diff(y) * (1 + isinstance(f, sp.tan | sp.cot)) for f in waves]
+    if heavy(force) or not slopes or not all((slope / slopes[0]).is_Rational for slope in slopes):
         return None
-    return [s for s in found if not own or _solves(s, equal_zero)]
+    q = slopes[0] * sp.gcd_list([slope / slopes[0] for slope in slopes])
+    t, s = sp.symbols("t s", cls=sp.Dummy, real=True)
+    sine, cosine = t / sp.sqrt(1 + t**2), 1 / sp.sqrt(1 + t**2)
+    known = {sp.sin(s): sine, sp.cos(s): cosine, sp.tan(s): t, sp.cot(s): 1 / t}
+    expanded = sp.expand_trig(force.subs(y, 2 * s / q)).xreplace(known)
+    numerator = sp.fraction(sp.cancel(expanded))[0]
+    return (numerator, t, q) if numerator.is_polynomial(t) and not numerator.has(s) else None
+
+
+def _in_a_turn(found, numerator, t, q, force, y):
+    """Return all roots of g in a turn of q y, each once, where SymPy's roots are ``found``.
+
+    SymPy leaves out q y = pi, where t has no value, and some others. Its roots are shorter than 2 atan(t)/q.
+    """
+    different = [s for k, s in enumerate(found)
+                 if not any(sp.expand((s[y] - r[y]) * q / (2 * sp.pi)).is_integer for r in found[:k])]  # fmt: skip
+    roots = [{y: 2 * sp.atan(h) / q} for s in solutions_of([numerator], [t]) or () for h in s.values()]
+    roots += [{y: sp.pi / q}] * is_zero(force.subs(y, sp.pi / q))
+    return max(different, roots, key=len)
 
 
 def _solves(solution, equal_zero):

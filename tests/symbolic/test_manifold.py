@@ -1,5 +1,6 @@
 """Slow manifolds satisfy their invariance equation, whatever the system; those of the paper are where it says."""
 
+import math
 import pickle
 from fractions import Fraction
 
@@ -447,6 +448,28 @@ def test_inverse_functions_are_of_what_theirs_give_and_complex_branches_are_none
         assert {m.exists for m in sine} == {sp.And(u_ > -1, u_ < 1)}
         assert [m.stability for m in (*sine, *sixth)] == ["unstable", "stable"] * 2
         assert (len(hyperbolic), len(sixth), {m.exists for m in sixth}) == (1, 2, {u_ > 0})
+
+
+@pytest.mark.parametrize(("force", "count", "turn"), [
+    (x * sp.sin(y) - sp.sin(2 * y), 4, 2), (sp.sin(y) + x * (1 + sp.cos(y)), 2, 2), (sp.cos(y) - x * sp.sin(y), 2, 2),
+    (sp.cos(2 * y) - x * sp.sin(2 * y), 2, 1), ((sp.sin(y) ** 2 - 1) * (x - sp.sin(y)), 4, 2), (x - sp.tan(y), 1, 1),
+])  # fmt: skip
+def test_the_branches_of_an_angle_are_all_those_in_a_turn_and_each_once(force, count, turn):
+    """Where g is a polynomial in tan(y/2), y = pi is a root, too, if its degree falls."""
+    at, found = sp.Rational(1, 3), critical_manifolds(ap.System.smooth({x: -y}, {y: force}, mu))
+    heights = [complex(m.branch[y].subs(x, at).evalf(30)) for m in found]
+    assert all(abs(complex(force.subs({x: at, y: h}))) < 1e-12 for h in heights)
+    assert len({round(h.real / (turn * math.pi) % 1, 9) % 1 for h in heights}) == len(found) == count
+    for m, h in zip(found, heights, strict=True):
+        if m.exists != sp.false:
+            told = "stable" if force.diff(y).subs({x: at, y: h.real}).evalf() < 0 else "unstable"
+            assert str(sp.sympify(m.stability).subs(x, at)) == told
+
+
+def test_an_angle_without_branches_in_radicals_has_an_implicit_one_at_once():
+    """Two harmonics give a quartic in tan(y/2), for which SymPy did not end."""
+    (found,) = critical_manifolds(ap.System.smooth({x: -y}, {y: x - sp.sin(y) - sp.sin(2 * y) / 4}, mu))
+    assert found.branch == {y: y}
 
 
 @pytest.mark.parametrize("force", [x - sp.sqrt(y), x - y - sp.sqrt(1 + y**2), x - sp.sqrt(1 - y**2),
