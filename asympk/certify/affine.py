@@ -52,6 +52,7 @@ from asympk.numbers import Number
 from asympk.path import Event
 from asympk.symbolic import branches, forces
 from asympk.symbolic.branches import OPEN, Phase, all_phases
+from asympk.symbolic.guards import unused_rows
 from asympk.symbolic.sides import inside, measured
 from asympk.symbolic.system import System
 
@@ -369,9 +370,10 @@ class _Modes:
         if found is None:
             return -1, ()
         if branches.stands(mode.branch):
-            still = (*found.matrix[: len(self.system.states)], *self._kept(mode))
-            signs = [leading_sign(row, found.matrix, state) for row in still]
-            if any(signs):
+            laws, margins = unused_rows(mode.sided, mode.branch)
+            rows = (self._row(mode, expr) for expr in (*laws, *(margin.value for margin in margins)))
+            signs = [leading_sign(row, found.matrix, state) for row in (*self._kept(mode), *rows)]
+            if any(signs[: len(signs) - len(margins)]) or -1 in signs:
                 return -1, ()
             verdict = 0 if None in signs else verdict
         for guard in found.guards:

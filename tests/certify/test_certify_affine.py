@@ -500,6 +500,20 @@ def test_a_box_of_frictions_is_proven_to_hold_and_to_let_go():
         assert inside(proof, ap.solve(ap.Scene(system=system, values={"k": friction}, start=start, until="7/4")))
 
 
+@pytest.mark.parametrize("time", [None, t])
+@pytest.mark.parametrize(("rates", "velocities", "start", "until"), [
+    ({x: v, v: F + G + 3}, (v, v), (0, 0), 1),  # both contacts together hold 2
+    ({x: v, v: F + G - x}, (v, v), (5, 0), 7),  # it turns at 5 and -1, and rests there
+    ({x: -F, y: -x}, (y,), (1, 0), 5),  # the force does not enter the rate of the velocity, which moves
+])  # fmt: skip
+def test_a_system_that_does_not_depend_on_the_time_is_not_proven_to_rest_unless_forces_hold_all_of_it(
+    rates, velocities, start, until, time
+):
+    frictions = [ap.Friction(velocity, force, 1, 1) for velocity, force in zip(velocities, (F, G), strict=False)]
+    system = ap.System.with_frictions(rates, {}, frictions, time=time)
+    proven_as_followed(ap.Scene(system=system, start=start, until=until))
+
+
 def test_contacts_on_a_belt_that_gets_faster_do_not_rest():
     frictions = [ap.Friction(v - t / 4, force, load=1, kinetic=k) for force in (F, G)]
     carried = ap.System.with_frictions({x: v, v: F + G}, {}, frictions, time=t)
