@@ -30,7 +30,7 @@ from asympk.affine.forcing import Wave
 from asympk.automaton.modes import SWITCH, GuardedMode, mode_of
 from asympk.certify.balls import Ball, Refused, ball, certain_sign, common, flint, whole_power
 from asympk.certify.enclosure import Budget, first_event, root_in
-from asympk.certify.families import NARROWINGS, Family, abreast, constant, real, stacked
+from asympk.certify.families import NARROWINGS, Family, abreast, constant, diagonal, real, stacked
 from asympk.certify.rows import (
     EnclosedState,
     ExactEntries,
@@ -108,7 +108,7 @@ def enclose(
     ``sides`` {name: (low, high)} are the parameters and states of the start that range over an interval; ``start`` has
     None for such states. Raises ``Refused`` where the sequence of modes is not proven.
     """
-    modes = _Modes(system, values, sides)
+    modes = _Modes(system, values, sides, until)
     state = modes.begun(start)
     mode, guards = modes.chosen([modes.every(state)], state, "start")
     t, names, size = modes.field.family([[0]]), [mode.mode.name], len(system.states)
@@ -116,7 +116,7 @@ def enclose(
     while True:
         segment = EnclosedSegment(mode, state)
         left = (modes.field.family([[Fraction(until)]]) - t).tight()
-        found = first_event(segment, modes.ending_by(until, guards), left.numbers()[0], finest, budget)
+        found = first_event(segment, modes.lasting(guards), left.numbers()[0], finest, budget)
         if found is None:
             return names, events, tuple(segment.at(None, left).numbers()[:size])
         guard, dt = found
@@ -179,8 +179,8 @@ def _note(guards, guard, matrix, state):
 class _Modes:
     """The modes of a system at exact parameters, each made when it is first needed."""
 
-    def __init__(self, system, values, sides):
-        self.system, self._known = system, {}
+    def __init__(self, system, values, sides, until):
+        self.system, self.until, self._known = system, Fraction(until), {}
         self.waves, entries = forcing(system)
         self.field = ExactEntries(system, values, sides, entries)
 
@@ -192,11 +192,11 @@ class _Modes:
                  for k, w in enumerate(exact)]  # fmt: skip
         return EnclosedState(stacked(found), exact, self.field)
 
-    def ending_by(self, until, guards):
+    def lasting(self, guards):
         """Return the guards without those that depend on the time alone and vanish at ``until``: no mode follows."""
         if TIME not in self.waves:
             return guards
-        clock, end = len(self.system.states) + self.waves.index(TIME), self.field.exact(sp.Rational(Fraction(until)))
+        clock, end = len(self.system.states) + self.waves.index(TIME), self.field.exact(sp.Rational(self.until))
         return [guard for guard in guards if [k for k, c in enumerate(guard.row[:-1]) if c] != [clock]
                 or -guard.row[-1] / guard.row[clock] != end]  # fmt: skip
 
@@ -216,7 +216,7 @@ class _Modes:
         guards = tuple(AffineGuard(*kind, row) for kind, row in zip(kinds, rows, strict=True))
         edges = tuple(self._row(mode, edge) for side in mode.sides for edge in inside(*side))
         kept = (*self._kept(mode), *self._resting(mode))
-        return EnclosedMode(mode, matrix, guards, kept, edges, self.field, self.field.spectrum(matrix))
+        return EnclosedMode(mode, matrix, guards, kept, edges, self.field, self.field.spectrum(matrix, self.until))
 
     def _resting(self, mode):
         """Return the rows of the phases on whose edge the mode stays, by the law on the edge itself."""
@@ -427,13 +427,14 @@ class EnclosedSegment:
     def __init__(self, mode: EnclosedMode, state: EnclosedState):
         field, places = state.field, range(len(state.exact))
         self.mode, self.start, self.work = mode, state, len(mode.spectrum) * len(state.family.parts)
-        self.places = [(place, k) for place, (_, parts) in enumerate(mode.spectrum) for k in range(len(parts))]
+        self.places = [place for place, group in enumerate(mode.spectrum) for _ in group.residues]
         units = [tuple(int(i == k) for i in places) for k in places]
         known = field.family([sharpened(unit, state) for unit in units])
-        columns = [part * known * state.family * (2 if root.whole[0, 0].imag > 0 else 1)
-                   for root, parts in mode.spectrum for part in parts]  # fmt: skip
+        columns = [part * known * state.family * (2 if group.mean.whole[0, 0].imag > 0 else 1)
+                   for group in mode.spectrum for part in group.residues]  # fmt: skip
         self.terms = abreast(columns).tight()
-        roots = [root for root, _ in mode.spectrum]
+        self.bends = [group.bend for group in mode.spectrum]
+        roots = [group.mean for group in mode.spectrum]
         growing = [root for root in roots if root.whole[0, 0].real > 0]
         fastest = max(growing, key=lambda root: float(root.whole[0, 0].real.mid()), default=None)
         self.rates, self.slowed, self.growth = stacked(roots), stacked(roots), ball(0)
@@ -446,10 +447,9 @@ class EnclosedSegment:
 
     def _matrix(self, rates):
         """Return the matrix that turns the weights of a quantity, a row, into those of its derivative."""
-        size, acb_mat, places = range(len(self.places)), flint().acb_mat, self.places
-        moved = rates.linear(lambda m: acb_mat([[m[places[i][0], 0] if i == j else 0 for j in size] for i in size]))
-        below = acb_mat([[int(i == j + 1 and places[i][1] > 0) for j in size] for i in size])
-        return moved + constant(below, rates.spans)
+        size, places = range(len(self.places)), self.places
+        return diagonal(self.bends) + rates.linear(
+            lambda m: flint().acb_mat([[m[places[i], 0] if i == j else 0 for j in size] for i in size]))  # fmt: skip
 
     @cached_property
     def central(self) -> "EnclosedSegment":
@@ -457,18 +457,19 @@ class EnclosedSegment:
         found = copy(self)
         for name in ("terms", "rates", "slowed"):
             setattr(found, name, getattr(self, name).central)
+        found.bends = [bend.central for bend in self.bends]
         found._known, found._expanded = {}, {}
         return found
 
     def _functions(self, t, rates):
-        """Return the functions of time (functions, 1) on a time ball, ``t^k/k!`` times exponentials of the rates."""
-        found = [(rates * t).exp()]
-        for k in range(1, max(len(parts) for _, parts in self.mode.spectrum)):
-            found.append(found[-1] * (t / k))
-        if len(found) == 1:
-            return found[0]
-        parts, acb_mat = zip(*(family.parts for family in found), strict=True), flint().acb_mat
-        return Family((acb_mat([[part[k][place, 0]] for place, k in self.places]) for part in parts), rates.spans)
+        """Return the functions of time (functions, 1) on a time ball, the exponentials of the rates and the bends."""
+        found = (rates * t).exp()
+        if len(self.places) == len(self.bends):
+            return found
+        columns = [(bend * t).exponential().linear(lambda part: flint().acb_mat([row[:1] for row in part.tolist()]))
+                   * found.entry(place) if bend.whole.nrows() > 1 else found.entry(place)
+                   for place, bend in enumerate(self.bends)]  # fmt: skip
+        return stacked(columns)
 
     def moment(self, guard: AffineGuard, time: Ball) -> Family:
         """Return the time at which a guard falls through 0, of which ``time`` contains all values on the box.
@@ -499,7 +500,8 @@ class EnclosedSegment:
         found = (weights * functions).linear(real)
         if not t.spans:
             return found
-        centre = (weights.central * self._functions(t.central.whole[0, 0].real, self.rates.central)).linear(real).whole
+        alone = self.central
+        centre = (weights.central * alone._functions(t.central.whole[0, 0].real, alone.rates)).linear(real).whole
         rate = (weights * self._matrix(self.rates) * functions).linear(real).tight().whole
         moved = (slope + rate * dt[0, 0] for slope, dt in zip(found.parts[2:], t.parts[2:], strict=True))
         return Family((found.whole, centre, *moved), t.spans).tight()
@@ -509,7 +511,7 @@ class EnclosedSegment:
 
         The equation of the guard gives this function, as a rule a fast exponential, by the others.
         """
-        still = [root.whole[0, 0].imag.is_zero() for root, parts in self.mode.spectrum for _ in parts]
+        still = [group.mean.whole[0, 0].imag.is_zero() for group in self.mode.spectrum for _ in group.residues]
         weights = self._weights(guard).linear(lambda part: flint().acb_mat(part.tolist()[:1]))
         functions = self._functions(t.whole[0, 0].real, self.rates).whole.entries()
         pairs = zip(still, weights.whole.entries(), functions, strict=True)

@@ -6,6 +6,7 @@ lose wherever p occurs twice; what is lost here is of second order in the size o
 """
 
 from collections.abc import Callable, Iterable, Sequence
+from itertools import accumulate, product
 from typing import Any
 
 from asympk.certify.balls import Ball, common, flint
@@ -74,6 +75,15 @@ class Family:
         whole, *rest = (each(lambda a: a.exp(), part) for part in self.parts[:2])
         return Family((whole, *rest, *(each(lambda a, b: a * b, whole, s) for s in self.parts[2:])), self.spans)
 
+    def exponential(self) -> "Family":
+        """Return the exponential of the matrix A; that of [[A, A_i], [0, A]] has its derivative above the diagonal."""
+        size, acb_mat = range(self.whole.nrows()), flint().acb_mat
+        heads = [part.exp() for part in self.parts[:2]]
+        both = [acb_mat([[*a, *b] for a, b in zip(self.whole.tolist(), s.tolist(), strict=True)]
+                        + [[*(0 for _ in size), *a] for a in self.whole.tolist()]) for s in self.parts[2:]]  # fmt: skip
+        slopes = [acb_mat([row[len(size):] for row in found.exp().tolist()[:len(size)]]) for found in both]
+        return Family((*heads, *slopes), self.spans)
+
     def tight(self) -> "Family":
         """Return the same family, on the box as narrow as the mean value theorem makes it."""
         if not self.spans:
@@ -93,6 +103,26 @@ class Family:
 def constant(matrix: Matrix, spans: Parts) -> Family:
     """Return a matrix that does not depend on the parameters."""
     return Family((matrix, matrix, *(matrix * 0 for _ in spans)) if spans else (matrix,), spans)
+
+
+def unit(matrix: Family) -> Family:
+    """Return the unit matrix of the size of a square matrix."""
+    places = range(matrix.whole.nrows())
+    return constant(flint().acb_mat([[int(i == j) for j in places] for i in places]), matrix.spans)
+
+
+def diagonal(blocks: Sequence[Family]) -> Family:
+    """Return the matrix with square blocks on its diagonal."""
+    firsts = [0, *accumulate(block.whole.nrows() for block in blocks)]
+
+    def joined(parts):
+        found = flint().acb_mat(firsts[-1], firsts[-1])
+        for first, part in zip(firsts, parts, strict=False):
+            for i, j in product(range(part.nrows()), repeat=2):
+                found[first + i, first + j] = part[i, j]
+        return found
+
+    return Family(map(joined, zip(*(block.parts for block in blocks), strict=True)), blocks[0].spans)
 
 
 def stacked(blocks: Sequence[Family]) -> Family:

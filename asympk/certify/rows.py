@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import sympy as sp
-from scipy.sparse.csgraph import connected_components
 from sympy.polys.matrices import DomainMatrix
 
 from asympk.affine.forcing import CONSTANT, Wave, with_derivatives
@@ -134,27 +133,16 @@ class ExactEntries:
                 found = "box: only a part of the box fulfils" if entry else "edge: equality holds in"
                 raise Refused(f"{found} a condition on the parameters of a mode")
 
-    def spectrum(self, matrix: tuple[tuple[Any, ...], ...]) -> Spectrum:
-        """Return pairs (root, its residues) of a matrix; see the module ``spectrum``.
-
-        Eigenvalues may coincide where no entry that ranges lies within a strongly connected block of the matrix: such
-        entries do not change the characteristic polynomial, which is then exact.
-        """
+    def spectrum(self, matrix: tuple[tuple[Any, ...], ...], until: Number) -> Spectrum:
+        """Return the groups of eigenvalues of a matrix, for times up to ``until``; see the module ``spectrum``."""
         if not self.field:
             return of_exact(matrix, self.spans)
-        try:
-            basis, moved, inverse = self._with_invariants(matrix)
-            scales = [reduce(lambda a, b: a.lcm(b), (entry.denom for entry in row)) for row in moved]
-            scaled = [[entry * scale for entry in row] for row, scale in zip(moved, scales, strict=True)]
-            found = of_balls(_pattern(moved), *map(self.family, (moved, scaled, [scales])))
-            return seen_in(self.family(basis), found, self.family(inverse))
-        except Refused:
-            _, block = connected_components(_pattern(matrix), connection="strong")
-            numbers = [[entry.as_expr() for entry in row] for row in matrix]
-            if any(e.free_symbols and block[i] == block[j] for i, row in enumerate(numbers) for j, e in enumerate(row)):
-                raise
-            exact = tuple(tuple(Fraction(0 if e.free_symbols else str(e)) for e in row) for row in numbers)
-            return of_exact(exact, self.spans, self.family(matrix))
+        basis, moved, inverse = self._with_invariants(matrix)
+        scales = [reduce(lambda a, b: a.lcm(b), (entry.denom for entry in row)) for row in moved]
+        scaled = [[entry * scale for entry in row] for row, scale in zip(moved, scales, strict=True)]
+        families = map(self.family, (moved, scaled, [scales]))
+        found = of_balls(_pattern(moved), ball(until), *families)
+        return seen_in(self.family(basis), found, self.family(inverse))
 
     def _with_invariants(self, matrix: tuple[tuple[Any, ...], ...]) -> list[list[list[Any]]]:
         """Return T, ``T M T^-1`` and ``T^-1``, where T replaces states of the core of M by invariants.

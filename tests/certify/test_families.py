@@ -16,7 +16,7 @@ from asympk.certify.balls import ball, ball_of, hull, precision  # noqa: E402
 from asympk.certify.rows import ExactEntries  # noqa: E402
 from asympk.scenes.scenefile import read_scene  # noqa: E402
 
-F, x, v, t = sp.symbols("F x v t", real=True)
+F, x, v, y, w, t = sp.symbols("F x v y w t", real=True)
 a, b, k = sp.symbols("a b k", positive=True)
 DAMPED = ap.System.with_frictions({x: v, v: -a * x - b * v + F}, {}, [ap.Friction(v, F, load=1, kinetic=k)])
 POINTS = [(Fraction(i, 7), Fraction(j, 5)) for i in range(8) for j in range(6)]  # parts of a box
@@ -72,8 +72,8 @@ def test_roots_and_residues_move_by_their_derivatives():
     residue = sp.Matrix([[upper + b, 1], [-a, upper]]) / (2 * upper + b)
     with precision(100):
         field = entries_on(**sides)
-        found = field.spectrum(tuple(tuple(map(field.exact, row)) for row in free.tolist()))
-        root, (part,) = next(pair for pair in found if pair[0].whole[0, 0].imag > 0)
+        found = field.spectrum(tuple(tuple(map(field.exact, row)) for row in free.tolist()), 4)
+        root, _, (part,) = next(group for group in found if group.mean.whole[0, 0].imag > 0)
         for parts in POINTS:
             at = placed(sides, parts)
             for n, s in enumerate((a, b)):
@@ -88,7 +88,7 @@ def test_roots_and_residues_move_by_their_derivatives():
 def test_the_time_of_an_event_moves_by_minus_the_rate_by_the_parameter_over_the_rate_by_the_time():
     # without damping and friction ahead the block turns at pi/sqrt(a), which changes by -pi/2 a^(-3/2)
     system = ap.System.with_frictions({x: v, v: -a * x + F}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
-    modes = _Modes(system, (Fraction(2),), {"a": (Fraction(199, 100), Fraction(201, 100))})
+    modes = _Modes(system, (Fraction(2),), {"a": (Fraction(199, 100), Fraction(201, 100))}, 4)
     state = modes.begun([Fraction(9), Fraction(0)])
     mode, (guard, *_) = modes.chosen([modes.every(state)], state, "start")
     found = EnclosedSegment(mode, state).moment(guard, hull(Fraction(219, 100), Fraction(225, 100)))
@@ -132,6 +132,35 @@ def test_damping_and_friction_may_range_in_resonance_through_three_turns():
     for damping, friction in (("0.1", "0.3002"), ("0.1001", "0.30005"), ("0.1002", "0.3")):
         near = ap.Scene(system=system, values={"b": damping, "k": friction}, start={"x": 3, "v": 0}, until=12)
         assert contained(proof, ap.solve(near, digits=40))
+
+
+PUSHED, BESIDE = sp.cos(t) - a * x, sp.Rational(1, 50) * (y - x)
+
+
+@pytest.mark.parametrize(
+    ("rates", "until", "width"),
+    [
+        ({x: v, v: PUSHED + F}, 8, ("0.999", "1.001")),  # in resonance
+        ({x: v, v: PUSHED + F}, 8, ("1.01", "1.011")),  # beside it
+        ({x: v, v: -a * x + BESIDE + F, y: w, w: -y - BESIDE}, 12, ("0.999", "1.001")),  # two springs in beat
+        ({x: v, v: (1 - a) * x + F}, 4, ("0.99", "1.01")),  # a spring that vanishes, together with the drift
+        ({x: v, v: -x - 2 * a * v + F}, 6, ("0.99", "1.01")),  # critical damping
+        ({x: v, v: y - x - 2 * a * v + F, y: w, w: -y - 2 * a * w}, 3, ("0.999", "1.001")),  # twice
+    ],
+    ids=["resonance", "beside resonance", "beat", "no spring", "critical", "twice critical"],
+)
+def test_a_box_around_eigenvalues_that_meet_is_about_as_wide_as_what_its_points_do(rates, until, width):
+    system = ap.System.with_frictions(rates, {}, [ap.Friction(v, F, load=1, kinetic=sp.Rational(1, 5))], time=t)
+    start = {x: 2, v: 1} if y not in rates else {x: 2, v: 1, y: -1, w: 0}
+    proof = certify(ap.Scene(system=system, values={a: 1}, start=start, until=until), {"a": width})
+    assert proof.proven, proof.reason
+    low, high = map(Fraction, width)
+    near = (ap.Scene(system=system, values={a: low + (high - low) * part / 8}, start=start, until=until)
+            for part in range(9))  # fmt: skip
+    paths = [ap.solve(scene, digits=40) for scene in near]
+    assert all(contained(proof, path) for path in paths)
+    spread = max(float(max(ends) - min(ends)) / 2 for ends in zip(*(path.final for path in paths), strict=True))
+    assert max(float(end.rad()) for end in proof.final) < spread * 1.7
 
 
 def test_a_parameter_whose_size_counts_may_range_across_0():
