@@ -22,7 +22,7 @@ from asympk.arithmetic import DIGITS_OF_DOUBLES
 from asympk.automaton import decide
 from asympk.automaton.contacts import contact_formulas
 from asympk.automaton.exact import exact_values
-from asympk.automaton.modes import function, is_nested, mode_of, phases_of, turning
+from asympk.automaton.modes import function, has_law, is_nested, mode_of, phases_of, turning
 from asympk.automaton.numericmode import NumericMode, State
 from asympk.digits import carrier_context
 from asympk.errors import InputError, NoMotion, NotDerivable, OutOfRange, TwoMotions, Undecided
@@ -165,14 +165,8 @@ def _sides_known(automaton: Automaton, at: Sides, t: Any, state: State, slack: A
 def _choices_of_sides(automaton: Automaton, edges: tuple[sp.Expr, ...]) -> list[tuple[int, ...]]:
     """Return the choices of a side for every edge, 0 (on the edge) first; 0 is left out where u/|u| has no value."""
     choices: list[tuple[int, ...]] = [*product((0, 1, -1), repeat=len(edges))] if len(edges) <= EDGES else [()]
-    return [choice for choice in choices if _has_law(automaton, tuple(zip(edges, choice, strict=False)))] or choices
-
-
-def _has_law(automaton: Automaton, sides: Sides) -> bool:
-    try:
-        return bool(_on_sides(automaton, sides))
-    except InputError:
-        return False
+    return [choice for choice in choices
+            if has_law(automaton.system, tuple(zip(edges, choice, strict=False)))] or choices  # fmt: skip
 
 
 def _edges(sides: Sides) -> tuple[sp.Expr, ...]:

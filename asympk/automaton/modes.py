@@ -71,8 +71,7 @@ class GuardedMode:
     @cached_property
     def sided(self) -> System:
         """The system with its sliding velocities, and so the equations of its forces, on the sides of the mode."""
-        turned = turning(self.system, self.sides)
-        return system_on_sides(self.system, turned) if turned else self.system
+        return system_on_sides(self.system, turning(self.system, self.sides))
 
     @cached_property
     def rates(self) -> tuple[sp.Expr, ...]:
@@ -298,17 +297,22 @@ def has_switches(system: System) -> bool:
     return any(is_switched(expr, (*system.states, system.time)) for expr in exprs_of(system))
 
 
+def has_law(system: System, sides: Sides) -> bool:
+    """Tell whether a system has a law on the given ``sides``; on one side only, its sliding velocities may depend."""
+    with suppress(InputError):
+        return bool(system_on_sides(system, sides))
+    return False
+
+
 @lru_cache(maxsize=512)
 def turning(system: System, sides: Sides) -> Sides:
     """Return the sides on which sliding velocities switch, none if a friction ceases to be one there.
 
     On one side only, velocities may depend on one another.
     """
-    turns = phases((f.velocity for f in system.frictions), system.states, system.time) if sides else ()
+    turns = phases((f.velocity for f in system.frictions), system.states, system.time)
     found = tuple(side for side in sides if side[0] in turns)
-    with suppress(InputError):
-        return found if found and system_on_sides(system, found) else ()
-    return ()
+    return found if has_law(system, found) else ()
 
 
 @lru_cache(maxsize=256)

@@ -8,7 +8,7 @@ sawtooth has a side for every whole number. ``phases`` finds the phases, ``sides
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 from itertools import combinations, product
 
 import sympy as sp
@@ -121,6 +121,7 @@ def measured(phase: sp.Expr) -> sp.Expr:
     return phase.args[0] if isinstance(phase, sp.floor) else phase
 
 
+@lru_cache(maxsize=512)
 def system_on_sides(system: System, sides: Sides) -> System:
     """Return a system with its rates and frictions as on the given ``sides`` of its phases: itself if they are so."""
     on = partial(on_sides, sides=sides)
