@@ -31,7 +31,7 @@ from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.lagrangian import lagranges_equations
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.numbers import number
-from asympk.storage.tomlfile import read_table, refuse_unknown, require_keys, word
+from asympk.storage.tomlfile import read_table, refuse_unknown, require_keys, table_in, word
 from asympk.symbolic.system import System
 
 KEYS = ("coordinates", "lagrangian", "mass", "gap", "slip", "friction", "static", "load", "unilateral", "forces")
@@ -177,7 +177,7 @@ def _mechanism(table, formula, q, u, t):
         raise InputError("unilateral must be true or false")
     given = {key: formula(key, table[key]) for key in (*needed, "static", "load") if key in table}
     contact = Contact(**given, unilateral=table.get("unilateral", False))
-    forces = _table(table, "forces")
+    forces = table_in(table, "forces")
     if unknown := forces.keys() - {s.name for s in q}:
         raise InputError(f"forces: {', '.join(sorted(unknown))} is no coordinate")
     applied = [formula(f"forces: {s.name}", forces.get(s.name, 0)) for s in q]
@@ -196,15 +196,8 @@ def _rows(mass):
     return mass
 
 
-def _table(table, key):
-    found = table.get(key, {})
-    if not isinstance(found, dict):
-        raise InputError(f"{key} = {found!r:.60}: it must be a table, [{key}]")
-    return found
-
-
 def _numbers(table, key):
-    found = _table(table, key)
+    found = table_in(table, key)
     for name, value in found.items():
         if value is not None:  # None: the values of a scene stand elsewhere
             number(f"{key}: {name}", value)

@@ -34,7 +34,7 @@ from asympk.formulas import read_formula, read_relation
 from asympk.mechanics.described import described_by
 from asympk.mechanics.mechanism import Mechanism
 from asympk.scene import Scene
-from asympk.storage.tomlfile import nearest, refuse_unknown, require_keys
+from asympk.storage.tomlfile import nearest, refuse_unknown, require_keys, table_in
 from asympk.symbolic.system import Friction, System
 from asympk.systems.catalogue import described_mechanism, start_at
 
@@ -47,7 +47,7 @@ _NEEDED = ("velocity", "force", "load", "kinetic")
 def read_system_scene(entry: dict[str, Any]) -> Scene:
     """Return the ``Scene`` of a table with ``system``, ``values``, ``start`` and ``until``; raises ``InputError``."""
     require_keys(entry, ("system", "start", "until"))
-    values, start = _table(entry.get("values", {}), "values"), entry["start"]
+    values, start = table_in(entry, "values"), entry["start"]
     system, mechanism = system_of(entry["system"], values)
     if isinstance(start, dict) and mechanism and coordinates_of_start(system, mechanism, start):
         start = start_at(mechanism, system, values, start)
@@ -109,9 +109,9 @@ def read_system(table: Any, parameters: Any) -> System:
 
     Raises ``InputError``.
     """
-    table = _table(table, "system")
+    table = table_in({"system": table}, "system")
     refuse_unknown(table, KEYS, "system")
-    slow, fast = (_table(table.get(key, {}), f"system.{key}") for key in ("slow", "fast"))
+    slow, fast = (table_in(table, key, "system.") for key in ("slow", "fast"))
     frictions = table.get("frictions", [])
     if not isinstance(frictions, list) or not all(isinstance(f, dict) for f in frictions):
         raise InputError("system.frictions must be tables, each under [[system.frictions]]")
@@ -171,12 +171,6 @@ def _catalogued(name: str) -> System:
     if name not in systems.__all__:
         raise InputError(f"system {name!r:.60} is unknown; the nearest is {nearest(name, systems.__all__)!r}")
     return import_module(f"asympk.systems.{name}").system()
-
-
-def _table(value: Any, what: str) -> dict[str, Any]:
-    if not isinstance(value, dict):
-        raise InputError(f"{what} must be a table")
-    return value
 
 
 def _list(value: Any, what: str) -> list:

@@ -62,3 +62,11 @@ def word(table: Mapping[str, Any], key: str, default: str = "") -> str:
     if not isinstance(value, str):
         raise InputError(f"{key} = {value!r:.60}: it must be a string")
     return value
+
+
+def table_in(table: Mapping[str, Any], key: str, where: str = "") -> dict[str, Any]:
+    """Return the table ``table[key]``, {} where it is missing; raises ``InputError`` when it is something else."""
+    value = table.get(key, {})
+    if not isinstance(value, dict):
+        raise InputError(f"{where}{key} = {value!r:.60}: it must be a table, [{where}{key}]")
+    return value

@@ -18,9 +18,9 @@ from asympk.affine.many import one_by_one, solve_many
 from asympk.affine.run import affine
 from asympk.errors import InputError, OutOfRange
 from asympk.methods import solve
-from asympk.numbers import Number, number, short
+from asympk.numbers import Number, number
 from asympk.scenes.systemfile import cancelled, coordinates_of_start, system_of, without
-from asympk.storage.tomlfile import require_keys
+from asympk.storage.tomlfile import require_keys, table_in
 from asympk.sweep.family import Axis, Followed, by_state, require_time
 from asympk.sweep.itineraries import Alphabet
 from asympk.sweep.rods import RodFamily
@@ -170,9 +170,7 @@ def _row(columns, row):
 def family_of_table(table: Mapping[str, Any]) -> SystemFamily:
     """Return the family of a table with a ``system``; raises ``InputError``."""
     require_keys(table, ("system",))
-    if not isinstance(values := table.get("values", {}), dict):
-        raise InputError(f"values = {short(values)}: it must be a table, [values]")
-    text, start = _written(table["system"], sorted(values)), table.get("start")
+    text, start = _written(table["system"], sorted(table_in(table, "values"))), table.get("start")
     system, mechanism = _system(text)
     own = coordinates_of_start(system, mechanism, start) if mechanism and isinstance(start, dict) else ()
     family = SystemFamily(text, own)

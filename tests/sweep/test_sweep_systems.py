@@ -503,7 +503,7 @@ def test_what_is_not_a_sweep_over_a_system_is_refused_by_name(change, said):
     ("system", "said"),
     [
         ('system = "painleve_rdo"', "the nearest is 'painleve_rod'"),
-        ("system = 3", "system must be a table"),
+        ("system = 3", "system = 3: it must be a table, [system]"),
         ("", "system missing"),
         ('[system]\nmechanism = "none"\ncontact = "rigid"', "mechanism 'none' is unknown"),
         ('[system]\nmechanism = "painleve_rod"\ncontact = "soft"', 'contact must be "rigid", or "elastic"'),
