@@ -44,7 +44,11 @@ MOST_SIDES = 8  # switches in the rates of one mode; each doubles the number of 
 MOST = 8  # functions, such as sines, in an expression that is factored: with more, factoring may not end
 _POSITIVE: dict[type, Callable] = {
     sp.log: lambda z: z, sp.acosh: lambda z: z - 1, **dict.fromkeys((sp.asin, sp.acos, sp.atanh), lambda z: 1 - z**2),
-    sp.LambertW: lambda z: z + sp.exp(-1),
+    sp.LambertW: lambda z: z + sp.exp(-1), sp.erfinv: lambda z: 1 - z**2, sp.erfcinv: lambda z: z * (2 - z),
+}  # fmt: skip
+_RANGE: dict[type, Callable] = {  # what is positive inside the range of a function
+    **dict.fromkeys((sp.asin, sp.atan), lambda w: sp.pi**2 / 4 - w**2), sp.acos: lambda w: w * (sp.pi - w),
+    sp.acosh: lambda w: w, sp.LambertW: lambda w: w + 1,
 }  # fmt: skip
 
 
@@ -78,9 +82,10 @@ class CriticalManifold(ShownAsFormulas):
     def real(self) -> sp.Basic:
         """The condition under which the branch is real, without its ends: even roots and logs have positive arguments.
 
-        The arguments of odd roots are positive, too, and those of asin, acos, atanh, acosh and Lambert's W lie inside
-        the domains of these. Where g contains one square root, it is positive on the branch: y = x**2 solves
-        x - sqrt(y) = 0 for x > 0 alone. A state that is declared positive or negative is so on the branch.
+        The arguments of odd roots are positive, too, and those of inverse functions, as of tanh, erf and w e^w, lie
+        inside the domains of these. Where g contains one square root, it is positive on the branch: y = x**2 solves
+        x - sqrt(y) = 0 for x > 0 alone. So does one inverse function have a value in its range: y = tan(x) solves
+        x - atan(y) = 0 for |x| < pi/2. A state that is declared positive or negative is so on the branch.
         """
         if any(map(_is_complex, self.branch.values())):
             return sp.false
@@ -88,7 +93,8 @@ class CriticalManifold(ShownAsFormulas):
         roots = _fractional_powers(found)
         inside = {_POSITIVE[type(f)](f.args[0]) for f in found.atoms(*_POSITIVE)} | {p.base for p in roots}
         inside |= {-f.args[0] for f in found.atoms(sp.LambertW) if len(f.args) == 2}
-        inside |= {_square_root(limit_of(g, self.small), self.branch) for g in self.dynamics.fast.values()} - {None}
+        limits = [limit_of(g, self.small) for g in self.dynamics.fast.values()]
+        inside |= {given(g, self.branch) for g in limits for given in (_square_root, _within_range)} - {None}
         inside |= {declared_sign(y) * h for y, h in self.branch.items() if y != h} - {0}
         names = {p: sp.Dummy(positive=True) for p in roots}
         positive = {sp.Gt(expr.xreplace(names), 0).xreplace({v: p for p, v in names.items()}) for expr in inside}
@@ -390,6 +396,18 @@ def _square_root(g, branch):
     terms = sp.Poly(numerator, root).terms()
     rest, factor = (sp.Add(*(c * base ** (k // 2) for (k,), c in terms if k % 2 == odd)) for odd in (0, 1))
     return sp.factor((-rest * factor).subs(branch, simultaneous=True))
+
+
+def _within_range(g, branch):
+    """Return what is positive where g = 0, linear in one inverse function of y, is solved inside its range, or None."""
+    found = {f for f in g.atoms(*_RANGE) if f.has(*branch) and len(f.args) == 1}
+    if heavy(g) or is_implicit(branch) or len(found) != 1:
+        return None
+    (f,), value = found, sp.Dummy()
+    told = g.xreplace({f: value})
+    if (slope := told.diff(value)).has(value):
+        return None
+    return _RANGE[type(f)](sp.factor((-told.subs(value, 0) / slope).subs(branch, simultaneous=True)))
 
 
 def is_unreadable(h: sp.Expr) -> bool:

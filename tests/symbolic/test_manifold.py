@@ -448,6 +448,9 @@ def test_inverse_functions_are_of_what_theirs_give_and_complex_branches_are_none
         assert {m.exists for m in sine} == {sp.And(u_ > -1, u_ < 1)}
         assert [m.stability for m in (*sine, *sixth)] == ["unstable", "stable"] * 2
         assert (len(hyperbolic), len(sixth), {m.exists for m in sixth}) == (1, 2, {u_ > 0})
+    for error, most, least in (sp.erf, 1, -1), (sp.erfc, 2, 0):
+        (branch,) = critical_manifolds(ap.System.smooth({x: -x}, {y: x - error(y)}, mu))
+        assert branch.exists == sp.And(x > least, x < most)
 
 
 @pytest.mark.parametrize(("force", "count", "turn"), [
@@ -473,9 +476,11 @@ def test_an_angle_without_branches_in_radicals_has_an_implicit_one_at_once():
 
 
 @pytest.mark.parametrize("force", [x - sp.sqrt(y), x - y - sp.sqrt(1 + y**2), x - sp.sqrt(1 - y**2),
-                                   x - sp.sqrt(y) - 1 / sp.sqrt(y), x - y / (1 + sp.sqrt(y))])  # fmt: skip
-def test_a_branch_exists_just_where_it_is_a_root_and_not_one_with_the_other_sign_of_a_square_root(force):
-    """Squaring adds roots: y = x**2 solves x = -sqrt(y), too."""
+                                   x - sp.sqrt(y) - 1 / sp.sqrt(y), x - y / (1 + sp.sqrt(y)),
+                                   x - sp.atan(y), 2 * x - sp.asin(y), x - sp.acos(y), x - sp.acosh(y),
+                                   x - sp.LambertW(y), x * sp.atan(y) - 1])  # fmt: skip
+def test_a_branch_exists_just_where_it_is_a_root_and_not_one_beyond_the_values_of_a_function(force):
+    """Squaring adds roots: y = x**2 solves x = -sqrt(y), too, and y = tan(x) solves x = atan(y) + pi."""
     for branch in critical_manifolds(ap.System.smooth({x: -y}, {y: force}, mu)):
         for at in (Fraction(-7, 3), Fraction(-1, 3), Fraction(1, 3), Fraction(7, 3)):
             height = branch.branch[y].subs(x, at)
