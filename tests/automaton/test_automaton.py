@@ -273,13 +273,18 @@ def test_a_twisting_relay_accumulates_where_its_events_shrink_geometrically_to()
     assert float(str(caught.value).split("t = ")[1].split(",")[0]) == pytest.approx(total, rel=1e-9)
 
 
-def test_a_relay_whose_force_pushes_on_has_two_motions_from_rest():
-    friction = ap.Friction(velocity=v, force=F, load=1, kinetic=1)
-    pushed = ap.System.with_frictions({v: -F + 0 * x, x: v}, {}, [friction])
-    assert follow(pushed, {"v": 0, "x": 0}, 1).modes == ("stick",)  # at rest stays at rest
-    relay = ap.System.with_frictions({x: v, v: -F}, {}, [ap.Friction(velocity=x, force=F, load=1, kinetic=1)])
-    with pytest.raises(TwoMotions):
-        follow(relay, {"x": 0, "v": 0}, 1)
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("switched", [v, x])
+def test_what_rests_stays_at_rest_whichever_way_its_force_pushes_and_whether_or_not_the_force_is_determined(
+    switched, sign
+):
+    """x'' = t - 1 after t = 1, or t + 1 where the force pushes on; rest on x = 0 leaves the force to the rate of v."""
+    friction = ap.Friction(velocity=switched, force=F, load=1, kinetic=1)
+    pushed = ap.System.with_frictions({x: v, v: sign * F + t}, {}, [friction], time=t)
+    path = follow(pushed, {"x": 0, "v": 0}, 1.5)
+    assert (path.modes, path.events[0].kind) == (("stick", "slip_same"), "slip_onset")
+    assert path.events[0].t == pytest.approx(1)
+    assert path.final == pytest.approx((1 / 48, 1 / 8) if sign > 0 else (13 / 48, 9 / 8))
 
 
 # events that a step could miss
