@@ -61,6 +61,8 @@ def _waves_of_term(term, time):
     if angle is None:
         return [(Wave(power, decay, sp.S.Zero, False), coefficient)]
     turn, phase = angle
+    if turn.could_extract_minus_sign():  # one wave for both signs: cos(-x) = cos(x), sin(-x) = -sin(x)
+        turn, phase, coefficient = -turn, -phase, -coefficient if sine else coefficient
     cosine, sine_of = (Wave(power, decay, turn, which) for which in (False, True))
     if sine:  # sin(wt + p) = sin(wt) cos(p) + cos(wt) sin(p)
         return [(sine_of, coefficient * sp.cos(phase)), (cosine, coefficient * sp.sin(phase))]

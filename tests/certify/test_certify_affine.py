@@ -298,6 +298,7 @@ def test_a_reaction_that_is_infinite_at_the_critical_friction_has_no_proof_where
         (-x, 1, sp.cos(2 * t + 1)),
         (-x, 1, sp.cos(sp.pi * t) / 2),
         (-x, 1, sp.cos(t + 1) / 2),  # in resonance
+        (-sp.sqrt(k) * x, 1, sp.sin(k) * sp.sin(2 * t)),  # also (cos(k - 2 t) - cos(k + 2 t))/2: one frequency
     ],
 )
 def test_what_is_not_rational_in_a_coefficient_ranges_over_its_ball(force, load, waves):
