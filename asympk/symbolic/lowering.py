@@ -208,6 +208,16 @@ class _C(_Quick, _Pieces, C99CodePrinter):
         e = self._print(expr.args[0])
         return f"(({e}) > 0.0 ? 1.0 : ({e}) < 0.0 ? -1.0 : ({e}))"
 
+    def _print_Max(self, expr):
+        return self._nan_where_an_argument_is(expr, super()._print_Max(expr))
+
+    def _print_Min(self, expr):
+        return self._nan_where_an_argument_is(expr, super()._print_Min(expr))
+
+    def _nan_where_an_argument_is(self, expr, found):
+        """Print a largest or smallest of arguments, nan where one of them is; fmax and fmin leave it out."""
+        return f"({' || '.join(f'isnan({self._print(e)})' for e in expr.args if not e.is_number)} ? NAN : {found})"
+
     def _print_Mod(self, expr):
         """Print a remainder that has the sign of the divisor, as in every other target."""
         a, b = map(self._print, expr.args)

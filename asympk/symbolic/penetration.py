@@ -43,7 +43,8 @@ class Penetration(sp.Function):
         return f"((({b}) + abs({b}))/2)"
 
     def _ccode(self, printer: Any) -> str:
-        return f"fmax({printer.doprint(self.args[0])}, 0.0)"
+        b = printer.doprint(self.args[0])
+        return f"(({b}) < 0.0 ? 0.0 : ({b}))"
 
     _pythoncode = _mpmathcode = _numpycode = _code
 
@@ -66,7 +67,7 @@ class PenetrationPower(sp.Function):
 
     _pythoncode = _mpmathcode = partialmethod(_print_as, "({power} if {b} > 0 else 0*({b}))")
     _numpycode = partialmethod(_print_as, "(({b} > 0)*numpy.where({b} > 0, {b}, 1.0)**({e}))")
-    _ccode = partialmethod(_print_as, "({b} > 0 ? {power} : 0.0)")
+    _ccode = partialmethod(_print_as, "({b} > 0 ? {power} : isnan({b}) ? {b} : 0.0)")
 
 
 class RootSlope(sp.Function):

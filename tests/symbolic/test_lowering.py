@@ -19,6 +19,7 @@ from hypothesis import strategies as st
 import asympk as ap
 from asympk.errors import InputError, OutOfRange, UnknownName
 from asympk.symbolic.lowering import lower
+from asympk.symbolic.penetration import Penetration
 
 x, mu, sigma = sp.symbols("x mu sigma")
 EXPR = sp.Rational(1, 3) * x**2 / mu + sp.exp(-x) / sigma**3 + sp.pi * sp.sqrt(x)
@@ -165,6 +166,17 @@ def test_a_quotient_of_signs_in_c_is_nan_or_infinite_where_its_divisor_is_0(tmp_
     assert [quotient(value) for value in (-3.0, -0.5, 2.0, 0.0)] == [1, -1, 1, math.inf]
     assert [sign(value) for value in (-3.0, 0.0, 2.0)] == [-1, 0, 1]
     assert all(math.isnan(function(math.nan)) for function in (quotient, sign))
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
+def test_a_largest_or_smallest_of_arguments_in_c_is_nan_where_one_of_them_is(tmp_path):
+    depth, hardening = Penetration(x), 1 / sp.sqrt(Penetration(x))
+    exprs = [sp.Max(0, x), sp.Min(x**2, 2), sp.Max(sp.log(x), -x, sp.sin(x)), depth, depth**2, hardening]
+    functions = compiled_c(exprs, tmp_path)
+    assert all(math.isnan(function(math.nan)) for function in functions)
+    assert [function(-0.5) for function in (functions[0], functions[1], *functions[3:])] == [0, 0.25, 0, 0, 0]
+    assert [function(4.0) for function in functions] == [4, 2, math.log(4), 4, 16, 0.5]
+    assert math.isnan(functions[2](-2.0))  # of the logarithm alone
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
