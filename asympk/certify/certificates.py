@@ -74,9 +74,9 @@ class Certificate(ShownAsTable):
 class SceneBalls(NamedTuple):
     """The numbers of a scene of the rod in balls.
 
-    ``s`` is x + y. ``exact`` are the Fractions (sigma0, mu, x, y, z), or None where one of these ranges and for
-    physical quantities. ``near`` is (manifold, offset) of a start beside a slow line, else None. ``finest`` is the
-    shortest piece of time, relative to its end.
+    ``s`` is x + y. ``exact`` are the Fractions (sigma0, x, y, z, ends of mu), or None where one of the first four
+    ranges and for physical quantities. ``near`` is (manifold, offset) of a start beside a slow line, else None.
+    ``finest`` is the shortest piece of time, relative to its end.
     """
 
     sigma: Any
@@ -256,8 +256,8 @@ def _case(scene, sides):
         balls |= {name: value for name, value in found.items() if name not in sides}
     if same and "sigma0" not in sides:
         balls["sigma0"], values["sigma0"] = balls["sigma"], values["sigma"]
-    if not scene.rod and not _ranging(values).keys() & {"sigma0", "mu", "x", "y", "z"}:
-        exact = tuple(values[name][0] for name in ("sigma0", "mu", "x", "y", "z"))
+    if not scene.rod and not _ranging(values).keys() & {"sigma0", "x", "y", "z"}:
+        exact = (*(values[name][0] for name in ("sigma0", "x", "y", "z")), values["mu"])
     s = balls["x"] + balls["y"] if scene.rod else hull(*map(sum, zip(values["x"], values["y"], strict=True)))
     return SceneBalls(**balls, s=s, exact=exact, near=scene.near_to, finest=_finest(sides))
 
@@ -341,10 +341,10 @@ def _beginning(case):
 
 def _exact_beginning(case):
     """Return the same for an exact start; rates decide where s is 0 or on an edge of the cone."""
-    sigma0, mu, x, y, z = case.exact
+    sigma0, x, y, z, mu = case.exact
     s = x + y
     touching = {axis for axis, value in (("s", s), ("z", z)) if value == 0}
-    s_sign = sign_of(s) or sign_of(1 + mu * y) or 1
+    s_sign = sign_of(s) or _sign_on(mu, 1, y) or 1
     state, z_sign = RodBalls(case.x, case.y, ball(s), case.z), sign_of(z)
     if z_sign:
         return state, s_sign, z_sign, touching, None
@@ -353,8 +353,16 @@ def _exact_beginning(case):
         widens = (sigma0 + 2) * s_sign + sign_of(1 - s)
         far = s > 1
         state, touching = state._replace(s=_edges(case, s_sign)[far]), {"far" if far else "near", "z"}
-        grip = widens * (mu * y - s or -s)
+        grip = widens * (_sign_on(mu, -s, y) or -s)
     return state, s_sign, 0 if grip > 0 else sign_of(1 - s), touching, None
+
+
+def _sign_on(ends, constant, slope):
+    """Return the sign of ``constant + slope mu`` between two ends of mu; raises ``Refused`` where it changes."""
+    signs = {sign_of(constant + slope * end) for end in ends}
+    if len(signs) > 1:
+        raise Refused("start: the rate of x + y does not have one sign throughout")
+    return signs.pop()
 
 
 def _beside_line(case):

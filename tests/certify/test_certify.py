@@ -216,6 +216,22 @@ def test_beside_a_coincidence_the_certificate_tells_the_sides_apart(nudge):
     assert _holds(certificate, ap.solve(scene, digits=60))
 
 
+@pytest.mark.parametrize(
+    ("sigma", "start"),
+    [(1, ("1/4", 0, 0)), (1, ("-1/2", 0, 0)), (1, ("-0.75", 1, 0)), (1, ("-999.5", 1000, 0)), ("-3/2", (2, 0, 0))],
+)
+def test_a_start_on_an_edge_of_the_static_cone_is_decided_for_all_compliances_of_a_box(sigma, start):
+    found = certify(ap.Scene(sigma, "1/1000", start, 1), {"mu": ("999e-6", "1001e-6")})
+    assert found.proven, found.reason
+    for mu in ("999e-6", "1/1000", "1001e-6"):
+        assert _holds(found, ap.solve(ap.Scene(sigma, mu, start, 1), digits=60), slack=10**-40)
+
+
+def test_a_start_with_a_load_whose_rate_changes_its_sign_within_a_box_is_refused():
+    found = certify(ap.Scene(1, "1/1000", (1000, -1000, -1), 1), {"mu": ("999e-6", "1001e-6")})
+    assert found.reason == "start: the rate of x + y does not have one sign throughout"
+
+
 def test_starts_on_edges_of_the_static_cone_are_decided_exactly():
     """On s = 1/4, sticking moves s at the rate y - 25: inwards above y = 25, outwards below."""
     for y, first in ((0, "slip_same"), (24, "slip_same"), (26, "stick"), (30, "stick")):
