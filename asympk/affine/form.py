@@ -18,7 +18,7 @@ from asympk.automaton.modes import GuardedMode
 from asympk.errors import InputError
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.long import LONG, ROUGH, generic_place, is_longer, replaced
-from asympk.symbolic.sides import is_switched
+from asympk.symbolic.sides import FEW, is_switched
 from asympk.symbolic.system import System
 
 
@@ -62,6 +62,8 @@ def mode_obstacle(mode: GuardedMode) -> str | None:
     if named is None:
         return None
     what = "" if is_longer(named[1], LONG) else f": {named[1]!s:.80}"  # to write it takes longer than to find it
+    if is_switched(named[1], {mode.system.time}):
+        what += f"; it switches at more than {FEW} times: give a Piecewise with fewer"
     return f"in mode {mode.name} {named[0]} is not affine{what}"
 
 

@@ -400,6 +400,12 @@ def test_a_rate_that_jumps_with_a_state_is_affine_where_its_sides_are_and_has_no
     assert "not affine" in obstacle(sliding(MODERATE, sp.Abs(x) * sp.Max(v, 0)))
 
 
+def test_a_rate_that_switches_without_end_in_time_says_what_may_be_given_for_it():
+    x, v, t = sp.symbols("x v t", real=True)
+    stepped = ap.System.with_frictions({x: v, v: sp.floor(t)}, {}, [], time=t)
+    assert obstacle(stepped).endswith("floor(t); it switches at more than 16 times: give a Piecewise with fewer")
+
+
 @pytest.mark.parametrize(("how", "tolerance"), [({}, 1e-8), ({"method": "radau"}, 1e-5), ({"digits": 15}, 1e-14)])
 def test_a_pendulum_whose_time_is_counted_in_half_periods_has_the_square_of_pi_in_its_rate(how, tolerance):
     x, v = sp.symbols("x v", real=True)
