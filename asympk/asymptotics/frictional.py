@@ -107,13 +107,11 @@ class StretchedDense:
     def _which(self, times: np.ndarray) -> np.ndarray:
         return np.searchsorted([s.began for s in self.path.stretches], times, side="right") - 1
 
-    def sizes(self, t: np.ndarray) -> np.ndarray:
-        """Return the largest modulus of every state in slow motion at the times ``t`` and where it begins."""
-        return self._largest(t, True)
-
-    def layer_sizes(self, t: np.ndarray) -> np.ndarray:
-        """Return the largest modulus of every state in layers at the times ``t`` and where they begin."""
-        return self._largest(t, False)
+    def sizes(self, t: np.ndarray, slow: bool) -> np.ndarray:
+        """Return the largest modulus of every state in slow motions, or in layers, at ``t`` and where they begin."""
+        times = np.array([*t, *(s.began for s in self.path.stretches)])
+        alike = [k for k, stretch in enumerate(self.path.stretches) if bool(stretch.points) is slow]
+        return np.abs(self(times[np.isin(self._which(times), alike)])).max(axis=1, initial=0)
 
     def places(self, times: np.ndarray, slow: bool) -> list:
         """Return (mode, time, state) in slow motions, or in layers, at ``times`` and where they begin."""
@@ -122,8 +120,3 @@ class StretchedDense:
         known += [(stretches[k], t) for k, t in zip(which, times, strict=True) if k >= 0]
         alike = ((s, t) for s, t in known if bool(s.points) is slow)
         return [(s.mode, float(t), tuple(s.states(float(t - s.began)).tolist())) for s, t in alike]
-
-    def _largest(self, t, slow):
-        times = np.array([*t, *(s.began for s in self.path.stretches)])
-        alike = [k for k, stretch in enumerate(self.path.stretches) if bool(stretch.points) is slow]
-        return np.abs(self(times[np.isin(self._which(times), alike)])).max(axis=1, initial=0)

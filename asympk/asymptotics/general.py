@@ -161,7 +161,7 @@ def _smaller(sizes: tuple[int, ...], units: tuple[int, ...]) -> list[bool]:
 
 def _reach(path: Any, sizes: tuple[int, ...], units: tuple[int, ...]) -> float:
     """Return the largest modulus of the layer of a path in those states whose ``sizes`` are small in their units."""
-    return float(path.at.layer_sizes(_looks(path))[_smaller(sizes, units)].max(initial=0))
+    return float(path.at.sizes(_looks(path), slow=False)[_smaller(sizes, units)].max(initial=0))
 
 
 def _units_at_start(scene: Any) -> tuple[int, ...]:
@@ -179,7 +179,7 @@ def _sizes(path: Any, units: tuple[int, ...]) -> tuple[int, ...]:
     sizes = [max(abs(float(begun)), abs(w)) for begun, w in zip(path.scene.start, path.final, strict=True)]
     if min(sizes) < SMALL:
         looks = _looks(path)
-        sizes = np.maximum(sizes, np.maximum(path.at.sizes(looks), SMALL * path.at.layer_sizes(looks)))
+        sizes = np.maximum(sizes, np.maximum(path.at.sizes(looks, slow=True), SMALL * path.at.sizes(looks, slow=False)))
         sizes = np.where(sizes > NOISE * _by_terms(path), sizes, 0).tolist()
     inside = _powers(sizes)
     powers = _powers([size * 10.0**unit for size, unit in zip(sizes, units[:-1], strict=True)])

@@ -244,13 +244,9 @@ class LayeredDense:
         slow = self.motion.states(times)
         return slow + self.motion.layer(times)[0] if self.layered else slow
 
-    def sizes(self, t: np.ndarray) -> np.ndarray:
-        """Return the largest modulus of every state in the slow motion at the times ``t``."""
-        return np.abs(self.motion.states(t)).max(axis=1)
-
-    def layer_sizes(self, t: np.ndarray) -> np.ndarray:
-        """Return the largest modulus of the layer in every state at the times ``t``."""
-        return np.abs(self.motion.layer(t)[0]).max(axis=1)
+    def sizes(self, t: np.ndarray, slow: bool) -> np.ndarray:
+        """Return the largest modulus of every state in the slow motion, or in the layer, at the times ``t``."""
+        return np.abs(self.motion.states(t) if slow else self.motion.layer(t)[0]).max(axis=1)
 
     def places(self, times: np.ndarray, slow: bool) -> list:
         """Return (mode, time, state) of the slow motion at ``times``; no layer, as mu scales no tolerance of it."""
