@@ -317,7 +317,17 @@ def _parts(lowered):
         rows = (found[k : k + n] for k in range(count, len(found), n))
         directions = [{a: r for a, r in zip(lowered.args, row, strict=True) if r != 0} for row in rows]
         shared, found = directional_derivatives(shared, found[:count], directions, spare, steps, forms)
-    return shared, found, bool(steps)
+    return _contained(found, shared) if steps else shared, found, bool(steps)
+
+
+def _contained(outputs, shared):
+    """Return the shared subexpressions without those that no output contains, as solutions of eliminations may be."""
+    needed, kept = sp.Tuple(*outputs).free_symbols, []
+    for symbol, expr in reversed(shared):
+        if symbol in needed:
+            needed |= expr.free_symbols
+            kept.insert(0, (symbol, expr))
+    return kept
 
 
 def _shared(outputs, spare):

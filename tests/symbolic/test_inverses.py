@@ -1,5 +1,7 @@
 """The forms u' M^-1 v of a matrix that is never inverted in symbols, beside the same forms written out."""
 
+import re
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -80,6 +82,17 @@ def test_the_derivatives_of_an_elimination_name_no_negated_symbol():
     directions = ((sp.S.One, sp.S.Zero, sp.S.Zero),)
     lines = Lowered((a, b, c), (FORM,), "math", directions=directions).source.splitlines()
     assert not [line for line in lines if line.partition("= -")[2].isidentifier()]
+
+
+@pytest.mark.parametrize("directions", [(), ((a, sp.S.One, b),)])
+@pytest.mark.parametrize("target", ["c", "math"])
+def test_every_step_of_an_elimination_that_is_written_is_read(directions, target):
+    """Compilers warned of steps towards components of M^-1 v that no form contains."""
+    forms = tuple(InverseForm.of(u, MATRIX, v) for u, v in (((0, 1, 0), RIGHT), ((0, 0, 1), (0, 1, b))))
+    source = Lowered((a, b, c), forms, target, directions=directions).source
+    steps = re.findall(r"\b(t\d+) = ", source)
+    assert len(steps) > 20
+    assert not [step for step in steps if len(re.findall(rf"\b{step}\b", source)) < 2]
 
 
 def test_lambdify_of_sympy_computes_a_form_on_arrays():
