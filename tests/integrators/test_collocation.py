@@ -171,6 +171,15 @@ def test_a_coefficient_whose_parts_cancel_keeps_its_digits_in_every_method(value
     assert max(abs(path.final[0] - 0.5), abs(path.final[1] - 1)) < 1e-8
 
 
+@pytest.mark.parametrize("options", [{"digits": 12}, {}, {"method": "radau"}])
+def test_a_coefficient_that_vanishes_at_its_numbers_is_0_in_every_method(options):
+    """sin(pi (1/2 + 1/2)) is 1.2e-16 in doubles, by which x would move at a rate of 12."""
+    x, p, q = sp.symbols("x p q", real=True)
+    system = ap.System.smooth({x: 10**17 * sp.sin(sp.pi * (p + q)) * sp.exp(-(x**2) / 100)}, {}, None)
+    scene = ap.Scene(system=system, values={p: "0.5", q: "0.5"}, start={x: 1}, until=1)
+    assert ap.solve(scene, **options).final == (1,)
+
+
 @pytest.mark.parametrize("options", [{}, {"method": "radau", "rtol": 1e-9}, {"method": "jump"}])
 def test_a_coefficient_in_the_small_parameter_keeps_its_digits_in_every_method(options):
     """At mu = 1e-20 and k = 1e20 the rate is -2 x**2, and by its formula in doubles -x**2."""
