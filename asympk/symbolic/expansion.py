@@ -94,8 +94,9 @@ def regular(expr: sp.Expr, small: sp.Symbol, degree: int) -> sp.Expr:
     """
     if not _is_singular(expr, small):
         return expr
-    apart = expr.func(*(regular(part, small, degree) for part in expr.args))
-    if not _is_singular(apart, small):
+    parts = [regular(part, small, degree) for part in expr.args]
+    apart = expr.func(*parts)
+    if not any(_is_singular(part, small) for part in (apart, *parts)):  # what is divided by mu needs higher degrees
         return apart
     fixed, moving = expr.as_independent(small, as_Add=expr.is_Add)
     return (sp.Add if expr.is_Add else sp.Mul)(fixed, _polynomial(moving, small, degree))
@@ -112,7 +113,7 @@ def limit_of(expr: sp.Expr, small: sp.Symbol) -> sp.Expr:
 
 
 def _is_singular(expr: sp.Expr, small: sp.Symbol) -> bool:
-    return expr != small and expr.has(small) and expr.subs(small, 0).has(*INFINITE)
+    return expr != small and expr.has(small, *INFINITE) and expr.subs(small, 0).has(*INFINITE)
 
 
 def _polynomial(quotient: sp.Expr, small: sp.Symbol, degree: int) -> sp.Expr:
