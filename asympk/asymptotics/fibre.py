@@ -140,10 +140,11 @@ class Formulas:
             point = _first(values) | {self.small: tape.node("mu")} | dict(zip(self.fast_states, height, strict=True))
             moved = (Taylor({(k + 1, 0): -1 * c[k, 1] for k in range(order)}, order) for c in y)
             on_branch = evaluated(self.limit, _first(values), tape)  # 0 but for an error of b, which stays as it is
-            force = zip(self._along(self.full_force, point, tape, order), moved, on_branch, strict=True)
+            force = zip(self._along(self.full_force, point, tape, order, 2 * order), moved, on_branch, strict=True)
             off = _product(self._inverse(values, tape), [_polynomial(g + m, order, tape) - c for g, m, c in force])
             height = [h - d for h, d in zip(height, off, strict=True)]
-            drift = self._along(self.drift, point | dict(zip(self.fast_states, height, strict=True)), tape, order)
+            point |= dict(zip(self.fast_states, height, strict=True))
+            drift = self._along(self.drift, point, tape, order, 2 * order)
             rates = [_polynomial(f, order, tape) for f in drift]
         if not self.affine:
             across = self._moved(self.limit, _first(values), rates, tape)
@@ -220,9 +221,10 @@ class Formulas:
         values |= {s: Taylor(dict(c), order) for s, c in zip(states, [*x, *y], strict=True)}
         values[self.small] = _small(order)
 
-    def _along(self, exprs, values, tape, degree):
+    def _along(self, exprs, values, tape, degree, formal=None):
+        """Return the series of expressions to a degree; quotients that are singular by their form are to ``formal``."""
         cut = {s: v.cut(degree) if isinstance(v, Taylor) else v for s, v in values.items()}
-        return [as_taylor(value, degree) for value in evaluated(self.to_degree(exprs, degree), cut, tape)]
+        return [as_taylor(value, degree) for value in evaluated(self.to_degree(exprs, formal or degree), cut, tape)]
 
     def _moved(self, exprs, point, rates, tape):
         """Return the rates of expressions at a point whose slow states have ``rates``."""

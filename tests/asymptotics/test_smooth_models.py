@@ -636,6 +636,15 @@ def test_terms_whose_first_powers_of_the_small_parameter_vanish_are_among_what_i
     assert distance(path.final, truth.final) < path.error < 0.9
 
 
+@pytest.mark.parametrize("order", [0, 1])
+def test_the_next_term_of_a_quotient_that_is_singular_by_its_form_is_among_what_is_predicted(order):
+    """y = x - (50 mu)**4 x**3/6 + ... has no term of the orders 1, 2 and 3."""
+    system = ap.System.smooth({x: -x / 1000}, {y: sp.sin((50 * mu) ** 2 * x) / (50 * mu) ** 2 - y}, mu)
+    path = _solved(system, {mu: "1/100"}, (2, 2), 1, order=order)
+    truth = ap.solve(ap.Scene(system=system, values={mu: "1/100"}, start=(2, 2), until=1))
+    assert 1e-3 < distance(path.final, truth.final) < path.error < 0.9
+
+
 @pytest.mark.parametrize("step", [sp.floor(100 * mu), sp.sign(mu - sp.Rational(1, 100))])
 def test_what_jumps_with_the_small_parameter_has_its_value_in_a_model(step):
     """At mu = 1/100 these are 1 and 0."""
