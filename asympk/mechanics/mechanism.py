@@ -13,7 +13,7 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.errors import InputError
+from asympk.errors import InputError, OutOfRange
 from asympk.mechanics import elastic, jump_law, paradox, rigid, rigid_system
 from asympk.mechanics.checks import check_bounds, check_mechanism, require_closed, require_positive_mass
 from asympk.mechanics.evaluation import evaluate, evaluate_ahead
@@ -178,7 +178,12 @@ class Mechanism(ShownAsFormulas):
         An expression that jumps at this place or time has its value just afterwards, if ``values`` contain the rates.
         """
         plain = plainly(expression("expr", expr), self._names, self.time)
-        return evaluate_ahead(self.plain, (plain,), keyed(values, self.plain, self._names, plain.free_symbols))[0]
+        given = keyed(values, self.plain, self._names, plain.free_symbols)
+        try:
+            return evaluate_ahead(self.plain, (plain,), given)[0]
+        except OutOfRange:
+            require_positive_mass(self.plain, given)  # without it the inverse may have no value
+            raise
 
     def motions(self, values: dict[Any, Any]) -> tuple[Motion, ...]:
         """Return the rigid motions of the closed contact at numbers: one, or where there is a paradox none or several.

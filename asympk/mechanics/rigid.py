@@ -98,11 +98,11 @@ def _terms(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> _Terms:
     size = sp.Add(*map(sp.Abs, parts))
     G, bounds = kinetics.delassus, (kinetics.friction * kinetics.load, kinetics.static * kinetics.load)
     exprs = (G[0, 0], G[0, 1], G[1, 1], *kinetics.free, kinetics.slip, *bounds, size)
+    require_positive_mass(kinetics, values)  # before its inverse: that may not exist
     found = evaluate_ahead(kinetics, exprs, values)
     shape = common_shape(values, values.values())  # also of values that the equations do not contain
     *arrays, size = (np.array(np.broadcast_to(a, shape), dtype=float) for a in found)
     terms = _Terms(*arrays)
-    require_positive_mass(kinetics, values)
     if not np.all(terms.G_NN):
         raise InputError("the gap has no slope at these values, G_NN = 0: no reaction of its contact is determined; "
                          "write it as a distance, which grows evenly")  # fmt: skip

@@ -214,6 +214,7 @@ def test_a_mass_matrix_in_a_file_does_for_a_lagrangian(tmp_path):
         (("m = 1", "m = 0"),
          "an equation of the contact is not finite at m = 0, theta = 1.1, or beside it; give other numbers"),
         (("m = 1", "m = -1"), "the mass matrix is not positive at these values"),
+        (("m*l^2*theta'^2/6", "(-m^2*X'^2 - m*theta'^2)/2"), "the mass matrix is not positive at these values"),
         (("Y'^2", "Y'^2*sin(m - 2)"), "the mass matrix is not positive at these values"),
         (("theta = [0.05, 1.5]", "theta = [-1e300, 1e300]"), "it is an angle, and they are more than 10000 turns"),
         (("values = {", "values = {theta = 1, "), "values: theta is a coordinate or the time"),
