@@ -26,6 +26,7 @@ _FARTHEST = 9999  # largest power of ten of a Decimal, up or down
 _WIDEST = 40000  # largest power of two of an mpf, up or down
 _LARGEST = 2.0**1023
 _RANGE = "it must be finite, and a double must be able to hold it"
+_SIZE = f"it must be finite, and its size at most {_LARGEST:.3g}"
 _MOST_DIMENSIONS = 30  # NumPy iterates over 32, and a result has one or two more
 _ARRAY = "it must be a number or an array of numbers"
 _KINDS = "int, float, Fraction, Decimal, str or mpf"
@@ -41,7 +42,7 @@ def number(
     """
     exact = _exact(name, value)
     if not -_LARGEST <= exact <= _LARGEST:
-        raise InputError(f"{name} = {short(value)}: {_RANGE}")
+        raise InputError(f"{name} = {short(value)}: {_SIZE}")
     if allowed and not allowed(exact):
         raise InputError(f"{name} = {short(value)}: it must be {words}")
     return exact
