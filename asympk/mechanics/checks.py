@@ -92,11 +92,10 @@ def check_bounds(contact: Any) -> None:
 
 def _check_sizes(kinetics: Kinetics) -> None:
     symbols = (*kinetics.coordinates, *kinetics.velocities)
-    if len(set(symbols)) < len(symbols) or len({*map(str, symbols)}) < len(symbols):
+    if len({*map(str, symbols)}) < len(symbols):
         raise InputError(f"coordinates and velocities ({', '.join(map(str, symbols))}): a name is given twice")
     n = len(kinetics.coordinates)
-    sizes = {"velocities": len(kinetics.velocities), "forces": len(kinetics.forces), "rows of mass": kinetics.mass.rows,
-             "columns of mass": kinetics.mass.cols}  # fmt: skip
+    sizes = {"forces": len(kinetics.forces), "rows of mass": kinetics.mass.rows, "columns of mass": kinetics.mass.cols}
     for name, size in sizes.items():
         if size != n:
             raise InputError(f"{size} {name} for {n} coordinates; give {n}")
