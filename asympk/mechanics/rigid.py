@@ -125,8 +125,7 @@ def _slip(terms: _Terms, direction: int, sign: int, held: Any) -> Branch:
     static_reaction, onset = _reaction(terms, terms.static, direction, sign)
     for bound, needed in ((terms.kinetic, reaction), (terms.static, static_reaction)):
         onset = onset & _starts(terms, bound, needed, direction, sign, held)
-    onset = exists & onset
-    exists = np.where(terms.slip == 0, onset, exists & (np.sign(terms.slip) == direction))
+    exists = exists & np.where(terms.slip == 0, onset, np.sign(terms.slip) == direction)
     return Branch("slip", exists, np.where(exists, reaction, 0.0))
 
 
