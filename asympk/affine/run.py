@@ -30,7 +30,7 @@ from asympk.arithmetic import (
     set_digits,
 )
 from asympk.automaton import loop
-from asympk.automaton.automaton import Automaton, mode_on_sides
+from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import GuardedMode, mode_of, on_all_sides, phases_of
 from asympk.digits import carried, double
 from asympk.errors import NoMotion, OutOfRange, TooLarge, TooManyEvents, TwoMotions, Undecided
@@ -224,14 +224,11 @@ def _followed(m, case):
         return loop.Segment(reached, tuple(end[: len(state)]), lost, timed, together=tuple(kept[q] for q in hits[1:]))
 
     start = tuple(map(m.number, scene.start))
-    if not until:
-        return _standing(automaton, case.scene.start, start, digits, advance)
-    first = automaton.first(scene.start)
-    joined = loop.follow(automaton, first, start, until, advance, case.events, digits, m.slack)
+    joined = loop.follow(automaton, automaton.first(scene.start), start, until, advance, case.events, digits, m.slack)
     if joined.last.short:
         raise TooManyEvents(f"{joined.last.short} at t = {float(joined.last.t):.6g} of until = {float(until):.6g}; "
                             "take a smaller until, or allow more events")  # fmt: skip
-    return joined
+    return joined if until else _standing(joined, automaton, digits, advance)
 
 
 def _vanishing(mode, t, state, segments):
@@ -247,13 +244,11 @@ def _vanishing(mode, t, state, segments):
     return [k for k, (kind, friction) in enumerate(mode.kinds) if kind == "velocity_zero" and friction in turned]
 
 
-def _standing(automaton, exact, start, digits, advance):
-    """Return the run of a scene with ``until`` = 0."""
-    first, t = automaton.first(exact), 0 * start[0]
-    edges = automaton.edges_at(t, start, automaton.mode(first, digits).beside)
-    mode = mode_on_sides(automaton, first, digits, t, start, edges)
-    segment = advance(mode, t, start, ())
-    return loop.Run(segment._replace(state=start, hit=None), (), (mode.name,), (segment._replace(state=start),))
+def _standing(joined, automaton, digits, advance):
+    """Return the run of a scene with ``until`` = 0 with the closed form of its segment, which has no length."""
+    last = joined.last
+    only = last._replace(work=advance(automaton.mode(last.branch, digits, last.sides), last.t, last.state, ()).work)
+    return joined._replace(last=only, segments=(only,))
 
 
 def _span(case, m, mode, segment, left, k):
