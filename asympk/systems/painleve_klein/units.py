@@ -27,6 +27,7 @@ from asympk.systems.painleve_klein import rod
 DIGITS = 100  # of the nondimensional numbers, most of which are irrational functions of the angle
 STATE = ("R_1", "dR_1", "u", "until")
 RESULTS = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
+_GROUPS = ("sigma", "mu", "sigma0", "rho", "y", "v", "tau")  # their names in the paper
 SI = ("kg", "N", "m", "s")
 # the unit of every quantity that has one, from the units of mass, force, length and time
 UNITS = {"m": "{0}", "P": "{1}", "l": "{2}", "k": "{1}", "h": "{3}/{2}", "R_1": "{1}", "dR_1": "{1}/{3}",
@@ -122,17 +123,9 @@ class PhysicalScene(ShownAsTable):
 @cache
 def formulas() -> dict[str, sp.Expr]:
     """Return the nondimensional parameters, start and horizon by name, as expressions in ``SYMBOLS``."""
-    group = {g.symbol.name: g.definition for g in painleve_klein.groups()}
-    time = 1 / sp.diff(group["tau"], SYMBOLS["until"])
-    return {
-        "sigma": group["sigma"],
-        "mu": group["mu"],
-        "sigma0": group["sigma0"],
-        "x": group["rho"],
-        "y": group["rho"].subs(rod.R1, rod.dR1) * time,
-        "z": group["v"],
-        "until": group["tau"],
-    }
+    group, (time, *_) = {g.symbol.name: g.definition for g in painleve_klein.groups()}, scales()
+    group["y"] = group["rho"].subs(rod.R1, rod.dR1) * time
+    return {result: group[name] for result, name in zip(RESULTS, _GROUPS, strict=True)}
 
 
 def scales() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
