@@ -276,6 +276,7 @@ def test_a_block_slips_where_its_belt_is_all_at_once_another(belt, modes, end, h
     start = {x: 0, v: 2 if belt.has(x) and belt.subs(x, 0) == 2 else 1}
     path = ap.solve(ap.Scene(system=block, start=start, until=6), **how)
     assert path.modes == modes
+    assert [e.kind for e in path.events] == ["slip_onset", "velocity_zero", "slip_onset"][: len(modes) - 1]
     assert [float(w) for w in path.final] == pytest.approx(end, abs=1e-8)
 
 
