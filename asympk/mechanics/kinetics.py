@@ -14,10 +14,10 @@ from functools import cached_property
 
 import sympy as sp
 
-from asympk.mechanics.tidy import cofactors, contracted, expanded_determinant, has_long_minors, tidy
+from asympk.mechanics.tidy import cofactors, collected, contracted, expanded_determinant, has_long_minors, tidy
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.inverses import InverseForm
-from asympk.symbolic.long import is_longer
+from asympk.symbolic.long import atoms, is_longer
 from asympk.symbolic.penetration import RootSlope
 from asympk.symbolic.reading import spare
 
@@ -68,7 +68,7 @@ class Kinetics:
     @cached_property
     def _collected(self) -> sp.ImmutableMatrix:
         """The mass matrix with products that occur in several terms of an entry, as of the links of a chain, once."""
-        return self.mass.applyfunc(lambda entry: sp.factor_terms(sp.expand_mul(entry)))
+        return self.mass.applyfunc(collected)
 
     @cached_property
     def undivided(self) -> tuple[sp.Expr, sp.Expr]:
@@ -180,7 +180,9 @@ class Kinetics:
 
 def slope_in_powers(expr: sp.Expr, s: sp.Symbol) -> sp.Expr:
     """Return the derivative of ``expr`` by ``s`` between jumps, with its roots written as powers."""
-    return slope_by(expr, s).replace(RootSlope, lambda rate, base, exponent: rate * base**exponent)
+    slope = slope_by(expr, s)
+    rooted = atoms(slope, RootSlope)
+    return slope.replace(RootSlope, lambda rate, base, exponent: rate * base**exponent) if rooted else slope
 
 
 def _short(total: sp.Expr) -> sp.Expr:

@@ -9,9 +9,9 @@ from sympy.core.function import AppliedUndef
 
 from asympk.errors import InputError
 from asympk.mechanics.kinetics import slope_in_powers
-from asympk.mechanics.tidy import LONG, in_normal_form
+from asympk.mechanics.tidy import LONG, collected, in_normal_form
 from asympk.numbers import short
-from asympk.symbolic.long import atoms, is_longer
+from asympk.symbolic.long import atoms, is_longer, replaced
 from asympk.symbolic.reading import entries_of, expression
 
 OWN: Mapping = MappingProxyType({})  # for symbols that stand for themselves
@@ -42,7 +42,7 @@ def _by_lagrange(energy: sp.Expr, coordinates: tuple) -> tuple[sp.Matrix, sp.Mat
     plain = dict(zip([*coordinates, *(q.diff(time) for q in coordinates)], [*places, *rates], strict=True))
     back = {name: q for q, name in plain.items()}
     mass, forcing = lagranges_equations(energy.xreplace(plain), places, rates, time, back)
-    return mass.xreplace(back), forcing.xreplace(back)
+    return tuple(part.applyfunc(lambda entry: replaced(entry, back)) for part in (mass, forcing))
 
 
 def lagranges_equations(
@@ -64,7 +64,7 @@ def lagranges_equations(
     moved = {t: sp.S.One, **dict(zip(q, u, strict=True))}
     turning = [sp.Add(*(slope_in_powers(p, x) * v for x, v in moved.items())) for p in momenta]
     forces = (slope_in_powers(energy, x) - part for x, part in zip(q, turning, strict=True))
-    return mass, sp.Matrix([sp.factor_terms(sp.expand_mul(force)) for force in forces])  # most terms cancel
+    return mass, sp.Matrix([collected(force) for force in forces])  # most terms cancel
 
 
 def _shortened(

@@ -26,7 +26,7 @@ from asympk.mechanics.paradoxset import ParadoxSet, paradox_set
 from asympk.mechanics.rigid import Motion, MotionMap
 from asympk.numbers import short
 from asympk.shown import Card, ShownAsFormulas
-from asympk.symbolic.long import replaced
+from asympk.symbolic.long import atoms, replaced
 from asympk.symbolic.reading import entries_of, expression
 from asympk.symbolic.system import System, require_system
 
@@ -306,8 +306,8 @@ def _finite(name, value):
     found = expression(name, value)
     if not isinstance(found, sp.Expr):
         raise InputError(f"{name} = {short(value)}: it must be an expression in symbols")
-    found = found.xreplace({number: sp.Rational(number) for number in found.atoms(sp.Float)})
-    if found.has(sp.nan, sp.zoo, sp.oo, -sp.oo, sp.I):
+    found = replaced(found, {number: sp.Rational(number) for number in atoms(found, sp.Float)})
+    if atoms(found, sp.Basic) & {sp.nan, sp.zoo, sp.oo, -sp.oo, sp.I}:
         raise InputError(f"{name} = {found!s:.60}: it must be finite and real")
     return found
 

@@ -11,7 +11,7 @@ import sympy as sp
 from sympy.polys.matrices import DomainMatrix
 from sympy.simplify.fu import TR10i
 
-from asympk.symbolic.long import is_clearly_nonzero, is_longer
+from asympk.symbolic.long import atoms, is_clearly_nonzero, is_longer, replaced
 
 LONG = 150  # operations beyond which a shorter form costs seconds and would not be readable
 
@@ -44,10 +44,20 @@ def contracted(expr: sp.Expr) -> sp.Expr:
 
 def in_normal_form(expr: sp.Expr) -> sp.Expr:
     """Return the shortest normal form of a polynomial in sines and cosines, however long; any other as it stands."""
-    expanded = sp.expand(sp.expand_trig(expr))
-    if not expanded.xreplace({f: sp.Dummy() for f in expanded.atoms(sp.Function)}).is_polynomial():
+    if not is_polynomial(expr):
         return expr
+    expanded = sp.expand(sp.expand_trig(expr))
     return shortest(expr, *map(sp.factor_terms, _normal_forms(expanded, expanded)))
+
+
+def is_polynomial(expr: sp.Expr) -> bool:
+    """Tell whether ``expr``, as it stands, is a polynomial in its symbols and functions."""
+    return bool(replaced(expr, {f: sp.Dummy() for f in atoms(expr, sp.Function)}).is_polynomial())
+
+
+def collected(expr: sp.Expr) -> sp.Expr:
+    """Return ``expr`` with products expanded and common factors taken out; as it stands if long and no polynomial."""
+    return expr if is_longer(expr, LONG) and not is_polynomial(expr) else sp.factor_terms(sp.expand_mul(expr))
 
 
 def expanded_determinant(matrix: sp.Matrix) -> sp.Expr:

@@ -243,3 +243,30 @@ def test_a_gap_that_bends_makes_a_pair_of_bodies_too_long_to_be_inverted_and_has
     assert mechanism.plain.long
     assert motion.name == "slip"
     assert motion.reaction == pytest.approx(reaction, rel=1e-11)
+
+
+@pytest.mark.slow
+def test_a_closed_chain_in_coordinates_that_are_free_has_the_reaction_of_newtons_law_with_its_bars_as_constraints():
+    """A crank, its pin and a sliding block carry two bars of the length 1 that meet in an elbow, a point of mass 1."""
+    (a, X, Y), t = dynamicsymbols("a X Y"), dynamicsymbols._t
+    pin, block = sp.Matrix([sp.cos(a), sp.sin(a)]), sp.Matrix([X, Y])
+    apart = block - pin
+    across = sp.Matrix([-apart[1], apart[0]])
+    elbow = pin + apart / 2 + sp.sqrt(4 / apart.dot(apart) - 1) / 2 * across
+    moved = sp.Matrix([a, X, Y, *elbow]).diff(t)
+    ground = ap.Contact(gap=Y, slip=X, friction=f, unilateral=True)
+    closed = ap.Mechanism.from_lagrangian(moved.dot(moved) / 2 - elbow[1] - Y, (a, X, Y), contact=ground)
+    state = {"a": 0.5, "X": 1.5, "Y": 0, "a'": 0.3, "X'": -0.2, "Y'": 0}
+    (motion,) = closed.motions({**state, "f": 0.3})
+    at = {"q": [0.5, 1.5, 0, *elbow.subs({a: 0.5, X: 1.5, Y: 0})], "u": [0.3, -0.2, 0]}
+    e, (c, s) = np.array(at["q"][3:], dtype=float), (np.cos(0.5), np.sin(0.5))
+    first, second = e - [c, s], e - [1.5, 0]
+    bars = np.array([[first @ [s, -c], 0, 0, *first], [0, *-second, *second]])  # the halved rates of squared lengths
+    rates = np.array([*at["u"], *np.linalg.solve(bars[:, 3:], -bars[:, :3] @ at["u"])])
+    relative = rates[3:] - 0.3 * np.array([-s, c]), rates[3:] - rates[1:3]
+    drift = np.array([relative[0] @ relative[0] + first @ [c, s] * 0.09, relative[1] @ relative[1]])
+    pushed = np.array([0, 0.3, 1, 0, 0])
+    left = np.block([[np.eye(5), -bars.T, -pushed[:, None]], [bars, np.zeros((2, 3))], [0, 0, 1, 0, 0, 0, 0, 0]])
+    found = np.linalg.solve(left, [0, 0, -1, 0, -1, *-drift, 0])
+    assert motion.name == "slip"
+    assert motion.reaction == pytest.approx(found[-1], rel=1e-12)
