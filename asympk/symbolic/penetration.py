@@ -148,7 +148,7 @@ def with_finite_powers(expr: sp.Expr) -> sp.Expr:
 
 def without_penetration(expr: sp.Expr) -> sp.Expr:
     """Return ``expr`` without factors that are powers of the penetration, which are positive in a closed contact."""
-    if not expr.has(Penetration):
+    if not atoms(expr, Penetration):
         return expr
     factors = sp.Mul.make_args(sp.factor_terms(expr))
     return sp.Mul(*(f for f in factors if not isinstance(f.as_base_exp()[0], Penetration)))

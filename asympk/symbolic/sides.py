@@ -173,7 +173,8 @@ def with_real_powers(expr: sp.Expr, sides: Sides) -> sp.Expr:
 
     (-x)^(3/2), which is |x|^(3/2) where x < 0, is not real at the end of a step shortly beyond x = 0.
     """
-    if all(power.exp.is_Integer for power in atoms(expr, sp.Pow)):
+    roots = [power for power in atoms(expr, sp.Pow) if not power.exp.is_Integer] if sides else []
+    if not roots:
         return expr
     signs = {phase: factor * side for quantity, side in sides for phase, factor in [phase_of(quantity)]}
 
@@ -185,6 +186,8 @@ def with_real_powers(expr: sp.Expr, sides: Sides) -> sp.Expr:
     def of_power(power: sp.Expr) -> sp.Expr:
         return sp.Mul(*map(positive, sp.Mul.make_args(power.base))) ** power.exp
 
+    if all(of_power(power) == power for power in roots if not atoms(power.base, Penetration)):
+        return expr
     return expr.replace(lambda e: e.is_Pow and not e.exp.is_Integer and not e.base.has(Penetration), of_power)
 
 

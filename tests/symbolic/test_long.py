@@ -7,7 +7,8 @@ import asympk as ap
 from asympk.automaton.modes import mode_of
 from asympk.symbolic.branches import Phase
 from asympk.symbolic.long import atoms, is_clearly_nonzero, is_longer, is_regular, modulus, replaced
-from asympk.symbolic.sides import shortly_after
+from asympk.symbolic.penetration import without_penetration
+from asympk.symbolic.sides import shortly_after, with_real_powers
 
 a, b, c = sp.symbols("a b c", real=True)
 
@@ -82,3 +83,9 @@ def test_a_body_of_three_freedoms_and_many_parameters_sticks_in_formulas_of_thou
     assert sum(rate.count_ops() for rate in stick.rates) < 10_000
     place = {x: sp.Rational(j + 2, 7 - j % 3) for j, x in enumerate(sorted({*toy.parameters, *toy.states}, key=str))}
     assert (stick.rates[2] + r * stick.rates[3]).subs(place) == 0
+
+
+def test_an_expression_without_penetration_or_roots_on_a_side_is_left_though_it_has_the_same_part_very_often():
+    nested = _doubled(sp.sqrt(a), 60)
+    assert without_penetration(nested) is nested
+    assert with_real_powers(nested, ((b, 1),)) is nested
