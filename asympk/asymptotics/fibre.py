@@ -26,7 +26,7 @@ import sympy as sp
 from asympk.asymptotics.tape import Tape
 from asympk.asymptotics.taylor import CONSTANTS, FUNCTIONS, Taylor, as_taylor, evaluated
 from asympk.errors import InputError
-from asympk.symbolic.expansion import INFINITE, fast_jacobian, regular, require_series
+from asympk.symbolic.expansion import fast_jacobian, is_singular, regular, require_series
 from asympk.symbolic.sides import SWITCHING
 from asympk.symbolic.system import Mode
 
@@ -63,7 +63,7 @@ class Formulas:
             if switching := rate.atoms(sp.Piecewise, *SWITCHING):
                 raise InputError(f"the rate of {state} switches too often, by {max(switching, key=str)!s:.60}, to "
                                  "have a series on every side; use an exact method")  # fmt: skip
-        self.formal = {rate for rate in (*self.drift, *self.full_force) if rate.subs(small, 0).has(*INFINITE)}
+        self.formal = {rate for rate in (*self.drift, *self.full_force) if is_singular(rate, small)}
         drift, force = (self.to_degree(rates, 0) for rates in (self.drift, self.full_force))
         slow, fast = (sp.Dict(dict(zip(*both, strict=True))) for both in ((mode.slow, drift), (mode.fast, force)))
         limit = replace(mode, slow=slow, fast=fast)

@@ -29,7 +29,7 @@ from asympk.automaton.exact import exact_values
 from asympk.errors import AsympkError, NotDerivable, OutOfRange
 from asympk.numbers import known_order, listed, short
 from asympk.path import Path, SolvedAgain
-from asympk.symbolic.expansion import INFINITE
+from asympk.symbolic.expansion import INFINITE, is_singular, regular
 from asympk.symbolic.long import atoms, replaced
 from asympk.symbolic.reading import rational, spare
 from asympk.symbolic.sides import SWITCHING
@@ -88,12 +88,14 @@ def _lowered(system: System, small: sp.Symbol, highest: int) -> tuple[System, di
     rates = sp.Tuple(*system.slow.values(), *system.fast.values())
     told, rests = dict[sp.Basic, sp.Expr](), dict[sp.Symbol, sp.Expr]()
     for part in _of_parameters(rates, small, {*system.parameters}):
-        terms = [part.diff(small, k).subs(small, 0) * small**k / math.factorial(k) for k in range(highest + 1)]
-        if part.diff(small, highest + 1) == 0 or sp.Tuple(*terms).has(*INFINITE, sp.Subs):
+        fixed, moving = part.as_independent(*system.states, as_Add=False)
+        plain = regular(fixed, small, highest)
+        terms = [plain.diff(small, k).subs(small, 0) * small**k / math.factorial(k) for k in range(highest + 1)]
+        if fixed.diff(small, highest + 1) == 0 or sp.Tuple(*terms).has(*INFINITE, sp.Subs):
             continue
         name = spare(small.name, (*system.states, *system.parameters, *rests))
-        told[part] = sp.Add(*terms, small**highest * name)
-        rests[name] = (part - sp.Add(*terms)) / small**highest
+        told[part] = sp.Add(*terms, small**highest * name) * moving
+        rests[name] = (fixed - sp.Add(*terms)) / small**highest
     known = {}
     fixed = (part for part in atoms(replaced(rates, told), sp.Function) if not isinstance(part, SWITCHING)
              and type(part).__name__ not in FUNCTIONS and part.free_symbols <= {*system.parameters} - {small})
@@ -106,14 +108,19 @@ def _lowered(system: System, small: sp.Symbol, highest: int) -> tuple[System, di
 
 
 def _of_parameters(expr: sp.Basic, small: sp.Symbol, parameters: set) -> list[sp.Expr]:
-    """Return the largest smooth parts of an expression that contain mu, and otherwise parameters alone, in order."""
+    """Return the largest smooth parts of an expression that contain mu, and otherwise parameters alone, in order.
+
+    Such a factor that is singular by its form where mu = 0 is given with the factors without mu beside it.
+    """
     found, left, seen = list[Any](), [expr], set[Any]()
     while left:
         if (part := left.pop()) in seen or not part.has(small):
             continue
         seen.add(part)
         smooth = isinstance(part, sp.Expr) and not atoms(part, sp.Piecewise, *SWITCHING)
-        if smooth and part.free_symbols <= parameters:
+        apart = smooth and part.is_Mul and is_singular(part, small)
+        beside = part.as_independent(*part.free_symbols - parameters)[1] if apart else part
+        if smooth and (part.free_symbols <= parameters or not beside.has(small)):
             found.append(part)
         else:
             left += part.args

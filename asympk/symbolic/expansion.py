@@ -90,13 +90,13 @@ def require_series(mode: Mode, small: sp.Symbol | None, order: int = 0) -> None:
 def regular(expr: sp.Expr, small: sp.Symbol, degree: int) -> sp.Expr:
     """Return an expression with Taylor polynomials in mu for quotients that are singular by their form alone.
 
-    Such is sin(mu)/mu. Parts that have no series stay.
+    Such is sin(mu)/mu, also as sinc(mu). Parts that have no series stay.
     """
-    if not _is_singular(expr, small):
+    if not is_singular(expr, small):
         return expr
     parts = [regular(part, small, degree) for part in expr.args]
     apart = expr.func(*parts)
-    if not any(_is_singular(part, small) for part in (apart, *parts)):  # what is divided by mu needs higher degrees
+    if not any(is_singular(part, small) for part in (apart, *parts)):  # what is divided by mu needs higher degrees
         return apart
     fixed, moving = expr.as_independent(small, as_Add=expr.is_Add)
     return (sp.Add if expr.is_Add else sp.Mul)(fixed, _polynomial(moving, small, degree))
@@ -112,13 +112,18 @@ def limit_of(expr: sp.Expr, small: sp.Symbol) -> sp.Expr:
     return regular(expr, small, 0).subs(small, 0)
 
 
-def _is_singular(expr: sp.Expr, small: sp.Symbol) -> bool:
-    return expr != small and expr.has(small, *INFINITE) and expr.subs(small, 0).has(*INFINITE)
+def is_singular(expr: sp.Expr, small: sp.Symbol) -> bool:
+    """Tell whether an expression has a quotient that is singular by its form where mu = 0, or is infinite."""
+    if expr == small or not expr.has(small, *INFINITE):
+        return False
+    at = expr.subs(small, 0)
+    return at.has(*INFINITE) or any(s.args[0].subs(small, 0) == 0 for s in expr.atoms(sp.sinc))
 
 
 def _polynomial(quotient: sp.Expr, small: sp.Symbol, degree: int) -> sp.Expr:
     """Return the Taylor polynomial of n/d by the series of n and d, or n/d itself where it has none."""
     found, known, k = list[sp.Expr](), list[sp.Expr](), 0
+    quotient = quotient.replace(sp.sinc, lambda z: sp.sin(z) / z)
     sides = (quotient, sp.S.Zero) if heavy(quotient) else sp.fraction(sp.together(quotient))
     while len(found) <= degree and not is_zero(sides[1]):
         above, below = (side.diff(small, k).subs(small, 0) / factorial(k) for side in sides)

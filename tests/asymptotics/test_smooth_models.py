@@ -626,7 +626,8 @@ def test_high_powers_of_the_small_parameter_that_the_rates_only_imply_are_among_
 @pytest.mark.parametrize("order", [0, 1, 3])
 @pytest.mark.parametrize("term", [
     sp.sin(50 * mu) ** 6, 10**10 * mu ** sp.Rational(13, 2),
-    (sp.exp(50 * x * mu) - 1) ** 6, (sp.sin(50 * mu) * x) ** 6,
+    (sp.exp(50 * x * mu) - 1) ** 6, (sp.sin(50 * mu) * x) ** 6, sp.sinc(10**7 * mu**4), sp.sinc(50 * x * mu),
+    x * (sp.exp(10**5 * mu**3) - 1) / (10**5 * mu**3),
 ])  # fmt: skip
 def test_terms_whose_first_powers_of_the_small_parameter_vanish_are_among_what_is_predicted(term, order):
     """x = e^-t; a term of orders above n + 2 alone was left out of the prediction to order n."""

@@ -838,7 +838,7 @@ def test_rates_without_a_series_in_mu_have_no_slow_manifold(singular):
 @pytest.mark.parametrize(("drift", "quotient", "series"), [
     (-x, sp.sin(mu) / mu, 1 - mu**2 / 6), (y / 2 - x, (sp.exp(mu) - 1) / mu, 1 + mu / 2 + mu**2 / 6),
     (-x, ((sp.exp(mu) - 1) / mu - 1) / mu, sp.S.Half + mu / 6 + mu**2 / 24),
-    (-x, mu / ((sp.exp(mu) - 1) / mu - 1), 2 - 2 * mu / 3 + mu**2 / 18),
+    (-x, mu / ((sp.exp(mu) - 1) / mu - 1), 2 - 2 * mu / 3 + mu**2 / 18), (-x, sp.sinc(mu), 1 - mu**2 / 6),
 ])  # fmt: skip
 @pytest.mark.parametrize("place", ["slow", "fast"])
 def test_a_quotient_that_is_singular_by_its_form_alone_has_the_manifolds_of_its_series(drift, quotient, series, place):
