@@ -138,7 +138,19 @@ def _is_known(difference, facts, strict=False):
         moved = _factored(_without_waves(moved))
         if moved.is_positive if strict else moved.is_nonnegative:
             return True
-    return False
+    ends = _at_ends(difference, facts)
+    return bool(ends) and all(_is_known(end, facts, strict) for end in ends)
+
+
+def _at_ends(expr, facts):
+    """Return ``expr`` at the bounds of a wave in which it is affine, with a slope in symbols of ``facts``, or []."""
+    bounded = set().union(*(fact.free_symbols for fact in facts))
+    for wave in sorted(atoms(expr, *_WAVES), key=sp.default_sort_key):
+        name = sp.Dummy()
+        told = expr.xreplace({wave: name})
+        if (slope := told.diff(name)).free_symbols and slope.free_symbols <= bounded:
+            return [told.xreplace({name: end}) for end in (sp.S.One, sp.S.NegativeOne)]
+    return []
 
 
 def _without_waves(expr):

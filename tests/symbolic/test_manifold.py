@@ -531,6 +531,16 @@ def test_sines_and_hyperbolic_tangents_lie_between_their_bounds(wave):
     assert found.exists == sp.Ne(2 * wave(x) + 1, 0)
 
 
+def test_a_wave_between_bounds_of_its_amplitude_is_bounded_by_both_ends():
+    """1 + a cos y + b sin x is positive for |a| < 1/2 and |b| < 1/2, and has both signs for some a < 1."""
+    a, b = sp.symbols("a b", real=True)
+    half = sp.And(a > -sp.S.Half, a < sp.S.Half, b > -sp.S.Half, b < sp.S.Half)
+    force = x - y - a * sp.sin(y) - b * y * sp.sin(x)
+    for assumed, told in ((half, "stable"), (sp.And(a > -1, a < 1, b > -1, b < 1), None)):
+        found = ap.slow_manifold(ap.System.smooth({x: -x}, {y: force}, mu, assumptions=assumed), order=0)
+        assert (found.stability == told) == (found.exists == sp.true) == bool(told)
+
+
 def test_every_branch_tells_its_stability_or_the_condition_for_it():
     for slow, fast, branch in (*SYSTEMS.values(), PAIR, ROOTS):
         manifold = ap.slow_manifold(ap.System.smooth(slow, fast, mu), branch)
