@@ -180,9 +180,9 @@ def _parting(here: Junction, branch: Branch, point: ContactPoint) -> list[tuple]
 
 
 def _tables(here: Junction, rows: tuple[sp.Expr, ...], places: tuple[Place, ...]) -> list[Table]:
-    """Return, for each place, the values of rows in the forces."""
+    """Return, for each place, the values of rows in the forces, in its numbers: quotients of integers are doubles."""
     unknowns = contact_formulas(here.system)[1]
-    return [linear_rows(place.values(here.system, rows), unknowns) for place in places]
+    return [linear_rows([*map(p.numbers.convert, p.values(here.system, rows))], unknowns) for p in places]
 
 
 @lru_cache(maxsize=64)

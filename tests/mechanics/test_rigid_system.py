@@ -770,6 +770,20 @@ def test_a_slide_in_two_guides_slips_as_their_resultant_says():
         assert path.final[0] == pytest.approx(way, abs=1e-9)
 
 
+def test_a_slide_in_two_guides_whose_coefficients_are_whole_numbers_rests_as_long_as_some_forces_hold_it():
+    """At rest N2 = -N1 and F1 = N1 - 2, F2 = (7 - t)/2 - N1: these are in both cones for some N1 > 0 until t = 7."""
+    X, h, Y, U, V, W, N1, N2, F1, F2, t = sp.symbols("X h Y U V W N1 N2 F1 F2 t", real=True)
+    rates = {X: U, h: V, Y: W, U: F1 + F2 + (t - 3) / 2, V: N1 + N2, W: F1 + 3 * N1 + 4 * N2 + 2}
+    guides = [ap.Friction(velocity, F, N, friction, static=1, normal=N, constraint=rates[V] + lever * rates[W])
+              for velocity, F, N, friction, lever in ((U + W / 2, F1, N1, sp.Rational(3, 4), sp.Rational(3, 2)),
+                                                      (U, F2, N2, 1, 2))]  # fmt: skip
+    slide = ap.System.with_frictions(rates, {}, guides, time=t)
+    path = ap.solve(ap.Scene(system=slide, start=[0] * 6, until=10))
+    assert path.modes == ("stick+stick", "slip_same+slip_opposite")
+    assert path.events[0].t == pytest.approx(7)
+    assert path.final == pytest.approx((9 / 4, 0, 0, 9 / 4, 0, 0))  # F1 + F2 = -2 in slip, with N1 = 8/7
+
+
 def test_a_slide_in_two_guides_comes_to_rest_though_these_keep_its_velocity_across_at_zero_to_rounding_alone():
     """A spring and a swinging weight: the slide turns and stops as one mass with the friction f |weight| does."""
     t, X = sp.symbols("t X", real=True)
