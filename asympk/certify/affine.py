@@ -17,7 +17,7 @@ coefficients are a linear combination of the coefficients of quantities that van
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import combinations, islice, product
@@ -52,7 +52,7 @@ from asympk.numbers import Number
 from asympk.path import Event
 from asympk.symbolic import branches, forces
 from asympk.symbolic.branches import OPEN, Phase, all_phases
-from asympk.symbolic.guards import unused_rows
+from asympk.symbolic.guards import NEVER_IDLE, unused_rows
 from asympk.symbolic.sides import inside, measured
 from asympk.symbolic.system import System
 
@@ -207,13 +207,18 @@ class _Modes:
         return self._known[mode]
 
     def _made(self, mode):
+        form, fixed = affine_form(mode, self.waves), [guard for guard in mode.fixed_guards if guard.kind in NEVER_IDLE]
+        unique = [k for k, guard in enumerate(mode.guards) if guard.kind in NEVER_IDLE]
+        others = [k for k in range(len(mode.guards)) if k not in unique]
         try:
-            self.field.require_positive([self.field.exact(e) for e in mode.conditions])
-            matrix, rows, kept = self.field.placed(affine_form(mode, self.waves))
+            self.field.require_positive([self.field.exact(g.value) for g in mode.fixed_guards if g not in fixed])
+            matrix, rows, kept = self.field.placed(replace(form, guards=tuple(form.guards[k] for k in others)))
         except InputError:
             return None
-        kinds = [(mode.guards[k].kind, mode.guards[k].friction) for k in kept]
-        guards = tuple(AffineGuard(*kind, row) for kind, row in zip(kinds, rows, strict=True))
+        placed = [*zip((mode.guards[others[k]] for k in kept), rows, strict=True)]
+        placed += [(mode.guards[k], tuple(map(self.field.exact, form.guards[k]))) for k in unique]
+        placed += [(guard, (*matrix[-1][:-1], self.field.exact(guard.value))) for guard in fixed]
+        guards = tuple(AffineGuard(guard.kind, guard.friction, row) for guard, row in placed)
         edges = tuple(self._row(mode, edge) for side in mode.sides for edge in inside(*side))
         kept = (*self._kept(mode), *self._resting(mode))
         return EnclosedMode(mode, matrix, guards, kept, edges, self.field, self.field.spectrum(matrix, self.until))
@@ -361,7 +366,7 @@ class _Modes:
 
         A guard that is identically 0 is left out. A multiple of another guard, and a guard that is equal to another
         throughout the motion, is noted with that guard. A motion that stays on an edge has the law of the edge, which
-        for floor(u) is that of a side and is left undecided.
+        for floor(u) is that of a side and is left undecided, as is a slip beside which a rigid contact moves otherwise.
         """
         for row in self._kept(mode):
             if (off := sign_at(row, state)) != 0:
@@ -378,10 +383,10 @@ class _Modes:
             verdict = 0 if None in signs else verdict
         for guard in found.guards:
             zeros, sign = leading(guard.row, found.matrix, state)
-            if sign is not None and sign < 0:
+            if sign == -1 and guard.kind not in NEVER_IDLE:
                 return -1, ()
-            verdict = 0 if sign is None else verdict
-            if sign != 0:
+            verdict = verdict if sign == 1 or (sign == 0 and guard.kind not in NEVER_IDLE) else 0
+            if sign != 0 and any(guard.row[:-1]):
                 _note(guards, guard._replace(touching=zeros), found.matrix, state)
         moved = [leading_sign(row, found.matrix, state) for row in found.edges]
         stays = [leading_sign(row, found.matrix, state) for row in self._resting(mode)]

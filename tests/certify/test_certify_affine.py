@@ -13,6 +13,7 @@ from blocks import spring_block
 
 import asympk as ap
 from asympk.__main__ import main
+from asympk.errors import TwoMotions
 from asympk.scenes.scenefile import read_scene
 from asympk.studies.bench import rod_in_general_clothes
 from asympk.symbolic import branches, guards
@@ -288,6 +289,34 @@ def test_a_reaction_that_is_infinite_at_the_critical_friction_has_no_proof_where
                       for start in starts)  # fmt: skip
     assert not against.proven
     assert [float(ball.mid()) for ball in along.final] == [1.125, 1.125, 1.25, 1.25]
+
+
+@pytest.mark.parametrize("speed", [1, -1])
+def test_of_two_motions_of_a_rigid_contact_none_is_proven(speed):
+    """y'' = N + 2 F + 1: for v > 0 the contact opens, or slides under N = 1; for v < 0 it opens."""
+    ground = ap.Friction(v, F, G, 1, gap=y, normal=G, constraint=G + 2 * F + 1)
+    point = ap.System.with_frictions({x: v, y: w, v: F, w: G + 2 * F + 1}, {}, [ground])
+    scene = ap.Scene(system=point, start={"x": 0, "y": 0, "v": speed, "w": 0}, until=1)
+    if speed < 0:
+        proven_as_followed(scene)
+        return
+    assert certify(scene).reason.endswith("candidates: open, slip_same")
+    with pytest.raises(TwoMotions):
+        ap.solve(scene)
+
+
+def test_of_two_motions_of_a_body_in_two_guides_none_is_proven():
+    """N1 + N2 = 1/2 and 4 (F1 + F2) + N1 + 3 N2 = 0 for v > 0: N1 = 1/6 or N1 = -1/4, N2 the rest of 1/2."""
+    pushes = [sp.symbols(f"F{j} N{j}", real=True) for j in (1, 2)]
+    (F1, N1), (F2, N2) = pushes
+    rates = {v: F1 + F2, w: N1 + N2 - sp.S.Half, y: 4 * (F1 + F2) / 3 + N1 / 3 + N2}
+    guides = [ap.Friction(v + 2 * y, force, N, sp.Rational(k, 4), normal=N, constraint=rates[w] + lever * rates[y])
+              for (force, N), k, lever in zip(pushes, (5, 1), (sp.S.Half, sp.Rational(3, 2)), strict=True)]
+    body = ap.System.with_frictions(rates, {}, guides)
+    scene = ap.Scene(system=body, start={"v": 1, "w": 0, "y": 0}, until=1)
+    assert certify(scene).reason.endswith("candidates: slip_opposite+slip_same, slip_same+slip_same")
+    with pytest.raises(TwoMotions):
+        ap.solve(scene)
 
 
 @pytest.mark.parametrize(
