@@ -54,25 +54,21 @@ def _asks_for_signs(system: "System") -> bool:
 def telling(system: "System") -> Iterator[Branch]:
     """Yield branches that show every mode of every contact: one in which all slip, and those with one other phase.
 
-    One phase of a mode suffices unless a formula contains a sign or an absolute value. Where several rigid contacts
-    that slip have more reactions than equations, the contacts that can open are open, all but one at a time.
+    One phase of a mode suffices unless a formula contains a sign or an absolute value. Where the equations of rigid
+    contacts that slip are singular, as at critical friction, these contacts are open or stick, all but one at a time.
     """
     choices = [*map(all_phases if _asks_for_signs(system) else one_per_mode, system.frictions)]
     first = tuple(choice[0] for choice in choices)
-    if _is_redundant(system, first):
-        first = tuple(OPEN if OPEN in choice else choice[0] for choice in choices)
-    if not _is_redundant(system, first):
+    rigid = [k for k, friction in enumerate(system.frictions) if friction.constraint is not None]
+    if rigid and not determined(system, first):
+        first = tuple(OPEN if OPEN in c else c[-1 if k in rigid else 0] for k, c in enumerate(choices))
+    if not rigid or determined(system, first):
         yield first
     for k, choice in enumerate(choices):
         for phase in choice:
             branch = (*first[:k], phase, *first[k + 1 :])
             if branch != first and determined(system, branch):
                 yield branch
-
-
-def _is_redundant(system: "System", branch: Branch) -> bool:
-    """Tell whether there are several rigid contacts and their equations for the forces are singular, in symbols."""
-    return sum(f.constraint is not None for f in system.frictions) > 1 and not determined(system, branch)
 
 
 def fields(system: "System", branch: Branch) -> tuple[sp.Dict, sp.Dict]:

@@ -748,6 +748,21 @@ def test_a_block_that_only_just_does_not_tip_swings_on_a_spring_as_one_that_cann
     assert float(path.final[0]) == pytest.approx(0.1 + 1.5 * math.cos(7), abs=1e-8)
 
 
+@pytest.mark.parametrize("friction", [sp.Symbol("f", positive=True), sp.S.One])
+@pytest.mark.parametrize("two_sided", [False, True])
+def test_critical_friction_may_be_given_as_a_number(two_sided, friction):
+    """y'' = N + F - 1: N (1 - f) = 1 has no solution for a velocity above 0; for one below it, N = F = 1/2."""
+    X, Y, U, V, N, F = sp.symbols("X Y U V N F", real=True)
+    closed = {"gap_rate": V} if two_sided else {"gap": Y}
+    guide = ap.Friction(U, F, N, friction, normal=N, constraint=N + F - 1, **closed)
+    point = ap.System.with_frictions({X: U, Y: V, U: F, V: N + F - 1}, {}, [guide])
+    values = dict.fromkeys(map(str, friction.free_symbols), 1)
+    path = ap.solve(ap.Scene(system=point, values=values, start=[0, 0, -1, 0], until=1))
+    assert (path.modes, path.final) == (("slip_opposite",), pytest.approx((-3 / 4, 0, -1 / 2, 0)))
+    with pytest.raises(NoMotion):
+        ap.solve(ap.Scene(system=point, values=values, start=[0, 0, 1, 0], until=1))
+
+
 def _slide(push, weight, friction):
     """Return a body on two guides that hold both ways, as a system in the time t."""
     X, Y, h, U, V, W, N1, N2, F1, F2, t = sp.symbols("X Y h U V W N1 N2 F1 F2 t", real=True)
