@@ -229,19 +229,12 @@ class _Modes:
 
     def _kept(self, mode):
         """Yield the rows that vanish in a mode: velocities of stick, gaps of closed rigid contacts and their rates."""
-        closed = [Phase(1, 1) for _ in self.system.frictions]
-        for k, (friction, phase) in enumerate(zip(self.system.frictions, mode.branch, strict=True)):
+        for friction, phase in zip(self.system.frictions, mode.branch, strict=True):
             if phase.mode == "stick":
-                yield self._guard(mode_of(self.system, tuple(closed), mode.sides), "velocity_zero", k)
+                yield self._row(mode, friction.velocity)
             if friction.constraint is not None and friction.gap is not None and phase != OPEN:
-                apart = mode_of(self.system, (*closed[:k], OPEN, *closed[k + 1 :]), mode.sides)
-                gap = self._guard(apart, "touch_down", k)
-                yield from (gap, row_rate(gap, self.field.matrix(affine_form(apart, self.waves))))
-
-    def _guard(self, mode, kind, friction):
-        """Return the row of a guard of a mode."""
-        (place,) = (k for k, guard in enumerate(mode.guards) if guard[:2] == (kind, friction))
-        return tuple(map(self.field.exact, affine_form(mode, self.waves).guards[place]))
+                yield self._row(mode, friction.gap)
+                yield self._row(mode, branches.rate_along(self.system, friction.gap))
 
     def _row(self, mode, expr):
         """Return the row of an expression on the sides of a mode."""

@@ -553,6 +553,19 @@ def test_contacts_on_a_belt_that_gets_faster_do_not_rest():
     assert "stick+stick" not in certify(scene).reason
 
 
+@pytest.mark.parametrize(("speed", "reason"), [(0, ""), (1, "slip_same+slip_same+slip_same are not determined")])
+def test_a_body_on_three_rigid_feet_is_proven_to_rest_and_has_no_proof_where_it_slides(speed, reason):
+    sides, forces, loads, turn = (-1, 0, 1), *(sp.symbols(f"{name}1:4", real=True) for name in "FN"), V
+    rates = {v: sum(forces) + sp.Rational(1, 8), w: sum(loads) - 1, turn: loads[2] - loads[0]}
+    feet = [ap.Friction(v, force, load, sp.Rational(1, 4), gap=y + side * x, normal=load,
+                        constraint=rates[w] + side * rates[turn])
+            for side, force, load in zip(sides, forces, loads, strict=True)]  # fmt: skip
+    body = ap.System.with_frictions({**rates, y: w, x: turn}, {}, feet)
+    proof = certify(ap.Scene(system=body, start={"v": speed, "w": 0, "V": 0, "y": 0, "x": 0}, until=1))
+    assert (proof.proven, proof.reason.removeprefix("rest: the forces of ")) == (not reason, reason)
+    assert proof.modes == ("stick+stick+stick",) * proof.proven
+
+
 def test_rest_on_very_many_contacts_is_refused_before_all_corners_are_tried():
     found = certify(ap.Scene(system=held_by_many(7), values={}, start={"v": 0}, until=1))
     assert found.reason.startswith("rest: the forces of ")
