@@ -159,7 +159,7 @@ def in_doubles(scene: Scene) -> tuple[float, float, float]:
 def triple(start: Any, names: str) -> tuple:
     """Return a start of the rod as three values that are not read yet; raises ``InputError``, worded with ``names``."""
     try:
-        values = () if isinstance(start, str) else tuple(start)
+        values = () if isinstance(start, (str, bytes, dict, set, frozenset)) else tuple(start)
     except TypeError:
         values = ()
     if len(values) != 3:

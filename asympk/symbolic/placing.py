@@ -32,7 +32,7 @@ def place(system: "System", values: Any, start: Any) -> tuple[tuple, tuple]:
 
 
 def _numbers(what: str, given: Any, symbols: tuple[sp.Symbol, ...], kind: str) -> tuple:
-    if isinstance(given, Iterable) and not isinstance(given, Mapping | str):
+    if isinstance(given, Iterable) and not isinstance(given, Mapping | str | set | frozenset):
         given = entries_of(what, given, f"one number for each {kind}")
         if len(given) != len(symbols):
             raise InputError(f"{what} has {len(given)} numbers for {len(symbols)}: {_names(symbols)}")

@@ -433,6 +433,7 @@ def test_automata_of_one_system_and_one_choice_of_numbers_are_equal():
     (lambda: ap.Scene(system=block(), values={}, start={x: 1, "x": 2, v: 1}, until=1), "given twice"),
     (lambda: ap.Scene(system=block(), values={}, start={sp.Symbol("x"): 1, v: 1}, until=1), "by name, 'x'"),
     (lambda: ap.Scene(system=block(), values={}, start=(1, 2, 3), until=1), "3 numbers for 2"),
+    (lambda: ap.Scene(system=block(), values={}, start={1, 2}, until=1), "start = {1, 2}: it must map each state"),
     (lambda: ap.Scene(system=block(static=sp.Rational(1, 2)), values={}, start=(1, 0), until=1),
      "static friction 1/2 is below the kinetic one, 1; make"),
     (lambda: ap.Scene(system=block(u), values={"u": -0.1}, start=(1, 0), until=1),
