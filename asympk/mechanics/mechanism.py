@@ -246,7 +246,7 @@ class Mechanism(ShownAsFormulas):
         if compliance is None or damping is None:
             raise InputError("an elastic contact needs compliance= and damping=: a Symbol c and a time h, or eps**2 "
                              "and a multiple of eps, 0 included")  # fmt: skip
-        damping = plainly(expression("damping", damping), self._names, self.time)
+        damping = plainly(_finite("damping", damping), self._names, self.time)
         return elastic.elastic(self.plain, compliance, damping)
 
     def start(self, system: System, values: dict[Any, Any]) -> dict[str, Any]:

@@ -156,6 +156,12 @@ def test_scalings_without_a_limit_are_refused(compliance, damping, match):
         slender_rod().elastic(compliance=compliance, damping=damping)
 
 
+def test_a_float_of_the_damping_is_the_number_that_it_is_as_in_all_else_of_a_mechanism():
+    """It was refused as a float that "the friction" contains."""
+    exact, given = (slender_rod().elastic(compliance=eps**2, damping=d * eps) for d in (sp.Rational(3, 4), 0.75))
+    assert given == exact
+
+
 @pytest.mark.parametrize("contact", ["rigid", "elastic"])
 @pytest.mark.parametrize("name", ["F", "N", "x", "x_", "z"])
 def test_a_parameter_may_have_the_name_of_a_force_or_a_state_of_the_contact(name, contact):
