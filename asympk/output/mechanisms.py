@@ -79,7 +79,8 @@ def _paradox(described):
     found = rod.paradox_set({name: (low, high)}, given)
     where = ", ".join(f"{_short(s.start)} .. {_short(s.end)}" for s in found.intervals)
     told = "" if found.complete else ", as far as samples tell"
-    words = f"a paradox in {where}, within" if where else "no paradox in"
+    slip = " for slip of the sign of G_NT" if rod.contact.unilateral else ""
+    words = f"a paradox in {where}{slip}, within" if where else "no paradox in"
     ends = " .. ".join(number_as_text(number(name, end)) for end in (low, high))
     lines.append(f"over {name:11}{words} {ends}{told}")
     return lines + _least(rod, name, tied)

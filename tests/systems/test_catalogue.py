@@ -170,6 +170,14 @@ def test_a_mechanism_in_a_file_is_the_one_of_the_catalogue(tmp_path, capsys):
     assert "rigid motions   none" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(("only_pushes", "slip"), [("true", " for slip of the sign of G_NT"), ("false", "")])
+def test_the_range_of_a_paradox_says_for_which_slip_a_contact_that_only_pushes_has_it(only_pushes, slip, screen):
+    """A wheel that slips by 1 had the ranges of both signs of its eccentricity, with a paradox in one alone."""
+    told = screen(ROD.replace("unilateral = true", f"unilateral = {only_pushes}"))
+    assert f"{slip}, within 0.05 .. 1.5\n" in told
+    assert ("sign of G_NT, within" in told) == (only_pushes == "true")
+
+
 @pytest.mark.parametrize(("friction", "told"), [("f", ""), ("f + max(0, theta - 1)", ", as far as samples tell")])
 def test_where_a_paradox_is_looked_for_at_samples_the_screen_says_so(friction, told, screen):
     lines = screen(ROD.replace('friction = "f"', f'friction = "{friction}"')).splitlines()
