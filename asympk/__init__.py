@@ -21,8 +21,8 @@ Its geometry    slow_manifolds, slow_manifold, eigenvalues, stick_regions, jump_
 Its numbers     lower turns expressions into NumPy, math, mpmath or C
 
 The rod's quantities are nondimensional: time in h l, x = rho the elastic reaction, y its rate, z = v the velocity of
-the rough mass. A string such as "0.2" is the decimal it spells. Every error is an AsympkError and says what to do, or an
-OSError of a file. The command line has the same parts: asympk --help. Which module decides or computes what:
+the rough mass. A string such as "0.2" is the decimal it spells. Every error is an AsympkError and says what to do, or
+an OSError of a file. The command line has the same parts: asympk --help. Which module decides or computes what:
 docs/architecture.md.
 """
 
