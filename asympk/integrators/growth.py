@@ -79,8 +79,9 @@ def growth(
     it is relative to the ``sizes`` of the states. A state that is 0 and stays 0 has no error. Errors as large as the
     states at a time before, one of ``LOOKS``, need not fade as linear ones do: a growth to that time counts ``LOST``
     times. A state of which errors of the relative ``tolerance`` have become a noticeable part goes on from these errors
-    alone: they count at the time at which they are largest. The growth is ``inf`` beyond the range of doubles, and 0
-    where rates have no derivative.
+    alone: they count at the time at which they are largest. A velocity that an event has set to 0 is none of these, as
+    small as it is from there on. The growth is ``inf`` beyond the range of doubles, and 0 where rates have no
+    derivative.
     """
     factors, end = list[tuple[Any, ...]](), parts[-1].segment.t
     if any(part.slopes is None for part in parts):
@@ -102,9 +103,14 @@ def growth(
             grown = np.einsum("kij,kj->i", abs(onward), errors[: len(onward)]) / sizes
             most.append(float(np.nan_to_num(grown, nan=np.inf).max(initial=0.0)))
         right = abs(states) * LOST > tolerance * errors
-        left = np.where(np.logical_or.accumulate(right) & ~right, errors, 0)
+        left = np.where((_last(right) > _last(states == 0)) & ~right, errors, 0)
         back = float(np.nan_to_num(_largest(transitions, left) / sizes, nan=np.inf).max())
         return max(most[-1], LOST * max(most), back)
+
+
+def _last(marks: np.ndarray) -> np.ndarray:
+    """Return for every entry the row of the last mark in its column up to there, or -1."""
+    return np.maximum.accumulate(np.where(marks, np.arange(len(marks))[:, None], -1))
 
 
 def _largest(transitions: np.ndarray, errors: np.ndarray) -> np.ndarray:

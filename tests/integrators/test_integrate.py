@@ -439,6 +439,19 @@ def test_errors_do_not_grow_by_the_units_of_the_states():
     assert ends == pytest.approx([0.7672698507] * 3, rel=1e-8)
 
 
+def test_a_velocity_that_is_tiny_because_it_turns_has_lost_no_digits_whatever_its_friction_drives():
+    """At the next turn the fast y, which follows the friction force, jumps by 1e9 times the error of the time."""
+    (z, y, F, t), mu = sp.symbols("z y F t", real=True), sp.Symbol("mu", positive=True)
+    rough = ap.Friction(velocity=z, force=F, load=1, kinetic=sp.S.Half)
+    rates = {z: sp.cos(t) - z**3 / 10 + F}
+    body = ap.System.with_frictions(rates, {}, [rough], time=t)
+    followed = ap.System.with_frictions(rates, {y: F - y}, [rough], small=mu, time=t)
+    path = ap.solve(ap.Scene(system=followed, values={mu: "1e-9"}, start={z: 1, y: 0}, until=8))
+    alone = ap.solve(ap.Scene(system=body, start={z: 1}, until=8))
+    assert path.modes == alone.modes == ("slip_same", "slip_opposite", "slip_same")
+    assert path.final == pytest.approx((*alone.final, -0.5), abs=1e-8)
+
+
 def test_a_growth_of_errors_beyond_all_digits_is_refused_with_digits_too():
     with pytest.raises(Undecided, match="end the run before"):
         _late("1/1000", digits=15)
