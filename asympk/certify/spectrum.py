@@ -20,7 +20,7 @@ from asympk.affine.polynomial import residues_at, resolvent, taylor
 from asympk.certify.balls import Ball, Refused, flint
 from asympk.certify.families import NARROWINGS, Family, abreast, constant, diagonal, stacked, transposed, unit
 
-_INFLATIONS, _SWEEPS = 12, 3
+_INFLATIONS, _SWEEPS, _PARTED = 12, 3, 8
 
 
 class EigenvalueGroup(NamedTuple):
@@ -178,15 +178,15 @@ def _subspaces(matrix, scaled, scales, until):
     """Return triples (V, B, U) of groups of eigenvalues of the core, with ``M V = V B`` and ``U V = 1``.
 
     A group with imaginary parts above 0 stands for its conjugate, too; every other group is real. Groups are joined
-    where one has no enclosure, or where they do not part by ``until``: if their distance times ``until`` is below 1,
-    their weights are large and cancel, on a box only in part.
+    where one has no enclosure, or where they part by less than about a turn, or some powers of e, by ``until``: the
+    weights of close eigenvalues are large and cancel, on a box only in part.
     """
     parts, centre = [*zip(scaled.parts[:2], scales.parts[:2], strict=True)], matrix.parts[:2][-1].mid()
     groups = _begun(centre) if centre.nrows() else []
     while groups:
         found, stuck = list[tuple[Family, Family]](), None
         for stuck, group in enumerate(groups):
-            if _nearest(groups, stuck)[0] * until < 1:
+            if _nearest(groups, stuck)[0] * until < _PARTED:
                 break
             try:
                 basis, held = _basis(centre, group)

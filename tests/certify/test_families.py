@@ -163,6 +163,16 @@ def test_a_box_around_eigenvalues_that_meet_is_about_as_wide_as_what_its_points_
     assert max(float(end.rad()) for end in proof.final) < spread * 1.7
 
 
+def test_friction_damping_and_start_may_range_over_twenty_percent_in_a_mode_without_a_turn():
+    system = ap.System.with_frictions({x: v, v: F - b * v - x / 2}, {}, [ap.Friction(v, F, load=1, kinetic=k)])
+    scene = ap.Scene(system=system, values={"b": "0.75", "k": "1.125"}, start={"x": "0.25", "v": "-0.6"}, until=4)
+    proof = certify(scene, {"b": ("0.75", "0.9"), "k": ("1.125", "1.35"), "v": ("-0.625", "-0.5")})
+    assert proof.modes == ("slip_opposite", "stick"), proof.reason
+    for damping, friction, speed in (("0.75", "1.35", "-0.5"), ("0.9", "1.125", "-0.625"), ("0.75", "1.125", "-0.625")):
+        values, start = {"b": damping, "k": friction}, {"x": "0.25", "v": speed}
+        assert contained(proof, ap.solve(ap.Scene(system=system, values=values, start=start, until=4), digits=40))
+
+
 def test_a_parameter_whose_size_counts_may_range_across_0():
     c = sp.Symbol("c", real=True)
     system = ap.System.with_frictions({x: v, v: F - x * (1 + sp.Abs(c))}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
