@@ -221,9 +221,12 @@ def _closed(group):
 
 
 def _nearest(groups, k):
-    """Return (distance, place) of the group, or of the conjugate of group k, that is nearest to group k."""
-    near = [(min(abs(a - b).mid() for a in groups[k] for b in other), j) for j, other in enumerate(groups) if j != k]
-    own = [] if _closed(groups[k]) else [(min(2 * value.imag.mid() for value in groups[k]), k)]
+    """Return (distance, place) of the group, or of the conjugate of group k, that is nearest to group k.
+
+    The distance is that of the eigenvalues farthest apart: a chain of neighbours is no group.
+    """
+    near = [(max(abs(a - b).mid() for a in groups[k] for b in other), j) for j, other in enumerate(groups) if j != k]
+    own = [] if _closed(groups[k]) else [(max(2 * value.imag.mid() for value in groups[k]), k)]
     return min([*near, *own], default=(inf, None))
 
 

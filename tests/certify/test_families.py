@@ -163,6 +163,18 @@ def test_a_box_around_eigenvalues_that_meet_is_about_as_wide_as_what_its_points_
     assert max(float(end.rad()) for end in proof.final) < spread * 1.7
 
 
+def test_a_chain_of_near_eigenvalues_is_no_group():
+    (left, middle, right), speeds = sp.symbols("x:3", real=True), sp.symbols("v:3", real=True)
+    pulls = (middle - 2 * left, left + right - 2 * middle, middle - 2 * right)
+    rates = dict(zip((left, middle, right), speeds, strict=True))
+    rates |= {u: a * pull - u / 10 for u, pull in zip(speeds, pulls, strict=True)} | {x: v, v: left / 10}
+    system, start = ap.System.smooth(rates, {}, None), dict.fromkeys(rates, 0) | {left: 1}
+    proof = certify(ap.Scene(system=system, values={a: 1}, start=start, until=4), {"a": ("0.99", "1.01")})
+    assert max(float(end.rad()) for end in proof.final) < 0.05
+    for pull in ("0.99", "1.004", "1.01"):
+        assert contained(proof, ap.solve(ap.Scene(system=system, values={a: pull}, start=start, until=4), digits=40))
+
+
 def test_friction_damping_and_start_may_range_over_twenty_percent_in_a_mode_without_a_turn():
     system = ap.System.with_frictions({x: v, v: F - b * v - x / 2}, {}, [ap.Friction(v, F, load=1, kinetic=k)])
     scene = ap.Scene(system=system, values={"b": "0.75", "k": "1.125"}, start={"x": "0.25", "v": "-0.6"}, until=4)
