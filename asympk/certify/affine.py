@@ -1,7 +1,7 @@
 r"""Certificates of affine systems of any size: the flow of each mode in balls, and proofs of which mode follows.
 
-``e^{M t}`` is the sum of the residues of ``e^{z t} (z - M)^{-1}``, which ``spectrum`` encloses; M and the guards have
-exact entries, see ``rows``. ``enclose`` follows a system from event to event, and ``EnclosedSegment`` is one mode. On a
+``e^{M t}`` is a sum over groups of eigenvalues, which ``spectrum`` encloses (Lemma 15); M and the guards have exact
+entries, see ``rows``. ``enclose`` follows a system from event to event, and ``EnclosedSegment`` is one mode. On a
 box of parameters or starts all are families: the motion of the centre, and derivatives on the box (Lemma 14).
 
 The hard function is ``_Modes.chosen``, which proves the mode at the start and after every event (Lemma 12). A candidate
@@ -79,7 +79,7 @@ class AffineGuard(NamedTuple):
 
 @dataclass(frozen=True)
 class EnclosedMode:
-    """One mode at exact parameters: its matrix M, guards, and roots and residues of the resolvent in balls.
+    """One mode at exact parameters: its matrix M, guards, and groups of eigenvalues with their residues in balls.
 
     ``kept`` are the rows that vanish throughout the mode: velocities at rest, gaps of closed rigid contacts and their
     rates. ``edges`` are the rows that are positive on the sides of the mode.
@@ -414,7 +414,7 @@ class _Modes:
 class EnclosedSegment:
     """The motion of one mode from an enclosure of its start, with the methods that ``enclosure.first_event`` needs.
 
-    Quantities are sums of functions of time, ``t^k/k! e^{l t}`` for every root l and every k below its multiplicity.
+    Quantities are sums of functions of time, ``e^{c t} f_k(t)`` for every group of eigenvalues, see ``spectrum``.
     Where rows vanish at the start, the states that are known least are written in terms of the others (``sharpened``).
     Jets are divided by ``e^{growth t}``, the fastest growth of the mode, so that wide balls do not hide their signs.
     Weights of close roots are large and cancel: where a sign is hidden, a Taylor series at the middle is taken as well.
