@@ -148,6 +148,19 @@ def test_starts_at_rest_on_a_guard_begin_as_the_scalar_flow_does():
         assert many.final[:, i] == pytest.approx(path.final, rel=1e-11, abs=1e-12)
 
 
+@pytest.mark.parametrize("share", [sp.Rational(1, 2), 1, -1])
+def test_a_load_that_vanishes_while_its_contact_rests_is_a_zero_of_the_force_and_no_onset_of_slip(share):
+    """Friction bears a part of its load x = cos t, at most all of it: both are 0 at pi/2, the tip of the cone."""
+    held = ap.System.with_frictions({x: y, y: -x, v: share * x + F}, {}, [ap.Friction(v, F, load=x, kinetic=1)])
+    events = ap.solve_many(system=held, values={}, start={"x": [1] * 4, "y": 0, "v": 0}, until=3).events()
+    found = [*zip(events.kind, events.t, strict=True)]
+    for options in ({}, {"digits": 20}):
+        path = ap.solve(ap.Scene(system=held, values={}, start={"x": 1, "y": 0, "v": 0}, until=3), **options)
+        assert path.modes == ("stick", "stick")
+        found += [(event.kind, float(event.t)) for event in path.events]
+    assert found == [("force_zero", pytest.approx(np.pi / 2, rel=1e-14))] * 6
+
+
 def test_two_frictions_are_followed_too():
     a, b = sp.symbols("a b", real=True)
     frictions = ap.Friction(a - b, F, load=1, kinetic=k), ap.Friction(b, G, load=1, kinetic=k / 2)
