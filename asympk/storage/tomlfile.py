@@ -52,8 +52,7 @@ def require_keys(table: Mapping[str, Any], keys: Iterable[str], where: str | Pat
 
 def nearest(word: str, known: Iterable[str]) -> str:
     """Return the one of ``known`` that is spelt most like ``word``."""
-    found = get_close_matches(word[:60].lower(), [*known], n=1, cutoff=0)
-    return found[0] if found else next(iter(known))
+    return get_close_matches(word[:60].lower(), [*known], n=1, cutoff=0)[0]
 
 
 def word(table: Mapping[str, Any], key: str, default: str = "") -> str:
