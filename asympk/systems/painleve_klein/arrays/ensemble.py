@@ -221,10 +221,8 @@ def _one_by_one(arguments, rows, result):
     """Follow trajectories by the scalar flow of ``flow.exact``."""
     if not rows.size:
         return
-    given = np.empty((rows.size, len(ORDER)))
-    for k, name in enumerate(ORDER):
-        given[:, k] = arguments[name].rows(rows)
-    for row, numbers in zip(rows.tolist(), given.tolist(), strict=True):
+    columns = (arguments[name].array(rows).tolist() for name in ORDER)
+    for row, *numbers in zip(rows.tolist(), *columns, strict=True):
         try:
             segments, *_ = exact.followed_in_doubles(exact.RodNumbers(*numbers, None))
         except _REFUSALS as reason:
