@@ -83,7 +83,6 @@ class Guards:
         self.segment, self.m, self.blocks = segment, segment.m, segment.flow.blocks
         self.every = range(segment.slopes.shape[1])
         self._reaches: dict[int, Number] = {}
-        self._dips: dict[int, Number] = {}
 
     @cached_property
     def lists(self) -> tuple[list, ...]:
@@ -167,10 +166,7 @@ class Guards:
 
     def dip(self, guard: int, lo: Number, hi: Number) -> Number:
         """Return the time in [lo, hi] at which a guard that is convex there is least."""
-        known = self._dips.get(guard)
-        if known is None or not lo < known < hi:
-            known = self._dips[guard] = self.least(guard, (lo + hi) / 2, 0)
-        return max(lo, min(known, hi))
+        return max(lo, min(self.least(guard, (lo + hi) / 2, 0), hi))
 
     def least(self, guard: int, t: Number, most: int = _ORDER - 2) -> Number:
         """Return the time at which the slope of a convex guard vanishes, by Newton's method from ``t``.
