@@ -86,15 +86,9 @@ def with_derivatives(waves: Iterable[Wave]) -> list[Wave]:
 
 
 def rate(wave: Wave) -> dict[Wave, sp.Expr]:
-    """Return {Wave: coefficient} of the derivative of a wave."""
-    found = {}
-    if wave.power:
-        found[wave._replace(power=wave.power - 1)] = sp.Integer(wave.power)
-    if wave.decay != 0:
-        found[wave] = wave.decay
-    if wave.turn != 0:
-        found[wave._replace(sine=not wave.sine)] = wave.turn if wave.sine else -wave.turn
-    return found
+    """Return {Wave: coefficient} of the derivative of a wave, also with coefficients 0."""
+    lower, turned = wave._replace(power=wave.power - 1), wave._replace(sine=not wave.sine)
+    return {lower: sp.Integer(wave.power), wave: wave.decay, turned: wave.turn if wave.sine else -wave.turn}
 
 
 def value(m: Arithmetic, power: int, decay: Number, turn: Number, sine: bool, t: Number) -> Number:
