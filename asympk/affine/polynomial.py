@@ -10,7 +10,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache, reduce
-from itertools import count
 from math import lcm
 from operator import add
 from typing import Any
@@ -88,8 +87,7 @@ def _least_powers(whole, factors):
         *_, last = _divided(whole, _product(zip((factor for factor, _ in factors), powers, strict=True)))
         return not last.any()
 
-    tried = ([min(k, most) for _, most in factors] for k in count(1))
-    powers = next(powers for powers in tried if max(powers) == max(most for _, most in factors) or vanishes(powers))
+    powers = [most for _, most in factors]
     for i, power in enumerate(powers):
         lower = ([*powers[:i], k, *powers[i + 1 :]] for k in range(1, power))
         powers = next(filter(vanishes, lower), powers)
