@@ -141,8 +141,6 @@ def _begun(table, state):
     alone = (table.rows[0] != 0).sum(axis=1) == 1
     surfaces = [kind[0] in ("velocity_zero", "force_zero") for kind in table.kinds]
     zero = (values == 0) & (alone | (sizes == 0)) & surfaces
-    if not ((abs(values) > _CLEAR * sizes) | zero).all():
-        return None
     still = [k for k, kind in enumerate(table.kinds) if kind[0] == "velocity_zero" and values[k] == 0]
     resting = {table.kinds[k][1] for k in still}
     possible = [all((phase.velocity != 0) or k in resting for k, phase in enumerate(b)) for b in table.branches]
