@@ -80,8 +80,6 @@ def solve_many(
     """
     if not hasattr(system, "placed"):
         raise InputError(f"system = {short(system)}: it must be a System; build it with ap.System")
-    if until is None:
-        raise InputError("solve_many needs until=, the time at which the trajectories end")
     if not affine(system):
         raise InputError("solve_many follows the rod and systems whose modes are all affine and not switched by the "
                          "state or the time; solve scene by scene")

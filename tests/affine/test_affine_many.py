@@ -209,6 +209,7 @@ UNREADABLE = {
     "beyond doubles": [10**400, 1],
     "dates": np.array(["2020-01-01"], dtype="datetime64[D]"),
     "sets": {1},
+    "nothing": None,
 }
 
 
