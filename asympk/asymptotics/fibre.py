@@ -19,6 +19,7 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import cache, cached_property, lru_cache
 from importlib import import_module
+from itertools import chain, product
 from typing import Any
 
 import sympy as sp
@@ -163,7 +164,7 @@ class Formulas:
     def slow_rates(self) -> Callable[..., tuple]:
         """Compile the logarithmic rate of det g_y along the slow motion at mu = 0, -h_x f_y and -h_x f_x f_y."""
         tape, values, _, _ = self._at_rest(1)
-        (found,) = self._along([self.slopes.det()], values, tape, 1)
+        turned = [c[0, 1] for c in self._along(self.slopes.T, values, tape, 1)]
         point, drift = _first(values), self.limit_drift
         inverse, once, twice = self._inverse(values, tape), [], []
         for y in self.fast_states:
@@ -171,7 +172,8 @@ class Formulas:
             again = self._moved(drift, point, push, tape)
             once += _product(inverse, self._moved(self.limit, point, push, tape))
             twice += _product(inverse, self._moved(self.limit, point, again, tape))
-        return tape.function((found[0, 1] / found[0, 0], tuple(once), tuple(twice)), self.functions)
+        turning = sum(a * b for a, b in zip(chain(*inverse), turned, strict=True))  # the trace of g_y^-1 d(g_y)/dt
+        return tape.function((turning, tuple(once), tuple(twice)), self.functions)
 
     def _at_point(self, exprs):
         """Compile expressions at (x, y)."""
@@ -233,13 +235,10 @@ class Formulas:
 
     def _inverse(self, values, tape):
         """Return g_y^-1 at the start, by cofactors: pivoting would compare numbers, which a tape cannot."""
-        point = _first(values)
-        entries = _matrix(self.slopes, point, tape)
-        symbols = sp.Matrix(len(entries), len(entries), lambda i, j: sp.Symbol(f"j{i}_{j}"))
-        known = {symbols[i, j]: e for i, row in enumerate(entries) for j, e in enumerate(row)}
-        (determinant,) = evaluated([symbols.det(method="berkowitz")], known, tape)
-        adjugate = symbols.adjugate(method="berkowitz")
-        return [[c * (Fraction(1) / determinant) for c in row] for row in _matrix(adjugate, known, tape)]
+        minors = _minors(entries := _matrix(self.slopes, _first(values), tape))
+        adjugate = [[minor * (-1) ** (i + j) for i, minor in enumerate(column)] for j, column in enumerate(minors)]
+        determinant = sum(c * row[0] for c, row in zip(entries[0], adjugate, strict=True))
+        return [[c * (Fraction(1) / determinant) for c in row] for row in adjugate]
 
 
 def _functions(target):
@@ -269,6 +268,27 @@ def _matrix(matrix, values, tape):
     """Return a matrix at ``values``, by rows."""
     found = iter(evaluated(matrix, values, tape))
     return [[next(found) for _ in range(matrix.cols)] for _ in range(matrix.rows)]
+
+
+def _minors(matrix):
+    """Return the minors of a square matrix without row i and column j: for each j a list over i.
+
+    The rows are taken one after the other, with the minors of all that were taken, by their columns, in one table.
+    """
+    size = len(matrix)
+    found = [[0] * size for _ in matrix]
+    for i in range(size):
+        table: dict[tuple, Any] = {(): 1}
+        for row in (*matrix[:i], *matrix[i + 1 :]):
+            longer: dict[tuple, Any] = {}
+            for (columns, minor), (j, c) in product(table.items(), enumerate(row)):
+                if j not in columns and not (isinstance(c, int) and c == 0):
+                    key = tuple(sorted((*columns, j)))
+                    longer[key] = longer.get(key, 0) + minor * c * (-1) ** sum(k > j for k in columns)
+            table = longer
+        for columns, minor in table.items():
+            found[sum(range(size)) - sum(columns)][i] = minor
+    return found
 
 
 def _product(matrix, vector):

@@ -542,6 +542,17 @@ def test_quotients_in_the_states_keep_their_limits():
     assert abs(path.final[0] - bent) < path.error < 1e-8
 
 
+def test_many_fast_states_that_all_depend_on_each_other_have_their_models_at_once():
+    """A ring of seven: the inverse of a full matrix of symbols, written out, took too long for six already."""
+    ring = sp.symbols("r1:8", real=True)
+    force = [x - 3 * r + sum(ring) / 7 - r * ring[k - 1] * ring[k - 2] / 3 for k, r in enumerate(ring)]
+    system = ap.System.smooth({x: -ring[0]}, dict(zip(ring, force, strict=True)), mu)
+    start = {x: 1, **dict.fromkeys(ring, 0)}
+    path = _solved(system, {mu: "1/1000"}, start, 1, order=1)
+    truth = ap.solve(ap.Scene(system=system, values={mu: "1/1000"}, start=start, until=1), digits=20)
+    assert 1e-8 < distance(path.final, truth.final) < path.error < 1e-7
+
+
 def test_a_small_parameter_that_is_not_small_is_refused_and_a_tiny_one_is_not():
     with pytest.raises(NotNormallyHyperbolic, match=r"attracts at the rate 2, .* or where mu is not small; take"):
         _solved(LINEAR, {mu: 1}, (1, 3), 1)
