@@ -97,9 +97,9 @@ def _lowered(system: System, small: sp.Symbol, highest: int) -> tuple[System, di
         told[part] = sp.Add(*terms, small**highest * name) * moving
         rests[name] = (fixed - sp.Add(*terms)) / small**highest
     known = {}
-    fixed = (part for part in atoms(replaced(rates, told), sp.Function) if not isinstance(part, SWITCHING)
-             and type(part).__name__ not in FUNCTIONS and part.free_symbols <= {*system.parameters} - {small})
-    for part in sorted(fixed, key=str):
+    constants = (part for part in atoms(replaced(rates, told), sp.Function) if not isinstance(part, SWITCHING)
+                 and type(part).__name__ not in FUNCTIONS and part.free_symbols <= {*system.parameters} - {small})
+    for part in sorted(constants, key=str):
         known[part] = spare(small.name, (*system.states, *system.parameters, *rests))
         rests[known[part]] = part
     slow, fast = (sp.Dict({s: replaced(replaced(rate, told), known) for s, rate in of.items()})

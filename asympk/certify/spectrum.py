@@ -20,7 +20,8 @@ from asympk.affine.polynomial import residues_at, resolvent, taylor
 from asympk.certify.balls import Ball, Refused, flint
 from asympk.certify.families import NARROWINGS, Family, abreast, constant, diagonal, stacked, transposed, unit
 
-_INFLATIONS, _SWEEPS, _PARTED = 12, 3, 8
+_INFLATIONS, _SWEEPS = 12, 3
+_PARTED = 8  # the distance times the end of the motion, more than a turn, from which eigenvalues are followed apart
 
 
 class EigenvalueGroup(NamedTuple):

@@ -81,6 +81,7 @@ BAD = [
     ({"mu": "1e999999999"}, "mu = '1e999999999': it must be a decimal"),
     ({"mu": "1e-999999999"}, "mu = '1e-999999999': it must be a decimal"),
     ({"mu": "1" * 5000}, "it must be a decimal"),
+    ({"until": "1e400"}, "until = '1e400': it must be finite"),
     ({"until": "1e308"}, "until = '1e308': it must be finite, and its size at most 8.99e+307"),
     ({"until": 10**400}, "it must be finite"),
     ({"mu": "٣"}, "mu = '٣': it must be a decimal"),
