@@ -145,7 +145,7 @@ def _is_known(difference, facts, strict=False):
 def _at_ends(expr, facts):
     """Return ``expr`` at the bounds of a wave in which it is affine, with a slope in symbols of ``facts``, or []."""
     bounded = set().union(*(fact.free_symbols for fact in facts))
-    for wave in sorted(atoms(expr, *_WAVES), key=sp.default_sort_key):
+    for wave in _waves(expr):
         name = sp.Dummy()
         told = expr.xreplace({wave: name})
         if (slope := told.diff(name)).free_symbols and slope.free_symbols <= bounded:
@@ -158,14 +158,19 @@ def _without_waves(expr):
 
     These functions stay where the expression is not affine in them, or a slope has no known sign.
     """
-    inside = {wave for form in atoms(expr, InverseForm) for wave in form.atoms(*_WAVES)}  # the slope has no known sign
-    for wave in sorted(atoms(expr, *_WAVES) - inside, key=sp.default_sort_key):
+    for wave in _waves(expr):
         name = sp.Dummy()
         told = expr.xreplace({wave: name})
         slope = told.diff(name)
         if not slope.has(name) and (slope.is_nonnegative or slope.is_nonpositive):
             expr = told.xreplace({name: sp.S.NegativeOne if slope.is_nonnegative else sp.S.One})
     return expr
+
+
+def _waves(expr):
+    """Return the waves of ``expr`` but those in forms u' M^-1 v, where the slope has no known sign."""
+    inside = {wave for form in atoms(expr, InverseForm) for wave in form.atoms(*_WAVES)}
+    return sorted(atoms(expr, *_WAVES) - inside, key=sp.default_sort_key)
 
 
 _factored = lru_cache(maxsize=1024)(sp.factor)
