@@ -147,13 +147,14 @@ class CriticalManifold(ShownAsFormulas):
     def stability(self) -> str:
         """``"stable"`` (all fast directions attract), ``"unstable"`` (all repel) or ``"saddle"`` (some of each).
 
-        A ``Piecewise`` of these names, as symbols, where the stability depends on parameters or on the place. Raises
+        A ``Piecewise`` of these names, as symbols, where it depends on parameters or on the place in ``domain``. Raises
         ``NotNormallyHyperbolic`` where dg/dy has an eigenvalue on the imaginary axis on the whole manifold.
         """
         if self.exists == sp.false:
             raise NotNormallyHyperbolic(self.degeneracy(self.branch))
         kinds = {"stable": self.attracting, "unstable": self.repelling, "saddle": self.saddle}
-        cases = [(sp.Symbol(name), condition) for name, condition in kinds.items() if condition != sp.false]
+        inside = {name: reduce_under(condition, self.domain) for name, condition in kinds.items()}
+        cases = [(sp.Symbol(name), condition) for name, condition in inside.items() if condition != sp.false]
         return cases[0][0].name if len(cases) == 1 else sp.Piecewise(*cases)  # the only one, wherever it exists
 
     @cached_property

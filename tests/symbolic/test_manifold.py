@@ -729,6 +729,7 @@ TIME = sp.Symbol("t", real=True)
         (sp.Min(1, sp.Max(-1, x)) - y, {-1: x < -1, x: (x > -1) & (x < 1), 1: x > 1}),
         (sp.Piecewise((1 - y, y < 0), (3 - y, True)), {3: sp.true}),
         (sp.Piecewise((x - y, TIME < 1), (2 * x - y, True)), {x: TIME < 1, 2 * x: TIME > 1}),
+        (x - sp.Abs(x) * y, {1: x > 0, -1: x < 0}),  # the bristle of LuGre at the sliding velocity x
     ],
 )
 def test_a_mode_that_switches_has_the_slow_manifolds_of_each_of_its_sides(force, expected):
