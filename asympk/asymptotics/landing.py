@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, partial
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -152,9 +153,14 @@ def newton(formulas: Formulas, x: Sequence, y: Sequence, values: tuple) -> Seque
 
 def abscissa(formulas: Formulas, x: Any, y: Any, values: tuple) -> float:
     """Return the largest real part of an eigenvalue of g_y: negative where the branch attracts."""
+    return rightmost(formulas, x, y, values).real
+
+
+def rightmost(formulas: Formulas, x: Any, y: Any, values: tuple) -> complex:
+    """Return the eigenvalue of g_y with the largest real part."""
     if len(y) == 1:
         return formulas.jacobian(*x, *y, *values)[0]
-    return float(np.linalg.eigvals(_square(formulas, x, y, values)).real.max())
+    return max(np.linalg.eigvals(_square(formulas, x, y, values)).tolist(), key=attrgetter("real"))
 
 
 def attraction(formulas: Formulas, x: Sequence, branch: Sequence, values: tuple) -> float:

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from asympk.asymptotics.fibre import Formulas
-from asympk.asymptotics.landing import ROOT, abscissa, newton, root
+from asympk.asymptotics.landing import ROOT, newton, rightmost, root
 from asympk.asymptotics.nonstiff import EXPONENT, Trajectory, rates, steps
 from asympk.asymptotics.stiff import jacobian
 from asympk.asymptotics.watching import watched
@@ -195,7 +195,7 @@ def margin(formulas: Formulas, state: Sequence[float], mu: float, values: tuple)
         turning, once, twice = formulas.slow_rates(*state, mu, *values)
         _, largest = _attraction(formulas, state, mu, values)
         meeting = max(abs(turning), MEETING * _size(once), AGAIN * math.sqrt(_size(twice)))
-        return -largest - mu * meeting
+        return -largest.real - mu * meeting
     except (ArithmeticError, ValueError):
         return -math.inf
 
@@ -207,9 +207,9 @@ def _size(entries):
 
 
 def _attraction(formulas, state, mu, values):
-    """Return y on the branch, and the largest real part of an eigenvalue of g_y there."""
+    """Return y on the branch, and the eigenvalue of g_y there with the largest real part."""
     y = formulas.height(0)(*state, mu, *values)
-    return y, abscissa(formulas, state[: len(formulas.slow_states)], y, values)
+    return y, rightmost(formulas, state[: len(formulas.slow_states)], y, values)
 
 
 def _held(along, check):
@@ -233,9 +233,10 @@ def _check(formulas, mu, values, guards, began, step, state):
         if guards is not None and min(guards(low, state), default=0) < 0:
             return
     y, largest = _attraction(formulas, state, mu, values)
-    small = formulas.small
-    why = (f"it attracts at the rate {-largest / mu:.6g}, and changes, or the motion on it does, about as fast, as "
-           f"before a fold, or where {small} is not small") if largest < 0 else "it does not attract"  # fmt: skip
+    small, turns = formulas.small, "a Hopf point" if largest.imag else "a fold"
+    why = (f"it attracts at the rate {-largest.real / mu:.6g}, and changes, or the motion on it does, about as fast, "
+           f"as before {turns}, or where {small} is not small")  # fmt: skip
+    why = why if largest.real < 0 else "it does not attract"
     raise NotNormallyHyperbolic(f"the slow manifold is lost at {_place(formulas, state, y, began + t)}: {why}; take a "
                                 f"smaller until, or a smaller {small}")  # fmt: skip
 

@@ -165,6 +165,13 @@ def test_a_fold_is_named_where_higher_terms_outgrow_all_bounds_before_it_and_sta
         _solved(toe, {mu: "1e-5"}, {u: 1, v: 2}, 2, order=order)
 
 
+def test_a_focus_that_ceases_to_attract_is_named_a_hopf_point():
+    """The eigenvalues x - i and x + i of the fast part meet the imaginary axis at x = 0."""
+    bautin = ap.System.smooth({x: sp.S.One}, {u: x * u - v - u**3, v: u + x * v - v**3}, mu)
+    with pytest.raises(NotNormallyHyperbolic, match=r"lost at t = 1, .* before a Hopf point, or where mu"):
+        _solved(bautin, {mu: "1/1000"}, {x: -1, u: "1/2", v: 0}, 2)
+
+
 @pytest.mark.parametrize("order", [0, 1, 2])
 def test_a_layer_of_numbers_alone_is_that_of_an_exponential(order):
     relay = ap.System.smooth(slow={x: v - x}, fast={v: 1 - v}, small=mu)
