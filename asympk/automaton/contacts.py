@@ -55,7 +55,7 @@ class ContactPoint(NamedTuple):
 
 
 class Solved(NamedTuple):
-    """Forces and reactions at a point, and the size of the determinant of their equations."""
+    """Forces and reactions at a point, and the determinant of their equations."""
 
     forces: dict[sp.Symbol, Any]
     determinant: Any
@@ -301,12 +301,13 @@ def unit_row(place: int, size: int) -> tuple:
 
 def eliminated(equations: list[tuple], unknowns: tuple, numbers: Numbers) -> Solved | None:
     """Solve as many linear equations as unknowns by elimination, or return None where they are singular."""
-    rows, size = [list(row) for row in equations], len(unknowns)
+    rows, size, sign = [list(row) for row in equations], len(unknowns), 1
     given = [[*row[1:]] for row in equations]
     for j in range(1, size + 1):
         pivot = max(range(j - 1, size), key=lambda i: abs(rows[i][j]))
         if numbers.is_singular(rows[pivot][j], given[pivot]):
             return None
+        sign *= 1 if pivot == j - 1 else -1
         for both in (rows, given):
             both[j - 1], both[pivot] = both[pivot], both[j - 1]
         for i in range(size):
@@ -314,7 +315,7 @@ def eliminated(equations: list[tuple], unknowns: tuple, numbers: Numbers) -> Sol
                 factor = rows[i][j] / rows[j - 1][j]
                 rows[i] = [a - factor * b for a, b in zip(rows[i], rows[j - 1], strict=True)]
     forces = {u: -rows[j][0] / rows[j][j + 1] for j, u in enumerate(unknowns)}
-    return Solved(forces, abs(math.prod(rows[j][j + 1] for j in range(size))))
+    return Solved(forces, math.prod((rows[j][j + 1] for j in range(size)), start=sign))
 
 
 def row_at(row: tuple, forces: tuple) -> Any:

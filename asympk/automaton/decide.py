@@ -11,14 +11,15 @@ A single consistent branch is the motion. Of several consistent branches, those 
 2. Then a branch is left out if, of the contacts that rested before, another branch keeps these at rest and more.
 3. Then step 2 is repeated with all contacts.
 
-The motion ends with an error if no branch is left, or several with different rates. Rest on redundant contacts comes
-before all of this: the system rests if some forces, determined or not, hold all of it at rest.
+The motion ends with an error if no branch is left, or several with different rates, or if a contact at rest may slip in
+either direction as well: such rest repels. Rest on redundant contacts comes before all of this: the system rests if
+some forces, determined or not, hold all of it at rest.
 
 ``follow_on`` is the entry. ``_going_on`` finds and selects the branches; ``_ties`` and ``_still`` test consistency.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from fractions import Fraction
 from functools import lru_cache, partial
@@ -158,14 +159,15 @@ def _going_on(here: Junction, tried: Tried) -> Branch:
         still = None if keys is None else _still(here, mode_of(here.system, branch), keys)
         if still is not None:
             consistent[branch] = still
+    firm = consistent
     if len(consistent) > 1:
-        firm = {branch: still for branch, still in consistent.items() if not _breaks_loose(here, branch)}
-        consistent = firm or consistent
+        firm = {branch: still for branch, still in consistent.items() if not _breaks_loose(here, branch)} or consistent
     held = branches.at_rest(here.before or ()) - {k for _, k in here.lost}
-    left = branches.most_at_rest(branches.most_at_rest(consistent, held))
+    left = branches.most_at_rest(branches.most_at_rest(firm, held))
     if len(left) > 1 and all(_stands(here, mode_of(here.system, branch)) for branch in left):
         return _idle(here, left[0], consistent[left[0]])
     branch = _chosen(here, {branch: consistent[branch] for branch in left})
+    _require_one_way(here, branch, tried)
     _require_shared(here, branch, consistent[branch])
     _require_uncritical(here, branch, tried)
     return _idle(here, branch, consistent[branch])
@@ -193,7 +195,8 @@ def _tried(here: Junction) -> Tried:
 def _fitting(here: Junction, group: tuple[int, ...]) -> list[tuple[dict[int, Phase], list[tuple] | None]]:
     """Return the choices of phases of a group in which no guard is negative, and the keys of those that vanish.
 
-    Where all of a group that may rest can, with margins that are positive, static friction holds the group.
+    Where all of a group that may rest can, with margins that are positive, static friction holds the group, if it draws
+    the velocities to 0.
     """
     undecided = [k for k in group if len(here.phases[k]) > 1]
     _require_few(3 ** len(undecided), len(undecided))
@@ -203,11 +206,17 @@ def _fitting(here: Junction, group: tuple[int, ...]) -> list[tuple[dict[int, Pha
         own = dict(zip(group, phases, strict=True))
         branch = tuple(own.get(k, choice[0]) for k, choice in enumerate(here.phases))
         ties = _ties(here, branch, group)
-        if holds and ties == [] and all(own[k].mode == "stick" for k in undecided):
+        if holds and ties == [] and all(own[k].mode == "stick" for k in undecided) and _attracts(here, branch, group):
             return [(own, ties)]
         if ties is not None or here.solved(branch, group) is None:
             found.append((own, ties))
     return found
+
+
+def _attracts(here: Junction, branch: Branch, group: tuple[int, ...]) -> bool:
+    """Tell whether velocities of a group at rest grow with the friction that holds it: else, slip grows as well."""
+    solved, smooth = here.solved(branch, group), _solved_smooth(here, branch, group)
+    return bool(solved and smooth and solved.determinant * smooth.determinant > 0)
 
 
 def _require_few(combinations: int, undecided: int) -> None:
@@ -394,6 +403,7 @@ def _standing(here: Junction, tried: Tried) -> Branch | None:
         loose = branches.at_rest(branch) and not here.is_determined(branch)
         standing = standing_branch(here, branch, partial(_margin_growth, here)) if loose else None
         if standing and (here.system.time is None or _lasts(here, standing)):
+            _require_one_way(here, branch, tried)
             return standing
     return None
 
@@ -438,16 +448,16 @@ def _require_uncritical(here: Junction, chosen: Branch, tried: Tried) -> None:
     """
     for branch, keys in tried.items():
         rests = keys is None and branches.at_rest(branch) >= branches.at_rest(chosen)
-        if rests and _solved_smooth(here, branch) and moves_in_several_ways(here, branch):
+        if rests and _solved_smooth(here, branch, range(len(branch))) and moves_in_several_ways(here, branch):
             raise _undetermined(here, branch)
 
 
-def _solved_smooth(here: Junction, branch: Branch) -> Solved | None:
-    """Return the reactions of a branch at the state itself as if no contact had friction, or None if undetermined."""
+def _solved_smooth(here: Junction, branch: Branch, group: Collection[int]) -> Solved | None:
+    """Return the reactions of a group at the state itself as if no contact had friction, or None if undetermined."""
     point = here.points[0]
     smooth = point._replace(contacts=tuple(c._replace(kinetic=0, static=0) for c in point.contacts))
     sliding = tuple(phase if phase == OPEN else phase._replace(velocity=1) for phase in branch)
-    return solved_forces(here.system, sliding, smooth, here.numbers, range(len(branch)))
+    return solved_forces(here.system, sliding, smooth, here.numbers, group)
 
 
 def _undetermined(here: Junction, branch: Branch) -> UnboundedReaction:
@@ -456,6 +466,22 @@ def _undetermined(here: Junction, branch: Branch) -> UnboundedReaction:
         why = "has equations that are singular in this state only; start beside it"
     return UnboundedReaction(f"the forces of contacts are not determined {here.in_words}: "
                              f"{branches.mode_name(branch)} {why}", here.at.t, here.at.state)  # fmt: skip
+
+
+def _require_one_way(here: Junction, branch: Branch, tried: Tried) -> None:
+    """Raise ``TwoMotions`` if a contact at rest in a branch may as well slip in either direction, all else alike."""
+    for k in branches.at_rest(branch):
+        ways = {b[k].velocity: b for b, keys in tried.items() if keys is not None and b[k].velocity
+                and b[:k] + b[k + 1 :] == branch[:k] + branch[k + 1 :]}  # fmt: skip
+        if len(ways) > 1 and all(_leaves_rest(here, b, tried[b], k) for b in ways.values()):
+            raise _several(here, (branch, *ways.values()))
+
+
+def _leaves_rest(here: Junction, branch: Branch, keys: list[tuple] | None, k: int) -> bool:
+    """Tell whether a branch whose guards ``keys`` vanish is consistent, and contact k slips in it not in name only."""
+    mode = mode_of(here.system, branch)
+    still = _still(here, mode, keys or [])
+    return still is not None and ("velocity_zero", k, False) not in {_all_guards(mode)[j].key for j in still}
 
 
 def _require_shared(here: Junction, branch: Branch, still: list[int]) -> None:
@@ -484,9 +510,13 @@ def _chosen(here: Junction, left: dict[Branch, list[int]]) -> Branch:
         return next(iter(distinct.values()))
     if not distinct:
         raise NoMotion(f"no motion goes on {here.in_words}: {_why_none(here)}", here.at.t, here.at.state)
-    names = " and ".join(sorted(map(_in_words, distinct.values())))
-    raise TwoMotions(f"several motions go on {here.in_words}: {names} are all consistent; the model needs compliance "
-                     "there", here.at.t, here.at.state)  # fmt: skip
+    raise _several(here, distinct.values())
+
+
+def _several(here: Junction, consistent: Iterable[Branch]) -> TwoMotions:
+    names = " and ".join(sorted({*map(_in_words, consistent)}))
+    return TwoMotions(f"several motions go on {here.in_words}: {names} are all consistent; the model needs compliance "
+                      "there", here.at.t, here.at.state)  # fmt: skip
 
 
 def _why_none(here: Junction) -> str:

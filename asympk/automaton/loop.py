@@ -286,7 +286,7 @@ def _passed(
 
 _ENDS: dict[str, tuple[type[UnboundedReaction] | type[TwoMotions], str]] = {
     "unbounded": (UnboundedReaction, "the reaction of a rigid contact grows beyond all bounds, or is not determined,"),
-    "several": (TwoMotions, "a second motion of the rigid contact comes up"),
+    "several": (TwoMotions, "a second motion of the contact comes up"),
 }
 
 
@@ -296,7 +296,7 @@ def _require_one_motion(mode: NumericMode, t: Any, state: tuple) -> None:
     At rest such a contact has one motion; as soon as it slides, it has two.
     """
     ends = {kind: k for k, (kind, _) in enumerate(mode.kinds) if kind in _ENDS}
-    if "several" in ends:
+    if len(ends) == len(_ENDS):
         values = mode.guard_values(t, state)
         least, largest = sorted(values[k] for k in ends.values())
         if least < -PARADOX * largest:

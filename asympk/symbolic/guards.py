@@ -16,6 +16,7 @@ from asympk.symbolic.branches import (
     Branch,
     Guard,
     all_phases,
+    at_rest,
     awake,
     drive,
     held,
@@ -26,13 +27,14 @@ from asympk.symbolic.branches import (
     with_signs,
 )
 from asympk.symbolic.forces import determined, edges_of_stick, entries_named, force_equations, forces, standing_rows
+from asympk.symbolic.inverses import InverseForm
 from asympk.symbolic.long import LONG, atoms, heavy, is_longer, replaced, tidied
 from asympk.symbolic.penetration import without_penetration
 
 if TYPE_CHECKING:
     from asympk.symbolic.system import Friction, System
 
-NEVER_IDLE = ("unbounded", "several")  # kinds of guards of sliding rigid contacts; these are always watched
+NEVER_IDLE = ("unbounded", "several")  # kinds of guards at whose loss a motion ceases to be the only one
 
 
 def named_branches(system: "System") -> Iterator[Branch]:
@@ -152,7 +154,7 @@ def _every_guard(system: "System", branch: Branch) -> tuple[Guard, ...]:
             found.append(Guard("velocity_zero", k, phase.velocity * v))
         else:
             found += edges_of_stick(friction, phase, k)
-    found += _unambiguous(system, branch)
+    found += _unambiguous(system, branch) or _attracting(system, branch, solved)
     return tuple(_divided(g._replace(value=_with_powers(_put(system, branch, g.value, solved)))) for g in found)
 
 
@@ -206,12 +208,28 @@ def _unambiguous(system: "System", branch: Branch) -> list[Guard]:
     return found
 
 
+def _attracting(system: "System", branch: Branch, solved: dict) -> list[Guard]:
+    """Return the guard of contacts at rest that no other motion appears: rest attracts while v' grows with the force.
+
+    Where the forces contain a divisor that varies, they grow beyond the edges of stick before the guard vanishes, or
+    the rates have a pole.
+    """
+    resting, moving = sorted(at_rest(branch)), {*system.states, system.time}
+    values = sp.Tuple(*solved.values())
+    divisors = {p.base for p in atoms(values, sp.Pow) if p.exp.is_negative} | atoms(values, InverseForm)
+    if not resting or any(divisor.free_symbols & moving for divisor in divisors):
+        return []
+    value = _stiffness(system, branch)
+    varies = value.free_symbols & moving and not _never_negative(system, value)
+    return [Guard("several", resting[0], value)] if varies else []
+
+
 def _stiffness(system: "System", branch: Branch) -> sp.Expr:
-    """Return the determinant of the equations of the forces, times the same determinant without sliding friction."""
+    """Return the determinant of the equations of the forces, times the same determinant without friction."""
     unknowns, matrix, _ = force_equations(system, branch)
     alone = matrix.as_mutable()
     for friction, phase in zip(system.frictions, branch, strict=True):
-        if phase.velocity:
+        if phase != OPEN:
             row = unknowns.index(friction.force)
             alone[row, :] = sp.eye(len(unknowns))[row, :]
     return sp.Mul(*map(_determinant, (alone, matrix)))

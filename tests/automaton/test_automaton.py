@@ -273,18 +273,30 @@ def test_a_twisting_relay_accumulates_where_its_events_shrink_geometrically_to()
     assert float(str(caught.value).split("t = ")[1].split(",")[0]) == pytest.approx(total, rel=1e-9)
 
 
-@pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("switched", [v, x])
-def test_what_rests_stays_at_rest_whichever_way_its_force_pushes_and_whether_or_not_the_force_is_determined(
-    switched, sign
-):
-    """x'' = t - 1 after t = 1, or t + 1 where the force pushes on; rest on x = 0 leaves the force to the rate of v."""
+def test_what_rests_stays_at_rest_where_its_force_draws_it_back_whether_or_not_the_force_is_determined(switched):
+    """x'' = t - 1 after t = 1, or t + 1 or t - 1 where the force pushes on; rest on x = 0 leaves F to the rate of v."""
     friction = ap.Friction(velocity=switched, force=F, load=1, kinetic=1)
-    pushed = ap.System.with_frictions({x: v, v: sign * F + t}, {}, [friction], time=t)
-    path = follow(pushed, {"x": 0, "v": 0}, 1.5)
+    held, pushed = (ap.System.with_frictions({x: v, v: f + t}, {}, [friction], time=t) for f in (F, -F))
+    path = follow(held, {"x": 0, "v": 0}, 1.5)
     assert (path.modes, path.events[0].kind) == (("stick", "slip_same"), "slip_onset")
     assert path.events[0].t == pytest.approx(1)
-    assert path.final == pytest.approx((1 / 48, 1 / 8) if sign > 0 else (13 / 48, 9 / 8))
+    assert path.final == pytest.approx((1 / 48, 1 / 8))
+    with pytest.raises(TwoMotions, match=r"at t = 0.* \(velocity < 0\) and .* \(velocity > 0\) and stick"):
+        follow(pushed, {"x": 0, "v": 0}, 1.5)
+
+
+@pytest.mark.parametrize("options", [{}, {"method": "radau"}, {"digits": 20}])
+def test_a_sliding_motion_ends_where_its_surface_begins_to_repel_from_both_sides(options):
+    """w' = x sign(w): |w| grows by (x**2 - c**2)/2 from any x = c > 0 on, or stays 0."""
+    fold = ap.System.with_frictions({x: 1, w: -x * F}, {}, [ap.Friction(w, F, 1, 1)])
+    with pytest.raises(TwoMotions, match=r"a second motion of the contact comes up at t = 1, .* in mode stick"):
+        follow(fold, {"x": -1, "w": 0}, 3, **options)
+    with pytest.raises(TwoMotions, match="several motions go on at t = 0, x = 1, w = 0"):
+        follow(fold, {"x": 1, "w": 0}, 1, **options)
+    assert certify(ap.Scene(system=fold, start={"x": -1, "w": 0}, until="1/2")).modes == ("stick",)
+    assert not certify(ap.Scene(system=fold, start={"x": -1, "w": 0}, until=3)).proven
+    assert not certify(ap.Scene(system=fold, start={"x": 1, "w": 0}, until=3)).proven
 
 
 # events that a step could miss
@@ -698,14 +710,16 @@ def test_the_mode_that_follows_is_decided_by_coefficients_that_cancel_with_their
 
 @pytest.mark.parametrize("options", [{}, {"digits": 20}])
 def test_a_state_in_which_stick_has_singular_equations_is_not_told_as_one_without_motion(options):
-    """All neighbours stick: |x - u| <= |x + u| there. Slip has w' = -u for w > 0 and w' = x for w < 0."""
+    """Neighbours stick: |x - u| <= x + u there. Slip has w' = -u for w > 0 and w' = x for w < 0, at -1 away from 0."""
     rate = (x - u + (x + u) * F) / 2
     system = ap.System.with_frictions({x: 1, u: 1, w: rate}, {}, [ap.Friction(velocity=w, force=F, load=1, kinetic=1)])
     with pytest.raises(UnboundedReaction, match=r"t = 0.*: stick has equations that are singular in this state only"):
         ap.solve(ap.Scene(system=system, start={x: 0, u: 0, w: 0}, until=1), **options)
-    for beside in [("1e-9", 0), (0, "1e-9"), (-1, -1)]:
+    for beside in [("1e-9", 0), (0, "1e-9")]:
         path = ap.solve(ap.Scene(system=system, start=dict(zip((x, u, w), (*beside, 0), strict=True)), until=1))
         assert path.modes == ("stick",)
+    with pytest.raises(TwoMotions):
+        ap.solve(ap.Scene(system=system, start={x: -1, u: -1, w: 0}, until=1), **options)
 
 
 @pytest.mark.parametrize("way", [{"method": "radau"}, {"method": "dop853", "rtol": 1e-10}, {"digits": 20}])
