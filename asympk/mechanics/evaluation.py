@@ -12,6 +12,7 @@ from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.reading import as_floats
 from asympk.symbolic.sides import shortly_after
 from asympk.symbolic.truth import array_function, holds
+from asympk.symbolic.values import require_declared
 
 ROUNDING = 8 * 2.0**-52  # part of its terms below which a sum of products may be rounding
 
@@ -66,12 +67,9 @@ def _constant(part: sp.Basic, given: dict[sp.Symbol, Any], shape: tuple[int, ...
 
 
 def _declared(symbol: sp.Symbol, value: Any) -> Any:
-    """Return ``value``; raises ``InputError`` if its sign is not the one that is declared for the symbol."""
-    import numpy as np
-
-    above = np.greater_equal if np.ndim(value) else np.greater  # a range may begin at 0
-    for word, good in (("positive", above), ("negative", np.less), ("nonnegative", np.greater_equal)):
-        if getattr(symbol, f"is_{word}") and not np.all(good(value, 0)):
-            wrong = np.ravel(value)[~np.ravel(good(value, 0))][0]
-            raise InputError(f"{symbol} = {wrong:g}: the symbol is declared {word}")
+    """Return a float, or an array; raises ``InputError`` for one that its symbol is declared not to be."""
+    ends = [value] if isinstance(value, float) else [value.min(), value.max()] if value.size else []
+    for end in ends:
+        if end or isinstance(value, float):  # a range may begin at 0
+            require_declared(symbol, float(end))
     return value

@@ -276,3 +276,18 @@ def test_where_gap_and_slip_move_as_one_a_point_rests_with_the_one_reaction_that
             point.motions(values)
     else:
         assert point.motions(values) == (("stick", reaction),)
+
+
+@pytest.mark.parametrize(
+    ("declared", "wrong"),
+    [("positive", 0), ("negative", 1), ("nonnegative", -1), ("nonpositive", 1), ("nonzero", 0), ("integer", 0.5)],
+)
+def test_no_motion_is_counted_at_a_number_that_its_symbol_is_declared_not_to_be(declared, wrong):
+    X, Y, U, V = sp.symbols("X Y U V", real=True)
+    k = sp.Symbol("k", **{declared: True})
+    block = ap.Mechanism((X, Y), (U, V), sp.eye(2), (0, -2 - k / 4), ap.Contact(Y, X, 1, unilateral=True))
+    with pytest.raises(InputError, match=f"k = .* is refused; the symbol is declared {declared}"):
+        block.motions({"U": 1, "k": wrong})
+    right = -1 if declared in ("negative", "nonpositive") else 1
+    assert block.motions({"U": 1, "k": right}) == (("slip", 2 + right / 4),)
+    assert block.motion_map({"U": 1, "k": [0, right]}).count.tolist() == [1, 1]
