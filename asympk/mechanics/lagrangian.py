@@ -106,10 +106,9 @@ def _forces(forces: Any, coordinates: tuple) -> list:
             raise InputError(f"forces: {', '.join(sorted(map(str, unknown)))} is no coordinate")
         return [expression(f"the force on {q}", forces.get(q, 0)) for q in coordinates]
     given = entries_of("forces", forces, "one for each coordinate, or a dict")
-    forces = [expression(f"the force on {q}", force) for q, force in zip(coordinates, given, strict=False)]
-    if len(forces) != len(coordinates):
-        raise InputError(f"{len(forces)} forces for {len(coordinates)} coordinates; give one for each, or a dict")
-    return forces
+    if len(given) != len(coordinates):
+        raise InputError(f"{len(given)} forces for {len(coordinates)} coordinates; give one for each, or a dict")
+    return [expression(f"the force on {q}", force) for q, force in zip(coordinates, given, strict=True)]
 
 
 def _from_lagrange(method: Any) -> tuple[tuple, sp.Matrix, sp.Matrix, dict]:

@@ -229,6 +229,7 @@ def _kane(coordinates, speeds, **dependent):
         (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, sp.symbols("X Y"), contact=c), "not a dynamicsymbol"),
         (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, (X, Y), contact=c), "mass is singular"),
         (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, (X, Y), contact=c, forces=(1,)), "1 forces for 2"),
+        (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, (X, Y), contact=c, forces=(1, 2, 3)), "3 forces for 2"),
         (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, (X, Y), contact=c, forces=3), "forces = 3: give one"),
         (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, (X, Y), contact=c, forces="PQ"), "forces = 'PQ': give"),
         (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, (X, Y), contact=c, forces={THETA: 1}), "no coordinate"),
