@@ -18,8 +18,8 @@ import numpy as np
 
 from asympk.asymptotics import affinelayer
 from asympk.asymptotics.fibre import Formulas
-from asympk.asymptotics.nonstiff import IMPLICIT, Trajectory, steps
-from asympk.asymptotics.stiff import StiffStep, jacobian
+from asympk.asymptotics.nonstiff import Trajectory, price, steps
+from asympk.asymptotics.stiff import jacobian
 from asympk.errors import OutOfRange
 from asympk.numbers import listed
 from asympk.symbolic.expansion import is_zero
@@ -211,7 +211,7 @@ def _settled(formulas, first, x, y, values, order, tolerances):
         if (last := next(ahead, None)) is None:
             break
         found.append(last)
-        now, spent = last.end[: len(y)], spent + (IMPLICIT if isinstance(last, StiffStep) else 1)
+        now, spent = last.end[: len(y)], spent + price(last)
     else:
         words = "does not settle on an attracting branch"
         if known:

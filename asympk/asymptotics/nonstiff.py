@@ -173,6 +173,11 @@ def _tried(take, span, state, first, rtol, atol, late):
     return (error if math.isfinite(error) else math.inf), new, stages
 
 
+def price(step: Step) -> int:
+    """Return the number of explicit steps that take as long as a step."""
+    return IMPLICIT if isinstance(step, StiffStep) else 1
+
+
 def _first_span(flows, parameters, state, first, longest, rtol, atol):
     """Return a first step by Hairer, Nørsett and Wanner, section II.4, with ``LONG`` for the constant 0.01."""
     scale = [a + rtol * abs(w) for a, w in zip(atol, state, strict=True)]

@@ -17,21 +17,21 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import islice, starmap, takewhile
+from itertools import starmap
 from typing import Any
 
 import numpy as np
 
 from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.landing import ROOT, newton, rightmost, root
-from asympk.asymptotics.nonstiff import EXPONENT, Trajectory, rates, steps
+from asympk.asymptotics.nonstiff import EXPONENT, Trajectory, price, rates, steps
 from asympk.asymptotics.stiff import jacobian
 from asympk.asymptotics.watching import watched
 from asympk.automaton.numericmode import LOOKS
 from asympk.errors import NotNormallyHyperbolic, OutOfRange
 from asympk.numbers import listed
 
-STEPS = 20000
+STEPS = 20000  # the most steps of a slow motion, in explicit ones
 FAR = 1e12
 SIDE_BY_SIDE = 1e-6  # the least tolerance of slow motions to several orders in common steps
 MEETING = 4  # mu y' = g, linear, and x' = y have real eigenvalues as long as 4 mu |h_x f_y| < |g_y|
@@ -122,9 +122,12 @@ def _steps(formulas, kinds, first, mu, values, until, rtol, within, span=None):
     flows, slopes = tuple(starmap(formulas.flow, kinds)), partial(_slopes, formulas, kinds, (mu, *values))
     within = until / LOOKS if any(rate == 1 for rate in formulas.mode.slow.values()) else within  # a clock may drive it
     far = FAR * max(1.0, *map(abs, first))
-    atol = (rtol,) * len(first)
+    atol, left = (rtol,) * len(first), STEPS
     along = steps(flows, (mu, *values), first, until, rtol, atol, within=within, slopes=slopes, span=span)
-    yield from takewhile(lambda step: max(map(abs, step.end)) < far, islice(along, STEPS))
+    for step in along:
+        if not max(map(abs, step.end)) < far or (left := left - price(step)) < 0:
+            return
+        yield step
 
 
 def _require_reached(formulas, order, first, found, mu, values, end, rtol, guards, began):

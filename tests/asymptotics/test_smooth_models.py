@@ -14,6 +14,7 @@ import asympk as ap
 from asympk.asymptotics import landing, reduced
 from asympk.asymptotics.fibre import formulas
 from asympk.asymptotics.landing import land, root
+from asympk.asymptotics.stiff import jacobian
 from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic, OrderError, OutOfRange, UnknownName
 from asympk.studies.ladder import distance
 
@@ -163,6 +164,18 @@ def test_a_fold_is_named_where_higher_terms_outgrow_all_bounds_before_it_and_sta
     toe = ap.System.smooth(slow={u: -1}, fast={v: u - v**2}, small=mu)
     with pytest.raises(NotNormallyHyperbolic, match=r"lost at t = 0\.99.*, u = 0\.00.*, v = 0\.0.* before a fold"):
         _solved(toe, {mu: "1e-5"}, {u: 1, v: 2}, 2, order=order)
+
+
+def test_implicit_steps_of_a_slow_motion_count_as_the_explicit_ones_that_take_as_long(monkeypatch):
+    """Near its fold the manifold of order 3 of the prey meets the pole of x', where 19900 implicit steps took 25 s."""
+    taken = []
+    monkeypatch.setattr(reduced, "jacobian", lambda flow, at: taken.append(at) or jacobian(flow, at))
+    monkeypatch.setattr(reduced, "STEPS", 4000)
+    eaten = x * y / (y + sp.Rational(321, 1000))
+    prey = ap.System.smooth({x: eaten - x * sp.Rational(447, 500)}, {y: y * (1 - y / sp.Rational("1.783")) - eaten}, mu)
+    with pytest.raises(OutOfRange, match="its steps become too small"):
+        _solved(prey, {mu: "1/164"}, {x: "0.611", y: "1.926"}, "1.556")
+    assert 100 < len(taken) <= 400
 
 
 def test_a_focus_that_ceases_to_attract_is_named_a_hopf_point():
