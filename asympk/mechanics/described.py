@@ -12,13 +12,14 @@
     [over]          # theta = [0.05, 1.5]: the range over which the paradox is looked for
 
 With ``until`` the file is also a scene, which starts from ``[state]`` on a rigid or an elastic contact. Then the keys
-``contact``, ``compliance`` and ``damping`` stand at the top of the file, with the meaning that they have under
-``[system]`` of ``asympk.scenes.systemfile``.
+``contact``, ``compliance``, ``damping`` and ``others`` stand at the top of the file, with the meaning that they have
+under ``[system]`` of ``asympk.scenes.systemfile``.
 
 Instead of ``lagrangian`` a file may have ``mass``, rows of formulas; the forces are then the whole right side Q.
 """
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -31,12 +32,13 @@ from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.lagrangian import lagranges_equations
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.numbers import number
-from asympk.storage.tomlfile import read_table, refuse_unknown, require_keys, table_in, word
+from asympk.storage.tomlfile import read_table, refuse_unknown, require_keys, table_in, tables_in, word
 from asympk.symbolic.system import System
 
-KEYS = ("coordinates", "lagrangian", "mass", "gap", "slip", "friction", "static", "load", "unilateral", "forces")
+OF_CONTACT = ("gap", "slip", "friction", "static", "load", "unilateral")
+KEYS = ("coordinates", "lagrangian", "mass", *OF_CONTACT, "forces")
 EXAMPLE = ("about", "values", "state", "over")
-CONTACT = ("contact", "compliance", "damping")  # keys of a file that is also a scene
+CONTACT = ("contact", "compliance", "damping", "others")  # keys of a file that is also a scene
 FILE = (*KEYS, *EXAMPLE, *CONTACT, "until")
 _NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
@@ -47,7 +49,8 @@ class Described:
 
     ``turn`` is None, or (name, low, high, {other: function}) for the coordinate or parameter over which the mechanism
     is drawn; the functions give the ``other`` numbers that change with it. ``undamped`` is the elastic ``System``
-    without damping if its phase plane (R, R') is to be drawn. ``followed`` tells whether ``name`` also is a scene.
+    without damping if its phase plane (R, R') is to be drawn. ``followed`` tells whether ``name`` also is a scene, and
+    ``beside`` is the number of further contacts that the scene has.
     """
 
     name: str
@@ -58,6 +61,7 @@ class Described:
     turn: tuple | None
     undamped: System | None = None
     followed: bool = False
+    beside: int = 0
 
     @property
     def numbers(self) -> dict[str, Any]:
@@ -121,7 +125,7 @@ def mechanism_of_table(table: dict[str, Any], where: Any) -> Described:
     if "until" in table and "coordinates" not in table:
         raise InputError(f"{where}: it is a scene, followed by asympk solve; a mechanism has coordinates")
     refuse_unknown(table, FILE, where)
-    return replace(_described(table, where), followed="until" in table)
+    return replace(_described(table, where), followed="until" in table, beside=len(tables_in(table, "others")))
 
 
 def described_by(table: Any, parameters: Any) -> Described:
@@ -171,13 +175,7 @@ def _mechanism_of(table, values):
 
 
 def _mechanism(table, formula, q, u, t):
-    needed = ("gap", "slip", "friction")
-    require_keys(table, needed)
-    if not isinstance(table.get("unilateral", False), bool):
-        raise InputError("unilateral must be true or false")
-    given = {key: formula(key, table[key]) for key in (*needed, "static", "load") if key in table}
-    contact = Contact(**given, unilateral=table.get("unilateral", False))
-    forces = table_in(table, "forces")
+    contact, forces = contact_of(table, formula), table_in(table, "forces")
     if unknown := forces.keys() - {s.name for s in q}:
         raise InputError(f"forces: {', '.join(sorted(unknown))} is no coordinate")
     applied = [formula(f"forces: {s.name}", forces.get(s.name, 0)) for s in q]
@@ -188,6 +186,15 @@ def _mechanism(table, formula, q, u, t):
         return Mechanism(q, u, rows, applied, contact, t)
     mass, centrifugal = lagranges_equations(formula("lagrangian", table["lagrangian"]), q, u, t)
     return Mechanism(q, u, mass, [a + b for a, b in zip(applied, centrifugal, strict=True)], contact, t)
+
+
+def contact_of(table: dict[str, Any], formula: Callable[[str, Any], sp.Expr], where: str = "") -> Contact:
+    """Return the ``Contact`` of the table at ``where``; ``formula`` reads that of a key. Raises ``InputError``."""
+    require_keys(table, ("gap", "slip", "friction"), where)
+    if not isinstance(table.get("unilateral", False), bool):
+        raise InputError(f"{where}{': ' if where else ''}unilateral must be true or false")
+    given = {key: formula(key, table[key]) for key in OF_CONTACT if key in table and key != "unilateral"}
+    return Contact(**given, unilateral=table.get("unilateral", False))
 
 
 def _rows(mass):

@@ -60,6 +60,15 @@ class Kinetics:
         normal, mixed, tangential = (self._through_mass(*pair) for pair in ((0, 0), (0, 1), (1, 1)))
         return sp.ImmutableMatrix([[normal, mixed], [mixed, tangential]])
 
+    def coupling(self, other: "Kinetics") -> sp.ImmutableMatrix:
+        """Return W' M^-1 V for the directions V of another contact of the same mechanism; that with itself is G."""
+        if other is self:
+            return self.delassus
+        if self.long:
+            form = lambda i, j: InverseForm.of(self.directions[i, :], self._collected, other.directions[j, :])  # noqa: E731
+            return sp.ImmutableMatrix(2, 2, form)
+        return (self.directions * other.response[:, :2]).applyfunc(tidy).as_immutable()
+
     def _through_mass(self, i: int, j: int) -> sp.Expr:
         if self.long:
             return InverseForm.of(self.directions[i, :], self._collected, self.directions[j, :])

@@ -107,7 +107,7 @@ class Mechanism(ShownAsFormulas):
         if len(self.velocities) != len(self.coordinates):
             raise InputError(f"{len(self.velocities)} velocities for {len(self.coordinates)} coordinates")
         if not isinstance(self.contact, Contact):
-            raise InputError(f"contact = {short(self.contact)}: it must be an ap.Contact")
+            raise InputError(f"contact = {short(self.contact)}: it must be an ap.Contact; give further ones to rigid()")
         put(self, "time", _time(self.coordinates) if self.time is None else expression("time", self.time))
         check_mechanism(self.plain, self.contact)
 
@@ -223,14 +223,17 @@ class Mechanism(ShownAsFormulas):
         """
         return jump_law.jump_law(self.plain, self.own, ratio, damping)
 
-    def rigid(self) -> System:
+    def rigid(self, *others: Contact) -> System:
         """Return the rigid mechanism as a ``System`` in all coordinates and velocities; start it at g = g' = 0.
+
+        ``others`` are more contacts of the same mechanism, such as a wall on which a ladder leans. The forces are N and
+        F, those of the others N2, F2, N3, F3, ... in order.
 
         A run of this system raises ``NoMotion`` or ``TwoMotions`` at a state from which no motion or several continue.
         With static friction above kinetic friction a contact that stops may rest or slide back. The rigid contact then
         rests; the elastic one may slide back, as its reaction is still that of the slip before.
         """
-        return rigid_system.rigid_system(self.plain)
+        return rigid_system.rigid_system([self.plain, *(replace(self, contact=other).plain for other in others)])
 
     def elastic(self, compliance: Any = None, damping: Any = None) -> System:
         """Return the mechanism with an elastic, damped contact as a slow-fast ``System``.
@@ -261,8 +264,7 @@ class Mechanism(ShownAsFormulas):
         if other := [str(q) for q in self.plain.coordinates if q not in system.states]:
             raise InputError(f"start: {other[0]} is no state of the system; give the mechanism's elastic() or rigid()")
         given = {self.plain.time: 0} | keyed(values, self.plain, self._names, system.parameters)
-        if any(f.constraint is not None and f.gap is None for f in system.frictions):
-            require_closed(self.plain, given)
+        require_closed(self.plain, given, system.frictions)
         require_positive_mass(self.plain, given)
         moving = {*self.plain.coordinates, *self.plain.velocities}
         fixed = {s: 0 for s in system.states if s not in moving}

@@ -1,31 +1,51 @@
 r"""The rigid mechanism as a system that runs: states are all coordinates and all velocities.
 
-    q' = u,    u' = M^-1 (Q + W_N N + W_T F),    0 = g'' = a_N + G_NN N + G_NT F  while the contact is closed
+    q' = u,    u' = M^-1 (Q + sum_k W_Nk N_k + W_Tk F_k),
+    0 = g_i'' = a_Ni + W_Ni' M^-1 sum_k (W_Nk N_k + W_Tk F_k)  while contact i is closed
 
-N is the reaction, which the constraint determines in each mode, and F the friction force with the load nu |N|. A flow
-stops with ``NoMotion`` where no mode is consistent, with ``TwoMotions`` where several modes are, and with
-``UnboundedReaction`` where the reaction grows beyond all bounds.
+N_k is the reaction of contact k, which the constraints determine in each mode, and F_k its friction force with the load
+nu_k |N_k|. A flow stops with ``NoMotion`` where no mode is consistent, with ``TwoMotions`` where several modes are, and
+with ``UnboundedReaction`` where a reaction grows beyond all bounds or the reactions are not determined.
 """
 
+from collections.abc import Sequence
+
+import sympy as sp
+
 from asympk.mechanics.checks import require_continuous
-from asympk.mechanics.elastic import force_names
 from asympk.mechanics.kinetics import Kinetics
+from asympk.symbolic.reading import spare
 from asympk.symbolic.system import Friction, System
 
 
-def rigid_system(kinetics: Kinetics) -> System:
-    """Return the ``System`` of the rigid mechanism; its flow keeps the constraint g'' = 0, so start at g = g' = 0."""
-    if not kinetics.unilateral:  # at a jump a unilateral contact opens or is hit, which its flow decides
-        require_continuous(kinetics, (kinetics.gap, kinetics.gap_rate), "the constraint or its rate")
-    normal, force = force_names(kinetics)
-    rates = dict(zip(kinetics.coordinates, kinetics.velocities, strict=True))
-    for row, u in enumerate(kinetics.velocities):
-        by_normal, by_friction, free = kinetics.response[row, :]
-        rates[u] = free + by_normal * normal + by_friction * force
-    G = kinetics.delassus
-    friction = Friction(
-        velocity=kinetics.slip, force=force, normal=normal, load=kinetics.load * normal, kinetic=kinetics.friction,
-        static=kinetics.static, constraint=kinetics.free[0] + G[0, 0] * normal + G[0, 1] * force,
-        **{"gap": kinetics.gap} if kinetics.unilateral else {"gap_rate": kinetics.gap_rate},
-    )  # fmt: skip
-    return System.with_frictions(rates, {}, (friction,), time=kinetics.time if kinetics.timed else None)
+def rigid_system(contacts: Sequence[Kinetics]) -> System:
+    """Return the ``System`` of a rigid mechanism from its equations for each of its contacts.
+
+    Its flow keeps every constraint g'' = 0, so start at g = g' = 0 on each contact that is closed.
+    """
+    first, forces = contacts[0], [_force_names(contacts, k) for k in range(len(contacts))]
+    for kinetics in contacts:
+        if not kinetics.unilateral:  # at a jump a unilateral contact opens or is hit, which its flow decides
+            require_continuous(kinetics, (kinetics.gap, kinetics.gap_rate), "the constraint or its rate")
+    pushes = [push for pair in forces for push in pair]
+    by_push = sp.Matrix.hstack(*(kinetics.response[:, :2] for kinetics in contacts))
+    rates = dict(zip(first.coordinates, first.velocities, strict=True))
+    for row, u in enumerate(first.velocities):
+        rates[u] = sp.Add(first.response[row, 2], *(a * push for a, push in zip(by_push[row, :], pushes, strict=True)))
+    frictions = []
+    for kinetics, (normal, force) in zip(contacts, forces, strict=True):
+        by_each = [part for other in contacts for part in kinetics.coupling(other)[0, :]]
+        constraint = sp.Add(kinetics.free[0], *(a * push for a, push in zip(by_each, pushes, strict=True)))
+        frictions.append(Friction(
+            velocity=kinetics.slip, force=force, normal=normal, load=kinetics.load * normal, kinetic=kinetics.friction,
+            static=kinetics.static, constraint=constraint,
+            **{"gap": kinetics.gap} if kinetics.unilateral else {"gap_rate": kinetics.gap_rate},
+        ))  # fmt: skip
+    timed = any(kinetics.timed for kinetics in contacts)
+    return System.with_frictions(rates, {}, frictions, time=first.time if timed else None)
+
+
+def _force_names(contacts: Sequence[Kinetics], k: int) -> tuple[sp.Symbol, ...]:
+    """Return the symbols N, F of contact k, from N2, F2 on for the contacts after the first."""
+    taken = [s for kinetics in contacts for s in kinetics.symbols]
+    return tuple(spare(f"{name}{k + 1 if k else ''}", taken, real=True) for name in "NF")

@@ -34,7 +34,7 @@ def mechanism_as_text(described: Described) -> str:
     numbers = ", ".join(f"{name} = {_short(value)}" for name, value in described.numbers.items())
     rigid = [*contact_lines(described), *_paradox(described), *motion_lines(described)]
     title = ": ".join(filter(None, (described.name, described.about)))
-    lines = [*wrapped("", title), *wrapped("at ", numbers), *_departure(described), ""]
+    lines = [*wrapped("", title), *wrapped("at ", numbers), *_departure(described), *_beside(described), ""]
     for labelled in (rigid, jump_lines(described)):
         lines += [*(part for line in labelled for part in wrapped(line[:_LABEL], line[_LABEL:])), ""]
     return "\n".join([*lines, *_further(described)])
@@ -49,6 +49,12 @@ def _departure(described):
         return []
     given = ", ".join(f"{name} = {_short(value)}" for name, value in off.items())
     return [f"off the contact: {given}; the lines below hold for g = g' = 0"] if off else []
+
+
+def _beside(described):
+    """Return a line on the contacts of the file's motion that the screen leaves out, if there are any."""
+    others = f"{described.beside} other contact{'s' if described.beside > 1 else ''}"
+    return [f"with {others}, which only its motion has: the lines below hold without"] if described.beside else []
 
 
 def contact_lines(described: Described) -> list[str]:

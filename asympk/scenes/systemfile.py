@@ -18,7 +18,8 @@ rigid, a ``constraint``, with a ``gap_rate`` if it holds both ways.
 A ``system`` that is a string names a system of the catalogue, ``asympk.systems``. A ``system`` with a ``mechanism`` (a
 name in the catalogue, or a table as in ``asympk.mechanics.described``) is that mechanism with ``contact = "rigid"``, or
 with ``contact = "elastic"`` and the formulas ``compliance`` and ``damping``; its ``[start]`` gives the states, or all
-coordinates and rates of the mechanism.
+coordinates and rates of the mechanism. Beside a rigid contact more may stand, each as a table under
+``[[system.others]]`` with the keys of a contact.
 """
 
 import re
@@ -31,15 +32,15 @@ import sympy as sp
 from asympk import systems
 from asympk.errors import InputError
 from asympk.formulas import read_formula, read_relation
-from asympk.mechanics.described import described_by
-from asympk.mechanics.mechanism import Mechanism
+from asympk.mechanics.described import CONTACT, OF_CONTACT, contact_of, described_by
+from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.scene import Scene
-from asympk.storage.tomlfile import nearest, refuse_unknown, require_keys, table_in
+from asympk.storage.tomlfile import nearest, refuse_unknown, require_keys, table_in, tables_in
 from asympk.symbolic.system import Friction, System
 from asympk.systems.catalogue import described_mechanism, start_at
 
 KEYS = ("slow", "fast", "small", "time", "frictions", "assumptions")
-MECHANISM = ("mechanism", "contact", "compliance", "damping")
+MECHANISM = ("mechanism", *CONTACT)
 FRICTION = ("velocity", "force", "load", "kinetic", "static", "gap", "normal", "constraint", "gap_rate")
 _NEEDED = ("velocity", "force", "load", "kinetic")
 
@@ -112,9 +113,7 @@ def read_system(table: Any, parameters: Any) -> System:
     table = table_in({"system": table}, "system")
     refuse_unknown(table, KEYS, "system")
     slow, fast = (table_in(table, key, "system.") for key in ("slow", "fast"))
-    frictions = table.get("frictions", [])
-    if not isinstance(frictions, list) or not all(isinstance(f, dict) for f in frictions):
-        raise InputError("system.frictions must be tables, each under [[system.frictions]]")
+    frictions = tables_in(table, "frictions", "system.")
     symbols = _symbols(table, [*slow, *fast], frictions, parameters)
     slow_rates, fast_rates = (
         {symbols[s]: read_formula(rate, symbols, f"the rate of {s}") for s, rate in part.items()}
@@ -157,14 +156,23 @@ def _mechanism(table: dict, parameters: Any) -> Mechanism:
 
 
 def _with_contact(mechanism: Mechanism, table: dict, parameters: Any) -> System:
-    contact = table.get("contact")
+    contact, others = table.get("contact"), tables_in(table, "others", "system.")
     if contact == "rigid":
-        return mechanism.rigid()
+        return mechanism.rigid(*(_other(other, mechanism, parameters, k) for k, other in enumerate(others)))
+    if others:
+        raise InputError('system.others: further contacts need contact = "rigid"')
     if contact != "elastic" or not {"compliance", "damping"} <= table.keys():
         raise InputError('system: contact must be "rigid", or "elastic" with compliance and damping')
     own = {s.name: s for s in mechanism.plain.symbols}
     symbols = {name: sp.Symbol(name, positive=True) for name in parameters} | own
     return mechanism.elastic(*(read_formula(table[key], symbols, key) for key in ("compliance", "damping")))
+
+
+def _other(table: dict, mechanism: Mechanism, parameters: Any, k: int) -> Contact:
+    where = f"system.others {k}"
+    refuse_unknown(table, OF_CONTACT, where)
+    symbols = {name: sp.Symbol(name, real=True) for name in parameters} | {s.name: s for s in mechanism.plain.symbols}
+    return contact_of(table, lambda key, text: read_formula(text, symbols, f"{where}: {key}"), where)
 
 
 def _catalogued(name: str) -> System:

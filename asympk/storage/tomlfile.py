@@ -69,3 +69,11 @@ def table_in(table: Mapping[str, Any], key: str, where: str = "") -> dict[str, A
     if not isinstance(value, dict):
         raise InputError(f"{where}{key} = {value!r:.60}: it must be a table, [{where}{key}]")
     return value
+
+
+def tables_in(table: Mapping[str, Any], key: str, where: str = "") -> list[dict[str, Any]]:
+    """Return the list of tables ``table[key]``, [] where it is missing; raises ``InputError`` for something else."""
+    found = table.get(key, [])
+    if not isinstance(found, list) or not all(isinstance(entry, dict) for entry in found):
+        raise InputError(f"{where}{key} must be tables, each under [[{where}{key}]]")
+    return found

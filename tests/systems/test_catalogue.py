@@ -291,6 +291,13 @@ def test_the_rebound_is_told_with_its_damping_as_a_time_in_the_units_of_the_mech
     assert [part.split(" for ")[1] for part in told.split(", ")] == ["h = 0", "h = sqrt(c)"]
 
 
+def test_a_contact_of_the_scene_that_the_screen_leaves_out_is_said_to_be_left_out(screen):
+    wall = 'others = [{gap = "X", slip = "Y", friction = 0}]'
+    assert "with 1 other contact, which only its motion has" in screen(f"{ROD}{wall}")
+    assert "other contact" not in screen(ROD)
+    assert "others must be tables, each under [[others]]" in screen(f"{ROD}others = 1", status=1)
+
+
 def test_a_coordinate_without_a_number_that_does_not_matter_is_not_missed(screen):
     assert "off the contact" not in screen(ROD.replace("Y = 0.8912, ", ""))
 

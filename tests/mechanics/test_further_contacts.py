@@ -1,0 +1,103 @@
+"""Rigid mechanisms with more than one contact, beside statics, an integral of motion and Newton's law in numbers."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy as sp
+from mechanisms import chain, energy_of_chain
+from sympy.physics.mechanics import dynamicsymbols
+
+import asympk as ap
+from asympk.errors import InputError
+from asympk.mechanics.evaluation import evaluate
+from asympk.symbolic.inverses import InverseForm
+
+T = dynamicsymbols._t
+f = sp.Symbol("f", nonnegative=True)
+X, Y, THETA = dynamicsymbols("X Y theta")
+LEANING = sp.Rational(6, 5)
+FLOOR = ap.Contact(Y - sp.sin(THETA) / 2, X - sp.cos(THETA) / 2, f, unilateral=True)
+WALL = ap.Contact(-X - sp.cos(THETA) / 2, Y + sp.sin(THETA) / 2, f, unilateral=True)
+
+
+def _ladder():
+    """Return a uniform ladder of length 1 whose lower end stands on the floor."""
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 + THETA.diff(T) ** 2 / 24 - Y
+    return ap.Mechanism.from_lagrangian(energy, (X, Y, THETA), contact=FLOOR)
+
+
+def _leant(friction, until):
+    """Return the path of the ladder from rest against the wall X = 0, at the angle ``LEANING``."""
+    ladder = _ladder()
+    system = ladder.rigid(WALL)
+    still = {"X": -sp.cos(LEANING) / 2, "Y": sp.sin(LEANING) / 2, "theta": LEANING, "X'": 0, "Y'": 0, "theta'": 0}
+    start = ladder.start(system, {**still, "f": friction})
+    return ap.solve(ap.Scene(system=system, values={"f": friction}, start=start, until=until))
+
+
+def test_a_smooth_ladder_leaves_the_wall_where_its_top_has_fallen_by_a_third():
+    """With both ends held, energy gives theta'^2 = 3 (s0 - s), and the wall pushes with -X'' = 0 at s = 2/3 s0."""
+    path = _leant(0, "3/2")
+    (leaves,) = path.events
+    assert (leaves.kind, leaves.friction) == ("lift_off", 1)
+    theta, rate = (leaves.state[path.names.index(name)] for name in ("theta", "theta'"))
+    assert math.sin(theta) == pytest.approx(2 / 3 * math.sin(1.2), abs=1e-8)
+    assert rate**2 == pytest.approx(math.sin(1.2), abs=1e-8)
+
+
+@pytest.mark.parametrize(("off", "mode"), [(1e-6, "stick+stick"), (-1e-6, "slip_opposite+slip_opposite")])
+def test_a_ladder_rests_on_as_much_friction_as_statics_says(off, mode):
+    """Floor and wall hold it if tan(theta) >= (1 - f^2) / (2 f), so if f >= tan(pi/4 - theta/2)."""
+    assert _leant(math.tan(math.pi / 4 - 0.6) + off, "1/100").modes == (mode,)
+
+
+@pytest.mark.parametrize(("friction", "tips"), [(0.49, False), (0.51, True)])
+def test_a_sliding_block_on_two_legs_tips_if_its_friction_exceeds_half_its_width_over_its_height(friction, tips):
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 + THETA.diff(T) ** 2 / 5 - Y
+    rear, front = (
+        ap.Contact(Y + (side * sp.sin(THETA) - 2 * sp.cos(THETA)) / 2,
+                   X + (side * sp.cos(THETA) + 2 * sp.sin(THETA)) / 2, f, unilateral=True) for side in (-1, 1)
+    )  # fmt: skip
+    block = ap.Mechanism.from_lagrangian(energy, (X, Y, THETA), contact=rear)
+    system = block.rigid(front)
+    start = block.start(system, {"X": 0, "Y": 1, "theta": 0, "X'": 1, "Y'": 0, "theta'": 0})
+    path = ap.solve(ap.Scene(system=system, values={"f": friction}, start=start, until="1/10"))
+    assert path.modes == (("open+slip_same",) if tips else ("slip_same+slip_same",))
+
+
+@pytest.mark.parametrize("n", [2, 5])
+def test_rates_and_constraints_of_two_contacts_are_those_of_newtons_law_in_numbers(n):
+    """M q'' = Q + sum W p over both contacts, and g'' is the rate of g' along q' and q''."""
+    angles = dynamicsymbols(f"q1:{n + 1}")
+    (x, y), (knee_x, knee_y) = energy_of_chain(angles)[1], energy_of_chain(angles[:-1])[1]
+    mechanism, side = chain(n), ap.Contact(x + 2 * knee_y, y - knee_x**2, 1)
+    system, contacts = mechanism.rigid(side), (mechanism.plain, replace(mechanism, contact=side).plain)
+    assert any(rate.has(InverseForm) for rate in system.slow.values()) is (n == 5)
+    q, u, forces = contacts[0].coordinates, contacts[0].velocities, sp.symbols("N F N2 F2", real=True)
+    drawn = {*contacts[0].symbols, *contacts[1].symbols, *forces} - {contacts[0].time}
+    values = dict(zip(sorted(drawn, key=str), np.random.default_rng(1).uniform(0.2, 1, len(drawn)), strict=True))
+    read = lambda rows: np.array(evaluate(tuple(sp.Matrix(rows)), values)).reshape(np.shape(rows))  # noqa: E731
+    W = read([[part.diff(v) for v in u] for k in contacts for part in (k.gap_rate, k.slip)])
+    right = read(contacts[0].forces)[:, 0] + W.T @ read(forces)
+    accelerations = np.linalg.solve(read(contacts[0].mass), right)
+    assert np.allclose(read([system.slow[v] for v in u]), accelerations, rtol=1e-11)
+    turning = read([[k.gap_rate.diff(place) for place in q] for k in contacts]) @ read(u)
+    expected = W[::2] @ accelerations + turning
+    assert np.allclose(read([friction.constraint for friction in system.frictions]), expected, rtol=1e-11)
+
+
+def test_a_start_that_breaks_a_further_constraint_is_refused():
+    rail = ap.Contact(X + Y, X - Y, f)
+    ladder = _ladder()
+    rising = {"X": 0, "Y": sp.sin(LEANING) / 2, "theta": LEANING, "X'": 1, "Y'": 0, "theta'": 0}
+    with pytest.raises(InputError, match="off the constraint: g2' = 1"):
+        ladder.start(ladder.rigid(rail), rising)
+
+
+def test_two_contacts_are_told_where_the_second_belongs():
+    with pytest.raises(InputError, match=r"give further ones to rigid\(\)"):
+        replace(_ladder(), contact=(FLOOR, WALL))
+    with pytest.raises(InputError, match="must be an ap"):
+        _ladder().rigid("wall")
