@@ -12,6 +12,7 @@ from types import MappingProxyType
 
 import sympy as sp
 
+from asympk.errors import InputError
 from asympk.symbolic.inverses import Less, Solution, less, product, total
 from asympk.symbolic.penetration import Penetration, RootSlope
 
@@ -125,7 +126,10 @@ def slope_by(expr: sp.Expr, s: sp.Symbol) -> sp.Expr:
     if isinstance(expr, sp.Abs):
         return sp.sign(expr.args[0]) * slope_by(expr.args[0], s)
     if isinstance(expr, sp.Function | sp.Max | sp.Min):
-        return sp.Add(*(expr.fdiff(k) * part for k, e in enumerate(expr.args, 1) if (part := slope_by(e, s)) != 0))
+        try:
+            return sp.Add(*(expr.fdiff(k) * part for k, e in enumerate(expr.args, 1) if (part := slope_by(e, s)) != 0))
+        except sp.core.function.ArgumentIndexError:
+            raise InputError(f"{expr} has no derivative by {s} that can be written; give another function") from None
     return expr * slope_by(expr.exp * sp.log(expr.base), s) if expr.is_Pow else expr.diff(s)
 
 

@@ -294,7 +294,8 @@ def _emission(lowered):
         shared = [(printer.doprint(t), printer.doprint(as_tree(e))) for t, e in shared]
     except PrintMethodNotImplementedError as reason:
         unknown = str(reason).splitlines()[0].rpartition(" ")[2]
-        raise InputError(f"target {lowered.target!r} has no {unknown}; target 'mpmath' has more functions") from None
+        others = "; target 'mpmath' has more functions" * (lowered.target != "mpmath")
+        raise InputError(f"target {lowered.target!r} has no {unknown}{others}") from None
     if foreign := set(getattr(printer, "module_imports", {})) - {lowered.target}:
         raise InputError(f"target {lowered.target!r} would need {', '.join(foreign)} here; use target 'mpmath'")
     return arguments, shared, outputs

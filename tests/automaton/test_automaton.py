@@ -475,6 +475,14 @@ def test_what_is_no_scene_is_refused_in_one_line(make, match):
     assert "\n" not in str(caught.value)
 
 
+def test_a_function_that_sympy_cannot_differentiate_is_refused_by_name():
+    x = sp.Symbol("x", real=True)
+    for rate, words in ((sp.zeta(x), r"zeta\(x\)"), (x - sp.besselj(2 * x, 1), r"besselj\(2\*x, 1\)")):
+        scene = ap.Scene(system=ap.System.smooth({x: rate}, {}, None), values={}, start={x: 2}, until=1)
+        with pytest.raises(InputError, match=f"^{words} has no derivative by x"):
+            ap.solve(scene)
+
+
 @pytest.mark.parametrize("options", [{}, {"digits": 20}, {"method": "radau"}])
 @pytest.mark.parametrize("kinetic", [1 + t, 1 + x**2 + v])
 def test_static_friction_that_falls_below_the_kinetic_one_on_the_way_is_refused_as_that(kinetic, options):

@@ -235,6 +235,11 @@ def test_what_cannot_be_a_function_of_numbers_is_refused(args, expr, message):
         lower(args, expr)
 
 
+def test_a_function_that_mpmath_lacks_is_refused_without_the_advice_to_take_mpmath():
+    with pytest.raises(InputError, match=r"target 'mpmath' has no Ei$"):
+        lower((x,), sp.Ei(x), target="mpmath")
+
+
 def test_the_wrong_number_of_values_and_unknown_targets_are_refused():
     with pytest.raises(InputError, match=r"2 values given; the arguments are \(x\)"):
         lower((x,), x)(1, 2)
