@@ -258,7 +258,7 @@ class ClosedSegment:
     def require_digits(self, t: Number, state: np.ndarray) -> None:
         """Raise ``Undecided`` where the terms of the state at t cancel so far that two runs may agree by chance."""
         size = max(map(abs, (*self.start, *state)))
-        if self.m.eps * max(self._terms(t)) > self.m.root_tol * size > 0:
+        if self.m.eps * max(self._terms(t)) > self.m.root_tol * size:
             raise Undecided
 
     def _terms(self, t):

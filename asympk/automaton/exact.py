@@ -56,7 +56,7 @@ def _agreed(system, outputs, arguments, digits):
         if all(agree):
             break
         before, working = numbers[: len(outputs)], max(2 * working, needed)
-    set_digits(m, 2 * (digits + 10))
+    set_digits(m, digits + 10)
     return [_fraction(+b) if of_use else Fraction(0) for b, of_use in zip(numbers, agree, strict=False)]
 
 

@@ -1,5 +1,7 @@
 """Classical oscillators, relays and clutches: numbers that their books give in closed form, from the affine flow."""
 
+from fractions import Fraction
+
 import mpmath
 import numpy as np
 import pytest
@@ -348,3 +350,19 @@ def test_a_sliding_block_put_down_on_a_damped_ground_settles_there_from_its_firs
     path = followed(block, {}, {x: 0, v: 1, w: 0}, 1)
     assert path.modes == ("slip_same",)
     assert path.final[1] == pytest.approx((1 - path.final[2]) / 2, abs=1e-14)
+
+
+@pytest.mark.parametrize("digits", [None, 30])
+@pytest.mark.parametrize("stiffness", ["1/3", "2"])
+def test_critical_damping_by_an_irrational_coefficient_is_that_of_the_closed_form(stiffness, digits):
+    """From rest x = (1 - (1 + k t) e^-kt)/k^2, v = t e^-kt, k^2 the stiffness: two eigenvalues -k, of rounded entries.
+
+    To 30 digits the motion rested at (0, 0) with the error 0, as both eigenvalues were one number after rounding.
+    """
+    b = sp.Symbol("b", positive=True)
+    damped = ap.System.smooth({x: v, v: 1 - b * x - 2 * sp.sqrt(b) * v}, {}, None)
+    found = ap.solve(ap.Scene(system=damped, values={b: stiffness}, start=(0, 0), until=1), digits=digits).final
+    with mpmath.workdps(40):
+        k = mpmath.sqrt(mpmath.mpf(Fraction(stiffness).numerator) / Fraction(stiffness).denominator)
+        exact = (1 - (1 + k) * mpmath.exp(-k)) / k**2, mpmath.exp(-k)
+        assert all(abs(a - b) < mpmath.mpf(10) ** -(digits or 15) for a, b in zip(found, exact, strict=True))
