@@ -403,6 +403,8 @@ def _standing(here: Junction, tried: Tried) -> Branch | None:
         loose = branches.at_rest(branch) and not here.is_determined(branch)
         standing = standing_branch(here, branch, partial(_margin_growth, here)) if loose else None
         if standing and (here.system.time is None or _lasts(here, standing)):
+            if moves_in_several_ways(here, branch):
+                raise _undetermined(here, branch)
             _require_one_way(here, branch, tried)
             return standing
     return None

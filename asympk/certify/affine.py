@@ -298,23 +298,33 @@ class _Modes:
     def _met(self, branch, state):
         """Yield a branch whose forces are determined, or the corners of one at rest (Lemma 10).
 
-        Raises ``Refused`` where the forces are not determined while a contact slips, and the branch may hold.
+        Raises ``Refused`` where the branch may hold and its forces are not determined, while a contact slips or a rate
+        depends on them.
         """
+        carried = {k for k in range(len(branch)) if forces.is_carried(self.system, branch, k)}
         if forces.determined(self.system, branch):
+            if carried and self._moves_otherwise(branch, carried):
+                raise Refused(f"rest: the forces of {branches.mode_name(branch)} are not determined")
             yield branch
-        elif not self._carried(branch) and not any(
+        elif not carried and not any(
             sign_at(row, state) for row in self._kept(mode_of(self.system, branch))):  # fmt: skip
-            if any(phase.velocity for phase in branch):
+            if any(phase.velocity for phase in branch) or self._moves_otherwise(branch):
                 raise Refused(f"rest: the forces of {branches.mode_name(branch)} are not determined")
             if all(p in self._phases(f, state) for f, p in zip(self.system.frictions, branch, strict=True)):
                 yield from self._corners(branch)
 
-    def _carried(self, branch):
-        """Tell whether a contact that slips has a velocity that is a combination of velocities at rest."""
-        rest, frictions = branches.at_rest(branch), self.system.frictions
-        closed = mode_of(self.system, (Phase(1, 1),) * len(branch))
-        rows = [self._row(closed, friction.velocity) for friction in frictions]
-        return any(phase.velocity and spanned(rows[k], [rows[i] for i in rest]) for k, phase in enumerate(branch))
+    def _moves_otherwise(self, branch, carried=()):
+        """Tell whether forces that rest, also of the contacts ``carried``, leaves free change a rate.
+
+        An equation without forces leaves them to later derivatives, and then no other motion stays at rest.
+        """
+        rest = tuple(p._replace(velocity=0) if k in carried else p for k, p in enumerate(branch))
+        unknowns, matrix, _ = forces.force_equations(self.system, rest)
+        matrix, rates = (m.subs(self.field.numbers) for m in (
+            matrix, sp.linear_eq_to_matrix([*self.system.rates.values()], unknowns)[0]))  # fmt: skip
+        if any(matrix[i, :].is_zero_matrix for i in range(matrix.rows)):
+            return False
+        return any(not (rates * free).expand().is_zero_matrix for free in matrix.nullspace())
 
     def _corners(self, branch):
         """Yield a branch at rest with every choice of rows, the laws among them, that determine its forces."""

@@ -182,17 +182,17 @@ def rests_in_all_but_name(system: "System", branch: Branch, k: int) -> bool:
     possible force, its static friction (Lemma 10).
     """
     friction = system.frictions[k]
-    return friction.static != friction.kinetic and _is_carried(system, branch, k)
+    return friction.static != friction.kinetic and is_carried(system, branch, k)
 
 
 def moves_alike(system: "System", one: Branch, other: Branch) -> bool:
     """Tell whether two branches differ at most in their idle guards and in how contacts at rest share their forces."""
-    ways = [[phase._replace(velocity=0) if _is_carried(system, branch, k) else phase for k, phase in enumerate(branch)]
+    ways = [[phase._replace(velocity=0) if is_carried(system, branch, k) else phase for k, phase in enumerate(branch)]
             for branch in map(bare, (one, other))]  # fmt: skip
     return ways[0] == ways[1]
 
 
-def _is_carried(system: "System", branch: Branch, k: int) -> bool:
+def is_carried(system: "System", branch: Branch, k: int) -> bool:
     """Tell whether the velocity of a contact that slips in a branch is a combination of velocities that are 0 there."""
     return bool(branch[k].velocity) and k in _dependent(system) and bool(_is_combination(system, at_rest(branch), k))
 

@@ -13,7 +13,7 @@ from blocks import spring_block
 
 import asympk as ap
 from asympk.__main__ import main
-from asympk.errors import TwoMotions
+from asympk.errors import TwoMotions, UnboundedReaction
 from asympk.scenes.scenefile import read_scene
 from asympk.studies.bench import rod_in_general_clothes
 from asympk.symbolic import branches, guards
@@ -564,6 +564,26 @@ def test_a_body_on_three_rigid_feet_is_proven_to_rest_and_has_no_proof_where_it_
     proof = certify(ap.Scene(system=body, start={"v": speed, "w": 0, "V": 0, "y": 0, "x": 0}, until=1))
     assert (proof.proven, proof.reason.removeprefix("rest: the forces of ")) == (not reason, reason)
     assert proof.modes == ("stick+stick+stick",) * proof.proven
+
+
+def test_a_force_that_rest_leaves_free_and_that_moves_another_body_is_not_proven_to_be_at_its_bound():
+    """F2 holds x, and F1 may be anything between -3 and 3."""
+    contacts = [ap.Friction(3 * x, F, 2, sp.Rational(3, 2)), ap.Friction(x, G, 1, 1)]
+    system = ap.System.with_frictions({x: G - w + 2, w: 5 - F}, {}, contacts)
+    scene = ap.Scene(system=system, start={"x": 0, "w": 1}, until=1)
+    assert re.search("forces of .* are not determined", certify(scene).reason)
+    with pytest.raises(UnboundedReaction):
+        ap.solve(scene)
+
+
+def test_a_force_that_rest_leaves_free_and_that_moves_another_body_is_not_chosen_so_that_this_rests():
+    """Any F and G with 7 F + 2 G = 3 w + 2 and bounds 1 and 5/4 hold x: w' = 0 is one of them, w' = -3/2 another."""
+    contacts = [ap.Friction(x, F, 2, sp.Rational(1, 2)), ap.Friction(x, G, 1, sp.Rational(5, 4))]
+    rates = {x: (7 * F + 2 * G - 3 * w - 2) / 4, w: -(3 * G + 3) / 2}
+    scene = ap.Scene(system=ap.System.with_frictions(rates, {}, contacts), start={"x": 0, "w": "1/2"}, until=1)
+    assert re.search("forces of .* are not determined", certify(scene).reason)
+    with pytest.raises(UnboundedReaction, match="forces of contacts are not determined at t = 0"):
+        ap.solve(scene)
 
 
 def test_rest_on_very_many_contacts_is_refused_before_all_corners_are_tried():
