@@ -95,11 +95,13 @@ def _divided(divisor):
 
 
 class Watch:
-    """The guards of a mode at the end of the last step; at the start a negative guard counts as 0."""
+    """The guards of a mode at the end of the last step; at the start one that is negative or rounding counts as 0."""
 
     def __init__(self, mode: NumericMode, t: float, state: tuple[float, ...]):
         self.mode, self.size = mode, len(state)
-        values = [max(v, 0.0) for v in mode.guard_values(t, state)]
+        values = mode.guard_values(t, state)
+        signs = mode.signs(mode.mode.guard_values, t, state) if values else ()
+        values = [v if sign > 0 else 0.0 for v, sign in zip(values, signs, strict=True)]
         self.floors = [v * UNBOUNDED * (kind == "unbounded") for v, (kind, _) in zip(values, mode.kinds, strict=True)]
         self.floored = any(self.floors)
         self.last = Look(t, self._above(values), mode.guard_rates(t, state))

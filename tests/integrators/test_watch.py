@@ -3,10 +3,14 @@
 import math
 
 import pytest
+import sympy as sp
 
+import asympk as ap
+from asympk.automaton.automaton import Automaton
 from asympk.integrators.collocation import _root
-from asympk.integrators.stepwise import _bracketed
+from asympk.integrators.stepwise import Watch, _bracketed
 from asympk.integrators.watch import Look, first_lost
+from asympk.symbolic.branches import Phase
 
 
 def lost(value, rate, low, high, asked=None, touch=0):
@@ -76,3 +80,13 @@ def test_a_guard_that_the_error_of_a_step_left_below_zero_is_lost_where_it_falls
     assert lost(lambda t: 0.25 - t * t, lambda t: -2 * t, low, 1) == (pytest.approx(0.5, rel=1e-12), 0)
     assert lost(lambda t: 0.25 - t * t, lambda t: -2 * t, low, -0.1) is None
     assert lost(lambda t: -1e-11 - t * t, lambda t: -2 * t, low, 1) == (pytest.approx(0, abs=1e-12), 0)
+
+
+def test_a_guard_that_is_rounding_at_the_start_of_a_mode_counts_as_0():
+    """0.1 + 0.2 - 0.3 is 5.6e-17: where its rate is rounding below 0, a slip that grows was lost as it began."""
+    u, v, w, force = sp.symbols("u v w F", real=True)
+    friction = ap.Friction(velocity=u + v + w, force=force, load=1, kinetic=1)
+    system = ap.System.with_frictions({u: force, v: 1, w: -v}, {}, [friction])
+    mode = Automaton(system, ()).mode((Phase(1, 1),))
+    assert [Watch(mode, 0.0, (0.1, 0.2, third)).last.values for third in (-0.3, -0.5, 0.1)] == [
+        [0.0], [0.0], [pytest.approx(0.4)]]  # fmt: skip
