@@ -99,9 +99,9 @@ class Watch:
 
     def __init__(self, mode: NumericMode, t: float, state: tuple[float, ...]):
         self.mode, self.size = mode, len(state)
-        values = mode.guard_values(t, state)
-        signs = mode.signs(mode.mode.guard_values, t, state) if values else ()
-        values = [v if sign > 0 else 0.0 for v, sign in zip(values, signs, strict=True)]
+        found = mode.guard_values(t, state)
+        signs = mode.signs(mode.mode.guard_values, t, state) if found else ()
+        values = [v if sign > 0 else 0.0 for v, sign in zip(found, signs, strict=True)]
         self.floors = [v * UNBOUNDED * (kind == "unbounded") for v, (kind, _) in zip(values, mode.kinds, strict=True)]
         self.floored = any(self.floors)
         self.last = Look(t, self._above(values), mode.guard_rates(t, state))
