@@ -270,14 +270,14 @@ _EXTRA = {"mpmath": {"user_functions": {"LambertW": "mpmath.lambertw", "polygamm
 _MACROS = ("INFINITY", "NAN", "HUGE_VAL", "HUGE_VALF", "HUGE_VALL", "FP_NAN", "FP_INFINITE", "FP_ZERO", "FP_SUBNORMAL",
            "FP_NORMAL", "M_E", "M_LOG2E", "M_LOG10E", "M_LN2", "M_LN10", "M_PI", "M_PI_2", "M_PI_4", "M_1_PI", "M_2_PI",
            "M_2_SQRTPI", "M_SQRT2", "M_SQRT1_2", "linux", "unix")  # macros of math.h and of compilers
-_TAKEN = {"c": (*_MACROS, *reserved["C++17"], "catch")}  # C++ may include the C source, so its words are taken too
+_TAKEN = {"c": (*_MACROS, *reserved["C++17"], "catch")}  # C++ may include the C source; other targets name a module
 _USED = ("out", "abs", "max", "min", "sqrt", "pow", "exp", "log", "sin", "cos", "tan", "tanh")  # names in the sources
 
 
 def _printer(target, **settings):
     """Return the printer of a target's source, with the words that cannot name an argument there."""
     printer = _PRINTERS[target](STRICT | _EXTRA.get(target, {}) | settings)
-    printer.reserved_words = {*printer.reserved_words, *_USED, *_TAKEN.get(target, ()), target}
+    printer.reserved_words = {*printer.reserved_words, *_USED, *_TAKEN.get(target, (target,))}
     return printer
 
 

@@ -128,8 +128,8 @@ def test_names_that_a_language_reserves_are_changed():
     for_lambda, out = sp.symbols("lambda out")
     assert lower((for_lambda,), for_lambda**2, "math")(3) == 9.0
     assert "double out_, double out[2]" in lower((out,), [out, 1], "c")
-    macro, word = sp.symbols("INFINITY class")
-    assert "(double INFINITY_, double class_)" in lower((macro, word), macro * word, "c")
+    macro, word, compliance = sp.symbols("INFINITY class c")
+    assert "(double INFINITY_, double class_, double c)" in lower((macro, word, compliance), macro * word, "c")
     assert lower((sp.Symbol("math"),), sp.exp(sp.Symbol("math")), "math")(0) == 1.0
 
 
