@@ -196,7 +196,8 @@ def _extrema(function: Callable[..., Any], at: Any, row: Any) -> tuple[Any, Any]
 def _positive(function: Callable[..., Any], at: Any, row: Any) -> list[tuple[int, tuple[float, float]]]:
     """Return (row, (start, end)) of the stretches on which a function is positive; ends within a row are bisected.
 
-    A stretch on which the function nowhere exceeds its rounding is left out: there it only touches zero.
+    An end within a row is a place where the function is not positive. A stretch on which the function nowhere exceeds
+    its rounding is left out: there it only touches zero.
     """
     import numpy as np
 
@@ -210,5 +211,6 @@ def _positive(function: Callable[..., Any], at: Any, row: Any) -> list[tuple[int
         same = (function(middle, of) > 0) == inside[cuts]
         low, high = np.where(same, middle, low), np.where(same, high, middle)
     outer = [*np.nonzero(inside & np.append(True, turns))[0], *np.nonzero(inside & np.append(turns, True))[0]]
-    ends = sorted([*zip(of, high, strict=True), *((row[k], at[k]) for k in outer)])
+    without = np.where(inside[cuts], high, low)  # at 0 it is the zero itself, and not the least number beside it
+    ends = sorted([*zip(of, without, strict=True), *((row[k], at[k]) for k in outer)])
     return [(int(k), (float(a), float(b))) for (k, a), (_, b) in zip(ends[::2], ends[1::2], strict=True)]

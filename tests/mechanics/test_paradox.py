@@ -94,6 +94,16 @@ def test_at_the_least_critical_friction_the_paradox_is_touched_and_nowhere_met(f
     assert slender_rod().paradox_set({"theta": ends}, {"f": friction, "m": 1}).intervals == ()
 
 
+def test_an_edge_at_0_is_0_and_not_the_least_number_beside_it():
+    """At theta = 0 the gap of a wiper's arm does not change with theta; beside it the critical friction is |tan|."""
+    X, t = dynamicsymbols("X"), dynamicsymbols._t
+    wiper = ap.Contact(gap=1 - sp.cos(THETA), slip=X + sp.sin(THETA), friction=sp.Rational(1, 2), unilateral=True)
+    arm = ap.Mechanism.from_lagrangian((X.diff(t) ** 2 + THETA.diff(t) ** 2) / 2, (X, THETA), contact=wiper)
+    first, *zeros, last = arm.paradox_set({"theta": (-1, 1)}).edges
+    assert zeros == [0, 0]
+    assert np.allclose([-first, last], np.arctan(0.5), rtol=1e-14)
+
+
 def test_over_two_coordinates_every_row_is_that_of_one():
     found = slender_rod().paradox_set({"theta": (0, "1.57"), "f": (1, 3)}, {"m": 1})
     assert found.over == ("theta", "f")
