@@ -2,7 +2,7 @@ r"""Certificates of affine systems of any size: the flow of each mode in balls, 
 
 ``e^{M t}`` is a sum over groups of eigenvalues, which ``spectrum`` encloses (Lemma 15); M and the guards have exact
 entries, see ``rows``. ``enclose`` follows a system from event to event, and ``EnclosedSegment`` is one mode. On a
-box of parameters or starts all are families: the motion of the centre, and derivatives on the box (Lemma 14).
+box of parameters or starts all are families: the motion of the centre, and slopes on the box (Lemma 14).
 
 The hard function is ``_Modes.chosen``, which proves the mode at the start and after every event (Lemma 12). A candidate
 holds where each of its guards, or the first nonvanishing derivative of the guard, is positive at every point of the
@@ -28,7 +28,7 @@ import sympy as sp
 
 from asympk.affine.forcing import Wave
 from asympk.automaton.modes import SWITCH, GuardedMode, mode_of
-from asympk.certify.balls import Ball, Refused, ball, certain_sign, common, flint, whole_power
+from asympk.certify.balls import Ball, Refused, certain_sign, common, flint, whole_power
 from asympk.certify.enclosure import Budget, first_event, root_in
 from asympk.certify.families import NARROWINGS, Family, abreast, constant, diagonal, real, stacked
 from asympk.certify.rows import (
@@ -445,13 +445,18 @@ class EnclosedSegment:
         roots = [group.mean for group in mode.spectrum]
         growing = [root for root in roots if root.whole[0, 0].real > 0]
         fastest = max(growing, key=lambda root: float(root.whole[0, 0].real.mid()), default=None)
-        self.rates, self.slowed, self.growth = stacked(roots), stacked(roots), ball(0)
+        self.rates, self.slowed, self.fastest = stacked(roots), stacked(roots), roots[0] * 0
         if fastest:
-            self.growth, turn = fastest.whole[0, 0].real, fastest.linear(_turning)
-            self.slowed = stacked([turn if root is fastest else root - fastest.linear(real) for root in roots])
+            self.fastest, turn = fastest.linear(real), fastest.linear(_turning)
+            self.slowed = stacked([turn if root is fastest else root - self.fastest for root in roots])
         self._known: dict[AffineGuard, Family] = {}
         self._expanded: dict[AffineGuard, tuple[Family, Family]] = {}
         self._begun: dict[AffineGuard, Ball] = {}
+
+    @property
+    def growth(self) -> Ball:
+        """The fastest growth of the mode, or 0."""
+        return self.fastest.whole[0, 0].real
 
     def _matrix(self, rates):
         """Return the matrix that turns the weights of a quantity, a row, into those of its derivative."""
@@ -463,7 +468,7 @@ class EnclosedSegment:
     def central(self) -> "EnclosedSegment":
         """The motion at the centre of the box alone."""
         found = copy(self)
-        for name in ("terms", "rates", "slowed"):
+        for name in ("terms", "rates", "slowed", "fastest"):
             setattr(found, name, getattr(self, name).central)
         found.bends = [bend.central for bend in self.bends]
         found._known, found._expanded = {}, {}
@@ -482,13 +487,15 @@ class EnclosedSegment:
     def moment(self, guard: AffineGuard, time: Ball) -> Family:
         """Return the time at which a guard falls through 0, of which ``time`` contains all values on the box.
 
-        Its derivatives are those of the guard by the parameters over minus that by the time (Lemma 14).
+        Its slopes are those of the guard by the parameters over minus its rates at the centre (Lemma 14).
         """
         if not self.terms.spans:
             return constant(flint().acb_mat([[time]]), ())
-        centre, acb_mat = root_in(self.central, guard, time.lower().mid(), time.upper().mid()), flint().acb_mat
+        alone, acb_mat = self.central, flint().acb_mat
+        centre = root_in(alone, guard, time.lower().mid(), time.upper().mid())
         for _ in range(NARROWINGS):
-            jets, slope = self._weights(guard) * self._functions(time, self.slowed), self.jet(guard, time, 1)[1]
+            jets, (value, rate) = self._weights(guard) * self._functions(time, self.slowed), alone.jet(guard, time, 1)
+            slope = rate - alone.growth * value
             slopes = (-part[0, 0].real / slope for part in jets.parts[2:])
             found = Family((acb_mat([[part]]) for part in (time, centre, *slopes)), self.terms.spans).tight()
             time = found.whole[0, 0].real
@@ -508,9 +515,10 @@ class EnclosedSegment:
         found = (weights * functions).linear(real)
         if not t.spans:
             return found
-        alone = self.central
-        centre = (weights.central * alone._functions(t.central.whole[0, 0].real, alone.rates)).linear(real).whole
-        rate = (weights * self._matrix(self.rates) * functions).linear(real).tight().whole
+        alone, fixed = self.central, weights.central
+        near, centre = (alone._functions(time.whole[0, 0].real, alone.rates) for time in (t, t.central))
+        centre, rate = ((row * then).linear(real).whole for row, then in (
+            (fixed, centre), (fixed * alone._matrix(alone.rates), near)))  # fmt: skip
         moved = (slope + rate * dt[0, 0] for slope, dt in zip(found.parts[2:], t.parts[2:], strict=True))
         return Family((found.whole, centre, *moved), t.spans).tight()
 

@@ -1,8 +1,9 @@
 r"""Matrices of balls that depend on the parameters of a box.
 
-By Lemma 14 ``A(p) = A(c) + sum_i A_i(q) (p_i - c_i)`` for every point p of a box with the centre c, entry by entry with
-some q between c and p; A_i is the derivative by ``p_i``. So A keeps its dependence on p, which balls of the whole box
-lose wherever p occurs twice; what is lost here is of second order in the size of the box.
+By Lemma 14 ``A(p) = A(c) + sum_i A_i (p_i - c_i)`` for every point p of a box with the centre c; the slopes A_i are
+some matrices within balls. So A keeps its dependence on p, which balls of the whole box lose wherever p occurs twice;
+what is lost here is of second order in the size of the box. Slopes are half as wide as derivatives on the box: in
+``A(p) B(p) - A(c) B(c) = (A(p) - A(c)) B(c) + A(p) (B(p) - B(c))`` the factor B(c) is that of the centre.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -11,16 +12,16 @@ from typing import Any
 
 from asympk.certify.balls import Ball, common, flint
 
-NARROWINGS = 3  # of derivatives on a box: narrower values give narrower derivatives, and these narrower values
+NARROWINGS = 3  # of slopes: narrower values give narrower slopes, and these narrower values
 Matrix = Any  # a flint.acb_mat
 Parts = tuple[Any, ...]
 
 
 class Family:
-    """The matrix A(p) of every point p of a box, with the arithmetic of A and its derivatives.
+    """The matrix A(p) of every point p of a box, with the arithmetic of A and its slopes.
 
-    ``parts`` are A on the box and, unless no parameter ranges, A at the centre and the derivatives of A on the box, one
-    for each of ``spans``, the balls of ``p_i - c_i``. A matrix of one entry multiplies and divides as a number does.
+    ``parts`` are A on the box and, unless no parameter ranges, A at the centre and the slopes of A, one for each of
+    ``spans``, the balls of ``p_i - c_i``. A matrix of one entry multiplies and divides as a number does.
     """
 
     def __init__(self, parts: Iterable[Matrix], spans: Parts):
@@ -55,45 +56,53 @@ class Family:
             return self.linear(lambda part: part * other)
         heads = (_product(a, b) for a, b in zip(self.parts[:2], other.parts[:2], strict=True))
         pairs = zip(self.parts[2:], other.parts[2:], strict=True)
-        return Family((*heads, *(_product(a, other.whole) + _product(self.whole, b) for a, b in pairs)), self.spans)
+        slopes = (_product(a, other.parts[1]) + _product(self.whole, b) for a, b in pairs)
+        return Family((*heads, *slopes), self.spans)
 
     def __truediv__(self, other: "Family") -> "Family":
         whole, *rest = (1 / part[0, 0] for part in other.parts[:2])
         return self * Family([flint().acb_mat([[part]]) for part in (
-            whole, *rest, *(-slope[0, 0] * whole * whole for slope in other.parts[2:]))], self.spans)  # fmt: skip
+            whole, *rest, *(-slope[0, 0] * whole * rest[0] for slope in other.parts[2:]))], self.spans)  # fmt: skip
 
     def inverse(self) -> "Family":
         """Return the inverse matrix."""
         found = Family([part.inv() for part in self.parts[:2]] + [part * 0 for part in self.parts[2:]], self.spans)
         for _ in self.spans and range(NARROWINGS):
-            whole = found.whole
-            found = Family((*found.parts[:2], *(whole * s * whole * -1 for s in self.parts[2:])), self.spans).tight()
+            whole, centre = found.parts[:2]
+            found = Family((whole, centre, *(whole * s * centre * -1 for s in self.parts[2:])), self.spans).tight()
         return found
 
     def exp(self) -> "Family":
-        """Return the exponentials of the entries."""
-        whole, *rest = (each(lambda a: a.exp(), part) for part in self.parts[:2])
-        return Family((whole, *rest, *(each(lambda a, b: a * b, whole, s) for s in self.parts[2:])), self.spans)
+        """Return the exponentials of the entries; ``e^a - e^c`` is ``a - c`` times the mean of e^z between c and a."""
+        heads = [each(lambda a: a.exp(), part) for part in self.parts[:2]]
+        mean = each(_mean_exponential, *self.parts[:2], *heads) if self.spans else None
+        return Family((*heads, *(each(lambda a, b: a * b, mean, s) for s in self.parts[2:])), self.spans)
 
     def exponential(self) -> "Family":
-        """Return the exponential of the matrix A; that of [[A, A_i], [0, A]] has its derivative above the diagonal."""
+        """Return the exponential of the matrix A; that of [[A, A_i], [0, A(c)]] has its slope above the diagonal."""
         size, acb_mat = range(self.whole.nrows()), flint().acb_mat
         heads = [part.exp() for part in self.parts[:2]]
-        both = [acb_mat([[*a, *b] for a, b in zip(self.whole.tolist(), s.tolist(), strict=True)]
-                        + [[*(0 for _ in size), *a] for a in self.whole.tolist()]) for s in self.parts[2:]]  # fmt: skip
+        upper, lower = (part.tolist() for part in (self.parts * 2)[:2])
+        both = [acb_mat([[*a, *b] for a, b in zip(upper, s.tolist(), strict=True)]
+                        + [[*(0 for _ in size), *a] for a in lower]) for s in self.parts[2:]]  # fmt: skip
         slopes = [acb_mat([row[len(size):] for row in found.exp().tolist()[:len(size)]]) for found in both]
         return Family((*heads, *slopes), self.spans)
 
     def tight(self) -> "Family":
-        """Return the same family, on the box as narrow as the mean value theorem makes it."""
+        """Return the same family, on the box as narrow as its slopes make it."""
         if not self.spans:
             return self
         moves = (slope * span for slope, span in zip(self.parts[2:], self.spans, strict=True))
         return Family((shared(self.whole, sum(moves, self.parts[1])), *self.parts[1:]), self.spans)
 
     def common(self, other: "Family") -> "Family":
-        """Return what two enclosures of one family have in common."""
-        return Family(map(shared, self.parts, other.parts), self.spans)
+        """Return what two enclosures of a real column have in common; the slopes, which are not unique, are of one."""
+        pairs = list(zip(self.parts, other.parts, strict=True))
+        sizes = zip(*(family.tight().whole.real.entries() for family in (self, other)), strict=True)
+        kept = [mine.rad() < its.rad() for mine, its in sizes]
+        slopes = (flint().acb_mat([a if mine else b for a, b, mine in zip(p.tolist(), q.tolist(), kept, strict=True)])
+                  for p, q in pairs[2:])  # fmt: skip
+        return Family((*(shared(*pair) for pair in pairs[:2]), *slopes), self.spans)
 
     def numbers(self) -> list[Ball]:
         """Return the real parts of the entries on the box."""
@@ -155,6 +164,13 @@ def each(function: Callable, *matrices: Matrix) -> Matrix:
 def shared(first: Matrix, second: Matrix) -> Matrix:
     """Return the intersection of two enclosures of one matrix; raises ``Refused`` if there is none."""
     return each(lambda a, b: flint().acb(common(a.real, b.real), common(a.imag, b.imag)), first, second)
+
+
+def _mean_exponential(at, centre, whole, central):
+    """Return the mean of e^z along the line from ``centre`` to ``at``, given the exponentials of both."""
+    away, rising = at - centre, flint().arb(0).union(flint().arb(1))
+    found = central * (1 + away * (away * rising).exp() / 2)
+    return flint().acb(common(whole.real, found.real), common(whole.imag, found.imag))
 
 
 def _product(first, second):

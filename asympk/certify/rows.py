@@ -69,10 +69,12 @@ class ExactEntries:
         return Family((flint().acb_mat([[part]]) for part in parts), self.spans).tight()
 
     def _family_of(self, expr):
-        """Return an expression in symbols that range."""
+        """Return an expression in symbols that range; from the centre they move one by one, the last one first."""
         numbers = [{s: f.parts[k][0, 0].real for s, f in self._symbols.items()} for k in range(2 if self.spans else 1)]
-        moved = [(sp.diff(expr, s), f) for s, f in self._symbols.items() if self.spans and s in expr.free_symbols]
-        rates = [(ball_of(rate, numbers[0]), f) for rate, f in moved]
+        at, rates = {**numbers[0]}, list[tuple[Ball, Family]]()
+        for s, f in self._symbols.items() if self.spans else ():
+            rates += [(ball_of(sp.diff(expr, s), at), f)] if s in expr.free_symbols else []
+            at[s] = numbers[1][s]
         slopes = (sum((r * f.parts[k][0, 0] for r, f in rates), ball(0)) for k in range(2, 2 + len(self.spans)))
         return self._family(*(ball_of(expr, found) for found in numbers), *slopes)
 

@@ -2,11 +2,11 @@ r"""The residues of the resolvent of a matrix in balls: exact entries, or entrie
 
 ``of_exact`` isolates the roots of an exact polynomial that vanishes at the matrix and takes the residues there.
 
-``of_balls`` gathers eigenvalues that may meet on a box into groups: eigenvalues that meet have no derivatives there,
-but their invariant subspace has (Lemma 15). Rows and columns without nonzero entries are removed, again and
+``of_balls`` gathers eigenvalues that may meet on a box into groups: eigenvalues that meet have no slopes there, but
+their invariant subspace has (Lemma 15). Rows and columns without nonzero entries are removed, again and
 again; what remains is the core, and Krawczyk's test encloses its invariant subspaces (``_enclosed``, the hard
 function). The projector of the eigenvalue 0 is the unit matrix less the projectors of all other groups. The
-derivatives by the parameters follow from the equation of the subspace (``_moved``).
+slopes by the parameters follow from the equation of the subspace (``_moved``).
 """
 
 from contextlib import suppress
@@ -301,16 +301,16 @@ def _split(column, size, held):
 
 
 def _moved(matrix, scales, heads, held):
-    """Return (V, B) with their derivatives, which are those of ``M V = S V B``, S = diag(``scales``).
+    """Return (V, B) with their slopes, which are those of ``M V = S V B``, S = diag(``scales``).
 
     ``heads`` are pairs (V, B) on the box and at its centre; the ``held`` rows of V are those of the unit matrix.
     """
     for _ in matrix.spans and range(NARROWINGS):
-        vectors, block = heads[0]
+        (_, block), (vectors, still) = heads[:2]
         rates = _operator(matrix.whole, scales.whole, block, vectors, held)
         near, slopes = rates.mid().inv().mid(), []
         for change, stretch in zip(matrix.parts[2:], scales.parts[2:], strict=True):
-            pull = _scaled(stretch, vectors * block) - change * vectors
+            pull = _scaled(stretch, vectors * still) - change * vectors
             slopes.append(_split((near * rates).solve(near * _column(pull)), vectors.nrows(), held))
         found = [Family(parts, matrix.spans).tight() for parts in zip(*heads[:2], *slopes, strict=True)]
         heads = [*zip(*(family.parts for family in found), strict=True)]

@@ -1,6 +1,7 @@
 """Families: matrices of balls contain the matrices of all points of a box, and lose little of their dependence."""
 
 from fractions import Fraction
+from itertools import product
 
 import mpmath
 import pytest
@@ -65,7 +66,7 @@ def test_a_family_contains_the_matrix_of_every_point_and_its_excess_is_of_second
     assert excess[1] < excess[0] / 3
 
 
-def test_roots_and_residues_move_by_their_derivatives():
+def test_the_slopes_of_roots_and_residues_lead_from_the_centre_to_every_point():
     sides = {"a": (Fraction(2), Fraction(201, 100)), "b": (Fraction(1), Fraction(101, 100))}
     free = sp.Matrix([[0, 1, 0], [-a, -b, 1], [0, 0, 0]])
     upper = (-b + sp.I * sp.sqrt(4 * a - b**2)) / 2
@@ -74,15 +75,22 @@ def test_roots_and_residues_move_by_their_derivatives():
         field = entries_on(**sides)
         found = field.spectrum(tuple(tuple(map(field.exact, row)) for row in free.tolist()), 4)
         root, _, (part,) = next(group for group in found if group.mean.whole[0, 0].imag > 0)
-        for parts in POINTS:
-            at = placed(sides, parts)
-            for n, s in enumerate((a, b)):
-                wanted = [(root, 0, 0, upper), *((part, i, j, residue[i, j]) for i in range(2) for j in range(2))]
-                for family, i, j, formula in wanted:
-                    slope, enclosed = complex(formula.diff(s).subs(at).evalf(30)), family.parts[2 + n][i, j]
-                    for part_of_it, exact in ((enclosed.real, slope.real), (enclosed.imag, slope.imag)):
-                        assert abs(float(part_of_it.mid()) - exact) <= float(part_of_it.rad()) + 1e-15
-                        assert float(part_of_it.rad()) < 0.02
+        wanted = [(root, 0, 0, upper), *((part, i, j, residue[i, j]) for i in range(2) for j in range(2))]
+        for (family, i, j, formula), parts in product(wanted, POINTS):
+            at, centre = placed(sides, parts), placed(sides, (Fraction(1, 2),) * 2)
+            moved = complex((formula.subs(at) - formula.subs(centre)).evalf(30))
+            slopes = [slope[i, j] for slope in family.parts[2:]]
+            along = [slope * ball(at[s] - centre[s]) for slope, s in zip(slopes, (a, b), strict=True)]
+            for enclosed, exact in ((sum(along).real, moved.real), (sum(along).imag, moved.imag)):
+                assert abs(float(enclosed.mid()) - exact) <= float(enclosed.rad()) + 1e-15
+            assert max(float(size.rad()) for slope in slopes for size in (slope.real, slope.imag)) < 0.005
+
+
+def test_the_slopes_of_a_square_are_half_as_wide_as_its_derivatives():
+    with precision(100):
+        side = entries_on(a=(Fraction(1), Fraction(3))).side("a")
+        slope = (side * side).parts[2][0, 0].real
+    assert [float(slope.lower()), float(slope.upper())] == pytest.approx([3, 5])  # (a^2 - 4)/(a - 2) = a + 2
 
 
 def test_the_time_of_an_event_moves_by_minus_the_rate_by_the_parameter_over_the_rate_by_the_time():
@@ -96,7 +104,8 @@ def test_the_time_of_an_event_moves_by_minus_the_rate_by_the_parameter_over_the_
     assert abs(float(centre.mid()) - float(mpmath.pi / mpmath.sqrt(2))) < 1e-14
     for value in (1.99, 2.0, 2.005, 2.01):
         assert time.contains(float(mpmath.pi / mpmath.sqrt(value)))
-        assert slope.contains(float(-mpmath.pi / 2 * mpmath.mpf(value) ** -1.5))
+        moved = -mpmath.pi / (mpmath.sqrt(2 * value) * (mpmath.sqrt(value) + mpmath.sqrt(2)))
+        assert slope.contains(float(moved))  # (pi/sqrt(a) - pi/sqrt(2))/(a - 2)
     assert float(time.rad()) < 0.0059  # the times themselves differ by 0.0056 on either side
 
 
