@@ -282,10 +282,7 @@ class Mechanism(ShownAsFormulas):
 
     def own(self, thing: Any) -> Any:
         """Return an expression or matrix in plain symbols, translated to the mechanism's coordinates and velocities."""
-        back = {plain: own for own, plain in self._names.items()}
-        if isinstance(thing, sp.MatrixBase):
-            return thing.applyfunc(lambda part: replaced(part, back))
-        return replaced(thing, back)
+        return replaced(thing, {plain: own for own, plain in self._names.items()})
 
     def keyed(self, values: dict[Any, Any]) -> dict[sp.Symbol, Any]:
         """Return ``values`` with plain symbols as keys; the given keys are names, symbols or dynamicsymbols."""
