@@ -95,10 +95,9 @@ def require_continuous(kinetics: Kinetics, parts: tuple[sp.Expr, ...], what: str
 
 def check_bounds(contact: Any) -> None:
     """Raise ``InputError`` if friction or load is known to be negative, static below kinetic, or the load 0."""
-    for name in ("friction", "load"):
-        if getattr(contact, name).is_negative or contact.load == 0:
-            given = f"friction = {contact.friction!s:.60}, load = {contact.load!s:.60}"
-            raise InputError(f"contact: {given}: friction must not be negative, its load must be positive")
+    if contact.friction.is_negative or contact.load.is_nonpositive:
+        given = f"friction = {contact.friction!s:.60}, load = {contact.load!s:.60}"
+        raise InputError(f"contact: {given}: friction must not be negative, its load must be positive")
     if (contact.static - contact.friction).is_negative:
         raise InputError(f"contact: static = {contact.static} is below friction = {contact.friction}")
 
@@ -137,7 +136,7 @@ def _is_singular(mass: sp.ImmutableMatrix) -> bool:
     Units do not matter. A mass matrix without a value at this place counts as regular.
     """
     found = mass.evalf(DIGITS, subs=generic_place(mass))
-    if not all(e.is_number and e.is_finite for e in found):
+    if not all(e.is_finite for e in found):
         return False
     m, n = private_context(DIGITS - SPARE), mass.rows
     entries = m.matrix(n, n)

@@ -183,6 +183,7 @@ q1, q2, u1, u2 = sp.symbols("q1 q2 u1 u2")
         ({"friction": float("nan")}, "friction = nan: it must be finite and real"),
         ({"load": 0}, "its load must be positive"),
         ({"load": sp.oo}, "load = oo: it must be finite and real"),
+        ({"load": sp.Symbol("nu", nonpositive=True)}, "its load must be positive"),
         ({"friction": 2, "static": 1}, "static = 1 is below friction = 2"),
         ({"gap": q2 + sp.I}, "it must be finite and real"),
         ({"gap": q2 > 0}, "must be an expression in symbols"),
@@ -205,6 +206,18 @@ def test_what_is_no_mechanism_is_refused_in_one_line(changes, match):
     with pytest.raises(InputError, match=match) as caught:
         _broken(**changes)
     assert "\n" not in str(caught.value)
+
+
+def test_a_mass_matrix_without_a_value_at_the_place_of_the_check_is_taken_and_has_one_where_it_is_asked_for():
+    high = sp.Piecewise((2, q1 > 1000))
+    block = _broken(mass=[[high, 0], [0, 1]])
+    assert block.evaluate(block.delassus[1, 1], {"q1": 2000}) == 0.5
+
+
+def test_a_switch_by_a_rate_has_its_own_value_where_the_acceleration_that_leads_it_on_is_not_known():
+    block = _broken()
+    assert block.evaluate(sp.Piecewise((1, u1 - q1 < 0), (2, True)), {"q1": 0, "u1": 0, "u2": 0}) == 2
+    assert block.evaluate(sp.Piecewise((1, -q1 < 0), (2, True)), {"q1": 0, "u1": 1, "u2": 0}) == 1
 
 
 def test_a_mass_matrix_of_nine_coordinates_is_regular_if_it_is_so_at_one_place():
