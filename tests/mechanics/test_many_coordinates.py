@@ -13,6 +13,7 @@ from asympk.asymptotics.fibre import Formulas
 from asympk.errors import InputError
 from asympk.mechanics.checks import _is_singular
 from asympk.mechanics.evaluation import evaluate
+from asympk.mechanics.jump_law import rebound
 from asympk.symbolic.inverses import InverseForm
 from asympk.symbolic.long import LONG
 
@@ -134,6 +135,21 @@ def test_an_impact_on_a_chain_of_eight_links_changes_gap_rate_and_slip_by_what_i
     impulses = np.linalg.inv(W @ np.linalg.solve(mass, W.T))
     expected = np.hstack([impulses @ np.linalg.solve(mass, W.T).T, -impulses])
     assert np.allclose(found, expected, rtol=1e-11, atol=1e-13)
+
+
+def test_a_chain_of_four_links_rebounds_from_the_paradox_as_the_delassus_matrix_in_numbers_says():
+    n, friction = 4, 5.0
+    kinetics, (q, u) = chain(n).plain, _start(n)
+    mass, _, W, _ = _equations(q, u)
+    G = W @ np.linalg.solve(mass, W.T)
+    p, stuck, turned = G[0, 0] - friction * abs(G[0, 1]), np.linalg.det(G) / G[1, 1], friction * G[1, 1] - abs(G[0, 1])
+    assert p < 0
+    assert kinetics.long
+    values = {**VALUES, "f": friction, **{f"q{k}": a for k, a in enumerate(q, 1)}}
+    values |= {f"q{k}'": v for k, v in enumerate(u, 1)}
+    at = {s: values[s.name] for s in kinetics.symbols if s.name in values}
+    expected = abs(np.cos(q) @ u) * np.sqrt(p * (p - stuck)) / turned
+    assert evaluate((rebound(kinetics, sp.S.Zero),), at)[0] == pytest.approx(expected, rel=1e-11)
 
 
 def test_the_elastic_contact_of_a_chain_of_eight_links_has_the_accelerations_of_newtons_law():

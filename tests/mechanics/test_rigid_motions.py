@@ -115,6 +115,9 @@ def test_static_friction_holds_what_kinetic_friction_would_let_go():
     assert block.motions({"U": 0}) == (("stick", 1.0),)
     weak = Mechanism(q, u, sp.eye(2), (1, -1), Contact(q[1], q[0], sp.Rational(1, 2), unilateral=True))
     assert weak.motions({"X'": 0}) == (("slip", 1.0),)
+    doubled = Contact(q[1], q[0], sp.Rational(1, 4), sp.Integer(1), load=2, unilateral=True)
+    for push, motion in ((sp.Rational(3, 2), "stick"), (sp.Rational(5, 2), "slip")):
+        assert Mechanism(q, u, sp.eye(2), (push, -1), doubled).motions({"U": 0}) == ((motion, 1.0),)
 
 
 @pytest.mark.parametrize("unilateral", [True, False])
