@@ -3,7 +3,7 @@
 from typing import Any
 
 from asympk.scene import Scene
-from asympk.scenes.turned import STATIC, in_own_units, scene_parameters
+from asympk.scenes.turned import in_own_units, scene_parameters, static_frictions
 from asympk.systems.painleve_klein.units import Degrees
 
 DECADES, DECADES_OF_SMALL = 1, 3  # the range on either side of a positive parameter, and of a small parameter
@@ -28,7 +28,7 @@ def knobs_of(scene: Scene) -> dict[str, Any]:
 
 def _knob(scene: Scene, name: str, value: Any) -> dict[str, Any]:
     unit = "deg" if isinstance(value, Degrees) else scene.rod.unit.get(name, "") if scene.rod is not None else ""
-    follows = STATIC.get(name) if scene.system is None else None
+    follows = static_frictions(scene.system).get(name)
     same = follows is not None and scene_parameters(scene)[follows] == value
     return {**_range(scene, name, value), "unit": unit, "follows": follows if same else None}
 

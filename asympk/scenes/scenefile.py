@@ -23,6 +23,7 @@ from fractions import Fraction
 from importlib import import_module
 from importlib.resources import files
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from asympk import systems
@@ -31,7 +32,7 @@ from asympk.mechanics.described import scene_table
 from asympk.naming import named
 from asympk.scene import Scene
 from asympk.scenes.systemfile import read_system_scene
-from asympk.scenes.turned import with_changes
+from asympk.scenes.turned import static_frictions, with_changes
 from asympk.storage.tomlfile import parse_table, read_table, refuse_unknown, require_keys, word
 from asympk.systems.catalogue import about_system, described_mechanism, example_scene, example_scenes
 
@@ -70,12 +71,9 @@ def changed_scene(where: str, changes: dict[str, Any]) -> tuple[Scene, dict[str,
     """
     if not is_file(where):
         return _changed_example(read_scene(where), known_name(where), changes)
-    table, left = read_table(where), changes
-    for key in _NUMBERS & table.keys():
-        if isinstance(own := table[key], dict):
-            table[key] = with_changes(own, changes)
-            left = {name: value for name, value in left.items() if name not in own}
-    return scene_of_table(table, where), left
+    table = read_table(where)
+    own = {name for key in _NUMBERS & table.keys() if isinstance(table[key], dict) for name in table[key]}
+    return scene_of_table(table, where, changes), {name: v for name, v in changes.items() if name not in own}
 
 
 def _changed_example(scene: Scene, name: str, changes: dict[str, Any]) -> tuple[Scene, dict[str, Any]]:
@@ -83,7 +81,8 @@ def _changed_example(scene: Scene, name: str, changes: dict[str, Any]) -> tuple[
     told = described_mechanism(name) if name in systems.MECHANISMS and scene.system and changes else None
     if told is None or not {*told.mechanism.plain.coordinates} <= {*scene.system.states}:
         return scene, changes
-    values, state = (with_changes(own, changes) for own in (told.values, told.state))
+    follows = static_frictions(scene.system)
+    values, state = (with_changes(own, changes, follows) for own in (told.values, told.state))
     left = {key: value for key, value in changes.items() if key not in {**values, **state}}
     return example_scene(told.mechanism, scene.system, values, state, scene.until, scene.name), left
 
@@ -147,8 +146,11 @@ def _number(value):
     return decimal if Fraction(decimal) == value else f'"{value}"'
 
 
-def scene_of_table(table: dict[str, Any], where: str) -> Scene:
-    """Return the ``Scene`` in a table of TOML, that of a mechanism included; raises ``InputError``."""
+def scene_of_table(table: dict[str, Any], where: str, changes: Mapping[str, Any] = MappingProxyType({})) -> Scene:
+    """Return the ``Scene`` in a table of TOML, that of a mechanism included, after ``changes`` of values and start.
+
+    Raises ``InputError``.
+    """
     if "coordinates" in table:
         table = scene_table(table, where)
     refuse_unknown(table, (*COMMON, *NONDIMENSIONAL, *PHYSICAL, UNITS, *SYSTEM), where)
@@ -156,8 +158,9 @@ def scene_of_table(table: dict[str, Any], where: str) -> Scene:
     try:
         word(table, "about")
         entries["name"] = word(table, "name", Path(where).stem)
-        read = {SYSTEM: read_system_scene, PHYSICAL: _from_rod, NONDIMENSIONAL: _nondimensional}[keys_of(table)]
-        return read(entries)
+        if (keys := keys_of(table)) is SYSTEM:
+            return read_system_scene(entries, changes)
+        return (_from_rod if keys is PHYSICAL else _nondimensional)(entries)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
 

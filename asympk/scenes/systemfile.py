@@ -35,6 +35,7 @@ from asympk.formulas import read_formula, read_relation
 from asympk.mechanics.described import CONTACT, OF_CONTACT, contact_of, described_by
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.scene import Scene
+from asympk.scenes.turned import static_frictions, with_changes
 from asympk.storage.tomlfile import nearest, refuse_unknown, require_keys, table_in, tables_in
 from asympk.symbolic.system import Friction, System
 from asympk.systems.catalogue import described_mechanism, start_at
@@ -45,11 +46,17 @@ FRICTION = ("velocity", "force", "load", "kinetic", "static", "gap", "normal", "
 _NEEDED = ("velocity", "force", "load", "kinetic")
 
 
-def read_system_scene(entry: dict[str, Any]) -> Scene:
-    """Return the ``Scene`` of a table with ``system``, ``values``, ``start`` and ``until``; raises ``InputError``."""
+def read_system_scene(entry: dict[str, Any], changes: Mapping[str, Any]) -> Scene:
+    """Return the ``Scene`` of a table with ``system``, ``values``, ``start`` and ``until``, after ``changes`` of these.
+
+    Raises ``InputError``.
+    """
     require_keys(entry, ("system", "start", "until"))
     values, start = table_in(entry, "values"), entry["start"]
     system, mechanism = system_of(entry["system"], values)
+    follows = static_frictions(system)
+    values = with_changes(values, changes, follows)
+    start = with_changes(start, changes, follows) if isinstance(start, dict) else start
     if isinstance(start, dict) and mechanism and coordinates_of_start(system, mechanism, start):
         start = start_at(mechanism, system, values, start)
     kept = without(cancelled(entry["system"], system, mechanism), values)

@@ -1,15 +1,17 @@
 """Change numbers of a scene by name: parameters, states of the start, the horizon."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 from asympk.errors import UnknownName
 from asympk.numbers import number, short
 from asympk.scene import Scene
+from asympk.symbolic.system import System
 from asympk.systems.painleve_klein.units import STATE, Degrees, in_degrees, scene_in_units
 
 ROD = ("sigma", "mu", "sigma0")
-STATIC = {"sigma0": "sigma", "f0": "f"}  # static friction -> kinetic friction, which it follows until it is given
+_STATIC = {"sigma0": "sigma", "f0": "f"}  # of the rod
 
 
 def scene_parameters(scene: Scene) -> dict[str, Any]:
@@ -19,6 +21,17 @@ def scene_parameters(scene: Scene) -> dict[str, Any]:
     if scene.system is None:
         return {name: getattr(scene, name) for name in ROD}
     return {s.name: value for s, value in zip(scene.system.parameters, scene.values, strict=True)}
+
+
+def static_frictions(system: System | None) -> dict[str, str]:
+    """Return {static friction: kinetic friction}, by name, of frictions whose bounds differ by these parameters alone.
+
+    None stands for the system of the rod.
+    """
+    return _STATIC if system is None else {
+        s.name: k.name for f in system.frictions for s in f.static.free_symbols for k in f.kinetic.free_symbols
+        if s != k and f.static.xreplace({s: k}) == f.kinetic
+    }  # fmt: skip
 
 
 def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: Any) -> Scene:
@@ -31,7 +44,7 @@ def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: An
     _require_names(given, own, "parameter")
     _require_names(start, shown.names, "state of the start")
     read = {name: (in_degrees if isinstance(own[name], Degrees) else number)(name, v) for name, v in given.items()}
-    values = with_changes(own, read)
+    values = with_changes(own, read, static_frictions(scene.system))
     placed, horizon = scene.start, scene.until
     if scene.rod is not None:  # whose start and horizon are kept as they were given, exactly
         quantities = dict(scene.rod.quantities)
@@ -42,10 +55,13 @@ def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: An
     return _built(scene, values, begin, end, moved=bool(start))
 
 
-def with_changes(own: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:
-    """Return the numbers ``own`` with those of ``given`` that they name, and the static friction that follows."""
+def with_changes(own: dict[str, Any], given: Mapping[str, Any], follows: dict[str, str]) -> dict[str, Any]:
+    """Return the numbers ``own`` with those of ``given`` that they name.
+
+    A static friction that equals the kinetic one, by ``follows``, changes with it, unless given.
+    """
     changed = {name: value for name, value in given.items() if name in own}
-    for static, kinetic in STATIC.items():
+    for static, kinetic in follows.items():
         if static in own and kinetic in changed and own[static] == own[kinetic]:
             changed.setdefault(static, changed[kinetic])
     return {**own, **changed}

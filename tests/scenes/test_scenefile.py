@@ -490,3 +490,18 @@ def test_static_friction_in_a_file_follows_the_kinetic_friction_that_it_equals(t
                     "force = \"F\"\nload = 1\nkinetic = \"f\"\nstatic = \"f0\"\n"
                     "[values]\nf = 1\nf0 = 1\n[start]\nx = 0\nv = 0\n")  # fmt: skip
     assert changed_scene(str(file), {"f": "2"})[0].values == (2, 2)
+
+
+@pytest.mark.parametrize("static", ["f0 + cos(x)/8", "f0"])
+def test_a_static_friction_follows_by_its_place_in_the_law_and_not_by_its_name(tmp_path, static):
+    file = tmp_path / "belt.toml"
+    file.write_text("until = 1\n[system.slow]\nx = \"v\"\nv = \"F - x\"\n[[system.frictions]]\nvelocity = \"v\"\n"
+                    f"force = \"F\"\nload = 1\nkinetic = \"{static.replace('f0', 'a')}\"\nstatic = \"{static}\"\n"
+                    "[values]\na = 1\nf0 = 1\n[start]\nx = 0\nv = 0\n")  # fmt: skip
+    scene, left = changed_scene(str(file), {"a": "2"})
+    assert scene.values == turned(ap.read_scene(file), {"a": 2}, {}, None).values == (2, 2)
+    assert not left
+    file.write_text("until = 1\n[system.slow]\nx = \"v\"\nv = \"f - f0*x\"\n[values]\nf = 1\nf0 = 1\n"
+                    "[start]\nx = 0\nv = 0\n")  # a force and a stiffness
+    assert changed_scene(str(file), {"f": "2"})[0].values == (2, 1)
+    assert turned(ap.read_scene(file), {"f": 2}, {}, None).values == (2, 1)
