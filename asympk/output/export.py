@@ -10,8 +10,6 @@ numbers, such as a root of a cubic, its functions take the fast states on the br
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from unicodedata import name as unicode_name
-from unicodedata import normalize
 
 import sympy as sp
 
@@ -24,9 +22,8 @@ from asympk.numbers import known_order, short
 from asympk.storage.files import named_file, write_text
 from asympk.symbolic.expansion import fast_jacobian, is_implicit, one_side
 from asympk.symbolic.long import heavy, is_longer
-from asympk.symbolic.lowering import lower
+from asympk.symbolic.lowering import lower, plain_names_of
 from asympk.symbolic.manifold import slow_manifold, slow_manifolds
-from asympk.symbolic.reading import spare
 from asympk.symbolic.stability import LAMBDA, Eigenvalues, eigenvalues
 from asympk.symbolic.stick import stick_regions
 from asympk.symbolic.system import System, require_system
@@ -70,28 +67,12 @@ def module_functions(system: System, order: int) -> tuple[Function, ...]:
     Names become identifiers: the rate theta' is called theta_rate, an angle with a Greek letter, theta, and the
     mode slip_same+stick, slip_same_stick.
     """
-    put, order = _aliases(system), known_order(order)
+    put, order = plain_names_of((*system.states, *system.parameters)), known_order(order)
     if long := [m.name for m in system.modes if is_longer(sp.Tuple(*m.slow.values(), *m.fast.values()), MOST)]:
         raise NotDerivable(f"the rates of {long[0]} have more than {MOST} operations, too many to export; choose "
                            "coordinates in which gap and slip are shorter")  # fmt: skip
     found = (*_fields(system), *_manifolds(system, order), *_spectra(system), *_edges(system))
     return tuple(_plainly(f, put) for f in found)
-
-
-def _aliases(system):
-    """Return {theta': theta_rate}: for every name with a prime or a letter beyond ASCII, a symbol in plain letters."""
-    named, put = (*system.states, *system.parameters), {}
-    for given in named:
-        plain = "".join(map(_plain_letter, normalize("NFKD", given.name.replace("'", "_rate"))))
-        if plain != given.name:
-            put[given] = spare(plain, (*named, *put.values()), **given.assumptions0)
-    return put
-
-
-def _plain_letter(letter):
-    """Return a letter of ASCII as it is, one of another alphabet by its name, theta or Theta, and an accent as ""."""
-    kind, _, name = unicode_name(letter, "").rpartition(" LETTER ")
-    return letter if letter.isascii() else name.lower().capitalize() if kind.endswith("CAPITAL") else name.lower()
 
 
 def _plainly(f, put):
@@ -219,7 +200,8 @@ def _heading(system, name):
         lines += [f"    d{x}/dt = {f}" for x, f in mode.slow.items()]
         lines += [f"    {system.small} d{y}/dt = {g}" for y, g in mode.fast.items()]
     lines += ["", f"assumed: {system.assumptions}"] if system.assumptions != sp.true else []
-    aliases = [f"{plain} stands for {rate}" for rate, plain in _aliases(system).items()]
+    put = plain_names_of((*system.states, *system.parameters))
+    aliases = [f"{plain} stands for {rate}" for rate, plain in put.items()]
     return [*lines, "", *aliases] if aliases else lines
 
 

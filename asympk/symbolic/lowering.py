@@ -13,6 +13,8 @@ from importlib import import_module
 from itertools import chain
 from threading import local
 from typing import Any, Literal, overload
+from unicodedata import name as unicode_name
+from unicodedata import normalize
 
 import sympy as sp
 from mpmath.libmp import dps_to_prec
@@ -31,7 +33,7 @@ from asympk.symbolic.derivatives import directional_derivatives
 from asympk.symbolic.inverses import in_order, without_inverses
 from asympk.symbolic.long import atoms
 from asympk.symbolic.penetration import computed
-from asympk.symbolic.reading import entries_of, expression
+from asympk.symbolic.reading import entries_of, expression, spare
 from asympk.symbolic.tables import as_tree, without_tables
 
 BRANCHING = (sp.Piecewise, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.floor, sp.ceiling, sp.Mod)
@@ -119,13 +121,14 @@ def lower(
 
     ``target`` is ``"numpy"`` (arrays that broadcast), ``"math"`` (floats), ``"mpmath"`` (the working precision of the
     call; strings and fractions are taken exactly), or ``"c"``, which returns the source of a C function: one value is
-    returned, several go to ``out``. ``name`` is the function's name in its source. A set of arguments is sorted.
+    returned, several go to ``out``. ``name`` is the function's name in its source. A set of arguments is sorted. An
+    argument with a prime or a Greek letter has a name in plain letters there, the rate theta' the name theta_rate.
     ``definitions`` are pairs of a symbol in ``expr`` and its expression in ``args`` and the symbols defined before.
     Raises ``InputError`` for symbols that are not arguments, for floats, for constants that are not finite and real,
     and, unless ``branching``, for functions that branch, such as a Piecewise.
     """
     target = named("target", target, _PRINTERS)
-    args, (outputs, keys, single) = _arguments(args), _outputs(expr)
+    (args, put), (outputs, keys, single) = _arguments(args), _outputs(expr)
     definitions, known = _definitions(definitions), {*args}
     for symbol, e in definitions:
         _check(e, args, known, branching)
@@ -138,9 +141,32 @@ def lower(
         raise InputError(f"name {short(name)} cannot name a function; give letters, digits and underscores")
     if name in _printer(target).reserved_words:
         raise InputError(f"name {name!r} has a meaning in the source for target {target!r}; give another")
+    if put:
+        args, outputs, definitions = _in_plain_letters(put, args, outputs, definitions)
     lowered = Lowered(args, outputs, target, keys, single, name, definitions=definitions)
     _emission(lowered)
     return _c_source(lowered) if target == "c" else lowered
+
+
+def plain_names_of(symbols: Iterable[sp.Symbol]) -> dict[sp.Symbol, sp.Symbol]:
+    """Return {theta': theta_rate}: for every name with a prime or a letter beyond ASCII, a symbol in plain letters."""
+    named, put = [*symbols], dict[sp.Symbol, sp.Symbol]()
+    for given in named:
+        plain = "".join(map(_plain_letter, normalize("NFKD", given.name.replace("'", "_rate"))))
+        if plain != given.name:
+            put[given] = spare(plain, (*named, *put.values()), **given.assumptions0)
+    return put
+
+
+def _plain_letter(letter):
+    """Return a letter of ASCII as it is, one of another alphabet by its name, theta or Theta, and an accent as ""."""
+    kind, _, name = unicode_name(letter, "").rpartition(" LETTER ")
+    return letter if letter.isascii() else name.lower().capitalize() if kind.endswith("CAPITAL") else name.lower()
+
+
+def _in_plain_letters(put, args, outputs, definitions):
+    args, outputs = (tuple(e.xreplace(put) for e in exprs) for exprs in (args, outputs))
+    return args, outputs, tuple((t, e.xreplace(put)) for t, e in definitions)
 
 
 def _c_source(lowered):
@@ -464,15 +490,17 @@ def _out_of_range(outputs, args, values):
 
 
 def _arguments(args):
-    """Check the arguments; a set is sorted, so that the signature is the same in every run."""
+    """Return the arguments, checked, and their plain names; a set is sorted: the signature is the same in every run."""
     given = entries_of("args", args, "a sequence of Symbols")
     args = tuple(sorted(given, key=str)) if isinstance(args, set | frozenset) else given
+    put = plain_names_of(a for a in args if isinstance(a, sp.Symbol))
     for a in args:
-        if not isinstance(a, sp.Symbol) or not (a.name.isidentifier() and a.name.isascii()):
+        plain = put.get(a, a).name if isinstance(a, sp.Symbol) else ""
+        if not (plain.isidentifier() and plain.isascii()):
             raise InputError(f"the argument {short(a)} cannot name a variable; give a Symbol with a plain name")
     if len({a.name for a in args}) < len(args):
         raise InputError(f"the arguments ({', '.join(map(str, args))}) contain one name twice")
-    return args
+    return args, put
 
 
 def _outputs(expr):

@@ -226,7 +226,8 @@ def test_in_an_array_the_first_bad_place_is_named():
         ((x,), sp.Derivative(x**2, x), "worked out first"),
         ((x,), 10**400 * x, "beyond all doubles"),
         ((x, sp.Symbol("x", real=True)), x, "contain one name twice"),
-        ((sp.Symbol("x'"),), sp.S.One, "cannot name a variable"),
+        ((sp.Symbol("x y'"),), sp.S.One, "cannot name a variable"),
+        ((sp.Symbol("\u5b57"),), sp.S.One, "cannot name a variable"),
         (("x",), x, "cannot name a variable"),
     ],
 )
@@ -238,6 +239,14 @@ def test_what_cannot_be_a_function_of_numbers_is_refused(args, expr, message):
 def test_a_function_that_mpmath_lacks_is_refused_without_the_advice_to_take_mpmath():
     with pytest.raises(InputError, match=r"target 'mpmath' has no Ei$"):
         lower((x,), sp.Ei(x), target="mpmath")
+
+
+def test_a_rate_and_a_greek_letter_are_arguments_by_names_in_plain_letters():
+    turned, taken = sp.symbols("\u03b8' theta_rate")
+    args, expr = (turned, taken), turned - 2 * taken
+    source = "double turn(double theta_rate_, double theta_rate)\n{\n    return -2.0*theta_rate + theta_rate_;\n}\n"
+    assert lower(args, expr, "c", name="turn") == source
+    assert [lower(args, expr, target)(7, 2) for target in ("numpy", "math", "mpmath")] == [3, 3, 3]
 
 
 def test_the_wrong_number_of_values_and_unknown_targets_are_refused():
