@@ -295,7 +295,7 @@ def test_a_contact_of_the_scene_that_the_screen_leaves_out_is_said_to_be_left_ou
     wall = 'others = [{gap = "X", slip = "Y", friction = 0}]'
     assert "with 1 other contact, which only its motion has" in screen(f"{ROD}{wall}")
     assert "other contact" not in screen(ROD)
-    assert "others must be tables, each under [[others]]" in screen(f"{ROD}others = 1", status=1)
+    assert "others must be tables, each under [[others]]" in screen(f"{ROD}others = 1", status=2)
 
 
 def test_a_coordinate_without_a_number_that_does_not_matter_is_not_missed(screen):
