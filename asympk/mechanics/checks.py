@@ -1,6 +1,5 @@
 """Checks of a mechanism: a regular, symmetric mass matrix, a gap in the coordinates, a slip independent of the gap."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import sympy as sp
@@ -15,7 +14,6 @@ from asympk.multiprecision import private_context
 from asympk.symbolic.long import DIGITS, generic_place, is_regular
 from asympk.symbolic.reading import as_floats, require_names
 from asympk.symbolic.sides import MOST, measured, on_sides, phases
-from asympk.symbolic.system import Friction
 
 SPARE = 10  # digits that the entries of a mass matrix have beyond those in which it is found singular
 
@@ -31,25 +29,14 @@ def check_mechanism(kinetics: Kinetics, contact: Any) -> None:
     _check_slip(kinetics, contact)
 
 
-def require_closed(kinetics: Kinetics, values: dict[sp.Symbol, Any], frictions: Sequence[Friction]) -> None:
-    """Raise ``InputError`` if a rigid contact that holds both ways is not closed at the time 0.
-
-    ``frictions`` are those of the rigid system. The first is that of ``kinetics``, of which g and g' have to be 0. Of
-    the others only g' is known.
-    """
-    parts = {f"g{k + 1 if k else ''}'": f.gap_rate for k, f in enumerate(frictions) if f.gap_rate is not None}
-    parts = {"g": kinetics.gap, **parts} if "g'" in parts else parts
-    for name, found in _nonzero(kinetics, values, parts).items():
+def require_closed(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> None:
+    """Raise ``InputError`` if g = g' = 0 does not hold at the time 0, as far as ``departures`` tells."""
+    for name, found in departures(kinetics, values).items():
         raise InputError(f"the start is off the constraint: {name} = {found:g}; give coordinates and rates with 0")
 
 
 def departures(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> dict[str, float]:
-    """Return {name: value} of those of g and g' that are not 0 at the time 0, as far as ``_nonzero`` tells."""
-    return _nonzero(kinetics, values, {"g": kinetics.gap, "g'": kinetics.gap_rate})
-
-
-def _nonzero(kinetics: Kinetics, values: dict[sp.Symbol, Any], parts: dict[str, sp.Expr]) -> dict[str, float]:
-    """Return the values of those of ``parts`` that are not 0 at the time 0.
+    """Return {name: value} of those of g and g' that are not 0 at the time 0.
 
     A value counts as 0 if the rounding of a start, to six digits or of a computed zero, could have made it nonzero.
     Raises ``InputError``, which names the symbols without a value.
@@ -60,8 +47,8 @@ def _nonzero(kinetics: Kinetics, values: dict[sp.Symbol, Any], parts: dict[str, 
     given = [s for s in (*kinetics.coordinates, *kinetics.velocities) if s in placed]
     start = tuple(float(as_floats(str(s), placed[s])) for s in given)
     beside = np.array([start, *(moved for _, moved in nudges(0, start, BY_HAND, OF_ZERO))])
-    rows = evaluate(tuple(parts.values()), {**placed, **dict(zip(given, beside.T, strict=True))})
-    found = {name: [*map(float, row)] for name, row in zip(parts, rows, strict=True)}
+    rows = evaluate((kinetics.gap, kinetics.gap_rate), {**placed, **dict(zip(given, beside.T, strict=True))})
+    found = {name: [*map(float, row)] for name, row in zip(("g", "g'"), rows, strict=True)}
     return {name: row[0] for name, row in found.items() if not is_open(row)}
 
 

@@ -12,14 +12,14 @@
     [over]          # theta = [0.05, 1.5]: the range over which the paradox is looked for
 
 With ``until`` the file is also a scene, which starts from ``[state]`` on a rigid or an elastic contact. Then the keys
-``contact``, ``compliance``, ``damping`` and ``others`` stand at the top of the file, with the meaning that they have
-under ``[system]`` of ``asympk.scenes.systemfile``.
+``contact``, ``compliance`` and ``damping`` stand at the top of the file, with the meaning that they have under
+``[system]`` of ``asympk.scenes.systemfile``.
 
+Further contacts are tables under ``[[others]]``, with ``gap``, ``slip``, ``friction`` and the other keys of a contact.
 Instead of ``lagrangian`` a file may have ``mass``, rows of formulas; the forces are then the whole right side Q.
 """
 
 import re
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -27,7 +27,7 @@ import sympy as sp
 
 from asympk.errors import InputError
 from asympk.formulas import read_formula
-from asympk.mechanics.elastic import completing, velocities
+from asympk.mechanics.elastic import basis_of, velocities
 from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.lagrangian import lagranges_equations
 from asympk.mechanics.mechanism import Contact, Mechanism
@@ -36,9 +36,9 @@ from asympk.storage.tomlfile import read_table, refuse_unknown, require_keys, ta
 from asympk.symbolic.system import System
 
 OF_CONTACT = ("gap", "slip", "friction", "static", "load", "unilateral")
-KEYS = ("coordinates", "lagrangian", "mass", *OF_CONTACT, "forces")
+KEYS = ("coordinates", "lagrangian", "mass", *OF_CONTACT, "others", "forces")
 EXAMPLE = ("about", "values", "state", "over")
-CONTACT = ("contact", "compliance", "damping", "others")  # keys of a file that is also a scene
+CONTACT = ("contact", "compliance", "damping")  # keys of a file that is also a scene
 FILE = (*KEYS, *EXAMPLE, *CONTACT, "until")
 _NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
@@ -49,8 +49,7 @@ class Described:
 
     ``turn`` is None, or (name, low, high, {other: function}) for the coordinate or parameter over which the mechanism
     is drawn; the functions give the ``other`` numbers that change with it. ``undamped`` is the elastic ``System``
-    without damping if its phase plane (R, R') is to be drawn. ``followed`` tells whether ``name`` also is a scene, and
-    ``beside`` is the number of further contacts that the scene has.
+    without damping if its phase plane (R, R') is to be drawn. ``followed`` tells whether ``name`` also is a scene.
     """
 
     name: str
@@ -61,7 +60,6 @@ class Described:
     turn: tuple | None
     undamped: System | None = None
     followed: bool = False
-    beside: int = 0
 
     @property
     def numbers(self) -> dict[str, Any]:
@@ -98,7 +96,7 @@ class Described:
         rod, (name, _, _, tied) = self.mechanism, self.turn
         placed = {**self.numbers, name: at, **{other: rule(at) for other, rule in tied.items()}}
         kinetics, sliding = rod.plain, sp.Dummy("gamma", real=True)
-        rates = velocities(kinetics, completing(kinetics), sp.S.Zero, sliding)
+        rates = velocities(kinetics, basis_of((kinetics,)), (sp.S.Zero, sliding))
         known = {**rod.keyed(placed), sliding: rod.evaluate(rod.sliding_velocity, self.numbers)}
         found = evaluate(tuple(rates.values()), known)
         placed |= {str(rate): value for rate, value in zip(rates, found, strict=True)}
@@ -125,7 +123,7 @@ def mechanism_of_table(table: dict[str, Any], where: Any) -> Described:
     if "until" in table and "coordinates" not in table:
         raise InputError(f"{where}: it is a scene, followed by asympk solve; a mechanism has coordinates")
     refuse_unknown(table, FILE, where)
-    return replace(_described(table, where), followed="until" in table, beside=len(tables_in(table, "others")))
+    return replace(_described(table, where), followed="until" in table)
 
 
 def described_by(table: Any, parameters: Any) -> Described:
@@ -175,7 +173,11 @@ def _mechanism_of(table, values):
 
 
 def _mechanism(table, formula, q, u, t):
-    contact, forces = contact_of(table, formula), table_in(table, "forces")
+    contact, forces = _contact(table, formula), table_in(table, "forces")
+    others = []
+    for k, other in enumerate(tables_in(table, "others")):
+        refuse_unknown(other, OF_CONTACT, f"others {k}")
+        others.append(_contact(other, formula, f"others {k}"))
     if unknown := forces.keys() - {s.name for s in q}:
         raise InputError(f"forces: {', '.join(sorted(unknown))} is no coordinate")
     applied = [formula(f"forces: {s.name}", forces.get(s.name, 0)) for s in q]
@@ -183,17 +185,17 @@ def _mechanism(table, formula, q, u, t):
         raise InputError("give either lagrangian or mass")
     if "mass" in table:
         rows = [[formula("mass", entry) for entry in row] for row in _rows(table["mass"])]
-        return Mechanism(q, u, rows, applied, contact, t)
+        return Mechanism(q, u, rows, applied, contact, t, others)
     mass, centrifugal = lagranges_equations(formula("lagrangian", table["lagrangian"]), q, u, t)
-    return Mechanism(q, u, mass, [a + b for a, b in zip(applied, centrifugal, strict=True)], contact, t)
+    return Mechanism(q, u, mass, [a + b for a, b in zip(applied, centrifugal, strict=True)], contact, t, others)
 
 
-def contact_of(table: dict[str, Any], formula: Callable[[str, Any], sp.Expr], where: str = "") -> Contact:
-    """Return the ``Contact`` of the table at ``where``; ``formula`` reads that of a key. Raises ``InputError``."""
+def _contact(table, formula, where=""):
+    within = f"{where}: " if where else ""
     require_keys(table, ("gap", "slip", "friction"), where)
     if not isinstance(table.get("unilateral", False), bool):
-        raise InputError(f"{where}{': ' if where else ''}unilateral must be true or false")
-    given = {key: formula(key, table[key]) for key in OF_CONTACT if key in table and key != "unilateral"}
+        raise InputError(f"{within}unilateral must be true or false")
+    given = {key: formula(f"{within}{key}", table[key]) for key in OF_CONTACT if key in table and key != "unilateral"}
     return Contact(**given, unilateral=table.get("unilateral", False))
 
 

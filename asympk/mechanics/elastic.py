@@ -5,13 +5,14 @@ A spring 1/c beside a damper h/c makes the reaction R = (d + h d')/c of the pene
     x' = y,    c y' = -(a_N + G_NN R + G_NT F),    z' = a_T + G_NT R + G_TT F,    R = x + h y,
 
 with the sliding velocity z. The velocities are (g', gamma, w) = (-c y, z, w), where w are the rates of the last
-coordinates that complete g' and gamma to a basis, at all places if any do. As all coordinates are states, g(q) + c x is
-an invariant. With c = eps^2 and h = b eps (b is fixed, and 0 without damping) both x and y = eps x' are
+coordinates that complete g' and gamma to a basis, at all places if any do. With several contacts each has an x and a y,
+and w completes all g' alone, as their sliding velocities often depend on each other. As all coordinates are states,
+g(q) + c x is an invariant. With c = eps^2 and h = b eps (b is fixed, and 0 without damping) both x and y = eps x' are
 fast, R = x + b y and g' = -eps y. A unilateral contact has R = max(0, x + h y). ``elastic_fields`` derives the fields.
 """
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
 
@@ -23,25 +24,29 @@ from asympk.mechanics.kinetics import Kinetics, slope_in_powers
 from asympk.mechanics.tidy import tidy, vanishes
 from asympk.numbers import number, short
 from asympk.symbolic.long import replaced
-from asympk.symbolic.reading import expression, real_expression
-from asympk.symbolic.system import System
+from asympk.symbolic.reading import expression, real_expression, spare
+from asympk.symbolic.system import Friction, System
 
 
-def elastic(kinetics: Kinetics, compliance: Any, damping: Any) -> System:
-    """Return the ``System`` with the states: coordinates, x, z, the rates that complete a basis, and fast y.
+def elastic(contacts: Sequence[Kinetics], compliance: Any, damping: Any) -> System:
+    """Return the ``System`` with the states: coordinates, x, the rates that complete a basis, fast y, and z.
 
-    ``compliance`` is a Symbol c with ``damping`` a time h > 0, or ``eps**2`` with ``damping`` a multiple of eps, 0
-    included. A state or force whose name is taken by a coordinate or parameter gets an underscore. Raises
-    ``InputError`` for other scalings, ``NotDerivable`` if no rates complete a basis or if the contact's formulas jump.
+    ``contacts`` are the equations of one mechanism for each of its contacts. Further ones have x2, y2, x3, ..., and
+    with these there is no z. ``compliance`` is a Symbol c with ``damping`` a time h > 0, or ``eps**2`` with ``damping``
+    a multiple of eps, 0 included. A state or force whose name is taken by a coordinate or parameter gets an underscore.
+    Raises ``InputError`` for other scalings, ``NotDerivable`` if no rates complete a basis or if the contact's formulas
+    jump.
     """
     scaling = _scaling(compliance, damping)
-    used = kinetics.symbols
+    used = {s for kinetics in contacts for s in kinetics.symbols}
     if scaling.small.name in map(str, used):
         raise InputError(f"compliance = {compliance}: the mechanism has a {scaling.small} already; take another Symbol")
-    if other := {str(s) for s in scaling.ratio.free_symbols - {*used}} & {*map(str, used)}:
+    if other := {str(s) for s in scaling.ratio.free_symbols - used} & {*map(str, used)}:
         raise InputError(f"damping = {damping}: the mechanism has another {min(other)}; take another Symbol")
-    require_continuous(kinetics, (kinetics.gap, kinetics.gap_rate, kinetics.slip), "gap, gap rate or sliding velocity")
-    return System.with_friction(**elastic_fields(kinetics, scaling))
+    for kinetics in contacts:
+        formulas = (kinetics.gap, kinetics.gap_rate, kinetics.slip)
+        require_continuous(kinetics, formulas, "gap, gap rate or sliding velocity")
+    return _elastic_system(contacts, scaling)
 
 
 @dataclass(frozen=True)
@@ -80,109 +85,158 @@ def _scaling(compliance: Any, damping: Any) -> Scaling:
     return Scaling(small, ratio, small, small)
 
 
-def elastic_fields(kinetics: Kinetics, scaling: Scaling) -> dict[str, Any]:
-    """Return the arguments of ``System.with_friction`` for the elastic contact."""
-    x, y, z = state_names(kinetics, scaling.small)
-    rest = completing(kinetics)
-    rates = velocities(kinetics, rest, -scaling.closing * y, z)
-    put = lambda expr: kinetics.tidy_if_short(replaced(expr, rates))  # noqa: E731
-    reaction = x + put(scaling.ratio) * y
-    normal, force = force_names(kinetics, scaling.small)
-    pushed = normal if kinetics.unilateral else reaction
-    gap, slip, others = _accelerations(kinetics, rest, pushed, force, put)
-    slow = {q: put(u) for q, u in zip(kinetics.coordinates, kinetics.velocities, strict=True)}
-    fast = {x: y, y: -gap} if scaling.fast_reaction else {y: -gap}
-    slow = slow if scaling.fast_reaction else {**slow, x: y}
-    bound, limit = (tidy(part * kinetics.load) for part in (kinetics.friction, kinetics.static))
-    found = {"slow": {**slow, **others}, "fast": fast, "velocity": {z: slip}, "force": force, "load": reaction,
-             "kinetic": put(bound), "static": put(limit), "small": scaling.small,
-             "time": kinetics.time if kinetics.timed or scaling.ratio.has(kinetics.time) else None}  # fmt: skip
-    return {**found, "gap": -reaction, "normal": normal} if kinetics.unilateral else found
+def _elastic_system(contacts: Sequence[Kinetics], scaling: Scaling) -> System:
+    first, basis, alone = contacts[0], basis_of(contacts), len(contacts) == 1
+    states = [state_names(contacts, k, scaling.small) for k in range(len(contacts))]
+    z = states[0][2]
+    known = [-scaling.closing * y for _, y, _ in states] + [z] * alone
+    rates = velocities(first, basis, known)
+    put = lambda expr: first.tidy_if_short(replaced(expr, rates))  # noqa: E731
+    frictions = []
+    for k, (kinetics, (x, y, _)) in enumerate(zip(contacts, states, strict=True)):
+        slip, names = z if alone else put(kinetics.slip), force_names(contacts, k, scaling.small)
+        frictions.append(_friction(kinetics, x + put(scaling.ratio) * y, slip, names, put))
+    gaps, slips, others = _accelerations(contacts, basis, frictions, put)
+    slow = {q: put(u) for q, u in zip(first.coordinates, first.velocities, strict=True)}
+    pressing = {x: y for x, y, _ in states}
+    fast = {y: -gap for (_, y, _), gap in zip(states, gaps, strict=True)}
+    slow, fast = (slow, pressing | fast) if scaling.fast_reaction else (slow | pressing, fast)
+    slow, last = slow | others, dict(zip([z] * alone, slips, strict=True))
+    timed = any(k.timed for k in contacts) or scaling.ratio.has(first.time)
+    found = System.with_frictions(slow | last, fast, frictions, scaling.small, first.time if timed else None)
+    return replace(found, states=(*slow, *fast, *last))
 
 
-def pressed(kinetics: Kinetics, system: System, values: dict[sp.Symbol, Any], small: Any) -> dict[sp.Symbol, float]:
+def _friction(
+    kinetics: Kinetics, reaction: sp.Expr, slip: sp.Expr, names: tuple[sp.Symbol, ...],
+    put: Callable[[sp.Expr], sp.Expr],
+) -> Friction:  # fmt: skip
+    normal, force = names
+    kinetic, static = (put(tidy(part * kinetics.load)) for part in (kinetics.friction, kinetics.static))
+    opening = {"gap": -reaction, "normal": normal} if kinetics.unilateral else {}
+    return Friction(slip, force, reaction, kinetic, static, **opening)
+
+
+def pressed(
+    contacts: Sequence[Kinetics], system: System, values: dict[sp.Symbol, Any], small: Any
+) -> dict[sp.Symbol, float]:
     """Return the states x and y of a start off g = g' = 0, from g = -c x and g' = -c y (or g' = -eps y, c = eps^2).
 
     ``small`` is the value of c or eps. Raises ``InputError`` if ``small`` is missing, and for a start above a
     unilateral contact with a damping time h: such a contact pushes already below the gap h |g'|.
     """
-    x, y, _ = state_names(kinetics, system.small)
-    if not {x, y} <= {*system.states} or not (off := departures(kinetics, values)):
-        return {}
-    off_by = ", ".join(f"{name} = {value:g}" for name, value in off.items())
-    if kinetics.unilateral and x in system.slow and off.get("g", 0) > 0:
-        raise InputError(f"the start is above the contact, {off_by}, where its damper pushes already; start it "
-                         "where it touches, or give compliance=eps**2")  # fmt: skip
-    if small is None:
-        raise InputError(f"the start is off the contact, {off_by}; give {system.small} among the values, from "
-                         "which the reaction follows, or coordinates and rates with g = g' = 0")  # fmt: skip
-    scale = float(number(str(system.small), small, lambda value: value > 0, "positive"))
-    sizes = {"g": (x, scale**2 if x in system.fast else scale), "g'": (y, scale)}
-    return {sizes[name][0]: -value / sizes[name][1] for name, value in off.items()}
+    found: dict[sp.Symbol, float] = {}
+    for k, kinetics in enumerate(contacts):
+        x, y, _ = state_names(contacts, k, system.small)
+        if not {x, y} <= {*system.states} or not (off := departures(kinetics, values)):
+            continue
+        off_by = ", ".join(f"{name} = {value:g}" for name, value in off.items())
+        which = f"contact {k + 1}" if k else "the contact"
+        if kinetics.unilateral and x in system.slow and off.get("g", 0) > 0:
+            raise InputError(f"the start is above {which}, {off_by}, where its damper pushes already; start it "
+                             "where it touches, or give compliance=eps**2")  # fmt: skip
+        if small is None:
+            raise InputError(f"the start is off {which}, {off_by}; give {system.small} among the values, from "
+                             "which the reaction follows, or coordinates and rates with g = g' = 0")  # fmt: skip
+        scale = float(number(str(system.small), small, lambda value: value > 0, "positive"))
+        sizes = {"g": (x, scale**2 if x in system.fast else scale), "g'": (y, scale)}
+        found |= {sizes[name][0]: -value / sizes[name][1] for name, value in off.items()}
+    return found
 
 
-def state_names(kinetics: Kinetics, small: sp.Symbol) -> tuple[sp.Symbol, ...]:
-    """Return the symbols x, y, z of the elastic contact; a name that is taken gets an underscore."""
-    return tuple(kinetics.spare(name, small, real=True) for name in "xyz")
+def state_names(contacts: Sequence[Kinetics], k: int, small: sp.Symbol) -> tuple[sp.Symbol, ...]:
+    """Return the symbols x, y, z of the elastic contact ``k``; a name that is taken gets an underscore."""
+    return names_of_contact("xyz", contacts, k, small)
 
 
-def force_names(kinetics: Kinetics, *others: sp.Symbol) -> tuple[sp.Symbol, ...]:
-    """Return the symbols N, F of the reaction and of the friction force; a name that is taken gets an underscore."""
-    return tuple(kinetics.spare(name, *others, real=True) for name in "NF")
+def force_names(contacts: Sequence[Kinetics], k: int, *others: sp.Symbol) -> tuple[sp.Symbol, ...]:
+    """Return the symbols N, F of the forces of contact ``k``; a name that is taken gets an underscore."""
+    return names_of_contact("NF", contacts, k, *others)
 
 
-def completing(kinetics: Kinetics) -> tuple[int, ...]:
-    """Return the places of the last coordinates whose rates complete (g', gamma) to a basis of the velocities.
+def names_of_contact(letters: str, contacts: Sequence[Kinetics], k: int, *others: sp.Symbol) -> tuple[sp.Symbol, ...]:
+    """Return a symbol for each of ``letters``; those of the second contact have a 2, and so on."""
+    taken = [*others, *(s for kinetics in contacts for s in kinetics.symbols)]
+    return tuple(spare(f"{letter}{k + 1 if k else ''}", taken, real=True) for letter in letters)
+
+
+@dataclass(frozen=True)
+class Basis:
+    """Velocities by which all are expressed: some with the slopes ``rows`` by all rates, and the rates ``rest``.
+
+    The former are ``drifts`` where all rates are 0, as guides may move with the time.
+    """
+
+    rows: sp.Matrix
+    drifts: tuple[sp.Expr, ...]
+    rest: tuple[int, ...]
+
+    @property
+    def others(self) -> list[int]:
+        """The places of the coordinates whose rates are not among ``rest``."""
+        return [k for k in range(self.rows.cols) if k not in self.rest]
+
+    @property
+    def determinant(self) -> sp.Expr:
+        """The determinant of the basis, a minor of ``rows``."""
+        return self.parity * self.rows[:, self.others].det()
+
+    @property
+    def parity(self) -> int:
+        """The sign of the order in which the columns ``others`` come before all the rest."""
+        return (-1) ** (sum(self.others) - sum(range(self.rows.rows)))
+
+
+def basis_of(contacts: Sequence[Kinetics]) -> Basis:
+    """Return the rates g' of all contacts, gamma of a contact alone, and the last coordinates that complete them.
 
     Rates that do so at all times and places come first: the rates of the system have no pole then.
     """
-    n, bases, moving = len(kinetics.coordinates), [], (*kinetics.coordinates, kinetics.time)
-    for chosen in reversed([*combinations(range(n), n - 2)]):
-        determinant = _determinant(kinetics, chosen)
+    first, alone = contacts[0], len(contacts) == 1
+    given = [kinetics.gap_rate for kinetics in contacts] + [first.slip] * alone
+    rows = first.directions if alone else sp.Matrix.vstack(*(kinetics.directions[0, :] for kinetics in contacts))
+    drifts = tuple(expr.subs(dict.fromkeys(first.velocities, 0)) for expr in given)
+    n, moving, found = len(first.coordinates), (*first.coordinates, first.time), None
+    for rest in reversed([*combinations(range(n), n - len(given))]):
+        basis = Basis(rows, drifts, rest)
+        determinant = basis.determinant
         if not vanishes(determinant):
-            bases.append(chosen)
+            found = found or basis
             if all(vanishes(slope_in_powers(determinant, q)) for q in moving):
-                return chosen
-    if not bases:
-        raise NotDerivable("gap rate and sliding velocity depend on each other; no rates complete them to a basis")
-    return bases[0]
+                return basis
+    if found is None:
+        velocities = "gap rate and sliding velocity depend" if alone else "the gap rates of the contacts depend"
+        raise NotDerivable(f"{velocities} on each other; no rates complete them to a basis")
+    return found
 
 
-def _others(kinetics: Kinetics, rest: tuple[int, ...]) -> Iterator[int]:
-    """Yield the places of the two coordinates whose rates are not among ``rest``."""
-    return (k for k in range(len(kinetics.coordinates)) if k not in rest)
-
-
-def _determinant(kinetics: Kinetics, rest: tuple[int, ...]) -> sp.Expr:
-    """Return the determinant of the basis (g', gamma, rates ``rest``), a minor of (W_N, W_T)."""
-    others = [*_others(kinetics, rest)]
-    return _parity(others) * kinetics.directions[:, others].det()
-
-
-def _parity(others: list[int]) -> int:
-    """Return the sign of the order in which the two columns ``others`` come before all the rest."""
-    return (-1) ** (sum(others) + 1)
-
-
-def velocities(kinetics: Kinetics, rest: tuple[int, ...], closing: sp.Expr, z: sp.Expr) -> dict[sp.Symbol, sp.Expr]:
-    """Return every velocity in terms of g' = ``closing``, z and the rates ``rest``; guides may move with the time."""
-    still, others = dict.fromkeys(kinetics.velocities, 0), [*_others(kinetics, rest)]
-    gap_drift, slip_drift = (expr.subs(still) for expr in (kinetics.gap_rate, kinetics.slip))
-    given = [closing - gap_drift, z - slip_drift, *(kinetics.velocities[k] for k in rest)]
-    columns = sp.Matrix.hstack(sp.eye(2), -kinetics.directions[:, list(rest)])
-    minors = (_parity(others) * kinetics.directions[:, others].adjugate() * columns).applyfunc(sp.expand)
-    parts = [sp.Add(*(a * b for a, b in zip(minors[i, :], given, strict=True))) for i in (0, 1)]
+def velocities(kinetics: Kinetics, basis: Basis, known: Sequence[sp.Expr]) -> dict[sp.Symbol, sp.Expr]:
+    """Return every velocity in terms of the ``known`` values of the first velocities of a basis and its other rates."""
+    size, others = len(known), basis.others
+    given = [value - drift for value, drift in zip(known, basis.drifts, strict=True)]
+    given += [kinetics.velocities[k] for k in basis.rest]
+    columns = sp.Matrix.hstack(sp.eye(size), -basis.rows[:, list(basis.rest)])
+    minors = (basis.parity * basis.rows[:, others].adjugate() * columns).applyfunc(sp.expand)
+    parts = [sp.Add(*(a * b for a, b in zip(minors[i, :], given, strict=True))) for i in range(size)]
     tidy = kinetics.tidy_if_short
-    determinant = tidy(_determinant(kinetics, rest))
+    determinant = tidy(basis.determinant)
     found = {kinetics.velocities[k]: tidy(part / determinant) for k, part in zip(others, parts, strict=True)}
     return {u: found.get(u, u) for u in kinetics.velocities}
 
 
 def _accelerations(
-    kinetics: Kinetics, rest: tuple[int, ...], normal: sp.Expr, force: sp.Symbol, put: Callable[[sp.Expr], sp.Expr]
-) -> tuple[sp.Expr, sp.Expr, dict[sp.Symbol, sp.Expr]]:
-    """Return g'', z' and the rates of the velocities ``rest`` under the reaction ``normal`` and friction ``force``."""
-    G, response = kinetics.delassus, kinetics.response
-    rows = [(kinetics.free[i], G[i, 0], G[i, 1]) for i in (0, 1)] + [(response[k, 2], *response[k, :2]) for k in rest]
-    gap, slip, *others = (put(free) + by_N * normal + by_T * force for free, by_N, by_T in rows)
-    return gap, slip, {kinetics.velocities[k]: rate for k, rate in zip(rest, others, strict=True)}
+    contacts: Sequence[Kinetics], basis: Basis, frictions: Sequence[Friction], put: Callable[[sp.Expr], sp.Expr]
+) -> tuple[list[sp.Expr], list[sp.Expr], dict[sp.Symbol, sp.Expr]]:
+    """Return each g'', z' of a contact alone, and the rates of the velocities in the basis, under all forces."""
+    first = contacts[0]
+    pushes = [push for f in frictions for push in (f.load if f.normal is None else f.normal, f.force)]
+
+    def driven(free: sp.Expr, row: Sequence[sp.Expr]) -> sp.Expr:
+        return sp.Add(put(free), *(part * push for part, push in zip(row, pushes, strict=True)))
+
+    across = [sp.Matrix.hstack(*(kinetics.coupling(other) for other in contacts)) for kinetics in contacts]
+    gaps = [driven(kinetics.free[0], G[0, :]) for kinetics, G in zip(contacts, across, strict=True)]
+    slips = [driven(first.free[1], across[0][1, :])] if len(contacts) == 1 else []
+    response = sp.Matrix.hstack(*(kinetics.response[:, :2] for kinetics in contacts))
+    others = {first.velocities[k]: driven(first.response[k, 2], response[k, :]) for k in basis.rest}
+    return gaps, slips, others

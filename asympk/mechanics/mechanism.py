@@ -30,6 +30,8 @@ from asympk.symbolic.long import atoms, replaced
 from asympk.symbolic.reading import entries_of, expression
 from asympk.symbolic.system import System, require_system
 
+CONTACTS = "a sequence of ap.Contact"
+
 
 @dataclass(frozen=True, repr=False)
 class Contact(ShownAsFormulas):
@@ -69,8 +71,10 @@ class Contact(ShownAsFormulas):
 
 @dataclass(frozen=True, repr=False)
 class Mechanism(ShownAsFormulas):
-    """A mechanism with the mass matrix ``mass``, the applied forces ``forces`` and one ``contact``.
+    """A mechanism with the mass matrix ``mass``, the applied forces ``forces``, one ``contact`` and perhaps ``others``.
 
+    Critical friction, paradox, motions and jump law are those of ``contact``, with all ``others`` open. The systems
+    ``rigid()`` and ``elastic()`` have all contacts, with the forces N and F, N2 and F2, ... in order.
     ``velocities`` are the rates of ``coordinates``, one for each. ``forces`` is the whole right side Q of M q'' = Q,
     including centrifugal and gyroscopic terms, but not R and F. ``time`` is the symbol of time in forces and contact;
     by default it is the argument of the dynamicsymbols, or t. Raises ``InputError`` for a mass matrix that is singular
@@ -91,10 +95,12 @@ class Mechanism(ShownAsFormulas):
     forces: tuple = field(repr=False)
     contact: Contact
     time: Any = None
+    others: tuple[Contact, ...] = ()
 
     def _card(self) -> Card:
         rows: list[tuple[str, Any]] = [("coordinates", sp.Tuple(*self.coordinates)), ("mass", self.mass)]
         rows += [("forces", sp.Tuple(*self.forces)), *self.contact._card().rows]
+        rows += [(f"other {name}", part) for other in self.others for name, part in other._card().rows[:3]]
         title = f"Mechanism of {len(self.coordinates)} coordinates and a contact that {self.contact.side}"
         return Card(title, tuple(rows))
 
@@ -107,26 +113,30 @@ class Mechanism(ShownAsFormulas):
         if len(self.velocities) != len(self.coordinates):
             raise InputError(f"{len(self.velocities)} velocities for {len(self.coordinates)} coordinates")
         if not isinstance(self.contact, Contact):
-            raise InputError(f"contact = {short(self.contact)}: it must be an ap.Contact; give further ones to rigid()")
+            raise InputError(f"contact = {short(self.contact)}: it must be an ap.Contact; further ones are others=")
+        put(self, "others", entries_of("others", self.others, CONTACTS))
         put(self, "time", _time(self.coordinates) if self.time is None else expression("time", self.time))
         check_mechanism(self.plain, self.contact)
+        _ = self._contacts  # which checks the others
 
     @classmethod
     def from_lagrangian(
-        cls, lagrangian: Any, coordinates: Any = None, *, contact: Contact, forces: Any = None
+        cls, lagrangian: Any, coordinates: Any = None, *, contact: Contact, forces: Any = None, others: Any = ()
     ) -> "Mechanism":
         """Return the mechanism of a Lagrangian in dynamicsymbols, or of a ``LagrangesMethod`` or ``KanesMethod``.
 
-        ``forces`` are the generalised forces that are not in the Lagrangian, as ``{coordinate: force}`` or one for each
-        coordinate. A ``LagrangesMethod`` or ``KanesMethod`` has its own coordinates and forces; with a ``KanesMethod``
-        the slip may be given in its generalised speeds. Raises ``InputError`` for any other ``lagrangian``, and for a
-        method with constraints of its own.
+        ``others`` are further contacts, and ``forces`` are the generalised forces that are not in the Lagrangian, as
+        ``{coordinate: force}`` or one for each coordinate. A ``LagrangesMethod`` or ``KanesMethod`` has its own
+        coordinates and forces; with a ``KanesMethod`` the slip may be given in its generalised speeds. Raises
+        ``InputError`` for any other ``lagrangian``, and for a method with constraints of its own.
         """
         coordinates, mass, right, speeds = equations_of(lagrangian, coordinates, forces)
         time = _time(coordinates)
-        if speeds and isinstance(contact, Contact):
-            contact = replace(contact, slip=contact.slip.subs(speeds))
-        return cls(coordinates, tuple(q.diff(time) for q in coordinates), mass, tuple(right), contact, time)
+        contact, *others = (
+            replace(c, slip=c.slip.subs(speeds)) if speeds and isinstance(c, Contact) else c
+            for c in (contact, *entries_of("others", others, CONTACTS))
+        )
+        return cls(coordinates, tuple(q.diff(time) for q in coordinates), mass, tuple(right), contact, time, others)
 
     @cached_property
     def plain(self) -> Kinetics:
@@ -142,6 +152,11 @@ class Mechanism(ShownAsFormulas):
             self.time,
         )  # fmt: skip
         return found if slip.free_symbols & {*velocities} else replace(found, slip=found.rate(slip))
+
+    @cached_property
+    def _contacts(self) -> tuple[Kinetics, ...]:
+        """The equations of the mechanism for each of its contacts."""
+        return (self.plain, *(replace(self, contact=other, others=()).plain for other in self.others))
 
     @property
     def delassus(self) -> sp.ImmutableMatrix:
@@ -223,17 +238,14 @@ class Mechanism(ShownAsFormulas):
         """
         return jump_law.jump_law(self.plain, self.own, ratio, damping)
 
-    def rigid(self, *others: Contact) -> System:
+    def rigid(self) -> System:
         """Return the rigid mechanism as a ``System`` in all coordinates and velocities; start it at g = g' = 0.
-
-        ``others`` are more contacts of the same mechanism, such as a wall on which a ladder leans. The forces are N and
-        F, those of the others N2, F2, N3, F3, ... in order.
 
         A run of this system raises ``NoMotion`` or ``TwoMotions`` at a state from which no motion or several continue.
         With static friction above kinetic friction a contact that stops may rest or slide back. The rigid contact then
         rests; the elastic one may slide back, as its reaction is still that of the slip before.
         """
-        return rigid_system.rigid_system([self.plain, *(replace(self, contact=other).plain for other in others)])
+        return rigid_system.rigid_system(self._contacts)
 
     def elastic(self, compliance: Any = None, damping: Any = None) -> System:
         """Return the mechanism with an elastic, damped contact as a slow-fast ``System``.
@@ -242,7 +254,8 @@ class Mechanism(ShownAsFormulas):
         included. The damping may depend on coordinates, rates and time. The states are the coordinates, the reaction x,
         its rate y, the sliding velocity z, and the rates of the last coordinates that complete g' and z to a basis of
         the velocities, at all places if any do. If none do, the rates of the system have a pole where these cease to be
-        a basis; another order of three or more coordinates moves it.
+        a basis; another order of three or more coordinates moves it. The ``others`` have reactions x2, x3, ... of the
+        same compliance and damping; with others the rates complete all g', and no sliding velocity is a state.
         With a damping time h, R = max(0, x + h y): a contact that has opened and returns pushes already at the gap
         h |g'|. So motions with flights need ``eps**2``. Raises ``InputError`` for other scalings, ``NotDerivable``.
         """
@@ -250,7 +263,7 @@ class Mechanism(ShownAsFormulas):
             raise InputError("an elastic contact needs compliance= and damping=: a Symbol c and a time h, or eps**2 "
                              "and a multiple of eps, 0 included")  # fmt: skip
         damping = plainly(_finite("damping", damping), self._names, self.time)
-        return elastic.elastic(self.plain, compliance, damping)
+        return elastic.elastic(self._contacts, compliance, damping)
 
     def start(self, system: System, values: dict[Any, Any]) -> dict[str, Any]:
         """Return a start of the elastic or rigid ``system`` of this mechanism, from ``values`` by name or symbol.
@@ -264,14 +277,16 @@ class Mechanism(ShownAsFormulas):
         if other := [str(q) for q in self.plain.coordinates if q not in system.states]:
             raise InputError(f"start: {other[0]} is no state of the system; give the mechanism's elastic() or rigid()")
         given = {self.plain.time: 0} | keyed(values, self.plain, self._names, system.parameters)
-        require_closed(self.plain, given, system.frictions)
+        for contact, friction in zip(self._contacts, system.frictions, strict=False):  # it may have more frictions
+            if friction.gap_rate is not None:
+                require_closed(contact, given)
         require_positive_mass(self.plain, given)
         moving = {*self.plain.coordinates, *self.plain.velocities}
         fixed = {s: 0 for s in system.states if s not in moving}
         sliding = [f.velocity for f in system.frictions if f.velocity in fixed]
         fixed |= {z: float(evaluate((self.plain.slip,), given)[0]) for z in sliding}
         if system.small in system.parameters:
-            fixed |= elastic.pressed(self.plain, system, given, given.get(system.small))
+            fixed |= elastic.pressed(self._contacts, system, given, given.get(system.small))
         if missing := [str(s) for s in system.states if s in moving and s not in given]:
             raise InputError(f"no value for {', '.join(missing)}; give the coordinates and rates to start from")
         return {s.name: _worked_out({**given, **fixed}[s]) for s in system.states}

@@ -13,8 +13,8 @@ from collections.abc import Sequence
 import sympy as sp
 
 from asympk.mechanics.checks import require_continuous
+from asympk.mechanics.elastic import force_names
 from asympk.mechanics.kinetics import Kinetics
-from asympk.symbolic.reading import spare
 from asympk.symbolic.system import Friction, System
 
 
@@ -23,7 +23,7 @@ def rigid_system(contacts: Sequence[Kinetics]) -> System:
 
     Its flow keeps every constraint g'' = 0, so start at g = g' = 0 on each contact that is closed.
     """
-    first, forces = contacts[0], [_force_names(contacts, k) for k in range(len(contacts))]
+    first, forces = contacts[0], [force_names(contacts, k) for k in range(len(contacts))]
     for kinetics in contacts:
         if not kinetics.unilateral:  # at a jump a unilateral contact opens or is hit, which its flow decides
             require_continuous(kinetics, (kinetics.gap, kinetics.gap_rate), "the constraint or its rate")
@@ -43,9 +43,3 @@ def rigid_system(contacts: Sequence[Kinetics]) -> System:
         ))  # fmt: skip
     timed = any(kinetics.timed for kinetics in contacts)
     return System.with_frictions(rates, {}, frictions, time=first.time if timed else None)
-
-
-def _force_names(contacts: Sequence[Kinetics], k: int) -> tuple[sp.Symbol, ...]:
-    """Return the symbols N, F of contact k, from N2, F2 on for the contacts after the first."""
-    taken = [s for kinetics in contacts for s in kinetics.symbols]
-    return tuple(spare(f"{name}{k + 1 if k else ''}", taken, real=True) for name in "NF")

@@ -34,7 +34,7 @@ def mechanism_as_text(described: Described) -> str:
     numbers = ", ".join(f"{name} = {_short(value)}" for name, value in described.numbers.items())
     rigid = [*contact_lines(described), *_paradox(described), *motion_lines(described)]
     title = ": ".join(filter(None, (described.name, described.about)))
-    lines = [*wrapped("", title), *wrapped("at ", numbers), *_departure(described), *_beside(described), ""]
+    lines = [*wrapped("", title), *wrapped("at ", numbers), *_departure(described), *_others(described), ""]
     for labelled in (rigid, jump_lines(described)):
         lines += [*(part for line in labelled for part in wrapped(line[:_LABEL], line[_LABEL:])), ""]
     return "\n".join([*lines, *_further(described)])
@@ -51,10 +51,10 @@ def _departure(described):
     return [f"off the contact: {given}; the lines below hold for g = g' = 0"] if off else []
 
 
-def _beside(described):
-    """Return a line on the contacts of the file's motion that the screen leaves out, if there are any."""
-    others = f"{described.beside} other contact{'s' if described.beside > 1 else ''}"
-    return [f"with {others}, which only its motion has: the lines below hold without"] if described.beside else []
+def _others(described):
+    """Return a line on the further contacts, which are open in all that the screen says; none if there are none."""
+    count = len(described.mechanism.others)
+    return [f"with {count} other contact{'s' if count > 1 else ''}, open in the lines below"] if count else []
 
 
 def contact_lines(described: Described) -> list[str]:

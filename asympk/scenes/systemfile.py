@@ -18,8 +18,7 @@ rigid, a ``constraint``, with a ``gap_rate`` if it holds both ways.
 A ``system`` that is a string names a system of the catalogue, ``asympk.systems``. A ``system`` with a ``mechanism`` (a
 name in the catalogue, or a table as in ``asympk.mechanics.described``) is that mechanism with ``contact = "rigid"``, or
 with ``contact = "elastic"`` and the formulas ``compliance`` and ``damping``; its ``[start]`` gives the states, or all
-coordinates and rates of the mechanism. Beside a rigid contact more may stand, each as a table under
-``[[system.others]]`` with the keys of a contact.
+coordinates and rates of the mechanism.
 """
 
 import re
@@ -32,8 +31,8 @@ import sympy as sp
 from asympk import systems
 from asympk.errors import InputError
 from asympk.formulas import read_formula, read_relation
-from asympk.mechanics.described import CONTACT, OF_CONTACT, contact_of, described_by
-from asympk.mechanics.mechanism import Contact, Mechanism
+from asympk.mechanics.described import CONTACT, described_by
+from asympk.mechanics.mechanism import Mechanism
 from asympk.scene import Scene
 from asympk.scenes.turned import static_frictions, with_changes
 from asympk.storage.tomlfile import nearest, refuse_unknown, require_keys, table_in, tables_in
@@ -163,23 +162,14 @@ def _mechanism(table: dict, parameters: Any) -> Mechanism:
 
 
 def _with_contact(mechanism: Mechanism, table: dict, parameters: Any) -> System:
-    contact, others = table.get("contact"), tables_in(table, "others", "system.")
+    contact = table.get("contact")
     if contact == "rigid":
-        return mechanism.rigid(*(_other(other, mechanism, parameters, k) for k, other in enumerate(others)))
-    if others:
-        raise InputError('system.others: further contacts need contact = "rigid"')
+        return mechanism.rigid()
     if contact != "elastic" or not {"compliance", "damping"} <= table.keys():
         raise InputError('system: contact must be "rigid", or "elastic" with compliance and damping')
     own = {s.name: s for s in mechanism.plain.symbols}
     symbols = {name: sp.Symbol(name, positive=True) for name in parameters} | own
     return mechanism.elastic(*(read_formula(table[key], symbols, key) for key in ("compliance", "damping")))
-
-
-def _other(table: dict, mechanism: Mechanism, parameters: Any, k: int) -> Contact:
-    where = f"system.others {k}"
-    refuse_unknown(table, OF_CONTACT, where)
-    symbols = {name: sp.Symbol(name, real=True) for name in parameters} | {s.name: s for s in mechanism.plain.symbols}
-    return contact_of(table, lambda key, text: read_formula(text, symbols, f"{where}: {key}"), where)
 
 
 def _catalogued(name: str) -> System:

@@ -227,12 +227,6 @@ mechanism = "painleve_rod"
         (BELT, "until = 1", "until = 1\nmu = 1", "mu is the rod's; parameters of a system stand in [values]"),
         (ON_GROUND, "contact", "contcat = 1\ncontact", "system: key 'contcat' is unknown"),
         (ON_GROUND, "rigid", "soft", "system: contact must be"),
-        (ON_GROUND, "[values]", "others = 1\n[values]", "system.others must be tables"),
-        (ON_GROUND, "[values]", "[[system.others]]\ngab = 1\n[values]", "system.others 0: key 'gab' is unknown"),
-        (ON_GROUND, "[values]", "[[system.others]]\ngap = 'X'\n[values]", "system.others 0: slip, friction missing"),
-        (ON_GROUND, "[values]", "[[system.others]]\ngap = 'X'\nslip = 'Y'\nfriction = 1\nunilateral = 1\n[values]",
-         "system.others 0: unilateral must be true or false"),
-        (ON_GROUND, '"rigid"', '"elastic"\nothers = [{gap = "X"}]', "system.others: further contacts need contact"),
         ("sigma = 1\nmu = 1\nuntil = 1\nnear = {x = 0, z = 1, offset = 0}", "z = 1, ", "", "manifold, z missing"),
     ],
 )
@@ -359,17 +353,6 @@ def test_the_damping_of_a_mechanism_in_a_scene_may_use_its_parameters_coordinate
     scene = ap.read_scene(file)
     assert [str(s) for s in scene.system.parameters] == ["c", "f", "g", "h", "l", "m"]
     assert str(scene.system.time) == "t"
-
-
-def test_a_wall_beside_the_ground_of_a_rigid_mechanism_stands_in_the_file(tmp_path):
-    rod, wall = ap.systems.painleve_rod.mechanism(), tmp_path / "wall.toml"
-    wall.write_text('''until = 1
-system = {mechanism = "painleve_rod", contact = "rigid", others = [{gap = "W - X", slip = "Y", friction = "k"}]}
-values = {m = 2, l = 1, g = 1, f = 1, k = 0.5, W = 1}
-start = {X = 1, Y = 0, theta = 0, "X'" = 0, "Y'" = 0, "theta'" = 0}
-''')
-    X, Y, k, W = sp.symbols("X Y k W", real=True)
-    assert ap.read_scene(wall).system == rod.rigid(ap.Contact(gap=W - X, slip=Y, friction=k))
 
 
 ELASTIC = """\

@@ -291,11 +291,17 @@ def test_the_rebound_is_told_with_its_damping_as_a_time_in_the_units_of_the_mech
     assert [part.split(" for ")[1] for part in told.split(", ")] == ["h = 0", "h = sqrt(c)"]
 
 
-def test_a_contact_of_the_scene_that_the_screen_leaves_out_is_said_to_be_left_out(screen):
-    wall = 'others = [{gap = "X", slip = "Y", friction = 0}]'
-    assert "with 1 other contact, which only its motion has" in screen(f"{ROD}{wall}")
+def test_further_contacts_stand_in_the_file_and_are_said_to_be_open(screen, tmp_path):
+    wall = 'others = [{gap = "X", slip = "Y", friction = "f/2", unilateral = true}]'
     assert "other contact" not in screen(ROD)
-    assert "others must be tables, each under [[others]]" in screen(f"{ROD}others = 1", status=2)
+    assert "with 1 other contact, open in the lines below" in screen(f"{ROD}{wall}")
+    X, Y, f = sp.symbols("X Y f", real=True)
+    assert read_mechanism(tmp_path / "rod.toml").mechanism.others == (ap.Contact(X, Y, f / 2, unilateral=True),)
+    refused = {"1": "others must be tables, each under [[others]]",
+               "[{gap = 'X', slip = 'Y'}]": "others 0: friction missing",
+               "[{gab = 'X'}]": "others 0: key 'gab' is unknown"}  # fmt: skip
+    for others, said in refused.items():
+        assert said in screen(f"{ROD}others = {others}", status=2)
 
 
 def test_a_coordinate_without_a_number_that_does_not_matter_is_not_missed(screen):
