@@ -53,6 +53,8 @@ def export(system: System, target: str, out: str | Path, order: int = 3, name: s
     target, folder = named("target", target, _WRITERS), named_file(out)
     if not (isinstance(name, str) and name.isidentifier() and name.isascii()):
         raise InputError(f"name {short(name)} cannot name a module; give letters, digits and underscores")
+    if not (nearest := next(place for place in (folder, *folder.absolute().parents) if place.exists())).is_dir():
+        raise InputError(f"{out} cannot be written ({nearest} is a file); give another directory")
     functions = module_functions(system, order)
     files = _WRITERS[target](name, _heading(system, name), functions)
     try:

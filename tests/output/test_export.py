@@ -241,6 +241,14 @@ def test_bad_input_is_one_line_and_writes_nothing(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
+@pytest.mark.parametrize("inside", ["", "deep/within"])
+def test_a_file_in_place_of_the_directory_is_refused_before_anything_is_derived(inside, tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("kept")
+    monkeypatch.setattr("asympk.output.export.module_functions", lambda *_: pytest.fail("derived"))
+    with pytest.raises(InputError, match=r"cannot be written .*file is a file"):
+        export(PK, "c", tmp_path / "file" / inside)
+
+
 def test_rates_too_long_for_slow_manifolds_are_refused_before_anything_is_derived():
     x, y, mu = sp.symbols("x y mu", real=True)
     waves = x
