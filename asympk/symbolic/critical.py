@@ -14,6 +14,7 @@ from typing import Any, Self
 
 import sympy as sp
 from sympy.functions.elementary.trigonometric import TrigonometricFunction
+from sympy.simplify.fu import TR8
 
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic
 from asympk.numbers import short
@@ -444,8 +445,12 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
         matrix = (force := sp.Matrix(equal_zero)).jacobian(unknowns)
         if not matrix.has(*unknowns):
             return _linear_solution(matrix, force.subs(dict.fromkeys(unknowns, 0)), unknowns)
-    if len(unknowns) == 1 and (own := _by_lambert(*equal_zero, *unknowns) or _by_logarithm(*equal_zero, *unknowns)):
-        return own
+    if len(unknowns) == 1:
+        if own := _by_lambert(*equal_zero, *unknowns) or _by_logarithm(*equal_zero, *unknowns):
+            return own
+        equal_zero = [_in_fewer_waves(*equal_zero, *unknowns)]
+        if _mixes(*equal_zero, *unknowns):
+            return None
     if len(unknowns) > 1 and (factors := [_factors(g, unknowns) for g in equal_zero]) != [[g] for g in equal_zero]:
         return _joined([solutions_of([*choice], unknowns) for choice in product(*factors)])
     if len(unknowns) > 1 and (given := _given_by_others(equal_zero, unknowns)):
@@ -464,12 +469,34 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
     return found and [s for s in found if not own or _solves(s, equal_zero)]
 
 
+def _waves(force, y):
+    """Return the trigonometric functions of y in an expression."""
+    return {f for f in force.atoms(TrigonometricFunction) if f.has(y)}
+
+
+def _in_fewer_waves(force, y):
+    """Return g with sines and cosines of multiples of y for products of them, where these are fewer, else g."""
+    if heavy(force) or len(waves := _waves(force, y)) < 2:
+        return force
+    told = TR8(force)
+    return told if len(_waves(told, y)) < len(waves) else force
+
+
+def _mixes(force, y):
+    """Tell whether a factor of g, a polynomial in y and in waves of y, has both: SymPy seeks roots long, in vain."""
+    told = force.xreplace({wave: sp.Dummy() for wave in _waves(force, y)})
+    waves = told.free_symbols - force.free_symbols
+    if heavy(force) or not waves or not told.is_polynomial(y, *waves):
+        return False
+    return any(factor.has(y) and factor.has(*waves) for factor, _ in sp.factor_list(told, y, *waves)[1])
+
+
 def _in_half_angle(force, y):
     """Return (numerator of g in t, t, q), t = tan(q y/2), where g is rational in sines and cosines of q y, else None.
 
     The period of g is 2 pi/q; with tangents alone they are those of q y/2.
     """
-    waves = {f for f in force.atoms(TrigonometricFunction) if f.has(y)}
+    waves = _waves(force, y)
     slopes = [f.args[0].diff(y) * (1 + isinstance(f, sp.tan | sp.cot)) for f in waves]
     if heavy(force) or not slopes or not all((slope / slopes[0]).is_Rational for slope in slopes):
         return None

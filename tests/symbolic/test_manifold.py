@@ -456,6 +456,7 @@ def test_inverse_functions_are_of_what_theirs_give_and_complex_branches_are_none
 @pytest.mark.parametrize(("force", "count", "turn"), [
     (x * sp.sin(y) - sp.sin(2 * y), 4, 2), (sp.sin(y) + x * (1 + sp.cos(y)), 2, 2), (sp.cos(y) - x * sp.sin(y), 2, 2),
     (sp.cos(2 * y) - x * sp.sin(2 * y), 2, 1), ((sp.sin(y) ** 2 - 1) * (x - sp.sin(y)), 4, 2), (x - sp.tan(y), 1, 1),
+    (sp.sin(y) * sp.cos(y) - x, 2, 1), (x * sp.cos(y) ** 2 - sp.sin(y) ** 2, 2, 1),
 ])  # fmt: skip
 def test_the_branches_of_an_angle_are_all_those_in_a_turn_and_each_once(force, count, turn):
     """Where g is a polynomial in tan(y/2), y = pi is a root, too, if its degree falls."""
@@ -473,6 +474,16 @@ def test_an_angle_without_branches_in_radicals_has_an_implicit_one_at_once():
     """Two harmonics give a quartic in tan(y/2), for which SymPy did not end."""
     (found,) = critical_manifolds(ap.System.smooth({x: -y}, {y: x - sp.sin(y) - sp.sin(2 * y) / 4}, mu))
     assert found.branch == {y: y}
+
+
+@pytest.mark.parametrize("force", [
+    x - y - u * sp.sin(y) - v * y * sp.sin(x), x * y - sp.tan(y), (x - y) * (y - sp.cos(y)),
+])  # fmt: skip
+def test_a_state_beside_its_own_sine_has_an_implicit_branch_without_a_search(force, monkeypatch):
+    """SymPy tried Lambert's function and complex exponentials for 5 s."""
+    monkeypatch.setattr(sp, "solve", None)
+    *_, last = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
+    assert last.branch == {y: y}
 
 
 @pytest.mark.parametrize("force", [x - sp.sqrt(y), x - y - sp.sqrt(1 + y**2), x - sp.sqrt(1 - y**2),
