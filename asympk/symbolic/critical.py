@@ -240,12 +240,14 @@ def critical_manifolds(system: System) -> Several[CriticalManifold]:
     of the switch has its own manifolds, each with its domain. Where SymPy gives a root of g = 0 no readable formula in
     real numbers, as for a cubic, one manifold stands for all roots: ``branch[y]`` is y. Those roots of factors of g
     that have one come before it. Where g = 0 leaves a fast state y free on one manifold of several, ``branch[y]`` is y
-    there, and ``exists`` is False. Raises ``NotDerivable`` where a mode has too many sides, ``NotNormallyHyperbolic``
-    where g = 0 leaves fast states free on all manifolds of a mode, ``InputError`` where rates are singular at mu = 0.
+    there, and ``exists`` is False. A fast state that stick holds is slow in this mode. Raises ``NotDerivable`` where a
+    mode has too many sides, ``NotNormallyHyperbolic`` where g = 0 leaves fast states free on all manifolds of a mode,
+    ``InputError`` where rates are singular at mu = 0.
     """
     found: list[CriticalManifold] = []
     count: dict[str, int] = {}
-    for mode in (part for m in system.modes for part in _smooth_parts(system.autonomous(m), system.assumptions)):
+    modes = (with_held_slow(system.autonomous(m), system.small) for m in system.modes)
+    for mode in (part for m in modes if m.fast for part in _smooth_parts(m, system.assumptions)):
         require_short(mode)
         require_series(mode, system.small)
         letter = "Lambda" if mode.name == "stick" else "Pi"
@@ -254,6 +256,14 @@ def critical_manifolds(system: System) -> Several[CriticalManifold]:
             name = f"{letter}{count[letter]}"
             found.append(CriticalManifold(name, mode, system.small, branch, system.assumptions))
     return Several(found)
+
+
+def with_held_slow(mode: Mode, small: sp.Symbol) -> Mode:
+    """Return a mode in which fast states are slow that stick keeps from moving fast: velocities, also on belts."""
+    held = [y for y, g in mode.fast.items() if "stick" in mode.name.split("+") and limit_of(g, small) == 0]
+    rates = {y: sp.expand(mode.fast[y] / small) for y in held}
+    left = {y: g for y, g in mode.fast.items() if y not in held}
+    return replace(mode, slow=sp.Dict({**mode.slow, **rates}), fast=sp.Dict(left)) if held else mode
 
 
 def _smooth_parts(mode: Mode, assumptions: sp.Basic, sides: Sides = ()) -> list[Mode]:

@@ -15,7 +15,7 @@ import sympy as sp
 from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic
 from asympk.numbers import known_order
 from asympk.shown import Card, Several, ShownAsFormulas
-from asympk.symbolic.critical import CriticalManifold, checked_branch, equations
+from asympk.symbolic.critical import CriticalManifold, checked_branch, equations, with_held_slow
 from asympk.symbolic.expansion import INFINITE, is_zero, limit_of
 from asympk.symbolic.hurwitz import attracting, characteristic, off_axis, repelling, split
 from asympk.symbolic.manifold import RestState, SlowManifold
@@ -144,7 +144,8 @@ def eigenvalues(
                 f"{m.name}: the eigenvalues depend on the state; the mode is not linear: give on= a branch or "
                 "at= a rest state"
             )
-    return Several(_spectrum(system, m, _jacobian(m)) for m in modes)
+    parted = (with_held_slow(m, system.small) if system.small else m for m in modes)
+    return Several(_spectrum(system, m, _jacobian(m)) for m in parted)
 
 
 def series_in_mu(value: str, spectrum: Eigenvalues, order: int) -> tuple[sp.Expr, ...]:

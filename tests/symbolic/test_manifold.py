@@ -998,3 +998,19 @@ def test_a_root_of_a_logarithm_tells_its_stability():
     assert (lower.stability, upper.stability) == ("stable", "unstable")
     assert lower.exists.subs(x, sp.Rational(1, 2)) == sp.true
     assert lower.exists.subs(x, 2) == sp.false
+
+
+@pytest.mark.parametrize("belt", [0, 1, x])
+def test_a_fast_velocity_that_stick_holds_is_slow_there_and_has_its_manifolds_in_slip(belt):
+    """On v = k (x +- 1/2) the slope k = -1 - mu k**2 is -1 - mu - 2 mu**2 - ..."""
+    mu, F = sp.Symbol("mu", positive=True), sp.Symbol("F", real=True)
+    friction = ap.Friction(velocity=z - belt, force=F, load=1, kinetic=sp.Rational(1, 2))
+    oscillator = ap.System.with_frictions({x: z}, {z: F - x - z}, [friction], mu)
+    slope = -1 - mu - 2 * mu**2
+    found = [(m.mode, sp.expand(m.expr)) for m in ap.slow_manifolds(oscillator, order=2)]
+    assert found == [(name, sp.expand(slope * (x + sp.Rational(sign, 2))))
+                     for name, sign in (("slip_same", 1), ("slip_opposite", -1))]  # fmt: skip
+    assert ap.eigenvalues(oscillator)[2].mode == "stick"
+    carried = ap.System.with_frictions({x: z + y}, {z: F - x - z, y: F + x - y}, [ap.Friction(z - x, F, 1, 1)], mu)
+    held = ap.slow_manifolds(carried, order=1)[-1]  # F = x + z + mu (y + z), and y = F + x - mu y'
+    assert (held.mode, sp.expand(held.expr - (2 * x + z - 4 * mu * (x + z)))) == ("stick", 0)
