@@ -211,13 +211,16 @@ def _unambiguous(system: "System", branch: Branch) -> list[Guard]:
 def _attracting(system: "System", branch: Branch, solved: dict) -> list[Guard]:
     """Return the guard of contacts at rest that no other motion appears: rest attracts while v' grows with the force.
 
-    Where the forces contain a divisor that varies, they grow beyond the edges of stick before the guard vanishes, or
-    the rates have a pole.
+    Where the forces contain a divisor that varies, they grow beyond the edges of stick before the guard vanishes, but
+    for motions to a place where the force is 0/0. These are watched where the equations are polynomials, not those of
+    a mechanism in angles, whose guard is positive.
     """
-    resting, moving = sorted(at_rest(branch)), {*system.states, system.time}
+    resting, moving = sorted(at_rest(branch)), {*system.states, system.time} - {None}
     values = sp.Tuple(*solved.values())
     divisors = {p.base for p in atoms(values, sp.Pow) if p.exp.is_negative} | atoms(values, InverseForm)
-    if not resting or any(divisor.free_symbols & moving for divisor in divisors):
+    divided = any(divisor.free_symbols & moving for divisor in divisors)
+    entries = force_equations(system, branch)[1] if divided else ()
+    if not resting or not all(entry.is_polynomial(*moving) for entry in entries):
         return []
     value = _stiffness(system, branch)
     varies = value.free_symbols & moving and not _never_negative(system, value)

@@ -299,6 +299,18 @@ def test_a_sliding_motion_ends_where_its_surface_begins_to_repel_from_both_sides
     assert not certify(ap.Scene(system=fold, start={"x": 1, "w": 0}, until=3)).proven
 
 
+@pytest.mark.parametrize("method", ["radau", "dop853"])
+def test_a_sliding_motion_also_ends_where_its_force_is_0_over_0_and_the_surface_begins_to_repel(method):
+    """w' = u - x F with u = 3 x/10: F is 3/10 before x = 0, where slip forward, w' = 13 x/10, begins to leave."""
+    rates = {x: 1, w: u - x * F, u: sp.Rational(3, 10)}
+    fold = ap.System.with_frictions(rates, {}, [ap.Friction(w, F, 1, 1)])
+    with pytest.raises(TwoMotions, match=r"a second motion of the contact comes up at t = (1|0\.99999999)"):
+        follow(fold, {"x": -1, "u": "-0.3", "w": 0}, 3, method=method)
+    path = follow(fold, {"x": -1, "u": "-0.2", "w": 0}, 3, method=method)  # u = (1 + 3 x)/10 is -x at x = -1/13
+    assert (path.modes[1], float(path.events[0].t)) == ("slip_same", pytest.approx(12 / 13))
+
+
+
 # events that a step could miss
 
 
