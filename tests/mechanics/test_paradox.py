@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from mechanisms import THETA, masses_between_guides, slender_rod
+from scipy.integrate import solve_ivp
 from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
@@ -245,3 +246,44 @@ def test_on_a_round_ground_the_critical_friction_is_rational_in_its_place_and_it
     found = bead.paradox_set({x: (0.01, 0.9)}, {y: 1, f: 2})
     assert found.complete
     assert found.edges == pytest.approx([0.5])
+
+
+def elliptic_pendulum():
+    """Return Le Suan An's elliptic pendulum: a slider m1 on a rough guide that holds both ways, a pendulum m2 below."""
+    x, y, angle = dynamicsymbols("x y theta")
+    t, (m1, m2, length, g, f) = dynamicsymbols._t, sp.symbols("m1 m2 l g f", positive=True)
+    bob = x + length * sp.sin(angle), y - length * sp.cos(angle)
+    kinetic = (m1 * (x.diff(t) ** 2 + y.diff(t) ** 2) + m2 * (bob[0].diff(t) ** 2 + bob[1].diff(t) ** 2)) / 2
+    guide = ap.Contact(gap=y, slip=x, friction=f)
+    return ap.Mechanism.from_lagrangian(kinetic - g * (m1 * y + m2 * bob[1]), (x, y, angle), contact=guide)
+
+
+def test_the_elliptic_pendulum_has_a_paradox_above_a_friction_that_is_least_at_an_angle_of_its_masses_alone():
+    """(m1 + m2 s^2)/(m2 |s c|) is (m1 + (m1 + m2) T^2)/(m2 T) in T = tan(theta), least at T^2 = m1/(m1 + m2)."""
+    pendulum, (m1, m2) = elliptic_pendulum(), sp.symbols("m1 m2", positive=True)
+    s, c = sp.sin(pendulum.coordinates[2]), sp.cos(pendulum.coordinates[2])
+    assert sp.simplify(pendulum.critical_friction - (m1 + m2 * s**2) / (m2 * sp.Abs(s * c))) == 0
+    least = pendulum.least_critical_friction("theta", {"m1": 1, "m2": 3, "l": 1, "g": 1})
+    assert (least.friction, least.where.rhs) == (sp.Rational(4, 3), sp.Rational(1, 2))
+
+
+def test_the_pull_of_a_swinging_pendulum_turns_the_load_of_its_slider_where_newtons_equations_say():
+    pendulum, numbers = elliptic_pendulum(), {"m1": 1, "m2": 3, "l": 1, "g": 1, "f": "6/5"}
+    place = {"x": 0, "y": 0, "theta": "0.9", "x'": 1, "y'": 0, "theta'": 3}
+    system = pendulum.rigid()
+    path = ap.solve(ap.Scene(system=system, values=numbers, start=pendulum.start(system, place | numbers), until=1))
+
+    def forces(w):
+        """Return x'', theta'' and the load N of the slider, which is pulled back by 6 N / 5."""
+        s, c = np.sin(w[1]), np.cos(w[1])
+        rows = [[4, 3 * c, 1.2], [c, 1, 0], [0, 3 * s, -1]]
+        return np.linalg.solve(rows, [3 * s * w[3] ** 2, -s, -4 - 3 * c * w[3] ** 2])
+
+    def load(_, w):
+        return forces(w)[2]
+
+    load.terminal = True
+    found = solve_ivp(lambda _, w: (*w[2:], *forces(w)[:2]), (0, 1), (0, 0.9, 1, 3), events=load, rtol=1e-11, atol=1e-9)
+    assert [(e.kind, float(e.t)) for e in path.events] == [("force_zero", pytest.approx(found.t[-1], rel=1e-8))]
+    assert path.modes == ("slip_same", "slip_opposite")
+    assert [path(found.t[-1])[k] for k in (0, 2, 3, 5)] == pytest.approx(found.y[:, -1], rel=1e-7)
