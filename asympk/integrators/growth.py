@@ -29,8 +29,9 @@ CARRIED = 1e180  # growth of errors that more digits can compensate
 
 def grown(factor: float, t: Any) -> Undecided:
     """Return the error for a run whose errors have grown by ``factor`` at its end."""
-    advice = "ask for 20 digits" if factor < CARRIED else "end the run before"
-    return Undecided(f"errors of the run grow {factor:.0e}-fold to its end at t = {float(t):.6g}: the motion keeps to "
+    times, advice = (f"{factor:.0e}-fold", "ask for 20 digits") if factor < CARRIED else (
+        "beyond all bounds", "end the run before")  # fmt: skip
+    return Undecided(f"errors of the run grow {times} to its end at t = {float(t):.6g}: the motion keeps to "
                      f"a repelling set, or is chaotic; {advice}")  # fmt: skip
 
 
