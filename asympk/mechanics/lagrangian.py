@@ -103,7 +103,8 @@ def _forces(forces: Any, coordinates: tuple) -> list:
         return [sp.S.Zero] * len(coordinates)
     if isinstance(forces, dict):
         if unknown := forces.keys() - {*coordinates}:
-            raise InputError(f"forces: {', '.join(sorted(map(str, unknown)))} is no coordinate")
+            raise InputError(f"forces: {', '.join(sorted(map(short, unknown)))} is no coordinate; these are "
+                             f"{', '.join(map(str, coordinates))}")  # fmt: skip
         return [expression(f"the force on {q}", forces.get(q, 0)) for q in coordinates]
     given = entries_of("forces", forces, "one for each coordinate, or a dict")
     if len(given) != len(coordinates):

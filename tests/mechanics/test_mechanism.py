@@ -246,6 +246,7 @@ def _kane(coordinates, speeds, **dependent):
         (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, (X, Y), contact=c, forces=3), "forces = 3: give one"),
         (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, (X, Y), contact=c, forces="PQ"), "forces = 'PQ': give"),
         (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, (X, Y), contact=c, forces={THETA: 1}), "no coordinate"),
+        (lambda c: ap.Mechanism.from_lagrangian(FREE, (X, Y), contact=c, forces={"X": 1}), r"'X' is .* X\(t\), Y\(t\)"),
         (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, (X, Y), contact="ground"), "must be an ap.Contact"),
         (lambda c: ap.Mechanism.from_lagrangian(FREE + X.diff(T, 2) ** 2, (X, Y), contact=c), "integrate by parts"),
         (lambda c: ap.Mechanism.from_lagrangian(FREE + X * X.diff(T, 2), (X, Y), contact=c), "first derivatives alone"),
