@@ -82,9 +82,8 @@ def solve_many(
     Raises ``UnknownName`` and ``InputError``, with ``strict`` also the errors of ``solve``, for a model ``OrderError``.
     """
     method = named("method", method, METHODS)
+    require_rod_or_system((sigma, mu, x, y, z, sigma0, None if method == "exact" else method), system, values, start)
     if system is not None:
-        if any(given is not None for given in (sigma, mu, x, y, z, sigma0)) or method != "exact":
-            raise InputError("sigma, mu, x, y, z, sigma0 and method belong to the rod; a system has values= and start=")
         run = _found("affine.many", "solve_many")
         _require_known(method, run, options)
         values = {} if values is None else values
@@ -99,6 +98,14 @@ def solve_many(
     if options:
         _require_known(method, run, options)
     return run(sigma, mu, x, y, z, until, sigma0, method, **options)
+
+
+def require_rod_or_system(of_rod: tuple, system: Any, values: Any, start: Any) -> None:
+    """Raise ``InputError`` for arguments ``of_rod`` beside a system, and for ``values`` or ``start`` without one."""
+    if system is not None and any(given is not None for given in of_rod):
+        raise InputError("sigma, mu, x, y, z, sigma0 and method belong to the rod; a system has values= and start=")
+    if system is None and not (values is None and start is None):
+        raise InputError("values and start are those of a system; give system=, or sigma, mu, x, y, z of the rod")
 
 
 @cache

@@ -13,7 +13,7 @@ from typing import Any, cast
 import numpy as np
 
 from asympk.errors import InputError
-from asympk.methods import solve_many
+from asympk.methods import require_rod_or_system, solve_many
 from asympk.numbers import number, short
 from asympk.scene import require_scene
 from asympk.shown import Card, ShownAsTable
@@ -86,6 +86,7 @@ def atlas(
     ``least_model`` does, and for arguments that are not numbers or do not broadcast.
     """
     rtol = _tolerance(rtol)
+    require_rod_or_system((sigma, mu, x, y, z, sigma0), system, values, start)
     if system is not None:
         return ladder.least_places(system, values or {}, start or {}, until, rtol, progress)
     return _least_places(*scene_columns(sigma, mu, x, y, z, until, sigma0), rtol, progress)

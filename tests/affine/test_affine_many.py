@@ -187,8 +187,11 @@ def test_starts_from_which_two_motions_go_on_are_left_out_of_arrays_too():
 
 def test_bad_arrays_are_refused_in_one_line(starts):
     good = {"mu": 1e-3, "k": 0.5}
-    with pytest.raises(InputError, match="belong to the rod"):
-        ap.solve_many(1, 1e-3, 0, 0, 1, 5, system=CHAIN, values=good, start=starts)
+    for follow in (ap.solve_many, ap.atlas):
+        with pytest.raises(InputError, match="belong to the rod"):
+            follow(1, 1e-3, 0, 0, 1, 5, system=CHAIN, values=good, start=starts)
+        with pytest.raises(InputError, match="those of a system"):
+            follow(1, 1e-3, 0, 0, 1, 5, values=good)
     with pytest.raises(InputError, match="do not broadcast"):
         ap.solve_many(system=CHAIN, values=good, start={**starts, "x": np.ones(3)}, until=1)
     with pytest.raises(InputError, match="finite"):
