@@ -258,19 +258,34 @@ class _C(_Quick, _Pieces, C99CodePrinter):
         return super()._print_Pow(expr)
 
 
-class _Remainders:
-    """Prints remainders in parentheses, which SymPy leaves out: without them 1 - 2*x % 1 has the remainder of 2 x."""
+class _Python:
+    """Prints what SymPy prints otherwise in Python: largest and smallest of arguments, and remainders."""
+
+    def _print_Max(self, expr):
+        return self._chosen("max", expr)
+
+    def _print_Min(self, expr):
+        return self._chosen("min", expr)
+
+    def _chosen(self, choice, expr):
+        """Print a choice of arguments, nan where one of them is: Python keeps the first where no other is beyond it."""
+        numbers = [self._print(e) for e in expr.args if e.is_number]
+        rest = sorted((self._print(e) for e in expr.args if not e.is_number), key=len, reverse=True)
+        first, *others = rest or numbers[:1]
+        return reduce(lambda found, e: f"({e} if {e} != {e} else {choice}({found}, {e}))", others,
+                      f"{choice}({', '.join([first, *numbers])})" if numbers else first)  # fmt: skip
 
     def _print_Mod(self, expr):
+        """Print a remainder in parentheses: without them 1 - 2*x % 1 has the remainder of 2 x."""
         a, b = map(self._print, expr.args)
         return f"(({a}) % ({b}))"
 
 
-class _Mpmath(_Quick, _Pieces, _Remainders, MpmathPrinter):
+class _Mpmath(_Quick, _Pieces, _Python, MpmathPrinter):
     """Python source on mpmath's numbers."""
 
 
-class _Math(_Quick, _Pieces, _Remainders, PythonCodePrinter):
+class _Math(_Quick, _Pieces, _Python, PythonCodePrinter):
     """Python source on floats: a power that is not real raises ``ValueError``; ``**`` would return a complex number."""
 
     def _print_Pow(self, expr, rational=False):

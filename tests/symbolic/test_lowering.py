@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 from fractions import Fraction
+from itertools import product
 
 import mpmath
 import numpy as np
@@ -177,6 +178,17 @@ def test_a_largest_or_smallest_of_arguments_in_c_is_nan_where_one_of_them_is(tmp
     assert [function(-0.5) for function in (functions[0], functions[1], *functions[3:])] == [0, 0.25, 0, 0, 0]
     assert [function(4.0) for function in functions] == [4, 2, math.log(4), 4, 16, 0.5]
     assert math.isnan(functions[2](-2.0))  # of the logarithm alone
+
+
+@pytest.mark.parametrize("target", ["numpy", "math", "mpmath"])
+def test_a_largest_or_smallest_of_arguments_is_no_number_where_one_of_them_is_none(target):
+    y, z = sp.symbols("y z", real=True)
+    for expr in (sp.Max(x, y), sp.Min(x, y, 2), sp.Max(0, y), sp.Min(sp.Max(x, y), z), sp.Max(sp.Min(x, y), z)):
+        function = lower((x, y, z), expr, target, branching=True)
+        for at in product((-1.0, 0.5, 3.0), repeat=3):
+            assert function(*at) == float(expr.subs(dict(zip((x, y, z), at, strict=True))))
+        with pytest.raises(OutOfRange):
+            function(1.0, math.nan, 4.0)
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
