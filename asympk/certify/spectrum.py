@@ -179,15 +179,15 @@ def _subspaces(matrix, scaled, scales, until):
     """Return triples (V, B, U) of groups of eigenvalues of the core, with ``M V = V B`` and ``U V = 1``.
 
     A group with imaginary parts above 0 stands for its conjugate, too; every other group is real. Groups are joined
-    where one has no enclosure, or where they part by less than about a turn, or some powers of e, by ``until``: the
-    weights of close eigenvalues are large and cancel, on a box only in part.
+    where one has no enclosure, or, on a box, where they part by less than about a turn, or some powers of e, by
+    ``until``: the weights of close eigenvalues are large and cancel, on a box only in part.
     """
     parts, centre = [*zip(scaled.parts[:2], scales.parts[:2], strict=True)], matrix.parts[:2][-1].mid()
     groups = _begun(centre) if centre.nrows() else []
     while groups:
         found, stuck = list[tuple[Family, Family]](), None
         for stuck, group in enumerate(groups):
-            if _nearest(groups, stuck)[0] * until < _PARTED:
+            if matrix.spans and _nearest(groups, stuck)[0] * until < _PARTED:
                 break
             try:
                 basis, held = _basis(centre, group)

@@ -184,6 +184,16 @@ def test_a_chain_of_near_eigenvalues_is_no_group():
         assert contained(proof, ap.solve(ap.Scene(system=system, values={a: pull}, start=start, until=4), digits=40))
 
 
+def test_at_a_point_eigenvalues_that_part_are_no_group():
+    system = ap.System.with_frictions(  # the eigenvalues -1 and -pi
+        {x: v, v: F - (1 + sp.pi) * v - sp.pi * x}, {}, [ap.Friction(v, F, load=1, kinetic=1)])  # fmt: skip
+    with precision(100):
+        modes = _Modes(system, (), {}, 1)
+        mode, _ = modes.chosen([modes.every(state := modes.begun([Fraction(9), Fraction(1)]))], state, "start")
+        means = sorted(float(group.mean.whole[0, 0].real.mid()) for group in mode.spectrum)
+    assert means == pytest.approx([-float(mpmath.pi), -1, 0])
+
+
 def test_friction_damping_and_start_may_range_over_twenty_percent_in_a_mode_without_a_turn():
     system = ap.System.with_frictions({x: v, v: F - b * v - x / 2}, {}, [ap.Friction(v, F, load=1, kinetic=k)])
     scene = ap.Scene(system=system, values={"b": "0.75", "k": "1.125"}, start={"x": "0.25", "v": "-0.6"}, until=4)
