@@ -51,10 +51,12 @@ def least(
 ) -> LeastFriction:
     """Return the exact ``LeastFriction`` over ``coordinate``, if the critical friction is rational in its tangent.
 
-    ``values`` are exact numbers for parameters; all other parameters stay symbols. Raises ``NotDerivable`` if the
-    critical friction is no such function, has no least value, or its least value depends on signs that are not known.
+    ``values`` are exact numbers for parameters; all other parameters stay symbols, and a number of the coordinate is
+    ignored. Raises ``NotDerivable`` if the critical friction is no such function, has no least value, or its least
+    value depends on signs that are not known.
     """
-    critical = critical_friction(kinetics).subs({key: exact_constant(str(key), value) for key, value in values.items()})
+    known = {key: exact_constant(str(key), value) for key, value in values.items() if key != coordinate}
+    critical = critical_friction(kinetics).subs(known)
     name, tangent = own(coordinate), sp.Dummy("T", real=True)
     turned = _in_tangent(critical.replace(sp.Abs, lambda inside: inside), coordinate, tangent)
     if turned is None:

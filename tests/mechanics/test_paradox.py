@@ -17,6 +17,7 @@ def test_least_critical_friction_of_the_slender_rod_is_4_over_3_at_tan_theta_2()
     least = slender_rod().least_critical_friction("theta")
     assert least.friction == sp.Rational(4, 3)
     assert least.where == sp.Eq(sp.tan(THETA), 2)
+    assert slender_rod().least_critical_friction("theta", {"theta": "1.1", "m": 1}) == least  # as at the given numbers
 
 
 def test_least_critical_friction_of_a_rod_with_any_radius_of_inertia():
