@@ -4,9 +4,10 @@ import sympy as sp
 
 from asympk.asymptotics.jump import jump_map
 from asympk.ledger import claims
-from asympk.output.tabular import Cell, Table, union_of, values_of, words
+from asympk.output.tabular import Cell, Table, values_of, words
 from asympk.symbolic.manifold import rest_state, slow_manifolds
 from asympk.symbolic.regimes import regimes
+from asympk.symbolic.regions import RegionCell, latex_union, spans_in_words
 from asympk.symbolic.stability import Eigenvalues, eigenvalues
 from asympk.systems import painleve_klein as pk
 
@@ -90,12 +91,12 @@ def regimes_table() -> Table:
 
 
 def _regime_row(regime):
-    second = regime.passages[1]
+    second, stick = regime.passages[1], RegionCell(sp.true, regime.stick).put({pk.sigma0: pk.sigma}).spans
     reached = {"stick": "the stick region", "edge": "the edge of stick", "up": "upward crossing",
                "down": "downward crossing", None: "--"}  # fmt: skip
     return (
         values_of(regime.sigma, regime.values),
-        union_of(regime.stick, {pk.sigma0: pk.sigma}),
+        Cell(f"${latex_union(stick)}$", spans_in_words(stick)),
         ", ".join(_place(second)) if second.side else "does not exist",
         reached[second.meets],
         _from_below(second.side),

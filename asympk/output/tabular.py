@@ -1,7 +1,6 @@
 """Tables as objects, written as booktabs LaTeX (a bare ``tabular``: the paper adds caption and float) or as CSV."""
 
 import re
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,7 +8,6 @@ from typing import Any
 import sympy as sp
 
 from asympk.storage.files import csv_text, write_text
-from asympk.symbolic.regions import Span
 
 _SPECIAL = {"&": r"\&", "%": r"\%", "_": r"\_", "#": r"\#", "$": r"\$", "{": r"\{", "}": r"\}",
             "\\": r"\textbackslash{}", "~": r"\~{}"}  # fmt: skip
@@ -102,18 +100,6 @@ def values_of(symbol: sp.Symbol, values: sp.Set) -> Cell:
     if not right[0]:
         left, right = ("", ""), (f" > {sp.latex(values.start)}", f" > {values.start}")
     return Cell(f"${left[0]}{name}{right[0]}$".replace("<=", r"\le"), f"{left[1]}{symbol}{right[1]}")
-
-
-def union_of(spans: Iterable[Span], at: Mapping[sp.Symbol, sp.Expr]) -> Cell:
-    """Make a cell of a union of spans with symbols replaced as in ``at``."""
-    sets = [span.as_set().subs(at) for span in spans]
-    typeset = r" \cup ".join(map(sp.latex, sets)) or r"\emptyset"
-    return Cell(f"${typeset}$", " u ".join(map(_interval, sets)) or "nowhere")
-
-
-def _interval(span):
-    opening, closing = "(" if span.left_open else "[", ")" if span.right_open else "]"
-    return f"{opening}{span.start}, {span.end}{closing}"
 
 
 def _line(cells):

@@ -158,15 +158,15 @@ class Region(ShownAsFormulas):
         """Return the region as LaTeX, one line for each cell of the parameters, or as its condition."""
         if not self._shown:
             return latex_of(self.condition)
-        lines = [rf"{_latex_union(cell.spans)} & {_latex_condition(cell.condition)}" for cell in self._shown]
+        lines = [rf"{latex_union(cell.spans)} & {_latex_condition(cell.condition)}" for cell in self._shown]
         return r"\begin{cases} " + r" \\ ".join(lines) + r" \end{cases}"
 
     def __str__(self) -> str:
-        parts = (f"{_spans_in_words(cell.spans)} for {cell.condition}" for cell in self._shown if cell.spans)
+        parts = (f"{spans_in_words(cell.spans)} for {cell.condition}" for cell in self._shown if cell.spans)
         return "; ".join(parts) or (str(self.condition) if not self._shown else "nowhere")
 
     def _card(self) -> Card:
-        rows = [(str(cell.condition), _spans_in_words(cell.spans)) for cell in self._shown]
+        rows = [(str(cell.condition), spans_in_words(cell.spans)) for cell in self._shown]
         rows = rows or [("where", self.condition)]
         return Card(f"Region {self.name}, load {self.plane.load}", tuple(rows))
 
@@ -174,11 +174,13 @@ class Region(ShownAsFormulas):
         return self.latex()
 
 
-def _spans_in_words(spans: tuple[Span, ...]) -> str:
+def spans_in_words(spans: tuple[Span, ...]) -> str:
+    """Return a union of spans as text."""
     return " u ".join(span.in_words for span in spans) or "nowhere"
 
 
-def _latex_union(spans):
+def latex_union(spans: tuple[Span, ...]) -> str:
+    """Return a union of spans as LaTeX."""
     return r" \cup ".join(latex_of(span.as_set()) for span in spans) or r"\emptyset"
 
 
