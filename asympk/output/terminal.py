@@ -277,9 +277,7 @@ def exit_status(found: Sequence[Claim]) -> int:
 
 
 def _line(claim):
-    room = columns() - 17
-    statement = claim.statement if len(claim.statement) <= room else claim.statement[: room - 3] + "..."
-    return f"{claim.id}  {claim.verdict:<10}  {statement}"
+    return f"{claim.id}  {claim.verdict:<10}  {cut(claim.statement, columns() - 17)}"
 
 
 def _with_evidence(claim):

@@ -28,7 +28,7 @@ from asympk.errors import InputError, OutOfRange
 from asympk.multiprecision import as_mpf, in_context, private_context
 from asympk.naming import named
 from asympk.numbers import Number, common_shape, number, numbers, short
-from asympk.shown import Card, ShownAsFormulas
+from asympk.shown import Card, ShownAsFormulas, cut
 from asympk.symbolic.derivatives import directional_derivatives
 from asympk.symbolic.inverses import in_order, without_inverses
 from asympk.symbolic.long import atoms
@@ -499,9 +499,9 @@ def _read(arg, value):
 
 
 def _out_of_range(outputs, args, values):
-    what = ", ".join(map(str, outputs))
+    what = cut(", ".join(map(str, outputs)), 80)
     given = ", ".join(f"{a} = {v}" for a, v in zip(args, values, strict=True))
-    return OutOfRange(f"{what if len(what) < 80 else what[:77] + '...'} is not a finite real number at {given}")
+    return OutOfRange(f"{what} is not a finite real number at {given}")
 
 
 def _arguments(args):
