@@ -208,6 +208,18 @@ def test_errors_of_event_times_and_states_tend_to_their_first_omitted_terms(way)
             assert tends_to_omitted(getattr(event, name), kept, omitted, at, found.get)
 
 
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_the_events_of_the_model_in_numbers_are_those_of_the_map_cut_at_its_order(order):
+    jump, start, mu = jump_map(pk.system(), order=2, start={pk.sigma: 1}), (0, Fraction(1, 5), -1), Fraction(1, 1000)
+    path = ap.solve(ap.Scene(1, mu, start, 1), method="jump", order=order)
+    given = {pk.sigma: 1, pk.sigma0: 1, **dict(zip((pk.x, pk.y, pk.z), map(sp.Rational, start), strict=True))}
+    at = lambda series, p: float(series.cut(p).expr.subs({**given, pk.mu: sp.Rational(mu)}))  # noqa: E731
+    for event, own in zip(path.events, jump.events, strict=True):
+        assert event.t == pytest.approx(at(own.t, 1 + order), rel=1e-12)
+        found = [at(own.x, order), at(own.y, order + min(0, own.y.size[0]))]
+        assert event.state[:2] == pytest.approx(found, rel=1e-12)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("start", [(0, "1/5", -1), (0, -2, 1)])
 def test_static_friction_enters_at_order_mu_and_as_the_exact_flow_says(start):
