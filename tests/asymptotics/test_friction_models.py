@@ -63,6 +63,9 @@ def test_the_jump_brings_the_velocity_to_zero_and_the_reaction_to_x_minus_z():
     landed = path(0)
     assert (landed[0], landed[2]) == pytest.approx((1, 0), abs=1e-9)
     assert path.names == ("a", "b", "w")
+    kernel = ap.solve(ap.Scene(sigma=1, mu="1/1000000", start=STARTS[0], until=3), "jump", order=0)
+    for event, own in zip(path.events, kernel.events, strict=True):  # y = 1/(2 mu) where the velocity vanishes
+        assert event.state == pytest.approx(own.state, rel=1e-9, abs=1e-9)
 
 
 @pytest.mark.parametrize("order", range(3))
