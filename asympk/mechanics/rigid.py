@@ -19,7 +19,11 @@ from asympk.errors import InputError, Undecided
 from asympk.mechanics.checks import require_positive_mass
 from asympk.mechanics.evaluation import ROUNDING, evaluate_ahead
 from asympk.mechanics.kinetics import Kinetics
+from asympk.naming import named
 from asympk.numbers import common_shape, unread
+
+
+MOTIONS = ("slip", "stick", "lift_off")
 
 
 class Motion(NamedTuple):
@@ -50,7 +54,8 @@ class MotionMap:
         return sum(branch.exists.astype(int) for branch in self.branches)
 
     def count_of(self, name: str) -> Any:
-        """Return the number of motions called ``name``, an array of integers."""
+        """Return the number of motions called ``name``, an array of integers; raises ``UnknownName``."""
+        name = named("motion", name, MOTIONS)
         return sum((branch.exists.astype(int) for branch in self.branches if branch.name == name), 0 * self.count)
 
 

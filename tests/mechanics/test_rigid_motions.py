@@ -10,7 +10,7 @@ from mechanisms import masses_between_guides, slender_rod
 from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
-from asympk.errors import InputError, Undecided
+from asympk.errors import InputError, Undecided, UnknownName
 from asympk.systems import crank_slider
 
 GROUND = {"m": 1, "l": 1, "g": "9.81"}
@@ -164,6 +164,12 @@ def test_a_map_counts_on_arrays_what_numbers_count_one_by_one():
     for branch in found.branches:
         assert np.isfinite(branch.reaction).all()
         assert (branch.reaction[~branch.exists] == 0).all()
+
+
+def test_a_map_counts_no_motions_of_a_name_that_is_none():
+    found = slender_rod().motion_map({**GROUND, "theta": 1.1, "theta'": 0, "X'": -1, "f": 1})
+    with pytest.raises(UnknownName, match="motion 'slide' is unknown.* choose one of slip, stick, lift_off"):
+        found.count_of("slide")
 
 
 @pytest.mark.parametrize("other", ["theta'", "X"])
