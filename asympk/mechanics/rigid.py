@@ -22,7 +22,6 @@ from asympk.mechanics.kinetics import Kinetics
 from asympk.naming import named
 from asympk.numbers import common_shape, unread
 
-
 MOTIONS = ("slip", "stick", "lift_off")
 
 
