@@ -168,7 +168,7 @@ def test_a_map_counts_on_arrays_what_numbers_count_one_by_one():
 
 def test_a_map_counts_no_motions_of_a_name_that_is_none():
     found = slender_rod().motion_map({**GROUND, "theta": 1.1, "theta'": 0, "X'": -1, "f": 1})
-    with pytest.raises(UnknownName, match="motion 'slide' is unknown.* choose one of slip, stick, lift_off"):
+    with pytest.raises(UnknownName, match=r"motion 'slide' is unknown.* choose one of slip, stick, lift_off"):
         found.count_of("slide")
 
 
