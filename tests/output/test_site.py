@@ -63,7 +63,8 @@ def _pages(folder, **texts):
 
 def test_a_later_report_removes_what_an_earlier_one_wrote_and_nothing_else(tmp_path):
     out, pages = tmp_path / "out", tmp_path / "pages"
-    publish(_pages(pages, old="old", edited="edited", kept="kept"), out)
+    publish(_pages(pages, old="old", edited="edited", gone="gone", kept="kept"), out)
+    (out / "systems" / "gone.html").unlink()
     (out / "systems" / "own.html").write_text("a file of someone else")
     (out / "systems" / "edited.html").write_text("edited since")
     publish(_pages(pages, kept="kept anew"), out)
