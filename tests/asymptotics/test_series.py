@@ -184,3 +184,11 @@ def test_a_series_is_one_formula_in_every_mode_of_the_printer(mode):
     assert shown.count("equation") == 2 * (mode == "equation")
     assert "^{0}^" not in shown  # TeX refuses a superscript of a superscript
     assert mode != "inline" or r"\left(1 / \kappa\right)" in shown
+
+
+@pytest.mark.parametrize("hidden", [O(2), MU - MU + O(1)])
+def test_a_dominant_term_that_the_remainder_hides_is_not_known(hidden):
+    with pytest.raises(OrderError, match="the dominant term is not known"):
+        hidden.leading  # noqa: B018 - raises
+    with pytest.raises(OrderError, match="the dominant term is not known"):
+        hidden.inverse()

@@ -83,6 +83,7 @@ def test_degrees_are_radians_and_the_sweep_is_told_by_its_manifest(tmp_path):
         (("h = 0.1", ""), "h missing"),
         (("h = 0.1", "h = 0.1\nsigma = 1"), "m is physical and sigma is not"),
         (("h = 0.1", "h = 0.1\nf0 = 1"), "f0 reaches below the largest f"),
+        (("h = 0.1", "h = 0.1\nf0 = [1, 2]"), "f0 reaches below the largest f"),
         (("[0, 0.2, {", "[0, {"), "list of 3: R_1, dR_1, u"),
         (("0.2, {", "'1e', {"), "dR_1 = '1e'"),
         (("h = 0.1", "h = '9**9**9'"), "h = '9**9**9'"),
