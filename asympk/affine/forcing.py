@@ -14,6 +14,7 @@ import sympy as sp
 from sympy.simplify.fu import TR8
 
 from asympk.numbers import Arithmetic, Number
+from asympk.symbolic.long import symbols_in
 
 
 class Wave(NamedTuple):
@@ -30,10 +31,10 @@ CONSTANT = Wave(0, sp.S.Zero, sp.S.Zero, False)
 
 def waves_of(expr: sp.Expr, time: sp.Symbol | None) -> dict[Wave, sp.Expr] | None:
     """Return {Wave: coefficient} of an expression in the time, or None where the expression is no sum of waves."""
-    if time is not None and expr.has(time):
+    if time is not None and time in symbols_in(expr):
         expr = sp.expand(expr)
         expr = sp.expand(TR8(expr)) if expr.has(sp.cos, sp.sin) else expr
-    if time is None or not expr.has(time):
+    if time is None or time not in symbols_in(expr):
         return {CONSTANT: expr}
     found: dict[Wave, sp.Expr] = {}
     for term in sp.Add.make_args(expr):

@@ -17,7 +17,7 @@ from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import GuardedMode
 from asympk.errors import InputError
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.long import LONG, ROUGH, generic_place, is_longer, replaced
+from asympk.symbolic.long import LONG, ROUGH, generic_place, heavy, is_longer, replaced, symbols_in, valued
 from asympk.symbolic.sides import FEW, is_switched
 from asympk.symbolic.system import System
 
@@ -78,8 +78,8 @@ def affine_parts(system: System, expr: sp.Expr) -> tuple[tuple[sp.Expr, ...], di
         slope = slope_by(expr, s)
         if _varies(slope, (*states, time)):
             return None
-        slope = sp.cancel(slope) if slope.free_symbols & {*states} else slope
-        if slope.free_symbols & {*states, time}:
+        slope = sp.cancel(slope) if symbols_in(slope) & {*states} else slope
+        if symbols_in(slope) & {*states, time}:
             return None
         slopes.append(slope)
     forced = waves_of(replaced(expr, dict.fromkeys(states, sp.S.Zero)), time)
@@ -87,13 +87,16 @@ def affine_parts(system: System, expr: sp.Expr) -> tuple[tuple[sp.Expr, ...], di
 
 
 def _varies(slope: sp.Expr, symbols: Iterable[sp.Symbol | None]) -> bool:
-    """Tell whether values at two generic places show that a slope depends on ``symbols``; nothing is expanded."""
+    """Tell whether values at two generic places show that a slope depends on ``symbols``; nothing is expanded.
+
+    A heavy slope without values there, which would take too long to cancel, counts as one that depends on them.
+    """
     place = generic_place(slope)
     if not (moved := {s: 3 * v for s, v in place.items() if s in symbols}):
         return False
-    here, there = (replaced(slope, {s: v.evalf(15) for s, v in at.items()}) for at in (place, place | moved))
+    here, there = (valued(slope, at, 15) for at in (place, place | moved))
     known = all(v.is_number and v.is_finite for v in (here, there))
-    return known and bool(abs(here - there) > ROUGH * (abs(here) + abs(there)))
+    return abs(here - there) > ROUGH * (abs(here) + abs(there)) if known else heavy(slope)
 
 
 def row_over(waves: Iterable[Wave], slopes: Iterable[sp.Expr], forced: dict[Wave, sp.Expr]) -> tuple[sp.Expr, ...]:

@@ -20,7 +20,7 @@ from asympk.numbers import sign_of
 from asympk.symbolic import branches, forces
 from asympk.symbolic.branches import OPEN, Branch
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.long import replaced
+from asympk.symbolic.long import atoms, replaced
 from asympk.symbolic.system import System
 
 if TYPE_CHECKING:
@@ -195,7 +195,7 @@ def _calm(system, exprs, moving):
     """Return expressions with 0 in place of the signs of the sliding velocities of all contacts not ``moving``."""
     still = (f.velocity for k, f in enumerate(system.frictions) if k not in moving)
     calm = {e: 0 for velocity in still for e in (sp.sign(velocity), sp.sign(-velocity))}
-    return tuple(e.subs(calm) if e.has(sp.sign) else e for e in exprs)
+    return tuple(e.subs(calm) if atoms(e, sp.sign) else e for e in exprs)
 
 
 def contact_points(system: System, places: Sequence[Place], still: Collection[int]) -> list[ContactPoint]:

@@ -25,7 +25,7 @@ from asympk.symbolic.branches import Branch, Guard
 from asympk.symbolic.coefficients import name_of, scattered, with_names
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.inverses import InverseForm
-from asympk.symbolic.long import atoms, is_clearly_nonzero, replaced
+from asympk.symbolic.long import atoms, is_clearly_nonzero, replaced, symbols_in
 from asympk.symbolic.lowering import WIDE, Lowered, lower, without_overflow
 from asympk.symbolic.penetration import Penetration, without_penetration
 from asympk.symbolic.sides import (
@@ -84,7 +84,7 @@ class GuardedMode:
     @cached_property
     def is_finite(self) -> bool:
         """Whether all rates and guards have a value on the sides; on the side u = 0, u/|u| has none."""
-        return not sp.Tuple(*self.rates, *self.guard_values).has(sp.zoo, sp.nan, sp.oo, -sp.oo)
+        return not atoms(sp.Tuple(*self.rates, *self.guard_values), sp.Basic) & {sp.zoo, sp.nan, sp.oo, -sp.oo}
 
     @cached_property
     def units(self) -> tuple[Direction, ...]:
@@ -173,7 +173,7 @@ class GuardedMode:
         """The phases of parameters and time alone that still switch the mode, which is on no side of them."""
         known = {*self.system.parameters, self.system.time} - {None}
         found = phases((*self.rates, *self.guard_values), known, most=RECORD)
-        return tuple(phase for phase in found if phase.free_symbols <= known)
+        return tuple(phase for phase in found if symbols_in(phase) <= known)
 
     @cached_property
     def switches(self) -> list[Switch]:
@@ -218,7 +218,7 @@ class GuardedMode:
         powers = {power for rate in self.rates for power in atoms(rate, sp.Pow) if power.exp.is_negative}
         factors = {power.base for power in powers} | {sp.cos(e.args[0]) for r in self.rates for e in atoms(r, sp.tan)}
         factors |= {pivot for rate in self.rates for form in atoms(rate, InverseForm) for pivot in form.pivots}
-        varying = {-e if e.could_extract_minus_sign() else e for e in factors if e.free_symbols & self.moving}
+        varying = {-e if e.could_extract_minus_sign() else e for e in factors if symbols_in(e) & self.moving}
         found = (e for e in varying if not e.is_nonzero and not (e.is_Symbol and self._is_finite_at(e)))
         return tuple(sorted(found, key=sp.default_sort_key))
 
@@ -226,7 +226,7 @@ class GuardedMode:
     def order_in_time(self) -> int:
         """The largest exponent of a power that the time moves: fewer of its derivatives vanish where the power does."""
         powers = atoms(sp.Tuple(*self.rates, *self.guard_values), sp.Pow)
-        moved = (p.exp for p in powers if p.exp.is_Integer and self.system.time in p.base.free_symbols)
+        moved = (p.exp for p in powers if p.exp.is_Integer and self.system.time in symbols_in(p.base))
         return max(map(int, moved), default=0)
 
     def _is_finite_at(self, state: sp.Symbol) -> bool:
@@ -263,17 +263,18 @@ class GuardedMode:
         found: dict[sp.Symbol, sp.Expr] = {}
         left = [expr]
         while left:
-            states = left.pop().free_symbols & rates.keys() - found.keys()
+            states = symbols_in(left.pop()) & rates.keys() - found.keys()
             found |= {s: rates[s] for s in states}
             left += [rates[s] for s in states]
-        timed = self.system.time in sp.Tuple(expr, *found.values()).free_symbols
+        timed = self.system.time in symbols_in(sp.Tuple(expr, *found.values()))
         return None if timed else tuple(found.values())
 
     @lru_cache(maxsize=512)
     def keeps(self, expr: sp.Expr) -> bool:
         """Tell whether no motion leaves the zeros of ``expr``: solved for a state, they make its derivative 0."""
-        slopes = ((s, slope_by(expr, s)) for s in self.system.states if expr.has(s))  # 0 for a state that only switches
-        even = ((s, slope) for s, slope in slopes if slope != 0 and not slope.free_symbols & self.moving)
+        used = symbols_in(expr)
+        slopes = ((s, slope_by(expr, s)) for s in self.system.states if s in used)  # 0 for one that only switches
+        even = ((s, slope) for s, slope in slopes if slope != 0 and not symbols_in(slope) & self.moving)
         zeros = ({s: sp.expand(s - expr / slope)} for s, slope in even)
         zero = next(zeros, None)
         rate = sp.S.One if zero is None else replaced(self.drift(expr), zero)

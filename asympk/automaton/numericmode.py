@@ -18,6 +18,7 @@ from asympk.automaton.modes import SWITCH, GuardedMode, function
 from asympk.errors import NotDerivable, OutOfRange, Pole
 from asympk.symbolic.branches import Branch, held, rate_along
 from asympk.symbolic.derivatives import slope_by
+from asympk.symbolic.long import symbols_in
 from asympk.symbolic.sides import on_sides
 from asympk.symbolic.switches import Switch, peaks_of, sideless_of, slopes_and_phases, switches_of
 
@@ -71,8 +72,8 @@ class NumericMode:
         """Whether a guard may vary faster than the state: one depends on the time, or an edge is not linear."""
         time, states = self.mode.system.time, {*self.mode.system.states}
         phases = [guard.value for guard in self.mode.guards if guard.kind == SWITCH]
-        bent = any(slope_by(phase, s).free_symbols & states for phase in phases for s in phase.free_symbols & states)
-        return bent or any(value.has(time or sp.nan) for value in self.mode.guard_values)
+        bent = any(symbols_in(slope_by(phase, s)) & states for phase in phases for s in phase.free_symbols & states)
+        return bent or time in symbols_in(sp.Tuple(*self.mode.guard_values))
 
     @cached_property
     def field(self) -> Callable[..., tuple]:

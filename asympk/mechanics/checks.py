@@ -11,7 +11,7 @@ from asympk.mechanics.evaluation import ROUNDING, evaluate
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import vanishes
 from asympk.multiprecision import private_context
-from asympk.symbolic.long import DIGITS, generic_place, is_regular
+from asympk.symbolic.long import DIGITS, generic_place, is_regular, symbols_in, valued
 from asympk.symbolic.reading import as_floats, require_names
 from asympk.symbolic.sides import MOST, measured, on_sides, phases
 
@@ -22,7 +22,7 @@ def check_mechanism(kinetics: Kinetics, contact: Any) -> None:
     """Raise ``InputError`` for the first fault of ``kinetics`` as a mechanism with a contact."""
     _check_sizes(kinetics)
     require_names((*kinetics.coordinates, *kinetics.parameters))
-    if kinetics.mass.free_symbols & {*kinetics.velocities}:
+    if symbols_in(kinetics.mass) & {*kinetics.velocities}:
         raise InputError("mass contains a velocity; the terms of inertia in velocities belong to the forces")
     _check_mass(kinetics.mass)
     _check_gap(kinetics, contact.gap)
@@ -57,7 +57,7 @@ def require_positive_mass(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> N
     import numpy as np
 
     n = kinetics.mass.rows
-    if not kinetics.mass.free_symbols <= values.keys():
+    if not symbols_in(kinetics.mass) <= values.keys():
         return
     entries = np.array(np.broadcast_arrays(*evaluate(tuple(kinetics.mass), values)), dtype=float)
     mass = np.moveaxis(entries, 0, -1).reshape(*entries.shape[1:], n, n)
@@ -113,7 +113,7 @@ def _check_mass(mass: sp.ImmutableMatrix) -> None:
     if not is_regular(mass) and _is_singular(mass):
         raise InputError("mass is singular, its determinant is 0; give every coordinate inertia, or eliminate it")
     diagonal = any(mass[k, k].is_nonpositive for k in range(mass.rows))
-    if diagonal or (not mass.free_symbols and not mass.is_positive_definite):
+    if diagonal or (not symbols_in(mass) and not mass.is_positive_definite):
         raise InputError("mass is not positive definite; every motion must have a positive kinetic energy")
 
 
@@ -122,7 +122,8 @@ def _is_singular(mass: sp.ImmutableMatrix) -> bool:
 
     Units do not matter. A mass matrix without a value at this place counts as regular.
     """
-    found = mass.evalf(DIGITS, subs=generic_place(mass))
+    place = generic_place(mass)
+    found = mass.applyfunc(lambda entry: valued(entry, place, DIGITS))
     if not all(e.is_finite for e in found):
         return False
     m, n = private_context(DIGITS - SPARE), mass.rows
@@ -139,7 +140,7 @@ def _is_singular(mass: sp.ImmutableMatrix) -> bool:
 
 
 def _check_gap(kinetics: Kinetics, gap: sp.Expr) -> None:
-    if kinetics.gap.free_symbols & {*kinetics.velocities}:
+    if symbols_in(kinetics.gap) & {*kinetics.velocities}:
         raise InputError(f"gap = {gap!s:.60} contains a velocity; give it as a position expression")
     if all(vanishes(part) for part in kinetics.directions[0, :]):
         names = ", ".join(map(str, kinetics.coordinates))
@@ -149,7 +150,7 @@ def _check_gap(kinetics: Kinetics, gap: sp.Expr) -> None:
 def _check_slip(kinetics: Kinetics, contact: Any) -> None:
     given = f"slip = {contact.slip!s:.60}"
     row = kinetics.directions[1, :]
-    if row.free_symbols & {*kinetics.velocities}:
+    if symbols_in(row) & {*kinetics.velocities}:
         raise InputError(f"{given} is not linear in the velocities; give a sliding velocity, or a position")
     if all(vanishes(part) for part in row):
         raise InputError(f"{given} does not depend on the coordinates; its rate is no sliding velocity")

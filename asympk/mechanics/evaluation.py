@@ -9,6 +9,7 @@ from asympk.errors import InputError, OutOfRange
 from asympk.mechanics.kinetics import Kinetics
 from asympk.numbers import common_shape
 from asympk.symbolic.derivatives import slope_by
+from asympk.symbolic.long import symbols_in
 from asympk.symbolic.reading import as_floats
 from asympk.symbolic.sides import shortly_after
 from asympk.symbolic.truth import array_function, holds
@@ -25,7 +26,7 @@ def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) ->
     """
     import numpy as np
 
-    needed = sorted(set().union(*(e.free_symbols for e in expressions)), key=str)
+    needed = sorted(symbols_in(sp.Tuple(*expressions)), key=str)
     missing = [str(symbol) for symbol in needed if symbol not in values]
     if missing:
         raise InputError(f"no value for {', '.join(missing)}; give one for each of {', '.join(map(str, needed))}")

@@ -17,7 +17,7 @@ import sympy as sp
 from asympk.mechanics.tidy import cofactors, collected, contracted, expanded_determinant, has_long_minors, tidy
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.inverses import InverseForm
-from asympk.symbolic.long import atoms, is_longer
+from asympk.symbolic.long import atoms, is_longer, replaced, symbols_in
 from asympk.symbolic.penetration import RootSlope
 from asympk.symbolic.reading import spare
 
@@ -184,14 +184,15 @@ class Kinetics:
     @cached_property
     def _used(self) -> set[sp.Basic]:
         parts = (*self.mass, *self.forces, self.gap, self.slip, self.friction, self.static, self.load)
-        return set().union(*(part.free_symbols for part in parts))
+        return symbols_in(sp.Tuple(*parts))
 
 
 def slope_in_powers(expr: sp.Expr, s: sp.Symbol) -> sp.Expr:
     """Return the derivative of ``expr`` by ``s`` between jumps, with its roots written as powers."""
     slope = slope_by(expr, s)
-    rooted = atoms(slope, RootSlope)
-    return slope.replace(RootSlope, lambda rate, base, exponent: rate * base**exponent) if rooted else slope
+    while rooted := atoms(slope, RootSlope):
+        slope = replaced(slope, {root: root.args[0] * root.args[1] ** root.args[2] for root in rooted})
+    return slope
 
 
 def _short(total: sp.Expr) -> sp.Expr:

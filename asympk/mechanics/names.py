@@ -9,7 +9,7 @@ from sympy.core.function import AppliedUndef
 from asympk.errors import InputError, UnknownName
 from asympk.mechanics.kinetics import Kinetics
 from asympk.numbers import short
-from asympk.symbolic.long import atoms, replaced
+from asympk.symbolic.long import atoms, carried_out, replaced
 from asympk.symbolic.values import did_you_mean, in_words
 
 
@@ -30,7 +30,7 @@ def _plain(given: Any) -> sp.Symbol:
 
 def plainly(expr: sp.Expr, names: dict[sp.Expr, sp.Symbol], time: sp.Symbol) -> sp.Expr:
     """Return ``expr`` in plain symbols; raises ``InputError`` for functions of time that are no coordinates."""
-    found = replaced(expr.doit(), names)
+    found = replaced(carried_out(expr), names)
     for rest in (*atoms(found, sp.Derivative), *atoms(found, AppliedUndef)):
         raise InputError(f"{rest} in {expr!s:.60} is no coordinate or velocity; list it, or write it out in {time}")
     return found

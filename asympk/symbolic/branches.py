@@ -14,7 +14,7 @@ import sympy as sp
 from asympk.errors import InputError
 from asympk.numbers import short
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.long import ROUGH, expanded, generic_place, heavy, replaced
+from asympk.symbolic.long import ROUGH, atoms, expanded, generic_place, heavy, replaced, symbols_in, valued
 from asympk.symbolic.penetration import without_penetration
 
 if TYPE_CHECKING:
@@ -155,7 +155,7 @@ def with_signs(system: "System", branch: Branch, expr: sp.Expr) -> sp.Expr:
 
     Where only the product of both signs is known, sign(load) becomes sign(velocity) or -sign(velocity).
     """
-    if not expr.has(sp.Abs, sp.sign):
+    if not atoms(expr, sp.Abs, sp.sign):
         return expr
     known: dict[sp.Basic, sp.Basic] = {}
     for friction, phase in zip(system.frictions, branch, strict=True):
@@ -186,7 +186,7 @@ def without_squares(expr: sp.Expr, signs: Collection[sp.Expr]) -> sp.Expr:
 
 def rate_along(system: "System", expr: sp.Expr) -> sp.Expr:
     """Return the rate of an expression in the states along the field, with the forces as symbols."""
-    terms = [slope_by(expr, s) * r for s, r in system.rates.items() if expr.has(s)]
+    terms = [slope_by(expr, s) * r for s, r in system.rates.items() if s in symbols_in(expr)]
     return expanded(sp.Add(*terms, slope_by(expr, system.time) if system.time else 0))
 
 
@@ -194,9 +194,9 @@ def drive(system: "System", friction: "Friction") -> tuple[sp.Expr, sp.Expr]:
     """Return (d, c) in the rate of the sliding velocity, v' = d + c F; a reaction without constraint is the load."""
     rate = rate_along(system, friction.velocity)
     if friction.normal is not None and friction.constraint is None:
-        rate = rate.xreplace({friction.normal: friction.load})
+        rate = replaced(rate, {friction.normal: friction.load})
     rate = rate if heavy(rate) else sp.expand(rate)
-    return rate.xreplace({friction.force: sp.S.Zero}), slope_by(rate, friction.force)
+    return replaced(rate, {friction.force: sp.S.Zero}), slope_by(rate, friction.force)
 
 
 def check_friction(system: "System", friction: "Friction", number: int) -> None:
@@ -209,20 +209,19 @@ def check_friction(system: "System", friction: "Friction", number: int) -> None:
         raise InputError(f"{which}: the force {friction.force} is also a state, the small parameter or the time")
     pushes = {symbol for f in system.frictions for symbol in (f.force, f.normal)}
     for name, part in friction.parts.items():
-        if name not in ("load", "constraint") and (known := part.free_symbols & pushes):
+        if name not in ("load", "constraint") and (known := symbols_in(part) & pushes):
             raise InputError(f"{which}: {name} = {short(part)} contains the force {min(known, key=str)}; only rates, "
                              "loads and constraints may")  # fmt: skip
-    moved = {s: rate for s, rate in system.rates.items() if rate.has(friction.force)}
+    moved = {s: rate for s, rate in system.rates.items() if friction.force in symbols_in(rate)}
     if not moved:
         raise InputError(f"{which}: the force {friction.force} enters no rate; write it where it acts")
-    if any(r.diff(friction.force, 2) != 0 for r in moved.values()):
+    if any(slope_by(slope_by(r, friction.force), friction.force) != 0 for r in moved.values()):
         raise InputError(f"{which}: the force {friction.force} must enter the rates linearly")
     if any(sp.expand(slope).free_symbols & moved.keys() for s in moved if (slope := slope_by(v, s)).has(*moved)):
         raise InputError(f"{which}: the velocity {short(v)} must be linear in what {friction.force} moves, "
                          f"{', '.join(map(str, moved))}; give one that passes through 0")  # fmt: skip
-    if any(
-        e is not None and e.has(sp.Float) for e in (v, friction.load, friction.kinetic, friction.static, friction.gap)
-    ):
+    given = (v, friction.load, friction.kinetic, friction.static, friction.gap)
+    if any(e is not None and atoms(e, sp.Float) for e in given):
         raise InputError(f"{which} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
 
 
@@ -237,10 +236,10 @@ def check_constraint(system: "System", friction: "Friction") -> None:
     name, given = ("gap_rate", friction.gap_rate) if friction.gap is None else ("gap", friction.gap)
     rate = given if friction.gap is None else rate_along(system, given)
     both = sp.Tuple(friction.constraint, rate_along(system, rate))
-    place = {s: v.evalf(30) for s, v in generic_place(both).items()}
+    place = generic_place(both)
     forces = [s for f in system.frictions for s in (f.force, f.normal) if s in place]
     pushed = place | {s: factor * place[s] for factor, s in enumerate(forces, 3)}
-    values = [replaced(e, at) for at in (place, pushed) for e in both]
+    values = [valued(e, at, 30) for at in (place, pushed) for e in both]
     if not all(v.is_number and v.is_finite and v.is_real for v in values):
         return
     first, second = values[0] * values[3], values[2] * values[1]

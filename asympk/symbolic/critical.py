@@ -638,7 +638,7 @@ def _eliminants(equal_zero, unknowns):
     """
     if len(unknowns) == 1:
         return [(*equal_zero, *unknowns)]
-    place = {s: number for s, number in generic_place(sp.Matrix(equal_zero)).items() if s not in unknowns}
+    place = {s: number for s, number in generic_place(sp.Tuple(*equal_zero)).items() if s not in unknowns}
     found = [sp.fraction(sp.together(g.subs(place)))[0] for g in equal_zero]
     if not all(g.is_polynomial(*unknowns) and sp.Poly(g, *unknowns).domain in (sp.ZZ, sp.QQ) for g in found):
         return []

@@ -6,7 +6,7 @@ arguments have rates, the part u = e(v_1, v_2, ..) has the rate u' = sum_j (de/d
 Derivatives are those between jumps, where signs, steps, whole parts and conditions are constant.
 """
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from types import MappingProxyType
 
@@ -14,6 +14,7 @@ import sympy as sp
 
 from asympk.errors import InputError
 from asympk.symbolic.inverses import Less, Solution, less, product, total
+from asympk.symbolic.long import parts_with
 from asympk.symbolic.penetration import Penetration, RootSlope
 
 Parts = list[tuple[sp.Symbol, sp.Expr]]
@@ -105,29 +106,38 @@ def _slopes(
 
 
 def slope_by(expr: sp.Expr, s: sp.Symbol) -> sp.Expr:
-    """Return the derivative of ``expr`` by ``s`` between jumps, by SymPy only where simple rules do not do."""
-    if expr == s:
-        return sp.S.One
-    if not expr.has_free(s) or isinstance(expr, _STANDING):
-        return sp.S.Zero
+    """Return the derivative of ``expr`` by ``s`` between jumps; each part is differentiated once, however often."""
+    moving, found = parts_with(expr, s), {s: sp.S.One}
+
+    def slope(part: sp.Expr) -> sp.Expr:
+        if part not in found:
+            rests = part not in moving or isinstance(part, _STANDING)
+            found[part] = sp.S.Zero if rests else _slope(part, s, slope, part.is_Pow and part.exp in moving)
+        return found[part]
+
+    return slope(expr)
+
+
+def _slope(expr: sp.Expr, s: sp.Symbol, slope: Callable[[sp.Expr], sp.Expr], towering: bool) -> sp.Expr:
+    """Return the derivative of ``expr`` from that of its parts, by SymPy only where simple rules do not do."""
     if expr.is_Add:
-        return sp.Add(*(slope_by(term, s) for term in expr.args))
+        return sp.Add(*map(slope, expr.args))
     if expr.is_Mul:
-        slopes = ((k, slope_by(factor, s)) for k, factor in enumerate(expr.args))
+        slopes = enumerate(map(slope, expr.args))
         return sp.Add(*(sp.Mul(*expr.args[:k], part, *expr.args[k + 1 :]) for k, part in slopes if part != 0))
-    if expr.is_Pow and not expr.exp.has_free(s):
-        return _slope_of_power(expr.base, expr.exp, slope_by(expr.base, s))
+    if expr.is_Pow and not towering:
+        return _slope_of_power(expr.base, expr.exp, slope(expr.base))
     if isinstance(expr, sp.Piecewise):  # SymPy compares all conditions anew, which takes minutes for a table
-        pieces = [(slope_by(piece, s), condition) for piece, condition in expr.args]
+        pieces = [(slope(piece), condition) for piece, condition in expr.args]
         return sp.Piecewise(*pieces, evaluate=False) if any(part for part, _ in pieces) else sp.S.Zero
     if isinstance(expr, sp.Mod):
         number, divisor = expr.args
         return slope_by(number - divisor * sp.floor(number / divisor), s)
     if isinstance(expr, sp.Abs):
-        return sp.sign(expr.args[0]) * slope_by(expr.args[0], s)
+        return sp.sign(expr.args[0]) * slope(expr.args[0])
     if isinstance(expr, sp.Function | sp.Max | sp.Min):
         try:
-            return sp.Add(*(expr.fdiff(k) * part for k, e in enumerate(expr.args, 1) if (part := slope_by(e, s)) != 0))
+            return sp.Add(*(expr.fdiff(k) * part for k, e in enumerate(expr.args, 1) if (part := slope(e)) != 0))
         except sp.core.function.ArgumentIndexError:
             raise InputError(f"{expr} has no derivative by {s} that can be written; give another function") from None
     return expr * slope_by(expr.exp * sp.log(expr.base), s) if expr.is_Pow else expr.diff(s)

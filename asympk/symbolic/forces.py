@@ -13,7 +13,6 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import sympy as sp
-from sympy.solvers.solveset import NonlinearError
 
 from asympk.errors import InputError
 from asympk.symbolic.branches import (
@@ -31,7 +30,7 @@ from asympk.symbolic.branches import (
     with_signs,
 )
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.long import heavy, is_regular, replaced, tidied
+from asympk.symbolic.long import heavy, is_regular, replaced, symbols_in, tidied
 
 if TYPE_CHECKING:
     from asympk.symbolic.system import Friction, System
@@ -83,10 +82,11 @@ def force_equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], 
         rows = (*laws, *(margin.value for margin in margins))
         equations = [rows[k] for k in still_rows(branch)]
     equations = [with_signs(system, branch, e) for e in equations]
-    try:
-        return unknowns, *(sp.linear_eq_to_matrix(equations, unknowns) if unknowns else (sp.Matrix(), sp.Matrix()))
-    except NonlinearError:
-        raise InputError(f"mode {mode_name(branch)}: the forces must enter rates, loads and bounds linearly") from None
+    matrix = sp.Matrix(len(equations), len(unknowns), [slope_by(e, u) for e in equations for u in unknowns])
+    if symbols_in(matrix.as_immutable()) & {*unknowns}:
+        raise InputError(f"mode {mode_name(branch)}: the forces must enter rates, loads and bounds linearly")
+    zero = dict.fromkeys(unknowns, sp.S.Zero)
+    return unknowns, matrix, sp.Matrix([-replaced(e, zero) for e in equations])
 
 
 def _friction_law(system: "System", branch: Branch, k: int) -> sp.Expr:

@@ -4,7 +4,7 @@ r"""The modes of a system with friction: the fields and the guards of a branch, 
 branch and its conditions. ``named_branches`` lists the branches; ``_every_guard`` is the hard function.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from itertools import product
 from typing import TYPE_CHECKING
@@ -28,12 +28,13 @@ from asympk.symbolic.branches import (
 )
 from asympk.symbolic.forces import determined, edges_of_stick, entries_named, force_equations, forces, standing_rows
 from asympk.symbolic.inverses import InverseForm
-from asympk.symbolic.long import LONG, atoms, heavy, is_longer, replaced, tidied
+from asympk.symbolic.long import LONG, atoms, heavy, is_longer, replaced, symbols_in, tidied
 from asympk.symbolic.penetration import without_penetration
 
 if TYPE_CHECKING:
     from asympk.symbolic.system import Friction, System
 
+Rates = Mapping[sp.Symbol, sp.Expr]
 NEVER_IDLE = ("unbounded", "several")  # kinds of guards at whose loss a motion ceases to be the only one
 
 
@@ -50,7 +51,7 @@ def named_branches(system: "System") -> Iterator[Branch]:
 def _asks_for_signs(system: "System") -> bool:
     """Tell whether a rate, load or friction bound contains an absolute value or a sign."""
     bounds = (e for f in system.frictions for e in (f.load, f.kinetic, f.static))
-    return sp.Tuple(*system.rates.values(), *bounds).has(sp.Abs, sp.sign)
+    return bool(atoms(sp.Tuple(*system.rates.values(), *bounds), sp.Abs, sp.sign))
 
 
 def telling(system: "System") -> Iterator[Branch]:
@@ -73,21 +74,21 @@ def telling(system: "System") -> Iterator[Branch]:
                 yield branch
 
 
-def fields(system: "System", branch: Branch) -> tuple[sp.Dict, sp.Dict]:
+def fields(system: "System", branch: Branch) -> tuple[Rates, Rates]:
     """Return the slow field and the fast field of the mode; the fast field is ``small`` times the rates."""
     return _fields(system, awake(branch))
 
 
 @lru_cache(maxsize=256)
-def _fields(system: "System", branch: Branch) -> tuple[sp.Dict, sp.Dict]:
+def _fields(system: "System", branch: Branch) -> tuple[Rates, Rates]:
     if not branch:
         return system.slow, system.fast
     if stands(branch):
-        return sp.Dict(dict.fromkeys(system.slow, 0)), sp.Dict(dict.fromkeys(system.fast, 0))
+        return dict.fromkeys(system.slow, sp.S.Zero), dict.fromkeys(system.fast, sp.S.Zero)
     solved = forces(system, branch)
     resting = held(system, branch)
     slow, fast = (
-        sp.Dict({s: sp.S.Zero if s in resting else _put(system, branch, rate, solved) for s, rate in rates.items()})
+        {s: sp.S.Zero if s in resting else _put(system, branch, rate, solved) for s, rate in rates.items()}
         for rates in (system.slow, system.fast)
     )
     return slow, fast
@@ -122,13 +123,13 @@ def _determinant(matrix: sp.Matrix) -> sp.Expr:
 def guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
     """Return the guards of the mode that depend on the states or the time, with the forces substituted."""
     moving = {system.time} if stands(branch) else {*system.states, system.time}
-    return tuple(g for g in _placed_guards(system, branch) if g.value.free_symbols & moving)
+    return tuple(g for g in _placed_guards(system, branch) if symbols_in(g.value) & moving)
 
 
 def fixed_guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
     """Return the guards that depend on parameters alone; the mode can be entered only where these are positive."""
     moving = {*system.states, system.time}
-    return tuple(g for g in _placed_guards(system, branch) if not g.value.free_symbols & moving)
+    return tuple(g for g in _placed_guards(system, branch) if not symbols_in(g.value) & moving)
 
 
 def _placed_guards(system: "System", branch: Branch) -> list[Guard]:
@@ -170,7 +171,7 @@ def unused_rows(system: "System", branch: Branch) -> tuple[tuple[sp.Expr, ...], 
 def _never_negative(system: "System", expr: sp.Expr) -> bool:
     """Tell whether an expression is negative at no real states, as an even power: rounding alone would lose it."""
     real = {s: sp.Dummy(real=True) for s in (*system.states, system.time)}
-    return bool(_with_powers(expr).xreplace(real).is_nonnegative)
+    return bool(replaced(_with_powers(expr), real).is_nonnegative)
 
 
 @lru_cache(maxsize=512)

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import sympy as sp
 
-from asympk.symbolic.long import atoms, replaced
+from asympk.symbolic.long import atoms, replaced, symbols_in
 
 Parts = list[tuple[sp.Symbol, sp.Expr]]
 Less = Callable[[Any, Iterable[tuple[Any, Any]]], Any]
@@ -83,7 +83,7 @@ class InverseForm(sp.Function):
     @cached_property
     def free_symbols(self) -> set[sp.Basic]:
         """The symbols in the entries, which are collected once."""
-        return set().union(*(e.free_symbols for e in self.args))
+        return symbols_in(sp.Tuple(*self.args))
 
     def _eval_evalf(self, prec: int) -> sp.Expr:
         return self.func(*(e._evalf(prec) for e in self.args))
@@ -108,12 +108,17 @@ def with_factors(expr: sp.Basic, factors: Iterable[sp.Symbol]) -> sp.Basic:
 
 def _with_factors(form: InverseForm, factors: set[sp.Symbol]) -> sp.Expr:
     u, rows, v = _parted(form.args)
-    others, columns = (*u, *chain(*rows)), {s: [e.diff(s) for e in v] for s in sorted(factors, key=str)}
-    if not factors or any(e.free_symbols & factors for e in chain(others, *columns.values())):
+    others, columns = (*u, *chain(*rows)), {s: [_factor(e, s) for e in v] for s in sorted(factors, key=str)}
+    if not factors or symbols_in(sp.Tuple(*others, *chain(*columns.values()))) & factors:
         return form
     still = dict.fromkeys(factors, sp.S.Zero)
-    first = form.func(*others, *(e.xreplace(still) for e in v))
+    first = form.func(*others, *(replaced(e, still) for e in v))
     return sp.Add(first, *(s * form.func(*others, *column) for s, column in columns.items()))
+
+
+def _factor(expr: sp.Expr, s: sp.Symbol) -> sp.Expr:
+    """Return the derivative of an expression, most of whose terms do not contain ``s``."""
+    return sp.Add(*(term.diff(s) for term in sp.Add.make_args(expr) if s in symbols_in(term)))
 
 
 class Eliminated(NamedTuple):

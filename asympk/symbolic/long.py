@@ -6,6 +6,7 @@ from itertools import islice
 from typing import Any
 
 import sympy as sp
+from sympy.core.operations import AssocOp
 
 PARTS = 4  # a bound on the parts of a tree, without atoms, for one operation: -a/b in a sum has two and two
 LONG = 300  # operations; a rational expression divided by a sum is not expanded if it has more
@@ -17,16 +18,33 @@ REGULAR = 1e9  # a condition number clearly below that of a singular matrix in f
 
 def replaced(expr: sp.Basic, rule: Mapping[sp.Basic, sp.Basic]) -> sp.Basic:
     """Return ``expr.xreplace(rule)``; each part is rebuilt once, however often it occurs."""
-    found = dict(rule)
+    found: dict[int, tuple[sp.Basic, sp.Basic]] = {}  # by identity: to compare equal objects takes a visit of each part
+    same: dict[sp.Basic, sp.Basic] = {}
 
     def rebuilt(part: sp.Basic) -> sp.Basic:
-        if part not in found:
+        if part in rule:
+            return rule[part]
+        if id(part) not in found:
             args = [rebuilt(arg) for arg in part.args]
             changed = any(new is not old for new, old in zip(args, part.args, strict=True))
-            found[part] = (modulus if part.func is sp.Abs else part.func)(*args) if changed else part
-        return found[part]
+            new = (modulus if part.func is sp.Abs else part.func)(*args) if changed else part
+            found[id(part)] = part, same.setdefault(new, new)
+        return found[id(part)][1]
 
     return rebuilt(expr) if rule else expr
+
+
+def carried_out(expr: sp.Basic) -> sp.Basic:
+    """Return ``expr.doit()``; each part is rebuilt once, however often it occurs."""
+    found: dict[sp.Basic, sp.Basic] = {}
+
+    def done(part: sp.Basic) -> sp.Basic:
+        if part not in found:
+            plain = type(part).doit in (sp.Basic.doit, AssocOp.doit)
+            found[part] = part.func(*map(done, part.args)) if part.args and plain else part.doit()
+        return found[part]
+
+    return done(expr)
 
 
 def modulus(expr: sp.Expr) -> sp.Expr:
@@ -36,12 +54,30 @@ def modulus(expr: sp.Expr) -> sp.Expr:
 
 def atoms(expr: sp.Basic, *types: type) -> set[Any]:
     """Return ``expr.atoms(*types)``; each part is visited once, however often it occurs."""
-    seen, left = set[sp.Basic](), [expr]
+    seen, left = dict[int, sp.Basic](), [expr]  # by identity, as in ``replaced``
     while left:
-        if (part := left.pop()) not in seen:
-            seen.add(part)
+        if id(part := left.pop()) not in seen:
+            seen[id(part)] = part
             left += part.args
-    return {part for part in seen if isinstance(part, types)}
+    return {part for part in seen.values() if isinstance(part, types)}
+
+
+def parts_with(expr: sp.Basic, symbol: sp.Symbol) -> set[sp.Basic]:
+    """Return the parts of ``expr`` that contain ``symbol``; each part is visited once, however often it occurs."""
+    found = {symbol: True}
+
+    def contains(part: sp.Basic) -> bool:
+        if part not in found:
+            found[part] = any([*map(contains, part.args)])  # visits every argument
+        return found[part]
+
+    contains(expr)
+    return {part for part, inside in found.items() if inside}
+
+
+def symbols_in(expr: sp.Basic) -> set[sp.Symbol]:
+    """Return the symbols of an expression; each part is visited once, however often it occurs."""
+    return atoms(expr, sp.Symbol)
 
 
 def is_longer(expr: sp.Basic, operations: int) -> bool:
@@ -77,17 +113,31 @@ def tidied(expr: sp.Expr) -> sp.Expr:
 
 
 def _is_rational(expr: sp.Basic) -> bool:
-    return not expr.has(sp.Function) and all(power.exp.is_Integer for power in atoms(expr, sp.Pow))
+    return not atoms(expr, sp.Function) and all(power.exp.is_Integer for power in atoms(expr, sp.Pow))
 
 
-def generic_place(expr: Any) -> dict[sp.Symbol, sp.Expr]:
-    """Return generic rational numbers for the symbols of an expression or matrix: hardly anything vanishes there."""
-    return {s: sp.Rational(2 * k + 5, k + 7) for k, s in enumerate(sorted(expr.free_symbols, key=str))}
+def generic_place(expr: sp.Basic) -> dict[sp.Symbol, sp.Expr]:
+    """Return generic rational numbers for the symbols of an expression: hardly anything vanishes there."""
+    return {s: sp.Rational(2 * k + 5, k + 7) for k, s in enumerate(sorted(symbols_in(expr), key=str))}
+
+
+def valued(expr: sp.Basic, place: Mapping[sp.Symbol, sp.Expr], digits: int) -> sp.Basic:
+    """Return ``expr`` at a place in floating point, nan if a part is not real there; each part is computed once."""
+    found: dict[sp.Basic, sp.Basic] = {s: sp.Float(at, digits) for s, at in place.items()}
+
+    def value(part: sp.Basic) -> sp.Basic:
+        if part not in found:
+            new = part.func(*map(value, part.args)) if part.args else part
+            worked_out = new.evalf(digits) if isinstance(new, sp.Expr) and new.args and new.is_number else new
+            found[part] = sp.nan if worked_out.is_real is False else worked_out
+        return found[part]
+
+    return value(expr)
 
 
 def is_clearly_nonzero(expr: sp.Expr) -> bool:
     """Tell whether ``expr`` is clearly not 0 at one generic place, in many digits; else it may vanish everywhere."""
-    value = replaced(expr, {s: sp.Float(at, DIGITS) for s, at in generic_place(expr).items()}).evalf()
+    value = valued(expr, generic_place(expr), DIGITS)
     return isinstance(value, sp.Float) and abs(value) > CLEAR
 
 
@@ -95,6 +145,7 @@ def is_regular(matrix: sp.Matrix) -> bool:
     """Tell whether a matrix is clearly regular at one generic place, in fifteen digits; else it may be singular."""
     import numpy as np
 
-    found = matrix.evalf(subs=generic_place(matrix))
+    place = generic_place(sp.Tuple(*matrix))
+    found = matrix.applyfunc(lambda entry: valued(entry, place, 15))
     known = all(e.is_Number and e.is_finite for e in found)
     return known and bool(np.linalg.cond(np.array(found, dtype=float)) < REGULAR)

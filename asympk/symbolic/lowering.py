@@ -31,7 +31,7 @@ from asympk.numbers import Number, common_shape, number, numbers, short
 from asympk.shown import Card, ShownAsFormulas, cut
 from asympk.symbolic.derivatives import directional_derivatives
 from asympk.symbolic.inverses import in_order, without_inverses
-from asympk.symbolic.long import atoms
+from asympk.symbolic.long import atoms, symbols_in
 from asympk.symbolic.penetration import computed
 from asympk.symbolic.reading import entries_of, expression, spare
 from asympk.symbolic.tables import as_tree, without_tables
@@ -436,7 +436,7 @@ def without_overflow(
 def _is_tower(exprs):
     """Tell whether a function has an exponential in its argument, on whose huge values it may not terminate."""
     parts = atoms(sp.Tuple(*exprs), sp.Pow, sp.Function)
-    growing = {e for e in parts if isinstance(e, sp.exp | sp.cosh | sp.sinh) or (e.is_Pow and e.exp.free_symbols)}
+    growing = {e for e in parts if isinstance(e, sp.exp | sp.cosh | sp.sinh) or (e.is_Pow and symbols_in(e.exp))}
     outer = growing | {e for e in parts if not e.is_Pow and not isinstance(e, sp.log)}
     return any(atoms(arg, sp.Pow, sp.Function) & growing for e in outer for arg in e.args)
 
@@ -540,18 +540,18 @@ def _definitions(given):
 def _check(expr, args, known, branching):
     if not isinstance(expr, sp.Expr):
         raise InputError(f"{expr} is not an expression; lower expressions, not conditions or matrices")
-    if missing := expr.free_symbols - known:
+    parts = atoms(expr, sp.Basic)
+    if any(isinstance(part, _OPEN) for part in parts):
+        raise InputError(f"{short(expr)} is to be worked out first; give {short(expr)}.doit()")
+    if missing := {part for part in parts if isinstance(part, sp.Symbol)} - known:
         raise InputError(
             f"{', '.join(sorted(map(str, missing)))} in {expr} missing from the arguments ({', '.join(map(str, args))})"
         )
-    parts = atoms(expr, sp.Basic)
     if any(isinstance(part, sp.Float) for part in parts):
         raise InputError(f"{expr} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
     if parts & {sp.nan, sp.zoo, sp.oo, -sp.oo}:
         beyond = ", as where no piece of a Piecewise holds; end it with one that does" if sp.nan in parts else ""
         raise InputError(f"{short(expr)} contains a constant that is not a finite number{beyond}")
-    if any(isinstance(part, _OPEN) for part in parts):
-        raise InputError(f"{short(expr)} is to be worked out first; give {short(expr)}.doit()")
     if sp.I in parts:
         raise InputError(f"{expr} is complex; lower its real and imaginary parts")
     if not branching and any(isinstance(part, BRANCHING) for part in parts):

@@ -15,7 +15,7 @@ import sympy as sp
 
 from asympk.numbers import sign_of
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.long import atoms, modulus, replaced
+from asympk.symbolic.long import atoms, modulus, replaced, symbols_in
 from asympk.symbolic.penetration import Penetration
 from asympk.symbolic.system import System
 
@@ -64,12 +64,12 @@ def is_line(part: sp.Expr, time: sp.Symbol | None) -> bool:
 
 
 def _is_timed(atom: sp.Basic, states: set[sp.Symbol], time: sp.Symbol | None) -> bool:
-    return not atom.free_symbols & states and all(is_line(part, time) for part in switching_parts(atom))
+    return not symbols_in(atom) & states and all(is_line(part, time) for part in switching_parts(atom))
 
 
 def _stands(part: sp.Expr, states: set[sp.Symbol], time: sp.Symbol | None) -> bool:
     """Tell whether an expression without states is constant between jumps in time: none of its sides ends there."""
-    return not part.free_symbols & states and (time is None or slope_by(part, time) == 0)
+    return not symbols_in(part) & states and (time is None or slope_by(part, time) == 0)
 
 
 def sides_of(opened: Iterable[sp.Expr], states: Sequence[sp.Symbol]) -> Iterator[Sides]:
@@ -105,7 +105,7 @@ def _in_order(line: list[tuple[sp.Expr, sp.Expr, int]]) -> Iterator[Sides]:
 def is_switched(expr: sp.Expr, symbols: Iterable[sp.Symbol]) -> bool:
     """Tell whether an expression contains a switching function of one of the symbols."""
     symbols = {*symbols}
-    return any(atom.free_symbols & symbols for atom in atoms(expr, *SWITCHING))
+    return any(symbols_in(atom) & symbols for atom in atoms(expr, *SWITCHING))
 
 
 def inside(phase: sp.Expr, side: int) -> tuple[sp.Expr, ...]:
@@ -124,6 +124,8 @@ def measured(phase: sp.Expr) -> sp.Expr:
 @lru_cache(maxsize=512)
 def system_on_sides(system: System, sides: Sides) -> System:
     """Return a system with its rates and frictions as on the given ``sides`` of its phases: itself if they are so."""
+    if not sides:
+        return system
     on = partial(on_sides, sides=sides)
     slow, fast = ({s: on(rate) for s, rate in rates.items()} for rates in (system.slow, system.fast))
     found = [(f, {name: on(part) for name, part in f.parts.items()}) for f in system.frictions]

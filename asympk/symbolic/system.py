@@ -25,6 +25,7 @@ from asympk.numbers import short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic import branches, guards
 from asympk.symbolic.inverses import with_factors
+from asympk.symbolic.long import atoms, symbols_in
 from asympk.symbolic.penetration import with_penetration
 from asympk.symbolic.placing import place
 from asympk.symbolic.reading import entries_of, expression, real_expression, require_names
@@ -247,7 +248,7 @@ class System(ShownAsFormulas):
         """The parameters in the order of their names, including ``small``."""
         friction = (part for f in self.frictions for part in f.parts.values())
         used = sp.Tuple(*self.slow.values(), *self.fast.values(), *friction)
-        free = used.free_symbols | ({self.small} - {None}) | self.assumptions.free_symbols
+        free = symbols_in(used) | ({self.small} - {None}) | self.assumptions.free_symbols
         known = {*self.states, self.time, *(s for f in self.frictions for s in (f.force, f.normal))}
         return tuple(sorted(free - known, key=lambda s: (s.name, str(s.assumptions0))))
 
@@ -260,11 +261,12 @@ class System(ShownAsFormulas):
     @cached_property
     def modes(self) -> tuple[Mode, ...]:
         """The smooth modes; with several frictions all combinations of modes of each, with names joined by ``+``."""
-        return tuple(
-            Mode(branches.mode_name(branch), *guards.fields(self, branch), guards.where(self, branch),
-                 branches.of_either_sign(self, branch))
-            for branch in guards.named_branches(self)
-        )
+        return tuple(map(self._mode, guards.named_branches(self)))
+
+    def _mode(self, branch: branches.Branch) -> Mode:
+        slow, fast = map(sp.Dict, guards.fields(self, branch))
+        name, told = branches.mode_name(branch), branches.of_either_sign(self, branch)
+        return Mode(name, slow, fast, guards.where(self, branch), told)
 
     def mode(self, name: str | None) -> Mode:
         """Return the mode called ``name``, or the only mode for None; raises ``InputError`` if there is none."""
@@ -367,9 +369,10 @@ def _check(system: System) -> None:
     require_names((*states, *system.parameters))
     _require_one_symbol_each(system)
     for s, rate in system.rates.items():
-        if rate.has(sp.Float):
+        parts = atoms(rate, sp.Basic)
+        if any(isinstance(part, sp.Float) for part in parts):
             raise InputError(f"the rate of {s} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
-        if not isinstance(rate, sp.Expr) or rate.has(sp.nan, sp.zoo, sp.oo, -sp.oo, sp.I):
+        if not isinstance(rate, sp.Expr) or parts & {sp.nan, sp.zoo, sp.oo, -sp.oo, sp.I}:
             raise InputError(f"the rate of {s} is {rate}; it must be a finite real expression")
     for number, friction in enumerate(system.frictions):
         branches.check_friction(system, friction, number)

@@ -4,9 +4,22 @@ import pytest
 import sympy as sp
 
 import asympk as ap
+from asympk.affine.form import affine_parts
 from asympk.automaton.modes import mode_of
 from asympk.symbolic.branches import Phase
-from asympk.symbolic.long import atoms, is_clearly_nonzero, is_longer, is_regular, modulus, replaced
+from asympk.symbolic.derivatives import slope_by
+from asympk.symbolic.long import (
+    atoms,
+    carried_out,
+    is_clearly_nonzero,
+    is_longer,
+    is_regular,
+    modulus,
+    parts_with,
+    replaced,
+    symbols_in,
+    valued,
+)
 from asympk.symbolic.penetration import without_penetration
 from asympk.symbolic.sides import shortly_after, with_real_powers
 
@@ -28,6 +41,38 @@ def test_an_expression_of_a_trillion_parts_is_replaced_and_found_long():
     assert len(atoms(expr, sp.sin)) == 40
 
 
+def test_an_expression_of_a_trillion_parts_has_a_derivative_a_value_and_symbols_and_is_carried_out():
+    expr = _doubled(a * b, 40)
+    assert symbols_in(expr) == {a, b}
+    assert parts_with(expr + c, c) == {c, expr + c}
+    assert carried_out(expr) == expr
+    place = {a: sp.Rational(1, 3), b: sp.Rational(1, 2)}
+    slope, step = slope_by(expr, a), sp.Rational(1, 10**15)
+    ends = [valued(expr, place | {a: place[a] + sign * step}, 60) for sign in (1, -1)]
+    assert abs(valued(slope, place, 60) - (ends[0] - ends[1]) / (2 * step)) < 1e-20
+
+
+def test_equal_parts_that_are_different_objects_are_one_object_where_something_is_replaced():
+    parts = [sp.Add._from_args((b, sp.sin(a))) for _ in range(2)]
+    assert parts[0] is not parts[1]
+    first, second = replaced(sp.Tuple(*parts), {b: c}).args
+    assert first is second
+
+
+def test_a_value_is_that_of_sympy_and_not_a_number_where_a_part_is_not_real():
+    expr = sp.sqrt(a - b) / 3 + sp.Max(a, 1) * sp.pi
+    assert valued(expr, {a: sp.Integer(3), b: sp.S.One}, 30) == expr.evalf(30, subs={a: 3, b: 1})
+    assert valued(expr, {a: sp.S.One, b: sp.Integer(3)}, 30) is sp.nan
+    assert valued(expr, {a: sp.Integer(3)}, 15).free_symbols == {b}
+
+
+def test_a_rate_of_a_trillion_parts_is_found_not_to_be_affine():
+    system = ap.System.smooth({a: b, b: -a}, {}, None)
+    assert affine_parts(system, _doubled(a * b, 40)) is None
+    assert affine_parts(system, _doubled(sp.sqrt(a - b - 9), 40)) is None  # without a real value at a generic place
+    assert affine_parts(system, b + _doubled(c, 40) * a)[0] == (_doubled(c, 40), 1)
+
+
 @pytest.mark.parametrize("expr", [
     a, -a, a - b / c, -a / b / c - c, sp.Rational(-3, 7), sp.sin(a - b) ** 2 / (a + 2) - sp.sqrt(b),
     sp.Piecewise((a, a > 0), (b, True)), sp.Tuple(a, -a * b, c - sp.Abs(b)), _doubled(a - b / c, 4),
@@ -38,6 +83,8 @@ def test_replacing_and_measuring_a_short_expression_are_those_of_sympy(expr):
     assert atoms(expr, sp.Pow, sp.Function) == expr.atoms(sp.Pow, sp.Function)
     operations = expr.count_ops()
     assert is_longer(expr, operations - 1) if operations else expr.is_Atom
+    assert carried_out(expr) == expr.doit()
+    assert symbols_in(expr) == expr.free_symbols
     assert not is_longer(expr, operations)
 
 
