@@ -187,9 +187,9 @@ class Flows:
 
     def of(self, m: Any, mode: GuardedMode) -> tuple[Any, tuple, tuple[int, ...]]:
         """Return (flow, waves, indices of the guards that move) of a mode in the numbers of ``m``."""
-        digits = 24 if m is Doubles else m.right
-        key = mode.branch, mode.sides, digits, m.prec, m.margin, m.largest  # signs differ by the margin, too
+        key = mode.branch, mode.sides, m.prec, m.margin, m.largest  # signs at one precision differ by the margin, too
         if key not in self._found:
+            digits = 24 if m is Doubles else m.dps
             found, waves, moving = form.placed(form.form_of(mode), self.automaton.values, digits)
             waves = tuple((power, m.number(decay), m.number(turn), sine) for power, decay, turn, sine in waves)
             self._found[key] = found.in_doubles if m is Doubles else in_digits(m, found), waves, moving
@@ -270,18 +270,13 @@ def _span(case, m, mode, segment, left, k):
 
 
 def _certified(case, digits, largest=None):
-    """Return (run, error) right to ``digits`` digits; the first trial alone uses the known run.
-
-    Rounded coefficients may part a multiple eigenvalue by their error. In further trials this error is so large that
-    the motion keeps the digits that its parts, as large as the inverse of the error, cancel.
-    """
+    """Return (run, error) right to ``digits`` digits; the first trial alone uses the known run."""
     most = 4 * digits + MOST_SPARE
 
     def follow(working, tie):
         m = flow_context(largest or most)
         set_digits(m, working, tie)
         first = working < 2 * (digits + SPARE_DIGITS)
-        m.right = working if first else working // 2
         return _followed(m, case if first else case._replace(known=None))
 
     return agreed(follow, _distance, digits, most)

@@ -366,20 +366,3 @@ def test_critical_damping_by_an_irrational_coefficient_is_that_of_the_closed_for
         k = mpmath.sqrt(mpmath.mpf(Fraction(stiffness).numerator) / Fraction(stiffness).denominator)
         exact = (1 - (1 + k) * mpmath.exp(-k)) / k**2, mpmath.exp(-k)
         assert all(abs(a - b) < mpmath.mpf(10) ** -(digits or 15) for a, b in zip(found, exact, strict=True))
-
-
-@pytest.mark.parametrize("digits", [None, 30])
-@pytest.mark.parametrize(
-    ("rates", "time", "exact"),
-    [
-        ({x: v, v: sp.cos(omega * t) - zeta * x}, t, lambda k: 3 * mpmath.sin(3 * k) / (2 * k)),
-        ({x: v, v: u, u: -zeta * omega * x - 3 * zeta * v - 3 * omega * u + omega}, None,
-         lambda k: (1 - (1 + 3 * k + 9 * k**2 / 2) * mpmath.exp(-3 * k)) / k**2),
-    ],
-)  # fmt: skip
-def test_eigenvalues_that_coincide_in_irrational_coefficients_are_taken_as_multiple(rates, time, exact, digits):
-    """An oscillator shaken at its own frequency, and three equal rates of decay, from rest at 0: k^2 = 2, until 3."""
-    system = ap.System.smooth({s: rate.subs(omega, sp.sqrt(zeta)) for s, rate in rates.items()}, {}, None, time=time)
-    found = ap.solve(ap.Scene(system=system, values={zeta: 2}, start=(0,) * len(rates), until=3), digits=digits).final
-    with mpmath.workdps(40):
-        assert abs(found[0] - exact(mpmath.sqrt(2))) < mpmath.mpf(10) ** -(digits or 15)
