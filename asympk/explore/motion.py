@@ -63,7 +63,8 @@ def _drawn(path: Path, samples: int) -> dict[str, Any]:
         "t": _listed(t),
         "states": {name: _listed(v) for name, v in zip(names, values, strict=True)},
         "stretch": {name: logarithmic_from(t, v) for name, v in zip(names, values, strict=True)},
-        "modes": [{"name": mode, "from": begin, "to": end, "shade": _css(mode)}
+        "modes": [{"name": mode, "from": begin, "to": end,
+                   "shade": f"rgb({', '.join(f'{255 * part:.0f}' for part in shade(mode))})"}
                   for mode, begin, end in zip(path.modes, moments, moments[1:], strict=False)],
         "events": [{"kind": event.kind, "t": float(event.t), "state": _listed(_with(path, event.state))}
                    for event in path.events],
@@ -80,7 +81,3 @@ def _with(path: Path, state: tuple) -> np.ndarray:
 def _listed(values: np.ndarray) -> list[float | None]:
     """Return numbers as JSON can hold them, with None for each that is not finite."""
     return [v if finite else None for v, finite in zip(values.tolist(), np.isfinite(values).tolist(), strict=True)]
-
-
-def _css(mode: str) -> str:
-    return f"rgb({', '.join(f'{255 * part:.0f}' for part in shade(mode))})"

@@ -33,7 +33,7 @@ from asympk.integrators.singular import followed
 from asympk.integrators.watch import Look, first_lost
 from asympk.multiprecision import in_context
 from asympk.numbers import whole
-from asympk.path import Event, Path, within
+from asympk.path import Path, within
 from asympk.scene import Scene
 from asympk.systems.automata import automaton_of
 
@@ -108,7 +108,8 @@ def run(
         if needed > MOST_DIGITS:
             raise grown(lost, fine.last.t)
         carried_digits = needed
-    final, found = _rounded(fine.last.state, digits), tuple(_event(event, digits) for event in fine.events)
+    final = _rounded(fine.last.state, digits)
+    found = tuple(e._replace(t=carried(e.t, digits), state=_rounded(e.state, digits)) for e in fine.events)
     return Path(scene, method, final, found, fine.modes, CollocationDense(fine, digits), carried(error, 3))
 
 
@@ -127,10 +128,6 @@ def _references(scene: Scene, digits: int, events: int, deadline: float) -> tupl
         return fine, fine.last.t.context.inf
     scale = max(1, *map(abs, fine.last.state))
     return fine, max(abs(b - a) for a, b in zip(rough.last.state, fine.last.state, strict=True)) / scale
-
-
-def _event(event: Event, digits: int) -> Event:
-    return event._replace(t=carried(event.t, digits), state=_rounded(event.state, digits))
 
 
 def _rounded(state: tuple, digits: int) -> tuple:

@@ -267,17 +267,14 @@ def print_claims(found: Sequence[Claim], as_json: bool, evidence: bool) -> int:
     elif evidence:
         print("\n\n".join(_with_evidence(claim) for claim in found))
     else:
-        print("\n".join(_line(claim) for claim in found))
+        room = columns() - 17
+        print("\n".join(f"{claim.id}  {claim.verdict:<10}  {cut(claim.statement, room)}" for claim in found))
     return exit_status(found)
 
 
 def exit_status(found: Sequence[Claim]) -> int:
     """Return 0, or 1 when a claim is not settled."""
     return 0 if all(claim.verdict in VERDICTS for claim in found) else 1
-
-
-def _line(claim):
-    return f"{claim.id}  {claim.verdict:<10}  {cut(claim.statement, columns() - 17)}"
 
 
 def _with_evidence(claim):
