@@ -480,9 +480,13 @@ def _require_one_way(here: Junction, branch: Branch, tried: Tried) -> None:
 
 
 def _leaves_rest(here: Junction, branch: Branch, keys: list[tuple] | None, k: int) -> bool:
-    """Tell whether a branch whose guards ``keys`` vanish is consistent, and contact k slips in it not in name only."""
-    mode = mode_of(here.system, branch)
-    still = _still(here, mode, keys or [])
+    """Tell whether a branch whose guards ``keys`` vanish is consistent, and contact k slips in it not in name only.
+
+    A branch whose consistency is undecided is not said to leave.
+    """
+    mode, still = mode_of(here.system, branch), None
+    with suppress(Undecided):
+        still = _still(here, mode, keys or [])
     return still is not None and ("velocity_zero", k, False) not in {_all_guards(mode)[j].key for j in still}
 
 
