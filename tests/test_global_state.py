@@ -73,7 +73,9 @@ CALLS = {
 }
 
 
-@pytest.mark.parametrize("call", CALLS)
+@pytest.mark.parametrize(
+    "call", [pytest.param(call, marks=pytest.mark.slow) if call == "convergence" else call for call in CALLS]
+)
 def test_mpmaths_own_precision_is_never_set(call, tmp_path):
     with precisions_set() as found:
         CALLS[call](tmp_path)

@@ -562,6 +562,7 @@ def test_quotients_in_the_states_keep_their_limits():
     assert abs(path.final[0] - bent) < path.error < 1e-8
 
 
+@pytest.mark.slow
 def test_many_fast_states_that_all_depend_on_each_other_have_their_models_at_once():
     """A ring of seven: the inverse of a full matrix of symbols, written out, took too long for six already."""
     ring = sp.symbols("r1:8", real=True)

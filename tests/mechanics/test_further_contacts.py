@@ -118,7 +118,7 @@ def test_a_sliding_block_on_two_legs_tips_if_its_friction_exceeds_half_its_width
     assert path.modes == (("open+slip_same",) if tips else ("slip_same+slip_same",))
 
 
-@pytest.mark.parametrize("n", [2, 5])
+@pytest.mark.parametrize("n", [pytest.param(2, marks=pytest.mark.slow), 5])
 def test_rates_and_constraints_of_two_contacts_are_those_of_newtons_law_in_numbers(n):
     """M q'' = Q + sum W p over both contacts, and g'' is the rate of g' along q' and q''."""
     angles = dynamicsymbols(f"q1:{n + 1}")

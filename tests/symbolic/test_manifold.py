@@ -830,7 +830,11 @@ ODD_ROOTS_IN_LAMBERT = {x - y**3 * sp.exp(-y): {-1: 1, 1: 2, 2: 0}, x - y**5 * s
 
 
 @pytest.mark.parametrize(
-    ("force", "counts"), [*((p, {0.3: 1, -0.7: 1}) for p in POLYNOMIALS), *ODD_ROOTS_IN_LAMBERT.items()]
+    ("force", "counts"),
+    [
+        *((p, {0.3: 1, -0.7: 1}) for p in POLYNOMIALS),
+        *(pytest.param(*law, marks=pytest.mark.slow) for law in ODD_ROOTS_IN_LAMBERT.items()),
+    ],
 )
 def test_there_are_as_many_slow_manifolds_over_a_place_as_real_roots(force, counts):
     """Complex roots were said to be stable, or under conditions in the imaginary unit, and odd roots to be real."""
@@ -884,6 +888,7 @@ def test_a_system_without_small_parameter_has_no_critical_manifolds():
     assert not critical_manifolds(ap.System.smooth({x: -x}, {}, None))
 
 
+@pytest.mark.slow
 def test_two_opposed_enzymes_settle_whatever_their_rates():
     """The conditions of Goldbeter and Koshland's switch were sums of many roots, whose sign was left open."""
     rate = sp.Symbol("rate", positive=True)
