@@ -6,12 +6,14 @@ A spring 1/c beside a damper h/c makes the reaction R = (d + h d')/c of the pene
 
 with the sliding velocity z. The velocities are (g', gamma, w) = (-c y, z, w), where w are the rates of the last
 coordinates that complete g' and gamma to a basis, at all places if any do. With several contacts each has an x and a y,
-and w completes all g' alone, as their sliding velocities often depend on each other. As all coordinates are states,
-g(q) + c x is an invariant. With c = eps^2 and h = b eps (b is fixed, and 0 without damping) both x and y = eps x' are
-fast, R = x + b y and g' = -eps y. A unilateral contact has R = max(0, x + h y). ``elastic_fields`` derives the fields.
+and w completes all g' alone, as their sliding velocities often depend on each other. Where a g' is a sum of multiples
+of others, as at a third support of a beam, its y is the same sum of their y, and no state. As all coordinates are
+states, g(q) + c x is an invariant. With c = eps^2 and h = b eps (b is fixed, and 0 without damping) both x and
+y = eps x' are fast, R = x + b y and g' = -eps y. A unilateral contact has R = max(0, x + h y).
+``elastic_fields`` derives the fields.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
@@ -32,10 +34,10 @@ def elastic(contacts: Sequence[Kinetics], compliance: Any, damping: Any) -> Syst
     """Return the ``System`` with the states: coordinates, x, the rates that complete a basis, fast y, and z.
 
     ``contacts`` are the equations of one mechanism for each of its contacts. Further ones have x2, y2, x3, ..., and
-    with these there is no z. ``compliance`` is a Symbol c with ``damping`` a time h > 0, or ``eps**2`` with ``damping``
-    a multiple of eps, 0 included. A state or force whose name is taken by a coordinate or parameter gets an underscore.
-    Raises ``InputError`` for other scalings, ``NotDerivable`` if no rates complete a basis or if the contact's formulas
-    jump.
+    with these there is no z, nor a y for a gap rate that depends on those before. ``compliance`` is a Symbol c with
+    ``damping`` a time h > 0, or ``eps**2`` with ``damping`` a multiple of eps, 0 included. A state or force whose name
+    is taken by a coordinate or parameter gets an underscore. Raises ``InputError`` for other scalings, ``NotDerivable``
+    if a contact's formulas jump, or if its gap moves with the time while others are held on which it depends.
     """
     scaling = _scaling(compliance, damping)
     used = {s for kinetics in contacts for s in kinetics.symbols}
@@ -89,22 +91,36 @@ def _elastic_system(contacts: Sequence[Kinetics], scaling: Scaling) -> System:
     first, basis, alone = contacts[0], basis_of(contacts), len(contacts) == 1
     states = [state_names(contacts, k, scaling.small) for k in range(len(contacts))]
     z = states[0][2]
-    known = [-scaling.closing * y for _, y, _ in states] + [z] * alone
+    closings = _closings(contacts, basis, [y for _, y, _ in states])
+    known = [-scaling.closing * states[k][1] for k in basis.held] + [z] * alone
     rates = velocities(first, basis, known)
     put = lambda expr: first.tidy_if_short(replaced(expr, rates))  # noqa: E731
     frictions = []
-    for k, (kinetics, (x, y, _)) in enumerate(zip(contacts, states, strict=True)):
+    for k, (kinetics, (x, _, _), y) in enumerate(zip(contacts, states, closings, strict=True)):
         slip, names = z if alone else put(kinetics.slip), force_names(contacts, k, scaling.small)
         frictions.append(_friction(kinetics, x + put(scaling.ratio) * y, slip, names, put))
     gaps, slips, others = _accelerations(contacts, basis, frictions, put)
     slow = {q: put(u) for q, u in zip(first.coordinates, first.velocities, strict=True)}
-    pressing = {x: y for x, y, _ in states}
-    fast = {y: -gap for (_, y, _), gap in zip(states, gaps, strict=True)}
+    pressing = {x: y for (x, _, _), y in zip(states, closings, strict=True)}
+    fast = {states[k][1]: -gaps[k] for k in basis.held}
     slow, fast = (slow, pressing | fast) if scaling.fast_reaction else (slow | pressing, fast)
     slow, last = slow | others, dict(zip([z] * alone, slips, strict=True))
     timed = any(k.timed for k in contacts) or scaling.ratio.has(first.time)
     found = System.with_frictions(slow | last, fast, frictions, scaling.small, first.time if timed else None)
     return replace(found, states=(*slow, *fast, *last))
+
+
+def _closings(contacts: Sequence[Kinetics], basis: "Basis", names: Sequence[sp.Symbol]) -> list[sp.Expr]:
+    """Return y of each contact: its name, or the sum of others of which its gap rate is the sum."""
+    found: list[sp.Expr] = [*names]
+    for k in sorted({*range(len(contacts))} - {*basis.held}):
+        rates = velocities(contacts[k], basis, [-names[held] for held in basis.held])
+        still = dict.fromkeys(contacts[k].velocities, 0)
+        found[k] = -tidy(replaced(contacts[k].gap_rate, rates).subs(still))
+        if not vanishes(found[k].subs(dict.fromkeys(names, 0))):
+            raise NotDerivable(f"the gap of contact {k + 1} depends on the gaps before, and moves with the time while "
+                               "these are held: its reaction has no limit as the compliance vanishes")  # fmt: skip
+    return found
 
 
 def _friction(
@@ -128,7 +144,7 @@ def pressed(
     found: dict[sp.Symbol, float] = {}
     for k, kinetics in enumerate(contacts):
         x, y, _ = state_names(contacts, k, system.small)
-        if not {x, y} <= {*system.states} or not (off := departures(kinetics, values)):
+        if x not in system.states or not (off := departures(kinetics, values)):
             continue
         off_by = ", ".join(f"{name} = {value:g}" for name, value in off.items())
         which = f"contact {k + 1}" if k else "the contact"
@@ -140,7 +156,8 @@ def pressed(
                              "which the reaction follows, or coordinates and rates with g = g' = 0")  # fmt: skip
         scale = float(number(str(system.small), small, lambda value: value > 0, "positive"))
         sizes = {"g": (x, scale**2 if x in system.fast else scale), "g'": (y, scale)}
-        found |= {sizes[name][0]: -value / sizes[name][1] for name, value in off.items()}
+        pressing = {state: -off[name] / size for name, (state, size) in sizes.items() if name in off}
+        found |= {state: value for state, value in pressing.items() if state in system.states}
     return found
 
 
@@ -164,12 +181,14 @@ def names_of_contact(letters: str, contacts: Sequence[Kinetics], k: int, *others
 class Basis:
     """Velocities by which all are expressed: some with the slopes ``rows`` by all rates, and the rates ``rest``.
 
-    The former are ``drifts`` where all rates are 0, as guides may move with the time.
+    The former are ``drifts`` where all rates are 0, as guides may move with the time. They are the gap rates
+    of the contacts ``held``, and the sliding velocity of a contact alone.
     """
 
     rows: sp.Matrix
     drifts: tuple[sp.Expr, ...]
     rest: tuple[int, ...]
+    held: tuple[int, ...]
 
     @property
     def others(self) -> list[int]:
@@ -188,26 +207,28 @@ class Basis:
 
 
 def basis_of(contacts: Sequence[Kinetics]) -> Basis:
-    """Return the rates g' of all contacts, gamma of a contact alone, and the last coordinates that complete them.
+    """Return the rates g' of contacts, gamma of a contact alone, and the last coordinates that complete them.
 
-    Rates that do so at all times and places come first: the rates of the system have no pole then.
+    A g' that depends on those before is left out. Rates that complete the others at all times and places come first:
+    the rates of the system have no pole then.
     """
     first, alone = contacts[0], len(contacts) == 1
     given = [kinetics.gap_rate for kinetics in contacts] + [first.slip] * alone
     rows = first.directions if alone else sp.Matrix.vstack(*(kinetics.directions[0, :] for kinetics in contacts))
-    drifts = tuple(expr.subs(dict.fromkeys(first.velocities, 0)) for expr in given)
-    n, moving, found = len(first.coordinates), (*first.coordinates, first.time), None
-    for rest in reversed([*combinations(range(n), n - len(given))]):
-        basis = Basis(rows, drifts, rest)
-        determinant = basis.determinant
-        if not vanishes(determinant):
-            found = found or basis
-            if all(vanishes(slope_in_powers(determinant, q)) for q in moving):
-                return basis
-    if found is None:
-        velocities = "gap rate and sliding velocity depend" if alone else "the gap rates of the contacts depend"
-        raise NotDerivable(f"{velocities} on each other; no rates complete them to a basis")
-    return found
+    drifts = [expr.subs(dict.fromkeys(first.velocities, 0)) for expr in given]
+
+    def bases(held: tuple[int, ...]) -> Iterator[Basis]:
+        places = [*held, *[1] * alone]
+        chosen, moved, n = rows.extract(places, [*range(rows.cols)]), tuple(drifts[k] for k in places), rows.cols
+        found = (Basis(chosen, moved, rest, held) for rest in reversed([*combinations(range(n), n - len(places))]))
+        return (basis for basis in found if not vanishes(basis.determinant))
+
+    held: tuple[int, ...] = ()
+    for k in range(len(contacts)):
+        held = (*held, k) if len(held) < rows.cols and any(True for _ in bases((*held, k))) else held
+    moving = (*first.coordinates, first.time)
+    lasting = (b for b in bases(held) if all(vanishes(slope_in_powers(b.determinant, q)) for q in moving))
+    return next(lasting, None) or next(bases(held))
 
 
 def velocities(kinetics: Kinetics, basis: Basis, known: Sequence[sp.Expr]) -> dict[sp.Symbol, sp.Expr]:

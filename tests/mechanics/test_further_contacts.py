@@ -10,7 +10,7 @@ from mechanisms import chain, energy_of_chain
 from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
-from asympk.errors import InputError
+from asympk.errors import InputError, NotDerivable
 from asympk.mechanics.evaluation import evaluate
 from asympk.symbolic.inverses import InverseForm
 
@@ -155,3 +155,63 @@ def test_two_contacts_are_told_where_the_second_belongs():
     for others in ("wall", WALL, ["wall"], [ap.Contact(1 - X, 2 * X, f)]):
         with pytest.raises(InputError):
             _ladder(*others) if isinstance(others, list) else replace(_ladder(), others=others)
+
+
+def _beam():
+    """Return a beam on three supports, one more than its height and its angle need, with its weight off its middle."""
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 + THETA.diff(T) ** 2 / 6 - Y - THETA / 5
+    first, *others = (ap.Contact(Y + place * THETA, X, f, unilateral=True) for place in (-1, sp.Rational(1, 3), 1))
+    return ap.Mechanism.from_lagrangian(energy, (X, Y, THETA), contact=first, others=others)
+
+
+FLAT = {"X": 0, "Y": 0, "theta": 0, "X'": 1, "Y'": 0, "theta'": 0}
+
+
+def test_elastic_supports_of_a_beam_share_its_weight_by_their_stiffness():
+    """Equal springs under a rigid beam carry 2/7, 12/35 and 13/35, which statics alone does not tell."""
+    eps, beam = sp.Symbol("eps", positive=True), _beam()
+    system = beam.elastic(compliance=eps**2, damping=eps)
+    start = beam.start(system, FLAT)
+    path = ap.solve(ap.Scene(system=system, values={"f": "1/10", "eps": "1/20"}, start=start, until=3))
+    final = dict(zip(path.names, path.final, strict=True))
+    loads = [final[name] for name in ("x", "x2", "x3")]
+    assert np.allclose(loads, [2 / 7, 12 / 35, 13 / 35], rtol=0, atol=1e-10)
+    assert final["X'"] == pytest.approx(0.7)
+
+
+def test_jumps_onto_more_supports_than_degrees_of_freedom_have_errors_of_the_next_order():
+    beam = _beam()
+    system = beam.elastic(compliance=sp.Symbol("c", positive=True), damping=1)
+    for order in (0, 1, 2):
+        errors = []
+        for c in ("1/1000", "1/2000"):
+            scene = ap.Scene(system=system, values={"f": "1/10", "c": c}, start=beam.start(system, FLAT), until=2)
+            found, exact = ap.solve(scene, "jump", order=order).final, ap.solve(scene).final
+            errors.append(np.abs(np.array(found) - exact).max())
+        assert errors[0] / errors[1] == pytest.approx(2 ** (order + 1), rel=0.05)
+
+
+def test_a_ball_in_a_shaft_with_play_bounces_between_walls_whose_gaps_are_one_number():
+    """Without damping and friction it keeps its speed: it crosses a play of 1 and dwells pi eps in each wall."""
+    eps = sp.Symbol("eps", positive=True)
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2
+    lower, upper = (ap.Contact(gap, X, f, unilateral=True) for gap in (Y, 1 - Y))
+    ball = ap.Mechanism.from_lagrangian(energy, (X, Y), contact=lower, others=[upper])
+    system = ball.elastic(compliance=eps**2, damping=0)
+    start = ball.start(system, {"X": 0, "X'": 0, "Y": "1/2", "Y'": 1, "eps": "1/100"})
+    path = ap.solve(ap.Scene(system=system, values={"f": 0, "eps": "1/100"}, start=start, until=2))
+    met = [(event.friction, event.t) for event in path.events if event.kind == "touch_down"]
+    assert [friction for friction, _ in met] == [1, 0]
+    assert [t for _, t in met] == pytest.approx([0.5, 1.5 + math.pi / 100], abs=1e-9)
+
+
+def test_a_wall_that_moves_against_another_has_no_limit_of_small_compliance():
+    eps, energy = sp.Symbol("eps", positive=True), (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2
+    for wall, apart in ((1 - Y + sp.sin(T), True), (1 - Y, False)):
+        lower = ap.Contact(Y, X, f, unilateral=True)
+        shaft = ap.Mechanism.from_lagrangian(energy, (X, Y), contact=lower, others=[ap.Contact(wall, X, f)])
+        if apart:
+            with pytest.raises(NotDerivable, match="the gap of contact 2 depends on the gaps before, and moves"):
+                shaft.elastic(compliance=eps**2, damping=0)
+        else:
+            assert sp.Symbol("y2", real=True) not in shaft.elastic(compliance=eps**2, damping=0).states
