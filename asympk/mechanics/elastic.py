@@ -10,7 +10,6 @@ and w completes all g' alone, as their sliding velocities often depend on each o
 of others, as at a third support of a beam, its y is the same sum of their y, and no state. As all coordinates are
 states, g(q) + c x is an invariant. With c = eps^2 and h = b eps (b is fixed, and 0 without damping) both x and
 y = eps x' are fast, R = x + b y and g' = -eps y. A unilateral contact has R = max(0, x + h y).
-``elastic_fields`` derives the fields.
 """
 
 from collections.abc import Callable, Iterator, Sequence
