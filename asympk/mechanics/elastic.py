@@ -88,7 +88,8 @@ def _scaling(compliance: Any, damping: Any) -> Scaling:
 
 def _elastic_system(contacts: Sequence[Kinetics], scaling: Scaling) -> System:
     first, basis, alone = contacts[0], basis_of(contacts), len(contacts) == 1
-    states = [state_names(contacts, k, scaling.small) for k in range(len(contacts))]
+    taken = (scaling.small, *scaling.ratio.free_symbols)
+    states = [state_names(contacts, k, *taken) for k in range(len(contacts))]
     z = states[0][2]
     closings = _closings(contacts, basis, [y for _, y, _ in states])
     known = [-scaling.closing * states[k][1] for k in basis.held] + [z] * alone
@@ -96,7 +97,7 @@ def _elastic_system(contacts: Sequence[Kinetics], scaling: Scaling) -> System:
     put = lambda expr: first.tidy_if_short(replaced(expr, rates))  # noqa: E731
     frictions = []
     for k, (kinetics, (x, _, _), y) in enumerate(zip(contacts, states, closings, strict=True)):
-        slip, names = z if alone else put(kinetics.slip), force_names(contacts, k, scaling.small)
+        slip, names = z if alone else put(kinetics.slip), force_names(contacts, k, *taken)
         frictions.append(_friction(kinetics, x + put(scaling.ratio) * y, slip, names, put))
     gaps, slips, others = _accelerations(contacts, basis, frictions, put)
     slow = {q: put(u) for q, u in zip(first.coordinates, first.velocities, strict=True)}
@@ -142,7 +143,7 @@ def pressed(
     """
     found: dict[sp.Symbol, float] = {}
     for k, kinetics in enumerate(contacts):
-        x, y, _ = state_names(contacts, k, system.small)
+        x, y, _ = state_names(contacts, k, *system.parameters)
         if x not in system.states or not (off := departures(kinetics, values)):
             continue
         off_by = ", ".join(f"{name} = {value:g}" for name, value in off.items())
@@ -160,9 +161,9 @@ def pressed(
     return found
 
 
-def state_names(contacts: Sequence[Kinetics], k: int, small: sp.Symbol) -> tuple[sp.Symbol, ...]:
+def state_names(contacts: Sequence[Kinetics], k: int, *others: sp.Symbol) -> tuple[sp.Symbol, ...]:
     """Return the symbols x, y, z of the elastic contact ``k``; a name that is taken gets an underscore."""
-    return names_of_contact("xyz", contacts, k, small)
+    return names_of_contact("xyz", contacts, k, *others)
 
 
 def force_names(contacts: Sequence[Kinetics], k: int, *others: sp.Symbol) -> tuple[sp.Symbol, ...]:

@@ -215,3 +215,15 @@ def test_a_wall_that_moves_against_another_has_no_limit_of_small_compliance():
                 shaft.elastic(compliance=eps**2, damping=0)
         else:
             assert sp.Symbol("y2", real=True) not in shaft.elastic(compliance=eps**2, damping=0).states
+
+
+def test_states_and_forces_leave_their_names_to_the_symbols_of_the_damping():
+    """The motion is that with damping times of other names."""
+    beam, c, ends = _beam(), sp.Symbol("c", positive=True), []
+    for names in ("h", "k"), ("y2", "N3"):
+        system = beam.elastic(compliance=c, damping=sp.Add(*(sp.Symbol(name, positive=True) for name in names)))
+        values = {"f": "1/10", "c": "1/1000"} | dict.fromkeys(names, 1)
+        start = beam.start(system, FLAT | {"Y": "-1/10000", "c": "1/1000"})
+        ends.append(ap.solve(ap.Scene(system=system, values=values, start=start, until=1)).final)
+    assert ends[0] == ends[1]
+    assert {"y", "y2_", "x3"} <= {str(s) for s in system.states}
