@@ -161,11 +161,7 @@ class CriticalManifold(ShownAsFormulas):
     @cached_property
     def domain(self) -> sp.Basic:
         """The condition on the states under which the mode holds on the manifold, at mu = 0; False if nowhere."""
-        states = list(self.dynamics.slow)
-        where, put = self.dynamics.where, lambda part: replaced(part, self.branch)
-        # without evaluation: SymPy expands the argument of Abs, which may not end for a long expression
-        moduli = {a: sp.Abs(put(a.args[0]), evaluate=not heavy(a)) for a in atoms(where, sp.Abs)}
-        parts = sp.And.make_args(replaced(where, {**self.branch, **moduli}))
+        states, parts = list(self.dynamics.slow), sp.And.make_args(replaced(self.dynamics.where, self.branch))
         return reduce_under(sp.And(*(_located(part, states, self.assumptions) for part in parts)), self.assumptions)
 
     def at(self, **values: Any) -> Self:

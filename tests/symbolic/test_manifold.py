@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 
 import asympk as ap
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic, OrderError
-from asympk.symbolic.critical import critical_manifolds
+from asympk.symbolic.critical import CriticalManifold, critical_manifolds
 from asympk.symbolic.expansion import expand
 from asympk.symbolic.manifold import C, integral_curves, reduced_flow, rest_state
 from asympk.symbolic.signs import conjunction
+from asympk.symbolic.system import Mode
 from asympk.systems import arm
 
 x, y, z = sp.symbols("x y z", real=True)
@@ -399,6 +400,12 @@ def test_attraction_on_a_curved_manifold_is_a_condition_on_the_place():
     assert [str(manifold.stability.subs(u, place)) for place in (-2, 0, 2)] == ["stable", "unstable", "stable"]
     assert manifold.domain == sp.true
     assert manifold.closed is None
+
+
+def test_a_long_branch_is_put_into_the_modulus_of_a_condition_as_it_stands():
+    height = -x - sp.Mul(*(kappa + sp.Add(*(sp.sin(k * j * x) for j in range(1, 9))) for k in (1, 10, 100)))
+    mode = Mode("stick", sp.Dict({x: 0}), sp.Dict({y: height - y}), sp.Abs(y) <= lam)
+    assert CriticalManifold("Pi", mode, mu, sp.Dict({y: height})).domain == (sp.Abs(height, evaluate=False) <= lam)
 
 
 def test_a_known_sign_of_the_parameters_decides_attraction():
