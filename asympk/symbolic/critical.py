@@ -34,7 +34,7 @@ from asympk.symbolic.expansion import (
     require_short,
 )
 from asympk.symbolic.hurwitz import Spectra, attracting, off_axis, repelling, spectra, split
-from asympk.symbolic.long import atoms, generic_place, heavy, replaced
+from asympk.symbolic.long import generic_place, heavy, replaced
 from asympk.symbolic.reading import expression
 from asympk.symbolic.sides import Sides, is_switched, measured, on_sides, phases
 from asympk.symbolic.signs import conjunction, factored, nonzero
