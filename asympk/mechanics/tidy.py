@@ -33,13 +33,14 @@ def tidy(expr: sp.Expr) -> sp.Expr:
 
 
 def contracted(expr: sp.Expr) -> sp.Expr:
-    """Return ``tidy(expr)`` or, if shorter, its factors with sines and cosines of sums of angles.
+    """Return ``tidy(expr)`` or, if shorter, its tidy factors with sines and cosines of sums of angles.
 
     This form is for formulas that a user reads: to tidy expressions made from it takes longer.
     """
     if is_longer(expr, LONG):
         return expr
-    return shortest(tidy(expr), TR10i(sp.factor(sp.together(expr))))
+    powers = (factor.as_base_exp() for factor in sp.Mul.make_args(sp.factor(sp.together(expr))))
+    return shortest(tidy(expr), TR10i(sp.Mul(*(tidy(base) ** exponent for base, exponent in powers))))
 
 
 def in_normal_form(expr: sp.Expr) -> sp.Expr:

@@ -243,6 +243,16 @@ def test_an_impact_balances_momentum_and_is_written_without_the_fractions_of_the
     assert max(part.count_ops() for part in impact) < 50
 
 
+def test_the_squares_of_sine_and_cosine_in_a_factor_of_a_law_add_up_to_1():
+    X, Y, phi = dynamicsymbols("X Y phi")
+    a, b, m, f = sp.symbols("a b m f", positive=True)
+    kinetic = m * (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 + m * (a**2 + b**2) / 6 * phi.diff(T) ** 2
+    edge = ap.Contact(gap=Y - b * sp.cos(phi) - a * sp.sin(phi), slip=X + a * sp.cos(phi) - b * sp.sin(phi), friction=f)
+    law = ap.Mechanism.from_lagrangian(kinetic, (X, Y, phi), contact=edge).jump_law()
+    gains = (after - before for before, after in law.velocities.items())
+    assert {sp.denom(part) for part in (*law.impulses, *gains)} == {4 * (a**2 + b**2)}
+
+
 @pytest.mark.slow
 def test_the_determinant_of_long_fractions_is_short_and_that_of_the_delassus_matrix():
     a, u, _ = q = dynamicsymbols("phi u_a theta")
