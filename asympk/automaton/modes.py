@@ -26,7 +26,7 @@ from asympk.symbolic.coefficients import name_of, scattered, with_names
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.inverses import InverseForm
 from asympk.symbolic.long import atoms, is_clearly_nonzero, replaced, symbols_in
-from asympk.symbolic.lowering import WIDE, Lowered, lower, without_overflow
+from asympk.symbolic.lowering import WIDE, Lowered, NoFunction, is_tower, lower, on_floats, without_overflow
 from asympk.symbolic.penetration import Penetration, without_penetration
 from asympk.symbolic.sides import (
     MOST,
@@ -370,11 +370,15 @@ def function(
     divided at the working precision. With ``directions`` the function returns the derivatives of the outputs along each
     direction, output by output. With ``products`` integer powers of any base are written as products.
     """
-    space: dict[str, Any] = {target: functions}
-    text = source(system, outputs, target, directions, coefficients)
+    space, exprs = {target: functions}, (*outputs, *chain(*directions))
+    wide = partial(function, system, outputs, "mpmath", WIDE, directions, coefficients=coefficients)
+    try:
+        text = source(system, outputs, target, directions, coefficients)
+    except NoFunction:
+        if functions is math and not is_tower(exprs):
+            return on_floats(wide())
+        raise
     if functions is math:
-        exprs = (*outputs, *chain(*directions))
-        wide = partial(function, system, outputs, "mpmath", WIDE, directions, coefficients=coefficients)
         return without_overflow(text, exprs, wide)
     exec(ast.unparse(_Products().visit(ast.parse(text))) if products else text, space)
     return space["f"]

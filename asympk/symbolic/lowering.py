@@ -42,6 +42,10 @@ _LARGEST = 2**1024  # no double is this large
 STRICT = {"allow_unknown_functions": False, "strict": True}
 
 
+class NoFunction(InputError):
+    """The numbers of a target have no function that an expression contains."""
+
+
 @dataclass(frozen=True, repr=False)
 class Lowered(ShownAsFormulas):
     """A function of numbers, ``outputs`` in terms of ``args``, compiled for ``target`` at the first call.
@@ -336,9 +340,9 @@ def _emission(lowered):
     except PrintMethodNotImplementedError as reason:
         unknown = str(reason).splitlines()[0].rpartition(" ")[2]
         others = "; target 'mpmath' has more functions" * (lowered.target != "mpmath")
-        raise InputError(f"target {lowered.target!r} has no {unknown}{others}") from None
+        raise NoFunction(f"target {lowered.target!r} has no {unknown}{others}") from None
     if foreign := set(getattr(printer, "module_imports", {})) - {lowered.target}:
-        raise InputError(f"target {lowered.target!r} would need {', '.join(foreign)} here; use target 'mpmath'")
+        raise NoFunction(f"target {lowered.target!r} would need {', '.join(foreign)} here; use target 'mpmath'")
     return arguments, shared, outputs
 
 
@@ -413,27 +417,34 @@ def without_overflow(
     """
     head, *body = source.splitlines()
     name, arguments = head[4:-2].split("(")
-
-    wide = cache(lambda: None if _is_tower(exprs) else wider())
-
-    def again(*given: float) -> tuple:
-        function = wide()
-        try:
-            found = tuple(map(float, function(*map(WIDE.mpf, given)))) if function else (math.inf,)
-        except TypeError:  # the number is complex
-            found = (math.nan,)
-        if not all(map(math.isfinite, found)):
-            raise OverflowError
-        return found
-
-    space: dict[str, Any] = {"math": math, "_again_": again}
+    wide = cache(lambda: _diverging if is_tower(exprs) else on_floats(wider()))
+    space: dict[str, Any] = {"math": math, "_wide_": wide}
     lines = [head, "    try:", *(f"    {line}" for line in body), "    except OverflowError:"]
-    exec("\n".join([*lines, f"        return _again_({arguments})"]), space)
+    exec("\n".join([*lines, f"        return _wide_()({arguments})"]), space)
     space[name].text = source  # an integrator may write this text into its compiled step
     return space[name]
 
 
-def _is_tower(exprs):
+def on_floats(function: Callable[..., tuple]) -> Callable[..., tuple]:
+    """Return a function of ``WIDE`` numbers as one of floats; ``OverflowError`` where a result is no finite float."""
+
+    def found(*given: float) -> tuple:
+        try:
+            values = tuple(map(float, function(*map(WIDE.mpf, given))))
+        except TypeError:  # the number is complex
+            values = (math.nan,)
+        if not all(map(math.isfinite, values)):
+            raise OverflowError
+        return values
+
+    return found
+
+
+def _diverging(*_: float) -> tuple:
+    raise OverflowError
+
+
+def is_tower(exprs: Iterable[sp.Expr]) -> bool:
     """Tell whether a function has an exponential in its argument, on whose huge values it may not terminate."""
     parts = atoms(sp.Tuple(*exprs), sp.Pow, sp.Function)
     growing = {e for e in parts if isinstance(e, sp.exp | sp.cosh | sp.sinh) or (e.is_Pow and symbols_in(e.exp))}

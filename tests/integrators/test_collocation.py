@@ -13,6 +13,8 @@ from asympk.errors import OutOfRange
 from asympk.integrators import collocation
 from asympk.integrators.collocation import _solved, _Tableau
 
+x, v = sp.symbols("x v", real=True)
+
 
 @pytest.mark.parametrize(("stages", "digits"), [(3, 30), (20, 33), (26, 60), (60, 90)])
 def test_the_rows_of_the_tableau_integrate_polynomials_up_to_their_degree(stages, digits):
@@ -36,6 +38,16 @@ def test_a_pendulum_comes_back_after_its_period_to_all_digits(digits):
     path = ap.solve(ap.Scene(system=pendulum, values={}, start={"q": 1, "p": 0}, until=period), digits=digits)
     with mp.workdps(digits + 15):
         assert max(abs(mp.mpf(path.final[0]) - 1), abs(mp.mpf(path.final[1]))) < mp.mpf(10) ** (1 - digits)
+
+
+@pytest.mark.parametrize("potential", [sp.gamma(x + 3), sp.besselj(0, x), sp.LambertW(x + 2)])
+def test_a_force_by_a_function_that_mpmath_alone_has_keeps_the_energy_to_the_digits_asked_for(potential):
+    system = ap.System.smooth({x: v, v: -potential.diff(x)}, {}, small=None)
+    scene = ap.Scene(system=system, start={x: 1, v: 0}, until=1)
+    energy = ap.lower((x, v), v**2 / 2 + potential, "mpmath")
+    first, in_doubles = energy.to_digits(30, 1, 0)[0], ap.solve(scene, method="dop853", rtol=1e-10)
+    assert abs(energy.to_digits(30, *in_doubles.final)[0] - first) < 1e-8
+    assert abs(energy.to_digits(30, *ap.solve(scene, digits=20).final)[0] - first) < 1e-19
 
 
 def test_a_state_that_stays_as_it_is_makes_no_reference_look_better():
