@@ -26,8 +26,9 @@ def locked(directory: str | Path) -> Iterator[None]:
     path = directory / NAME
     handle = _take(path)
     try:
-        os.ftruncate(handle, 0)
-        os.write(handle, json.dumps({"pid": os.getpid(), "host": platform.node()}).encode())
+        with suppress(OSError):  # on a full disk the lock holds without the name of its holder
+            os.ftruncate(handle, 0)
+            os.write(handle, json.dumps({"pid": os.getpid(), "host": platform.node()}).encode())
         yield
     finally:
         with suppress(OSError):

@@ -1,5 +1,6 @@
 """Whatever happens to the files of a sweep, it ends in the same values or in one line; no file is lost to an output."""
 
+import errno
 import io
 import json
 import os
@@ -67,6 +68,14 @@ def test_a_flipped_bit_is_an_error_in_a_line_or_changes_nothing(whole, copy, fil
         if file != MANIFEST:
             assert _values(copy) == expected
         path.write_bytes(kept)
+
+
+def test_a_full_disk_does_not_stop_a_sweep_that_has_nothing_to_write(copy, monkeypatch):
+    def full(handle, text):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "write", full)
+    assert run_sweep(SWEEP, copy) == 0
 
 
 def _npz(**columns):
