@@ -185,8 +185,15 @@ def without_squares(expr: sp.Expr, signs: Collection[sp.Expr]) -> sp.Expr:
 
 
 def rate_along(system: "System", expr: sp.Expr) -> sp.Expr:
-    """Return the rate of an expression in the states along the field, with the forces as symbols."""
-    terms = [slope_by(expr, s) * r for s, r in system.rates.items() if s in symbols_in(expr)]
+    """Return the rate of an expression in the states along the field, with the forces as symbols.
+
+    A sum that multiplies the rate of a fast state is divided by ``small`` term by term: where it vanishes with
+    ``small``, nothing stays divided.
+    """
+    small, slopes = system.small, {s: slope_by(expr, s) for s in system.rates if s in symbols_in(expr)}
+    slopes |= {s: small * sp.Add(*(e / small for e in sum_.args))
+               for s, sum_ in slopes.items() if s in system.fast and sum_.is_Add}  # fmt: skip
+    terms = [slope * system.rates[s] for s, slope in slopes.items()]
     return expanded(sp.Add(*terms, slope_by(expr, system.time) if system.time else 0))
 
 

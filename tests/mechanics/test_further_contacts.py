@@ -12,6 +12,7 @@ from sympy.physics.mechanics import dynamicsymbols
 import asympk as ap
 from asympk.errors import InputError, NotDerivable
 from asympk.mechanics.evaluation import evaluate
+from asympk.symbolic.expansion import require_series
 from asympk.symbolic.inverses import InverseForm
 
 T = dynamicsymbols._t
@@ -138,6 +139,16 @@ def test_rates_and_constraints_of_two_contacts_are_those_of_newtons_law_in_numbe
     turning = read([[k.gap_rate.diff(place) for place in q] for k in contacts]) @ read(u)
     expected = W[::2] @ accelerations + turning
     assert np.allclose(read([friction.constraint for friction in system.frictions]), expected, rtol=1e-11)
+
+
+def test_rates_stay_finite_as_the_compliance_vanishes_where_two_penetrations_move_a_slip():
+    """The slip of a joint contains c y and c y2, whose rates are of order 1: of c y' in v' = 0 nothing is divided."""
+    angles, mechanism, c = dynamicsymbols("q1:4"), chain(3), sp.Symbol("c", positive=True)
+    x, y = energy_of_chain(angles[:-1])[1]
+    knee = ap.Contact(y + sp.Symbol("K", positive=True), x, f, unilateral=True)
+    system = replace(mechanism, others=(knee,)).elastic(compliance=c, damping=sp.Symbol("h", positive=True))
+    for mode in system.modes:
+        require_series(mode, c)
 
 
 @pytest.mark.parametrize(("place", "said"), [({"X'": 1}, "g' = 1"), ({"Y": 1}, "g = ")])
