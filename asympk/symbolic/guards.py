@@ -140,7 +140,9 @@ def _placed_guards(system: "System", branch: Branch) -> list[Guard]:
 @lru_cache(maxsize=256)
 def _every_guard(system: "System", branch: Branch) -> tuple[Guard, ...]:
     if stands(branch):
-        return unused_rows(system, branch)[1] if system.time else ()
+        gaps = ((k, f.gap) for k, f in enumerate(system.frictions) if branch[k] == OPEN and f.gap is not None)
+        touches = (Guard("touch_down", k, gap) for k, gap in gaps)
+        return (*unused_rows(system, branch)[1], *touches) if system.time else ()
     solved, found = forces(system, branch), []
     for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
         v, load = friction.velocity, friction.load

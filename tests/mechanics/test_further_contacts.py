@@ -10,7 +10,7 @@ from mechanisms import chain, energy_of_chain
 from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
-from asympk.errors import InputError, NotDerivable
+from asympk.errors import InputError, NoMotion, NotDerivable
 from asympk.mechanics.evaluation import evaluate
 from asympk.symbolic.expansion import require_series
 from asympk.symbolic.inverses import InverseForm
@@ -238,3 +238,15 @@ def test_states_and_forces_leave_their_names_to_the_symbols_of_the_damping():
         ends.append(ap.solve(ap.Scene(system=system, values=values, start=start, until=1)).final)
     assert ends[0] == ends[1]
     assert {"y", "y2_", "x3"} <= {str(s) for s in system.states}
+
+
+@pytest.mark.parametrize("method", ["exact", "dop853"])
+def test_a_wall_that_moves_meets_a_body_at_rest_on_more_contacts_than_determine_its_forces(method):
+    floor, ledge = (ap.Contact(gap, X, f, unilateral=True) for gap in (Y, 2 * Y))
+    energy, wall = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 - Y, ap.Contact(1 - T - X, Y, f, unilateral=True)
+    body = ap.Mechanism.from_lagrangian(energy, (X, Y), contact=floor, others=[ledge, wall])
+    system = body.rigid()
+    start = body.start(system, {"X": 0, "Y": 0, "X'": 0, "Y'": 0})
+    scene = ap.Scene(system=system, values={"f": "1/10"}, start=start, until=2)
+    with pytest.raises(NoMotion, match="the contact is hit at t = 1, "):
+        ap.solve(scene, method)
