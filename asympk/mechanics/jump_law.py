@@ -31,6 +31,7 @@ import sympy as sp
 from asympk.errors import InputError, NotDerivable
 from asympk.mechanics import paradox
 from asympk.mechanics.kinetics import Kinetics
+from asympk.mechanics.tidy import collected
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.long import modulus
 from asympk.symbolic.reading import real_expression
@@ -165,7 +166,7 @@ def _ratio(ratio: Any) -> sp.Expr:
 def _law(
     kinetics: Kinetics, own: Callable[[Any], Any], gap_rate: sp.Expr, condition: sp.Basic, damping: sp.Expr | None
 ) -> JumpLaw:
-    gained = -kinetics.slip * kinetics.slip_impact
+    gained = -(collected(kinetics.slip) * kinetics.slip_impact)
     if gap_rate != 0:
         gained += gap_rate * kinetics.gap_impact
     *gains, normal, tangential = list(gained)

@@ -253,6 +253,11 @@ def test_the_squares_of_sine_and_cosine_in_a_factor_of_a_law_add_up_to_1():
     assert {sp.denom(part) for part in (*law.impulses, *gains)} == {4 * (a**2 + b**2)}
 
 
+def test_impulses_are_written_as_multiples_of_the_sliding_velocity_and_not_of_its_opposite():
+    rod = slender_rod()
+    assert all(rod.sliding_velocity in sp.Mul.make_args(impulse) for impulse in rod.jump_law().impulses)
+
+
 @pytest.mark.slow
 def test_the_determinant_of_long_fractions_is_short_and_that_of_the_delassus_matrix():
     a, u, _ = q = dynamicsymbols("phi u_a theta")
