@@ -252,7 +252,7 @@ class _C(_Quick, _Pieces, C99CodePrinter):
         """Print a remainder that has the sign of the divisor, as in every other target."""
         a, b = map(self._print, expr.args)
         rest = f"fmod({a}, {b})"
-        return f"({rest}*({b}) < 0.0 ? {rest} + ({b}) : {rest})"
+        return f"({rest} != 0.0 && ({rest} < 0.0) != (({b}) < 0.0) ? {rest} + ({b}) : {rest})"
 
     def _print_Pow(self, expr):
         if expr.base.is_Symbol and expr.exp in (2, 3, 4):

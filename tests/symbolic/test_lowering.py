@@ -27,6 +27,12 @@ EXPR = sp.Rational(1, 3) * x**2 / mu + sp.exp(-x) / sigma**3 + sp.pi * sp.sqrt(x
 TARGETS = ["numpy", "math", "mpmath"]
 
 
+@pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
+def test_a_remainder_in_c_has_the_sign_of_the_divisor_where_their_product_underflows(tmp_path):
+    (remainder,) = compiled_c([sp.Mod(x, -sp.Rational(1, 10**200))], tmp_path)
+    assert [remainder(at * 1e-200) for at in (0.75, -0.25, 1.0)] == [-0.25e-200, -0.25e-200, 0]
+
+
 @pytest.mark.parametrize("target", TARGETS)
 def test_targets_agree_with_sympy(target):
     f = lower((x, mu, sigma), EXPR, target)
