@@ -292,6 +292,11 @@ class _Mpmath(_Quick, _Pieces, _Python, MpmathPrinter):
 class _Math(_Quick, _Pieces, _Python, PythonCodePrinter):
     """Python source on floats: a power that is not real raises ``ValueError``; ``**`` would return a complex number."""
 
+    def _print_sign(self, expr):
+        """Print a sign, nan of nan; SymPy copies the sign bit of nan, an accident."""
+        e = self._print(expr.args[0])
+        return f"(1.0 if {e} > 0 else -1.0 if {e} < 0 else {e})"
+
     def _print_Pow(self, expr, rational=False):
         if expr.exp.is_Integer or abs(expr.exp) == sp.S.Half:
             return super()._print_Pow(expr, rational)

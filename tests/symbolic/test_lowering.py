@@ -197,6 +197,15 @@ def test_a_largest_or_smallest_of_arguments_is_no_number_where_one_of_them_is_no
             function(1.0, math.nan, 4.0)
 
 
+@pytest.mark.parametrize("target", ["numpy", "math", "mpmath"])
+def test_the_sign_of_no_number_is_no_number(target):
+    for expr in (sp.sign(x), sp.sign(x - 1) * x**2 + sp.sign(mu)):
+        function = lower((x, mu), expr, target, branching=True)
+        assert [function(at, 1) for at in (-2, 1, 3)] == [float(expr.subs({x: at, mu: 1})) for at in (-2, 1, 3)]
+        with pytest.raises(OutOfRange):
+            function(math.nan, 1)
+
+
 @pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
 def test_c_source_is_c99_and_computes_what_mpmath_does(tmp_path):
     for expr, found in zip(C99, compiled_c(C99, tmp_path), strict=True):
