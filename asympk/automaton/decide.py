@@ -296,16 +296,26 @@ def _margins_at(
 
 
 def _breaks_loose(here: Junction, branch: Branch) -> bool:
-    """Tell whether a contact slips in a branch that static friction would hold if every contact that may rest did."""
+    """Tell whether a contact slips in a branch that static friction would hold if every contact that may rest did.
+
+    A contact held with nothing to spare is not held if rest would go on but for its margin, which falls.
+    """
     rest = tuple(p._replace(velocity=0) if k in here.resting and p != OPEN else p for k, p in enumerate(branch))
-    loose = {k for kind, k in here.lost if kind == "slip_onset"}
+    loose, signs = {k for kind, k in here.lost if kind == "slip_onset"}, dict[tuple, int]()
     for group in coupled(here.system):
         if (margins := _margins(here, rest, group)) is None:
             loose |= {*group}
         else:
-            loose |= {key[1] for key, values in margins.items()
-                      if key[0] == "slip_onset" and here.numbers.decided_sign(values) < 0}  # fmt: skip
+            edges = {key: values for key, values in margins.items() if key[0] == "slip_onset"}
+            signs |= {key: here.numbers.decided_sign(values) for key, values in edges.items()}
+    breaking = {key for key, sign in signs.items() if sign < 0}
+    loose |= {k for _, k, _ in breaking or (key for key, sign in signs.items() if not sign and _falls(here, rest, key))}
     return any(a != b and k not in loose for k, (a, b) in enumerate(zip(branch, rest, strict=True)))
+
+
+def _falls(here: Junction, branch: Branch, key: tuple) -> bool:
+    """Tell whether a guard that vanishes, of a branch whose forces are determined, is negative shortly afterwards."""
+    return here.is_determined(branch) and _still(here, mode_of(here.system, branch), [key]) is None
 
 
 def _opening(here: Junction, k: int, point: ContactPoint, forces: tuple) -> Any:

@@ -10,7 +10,7 @@ from mechanisms import chain, energy_of_chain
 from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
-from asympk.errors import InputError, NoMotion, NotDerivable
+from asympk.errors import InputError, NoMotion, NotDerivable, UnboundedReaction
 from asympk.mechanics.evaluation import evaluate
 from asympk.symbolic.expansion import require_series
 from asympk.symbolic.inverses import InverseForm
@@ -250,3 +250,17 @@ def test_a_wall_that_moves_meets_a_body_at_rest_on_more_contacts_than_determine_
     scene = ap.Scene(system=system, values={"f": "1/10"}, start=start, until=2)
     with pytest.raises(NoMotion, match="the contact is hit at t = 1, "):
         ap.solve(scene, method)
+
+
+def test_a_push_that_grows_beyond_static_friction_ends_in_the_sharing_of_kinetic_friction():
+    """Two supports of one body, the second of twice the reach, carry any shares: they brake with 1/20 to 1/10.
+
+    The push t/5 reaches 1/10, all that they can hold, at t = 1/2, where one of them alone is at the edge of its cone.
+    """
+    energy, (floor, ledge) = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 - Y, (
+        ap.Contact(gap, X, f, unilateral=True) for gap in (Y, 2 * Y))  # fmt: skip
+    body = ap.Mechanism.from_lagrangian(energy, (X, Y), contact=floor, others=[ledge], forces={X: T / 5})
+    system = body.rigid()
+    start = body.start(system, {"X": 0, "Y": 0, "X'": 0, "Y'": 0})
+    with pytest.raises(UnboundedReaction, match=r"not determined at t = 0\.5, "):
+        ap.solve(ap.Scene(system=system, values={"f": "1/10"}, start=start, until=1))
