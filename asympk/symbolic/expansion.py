@@ -209,11 +209,15 @@ def jacobian_on_branch(mode: Mode, small: sp.Symbol) -> sp.Matrix:
 
 
 def by_powers(expr: sp.Expr, slow: tuple[sp.Symbol, ...]) -> sp.Expr:
-    """Collect powers of the slow variables if the denominator contains none of them: 1/(sigma + 4) - x."""
-    denominator = sp.fraction(expr)[1]
-    if denominator.is_Rational or denominator.has(*slow) or not expr.is_rational_function(*slow):
+    """Collect powers of the slow variables that are in no denominator and no function: 1/(sigma + 4) - x."""
+    if is_longer(expr, LONG) and not expr.is_rational_function(*slow):
         return expr
-    return sp.Add(*(sp.factor(c) * sp.Poly.from_dict({m: 1}, *slow).as_expr() for m, c in sp.Poly(expr, *slow).terms()))
+    numerator, denominator = sp.fraction(sp.together(expr))
+    powers = [x for x in slow if numerator.is_polynomial(x) and not denominator.has(x)]
+    if denominator.is_Rational or not powers:
+        return expr
+    terms = sp.Poly(numerator, *powers).terms()
+    return sp.Add(*(sp.factor(c / denominator) * sp.Poly.from_dict({m: 1}, *powers).as_expr() for m, c in terms))
 
 
 def is_zero(expr: sp.Expr) -> bool:

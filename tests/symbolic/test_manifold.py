@@ -402,6 +402,12 @@ def test_attraction_on_a_curved_manifold_is_a_condition_on_the_place():
     assert manifold.closed is None
 
 
+def test_a_branch_is_sorted_by_the_powers_of_slow_states_outside_of_its_sines_and_denominator():
+    mass = lam + sp.sin(u) ** 2
+    (manifold,) = critical_manifolds(ap.System.smooth({u: x, x: y}, {y: sp.cos(u) - mass * (y + x / kappa)}, mu))
+    assert manifold.branch[y] == sp.cos(u) / mass - x / kappa
+
+
 def test_a_long_branch_is_put_into_the_modulus_of_a_condition_as_it_stands():
     height = -x - sp.Mul(*(kappa + sp.Add(*(sp.sin(k * j * x) for j in range(1, 9))) for k in (1, 10, 100)))
     mode = Mode("stick", sp.Dict({x: 0}), sp.Dict({y: height - y}), sp.Abs(y) <= lam)
