@@ -100,7 +100,8 @@ class Mechanism(ShownAsFormulas):
     def _card(self) -> Card:
         rows: list[tuple[str, Any]] = [("coordinates", sp.Tuple(*self.coordinates)), ("mass", self.mass)]
         rows += [("forces", sp.Tuple(*self.forces)), *self.contact._card().rows]
-        rows += [(f"other {name}", part) for other in self.others for name, part in other._card().rows[:3]]
+        for k, other in enumerate(self.others, 2):
+            rows += [(f"{name} {k}", part) for name, part in other._card().rows]
         title = f"Mechanism of {len(self.coordinates)} coordinates and a contact that {self.contact.side}"
         return Card(title, tuple(rows))
 
