@@ -33,6 +33,7 @@ from asympk.symbolic.expansion import (
     require_series,
     require_short,
 )
+from asympk.symbolic.forces import entries_named
 from asympk.symbolic.hurwitz import Spectra, attracting, off_axis, repelling, spectra, split
 from asympk.symbolic.long import generic_place, heavy, replaced
 from asympk.symbolic.reading import expression
@@ -621,10 +622,15 @@ def _without(given, equal_zero, unknowns):
 
 
 def _linear_solution(matrix, rest, unknowns):
-    """Return [solution] of matrix y + rest = 0, unsimplified, or [] where the matrix is singular."""
-    if is_zero(determinant := matrix.det(method="berkowitz")):
+    """Return [solution] of matrix y + rest = 0, unsimplified, or [] where the matrix is singular.
+
+    Symbols stand for the entries of a matrix that are too long to be expanded.
+    """
+    names, meaning = entries_named(matrix) if heavy(sp.Tuple(*matrix)) else (matrix, {})
+    if is_zero(determinant := replaced(names.det(method="berkowitz"), meaning)):
         return []
-    return [dict(zip(unknowns, -matrix.adjugate(method="berkowitz") * rest / determinant, strict=True))]
+    solved = -names.adjugate(method="berkowitz").applyfunc(lambda e: replaced(e, meaning)) * rest / determinant
+    return [dict(zip(unknowns, solved, strict=True))]
 
 
 def _eliminants(equal_zero, unknowns):

@@ -24,7 +24,7 @@ from asympk.errors import InputError, NotDerivable
 from asympk.numbers import short
 from asympk.symbolic.branches import put_sign, without_squares
 from asympk.symbolic.diffring import DifferentialRing, Fraction, atoms_of
-from asympk.symbolic.long import atoms, heavy, is_longer, replaced
+from asympk.symbolic.long import atoms, heavy, is_longer, replaced, valued
 from asympk.symbolic.system import Mode
 
 INFINITE = (sp.zoo, sp.nan, sp.oo)
@@ -237,12 +237,16 @@ def is_zero_somewhere(expr: sp.Expr) -> bool:
 
 
 def _value(expr, k, scale=1):
-    """Evaluate at the k-th of a few points times ``scale``, each symbol at a rational of its own sign."""
+    """Evaluate at the k-th of a few points times ``scale``, each symbol at a rational of its own sign.
+
+    Each part of a heavy expression is computed once, with 50 digits to lose by cancelling, unless one is not real.
+    """
     points = {}
     for i, s in enumerate(sorted(expr.free_symbols, key=str)):
         sign = -1 if s.is_negative else 1 if s.is_positive else sp.sign(scale)
         points[s] = sign * abs(scale) * sp.Rational(13 * k + 7 * i + 2, 11 + 3 * k)
-    return replaced(expr, points).evalf(50)
+    found = valued(expr, points, 2 * 50) if heavy(expr) else sp.nan
+    return found if found.is_finite else replaced(expr, points).evalf(50)
 
 
 class _Recurrence:

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from asympk.errors import InputError, NoMotion, NotDerivable, UnboundedReaction
 from asympk.mechanics.evaluation import evaluate
 from asympk.symbolic.expansion import require_series
 from asympk.symbolic.inverses import InverseForm
+from asympk.symbolic.long import generic_place, replaced, valued
 
 T = dynamicsymbols._t
 f = sp.Symbol("f", nonnegative=True)
@@ -141,14 +143,30 @@ def test_rates_and_constraints_of_two_contacts_are_those_of_newtons_law_in_numbe
     assert np.allclose(read([friction.constraint for friction in system.frictions]), expected, rtol=1e-11)
 
 
+@cache
+def _on_tip_and_knee():
+    """Return the elastic system of three links whose end and second joint touch the ground, each at its depth."""
+    x, y = energy_of_chain(dynamicsymbols("q1:3"))[1]
+    knee = ap.Contact(y + sp.Symbol("K", positive=True), x, f, unilateral=True)
+    return replace(chain(3), others=(knee,)).elastic(sp.Symbol("c", positive=True), sp.Symbol("h", positive=True))
+
+
 def test_rates_stay_finite_as_the_compliance_vanishes_where_two_penetrations_move_a_slip():
     """The slip of a joint contains c y and c y2, whose rates are of order 1: of c y' in v' = 0 nothing is divided."""
-    angles, mechanism, c = dynamicsymbols("q1:4"), chain(3), sp.Symbol("c", positive=True)
-    x, y = energy_of_chain(angles[:-1])[1]
-    knee = ap.Contact(y + sp.Symbol("K", positive=True), x, f, unilateral=True)
-    system = replace(mechanism, others=(knee,)).elastic(compliance=c, damping=sp.Symbol("h", positive=True))
-    for mode in system.modes:
-        require_series(mode, c)
+    for mode in _on_tip_and_knee().modes:
+        require_series(mode, _on_tip_and_knee().small)
+
+
+@pytest.mark.slow
+def test_three_links_on_two_elastic_contacts_have_a_slow_manifold_unless_one_opens_or_both_stick():
+    """Two contacts that stick leave three links one way to move, so both gap rates depend on each other."""
+    found = ap.critical_manifolds(_on_tip_and_knee())
+    closed = {m.name for m in _on_tip_and_knee().modes if "open" not in m.name}
+    assert {manifold.dynamics.name for manifold in found} == closed - {"stick+stick"}
+    for manifold in found:
+        left = [replaced(g, {manifold.small: sp.S.Zero, **manifold.branch}) for g in manifold.dynamics.fast.values()]
+        place = generic_place(sp.Tuple(*left))
+        assert all(abs(valued(g, place, 50)) < 1e-40 for g in left)
 
 
 @pytest.mark.parametrize(("place", "said"), [({"X'": 1}, "g' = 1"), ({"Y": 1}, "g = ")])
