@@ -12,7 +12,7 @@ states, g(q) + c x is an invariant. With c = eps^2 and h = b eps (b is fixed, an
 y = eps x' are fast, R = x + b y and g' = -eps y. A unilateral contact has R = max(0, x + h y).
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
@@ -99,7 +99,8 @@ def _elastic_system(contacts: Sequence[Kinetics], scaling: Scaling) -> System:
     for k, (kinetics, (x, _, _), y) in enumerate(zip(contacts, states, closings, strict=True)):
         slip, names = z if alone else put(kinetics.slip), force_names(contacts, k, *taken)
         frictions.append(_friction(kinetics, x + put(scaling.ratio) * y, slip, names, put))
-    gaps, slips, others = _accelerations(contacts, basis, frictions, put)
+    pushes = [push for f in frictions for push in (f.load if f.normal is None else f.normal, f.force)]
+    gaps, slips, others = accelerations(contacts, basis.rest, pushes, put)
     slow = {q: put(u) for q, u in zip(first.coordinates, first.velocities, strict=True)}
     pressing = {x: y for (x, _, _), y in zip(states, closings, strict=True)}
     fast = {states[k][1]: -gaps[k] for k in basis.held}
@@ -245,12 +246,14 @@ def velocities(kinetics: Kinetics, basis: Basis, known: Sequence[sp.Expr]) -> di
     return {u: found.get(u, u) for u in kinetics.velocities}
 
 
-def _accelerations(
-    contacts: Sequence[Kinetics], basis: Basis, frictions: Sequence[Friction], put: Callable[[sp.Expr], sp.Expr]
+def accelerations(
+    contacts: Sequence[Kinetics], places: Iterable[int], pushes: Sequence[sp.Expr], put: Callable[[sp.Expr], sp.Expr]
 ) -> tuple[list[sp.Expr], list[sp.Expr], dict[sp.Symbol, sp.Expr]]:
-    """Return each g'', z' of a contact alone, and the rates of the velocities in the basis, under all forces."""
+    """Return each g'', gamma' of a contact alone, and the rates of the velocities at ``places``, under all forces.
+
+    ``pushes`` are the reaction and the friction force of each contact in turn. ``put`` rewrites what is free of them.
+    """
     first = contacts[0]
-    pushes = [push for f in frictions for push in (f.load if f.normal is None else f.normal, f.force)]
 
     def driven(free: sp.Expr, row: Sequence[sp.Expr]) -> sp.Expr:
         return sp.Add(put(free), *(part * push for part, push in zip(row, pushes, strict=True)))
@@ -259,5 +262,5 @@ def _accelerations(
     gaps = [driven(kinetics.free[0], G[0, :]) for kinetics, G in zip(contacts, across, strict=True)]
     slips = [driven(first.free[1], across[0][1, :])] if len(contacts) == 1 else []
     response = sp.Matrix.hstack(*(kinetics.response[:, :2] for kinetics in contacts))
-    others = {first.velocities[k]: driven(first.response[k, 2], response[k, :]) for k in basis.rest}
-    return gaps, slips, others
+    rates = {first.velocities[k]: driven(first.response[k, 2], response[k, :]) for k in places}
+    return gaps, slips, rates

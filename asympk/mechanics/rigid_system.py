@@ -9,11 +9,10 @@ with ``UnboundedReaction`` where a reaction grows beyond all bounds or the react
 """
 
 from collections.abc import Sequence
-
-import sympy as sp
+from itertools import chain
 
 from asympk.mechanics.checks import require_continuous
-from asympk.mechanics.elastic import force_names
+from asympk.mechanics.elastic import accelerations, force_names
 from asympk.mechanics.kinetics import Kinetics
 from asympk.symbolic.system import Friction, System
 
@@ -27,19 +26,15 @@ def rigid_system(contacts: Sequence[Kinetics]) -> System:
     for kinetics in contacts:
         if not kinetics.unilateral:  # at a jump a unilateral contact opens or is hit, which its flow decides
             require_continuous(kinetics, (kinetics.gap, kinetics.gap_rate), "the constraint or its rate")
-    pushes = [push for pair in forces for push in pair]
-    by_push = sp.Matrix.hstack(*(kinetics.response[:, :2] for kinetics in contacts))
-    rates = dict(zip(first.coordinates, first.velocities, strict=True))
-    for row, u in enumerate(first.velocities):
-        rates[u] = sp.Add(first.response[row, 2], *(a * push for a, push in zip(by_push[row, :], pushes, strict=True)))
-    frictions = []
-    for kinetics, (normal, force) in zip(contacts, forces, strict=True):
-        by_each = [part for other in contacts for part in kinetics.coupling(other)[0, :]]
-        constraint = sp.Add(kinetics.free[0], *(a * push for a, push in zip(by_each, pushes, strict=True)))
-        frictions.append(Friction(
+    gaps, _, rates = accelerations(contacts, range(len(first.velocities)), [*chain(*forces)], lambda expr: expr)
+    frictions = [
+        Friction(
             velocity=kinetics.slip, force=force, normal=normal, load=kinetics.load * normal, kinetic=kinetics.friction,
-            static=kinetics.static, constraint=constraint,
+            static=kinetics.static, constraint=gap,
             **{"gap": kinetics.gap} if kinetics.unilateral else {"gap_rate": kinetics.gap_rate},
-        ))  # fmt: skip
+        )
+        for kinetics, (normal, force), gap in zip(contacts, forces, gaps, strict=True)
+    ]  # fmt: skip
+    moved = dict(zip(first.coordinates, first.velocities, strict=True))
     timed = any(kinetics.timed for kinetics in contacts)
-    return System.with_frictions(rates, {}, frictions, time=first.time if timed else None)
+    return System.with_frictions(moved | rates, {}, frictions, time=first.time if timed else None)
