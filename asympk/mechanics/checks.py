@@ -1,5 +1,6 @@
 """Checks of a mechanism: a regular, symmetric mass matrix, a gap in the coordinates, a slip independent of the gap."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import sympy as sp
@@ -18,15 +19,17 @@ from asympk.symbolic.sides import MOST, measured, on_sides, phases
 SPARE = 10  # digits that the entries of a mass matrix have beyond those in which it is found singular
 
 
-def check_mechanism(kinetics: Kinetics, contact: Any) -> None:
-    """Raise ``InputError`` for the first fault of ``kinetics`` as a mechanism with a contact."""
-    _check_sizes(kinetics)
-    require_names((*kinetics.coordinates, *kinetics.parameters))
-    if symbols_in(kinetics.mass) & {*kinetics.velocities}:
+def check_mechanism(equations: Sequence[Kinetics], contacts: Sequence[Any]) -> None:
+    """Raise ``InputError`` for the first fault of a mechanism; ``equations`` are its equations for each contact."""
+    first = equations[0]
+    _check_sizes(first)
+    require_names((*first.coordinates, *(s for kinetics in equations for s in kinetics.parameters)))
+    if symbols_in(first.mass) & {*first.velocities}:
         raise InputError("mass contains a velocity; the terms of inertia in velocities belong to the forces")
-    _check_mass(kinetics.mass)
-    _check_gap(kinetics, contact.gap)
-    _check_slip(kinetics, contact)
+    _check_mass(first.mass)
+    for kinetics, contact in zip(equations, contacts, strict=True):
+        _check_gap(kinetics, contact.gap)
+        _check_slip(kinetics, contact)
 
 
 def require_closed(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> None:

@@ -113,12 +113,12 @@ class Mechanism(ShownAsFormulas):
         put(self, "mass", _matrix(self.mass))
         if len(self.velocities) != len(self.coordinates):
             raise InputError(f"{len(self.velocities)} velocities for {len(self.coordinates)} coordinates")
-        if not isinstance(self.contact, Contact):
-            raise InputError(f"contact = {short(self.contact)}: it must be an ap.Contact; further ones are others=")
         put(self, "others", entries_of("others", self.others, CONTACTS))
+        for contact in (self.contact, *self.others):
+            if not isinstance(contact, Contact):
+                raise InputError(f"contact = {short(contact)}: it must be an ap.Contact; further ones are others=")
         put(self, "time", _time(self.coordinates) if self.time is None else expression("time", self.time))
-        check_mechanism(self.plain, self.contact)
-        _ = self._contacts  # which checks the others
+        check_mechanism(self._contacts, (self.contact, *self.others))
 
     @classmethod
     def from_lagrangian(
@@ -142,22 +142,24 @@ class Mechanism(ShownAsFormulas):
     @cached_property
     def plain(self) -> Kinetics:
         """The same mechanism in plain symbols, a ``Kinetics``, with which the package computes."""
-        names = self._names
-        coordinates, velocities = (tuple(names[own] for own in part) for part in (self.coordinates, self.velocities))
-        translate = lambda expr: plainly(expr, names, self.time)  # noqa: E731
-        contact, mass = self.contact, self.mass.applyfunc(translate)
-        slip = translate(contact.slip)
-        found = Kinetics(
-            coordinates, velocities, mass, sp.ImmutableMatrix([*map(translate, self.forces)]), translate(contact.gap),
-            slip, translate(contact.friction), translate(contact.static), translate(contact.load), contact.unilateral,
-            self.time,
-        )  # fmt: skip
-        return found if slip.free_symbols & {*velocities} else replace(found, slip=found.rate(slip))
+        return self._contacts[0]
 
     @cached_property
     def _contacts(self) -> tuple[Kinetics, ...]:
         """The equations of the mechanism for each of its contacts."""
-        return (self.plain, *(replace(self, contact=other, others=()).plain for other in self.others))
+        names = self._names
+        coordinates, velocities = (tuple(names[own] for own in part) for part in (self.coordinates, self.velocities))
+        translate = lambda expr: plainly(expr, names, self.time)  # noqa: E731
+        mass, forces = self.mass.applyfunc(translate), sp.ImmutableMatrix([*map(translate, self.forces)])
+        found = []
+        for contact in (self.contact, *self.others):
+            slip = translate(contact.slip)
+            kinetics = Kinetics(
+                coordinates, velocities, mass, forces, translate(contact.gap), slip, translate(contact.friction),
+                translate(contact.static), translate(contact.load), contact.unilateral, self.time,
+            )  # fmt: skip
+            found.append(kinetics if slip.free_symbols & {*velocities} else replace(kinetics, slip=kinetics.rate(slip)))
+        return tuple(found)
 
     @property
     def delassus(self) -> sp.ImmutableMatrix:
