@@ -145,7 +145,8 @@ def without_inverses(exprs: Iterable[sp.Expr], spare: Iterator[sp.Symbol]) -> El
     for form in _innermost_first(exprs):
         for e in form.args:
             named[e] = named[e] if e in named else entries(replaced(e, known))
-        u, rows, v = _parted([named[e] for e in form.args])
+        own = [named[e] for e in form.args]
+        u, rows, v = _parted(own)
         if rows not in factors:
             factors[rows] = _factors(rows, steps.less)
         if (rows, v) not in solutions and (rows, u) in solutions:
@@ -155,8 +156,8 @@ def without_inverses(exprs: Iterable[sp.Expr], spare: Iterator[sp.Symbol]) -> El
             solutions[rows, v] = Solution(rows, v, factors[rows], found)
         solution = solutions[rows, v]
         known[form] = steps(total(product(a, b) for a, b in zip(u, solution.found, strict=True)))
-        if known[form].is_Symbol:
-            forms[known[form]] = u, solution
+        if known[form].is_Symbol and known[form] not in own:  # else its rate is that of an entry
+            forms.setdefault(known[form], (u, solution))
     return Eliminated(entries.parts, steps.parts, [replaced(e, known) for e in exprs], forms)
 
 

@@ -44,6 +44,17 @@ def test_the_derivatives_of_a_form_along_directions_pass_through_its_elimination
     assert np.allclose(form, written, rtol=1e-13, atol=0)
 
 
+def test_the_derivative_of_a_form_that_is_one_of_its_entries_is_that_of_the_entry():
+    unit, turned = sp.eye(2), sp.Matrix([[1, a], [a, 2]])
+    for entry in (a, FORM, InverseForm.of((1, FORM), turned, (b, 0))):
+        alike = [InverseForm.of((1, 0), unit, (entry, 0)), InverseForm.of((entry, 0), unit, (1, 0)),
+                 InverseForm.of((1, 0), sp.Matrix([[1, entry], [entry, entry**2 + 1]]), (0, -1))]  # fmt: skip
+        for form in alike:
+            slopes = (Lowered((a, b, c), (e,), "math", directions=((sp.S.One, a, b),)) for e in (entry, form))
+            expected, found = (slope(*PLACE) for slope in slopes)
+            assert found == pytest.approx(expected, rel=1e-13)
+
+
 def test_a_pivot_vanishes_where_the_matrix_is_singular_and_nowhere_else():
     form = InverseForm.of((1, 0), sp.Matrix([[1, sp.sin(a)], [sp.sin(a), 1]]), (b, c))
     near, far = (ap.lower((a, b, c), form.pivots, "math")(at, 1, 1) for at in (np.pi / 2 - 1e-4, 0))
