@@ -66,7 +66,7 @@ class Described:
         """The values of parameters and states without those of the elastic contact; the time is 0 by default."""
         plain = self.mechanism.plain
         time = {str(plain.time): 0} if plain.timed else {}
-        own = {*map(str, plain.parameters), *time}
+        own = {*map(str, self.mechanism.parameters), *time}
         return {**time, **{name: value for name, value in self.values.items() if name in own}, **self.state}
 
     @property

@@ -7,6 +7,7 @@ same mechanism in plain symbols. Results are in the coordinates and velocities w
 plain symbols, or dynamicsymbols and their Derivatives.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -162,6 +163,11 @@ class Mechanism(ShownAsFormulas):
         return tuple(found)
 
     @property
+    def parameters(self) -> tuple[sp.Symbol, ...]:
+        """Every parameter of the mechanism and of all its contacts as a plain symbol, sorted by name."""
+        return tuple(sorted({s for kinetics in self._contacts for s in kinetics.parameters}, key=str))
+
+    @property
     def delassus(self) -> sp.ImmutableMatrix:
         """The Delassus matrix [[G_NN, G_NT], [G_NT, G_TT]] = W' M^-1 W of the directions (W_N, W_T)."""
         return self.own(self.plain.delassus)
@@ -196,7 +202,7 @@ class Mechanism(ShownAsFormulas):
         An expression that jumps at this place or time has its value just afterwards, if ``values`` contain the rates.
         """
         plain = plainly(expression("expr", expr), self._names, self.time)
-        given = keyed(values, self.plain, self._names, plain.free_symbols)
+        given = self.keyed(values, plain.free_symbols)
         try:
             return evaluate_ahead(self.plain, (plain,), given)[0]
         except OutOfRange:
@@ -280,7 +286,7 @@ class Mechanism(ShownAsFormulas):
         require_system(system, "start")
         if other := [str(q) for q in self.plain.coordinates if q not in system.states]:
             raise InputError(f"start: {other[0]} is no state of the system; give the mechanism's elastic() or rigid()")
-        given = {self.plain.time: 0} | keyed(values, self.plain, self._names, system.parameters)
+        given = {self.plain.time: 0} | self.keyed(values, system.parameters)
         for contact, friction in zip(self._contacts, system.frictions, strict=False):  # it may have more frictions
             if friction.gap_rate is not None:
                 require_closed(contact, given)
@@ -303,9 +309,12 @@ class Mechanism(ShownAsFormulas):
         """Return an expression or matrix in plain symbols, translated to the mechanism's coordinates and velocities."""
         return replaced(thing, {plain: own for own, plain in self._names.items()})
 
-    def keyed(self, values: dict[Any, Any]) -> dict[sp.Symbol, Any]:
-        """Return ``values`` with plain symbols as keys; the given keys are names, symbols or dynamicsymbols."""
-        return keyed(values, self.plain, self._names)
+    def keyed(self, values: dict[Any, Any], others: Iterable[sp.Symbol] = ()) -> dict[sp.Symbol, Any]:
+        """Return ``values`` with plain symbols as keys; the given keys are names, symbols or dynamicsymbols.
+
+        ``others`` are symbols that are known besides those of the mechanism.
+        """
+        return keyed(values, self.plain, self._names, (*self.parameters, *others))
 
 
 def _worked_out(value):

@@ -80,7 +80,7 @@ def cancelled(entry: Any, system: System, mechanism: Mechanism | None) -> set[st
 
     The system needs no number for them, but the start of its ``mechanism`` may.
     """
-    own = {*map(str, mechanism.plain.parameters if mechanism else ())}
+    own = {*map(str, mechanism.parameters if mechanism else ())}
     return (_words(entry) | own) - {*map(str, system.parameters)}
 
 

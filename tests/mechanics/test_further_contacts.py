@@ -107,6 +107,17 @@ def test_a_start_beside_the_wall_presses_no_wall_until_it_touches():
         point.start(damped, {"X": "0.99", "Y": 0, "X'": 1, "Y'": 0, "eps": "1/1000"})
 
 
+def test_a_parameter_of_a_further_gap_alone_is_given_to_its_start_and_to_the_motions_with_it_open():
+    """An elastic contact with c = eps^2 = 1/16 that is open by w starts with the reaction -w/c."""
+    eps, w = sp.symbols("eps w", positive=True)
+    ladder = _ladder(replace(WALL, gap=w + WALL.gap))
+    values = {**LEANT, "f": "1/10", "w": "1/2"}
+    start = ladder.start(ladder.elastic(compliance=eps**2, damping=0), {**values, "eps": "1/4"})
+    assert (start["x"], start["x2"]) == (0, pytest.approx(-8))
+    assert ladder.motions(values) == _ladder().motions({**LEANT, "f": "1/10"})
+    assert ladder.evaluate(w, values) == 0.5
+
+
 @pytest.mark.parametrize(("friction", "tips"), [(0.49, False), (0.51, True)])
 def test_a_sliding_block_on_two_legs_tips_if_its_friction_exceeds_half_its_width_over_its_height(friction, tips):
     energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 + THETA.diff(T) ** 2 / 5 - Y
