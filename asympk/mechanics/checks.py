@@ -27,9 +27,12 @@ def check_mechanism(equations: Sequence[Kinetics], contacts: Sequence[Any]) -> N
     if symbols_in(first.mass) & {*first.velocities}:
         raise InputError("mass contains a velocity; the terms of inertia in velocities belong to the forces")
     _check_mass(first.mass)
-    for kinetics, contact in zip(equations, contacts, strict=True):
-        _check_gap(kinetics, contact.gap)
-        _check_slip(kinetics, contact)
+    for k, (kinetics, contact) in enumerate(zip(equations, contacts, strict=True)):
+        try:
+            _check_gap(kinetics, contact.gap)
+            _check_slip(kinetics, contact)
+        except InputError as error:
+            raise InputError(f"others[{k - 1}]: {error}" if k else str(error)) from None
 
 
 def require_closed(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> None:

@@ -176,8 +176,11 @@ def _mechanism(table, formula, q, u, t):
     contact, forces = _contact(table, formula), table_in(table, "forces")
     others = []
     for k, other in enumerate(tables_in(table, "others")):
-        refuse_unknown(other, OF_CONTACT, f"others {k}")
-        others.append(_contact(other, formula, f"others {k}"))
+        refuse_unknown(other, OF_CONTACT, f"others[{k}]")
+        try:
+            others.append(_contact(other, formula))
+        except InputError as error:
+            raise InputError(f"others[{k}]: {error}") from None
     if unknown := forces.keys() - {s.name for s in q}:
         raise InputError(f"forces: {', '.join(sorted(unknown))} is no coordinate")
     applied = [formula(f"forces: {s.name}", forces.get(s.name, 0)) for s in q]
@@ -190,12 +193,11 @@ def _mechanism(table, formula, q, u, t):
     return Mechanism(q, u, mass, [a + b for a, b in zip(applied, centrifugal, strict=True)], contact, t, others)
 
 
-def _contact(table, formula, where=""):
-    within = f"{where}: " if where else ""
-    require_keys(table, ("gap", "slip", "friction"), where)
+def _contact(table, formula):
+    require_keys(table, ("gap", "slip", "friction"), "")
     if not isinstance(table.get("unilateral", False), bool):
-        raise InputError(f"{within}unilateral must be true or false")
-    given = {key: formula(f"{within}{key}", table[key]) for key in OF_CONTACT if key in table and key != "unilateral"}
+        raise InputError("unilateral must be true or false")
+    given = {key: formula(key, table[key]) for key in OF_CONTACT if key in table and key != "unilateral"}
     return Contact(**given, unilateral=table.get("unilateral", False))
 
 

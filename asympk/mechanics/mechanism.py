@@ -115,9 +115,10 @@ class Mechanism(ShownAsFormulas):
         if len(self.velocities) != len(self.coordinates):
             raise InputError(f"{len(self.velocities)} velocities for {len(self.coordinates)} coordinates")
         put(self, "others", entries_of("others", self.others, CONTACTS))
-        for contact in (self.contact, *self.others):
+        named = {"contact": self.contact} | {f"others[{k}]": other for k, other in enumerate(self.others)}
+        for name, contact in named.items():
             if not isinstance(contact, Contact):
-                raise InputError(f"contact = {short(contact)}: it must be an ap.Contact; further ones are others=")
+                raise InputError(f"{name} = {short(contact)}: it must be an ap.Contact; further ones are others=")
         put(self, "time", _time(self.coordinates) if self.time is None else expression("time", self.time))
         check_mechanism(self._contacts, (self.contact, *self.others))
 

@@ -192,9 +192,12 @@ def test_a_start_that_breaks_a_further_constraint_is_refused(place, said):
 def test_two_contacts_are_told_where_the_second_belongs():
     with pytest.raises(InputError, match="further ones are others="):
         replace(_ladder(), contact=(FLOOR, WALL))
-    for others in ("wall", WALL, ["wall"], [ap.Contact(1 - X, 2 * X, f)]):
-        with pytest.raises(InputError):
-            _ladder(*others) if isinstance(others, list) else replace(_ladder(), others=others)
+    alike = ap.Contact(1 - X, 2 * X, f)
+    refused = {"others = 'wall'": "wall", "others = Contact": WALL, r"others\[0\] = 'wall'": ["wall"],
+               r"others\[1\]: slip = 2\*X\(t\) is parallel": [WALL, alike]}  # fmt: skip
+    for said, others in refused.items():
+        with pytest.raises(InputError, match=said):
+            replace(_ladder(), others=others)
 
 
 def _beam():

@@ -298,8 +298,9 @@ def test_further_contacts_stand_in_the_file_and_are_said_to_be_open(screen, tmp_
     X, Y, f = sp.symbols("X Y f", real=True)
     assert read_mechanism(tmp_path / "rod.toml").mechanism.others == (ap.Contact(X, Y, f / 2, unilateral=True),)
     refused = {"1": "others must be tables, each under [[others]]",
-               "[{gap = 'X', slip = 'Y'}]": "others 0: friction missing",
-               "[{gab = 'X'}]": "others 0: key 'gab' is unknown"}  # fmt: skip
+               "[{gap = 'X', slip = 'Y'}]": "others[0]: friction missing",
+               "[{gap = 'X', slip = 'Y', friction = -1}]": "others[0]: contact: friction = -1",
+               "[{gab = 'X'}]": "others[0]: key 'gab' is unknown"}  # fmt: skip
     for others, said in refused.items():
         assert said in screen(f"{ROD}others = {others}", status=2)
 
