@@ -84,18 +84,21 @@ class CriticalManifold(ShownAsFormulas):
     def real(self) -> sp.Basic:
         """The condition under which the branch is real, without its ends: even roots and logs have positive arguments.
 
-        The arguments of odd roots are positive, too, and those of inverse functions, as of tanh, erf and w e^w, lie
-        inside the domains of these. Where g contains one square root, it is positive on the branch: y = x**2 solves
-        x - sqrt(y) = 0 for x > 0 alone. So does one inverse function have a value in its range: y = tan(x) solves
-        x - atan(y) = 0 for |x| < pi/2. A state that is declared positive or negative is so on the branch.
+        The arguments of odd roots are positive, too, and those of inverse functions, as of tanh, erf and w e^w, also of
+        those in g, lie inside the domains of these. Where g contains one square root, it is positive on the branch:
+        y = x**2 solves x - sqrt(y) = 0 for x > 0 alone. So does one inverse function have a value in its range:
+        y = tan(x) solves x - atan(y) = 0 for |x| < pi/2. A state that is declared positive or negative is so on the
+        branch.
         """
-        if any(map(_is_complex, self.branch.values())):
+        if any(map(_is_complex, (*self.branch.values(), *self.jacobian))):
             return sp.false
         found = sp.Tuple(*self.branch.values())
         roots = _fractional_powers(found)
         inside = {_POSITIVE[type(f)](f.args[0]) for f in found.atoms(*_POSITIVE)} | {p.base for p in roots}
         inside |= {-f.args[0] for f in found.atoms(sp.LambertW) if len(f.args) == 2}
         limits = [limit_of(g, self.small) for g in self.dynamics.fast.values()]
+        inside |= {_POSITIVE[type(f)](f.args[0]).subs(self.branch, simultaneous=True) for g in limits
+                   for f in g.atoms(*_POSITIVE) if f.has(*self.branch)}  # fmt: skip
         inside |= {given(g, self.branch) for g in limits for given in (_square_root, _within_range)} - {None}
         inside |= {declared_sign(y) * h for y, h in self.branch.items() if y != h} - {0}
         names = {p: sp.Dummy(positive=True) for p in roots}
@@ -115,8 +118,8 @@ class CriticalManifold(ShownAsFormulas):
 
     @property
     def _finite(self):
-        """The condition under which no denominator of the branch vanishes; ``real`` covers roots in denominators."""
-        if sp.Tuple(*self.branch.values()).has(sp.zoo, sp.nan):
+        """The condition under which branch and dg/dy are finite; ``real`` covers roots in denominators."""
+        if sp.Tuple(*self.branch.values(), *self.jacobian).has(sp.zoo, sp.nan):
             return sp.false
         if not fast_jacobian(self.dynamics, self.small).has(*self.branch):  # only det dg/dy divides
             return sp.true
@@ -393,7 +396,8 @@ def _fractional_powers(*heights):
 def _square_root(g, branch):
     """Return a multiple of the square root in g where g = 0, by a positive factor and on a branch, or None.
 
-    The root of one expression P(y) is meant, and g = 0 is linear in it: a + b sqrt(P) = 0 as P = sqrt(P)**2.
+    The root of one expression P(y) is meant, and g = 0 is linear in it: a + b sqrt(P) = 0 as P = sqrt(P)**2. Where a
+    and b vanish on the branch, P is returned.
     """
     roots = {p for p in _fractional_powers(g) if p.base.has(*branch)}
     if heavy(g) or len({p.base for p in roots}) != 1 or any(p.exp.q != 2 for p in roots):
@@ -404,7 +408,8 @@ def _square_root(g, branch):
         return None
     terms = sp.Poly(numerator, root).terms()
     rest, factor = (sp.Add(*(c * base ** (k // 2) for (k,), c in terms if k % 2 == odd)) for odd in (0, 1))
-    return sp.factor((-rest * factor).subs(branch, simultaneous=True))
+    told, own = (e.subs(branch, simultaneous=True) for e in (-rest * factor, base))
+    return own if is_zero(factor.subs(branch, simultaneous=True)) else sp.factor(told)
 
 
 def _within_range(g, branch):
@@ -414,7 +419,8 @@ def _within_range(g, branch):
         return None
     (f,), value = found, sp.Dummy()
     told = g.xreplace({f: value})
-    if (slope := told.diff(value)).has(value):
+    slope = told.diff(value)
+    if slope.has(value) or is_zero(slope.subs(branch, simultaneous=True)):
         return None
     return _RANGE[type(f)](sp.factor((-told.subs(value, 0) / slope).subs(branch, simultaneous=True)))
 

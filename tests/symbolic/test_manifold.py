@@ -502,7 +502,8 @@ def test_a_state_beside_its_own_sine_has_an_implicit_branch_without_a_search(for
 @pytest.mark.parametrize("force", [x - sp.sqrt(y), x - y - sp.sqrt(1 + y**2), x - sp.sqrt(1 - y**2),
                                    x - sp.sqrt(y) - 1 / sp.sqrt(y), x - y / (1 + sp.sqrt(y)),
                                    x - sp.atan(y), 2 * x - sp.asin(y), x - sp.acos(y), x - sp.acosh(y),
-                                   x - sp.LambertW(y), x * sp.atan(y) - 1])  # fmt: skip
+                                   x - sp.LambertW(y), x * sp.atan(y) - 1, (y - 1) * (x - sp.sqrt(y)),
+                                   (y - 1) * (x - sp.atan(y)), (y - 2) * (x - sp.acosh(y))])  # fmt: skip
 def test_a_branch_exists_just_where_it_is_a_root_and_not_one_beyond_the_values_of_a_function(force):
     """Squaring adds roots: y = x**2 solves x = -sqrt(y), too, and y = tan(x) solves x = atan(y) + pi."""
     for branch in critical_manifolds(ap.System.smooth({x: -y}, {y: force}, mu)):
@@ -510,6 +511,18 @@ def test_a_branch_exists_just_where_it_is_a_root_and_not_one_beyond_the_values_o
             height = branch.branch[y].subs(x, at)
             root = height.is_real and abs(force.subs({x: at, y: height}).evalf(30)) < 1e-20
             assert branch.exists.subs(x, at) == bool(root)
+
+
+@pytest.mark.parametrize(("force", "height", "exists"), [
+    (sp.sqrt(y) * (x - y), 0, "False"), (sp.sqrt(y - 1) * (x - y), 1, "False"),
+    ((y + 1) * (x - sp.log(y)), -1, "False"), ((y - 1) * (x - sp.sqrt(y - 2)), 1, "False"),
+    ((y - 1) * (x - sp.log(y - 2 * x)), 1, "x < 1/2"), ((y - x) * (1 - sp.log(y)), x, "x > 0"),
+    ((y - x) * (1 - sp.atanh(y)), x, "x > -1"),
+])  # fmt: skip
+def test_a_factor_of_g_has_no_branch_where_another_is_not_real_or_not_smooth(force, height, exists):
+    """dg/dy = sqrt(y) + ... is infinite at y = 0, and log(y) is not real at y = -1: both were compared with 0."""
+    (branch,) = (c for c in critical_manifolds(ap.System.smooth({x: -y}, {y: force}, mu)) if c.branch[y] == height)
+    assert exists in (str(branch.exists), *map(str, branch.exists.args))
 
 
 def test_masses_that_the_fast_states_conserve_are_told_of():
