@@ -656,12 +656,15 @@ def _eliminants(equal_zero, unknowns):
 
 
 def _is_beyond_radicals(force, y, unknowns):
-    """Tell whether a polynomial g has a factor of degree above 2 without readable radicals for all its roots.
+    """Tell whether a polynomial g, of y or a root of y, has a factor of degree above 2 without readable roots.
 
     SymPy takes an odd root of what is negative for complex, and leaves it out. With several unknowns SymPy may take
     minutes to join such roots, readable or not.
     """
     numerator = sp.fraction(sp.together(force))[0]
+    if powers := {p for p in _fractional_powers(numerator) if p.base == y}:
+        q, w = sp.ilcm(1, *(p.exp.q for p in powers)), sp.Dummy(real=True)
+        numerator, y = numerator.xreplace({p: w ** (q * p.exp) for p in powers}).subs(y, w**q), w
     if not numerator.is_polynomial(y):
         return False
     factors = (f for f, _ in sp.factor_list(numerator, y)[1] if sp.degree(f, y) > 2)

@@ -525,6 +525,14 @@ def test_a_factor_of_g_has_no_branch_where_another_is_not_real_or_not_smooth(for
     assert exists in (str(branch.exists), *map(str, branch.exists.args))
 
 
+@pytest.mark.parametrize("force", [x + sp.cbrt(y) / 4 - y, x - sp.sqrt(y) - y**2])
+def test_a_polynomial_of_a_root_of_the_state_has_an_implicit_branch_without_a_search(force, monkeypatch):
+    """SymPy sought the roots of the first for 5 s, those of the second for minutes."""
+    monkeypatch.setattr(sp, "solve", None)
+    (only,) = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
+    assert only.branch == {y: y}
+
+
 def test_masses_that_the_fast_states_conserve_are_told_of():
     """Enzyme, substrate and complex bind fast: two totals change slowly, which were told as no manifold at all."""
     bound = v - u * w
