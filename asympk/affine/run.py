@@ -210,6 +210,8 @@ def _followed(m, case):
         start = (*state, *(value(m, *wave, t) for wave in waves))
         zeros = _vanishing(mode, t, state, segments)
         segment = ClosedSegment(flow, start, known, zeros=[q for q, guard in enumerate(kept) if guard in zeros])
+        if segment.held and m.margin:  # what stays 0 is idle: rounding has taken the motion out of the start
+            raise Undecided
         span, hits = _span(case, m, mode, segment, until - t, len(segments))
         found, hit = bool(hits), hits[0] if hits else None
         end = segment.at_event(span, hit) if found else segment.state(span)

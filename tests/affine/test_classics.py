@@ -36,6 +36,16 @@ def test_coulomb_oscillator_loses_two_f_in_every_half_period_and_rests_in_the_de
     assert path.final == (pytest.approx(rest, abs=2e-14), 0.0)
 
 
+@pytest.mark.parametrize("digits", [None, 20])
+@pytest.mark.parametrize("beyond", ["1e-16", "1e-30"])
+def test_a_start_less_than_a_rounding_beyond_the_dead_zone_swings_to_its_other_side_and_rests(beyond, digits):
+    """In the working numbers x0 = f + beyond may be f, and the motion x - f = beyond cos t no motion at all."""
+    path = followed(COULOMB, {f: 1}, {"x": 1 + Fraction(beyond), "v": 0}, 20, digits=digits)
+    assert path.modes == ("slip_opposite", "stick")
+    assert float(path.events[0].t) == np.pi
+    assert float(path.final[0]) == float(1 - Fraction(beyond))
+
+
 @pytest.mark.parametrize("load", ["0.35", "-0.35"])
 def test_a_load_of_either_sign_resists_as_much(load):
     """The turning points are 5.3 - 0.7 n; with a negative load the phase of forward sliding is slip_opposite."""
