@@ -23,6 +23,7 @@ from asympk.path import Event
 from asympk.symbolic.branches import OPEN, Branch, at_rest, awake, bare, stands
 from asympk.symbolic.forces import moves_alike
 from asympk.symbolic.sides import Sides, inside, phase_of
+from asympk.symbolic.system import System
 
 WATCHED = 12  # intervals between events that must shrink in a geometric sequence before they count as accumulating
 FEW = WATCHED // 3  # guards of which such a number of losses at one time is rounding
@@ -92,10 +93,10 @@ def follow(
             t, state, hits, since = _left_at(mode, segment, until, slack)
             if segment.hit is not None and (not ends or segment.t > ends[-1]):
                 ends.append(segment.t)
-                _require_apart(ends, state, automaton)
+                _require_apart(ends, state, automaton.system)
             ended = mode
             mode, state, event = mode_after(automaton, mode, t, state, hits, digits, slack, since)
-            _require_progress(segments, ended)
+            _require_progress(segments, ended, ends)
             if event is not None:
                 marks.append(event)
                 names.append(mode.name)
@@ -330,19 +331,25 @@ def _kind(mode: NumericMode, hits: tuple[int, ...], after: Branch) -> tuple[str,
     return ("slip_onset", min(freed)) if freed else ("force_zero", friction)
 
 
-def _require_progress(segments: list[Segment], mode: NumericMode) -> None:
-    """Raise ``Undecided`` where few guards are lost again and again at the same time."""
+def _require_progress(segments: list[Segment], mode: NumericMode, ends: list) -> None:
+    """Raise ``Undecided``, or ``Accumulation``, where few guards are lost again and again at the same time.
+
+    Events accumulate there if the intervals before shrank by half or more from one to the next.
+    """
     last = segments[-WATCHED:]
     hit = last[-1].hit
     at_once = len(last) == WATCHED and last[0].t == last[-1].t
     if at_once and hit is not None and len({(s.branch, s.hit) for s in last}) <= FEW:
+        gaps = [b - a for a, b in pairwise(ends[-FEW:])]
+        if len(gaps) == FEW - 1 and all(2 * later <= before for before, later in pairwise(gaps)):
+            raise _accumulation(ends[-1], len(ends), gaps[-1], last[-1].state, mode.mode.system)
         kind = mode.kinds[hit][0]
         at = listed(mode.mode.system.states, last[-1].state, 8)
         raise Undecided(f"rounding hides whether there is a {kind} at t = {float(last[-1].t):.12g}, {at}, in mode "
                         f"{mode.name}; ask for more digits, or move the start")  # fmt: skip
 
 
-def _require_apart(ends: list, state: tuple, automaton: Automaton) -> None:
+def _require_apart(ends: list, state: tuple, system: System) -> None:
     """Raise ``Accumulation`` where intervals between ``ends`` of modes shrink geometrically to rounding of the time.
 
     A mode may have ended by an event or by crossing an edge; both count alike.
@@ -354,8 +361,10 @@ def _require_apart(ends: list, state: tuple, automaton: Automaton) -> None:
     if tiny and all(later <= before for before, later in zip(gaps, gaps[2:], strict=False)):
         ratio = gaps[-1] / gaps[-3] if gaps[-3] > gaps[-1] else 0
         limit = ends[-1] + (gaps[-1] + gaps[-2]) * ratio / (1 - ratio)
-        at = listed(automaton.system.states, state, 8)
-        raise Accumulation(
-            f"events accumulate at t = {float(limit):.12g}, {at}: {len(ends)} so far, the last "
-            f"{float(gaps[-1]):.1g} apart; no run passes infinitely many, end it before"
-        )
+        raise _accumulation(limit, len(ends), gaps[-1], state, system)
+
+
+def _accumulation(limit: Any, count: int, gap: Any, state: tuple, system: System) -> Accumulation:
+    at = listed(system.states, state, 8)
+    return Accumulation(f"events accumulate at t = {float(limit):.12g}, {at}: {count} so far, the last "
+                        f"{float(gap):.1g} apart; no run passes infinitely many, end it before")  # fmt: skip

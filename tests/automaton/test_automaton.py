@@ -273,6 +273,16 @@ def test_a_twisting_relay_accumulates_where_its_events_shrink_geometrically_to()
     assert float(str(caught.value).split("t = ")[1].split(",")[0]) == pytest.approx(total, rel=1e-9)
 
 
+def test_a_super_twisting_law_accumulates_though_few_events_are_as_far_apart_as_the_error_of_a_step():
+    """With r^2 = |x| and dt = r ds, (r sign(x), w) turns by 1/2 and shrinks by e^(-1/2) as s grows by 1."""
+    root = 2 * sp.sqrt(sp.Abs(x)) * sp.sign(x)
+    law = ap.System.with_frictions({x: w - root, w: F}, {}, [ap.Friction(velocity=x, force=F, load=1, kinetic=1)])
+    total = math.sqrt(8) * math.exp(-math.pi / 4) / (1 - math.exp(-math.pi))
+    with pytest.raises(Accumulation, match=r"accumulate at t = ") as caught:
+        follow(law, {"x": 1, "w": 0}, 3)
+    assert float(str(caught.value).split("t = ")[1].split(",")[0]) == pytest.approx(total, rel=1e-5)
+
+
 @pytest.mark.parametrize("switched", [v, x])
 def test_what_rests_stays_at_rest_where_its_force_draws_it_back_whether_or_not_the_force_is_determined(switched):
     """x'' = t - 1 after t = 1, or t + 1 or t - 1 where the force pushes on; rest on x = 0 leaves F to the rate of v."""
