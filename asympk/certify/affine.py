@@ -79,10 +79,10 @@ class AffineGuard(NamedTuple):
 
 @dataclass(frozen=True)
 class EnclosedMode:
-    """One mode at exact parameters: its matrix M, guards, and groups of eigenvalues with their residues in balls.
+    """One mode at exact parameters: its matrix M and guards.
 
     ``kept`` are the rows that vanish throughout the mode: velocities at rest, gaps of closed rigid contacts and their
-    rates. ``edges`` are the rows that are positive on the sides of the mode.
+    rates. ``edges`` are the rows that are positive on the sides of the mode. ``until`` is the end of the motion.
     """
 
     mode: GuardedMode
@@ -91,7 +91,12 @@ class EnclosedMode:
     kept: tuple[Row, ...]
     edges: tuple[Row, ...]
     field: ExactEntries
-    spectrum: Spectrum
+    until: Fraction
+
+    @cached_property
+    def spectrum(self) -> Spectrum:
+        """The groups of eigenvalues of M with their residues in balls, which only a mode that is followed needs."""
+        return self.field.spectrum(self.matrix, self.until)
 
 
 def enclose(
@@ -221,7 +226,7 @@ class _Modes:
         guards = tuple(AffineGuard(guard.kind, guard.friction, row) for guard, row in placed)
         edges = tuple(self._row(mode, edge) for side in mode.sides for edge in inside(*side))
         kept = (*self._kept(mode), *self._resting(mode))
-        return EnclosedMode(mode, matrix, guards, kept, edges, self.field, self.field.spectrum(matrix, self.until))
+        return EnclosedMode(mode, matrix, guards, kept, edges, self.field, self.until)
 
     def _resting(self, mode):
         """Return the rows of the phases on whose edge the mode stays, by the law on the edge itself."""

@@ -24,6 +24,7 @@ pytest.importorskip("flint")
 from asympk.certify import certify
 from asympk.certify.affine import EnclosedSegment, _Modes
 from asympk.certify.balls import hull
+from asympk.certify.rows import ExactEntries
 
 F, G, t = sp.symbols("F G t", real=True)
 x, v, y, w = sp.symbols("x v y w", real=True)
@@ -674,6 +675,14 @@ def test_two_blocks_that_always_stop_together_by_their_symmetry_are_proven(secon
 def test_twins_whose_starts_range_apart_are_not_taken_for_twins():
     scene = pair_of_blocks((y - 2 * x, x - 2 * y), 3)
     assert certify(scene, {"x": ("2.999", "3.001")}).obstacle == "simultaneous"
+
+
+def test_eigenvalues_are_enclosed_of_the_modes_that_follow_alone(monkeypatch):
+    made, spectrum = [], ExactEntries.spectrum
+    monkeypatch.setattr(ExactEntries, "spectrum", lambda *given: made.append(1) or spectrum(*given))
+    proof = certify(SWITCHED["a stop"], {"k": ("0.3499", "0.3501")})
+    assert proven(proof)
+    assert 1 < len(made) <= len(proof.modes)
 
 
 def test_of_all_modes_of_a_chain_only_those_are_tried_that_the_signs_of_its_velocities_allow():
