@@ -34,6 +34,7 @@ from asympk.symbolic.sides import inside, on_sides
 from asympk.symbolic.system import System
 
 Row = tuple[Any, ...]
+_LARGEST = sp.Max, sp.Min
 
 
 class ExactEntries:
@@ -50,9 +51,10 @@ class ExactEntries:
         named, self.sides = dict(zip(system.parameters, values, strict=True)), sides
         middles = {name: (Fraction(low) + Fraction(high)) / 2 for name, (low, high) in sides.items()}
         self.spans = tuple(hull(*(end - middles[name] for end in ends)) for name, ends in sides.items())
-        self.numbers = {s: sp.Rational(Fraction(v)) for s, v in named.items() if s.name not in sides}
-        self._symbols = {s: self.side(s.name) for s in named if s.name in sides}
-        placed = (self._placed(entry) for entry in entries if not is_rational(entry))
+        self.numbers = {s: sp.Symbol(s.name, real=True, positive=s.is_positive) if s.name in sides
+                        else sp.Rational(Fraction(v)) for s, v in named.items()}  # fmt: skip
+        self._symbols = {self.numbers[s]: self.side(s.name) for s in named if s.name in sides}
+        placed = (self._placed(entry) for entry in entries if not is_rational(entry) or entry.has(*_LARGEST))
         self.ranging = {atom: sp.Dummy() for atom in sorted({a for e in placed for a in _irrational(e)}, key=str)}
         self._symbols |= {symbol: self._family_of(atom) for atom, symbol in self.ranging.items()}
         self.field = sp.QQ.frac_field(*self._symbols) if self._symbols else None
@@ -82,7 +84,7 @@ class ExactEntries:
         expr = expr.subs(self.numbers)
         if expr.has(sp.zoo, sp.oo, sp.nan):
             raise Refused("edge: a coefficient or a reaction is not finite at these parameters")
-        return expr
+        return expr.rewrite(sp.Abs) if expr.has(*_LARGEST) else expr
 
     def exact(self, expr: sp.Expr) -> Any:
         """Return an expression in the parameters as an exact entry."""

@@ -204,12 +204,16 @@ def test_friction_damping_and_start_may_range_over_twenty_percent_in_a_mode_with
         assert contained(proof, ap.solve(ap.Scene(system=system, values=values, start=start, until=4), digits=40))
 
 
-def test_a_parameter_whose_size_counts_may_range_across_0():
-    c = sp.Symbol("c", real=True)
-    system = ap.System.with_frictions({x: v, v: F - x * (1 + sp.Abs(c))}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
+c = sp.Symbol("c")
+ROUND_KINKS = [1 + sp.Abs(c), sp.Max(1, 1 + c), 1 - sp.Min(c, c / 2), 2 + c * sp.sign(c - 1)]
+
+
+@pytest.mark.parametrize("stiffness", ROUND_KINKS, ids=str)
+def test_a_parameter_whose_size_counts_may_range_across_0(stiffness):
+    system = ap.System.with_frictions({x: v, v: F - x * stiffness}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
     scene = ap.Scene(system=system, values={c: 0}, start={"x": 9, "v": 0}, until=4)
     proof = certify(scene, {"c": ("-1e-3", "2e-3")})
-    assert proof.proven
+    assert proof.proven, proof.reason
     for value in ("-1e-3", 0, "1e-4", "2e-3"):
         near = ap.Scene(system=system, values={c: value}, start={"x": 9, "v": 0}, until=4)
         assert contained(proof, ap.solve(near, digits=40))
