@@ -443,7 +443,7 @@ class EnclosedSegment:
         self.places = [place for place, group in enumerate(mode.spectrum) for _ in group.residues]
         units = [tuple(int(i == k) for i in places) for k in places]
         known = field.family([sharpened(unit, state) for unit in units])
-        columns = [part * known * state.family * (2 if group.mean.whole[0, 0].imag > 0 else 1)
+        columns = [part * known * state.family * (1 if group.mean.whole[0, 0].imag.is_zero() else 2)
                    for group in mode.spectrum for part in group.residues]  # fmt: skip
         self.terms = abreast(columns).tight()
         self.bends = [group.bend for group in mode.spectrum]

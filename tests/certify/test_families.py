@@ -132,6 +132,18 @@ def test_the_held_rod_is_proven_for_frictions_that_range_over_five_percent():
             assert contained(one, ap.solve(near, digits=40))
 
 
+def test_a_complex_pair_counts_twice_though_the_ball_of_its_imaginary_part_contains_0():
+    modes = _Modes(DAMPED, (Fraction(2), Fraction(1, 10), Fraction(1, 4)), {}, 4)
+    state = modes.begun([Fraction(9), Fraction(0)])
+    mode, _ = modes.chosen([modes.every(state)], state, "start")
+    exact = EnclosedSegment(mode, state).jet(mode.guards[0], ball(1))
+    around = flint.acb(0, flint.arb(0, 2))
+    wider = [g._replace(mean=g.mean.linear(lambda m: m + around)) if g.mean.whole[0, 0].imag > 0 else g
+             for g in mode.spectrum]  # fmt: skip
+    mode.__dict__["spectrum"] = tuple(wider)
+    assert all(a.contains(b) for a, b in zip(EnclosedSegment(mode, state).jet(mode.guards[0], ball(1)), exact, strict=True))
+
+
 def test_damping_and_friction_may_range_in_resonance_through_three_turns():
     system = ap.System.with_frictions(
         {x: v, v: sp.cos(t) - x - b * v + F}, {}, [ap.Friction(v, F, load=1, kinetic=k)], time=t)  # fmt: skip
