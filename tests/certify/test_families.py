@@ -141,7 +141,8 @@ def test_a_complex_pair_counts_twice_though_the_ball_of_its_imaginary_part_conta
     wider = [g._replace(mean=g.mean.linear(lambda m: m + around)) if g.mean.whole[0, 0].imag > 0 else g
              for g in mode.spectrum]  # fmt: skip
     mode.__dict__["spectrum"] = tuple(wider)
-    assert all(a.contains(b) for a, b in zip(EnclosedSegment(mode, state).jet(mode.guards[0], ball(1)), exact, strict=True))
+    (found,) = EnclosedSegment(mode, state).jet(mode.guards[0], ball(1))
+    assert found.contains(exact[0])
 
 
 def test_damping_and_friction_may_range_in_resonance_through_three_turns():
