@@ -150,6 +150,17 @@ def test_forced_at_resonance_without_friction_grows_like_t():
     assert np.abs(path(times)[0] - times * np.sin(times) / 2).max() < 1e-12
 
 
+@pytest.mark.parametrize("digits", [None, 60])
+def test_forced_at_a_natural_frequency_that_is_a_root_it_grows_like_t(digits):
+    root = sp.sqrt(f / fs)
+    smooth = ap.System.smooth({x: v, v: -f / fs * x + sp.cos(root * t + V)}, {}, None, time=t)
+    path = followed(smooth, {f: 3, fs: 2, V: "1/2"}, {"x": 0, "v": 0}, 7, digits=digits)
+    with mpmath.workdps(70):
+        turn, phase = mpmath.sqrt(mpmath.mpf(3) / 2), mpmath.mpf(1) / 2
+        wave, still = mpmath.sin(7 * turn + phase), mpmath.sin(phase) * mpmath.sin(7 * turn)
+        assert abs(path.final[0] - (7 * wave / turn - still / turn**2) / 2) < mpmath.mpf(10) ** -(digits or 14)
+
+
 def test_a_block_on_a_rough_belt_sticks_and_slips_with_the_known_period():
     """Slip lasts 2 pi - 2 atan((f_s - f)/V), stick 2 (f_s - f)/V: the saw-tooth of the belt (Galvanetto, Bishop)."""
     belt = ap.System.with_frictions(
