@@ -472,14 +472,13 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
     eliminants = [turning[:2]] if turning else _eliminants(equal_zero, unknowns)
     if any(_is_beyond_radicals(force, y, len(unknowns)) for force, y in eliminants):
         return None
-    own = len(eliminants) > 1 and all(g.is_polynomial(*unknowns) for g in equal_zero)
+    own = bool(turning) or (len(eliminants) > 1 and all(g.is_polynomial(*unknowns) for g in equal_zero))
     try:
         found = sp.solve(equal_zero, unknowns, dict=True, check=not own)
     except NotImplementedError:
         found = None
-    if turning:
-        return _in_a_turn(found or [], *turning, *equal_zero, *unknowns)
-    return found and [s for s in found if not own or _solves(s, equal_zero)]
+    found = found and [s for s in found if not own or _solves(s, equal_zero)]
+    return _in_a_turn(found or [], *turning, *equal_zero, *unknowns) if turning else found
 
 
 def _waves(force, y):
@@ -537,7 +536,7 @@ def _in_a_turn(found, numerator, t, q, force, y):
 def _solves(solution, equal_zero):
     """Tell whether g = 0, in numbers, and every unknown may be as it is declared.
 
-    SymPy's own check of roots of polynomials with parameters may not end.
+    SymPy's own check of roots with parameters may not end.
     """
     declared = (sp.check_assumptions(h, **y.assumptions0) is not False for y, h in solution.items())
     return all(declared) and all(is_zero_somewhere(g.subs(solution, simultaneous=True)) for g in equal_zero)
