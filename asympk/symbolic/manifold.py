@@ -217,7 +217,7 @@ def integral_curves(manifold: SlowManifold) -> sp.Dict:
     ``NotDerivable`` unless one slow variable x determines the flow, or where SymPy has no integral.
     """
     _require_manifold(manifold, "integral_curves")
-    name, active = manifold.name, active_slow(manifold.dynamics)
+    name, mode, active = manifold.name, manifold.dynamics, active_slow(manifold.dynamics)
     if is_implicit(manifold.branch):
         raise NotDerivable(f"{name} is implicit; curves are known over an explicit branch, give slow_manifold a branch")
     if len(active) != 1:
@@ -231,7 +231,7 @@ def integral_curves(manifold: SlowManifold) -> sp.Dict:
         raise NotDerivable(f"{name}: rates depend on {in_words(coupled)}; curves are known for rates in {x} alone")
     curves = {z: [_integral(q, x) for q in _quotient(rates, run, x)] for z, rates in flow.items()}
     found = {z: _polynomial(terms, manifold.small) for z, terms in curves.items()}
-    constant = spare(C.name, (*flow, *sp.Tuple(*found.values()).free_symbols), real=True)
+    constant = spare(C.name, sp.Tuple(mode.slow, mode.fast, *found.values()).free_symbols, real=True)
     return sp.Dict({z: curve + constant for z, curve in found.items()})
 
 
