@@ -745,8 +745,7 @@ def test_rest_states_lie_on_implicit_branches_too_but_not_at_their_folds():
 
 
 @pytest.mark.parametrize("side", [-1, 1])
-@pytest.mark.parametrize("name", ["slip_same", "slip_opposite"])
-def test_a_law_with_the_speed_in_it_has_the_manifold_of_each_side_of_no_speed(name, side):
+def test_a_law_with_the_speed_in_it_has_the_manifold_of_each_side_of_no_speed(side):
     """k/(1 + |z|) is k/(1 + z) for z > 0 and k/(1 - z) for z < 0, and a load of either sign keeps both in one mode."""
     x, y, z, F = sp.symbols("x y z F", real=True)
     mu, k = sp.symbols("mu k", positive=True)
@@ -754,11 +753,12 @@ def test_a_law_with_the_speed_in_it_has_the_manifold_of_each_side_of_no_speed(na
     def coefficients(kinetic):
         law = ap.Friction(force=F, velocity=z, load=x + y + 1, kinetic=kinetic)
         system = ap.System.with_frictions({x: z - x, z: F - x - y}, {y: x - 2 * y + F / 4}, [law], mu)
-        (found,) = (m for m in ap.slow_manifolds(system, order=2) if m.dynamics.name == name)
         at = {x: sp.Rational(2, 3), z: side * sp.Rational(3, 5), k: sp.Rational(1, 2)}
-        return [c.subs(at) for c in found.coefficients]
+        return {m.dynamics.name: [c.subs(at) for c in m.coefficients] for m in ap.slow_manifolds(system, order=2)}
 
-    assert coefficients(k / (1 + sp.Abs(z))) == coefficients(k / (1 + side * z))
+    found = coefficients(k / (1 + sp.Abs(z)))
+    assert found == coefficients(k / (1 + side * z))
+    assert {"slip_same", "slip_opposite"} <= {*found}
 
 
 TIME = sp.Symbol("t", real=True)
