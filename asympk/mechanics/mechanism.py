@@ -14,7 +14,7 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.errors import InputError, OutOfRange
+from asympk.errors import InputError, NotDerivable, OutOfRange
 from asympk.mechanics import elastic, jump_law, paradox, rigid, rigid_system
 from asympk.mechanics.checks import check_bounds, check_mechanism, require_closed, require_positive_mass
 from asympk.mechanics.evaluation import evaluate, evaluate_ahead
@@ -74,8 +74,9 @@ class Contact(ShownAsFormulas):
 class Mechanism(ShownAsFormulas):
     """A mechanism with the mass matrix ``mass``, the applied forces ``forces``, one ``contact`` and perhaps ``others``.
 
-    Critical friction, paradox, motions and jump law are those of ``contact``, with all ``others`` open. The systems
-    ``rigid()`` and ``elastic()`` have all contacts, with the forces N and F, N2 and F2, ... in order.
+    Critical friction, paradox, motions and jump law are those of ``contact``, with all ``others`` open; if one of these
+    holds both ways, they raise ``NotDerivable``. The systems ``rigid()`` and ``elastic()`` have all contacts, with the
+    forces N and F, N2 and F2, ... in order.
     ``velocities`` are the rates of ``coordinates``, one for each. ``forces`` is the whole right side Q of M q'' = Q,
     including centrifugal and gyroscopic terms, but not R and F. ``time`` is the symbol of time in forces and contact;
     by default it is the argument of the dynamicsymbols, or t. Raises ``InputError`` for a mass matrix that is singular
@@ -164,6 +165,16 @@ class Mechanism(ShownAsFormulas):
         return tuple(found)
 
     @property
+    def _alone(self) -> Kinetics:
+        """The equations with all ``others`` open; raises ``NotDerivable`` if one of these holds both ways."""
+        for k, other in enumerate(self.others):
+            if not other.unilateral:
+                raise NotDerivable(f"others[{k}] holds both ways and never opens, so that the motions of the contact "
+                                   "alone are none of the mechanism's: choose coordinates that keep the gap "
+                                   f"{other.gap!s:.60} at 0, or follow rigid() or elastic()")  # fmt: skip
+        return self.plain
+
+    @property
     def parameters(self) -> tuple[sp.Symbol, ...]:
         """Every parameter of the mechanism and of all its contacts as a plain symbol, sorted by name."""
         return tuple(sorted({s for kinetics in self._contacts for s in kinetics.parameters}, key=str))
@@ -186,7 +197,7 @@ class Mechanism(ShownAsFormulas):
     @property
     def critical_friction(self) -> sp.Expr:
         """The coefficient of friction G_NN / (load |G_NT|) above which there is a paradox, or oo if G_NT is 0."""
-        return self.own(paradox.critical_friction(self.plain))
+        return self.own(paradox.critical_friction(self._alone))
 
     @property
     def paradox(self) -> sp.Basic:
@@ -194,7 +205,7 @@ class Mechanism(ShownAsFormulas):
 
         A unilateral contact has a paradox only if gamma G_NT > 0; if gamma G_NT < 0, sliding has one motion.
         """
-        return self.own(paradox.condition(self.plain))
+        return self.own(paradox.condition(self._alone))
 
     def evaluate(self, expr: Any, values: dict[Any, Any]) -> Any:
         """Return an expression or condition in the mechanism's own symbols at numbers or arrays of numbers.
@@ -216,18 +227,18 @@ class Mechanism(ShownAsFormulas):
         Each is a pair (name, reaction) with the name ``"slip"``, ``"stick"`` or ``"lift_off"``. Raises ``InputError``
         for missing values, and ``Undecided`` where the reaction is not determined.
         """
-        return rigid.motions(self.plain, self.keyed(values))
+        return rigid.motions(self._alone, self.keyed(values))
 
     def motion_map(self, values: dict[Any, Any]) -> MotionMap:
         """Return the map of rigid motions on arrays that broadcast: ``.count``, ``.count_of("slip")``."""
-        return rigid.motion_map(self.plain, self.keyed(values))
+        return rigid.motion_map(self._alone, self.keyed(values))
 
     def paradox_set(self, over: dict[Any, Any], values: dict[Any, Any] | None = None) -> ParadoxSet:
         """Return the set with a paradox over one or two coordinates or parameters, ``over = {name: (low, high)}``.
 
         Its ``.intervals`` are stretches of the first one, from ``.start`` to ``.end``. ``values`` gives all others.
         """
-        return paradox_set(self.plain, self.keyed(over), self.keyed({} if values is None else values))
+        return paradox_set(self._alone, self.keyed(over), self.keyed({} if values is None else values))
 
     def least_critical_friction(self, coordinate: Any, values: dict[Any, Any] | None = None) -> LeastFriction:
         """Return the least critical friction over ``coordinate``, ``.friction``, at the place given by ``.where``.
@@ -237,7 +248,7 @@ class Mechanism(ShownAsFormulas):
         if not isinstance(coordinate, str | sp.Basic):
             raise InputError(f"coordinate = {short(coordinate)}: give one coordinate, by its name or its symbol")
         (name,) = self.keyed({coordinate: 0})
-        return paradox.least(self.plain, name, self.keyed({} if values is None else values), self.own)
+        return paradox.least(self._alone, name, self.keyed({} if values is None else values), self.own)
 
     def jump_law(self, ratio: Any = None, damping: Any = None) -> JumpLaw:
         """Return the jump through the paradox: ``.impulses`` (P_N, P_T), ``.velocities`` after it, ``.condition``.
@@ -246,7 +257,7 @@ class Mechanism(ShownAsFormulas):
         With a ``ratio`` h/sqrt(c), a unilateral contact opens with the rate ``.gap_rate``. The law has errors of order
         c log(1/c) in the compliance c, or with a ratio of order sqrt(c) log(1/c).
         """
-        return jump_law.jump_law(self.plain, self.own, ratio, damping)
+        return jump_law.jump_law(self._alone, self.own, ratio, damping)
 
     def rigid(self) -> System:
         """Return the rigid mechanism as a ``System`` in all coordinates and velocities; start it at g = g' = 0.

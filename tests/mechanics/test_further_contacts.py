@@ -189,6 +189,19 @@ def test_a_start_that_breaks_a_further_constraint_is_refused(place, said):
         ladder.start(ladder.rigid(), {**still, **place})
 
 
+def test_motions_of_a_contact_alone_are_refused_beside_one_that_never_opens():
+    """The upper end of the ladder runs in a guide, not on a wall: with the guide left out it would have one slip."""
+    sliding = {**LEANT, "X'": sp.Rational(1, 2), "Y'": 0, "f": 2}
+    assert _ladder(WALL).motions(sliding) == _ladder().motions(sliding)
+    held = _ladder(WALL, replace(WALL, unilateral=False))
+    questions = [lambda: held.motions(sliding), lambda: held.motion_map(sliding), lambda: held.critical_friction,
+                 lambda: held.paradox, lambda: held.paradox_set({"theta": (1, 2)}), lambda: held.jump_law(),
+                 lambda: held.least_critical_friction("theta")]  # fmt: skip
+    for question in questions:
+        with pytest.raises(NotDerivable, match=r"others\[1\] holds both ways and never opens"):
+            question()
+
+
 def test_two_contacts_are_told_where_the_second_belongs():
     with pytest.raises(InputError, match="further ones are others="):
         replace(_ladder(), contact=(FLOOR, WALL))
