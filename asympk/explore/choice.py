@@ -38,10 +38,10 @@ def chosen_scenes(word: str | None) -> Callable[[], tuple[Scene, ...]]:
 
 def _of_mechanism(found: Described) -> tuple[Scene, ...]:
     """Return the example of a described mechanism with an elastic and a rigid contact, where its start fits each."""
-    c, h = (found.mechanism.plain.spare(name, positive=True) for name in "ch")
-    values = {str(c): COMPLIANCE, str(h): DAMPING, **found.values}
-    models = {"elastic contact": found.mechanism.elastic(compliance=c, damping=h), "rigid": found.mechanism.rigid()}
     mechanism, state = found.mechanism, found.state
+    c, h = (mechanism.plain.spare(name, *mechanism.parameters, positive=True) for name in "ch")
+    values = {str(c): COMPLIANCE, str(h): DAMPING, **found.values}
+    models = {"elastic contact": mechanism.elastic(compliance=c, damping=h), "rigid": mechanism.rigid()}
     scenes, refused = [], []
     for name, model in models.items():
         try:

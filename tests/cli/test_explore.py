@@ -111,6 +111,15 @@ def test_a_body_above_its_contact_has_the_rigid_one_alone(tmp_path):
     assert [scene.name for scene in chosen_scenes(str(file))()] == ["rigid"]
 
 
+def test_the_compliance_leaves_its_name_to_a_parameter_of_a_further_contact(tmp_path):
+    file, wall = tmp_path / "own.toml", "others = [{gap = '-X', slip = 'Y', friction = 'c', unilateral = true}]\n"
+    file.write_text(wall + MECHANISM.replace("f = 2", "f = 2\nc = 1"))
+    elastic, rigid = chosen_scenes(str(file))()
+    assert {"c", "c_"} <= {*map(str, elastic.system.parameters)}
+    assert elastic.system.small.name == "c_"
+    assert "c_" not in map(str, rigid.system.parameters)
+
+
 @pytest.mark.skipif(not os.path.exists("/dev/fd"), reason="a pipe has no name")
 @pytest.mark.parametrize(("text", "names"), [(BLOCK, 1), (MECHANISM, 2)])
 def test_a_scene_is_explored_from_a_pipe(text, names):
