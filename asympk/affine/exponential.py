@@ -10,6 +10,9 @@ root l of multiplicity m gives the coefficient of ``t^k/k! e^{l t}``: the sum of
 
 The D_r grow as eigenvalues approach one another, and their sum loses digits. ``exponential`` therefore takes more bits
 until ``X = sum F_r D_r`` satisfies ``X(0) = 1`` and ``X' = M X``, which only ``e^{M t}`` does (``_solves``).
+
+Where entries are rounded, eigenvalues that are equal come out slightly apart, and no bits tell that. Eigenvalues so
+near to one another are taken for one, their mean, if the X of that solves the equation to the digits of the entries.
 """
 
 from collections.abc import Iterator
@@ -17,7 +20,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from itertools import count, takewhile
+from itertools import combinations, count, takewhile
 from math import comb
 
 import numpy as np
@@ -35,6 +38,8 @@ LARGEST = 400  # the power of ten beyond which numbers are refused, which no num
 _SPARE_BITS = 64
 _BITS_A_DIGIT = 5.4  # some 1.6 digits for each digit asked for
 _RIGHT_BITS_A_DIGIT = 3.7  # bits to which ``e^{M t}`` is right for each digit asked for
+_BITS_OF_A_DIGIT = 3.3  # a little fewer than the bits that tell a decimal digit
+_NEAR = 0.2  # part of the digits of rounded entries to which eigenvalues that may be one agree, up to five of them
 _MOST_BITS = 1 << 13  # beyond which the bits are not doubled again: the search for roots would take minutes
 
 
@@ -51,9 +56,10 @@ class Exponential:
 
 
 @lru_cache(maxsize=256)
-def exponential(entries: tuple[tuple[Fraction, ...], ...], digits: int) -> Exponential:
+def exponential(entries: tuple[tuple[Fraction, ...], ...], digits: int, rounded: int | None = None) -> Exponential:
     """Return the ``Exponential`` of rows of Fractions to ``digits`` digits, with more bits the more their sizes differ.
 
+    The entries are exact, or ``rounded`` to that number of digits; they determine no more digits of the result.
     Raises ``InputError`` for more than 48 states, ``Undecided`` where eigenvalues are too near to one another.
     """
     if len(entries) > MOST_STATES:
@@ -63,19 +69,36 @@ def exponential(entries: tuple[tuple[Fraction, ...], ...], digits: int) -> Expon
     lengths = [abs(entry).bit_length() for entry in whole.flat if entry]
     spread = max(lengths, default=0) - min(lengths, default=0)
     first = int(_BITS_A_DIGIT * digits) + _SPARE_BITS + 2 * spread
+    right = int(_RIGHT_BITS_A_DIGIT * digits) + spread
     for bits in takewhile(lambda bits: bits <= max(first, _MOST_BITS), (first << k for k in count())):
         with suppress(Undecided, ZeroDivisionError):  # roots that only more bits tell apart
-            found = _found(entries, whole, denominator, bits)
-            if _solves(found, whole, denominator, int(_RIGHT_BITS_A_DIGIT * digits) + spread):
+            pairs = eigenpairs(whole, denominator, bits)
+            if rounded and (pairs is None or _are_near(pairs.values, rounded)):
+                found = _exponential(of_roots(entries, bits, rounded), bits)
+                if _solves(found, whole, denominator, min(right, int(_BITS_OF_A_DIGIT * rounded))):
+                    return found
+            found = _exponential(of_pairs(pairs) if pairs else of_roots(entries, bits), bits)
+            if _solves(found, whole, denominator, right):
                 return found
     raise Undecided(f"eigenvalues of a mode are too near to one another for {bits} bits: give parameters at which "
                     "they are equal, or differ more")  # fmt: skip
 
 
-def _found(entries, whole, denominator, bits):
+def _are_near(values, rounded):
+    """Tell whether eigenvalues, or the members of a pair, are so near to one another that they may be equal."""
+    real, imaginary = ([*map(int, part)] for part in values)
+    size = max(map(abs, (*real, *imaginary)), default=0)
+    apart = [max(abs(a - c), abs(b - d)) for (a, b), (c, d) in combinations(zip(real, imaginary, strict=True), 2)]
+    return any(_is_near(gap, size, rounded) for gap in (*apart, *filter(None, imaginary)))
+
+
+def _is_near(gap, size, rounded):
+    """Tell whether a gap between eigenvalues of a ``size`` may come from ``rounded`` entries."""
+    return gap * 10 ** int(_NEAR * rounded) <= size
+
+
+def _exponential(pieces, bits):
     """Return the ``Exponential`` with the given number of bits, some of which eigenvalues near one another take."""
-    pairs = eigenpairs(whole, denominator, bits)
-    pieces = of_pairs(pairs) if pairs else of_roots(entries, bits)
     kept = sorted((piece for piece in pieces if piece[0].size), key=lambda piece: -abs(piece[0].decay) - piece[0].turn)
     return Exponential(bits, tuple(block for block, _ in kept), np.concatenate([matrices for _, matrices in kept]))
 
@@ -97,15 +120,18 @@ def of_pairs(found: Eigenpairs) -> Iterator[tuple[Block, np.ndarray]]:
     yield Block(0, 0, len(found.zero)), np.array(found.zero).reshape(-1, *found.parts.shape[2:])
 
 
-def of_roots(entries: tuple[tuple[Fraction, ...], ...], bits: int) -> Iterator[tuple[Block, np.ndarray]]:
+def of_roots(
+    entries: tuple[tuple[Fraction, ...], ...], bits: int, rounded: int | None = None
+) -> Iterator[tuple[Block, np.ndarray]]:
     """Yield (block, matrices) of all eigenvalues, which may be multiple, as roots of the characteristic polynomial.
 
-    Matrices that vanish at the end are left out.
+    Matrices that vanish at the end are left out. Roots that ``rounded`` entries may have parted are taken for one.
     """
     found = resolvent(entries)
     m = flow_context(LARGEST)
     set_digits(m, int(0.3 * bits) + 20 + 3 * len(entries))
-    for root, many in polynomial_roots(found, m):
+    roots = polynomial_roots(found, m)
+    for root, many in _joined(m, roots, rounded) if rounded else roots:
         residues = np.array(_residues(m, found, root, many))
         decay, turn = _fixed(np.array([m.re(root), m.im(root)]) / found.denominator, bits)
         if m.im(root) and not turn:
@@ -114,6 +140,19 @@ def of_roots(entries: tuple[tuple[Fraction, ...], ...], bits: int) -> Iterator[t
         matrices = np.moveaxis(_fixed(np.array(parts).reshape(*residues.shape, -1), bits), -1, 1)
         size = len(np.trim_zeros(matrices.any(axis=(1, 2, 3)), "b"))
         yield Block(decay, turn, size), matrices[:size].reshape(-1, *residues.shape[1:])
+
+
+def _joined(m, roots, rounded):
+    """Return (root, multiplicity) with the mean of roots that are near to one another in their place."""
+    size, found = max(abs(root) for root, _ in roots), list[tuple]()
+    for root, many in roots:
+        if m.im(root) and _is_near(m.im(root), size, rounded):
+            root, many = m.re(root), 2 * many
+        others = [pair for pair in found if _is_near(abs(pair[0] - root), size, rounded)]
+        found = [pair for pair in found if pair not in others]
+        total = many + sum(count for _, count in others)
+        found.append((sum((other * count for other, count in others), root * many) / total, total))
+    return found
 
 
 def _fixed(values, bits):

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from asympk.affine.events import Guards, first_root
-from asympk.affine.exponential import DIGITS_FOR_DOUBLES, exponential
+from asympk.affine.exponential import DIGITS_FOR_DOUBLES, Exponential, exponential
 from asympk.affine.functions import functions, initial, rate_of, tremors
 from asympk.affine.mesh import Mesh
 from asympk.affine.polynomial import in_whole_numbers
@@ -30,25 +30,33 @@ _NEAR = 1e-6
 
 @dataclass(frozen=True)
 class AffineMode:
-    """``w' = A w + b`` while all guards ``c.w + d`` are positive: the ``rows`` (A, b), and ``guards`` (c, d)."""
+    """``w' = A w + b`` while all guards ``c.w + d`` are positive: the ``rows`` (A, b), and ``guards`` (c, d).
+
+    The rows are exact, or ``rounded`` to that number of digits.
+    """
 
     rows: tuple[tuple[Fraction, ...], ...]
     guards: tuple[tuple[Fraction, ...], ...] = ()
+    rounded: int | None = None
 
     @property
     def homogeneous(self) -> tuple[tuple[Fraction, ...], ...]:
         """The rows of M in ``(w, 1)' = M (w, 1)``."""
         return (*self.rows, (Fraction(0),) * (len(self.rows) + 1))
 
+    def exponential(self, digits: int) -> Exponential:
+        """Return ``e^{M t}`` to ``digits`` digits."""
+        return exponential(self.homogeneous, digits, self.rounded)
+
     @cached_property
     def in_doubles(self) -> "AffineFlow":
         """The ``AffineFlow`` in doubles."""
-        return _flow(Doubles, self, exponential(self.homogeneous, DIGITS_FOR_DOUBLES))
+        return _flow(Doubles, self, self.exponential(DIGITS_FOR_DOUBLES))
 
     @cached_property
     def mesh(self) -> Mesh:
         """The ``Mesh`` of the spectrum."""
-        return Mesh(_blocks(Doubles, exponential(self.homogeneous, DIGITS_FOR_DOUBLES)))
+        return Mesh(_blocks(Doubles, self.exponential(DIGITS_FOR_DOUBLES)))
 
 
 @dataclass(frozen=True)
@@ -107,7 +115,7 @@ class AffineFlow:
 def in_digits(m: Arithmetic, mode: AffineMode) -> AffineFlow:
     """Return the ``AffineFlow`` of a mode in the mpmath numbers of the context ``m``, at its present precision."""
     doublings = ((m.dps - 1) // _LEAST_DIGITS).bit_length()  # runs of nearly the same precision share one exponential
-    return _flow(m, mode, exponential(mode.homogeneous, _LEAST_DIGITS << doublings))
+    return _flow(m, mode, mode.exponential(_LEAST_DIGITS << doublings))
 
 
 def _flow(m, mode, exact):

@@ -46,6 +46,23 @@ def test_a_start_less_than_a_rounding_beyond_the_dead_zone_swings_to_its_other_s
     assert float(path.final[0]) == float(1 - Fraction(beyond))
 
 
+@pytest.mark.parametrize("digits", [None, 50])
+def test_irrational_frequencies_and_rates_that_are_equal_are_one(digits):
+    """Resonance, critical damping, and critical damping under a force of its own rate, from x = 0 at the speed 1."""
+    root, k, m = sp.sqrt(omega), *sp.symbols("k m", positive=True)
+    cases = [
+        ({v: -omega * x + sp.cos(root * t)}, {omega: 2}, lambda w, s: (1 + s / 2) * mpmath.sin(w * s) / w),
+        ({v: -k / m * x - 2 * sp.sqrt(k / m) * v}, {k: 6, m: 3}, lambda w, s: s * mpmath.exp(-w * s)),
+        ({v: -omega * x - 2 * root * v + sp.exp(-root * t)}, {omega: 2},
+         lambda w, s: (s + s**2 / 2) * mpmath.exp(-w * s)),
+    ]  # fmt: skip
+    for rates, values, closed in cases:
+        system = ap.System.with_frictions({x: v, **rates}, {}, [], time=t)
+        path = followed(system, values, {"x": 0, "v": 1}, 5, digits=digits)
+        with mpmath.workdps(60):
+            assert abs(path.final[0] - closed(mpmath.sqrt(2), 5)) < 10.0 ** -(digits or 15)
+
+
 @pytest.mark.parametrize("load", ["0.35", "-0.35"])
 def test_a_load_of_either_sign_resists_as_much(load):
     """The turning points are 5.3 - 0.7 n; with a negative load the phase of forward sliding is slip_opposite."""
