@@ -96,9 +96,10 @@ def check_bounds(contact: Any) -> None:
 
 
 def _check_sizes(kinetics: Kinetics) -> None:
-    symbols = (*kinetics.coordinates, *kinetics.velocities)
+    symbols = (*kinetics.coordinates, *kinetics.velocities, kinetics.time)
     if len({*map(str, symbols)}) < len(symbols):
-        raise InputError(f"coordinates and velocities ({', '.join(map(str, symbols))}): a name is given twice")
+        listed = ", ".join(map(str, symbols))
+        raise InputError(f"coordinates, velocities and the time ({listed}): a name is given twice; rename one")
     n = len(kinetics.coordinates)
     sizes = {"forces": len(kinetics.forces), "rows of mass": kinetics.mass.rows, "columns of mass": kinetics.mass.cols}
     for name, size in sizes.items():

@@ -198,6 +198,7 @@ q1, q2, u1, u2 = sp.symbols("q1 q2 u1 u2")
         ({"forces": (0, sp.zoo)}, "forces = zoo: it must be finite and real"),
         ({"forces": (0,)}, "1 forces for 2 coordinates"),
         ({"coordinates": (q1, q1)}, "a name is given twice"),
+        ({"coordinates": (q1, sp.Symbol("t", real=True)), "gap": sp.Symbol("t", real=True)}, "a name is given twice"),
         ({"gap": q2 + dynamicsymbols("w")}, "is no coordinate or velocity"),
         ({"coordinates": (q1,), "velocities": (u1,), "mass": [[1]], "forces": (0,), "gap": q1}, "one coordinate"),
     ],
