@@ -5,7 +5,7 @@ from functools import partial
 
 from asympk import systems
 from asympk.errors import InputError
-from asympk.mechanics.described import Described, mechanism_of_table
+from asympk.mechanics.described import Described, describes_mechanism, mechanism_of_table
 from asympk.scene import Scene
 from asympk.scenes.scenefile import is_file, known_name, read_scene, scene_names, scene_of_table
 from asympk.storage.tomlfile import read_table
@@ -27,7 +27,7 @@ def chosen_scenes(word: str | None) -> Callable[[], tuple[Scene, ...]]:
         return lambda: tuple(map(read_scene, names))
     if is_file(word):
         table = read_table(word)
-        alone = "coordinates" in table and "until" not in table
+        alone = describes_mechanism(table) and "until" not in table
         if alone:
             return partial(_of_mechanism, mechanism_of_table(table, word))
         scene = scene_of_table(table, word)

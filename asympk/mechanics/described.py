@@ -20,6 +20,7 @@ Instead of ``lagrangian`` a file may have ``mass``, rows of formulas; the forces
 """
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -135,6 +136,11 @@ def described_by(table: Any, parameters: Any) -> Described:
         raise InputError("mechanism: it must be a word of the catalogue, or a table whose values stand beside it")
     refuse_unknown(table, KEYS, "mechanism")
     return _described({**table, "values": dict.fromkeys(parameters)}, "mechanism")
+
+
+def describes_mechanism(table: Mapping[str, Any]) -> bool:
+    """Tell whether a table of TOML is that of a mechanism, by one of the keys that no other table has."""
+    return not table.keys().isdisjoint(("coordinates", "lagrangian"))
 
 
 def scene_table(table: dict[str, Any], where: Any) -> dict[str, Any]:

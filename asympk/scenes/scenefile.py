@@ -28,7 +28,7 @@ from typing import Any
 
 from asympk import systems
 from asympk.errors import InputError
-from asympk.mechanics.described import scene_table
+from asympk.mechanics.described import describes_mechanism, scene_table
 from asympk.naming import named
 from asympk.scene import Scene
 from asympk.scenes.systemfile import read_system_scene
@@ -151,7 +151,7 @@ def scene_of_table(table: dict[str, Any], where: str, changes: Mapping[str, Any]
 
     Raises ``InputError``.
     """
-    if "coordinates" in table:
+    if describes_mechanism(table):
         table = scene_table(table, where)
     refuse_unknown(table, (*COMMON, *NONDIMENSIONAL, *PHYSICAL, UNITS, *SYSTEM), where)
     entries = {key: value for key, value in table.items() if key != "about"}

@@ -27,7 +27,7 @@ import numpy as np
 
 from asympk import systems
 from asympk.errors import InputError
-from asympk.mechanics.described import scene_table
+from asympk.mechanics.described import describes_mechanism, scene_table
 from asympk.numbers import number, short, whole
 from asympk.scenes.scenefile import NONDIMENSIONAL, PHYSICAL, SYSTEM, UNITS, keys_of, scene_names
 from asympk.storage.tomlfile import parse_table, read_table, refuse_unknown, word
@@ -140,7 +140,7 @@ def parse_sweep(text: str) -> Sweep:
 
 def sweep_of_table(table: Mapping[str, Any], where: str | Path) -> Sweep:
     """Return the ``Sweep`` in a table of TOML, that of a mechanism that is a scene, too, included."""
-    if "coordinates" in table:
+    if describes_mechanism(table):
         settings = {key: value for key, value in table.items() if key in _SETTINGS}
         table = scene_table({key: table[key] for key in table.keys() - settings.keys()}, where) | settings
     refuse_unknown(table, _KEYS, where)

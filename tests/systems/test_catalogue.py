@@ -334,6 +334,9 @@ def test_a_mechanism_and_a_scene_are_not_taken_for_each_other(tmp_path, monkeypa
     (tmp_path / "scene.toml").write_text("sigma = 1\nmu = 1e-3\nstart = [0, 0.2, -1]\nuntil = 5\n")
     assert main(["solve", "rod.toml"]) == 2
     assert "rod.toml: it is a mechanism, for asympk mechanism" in capsys.readouterr().err
+    (tmp_path / "rod.toml").write_text(ROD.replace("coordinates", "coordinate"))
+    assert main(["solve", "rod.toml"]) == 2
+    assert "rod.toml: key 'coordinate' is unknown; the nearest known one is 'coordinates'" in capsys.readouterr().err
     assert main(["mechanism", "scene.toml"]) == 2
     assert "scene.toml: it is a scene, followed by asympk solve" in capsys.readouterr().err
 
