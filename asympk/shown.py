@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, TypeVar
 WIDTH = 100  # most characters of a line of text
 ROWS = 10  # most rows of a card as text
 LONGEST = 60  # most characters of a number
+LATEX = 4000  # most characters of a formula in LaTeX; a longer one, of metres on one line, is shown as text
 _RELATIONS = {"->": r"\to ", "<=": r"\le ", ">=": r"\ge ", "<": "<", ">": ">", "|": "|"}
 _LINE = "text-align:left;white-space:nowrap"
 
@@ -154,7 +155,10 @@ def _html(value: Any) -> str:
 
 
 def _formula(value: Any) -> str:
-    return latex_of(value) if is_formula(value) else _text(_words(value))
+    if not is_formula(value):
+        return _text(_words(value))
+    formula = latex_of(value)
+    return formula if len(formula) <= LATEX else _text(cut(_words(value)))
 
 
 def _text(words: str) -> str:

@@ -26,7 +26,7 @@ from asympk.pictures.paths import shade
 from asympk.pictures.trace import trace
 from asympk.scenes.scenefile import shipped
 from asympk.scenes.turned import turned
-from asympk.shown import Card, as_html, number_as_text
+from asympk.shown import Card, as_html, as_latex, number_as_text
 
 x, v, F = sp.symbols("x v F", real=True)
 BLOCK = ap.System.with_frictions(
@@ -320,6 +320,13 @@ def test_the_nouns_of_formulas_are_set_by_latex_with_amsmath_alone_and_in_its_te
     (tmp_path / "page.tex").write_text(page)
     run = subprocess.run(["pdflatex", "-interaction=nonstopmode", "page"], capture_output=True, cwd=tmp_path)
     assert re.findall(rb"^! .*", run.stdout, re.MULTILINE) == []
+
+
+def test_a_formula_of_metres_is_cut_in_a_notebook_and_a_formula_of_a_page_is_not():
+    few, many = (sp.Add(*sp.symbols(f"a:{count}")) for count in (100, 1000))
+    assert as_latex(Card("sum", (("of", few),))).count("a_{") == 100
+    assert len(as_latex(Card("sum", (("of", many),)))) < 300
+    assert len(as_html(Card("sum", (("of", many),)))) < 500
 
 
 def test_a_formula_in_a_table_is_no_markup():
