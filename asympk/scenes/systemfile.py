@@ -37,6 +37,7 @@ from asympk.scene import Scene
 from asympk.scenes.turned import static_frictions, with_changes
 from asympk.storage.tomlfile import nearest, refuse_unknown, require_keys, table_in, tables_in
 from asympk.symbolic.system import Friction, System
+from asympk.symbolic.values import did_you_mean, in_words
 from asympk.systems.catalogue import described_mechanism, start_at
 
 KEYS = ("slow", "fast", "small", "time", "frictions", "assumptions")
@@ -99,15 +100,20 @@ def without(names: set[str], values: Mapping[str, Any]) -> dict[str, Any]:
 def coordinates_of_start(system: System, mechanism: Mechanism, start: Iterable[str]) -> tuple[str, ...]:
     """Return all coordinates and rates by name if ``start`` names such alone, and not states alone; else ().
 
-    Raises ``InputError`` where some coordinates or rates are missing.
+    Raises ``InputError`` where some coordinates or rates are missing, and for names of no coordinate, rate or state.
     """
     own = tuple(s.name for s in (*mechanism.plain.coordinates, *mechanism.plain.velocities))
-    names = {*start}
-    if names <= {*map(str, system.states)} or not names <= {*own}:
+    names, states = {*start}, [*map(str, system.states)]
+    if (time := str(mechanism.plain.time)) in names:
+        raise InputError(f"start: {time} is the time; a scene starts at {time} = 0, and asympk mechanism takes another")
+    if unknown := sorted(names - {*own, *states}):
+        raise InputError(f"start: {unknown[0]:.60} is no coordinate, rate or state; these are "
+                         f"{in_words({*own, *states})}{did_you_mean(unknown[0], {*own, *states})}")  # fmt: skip
+    if names <= {*states} or not names <= {*own}:
         return ()
     if missing := sorted({*own} - names):
         raise InputError(f"start: no value for {', '.join(missing)}; give all coordinates and rates, or the states "
-                         f"{', '.join(map(str, system.states))}")  # fmt: skip
+                         f"{', '.join(states)}")  # fmt: skip
     return own
 
 
@@ -140,6 +146,8 @@ def _symbols(table: dict, states: list[str], frictions: list[dict], parameters: 
             raise InputError(f"{name!r:.60} cannot name a quantity; give letters, digits and underscores")
     if twice := sorted({name for name in named if named.count(name) > 1}):
         raise InputError(f"{twice[0]} names two quantities; give one of them another name")
+    if moving := [name for name in named if name in parameters and name != table.get("small")]:
+        raise InputError(f"values: {moving[0]} is a state, a force or the time; only parameters have a number there")
     symbols = {name: sp.Symbol(name, real=True) for name in [*named, *parameters]}
     if isinstance(table.get("small"), str):
         symbols[table["small"]] = sp.Symbol(table["small"], positive=True)

@@ -223,6 +223,7 @@ mechanism = "painleve_rod"
         (BELT, "[[system.frictions]]", "[system.frictions]", "system.frictions must be tables"),
         (BELT, "until = 1\n", "", "until missing"),
         (BELT, 'x = "v"', 'x = "v"\nF = "x"', "F names two quantities"),
+        (BELT, "[values]", "[values]\nx = 1", "values: x is a state, a force or the time; only parameters have a num"),
         (BELT, "until = 1", "until = 1\nf = 1", "f is the rod's; parameters of a system stand in [values]"),
         (BELT, "until = 1", "until = 1\nmu = 1", "mu is the rod's; parameters of a system stand in [values]"),
         (ON_GROUND, "contact", "contcat = 1\ncontact", "system: key 'contcat' is unknown"),
@@ -372,6 +373,12 @@ def test_an_elastic_mechanism_in_a_scene_starts_from_its_coordinates_and_rates(t
     assert dict(zip(scene.names, scene.start, strict=True)) == told
     file.write_text(ELASTIC.replace("\"X'\" = 3, ", ""))
     with pytest.raises(InputError, match="no value for X'; give all coordinates and rates, or the states X, Y"):
+        ap.read_scene(file)
+    file.write_text(ELASTIC.replace("theta'", "thta'"))
+    with pytest.raises(InputError, match=r"start: thta' is no coordinate, rate or state; these are .*mean theta'"):
+        ap.read_scene(file)
+    file.write_text(ELASTIC.replace("start = {", "start = {t = 2, "))
+    with pytest.raises(InputError, match="start: t is the time; a scene starts at t = 0"):
         ap.read_scene(file)
 
 
