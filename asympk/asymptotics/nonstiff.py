@@ -145,7 +145,8 @@ def steps(
     flow, grow, count, marked = partial(rates, flows, parameters), GROW, 0, t
     while t < until:
         if count == PATIENCE:
-            if slopes and succeeds(flow, slopes, state, IMPLICIT * (t - marked) / PATIENCE, rtol, atol):
+            longer = IMPLICIT * (t - marked) / PATIENCE
+            if slopes and longer <= within and succeeds(flow, slopes, state, longer, rtol, atol):
                 yield from stiff_steps(flow, slopes, state, t, until, rtol, atol, span, within)
                 return
             count, marked = 0, t
