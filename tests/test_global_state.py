@@ -73,9 +73,11 @@ CALLS = {
 }
 
 
-@pytest.mark.parametrize(
-    "call", [pytest.param(call, marks=pytest.mark.slow) if call == "convergence" else call for call in CALLS]
-)
+def _longest_as_slow(calls):
+    return [pytest.param(call, marks=pytest.mark.slow) if call == "convergence" else call for call in calls]
+
+
+@pytest.mark.parametrize("call", _longest_as_slow(CALLS))
 def test_mpmaths_own_precision_is_never_set(call, tmp_path):
     with precisions_set() as found:
         CALLS[call](tmp_path)
@@ -180,7 +182,7 @@ WALK = CALLS | {
 }
 
 
-@pytest.mark.parametrize("call", WALK)
+@pytest.mark.parametrize("call", _longest_as_slow(WALK))
 def test_a_second_thread_sees_nothing_of_the_process_change(call, tmp_path):
     before, own, told, done = seen(), kept_by_a_thread(), [], threading.Event()
 

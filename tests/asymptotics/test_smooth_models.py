@@ -748,7 +748,8 @@ CROSSINGS = {
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])
-@pytest.mark.parametrize("name", CROSSINGS)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow) if name in ("forced kink", "saturated")
+                                  else name for name in CROSSINGS])  # fmt: skip
 def test_a_motion_through_edges_is_as_right_as_it_says(name, order):
     errors = []
     for small in ("1/1000", "1/10000"):

@@ -382,7 +382,8 @@ def test_an_elastic_mechanism_in_a_scene_starts_from_its_coordinates_and_rates(t
         ap.read_scene(file)
 
 
-@pytest.mark.parametrize("name", ap.systems.__all__)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow) if name in ("crank_slider", "brake_shoe")
+                                  else name for name in ap.systems.__all__])  # fmt: skip
 def test_the_file_that_is_printed_for_a_system_of_the_catalogue_holds_its_example(tmp_path, name):
     file = tmp_path / f"{name}.toml"
     file.write_text(scene_text(name), encoding="utf-8")

@@ -55,7 +55,8 @@ def _told(job, out):
         return "refused" if "\n" not in str(refusal) else refusal
 
 
-@pytest.mark.parametrize("file", [MANIFEST, "summary.json", *(chunks.file_name(SWEEP, k) for k in range(3))])
+@pytest.mark.parametrize("file", [MANIFEST, "summary.json", chunks.file_name(SWEEP, 0), *(
+    pytest.param(chunks.file_name(SWEEP, k), marks=pytest.mark.slow) for k in (1, 2))])  # fmt: skip
 def test_a_flipped_bit_is_an_error_in_a_line_or_changes_nothing(whole, copy, file):
     expected, path = _values(whole), copy / file
     kept = path.read_bytes()
