@@ -207,7 +207,10 @@ def _dependent(system: "System") -> frozenset[int]:
 @lru_cache(maxsize=1024)
 def _is_combination(system: "System", some: frozenset[int], k: int) -> bool | None:
     """Tell whether the velocity of friction k is a combination of those of ``some``; None where they are too long."""
-    rows = sp.Matrix([_affine_row(system, system.frictions[j].velocity) for j in (*sorted(some), k)])
+    velocities = [system.frictions[j].velocity for j in (*sorted(some), k)]
+    if any(map(heavy, velocities)):  # before they are expanded
+        return None
+    rows = sp.Matrix([_affine_row(system, velocity) for velocity in velocities])
     if heavy(sp.Tuple(*rows)):
         return None
     ranks = [part.rank(iszerofunc=lambda e: sp.cancel(e) == 0) for part in (rows[:-1, :], rows)]
