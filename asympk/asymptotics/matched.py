@@ -13,9 +13,10 @@ The hard functions are ``_in_mode``, which integrates a layer through one mode, 
 import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
-from itertools import pairwise
+from itertools import islice, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -212,6 +213,18 @@ def through_layer(task: Task, path: MatchedPath) -> MatchedPath:
             t = task.until if span == task.until - path.t else t
             return replace(path, t=t, state=state, stretches=(*path.stretches, stretch))
         path = path.met(task, guard, t, state, stretch)
+
+
+def to_the_end(task: Task, slow: Slow, path: MatchedPath, most: int) -> tuple | None:
+    """Return the last state of a path that stays in its mode, by at most ``most`` steps of the full equations.
+
+    None is returned where they are too few, or the rates have no value.
+    """
+    span, state = 0.0, path.state
+    with suppress(ArithmeticError, ValueError):
+        for step, _ in islice(_watched_steps(task, path.mode, slow, path, task.rtol), most):
+            span, state = step.after, step.end[: len(path.state)]
+    return state if span == task.until - path.t else None
 
 
 def _growing(task: Task, slow: Slow, t: float, state: tuple) -> float:

@@ -10,12 +10,14 @@ where S is the slow motion, X_k and Y_k are the terms of the layer, and S_k and 
 
 The hard functions are ``_expected`` and ``predicted_error``, which predict the error of a path from the terms of orders
 n + 1 and n + 2 at ``until``. Terms that do not decrease may be small at ``until`` by chance. The known distance
-by which the composite of order n + 2 misses the start covers this case.
+by which the composite of order n + 2 misses the start covers this case. Near a fold the terms do not decrease, and
+their sum is far above the error. There ``_continued`` takes the composites of orders n + 1 and n + 2 from a time at
+which they still did on to ``until`` by the full equations.
 """
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -33,6 +35,9 @@ from asympk.path import Path, times_within
 
 EXTRA = 2  # the number of orders beyond the one asked for, from which its error is predicted
 STEADY, STALLED = 0.1, 0.5  # bounds of the ratio of successive omitted terms from which the rest of them is estimated
+FALLING = 0.25  # the largest ratio of successive omitted terms at which they alone tell the error
+FELL = tuple(0.5**k for k in range(10, 0, -1))  # times before ``until``, over it, at which terms may still have fallen
+SOON = 200  # the most steps of the full equations from such a time to ``until``
 FINEST, COARSEST = 1e-13, 1e-7  # bounds of the tolerance of the integrations
 FINER = 1e-5  # the tolerance of the integrations in units of mu^(n + 1)
 ROUGH = 1e-6  # the tolerance of the motion that tells the branch at the given mu, and the distance between branches
@@ -96,6 +101,8 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: An
     motion, slow, layer, error = _followed(follow, tolerance(mu, order), layered, until, units)
     matched.require_no_pole(begun, slowly, motion.reduced)
     _require_branch(task, begun, slowly, motion)
+    if not _falls(slow + layer) and (ends := _continued(task, begun, slowly, motion, error)) is not None:
+        error = min(error, _expected(motion, layered, slow, layer, units, ends)[0])
     now, next_, _ = slow + layer
     if error >= 1 > _expected(motion, True, slow, layer, units)[0]:
         raise OutOfRange(f"at t = {until:.6g} the motion is still in its layer, which method 'slow' leaves out: take "
@@ -123,6 +130,33 @@ def _followed(
         if not (error < 2 * rounding and rtol > FINEST):
             return motion, slow, layer, error
         rtol = max(FINEST, rtol * FINER * ROUNDING * (error / rounding - 1))
+
+
+def _continued(
+    task: matched.Task, begun: matched.MatchedPath, slowly: matched.Slow, motion: LayeredMotion, error: float
+) -> np.ndarray | None:
+    """Return the composites of orders n + 1 and n + 2 at ``until``, by the full equations from where terms still fell.
+
+    Near a fold the fast motion is hardly faster than the slow one, so that these are soon integrated. None is returned
+    where terms fell at none of the times ``FELL``, or these are not near, or the integrations make up the error.
+    """
+    if error < 2 * ROUNDING * motion.rtol:
+        return None
+    finely = replace(task, rtol=min(ROUGH, error * FINER))
+    for share in FELL:
+        t = (1 - share) * task.until
+        composites = motion.states_to_each(t) + motion.layer(t)
+        if _falls(composites):
+            ends = [matched.to_the_end(finely, slowly, replace(begun, t=t, state=tuple(state)), SOON)
+                    for state in composites[1:].tolist()]  # fmt: skip
+            return None if None in ends else np.array(ends)
+    return None
+
+
+def _falls(composites: np.ndarray) -> bool:
+    """Tell whether the second omitted term is so much smaller than the first that both tell the rest."""
+    first, second = _terms(composites)
+    return second <= FALLING * first
 
 
 def _require_branch(
@@ -180,13 +214,14 @@ def layered_motion(
     return LayeredMotion(landing, motion, beside, sums, rtol, kept)
 
 
-def _expected(motion, layered, slow, layer, units):
+def _expected(motion, layered, slow, layer, units, ends=None):
     """Return the predicted error and the part of it that the tolerance of the integrations makes up."""
     # a layer as slow as the slow motion may cancel its terms in the composite but not their remainder, so that terms
     # of the slow motion that do not decrease are judged on their own, too
     slow, layer = slow * units, layer * units
     first, second = _terms(slow)
     told, misses = [slow + layer, *[slow] * bool(second > STALLED * first)], motion.misses()
+    told = told if ends is None else [np.vstack([told[0][:1], ends * units])]
     scales = units + np.zeros(len(motion.kept))
     misses = misses * scales[len(scales) - misses.shape[1] :]
     left, rounding = (0.0 if layered else np.abs(layer[0]).max()), motion.rtol * scales.max()
