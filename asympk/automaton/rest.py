@@ -3,7 +3,7 @@ r"""Rest on more contacts than determine its forces.
 The forces and reactions u of contacts at rest obey E u + e = 0, a row for each sliding velocity and each constraint.
 Where E is singular, the equations do not determine u. Yet the system rests if some u satisfies
 
-    E u + e = 0,    |F_k| <= static_k N_k,    all rates 0.
+    E u + e = 0,    |F_k| <= static_k N_k,    all rates 0 but those of states that move by themselves.
 
 If such a u exists, then one exists at one of finitely many corners, where as many of the inequalities are equations as
 the equations above leave dimensions free (Lemma 10). The criss-cross method finds it (``_corner``). Each inequality
@@ -33,7 +33,7 @@ from asympk.automaton.contacts import (
 )
 from asympk.automaton.junction import Junction
 from asympk.symbolic.branches import OPEN, Branch, Guard
-from asympk.symbolic.forces import determined, standing_rows
+from asympk.symbolic.forces import borne, determined, standing_rows
 from asympk.symbolic.system import System
 
 Growth = Callable[[Branch, Guard], int]  # the sign with which a margin leaves 0 in a branch that stands
@@ -52,7 +52,7 @@ def standing_branch(here: Junction, branch: Branch, growth: Growth) -> Branch | 
         return tuple(phase._replace(still=tuple(sorted(rows))) if phase != OPEN else phase for phase in branch)
 
     parts = ([table[: len(zeros)] for table in tables], [table[len(zeros) :] for table in tables])
-    rows = _corner(*parts, here.numbers, len(here.system.states),
+    rows = _corner(*parts, here.numbers, len(borne(here.system)),
                    lambda rows, row: growth(standing(rows), margins[row - len(zeros)]))  # fmt: skip
     return None if rows is None else standing(rows)
 

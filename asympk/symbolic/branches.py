@@ -25,9 +25,9 @@ class Phase(NamedTuple):
     """The signs of one friction's load and velocity; velocity 0 is stick, load 0 an open contact.
 
     With ``either`` both signs may also be the opposite ones: the name of a mode gives only their product. With
-    ``still`` the whole system is at rest on sticking contacts that have more forces than equations; ``still`` are then
-    the ``standing_rows`` that vanish and determine the forces. ``idle`` are the kinds of guards that stay 0 along the
-    motion and are therefore not watched.
+    ``still`` all that forces move is at rest on sticking contacts that have more forces than equations; ``still`` are
+    then the ``standing_rows`` that vanish and determine the forces. ``idle`` are the kinds of guards that stay 0 along
+    the motion and are therefore not watched.
     """
 
     load: int
@@ -89,7 +89,7 @@ def at_rest(branch: Branch) -> frozenset[int]:
 
 
 def stands(branch: Branch) -> bool:
-    """Tell whether the whole system is at rest on contacts whose forces are not determined."""
+    """Tell whether all that forces move is at rest on contacts whose forces are not determined."""
     return any(phase.still for phase in branch)
 
 

@@ -152,10 +152,11 @@ def _put_in(rows: sp.Matrix) -> dict[int, int]:
 def standing_rows(system: "System", branch: Branch) -> tuple[tuple[sp.Expr, ...], tuple[Guard, ...]]:
     """Return what is 0 where the system rests on the contacts of a branch, and the margins that must not be negative.
 
-    All are linear in the forces. First the rates are 0, then laws of reactions, forces of open contacts, and what the
-    time alone adds to sliding velocities. Loads of closed rigid contacts and edges of stick must not be negative.
+    All are linear in the forces. First the rates of the ``borne`` states are 0, then laws of reactions, forces of open
+    contacts, and what the time alone adds to sliding velocities. Loads of closed rigid contacts and edges of stick must
+    not be negative.
     """
-    zeros, margins = [*system.rates.values()], list[Guard]()
+    zeros, margins = [system.rates[s] for s in borne(system)], list[Guard]()
     for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
         if phase == OPEN:
             zeros += [s for s in (friction.normal, friction.force) if s is not None]
@@ -167,6 +168,20 @@ def standing_rows(system: "System", branch: Branch) -> tuple[tuple[sp.Expr, ...]
             margins.append(Guard(kind, k, phase.load * friction.load))
         margins += edges_of_stick(friction, phase, k)
     return tuple(zeros), tuple(margins)
+
+
+@lru_cache(maxsize=64)
+def borne(system: "System") -> tuple[sp.Symbol, ...]:
+    """Return the states that stand still where the system rests: all but those that move by themselves.
+
+    No force moves those others, and neither contacts nor the borne states depend on them.
+    """
+    pushes = {s for f in system.frictions for s in (f.force, f.normal)}
+    moved = {s for s, rate in system.rates.items() if symbols_in(rate) & pushes}
+    found = moved | symbols_in(sp.Tuple(*(part for f in system.frictions for part in f.parts.values())))
+    while more := symbols_in(sp.Tuple(*(system.rates[s] for s in found & system.rates.keys()))) - found:
+        found |= more
+    return tuple(s for s in system.states if s in found)
 
 
 def edges_of_stick(friction: "Friction", phase: Phase, k: int) -> list[Guard]:

@@ -26,7 +26,15 @@ from asympk.symbolic.branches import (
     still_rows,
     with_signs,
 )
-from asympk.symbolic.forces import determined, edges_of_stick, entries_named, force_equations, forces, standing_rows
+from asympk.symbolic.forces import (
+    borne,
+    determined,
+    edges_of_stick,
+    entries_named,
+    force_equations,
+    forces,
+    standing_rows,
+)
 from asympk.symbolic.inverses import InverseForm
 from asympk.symbolic.long import LONG, atoms, heavy, is_longer, replaced, symbols_in, tidied
 from asympk.symbolic.penetration import without_penetration
@@ -84,7 +92,10 @@ def _fields(system: "System", branch: Branch) -> tuple[Rates, Rates]:
     if not branch:
         return system.slow, system.fast
     if stands(branch):
-        return dict.fromkeys(system.slow, sp.S.Zero), dict.fromkeys(system.fast, sp.S.Zero)
+        still = borne(system)
+        slow, fast = ({s: sp.S.Zero if s in still else rate for s, rate in rates.items()}
+                      for rates in (system.slow, system.fast))  # fmt: skip
+        return slow, fast
     solved = forces(system, branch)
     resting = held(system, branch)
     slow, fast = (

@@ -317,6 +317,32 @@ def test_a_ball_is_pushed_away_while_a_body_beside_it_stands_on_undetermined_for
     assert (path.events, [*map(float, path.final)]) == ((), pytest.approx([0, speed], abs=1e-8))
 
 
+@pytest.mark.parametrize("way", WAYS)
+def test_what_rests_by_undetermined_forces_rests_beside_an_oscillator_that_it_does_not_feel(way):
+    """Of x'' = F + G the relay F = -3 sign x lets both forces free at rest; y turns, also where x would push it."""
+    x, v, y, w, force, other = sp.symbols("x v y w F G", real=True)
+    contacts = [ap.Friction(x, force, 1, 3), ap.Friction(v, other, 1, 1)]
+    for pushed in (0, x):
+        rates = {x: v, v: force + other, y: w, w: pushed - y}
+        scene = ap.Scene(system=ap.System.with_frictions(rates, {}, contacts), start=[0, 0, 1, 0], until=3)
+        path = ap.solve(scene, **way)
+        assert (path.modes, path.final[:2]) == (("stick+stick",), (0, 0))
+        assert [*map(float, path.final[2:])] == pytest.approx([math.cos(3), -math.sin(3)], abs=1e-4)
+
+
+def test_a_body_on_three_supports_stays_on_all_of_them_beside_a_pendulum():
+    h, u, angle, turn, x, v, y, w = sp.symbols("h u phi omega x v y w", real=True)
+    normals, forces = sp.symbols("N1:4", real=True), sp.symbols("F1:4", real=True)
+    lift, moment = sum(normals) - 1, normals[2] - normals[0]
+    contacts = [ap.Friction(v, F, N, exactly(1, 5), gap=h + a * angle, normal=N, constraint=lift + a * moment)
+                for a, F, N in zip((-1, 0, 1), forces, normals, strict=True)]  # fmt: skip
+    rates = {h: u, angle: turn, u: lift, turn: moment, x: v, v: sum(forces) + exactly(1, 10), y: w, w: -sp.sin(y)}
+    scene = ap.Scene(system=ap.System.with_frictions(rates, {}, contacts), start=[0] * 6 + [1, 0], until=1)
+    path = ap.solve(scene)
+    assert (path.modes, path.final[:6]) == (("stick+stick+stick",), (0,) * 6)
+    assert path.final[7] ** 2 / 2 - math.cos(path.final[6]) == pytest.approx(-math.cos(1), abs=1e-8)
+
+
 @pytest.mark.parametrize("push", [t / (7 * t - 5), t * sp.sqrt(1 - 2 * t), t**7 * sp.sqrt(1 - 2 * t)])
 def test_a_force_that_is_not_finite_later_does_not_stay_0(push):
     # beside what stands on undetermined forces; these are no numbers 5/7 later, where a force is looked at again
