@@ -11,9 +11,8 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from importlib.util import find_spec
-from multiprocessing import get_context
 from pathlib import Path
 
 from asympk.errors import InputError, MissingPackage
@@ -25,6 +24,7 @@ from asympk.output.systempages import write_index, write_page
 from asympk.pictures.figures import save
 from asympk.pictures.sketches import SKETCHES
 from asympk.storage.files import write_text
+from asympk.sweep.executors import executor
 
 NEEDED = ("sphinx", "myst_parser", "sphinx_gallery", "furo", "pypandoc", "matplotlib")
 FIXED = {"SOURCE_DATE_EPOCH": "0", "PYTHONHASHSEED": "0"}
@@ -66,7 +66,7 @@ def write_sources(root: Path, source: Path, tell: Callable[[str], None]) -> None
     article, systems = source / "article", source / "systems"
     names = write_article(root, article, source / "article.lua")
     write_index(systems)
-    with ProcessPoolExecutor(os.cpu_count(), get_context("spawn")) as pool:
+    with executor(os.cpu_count()) as pool:
         tasks = {pool.submit(draw_pictures, root, names, article): "the pictures of the article"}
         tasks |= {pool.submit(write_page, name, systems): name for name in reversed(SKETCHES)}
         for task in as_completed(tasks):

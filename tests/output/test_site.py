@@ -2,8 +2,11 @@
 
 import re
 import shutil
+import subprocess
+import sys
 from html.parser import HTMLParser
 from pathlib import Path
+from time import monotonic, sleep
 from urllib.parse import unquote, urlsplit
 
 import pytest
@@ -99,6 +102,33 @@ def test_folders_that_a_later_report_leaves_empty_are_removed(tmp_path):
 
 
 @pytest.mark.slow
+def _workers(pid):
+    found = (Path("/proc", child) for file in Path(f"/proc/{pid}/task").glob("*/children")
+             for child in file.read_text().split())  # fmt: skip
+    return [folder for folder in found if b"spawn_main" in (folder / "cmdline").read_bytes()]
+
+
+def _within(seconds, holds):
+    end = monotonic() + seconds
+    while not (found := holds()) and monotonic() < end:
+        sleep(0.1)
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not any(Path("/proc/self/task").glob("*/children")), reason="the system does not list processes")
+def test_the_processes_that_draw_the_pages_end_with_a_report_that_is_ended(tmp_path):
+    pytest.importorskip("sphinx", reason="the extra site is not installed")
+    pytest.importorskip("pypandoc", reason="the extra site is not installed")
+    command = [sys.executable, "-m", "asympk", "report", "--root", ROOT, "--out", tmp_path / "site"]
+    report = subprocess.Popen([*map(str, command)], stderr=subprocess.DEVNULL)
+    workers = _within(120, lambda: _workers(report.pid))
+    report.terminate()
+    report.wait()
+    assert workers
+    assert _within(20, lambda: not any(folder.exists() for folder in workers))
+
+
 def test_every_kind_of_page_is_there(built):
     wanted = ["index", "howto", "own", "models", "api", "glossary", "lemmas", "architecture", "article/index"]
     wanted += [f"systems/{name}" for name in SYSTEMS]
