@@ -496,13 +496,14 @@ class EnclosedSegment:
         """
         if not self.terms.spans:
             return constant(flint().acb_mat([[time]]), ())
-        alone, acb_mat = self.central, flint().acb_mat
+        alone, acb_mat, row = self.central, flint().acb_mat, self.start.field.family([guard.row])
         centre = root_in(alone, guard, time.lower().mid(), time.upper().mid())
         for _ in range(NARROWINGS):
-            jets, (value, rate) = self._weights(guard) * self._functions(time, self.slowed), alone.jet(guard, time, 1)
-            slope = rate - alone.growth * value
-            slopes = (-part[0, 0].real / slope for part in jets.parts[2:])
-            found = Family((acb_mat([[part]]) for part in (time, centre, *slopes)), self.terms.spans).tight()
+            value, rate = alone.jet(guard, time, 1)
+            direct = row * self._undivided(constant(acb_mat([[time]]), row.spans)) * (-alone.growth * time).exp()
+            parted = (self._weights(guard).linear(_first_row) * self._functions(time, self.slowed)).linear(real)
+            slopes = (-part[0, 0].real / (rate - alone.growth * value) for part in parted.common(direct).parts[2:])
+            found = Family((acb_mat([[part]]) for part in (time, centre, *slopes)), row.spans).tight()
             time = found.whole[0, 0].real
         return found
 
@@ -511,8 +512,14 @@ class EnclosedSegment:
         found = self._along(self.terms, t)
         if guard:
             found = found.common(self._along(self._without_widest(guard, t), t))
+        if found.spans:
+            found = found.common(self._undivided(t))
         last = len(self.mode.matrix) - 1
         return stacked([*(found.entry(k) for k in range(last)), constant(flint().acb_mat([[1]]), found.spans)]).tight()
+
+    def _undivided(self, t):
+        """Return the state at a time by the exponential of the whole matrix: parts of near eigenvalues may cancel."""
+        return (self.start.field.family(self.mode.matrix) * t).exponential() * self.start.family
 
     def _along(self, weights, t):
         """Return quantities at a time; a time that moves by dt moves them by their rates, summed up first, times dt."""
@@ -533,7 +540,7 @@ class EnclosedSegment:
         The equation of the guard gives this function, as a rule a fast exponential, by the others.
         """
         still = [group.mean.whole[0, 0].imag.is_zero() for group in self.mode.spectrum for _ in group.residues]
-        weights = self._weights(guard).linear(lambda part: flint().acb_mat(part.tolist()[:1]))
+        weights = self._weights(guard).linear(_first_row)
         functions = self._functions(t.whole[0, 0].real, self.rates).whole.entries()
         pairs = zip(still, weights.whole.entries(), functions, strict=True)
         shares = [float((w * f).real.rad()) if keeps and not w.contains(0) else 0.0 for keeps, w, f in pairs]
@@ -590,6 +597,10 @@ class EnclosedSegment:
                 row = row_rate(row, self.mode.matrix)
             self._begun[guard] = common(ball_at(row, self.start), ball_at(sharpened(row, self.start), self.start))
         return self._begun[guard]
+
+
+def _first_row(matrix):
+    return flint().acb_mat(matrix.tolist()[:1])
 
 
 def _turning(matrix):

@@ -1,5 +1,6 @@
 """Families: matrices of balls contain the matrices of all points of a box, and lose little of their dependence."""
 
+from dataclasses import replace
 from fractions import Fraction
 from itertools import product
 
@@ -205,6 +206,15 @@ def test_at_a_point_eigenvalues_that_part_are_no_group():
         mode, _ = modes.chosen([modes.every(state := modes.begun([Fraction(9), Fraction(1)]))], state, "start")
         means = sorted(float(group.mean.whole[0, 0].real.mid()) for group in mode.spectrum)
     assert means == pytest.approx([-float(mpmath.pi), -1, 0])
+
+
+def test_a_spring_may_range_over_forty_percent_about_critical_damping_through_a_turn():
+    system = ap.System.with_frictions({x: v, v: F - a * x - v}, {}, [ap.Friction(v, F, load=1, kinetic=k)])
+    scene = ap.Scene(system=system, values={a: "1/4", k: "1/3"}, start={"x": 1, "v": 2}, until=2)
+    proof = certify(scene, {"a": ("0.2", "0.3")})
+    assert proof.proven, proof.reason
+    for value in ("0.2", "1/4", "0.27", "0.3"):
+        assert contained(proof, ap.solve(replace(scene, values={a: value, k: "1/3"}), digits=40))
 
 
 def test_friction_damping_and_start_may_range_over_twenty_percent_in_a_mode_without_a_turn():
