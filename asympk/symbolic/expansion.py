@@ -231,9 +231,20 @@ def is_zero(expr: sp.Expr) -> bool:
 
 
 def is_zero_somewhere(expr: sp.Expr) -> bool:
-    """Tell whether ``expr`` is zero in 50 digits at one of a few generic points, near and far, of either sign."""
-    values = (_value(expr, k, scale) for k in (1, 2) for scale in (1, -1, sp.Rational(1, 5), sp.Rational(-1, 5)))
-    return any(value.is_number and value.is_finite and abs(value) < _TINY for value in values)
+    """Tell whether ``expr`` is zero in 50 digits at one of a few generic points, near and far, of either sign.
+
+    Far off, all digits must cancel: what is small there may only have decayed, as exp(-x) has.
+    """
+    near, far = (_around(expr, powers) for powers in ((0, -1), (-2, 2, -3, 3, -4, 4)))
+    return any(map(_is_tiny, near)) or any(_is_tiny(v) and abs(v)._prec <= 1 for v in far)  # 1: no digit is left
+
+
+def _around(expr, powers):
+    return (_value(expr, k, sign * sp.Integer(5) ** p) for k in (1, 2) for p in powers for sign in (1, -1))
+
+
+def _is_tiny(value):
+    return value.is_number and value.is_finite and bool(abs(value) < _TINY)
 
 
 def _value(expr, k, scale=1):

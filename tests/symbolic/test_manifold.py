@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import asympk as ap
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic, OrderError
 from asympk.symbolic.critical import CriticalManifold, critical_manifolds
-from asympk.symbolic.expansion import expand
+from asympk.symbolic.expansion import expand, is_zero_somewhere
 from asympk.symbolic.manifold import C, integral_curves, reduced_flow, rest_state
 from asympk.symbolic.signs import conjunction
 from asympk.symbolic.system import Mode
@@ -531,6 +531,25 @@ def test_a_polynomial_of_a_root_of_the_state_has_an_implicit_branch_without_a_se
     monkeypatch.setattr(sp, "solve", None)
     (only,) = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
     assert only.branch == {y: y}
+
+
+@pytest.mark.parametrize(("force", "branch", "exists"), [
+    (10 * x - sp.asin(y), sp.sin(10 * x), (x > -sp.pi / 20) & (x < sp.pi / 20)),
+    (x - 50 - sp.sqrt(y), (x - 50) ** 2, x > 50),
+    (100 * x - sp.atan(y), sp.tan(100 * x), (x > -sp.pi / 200) & (x < sp.pi / 200)),
+    (1000 - x - sp.sqrt(y), (x - 1000) ** 2, x < 1000), (x - 1000 - sp.sqrt(y), (x - 1000) ** 2, x > 1000),
+])  # fmt: skip
+def test_a_branch_that_exists_over_few_places_or_far_away_is_found(force, branch, exists):
+    """It was tried at places of the order of 1 alone, and no slow manifold was found."""
+    (found,) = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
+    assert found.branch[y] == branch
+    for at in map(sp.Rational, ("1/100", "1/4", "-1/10", "51", "-51", "1001")):
+        assert found.exists.subs(x, at) == exists.subs(x, at)
+
+
+def test_a_number_that_is_small_far_away_is_not_taken_for_zero():
+    assert not any(map(is_zero_somewhere, (sp.exp(-x), (1 + x) * sp.exp(-(x**2)), x**12, x**-15, sp.erfc(x))))
+    assert is_zero_somewhere(sp.asin(sp.sin(40 * x)) - 40 * x)
 
 
 def test_masses_that_the_fast_states_conserve_are_told_of():
