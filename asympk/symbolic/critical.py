@@ -472,7 +472,7 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
     eliminants = [turning[:2]] if turning else _eliminants(equal_zero, unknowns)
     if any(_is_beyond_radicals(force, y, len(unknowns)) for force, y in eliminants):
         return None
-    own = bool(turning) or (len(eliminants) > 1 and all(g.is_polynomial(*unknowns) for g in equal_zero))
+    own = len(unknowns) > 1 or not equal_zero[0].is_rational_function(*unknowns)
     try:
         found = sp.solve(equal_zero, unknowns, dict=True, check=not own)
     except NotImplementedError:
@@ -536,7 +536,7 @@ def _in_a_turn(found, numerator, t, q, force, y):
 def _solves(solution, equal_zero):
     """Tell whether g = 0, in numbers, and every unknown may be as it is declared.
 
-    SymPy's own check of roots with parameters may not end.
+    SymPy's own check may take long, or not end; roots of one rational g alone need it, as SymPy shortens them then.
     """
     declared = (sp.check_assumptions(h, **y.assumptions0) is not False for y, h in solution.items())
     return all(declared) and all(is_zero_somewhere(g.subs(solution, simultaneous=True)) for g in equal_zero)
