@@ -33,7 +33,7 @@ from asympk.automaton.contacts import (
 )
 from asympk.automaton.junction import Junction
 from asympk.symbolic.branches import OPEN, Branch, Guard
-from asympk.symbolic.forces import borne, determined, standing_rows
+from asympk.symbolic.forces import determined, standing_rows
 from asympk.symbolic.system import System
 
 Growth = Callable[[Branch, Guard], int]  # the sign with which a margin leaves 0 in a branch that stands
@@ -52,7 +52,7 @@ def standing_branch(here: Junction, branch: Branch, growth: Growth) -> Branch | 
         return tuple(phase._replace(still=tuple(sorted(rows))) if phase != OPEN else phase for phase in branch)
 
     parts = ([table[: len(zeros)] for table in tables], [table[len(zeros) :] for table in tables])
-    rows = _corner(*parts, here.numbers, len(borne(here.system)),
+    rows = _corner(*parts, here.numbers, len(here.system.states),
                    lambda rows, row: growth(standing(rows), margins[row - len(zeros)]))  # fmt: skip
     return None if rows is None else standing(rows)
 

@@ -156,7 +156,8 @@ def standing_rows(system: "System", branch: Branch) -> tuple[tuple[sp.Expr, ...]
     contacts, and what the time alone adds to sliding velocities. Loads of closed rigid contacts and edges of stick must
     not be negative.
     """
-    zeros, margins = [system.rates[s] for s in borne(system)], list[Guard]()
+    still = borne(system)  # other states keep their rows, as on a side of a switch fewer may be borne
+    zeros, margins = [rate if s in still else sp.S.Zero for s, rate in system.rates.items()], list[Guard]()
     for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
         if phase == OPEN:
             zeros += [s for s in (friction.normal, friction.force) if s is not None]
