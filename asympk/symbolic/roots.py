@@ -1,0 +1,287 @@
+r"""All roots of g(x, y, 0) = 0 in closed form: SymPy's, without false ones and with those that SymPy leaves out.
+
+``solutions_of`` is the hard function. It brings equations into forms that SymPy solves fast and completely: products
+are split, unknowns that others give are eliminated, sines are put in half angles, and exponentials lead to Lambert's
+W. It answers None where no short formula stands for every root.
+"""
+
+from collections.abc import Iterator
+from itertools import product
+
+import sympy as sp
+from sympy.functions.elementary.trigonometric import TrigonometricFunction
+from sympy.simplify.fu import TR8
+
+from asympk.symbolic.expansion import is_zero, is_zero_somewhere
+from asympk.symbolic.forces import entries_named
+from asympk.symbolic.long import generic_place, heavy, replaced
+
+
+def heights(solutions: list[dict[sp.Symbol, sp.Expr]]) -> Iterator[sp.Expr]:
+    """Yield the value of every unknown in every solution."""
+    return (h for s in solutions for h in s.values())
+
+
+def real_forms(solution: dict[sp.Symbol, sp.Expr]) -> list[dict[sp.Symbol, sp.Expr]]:
+    """Return a solution, and what SymPy leaves out: the lower real branch of Lambert's W, and odd roots below 0."""
+    upper = {w for h in solution.values() for w in h.atoms(sp.LambertW) if len(w.args) == 1}
+    roots = {p for p in fractional_powers(*solution.values()) if p.exp.q % 2}
+    lower = {} if any(w.args[0].is_nonnegative for w in upper) else {w: sp.LambertW(w.args[0], -1) for w in upper}
+    below = {p: (-1) ** p.exp.p * (-p.base) ** p.exp for p in roots if not p.base.is_nonnegative}
+    forms = [solution]
+    for rule in filter(None, (lower, below)):
+        forms += [{y: h.xreplace(rule) for y, h in form.items()} for form in forms]
+    return forms
+
+
+def fractional_powers(*heights: sp.Expr) -> set[sp.Pow]:
+    """Return the roots, powers with a rational and not a whole exponent, in expressions."""
+    powers = sp.Tuple(*heights).atoms(sp.Pow)
+    return {p for p in powers if p.exp.is_Rational and not p.exp.is_Integer}
+
+
+def is_unreadable(h: sp.Expr) -> bool:
+    """Tell whether a formula has cases, an odd root of a root, as Cardano's, or a root of a modulus or of -1."""
+    return h.has(sp.Piecewise) or any(
+        p.base.has(sp.Abs) or p.base == -1 or (p.exp.q % 2 and fractional_powers(p.base))
+        for p in fractional_powers(h)
+    )
+
+
+def is_complex(h: sp.Expr) -> bool:
+    """Tell whether an expression in real symbols has no real value where its even roots are real."""
+    lower = {w for w in h.atoms(sp.LambertW) if len(w.args) == 2}  # SymPy takes its real values to be complex
+    h = h.xreplace({s: sp.Dummy(real=True) for s in h.free_symbols | lower if s in lower or s.is_real is None})
+    told, bases = dict[sp.Expr, sp.Expr](), dict[sp.Expr, sp.Expr]()
+    for p in (p for p in fractional_powers(h) if p.free_symbols):
+        if not p.exp.q % 2:
+            told[p] = sp.Dummy(positive=True)
+        else:
+            told[p] = bases.setdefault(p.base, sp.Dummy(real=True, nonzero=True)) ** (p.exp * p.exp.q)
+    h = h.xreplace(told)
+    if bases and any(part.is_imaginary for part in h.atoms(sp.Pow, type(sp.I))):
+        inside = (f.args[0] for f in h.atoms(sp.log, sp.LambertW))
+        return any(sp.expand_complex(part).as_real_imag()[1].is_nonzero for part in (*inside, h))
+    return h.is_real is False
+
+
+def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[dict[sp.Symbol, sp.Expr]] | None:
+    """Return the solutions that SymPy finds, or None where SymPy fails, would leave out roots or has no short ones."""
+    if {*equal_zero} == {0}:
+        return [{}]
+    if heavy(sp.Tuple(*equal_zero)):
+        matrix = (force := sp.Matrix(equal_zero)).jacobian(unknowns)
+        if not matrix.has(*unknowns):
+            return _linear_solution(matrix, force.subs(dict.fromkeys(unknowns, 0)), unknowns)
+    if len(unknowns) == 1:
+        if own := _by_lambert(*equal_zero, *unknowns) or _by_logarithm(*equal_zero, *unknowns):
+            return own
+        equal_zero = [_in_fewer_waves(*equal_zero, *unknowns)]
+        if _mixes(*equal_zero, *unknowns):
+            return None
+    if len(unknowns) > 1 and (factors := [_factors(g, unknowns) for g in equal_zero]) != [[g] for g in equal_zero]:
+        return _joined([solutions_of([*choice], unknowns) for choice in product(*factors)])
+    if len(unknowns) > 1 and (given := _given_by_others(equal_zero, unknowns)):
+        return _without(given, equal_zero, unknowns)
+    turning = _in_half_angle(*equal_zero, *unknowns) if len(unknowns) == 1 else None
+    eliminants = [turning[:2]] if turning else _eliminants(equal_zero, unknowns)
+    if any(_is_beyond_radicals(force, y, len(unknowns)) for force, y in eliminants):
+        return None
+    own = len(unknowns) > 1 or not equal_zero[0].is_rational_function(*unknowns)
+    try:
+        found = sp.solve(equal_zero, unknowns, dict=True, check=not own)
+    except NotImplementedError:
+        found = None
+    found = found and [s for s in found if not own or _solves(s, equal_zero)]
+    return _in_a_turn(found or [], *turning, *equal_zero, *unknowns) if turning else found
+
+
+def _waves(force, y):
+    """Return the trigonometric functions of y in an expression."""
+    return {f for f in force.atoms(TrigonometricFunction) if f.has(y)}
+
+
+def _in_fewer_waves(force, y):
+    """Return g with sines and cosines of multiples of y for products of them, where these are fewer, else g."""
+    if heavy(force) or len(waves := _waves(force, y)) < 2:
+        return force
+    told = TR8(force)
+    return told if len(_waves(told, y)) < len(waves) else force
+
+
+def _mixes(force, y):
+    """Tell whether a factor of g, a polynomial in y and in waves of y, has both: SymPy seeks roots long, in vain."""
+    told = force.xreplace({wave: sp.Dummy() for wave in _waves(force, y)})
+    waves = told.free_symbols - force.free_symbols
+    if heavy(force) or not waves or not told.is_polynomial(y, *waves):
+        return False
+    return any(factor.has(y) and factor.has(*waves) for factor, _ in sp.factor_list(told, y, *waves)[1])
+
+
+def _in_half_angle(force, y):
+    """Return (numerator of g in t, t, q), t = tan(q y/2), where g is rational in sines and cosines of q y, else None.
+
+    The period of g is 2 pi/q; with tangents alone they are those of q y/2.
+    """
+    waves = _waves(force, y)
+    slopes = [f.args[0].diff(y) * (1 + isinstance(f, sp.tan | sp.cot)) for f in waves]
+    if heavy(force) or not slopes or not all((slope / slopes[0]).is_Rational for slope in slopes):
+        return None
+    q = slopes[0] * sp.gcd_list([slope / slopes[0] for slope in slopes])
+    t, s = sp.symbols("t s", cls=sp.Dummy, real=True)
+    sine, cosine = t / sp.sqrt(1 + t**2), 1 / sp.sqrt(1 + t**2)
+    known = {sp.sin(s): sine, sp.cos(s): cosine, sp.tan(s): t, sp.cot(s): 1 / t}
+    expanded = sp.expand_trig(force.subs(y, 2 * s / q)).xreplace(known)
+    numerator = sp.fraction(sp.cancel(expanded))[0]
+    return (numerator, t, q) if numerator.is_polynomial(t) and not numerator.has(s) else None
+
+
+def _in_a_turn(found, numerator, t, q, force, y):
+    """Return all roots of g in a turn of q y, each once, where SymPy's roots are ``found``.
+
+    SymPy leaves out q y = pi, where t has no value, and some others. Its roots are shorter than 2 atan(t)/q.
+    """
+    different = [s for k, s in enumerate(found)
+                 if not any(sp.expand((s[y] - r[y]) * q / (2 * sp.pi)).is_integer for r in found[:k])]  # fmt: skip
+    roots = [{y: 2 * sp.atan(h) / q} for s in solutions_of([numerator], [t]) or () for h in s.values()]
+    roots += [{y: sp.pi / q}] * is_zero(force.subs(y, sp.pi / q))
+    return max(different, roots, key=len)
+
+
+def _solves(solution, equal_zero):
+    """Tell whether g = 0, in numbers, and every unknown may be as it is declared.
+
+    SymPy's own check may take long, or not end; roots of one rational g alone need it, as SymPy shortens them then.
+    """
+    declared = (sp.check_assumptions(h, **y.assumptions0) is not False for y, h in solution.items())
+    return all(declared) and all(is_zero_somewhere(g.subs(solution, simultaneous=True)) for g in equal_zero)
+
+
+def _factors(force, unknowns):
+    """Return the factors of g that may vanish, where g is a product of polynomials in the unknowns, else [g].
+
+    With products SymPy may not end. A positive state does not vanish.
+    """
+    if heavy(force) or not force.is_polynomial(*unknowns):
+        return [force]
+    found = sp.factor_list(force, *unknowns)[1]
+    return [factor for factor, _ in found if not factor.is_nonzero] if len(found) > 1 else [force]
+
+
+def _joined(parts):
+    """Return all different solutions but the cases of one that leaves states free, or None where a part has None."""
+    if None in parts:
+        return None
+    found = [s for part in parts for s in part]
+    free = [r for r in found if len(r) < max(map(len, found))]
+    return [s for k, s in enumerate(found) if s not in found[:k] and not any(_is_case(s, r) for r in free)]
+
+
+def _is_case(solution, other):
+    """Tell whether a solution with more given states is a case of another one."""
+    return len(other) < len(solution) and all(is_zero((y - h).subs(solution)) for y, h in other.items())
+
+
+def _by_lambert(force, y):
+    """Return [root] of a + b y + c e^(p + q y), or of its product with an exponential, else None.
+
+    SymPy takes roots of the order of b/c here, which may not end.
+    """
+    exponentials = [e for e in force.atoms(sp.exp) if e.has(y)]
+    if len(exponentials) != 1 or not exponentials[0].exp.is_polynomial(y):
+        return None
+    power = sp.Dummy()
+    told, exponent = sp.expand(force.xreplace({exponentials[0]: power})), sp.Poly(exponentials[0].exp, y)
+    if not told.is_polynomial(y, power) or exponent.degree() != 1:
+        return None
+    terms = dict(sp.Poly(told, y, power).terms())
+    for shift, sign in ((0, 1), (1, -1)):
+        constant, linear, other = (0, shift), (1, shift), (0, 1 - shift)
+        if {linear, other} <= terms.keys() <= {constant, linear, other}:
+            a, b, c = (terms.get(index, 0) for index in (constant, linear, other))
+            q, p = (sign * k for k in exponent.all_coeffs())
+            return [{y: -a / b - sp.LambertW(q * c / b * sp.exp(p - q * a / b)) / q}]
+    return None
+
+
+def _by_logarithm(force, y):
+    """Return [root] of a + b y + c log(p + q y), or of its product with a power of p + q y, else None.
+
+    In w = log(p + q y) the logarithm is linear beside an exponential, which ``_by_lambert`` solves for w.
+    """
+    logarithms = [f for f in force.atoms(sp.log) if f.has(y)]
+    if len(logarithms) != 1 or not logarithms[0].args[0].is_polynomial(y):
+        return None
+    w, inside = sp.Dummy(real=True), sp.Poly(logarithms[0].args[0], y)
+    if inside.degree() != 1:
+        return None
+    height = (sp.exp(w) - inside.nth(0)) / inside.nth(1)
+    found = _by_lambert(force.xreplace({logarithms[0]: w}).subs(y, height), w)
+    return found and [{y: height.subs(root)} for root in found]
+
+
+def _given_by_others(equal_zero, unknowns):
+    """Return (equation, unknown y, y in terms of the others) for a y with a constant rational coefficient, else None.
+
+    A y without others is preferred: its formula has no root of the others' equations. SymPy takes minutes to solve
+    cubics together with such an equation. Linear systems need no such help: None.
+    """
+    if not sp.Matrix(equal_zero).jacobian(unknowns).has(*unknowns):
+        return None
+    slopes = ((g, y, g.diff(y)) for g in equal_zero for y in unknowns)
+    found = ((g, y, -g.subs(y, 0) / slope) for g, y, slope in slopes if slope.is_Rational and slope)
+    return min(found, key=lambda given: given[2].has(*unknowns), default=None)
+
+
+def _without(given, equal_zero, unknowns):
+    """Return the solutions of the equations other than that which gives y = own, each completed by y."""
+    force, y, own = given
+    left = [g.subs(y, own) for g in equal_zero if g is not force]
+    solutions = solutions_of(left, [other for other in unknowns if other != y])
+    return solutions and [{**s, y: sp.expand(own.subs(s))} for s in solutions]
+
+
+def _linear_solution(matrix, rest, unknowns):
+    """Return [solution] of matrix y + rest = 0, unsimplified, or [] where the matrix is singular.
+
+    Symbols stand for the entries of a matrix that are too long to be expanded.
+    """
+    names, meaning = entries_named(matrix) if heavy(sp.Tuple(*matrix)) else (matrix, {})
+    if is_zero(determinant := replaced(names.det(method="berkowitz"), meaning)):
+        return []
+    solved = -names.adjugate(method="berkowitz").applyfunc(lambda e: replaced(e, meaning)) * rest / determinant
+    return [dict(zip(unknowns, solved, strict=True))]
+
+
+def _eliminants(equal_zero, unknowns):
+    """Return pairs (function that vanishes where g = 0, the only unknown y in it), with several unknowns for each y.
+
+    With several unknowns g is rational, and the functions hold at generic numbers for all other symbols.
+    """
+    if len(unknowns) == 1:
+        return [(*equal_zero, *unknowns)]
+    place = {s: number for s, number in generic_place(sp.Tuple(*equal_zero)).items() if s not in unknowns}
+    found = [sp.fraction(sp.together(g.subs(place)))[0] for g in equal_zero]
+    if not all(g.is_polynomial(*unknowns) and sp.Poly(g, *unknowns).domain in (sp.ZZ, sp.QQ) for g in found):
+        return []
+    bases = [sp.groebner(found, *(s for s in unknowns if s != y), y, order="grevlex") for y in unknowns]
+    return [(basis.fglm("lex").exprs[-1], y) for basis, y in zip(bases, unknowns, strict=True)
+            if basis.is_zero_dimensional]  # fmt: skip
+
+
+def _is_beyond_radicals(force, y, unknowns):
+    """Tell whether a polynomial g, of y or a root of y, has a factor of degree above 2 without readable roots.
+
+    SymPy takes an odd root of what is negative for complex, and leaves it out. With several unknowns SymPy may take
+    minutes to join such roots, readable or not.
+    """
+    numerator = sp.fraction(sp.together(force))[0]
+    if powers := {p for p in fractional_powers(numerator) if p.base == y}:
+        q, w = sp.ilcm(1, *(p.exp.q for p in powers)), sp.Dummy(real=True)
+        numerator, y = numerator.xreplace({p: w ** (q * p.exp) for p in powers}).subs(y, w**q), w
+    if not numerator.is_polynomial(y):
+        return False
+    factors = (f for f, _ in sp.factor_list(numerator, y)[1] if sp.degree(f, y) > 2)
+    return any(unknowns > 1 or sum(found.values()) < sp.degree(f, y)
+               or any(is_unreadable(root) or (root.is_real is False and not is_complex(root)) for root in found)
+               for f in factors for found in [sp.roots(f, y)])  # fmt: skip
