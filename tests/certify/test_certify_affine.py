@@ -22,9 +22,10 @@ from asympk.symbolic.branches import Phase
 pytest.importorskip("flint")
 
 from asympk.certify import certify
-from asympk.certify.affine import EnclosedSegment, _Modes
+from asympk.certify.affine import _Modes
 from asympk.certify.balls import hull
 from asympk.certify.rows import ExactEntries
+from asympk.certify.segments import EnclosedSegment
 
 F, G, t = sp.symbols("F G t", real=True)
 x, v, y, w = sp.symbols("x v y w", real=True)

@@ -13,9 +13,10 @@ import asympk as ap
 flint = pytest.importorskip("flint")
 
 from asympk.certify import certify, cover  # noqa: E402
-from asympk.certify.affine import EnclosedSegment, _Modes  # noqa: E402
+from asympk.certify.affine import _Modes  # noqa: E402
 from asympk.certify.balls import ball, ball_of, hull, precision  # noqa: E402
 from asympk.certify.rows import ExactEntries  # noqa: E402
+from asympk.certify.segments import EnclosedSegment  # noqa: E402
 from asympk.scenes.scenefile import read_scene  # noqa: E402
 
 F, x, v, y, w, t = sp.symbols("F x v y w t", real=True)
