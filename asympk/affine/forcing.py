@@ -4,9 +4,7 @@ With ``c_k = t^k e^{a t} cos(w t)`` and ``s_k = t^k e^{a t} sin(w t)``
 
     c_k' = k c_{k-1} + a c_k - w s_k,      s_k' = k s_{k-1} + a s_k + w c_k,
 
-so a mode whose rates contain such sums is affine in its own states and the waves ``c_k``, ``s_k``. Where w is no
-rational function of the parameters but w^2 is, ``s_k / w`` stands for ``s_k``: the matrix is then exact, as is the
-resonance with a natural frequency sqrt(k/m).
+so a mode whose rates contain such sums is affine in its own states and the waves ``c_k``, ``s_k``.
 """
 
 from collections.abc import Iterable
@@ -15,24 +13,17 @@ from typing import NamedTuple
 import sympy as sp
 from sympy.simplify.fu import TR8
 
-from asympk.automaton.exact import is_rational
 from asympk.numbers import Arithmetic, Number
 from asympk.symbolic.long import symbols_in
 
 
 class Wave(NamedTuple):
-    """``t^power e^{decay t} cos(turn t)``, or with ``sin(turn t) / unit``, in expressions in the parameters."""
+    """``t^power e^{decay t} cos(turn t)``, or with sin; ``decay`` and ``turn`` are expressions in the parameters."""
 
     power: int
     decay: sp.Expr
     turn: sp.Expr
     sine: bool
-
-    @property
-    def unit(self) -> sp.Expr:
-        """``turn`` for a sine whose ``turn`` is not rational but has a rational square, else 1."""
-        alone = self.sine and not is_rational(self.turn) and is_rational(self.turn**2)
-        return self.turn if alone else sp.S.One
 
 
 CONSTANT = Wave(0, sp.S.Zero, sp.S.Zero, False)
@@ -75,8 +66,8 @@ def _waves_of_term(term, time):
         turn, phase, coefficient = -turn, -phase, -coefficient if sine else coefficient
     cosine, sine_of = (Wave(power, decay, turn, which) for which in (False, True))
     if sine:  # sin(wt + p) = sin(wt) cos(p) + cos(wt) sin(p)
-        return [(sine_of, coefficient * sine_of.unit * sp.cos(phase)), (cosine, coefficient * sp.sin(phase))]
-    return [(cosine, coefficient * sp.cos(phase)), (sine_of, -coefficient * sine_of.unit * sp.sin(phase))]
+        return [(sine_of, coefficient * sp.cos(phase)), (cosine, coefficient * sp.sin(phase))]
+    return [(cosine, coefficient * sp.cos(phase)), (sine_of, -coefficient * sp.sin(phase))]
 
 
 def _line(expr, time):
@@ -98,16 +89,15 @@ def with_derivatives(waves: Iterable[Wave]) -> list[Wave]:
 def rate(wave: Wave) -> dict[Wave, sp.Expr]:
     """Return {Wave: coefficient} of the derivative of a wave, also with coefficients 0."""
     lower, turned = wave._replace(power=wave.power - 1), wave._replace(sine=not wave.sine)
-    turning = wave.turn * turned.unit / wave.unit
-    return {lower: sp.Integer(wave.power), wave: wave.decay, turned: turning if wave.sine else -turning}
+    return {lower: sp.Integer(wave.power), wave: wave.decay, turned: wave.turn if wave.sine else -wave.turn}
 
 
-def value(m: Arithmetic, power: int, decay: Number, turn: Number, unit: Number, t: Number) -> Number:
-    """Return a wave at a time, in the numbers of ``m``; ``unit`` divides a sine, and is 0 for a cosine."""
+def value(m: Arithmetic, power: int, decay: Number, turn: Number, sine: bool, t: Number) -> Number:
+    """Return a wave at a time, in the numbers of ``m``."""
     found = t**power * m.exp(decay * t)
-    return found * (m.sin(turn * t) / unit if unit else m.cos(turn * t)) if turn or unit else found
+    return found * (m.sin(turn * t) if sine else m.cos(turn * t)) if turn or sine else found
 
 
-def amplitude(m: Arithmetic, power: int, decay: Number, turn: Number, unit: Number, t: Number) -> Number:
+def amplitude(m: Arithmetic, power: int, decay: Number, turn: Number, sine: bool, t: Number) -> Number:
     """Return the size to which the rounding error of a wave at t is proportional: its amplitude times 1 + |turn t|."""
-    return abs(value(m, power, decay, 0, 0, t)) * (1 + abs(turn * t)) / (abs(unit) if unit else 1)
+    return abs(value(m, power, decay, 0, False, t)) * (1 + abs(turn * t))

@@ -6,7 +6,6 @@ entry that is no rational function of the parameters is computed to as many digi
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cached_property, lru_cache
 from itertools import chain
 
@@ -107,16 +106,15 @@ def row_over(waves: Iterable[Wave], slopes: Iterable[sp.Expr], forced: dict[Wave
 
 @lru_cache(maxsize=1024)
 def placed(form: Form, values: tuple, digits: int) -> tuple[AffineMode, tuple[tuple, ...], tuple[int, ...]]:
-    """Return a form with numbers for its parameters: (mode, (power, decay, turn, unit) of its waves, moving guards).
+    """Return a form with numbers for its parameters: (mode, (power, decay, turn, sine) of its waves, moving guards).
 
-    The unit divides a sine, and is 0 for a cosine. Entries are exact, or right to ``digits`` digits if not rational.
-    The moving guards are the indices of those that are not constant. Raises ``InputError`` for a guard that is always
-    negative, ``OutOfRange`` where an entry is not finite.
+    Entries are exact, or right to ``digits`` digits if not rational; the moving guards are the indices of those that
+    are not constant. Raises ``InputError`` for a guard that is always negative, ``OutOfRange`` where an entry is not
+    finite.
     """
     numbers = exact_values(form.system, form.entries, values, digits)
     rows, guards = (tuple(tuple(numbers[e] for e in row) for row in part) for part in (form.matrix, form.guards))
-    waves = tuple((wave.power, numbers[wave.decay], numbers[wave.turn],
-                   Fraction(wave.sine and (numbers.get(wave.unit) or 1))) for wave in form.waves)  # fmt: skip
+    waves = tuple((wave.power, numbers[wave.decay], numbers[wave.turn], wave.sine) for wave in form.waves)
     moving = tuple(k for k, row in enumerate(guards) if any(row[:-1]))
     if never := [k for k, row in enumerate(guards) if k not in moving and row[-1] < 0]:
         raise InputError(f"guard {never[0]} is {guards[never[0]][-1]} at these parameters whatever the state and the "

@@ -191,7 +191,7 @@ class Flows:
         if key not in self._found:
             digits = 24 if m is Doubles else m.dps
             found, waves, moving = form.placed(form.form_of(mode), self.automaton.values, digits)
-            waves = tuple((power, *map(m.number, numbers)) for power, *numbers in waves)
+            waves = tuple((power, m.number(decay), m.number(turn), sine) for power, decay, turn, sine in waves)
             self._found[key] = found.in_doubles if m is Doubles else in_digits(m, found), waves, moving
         return self._found[key]
 
