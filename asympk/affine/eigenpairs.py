@@ -18,7 +18,7 @@ _PRIME = 268_435_399  # the largest below 2^28: sums of up to 48 products stay w
 _STEPS = 48
 _UNSETTLED = 4  # the number of steps after which every step must reduce the residual
 _SETTLED = 2.0**10  # the largest last correction, in units of 2^-bits
-_NOISE = 56  # the number of bits that rounding may take
+NOISE = 56  # the number of bits that rounding may take
 
 
 class Eigenpairs(NamedTuple):
@@ -144,7 +144,7 @@ def _parts(right, left, bits):
 def cleaned(parts: np.ndarray, bits: int, lost: int = 0) -> np.ndarray:
     """Return ``parts`` with 0 for entries below the rounding error of the largest one; ``lost`` bits are unknown."""
     most = max((abs(v) for v in parts.flat), default=0)
-    noise = max(most, 1 << bits) >> (bits - _NOISE - lost)
+    noise = max(most, 1 << bits) >> (bits - NOISE - lost)
     return np.where(abs(parts) > noise, parts, 0)
 
 
@@ -156,7 +156,7 @@ def _powers(whole, denominator, part, zeros, bits):
     found, lost = [], 0
     growth = max(1, max(map(abs, whole.flat)) // denominator).bit_length() + len(whole).bit_length()
     for _ in range(zeros + 1):
-        if bits - lost < 2 * _NOISE:
+        if bits - lost < 2 * NOISE:
             return None
         part = cleaned(part, bits, lost)
         if not part.any():

@@ -25,7 +25,7 @@ from math import comb
 
 import numpy as np
 
-from asympk.affine.eigenpairs import Eigenpairs, cleaned, eigenpairs
+from asympk.affine.eigenpairs import NOISE, Eigenpairs, cleaned, eigenpairs
 from asympk.affine.functions import Block, initial, rate_of
 from asympk.affine.polynomial import in_whole_numbers, polynomial_roots, residues_at, resolvent
 from asympk.arithmetic import flow_context, set_digits
@@ -104,13 +104,19 @@ def _exponential(pieces, bits):
 
 
 def _solves(found, whole, denominator, right):
-    """Tell whether ``X = sum F_r D_r`` has ``X(0) v = v`` and ``X' v = M X v`` to ``right`` bits, for one v."""
+    """Tell whether ``X = sum F_r D_r`` has ``X(0) v = v`` and ``X' v = M X v`` to ``right`` bits, for one v.
+
+    Each component of ``M D_r v`` is right by the size of its own terms and of the eigenvalue, not by the largest entry:
+    else all slow eigenvalues would count as one beside a much faster one.
+    """
     unit, vector = 1 << found.bits, np.array([pow(5, k, 97) for k in range(len(whole))], dtype=object)
     parts = found.matrices @ vector
     begun = np.array(initial(found.blocks)) @ parts - vector * unit
-    moved = parts @ whole.T // denominator - (rate_of(found.blocks, unit) @ parts >> found.bits)
-    largest = abs(whole).max() // denominator + 1
-    return abs(begun).max() <= unit >> right and abs(moved).max() <= largest * (unit >> right)
+    off = parts @ whole.T // denominator - (rate_of(found.blocks, unit) @ parts >> found.bits)
+    speeds = [abs(decay) + turn for decay, turn, count in found.blocks for _ in range(count * (2 if turn else 1))]
+    sizes = abs(parts) @ abs(whole).T // denominator + vector.max() * np.array(speeds, dtype=object)[:, None]
+    noise = abs(whole).max() * (max(unit, abs(found.matrices).max()) >> found.bits - NOISE) // denominator + 2
+    return abs(begun).max() <= unit >> right and (abs(off) <= (sizes >> right) + noise).all()
 
 
 def of_pairs(found: Eigenpairs) -> Iterator[tuple[Block, np.ndarray]]:

@@ -63,6 +63,15 @@ def test_irrational_frequencies_and_rates_that_are_equal_are_one(digits):
             assert abs(path.final[0] - closed(mpmath.sqrt(2), 5)) < 10.0 ** -(digits or 15)
 
 
+@pytest.mark.parametrize(("slow", "fast"), [("2e-9", "1e10"), ("2e-4", "1e18"), ("2", "1e30")])
+def test_slow_eigenvalues_are_not_equal_because_an_irrational_one_is_much_faster(slow, fast):
+    """Beside an oscillator, which turns by 2, a filter has an irrational rate."""
+    slow, fast = Fraction(slow), sp.Integer(Fraction(fast))
+    rates = {x: v, v: -sp.Rational(slow) ** 2 * x, w: fast * (x - sp.sqrt(2) * w)}
+    system = ap.System.with_frictions(rates, {}, [])
+    assert abs(followed(system, {}, {"x": 1, "v": 0, "w": 0}, 2 / slow).final[0] - np.cos(2)) < 1e-15
+
+
 @pytest.mark.parametrize("load", ["0.35", "-0.35"])
 def test_a_load_of_either_sign_resists_as_much(load):
     """The turning points are 5.3 - 0.7 n; with a negative load the phase of forward sliding is slip_opposite."""
