@@ -68,6 +68,18 @@ def read_relation(text: object, symbols: Mapping[str, sp.Expr]) -> sp.Basic:
     return found
 
 
+def names_in(entry: object) -> set[str]:
+    """Return the names in the formulas of a value of TOML, a table or a list included, without functions called.
+
+    >>> sorted(names_in(["f*sin(alpha)", {"force": "-k*X'"}]))
+    ["X'", 'alpha', 'f', 'k']
+    """
+    if isinstance(entry, str):
+        return {*re.findall(r"\b\w+'*(?![\w']|\s*\()", normalize("NFKC", entry))}
+    parts = entry.values() if isinstance(entry, dict) else entry if isinstance(entry, list) else ()
+    return set().union(*map(names_in, parts))
+
+
 def _read(text: object, symbols: Mapping[str, sp.Expr], what: str) -> sp.Basic:
     if isinstance(text, int | Fraction) and not isinstance(text, bool):
         return sp.Rational(text)

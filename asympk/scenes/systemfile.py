@@ -21,7 +21,6 @@ with ``contact = "elastic"`` and the formulas ``compliance`` and ``damping``; it
 coordinates and rates of the mechanism.
 """
 
-import re
 from collections.abc import Iterable, Mapping
 from importlib import import_module
 from typing import Any
@@ -30,7 +29,7 @@ import sympy as sp
 
 from asympk import systems
 from asympk.errors import InputError
-from asympk.formulas import read_formula, read_relation
+from asympk.formulas import names_in, read_formula, read_relation
 from asympk.mechanics.described import CONTACT, described_by
 from asympk.mechanics.mechanism import Mechanism
 from asympk.scene import Scene
@@ -82,14 +81,7 @@ def cancelled(entry: Any, system: System, mechanism: Mechanism | None) -> set[st
     The system needs no number for them, but the start of its ``mechanism`` may.
     """
     own = {*map(str, mechanism.parameters if mechanism else ())}
-    return (_words(entry) | own) - {*map(str, system.parameters)}
-
-
-def _words(entry: Any) -> set[str]:
-    if isinstance(entry, str):
-        return {*re.findall(r"\w+", entry)}
-    parts = entry.values() if isinstance(entry, dict) else entry if isinstance(entry, list) else ()
-    return set().union(*map(_words, parts))
+    return (names_in(entry) | own) - {*map(str, system.parameters)}
 
 
 def without(names: set[str], values: Mapping[str, Any]) -> dict[str, Any]:

@@ -422,6 +422,13 @@ def test_only_the_start_depends_on_the_height_of_the_ground(tmp_path):
         file.write_text(text)
 
 
+def test_a_number_with_the_name_of_a_function_that_is_called_is_no_parameter(tmp_path):
+    file = _high(tmp_path, 0, 0)
+    file.write_text(file.read_text().replace("H = 0", "H = 0\ncos = 1"))
+    with pytest.raises(InputError, match="cos is not a parameter of this system"):
+        ap.read_scene(file)
+
+
 def test_numbers_of_a_mechanism_are_changed_before_its_start_is_derived(tmp_path):
     """At theta = 0 the sliding velocity is X', and x = -g/c with the gap g = Y - H."""
     file = str(_high(tmp_path, 0, 0))
