@@ -11,8 +11,9 @@ root l of multiplicity m gives the coefficient of ``t^k/k! e^{l t}``: the sum of
 The D_r grow as eigenvalues approach one another, and their sum loses digits. ``exponential`` therefore takes more bits
 until ``X = sum F_r D_r`` satisfies ``X(0) = 1`` and ``X' = M X``, which only ``e^{M t}`` does (``_solves``).
 
-Where entries are rounded, eigenvalues that are equal come out slightly apart, and no bits tell that. Eigenvalues so
-near to one another are taken for one, their mean, if the X of that solves the equation to the digits of the entries.
+Where entries are rounded, eigenvalues that are equal come out slightly apart, and no bits tell that. Eigenvalues that
+the rounding may have parted are taken for one, their mean, if the X of that solves the equation to the digits of the
+entries. An eigenvalue with the spectral part P moves by ``sum P_ji dM_ij``, whatever the units of the states are.
 """
 
 from collections.abc import Iterator
@@ -20,7 +21,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from itertools import combinations, count, takewhile
+from itertools import chain, count, takewhile
 from math import comb
 
 import numpy as np
@@ -39,7 +40,6 @@ _SPARE_BITS = 64
 _BITS_A_DIGIT = 5.4  # some 1.6 digits for each digit asked for
 _RIGHT_BITS_A_DIGIT = 3.7  # bits to which ``e^{M t}`` is right for each digit asked for
 _BITS_OF_A_DIGIT = 3.3  # a little fewer than the bits that tell a decimal digit
-_NEAR = 0.2  # part of the digits of rounded entries to which eigenvalues that may be one agree, up to five of them
 _MOST_BITS = 1 << 13  # beyond which the bits are not doubled again: the search for roots would take minutes
 
 
@@ -73,28 +73,33 @@ def exponential(entries: tuple[tuple[Fraction, ...], ...], digits: int, rounded:
     for bits in takewhile(lambda bits: bits <= max(first, _MOST_BITS), (first << k for k in count())):
         with suppress(Undecided, ZeroDivisionError):  # roots that only more bits tell apart
             pairs = eigenpairs(whole, denominator, bits)
-            if rounded and (pairs is None or _are_near(pairs.values, rounded)):
+            pieces = [*of_pairs(pairs)] if pairs else None
+            if rounded and (pieces is None or _parted(pieces, whole, denominator, rounded)):
                 found = _exponential(of_roots(entries, bits, rounded), bits)
                 if _solves(found, whole, denominator, min(right, int(_BITS_OF_A_DIGIT * rounded))):
                     return found
-            found = _exponential(of_pairs(pairs) if pairs else of_roots(entries, bits), bits)
+            found = _exponential(pieces or of_roots(entries, bits), bits)
             if _solves(found, whole, denominator, right):
                 return found
     raise Undecided(f"eigenvalues of a mode are too near to one another for {bits} bits: give parameters at which "
                     "they are equal, or differ more")  # fmt: skip
 
 
-def _are_near(values, rounded):
-    """Tell whether eigenvalues, or the members of a pair, are so near to one another that they may be equal."""
-    real, imaginary = ([*map(int, part)] for part in values)
-    size = max(map(abs, (*real, *imaginary)), default=0)
-    apart = [max(abs(a - c), abs(b - d)) for (a, b), (c, d) in combinations(zip(real, imaginary, strict=True), 2)]
-    return any(_is_near(gap, size, rounded) for gap in (*apart, *filter(None, imaginary)))
+def _parted(pieces, whole, denominator, rounded):
+    """Return [(places, real)] of pieces with eigenvalues that ``rounded`` entries may have parted.
 
-
-def _is_near(gap, size, rounded):
-    """Tell whether a gap between eigenvalues of a ``size`` may come from ``rounded`` entries."""
-    return gap * 10 ** int(_NEAR * rounded) <= size
+    The conjugates of a ``real`` set are among it. Rounding moves all entries by a unit of their last digit.
+    """
+    sizes, unit, blocks = abs(whole).T, denominator * 10 ** (rounded - 1), [block for block, _ in pieces]
+    moves = [(abs(matrices[: 1 + bool(block.turn)]) * sizes).sum() // unit for block, matrices in pieces]
+    sets: list[list[int]] = []
+    for k, (decay, turn, _) in enumerate(blocks):
+        near = [places for places in sets if any(
+            max(abs(decay - blocks[i].decay), abs(turn - blocks[i].turn)) <= max(moves[k], moves[i])
+            for i in places)]  # fmt: skip
+        sets = [*(places for places in sets if places not in near), [k, *chain(*near)]]
+    told = [(places, min(2 * blocks[k].turn for k in places) <= max(moves[k] for k in places)) for places in sets]
+    return [(places, real) for places, real in told if len(places) > 1 or (real and blocks[places[0]].turn)]
 
 
 def _exponential(pieces, bits):
@@ -129,7 +134,7 @@ def of_pairs(found: Eigenpairs) -> Iterator[tuple[Block, np.ndarray]]:
 def of_roots(
     entries: tuple[tuple[Fraction, ...], ...], bits: int, rounded: int | None = None
 ) -> Iterator[tuple[Block, np.ndarray]]:
-    """Yield (block, matrices) of all eigenvalues, which may be multiple, as roots of the characteristic polynomial.
+    """Return (block, matrices) of all eigenvalues, which may be multiple, as roots of the characteristic polynomial.
 
     Matrices that vanish at the end are left out. Roots that ``rounded`` entries may have parted are taken for one.
     """
@@ -137,28 +142,26 @@ def of_roots(
     m = flow_context(LARGEST)
     set_digits(m, int(0.3 * bits) + 20 + 3 * len(entries))
     roots = polynomial_roots(found, m)
-    for root, many in _joined(m, roots, rounded) if rounded else roots:
-        residues = np.array(_residues(m, found, root, many))
-        decay, turn = _fixed(np.array([m.re(root), m.im(root)]) / found.denominator, bits)
-        if m.im(root) and not turn:
-            raise Undecided("a pair of eigenvalues may be two real ones")
-        parts = [[2 * v.real, -2 * v.imag] if turn else [v] for v in residues.flat]
-        matrices = np.moveaxis(_fixed(np.array(parts).reshape(*residues.shape, -1), bits), -1, 1)
-        size = len(np.trim_zeros(matrices.any(axis=(1, 2, 3)), "b"))
-        yield Block(decay, turn, size), matrices[:size].reshape(-1, *residues.shape[1:])
+    pieces = [_piece(m, found, *root, bits) for root in roots]
+    for places, real in _parted(pieces, *in_whole_numbers(entries), rounded) if rounded else ():
+        counts = [roots[k][1] * (2 if real and m.im(roots[k][0]) else 1) for k in places]
+        mean = sum(roots[k][0] * many for k, many in zip(places, counts, strict=True)) / sum(counts)
+        pieces.append(_piece(m, found, m.re(mean) if real else mean, sum(counts), bits))
+        for k in places:
+            pieces[k] = None
+    return filter(None, pieces)
 
 
-def _joined(m, roots, rounded):
-    """Return (root, multiplicity) with the mean of roots that are near to one another in their place."""
-    size, found = max(abs(root) for root, _ in roots), list[tuple]()
-    for root, many in roots:
-        if m.im(root) and _is_near(m.im(root), size, rounded):
-            root, many = m.re(root), 2 * many
-        others = [pair for pair in found if _is_near(abs(pair[0] - root), size, rounded)]
-        found = [pair for pair in found if pair not in others]
-        total = many + sum(count for _, count in others)
-        found.append((sum((other * count for other, count in others), root * many) / total, total))
-    return found
+def _piece(m, found, root, many, bits):
+    """Return (block, matrices) of one root of a multiplicity."""
+    residues = np.array(_residues(m, found, root, many))
+    decay, turn = _fixed(np.array([m.re(root), m.im(root)]) / found.denominator, bits)
+    if m.im(root) and not turn:
+        raise Undecided("a pair of eigenvalues may be two real ones")
+    parts = [[2 * v.real, -2 * v.imag] if turn else [v] for v in residues.flat]
+    matrices = np.moveaxis(_fixed(np.array(parts).reshape(*residues.shape, -1), bits), -1, 1)
+    size = len(np.trim_zeros(matrices.any(axis=(1, 2, 3)), "b"))
+    return Block(decay, turn, size), matrices[:size].reshape(-1, *residues.shape[1:])
 
 
 def _fixed(values, bits):

@@ -72,6 +72,19 @@ def test_slow_eigenvalues_are_not_equal_because_an_irrational_one_is_much_faster
     assert abs(followed(system, {}, {"x": 1, "v": 0, "w": 0}, 2 / slow).final[0] - np.cos(2)) < 1e-15
 
 
+@pytest.mark.parametrize("digits", [None, 50])
+@pytest.mark.parametrize("swift", ["1e13", "1e26", "1e60"])
+def test_slow_rates_stay_apart_however_swift_an_irrational_rate_beside_them_is(swift, digits):
+    """Rates 0, 1 and 3, and sqrt(2) twice, beside sqrt(2) ``swift``."""
+    root = sp.sqrt(omega)
+    rates = {w: 1 - root * V * w, u: 1 - u, t: -3 * t, x: v, v: -omega * x - 2 * root * v}
+    path = followed(ap.System.with_frictions(rates, {}, []), {omega: 2, V: swift}, (0, 0, 1, 0, 1), 2, digits=digits)
+    with mpmath.workdps(60):
+        s, e = mpmath.sqrt(2), mpmath.exp
+        closed = 1 / (s * mpmath.mpf(swift)), 1 - e(-2), e(-6), 2 * e(-2 * s), (1 - 2 * s) * e(-2 * s)
+        assert all(abs(a / b - 1) < 10.0 ** -(digits or 15) * 5 for a, b in zip(path.final, closed, strict=True))
+
+
 @pytest.mark.parametrize("load", ["0.35", "-0.35"])
 def test_a_load_of_either_sign_resists_as_much(load):
     """The turning points are 5.3 - 0.7 n; with a negative load the phase of forward sliding is slip_opposite."""
