@@ -126,10 +126,10 @@ def _note(guards, guard, matrix, state):
     """Add a guard to a list, or its friction to that guard of the list with which it vanishes."""
     for place, other in enumerate(guards):
         apart, rows = tuple(a - b for a, b in zip(guard.row, other.row, strict=True)), []
-        if not spanned(guard.row, (other.row,)):
+        if not spanned(guard.row, (other.row,), state.field):
             if leading_sign(apart, matrix, state) != 0:
                 continue
-            while not spanned(apart, rows):
+            while len(rows) < len(matrix) and not spanned(apart, rows, state.field):
                 rows, apart = [*rows, apart], row_rate(apart, matrix)
         guards[place] = other._replace(others=(*other.others, guard.friction), null=(*other.null, *rows))
         return

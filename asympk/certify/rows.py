@@ -261,7 +261,7 @@ def sign_at(row: Row, state: EnclosedState) -> int | None:
         if isinstance(value, int | Fraction):
             return (value > 0) - (value < 0)
         return (certain_sign(state.field.ball(value)) or None) if value else 0
-    if spanned(row, state.null):
+    if spanned(row, state.null, state.field):
         return 0
     return certain_sign(ball_at(row, state)) or certain_sign(ball_at(sharpened(row, state), state)) or None
 
@@ -277,26 +277,26 @@ def row_rate(row: Row, matrix: tuple[Row, ...]) -> Row:
     return tuple(sum(c * m for c, m in zip(row, column, strict=True) if c) for column in zip(*matrix, strict=True))
 
 
-def spanned(row: Row, rows: Iterable[Row]) -> bool:
-    """Tell whether a row is a linear combination of others, in exact arithmetic."""
-    return not any(_reduced(row, _echelon(rows, lambda other: [k for k, c in enumerate(other) if c])))
+def spanned(row: Row, rows: Iterable[Row], field: ExactEntries) -> bool:
+    """Tell whether a row is a linear combination of others all over the box, in exact arithmetic (Lemma 13)."""
+    return not any(_reduced(row, _echelon(rows, field, range(len(row)))))
 
 
 def sharpened(row: Row, state: EnclosedState) -> Row:
     """Return a row of the same value at a state: the rows that vanish there take away what is known least."""
-    known, balls = state.balls, state.field.ball
+    known = state.balls
     rank = sorted(range(len(row)), key=lambda k: -float(known[k].rad()))
-    found = _reduced(row, _echelon(state.null, lambda other: [k for k in rank if certain_sign(balls(other[k]))]))
-    return found if all(balls(c).is_finite() for c in found) else row
+    found = _reduced(row, _echelon(state.null, state.field, rank))
+    return found if all(state.field.ball(c).is_finite() for c in found) else row
 
 
-def _echelon(rows, places):
-    """Return pairs (place, row) that span the rows; ``places`` gives the entries by which a row may be divided."""
+def _echelon(rows, field, rank):
+    """Return pairs (place, row): rows with an entry that is nowhere 0, the first by ``rank``, reduced in turn."""
     basis: list[tuple[int, Row]] = []
     for other in rows:
         other = _reduced(other, basis)
-        if found := places(other):
-            basis.append((found[0], other))
+        place = next((k for k in rank if other[k] and certain_sign(field.ball(other[k]))), None)
+        basis += [] if place is None else [(place, other)]
     return basis
 
 

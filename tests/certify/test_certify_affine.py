@@ -24,7 +24,7 @@ pytest.importorskip("flint")
 from asympk.certify import certify
 from asympk.certify.affine import _Modes
 from asympk.certify.balls import hull
-from asympk.certify.rows import ExactEntries
+from asympk.certify.rows import EnclosedState, ExactEntries, sign_at
 from asympk.certify.segments import EnclosedSegment
 
 F, G, t = sp.symbols("F G t", real=True)
@@ -337,6 +337,19 @@ def test_what_is_not_rational_in_a_coefficient_ranges_over_its_ball(force, load,
     system = ap.System.with_frictions({x: v, v: force + waves + F}, {}, [friction], time=t)
     values = {"k": "0.7"} if k in system.parameters else {}
     assert proven_as_followed(ap.Scene(system=system, values=values, start={"x": 3, "v": 0}, until=6)).events
+
+
+@pytest.mark.parametrize("nothing", [sp.sin(k) ** 2 + sp.cos(k) ** 2 - 1, sp.sqrt(k**2 + 2 * k + 1) - k - 1])
+def test_rows_that_a_relation_between_functions_makes_equal_span_no_more_than_one_of_them(nothing):
+    """v + 0 x = 0 and v = 0 say nothing of x, which is 2."""
+    system = ap.System.with_frictions({x: v, v: nothing * x + F}, {}, [ap.Friction(v, F, load=1, kinetic=k)])
+    field = ExactEntries(system, (1,) * len(system.parameters), {s.name: (1, 2) for s in system.parameters}, [nothing])
+    zero, one, part = map(field.exact, (sp.S.Zero, sp.S.One, nothing))
+    assert part  # as a rational function
+    null = (part, one, zero), (zero, one, zero)
+    state = EnclosedState(field.family([[2], [0], [1]]), (None, None, 1), field, null)
+    assert sign_at((one, zero, zero), state) == 1
+    assert sign_at((part, one, zero), state) == 0
 
 
 def test_a_function_without_an_enclosure_is_refused():
