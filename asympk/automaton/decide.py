@@ -44,6 +44,7 @@ from asympk.automaton.contacts import (
     solved_forces,
 )
 from asympk.automaton.junction import Junction, junction_at
+from asympk.automaton.kept import vanish_on_plane
 from asympk.automaton.modes import GuardedMode, mode_of
 from asympk.automaton.rest import has_forces, moves_in_several_ways, standing_branch
 from asympk.digits import carrier_context
@@ -388,10 +389,11 @@ def _stands(here: Junction, mode: GuardedMode) -> bool:
 
 
 def _stays(here: Junction, mode: GuardedMode, guard: int) -> bool:
-    """Tell whether a guard that vanishes stays 0: the states on which it depends stand still, or its zeros are kept."""
+    """Tell whether a guard that vanishes stays 0: the states behind it stand still, or the mode keeps its zeros."""
     value = mode.guards[guard].value
     rates = mode.rates_behind(value)
-    return (rates is not None and _vanish(here, rates)) or mode.keeps(value)
+    still = (rates is not None and _vanish(here, rates)) or mode.keeps(value)
+    return still or vanish_on_plane(here, mode, (value,))
 
 
 def _vanish(here: Junction, exprs: tuple[sp.Expr, ...], places: tuple[Place, ...] = ()) -> bool:
@@ -521,9 +523,11 @@ def _require_shared(here: Junction, branch: Branch, still: list[int]) -> None:
 def _chosen(here: Junction, left: dict[Branch, list[int]]) -> Branch:
     if len(left) == 1:
         return next(iter(left))
-    distinct = {mode_of(here.system, _loaded(here.system, *item)).rates: item[0] for item in reversed(left.items())}
-    if len(distinct) == 1:
-        return next(iter(distinct.values()))
+    modes = [mode_of(here.system, _loaded(here.system, *item)) for item in left.items()]
+    distinct = {mode.rates: branch for mode, branch in reversed([*zip(modes, left, strict=True)])}
+    apart = tuple(a - b for rates in distinct for a, b in zip(modes[0].rates, rates, strict=True))
+    if len(distinct) == 1 or (distinct and vanish_on_plane(here, modes[0], apart)):
+        return next(iter(left))
     if not distinct:
         raise NoMotion(f"no motion goes on {here.in_words}: {_why_none(here)}", here.at.t, here.at.state)
     raise _several(here, distinct.values())

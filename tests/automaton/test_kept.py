@@ -1,0 +1,68 @@
+"""Motions on which a symmetry keeps: what vanishes in all symmetric states stays 0, and is no event."""
+
+import math
+
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.linalg import expm
+from sympy.physics.mechanics import dynamicsymbols
+
+import asympk as ap
+from asympk.errors import UnboundedReaction
+
+X, Y, theta = dynamicsymbols("X Y theta")
+T = dynamicsymbols._t
+eps = sp.Symbol("eps", positive=True)
+q, w, v, p, s, r, u, F, G = sp.symbols("q w v p s r u F G", real=True)
+
+
+def turning(second, push=0):
+    """Return a body on two frictions whose velocities v + q w and v - q w are equal while it has not turned by q."""
+    loads = ((v + q * w, F, 2 + p), (v - q * w, G, second))
+    frictions = [ap.Friction(velocity, force, load, sp.Rational(1, 5)) for velocity, force, load in loads]
+    rates = {q: w, w: q * (F - G) - q + push, v: F + G, p: s, s: -p, r: u, u: -r}
+    system = ap.System.with_frictions(rates, {}, frictions)
+    return ap.Scene(system=system, start=dict.fromkeys((q, w, v, p, r), 0) | {s: 1, u: -1}, until=2)
+
+
+@pytest.mark.parametrize("second", [2 + p, 2 - r])  # r = -p
+def test_two_frictions_whose_shares_nothing_determines_hold_a_body_that_does_not_turn_under_equal_loads(second):
+    path = ap.solve(turning(second))
+    assert (path.events, path.final[:3]) == ((), (0, 0, 0))
+    assert path.final[3:] == pytest.approx([math.sin(2), math.cos(2), -math.sin(2), -math.cos(2)], abs=1e-8)
+
+
+@pytest.mark.parametrize(("second", "push"), [(2 + p, p**5), (2 - r + p**9, 0), (2 + p, (p + r) * s + q**2 + p**7)])
+def test_a_symmetry_that_a_high_power_breaks_is_not_kept(second, push):
+    with pytest.raises(UnboundedReaction, match=r"stick\+stick has equations that are singular"):
+        ap.solve(turning(second, push))
+
+
+def block(friction, height):
+    """Return a block of mass 1 and moment of inertia 1/12, on legs at its two lower corners on an elastic ground."""
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 + theta.diff(T) ** 2 / 24 - Y
+    legs = [ap.Contact(gap=Y - height * sp.cos(theta) + side * sp.sin(theta) / 2, friction=friction, unilateral=True,
+                       slip=X + side * sp.cos(theta) / 2 + height * sp.sin(theta)) for side in (1, -1)]  # fmt: skip
+    mechanism = ap.Mechanism.from_lagrangian(energy, (X, Y, theta), contact=legs[0], others=legs[1:])
+    return mechanism, mechanism.elastic(compliance=eps**2, damping=2 * eps)
+
+
+@pytest.mark.parametrize(("friction", "height", "drop"), [
+    pytest.param(sp.Rational(1, 5), sp.Rational(1, 4), 0, marks=pytest.mark.slow),
+    (0, sp.Rational(1, 4), sp.Rational(1, 20)),
+    pytest.param(sp.Rational(1, 5), sp.Rational(1, 4), sp.Rational(1, 20), marks=pytest.mark.slow),
+])  # fmt: skip
+def test_a_block_on_two_elastic_legs_that_starts_or_lands_flat_stays_flat(friction, height, drop):
+    """It is an oscillator, c x'' = 1 - 2 (x + h x'), from where its dampers begin to push, x + h x' = 0."""
+    mechanism, system = block(friction, height)
+    flat = {"X": 0, "Y": height + drop, "theta": 0, "X'": 0, "Y'": 0, "theta'": 0, "eps": "3/100"}
+    path = ap.solve(ap.Scene(system=system, values={"eps": "3/100"}, start=mechanism.start(system, flat), until=1))
+    c, h = 0.03**2, 2 * 0.03
+    fall = math.sqrt(h**2 + 2 * float(drop)) - h
+    x, y = expm(np.array([[0, 1], [-2 / c, -2 * h / c]]) * (1 - fall)) @ [-h * fall / c - 1 / 2, fall / c] + [1 / 2, 0]
+    assert [event.kind for event in path.events] == (["touch_down"] if drop else [])
+    rate = 0.03 * y  # in the unit of the fast time t/eps
+    ends = dict(zip(path.names, path.final, strict=True))
+    expected = {"X": 0, "Y": float(height) - c * x, "theta": 0, "x": x, "x2": x, "X'": 0, "y": rate, "y2": rate}
+    assert ends == pytest.approx(expected, abs=1e-7)
