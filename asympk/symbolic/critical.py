@@ -49,6 +49,10 @@ _RANGE: dict[type, Callable] = {  # what is positive inside the range of a funct
     **dict.fromkeys((sp.asin, sp.atan), lambda w: sp.pi**2 / 4 - w**2), sp.acos: lambda w: w * (sp.pi - w),
     sp.acosh: lambda w: w, sp.LambertW: lambda w: w + 1,
 }  # fmt: skip
+_INVERSE: dict[type, Callable] = {  # of functions whose values have one argument each
+    sp.asin: sp.sin, sp.acos: sp.cos, sp.atan: sp.tan, sp.acosh: sp.cosh, sp.LambertW: lambda w: w * sp.exp(w),
+    sp.exp: sp.log, sp.log: sp.exp, sp.sinh: sp.asinh, sp.asinh: sp.sinh, sp.tanh: sp.atanh, sp.atanh: sp.tanh,
+}  # fmt: skip
 
 
 @dataclass(frozen=True, repr=False)
@@ -82,8 +86,8 @@ class CriticalManifold(ShownAsFormulas):
         """The condition under which the branch is real, without its ends: even roots and logs have positive arguments.
 
         The arguments of odd roots are positive, too, and those of inverse functions, as of tanh, erf and w e^w, also of
-        those in g, lie inside the domains of these. Where g contains one square root, it is positive on the branch:
-        y = x**2 solves x - sqrt(y) = 0 for x > 0 alone. So does one inverse function have a value in its range:
+        those in g, lie inside the domains of these. Where g is linear in a root, this is positive on the branch:
+        y = x**2 solves x - sqrt(y) = 0 for x > 0 alone. So do inverse functions have values in their ranges:
         y = tan(x) solves x - atan(y) = 0 for |x| < pi/2. A state that is declared positive or negative is so on the
         branch.
         """
@@ -96,8 +100,11 @@ class CriticalManifold(ShownAsFormulas):
         limits = [limit_of(g, self.small) for g in self.dynamics.fast.values()]
         inside |= {_POSITIVE[type(f)](f.args[0]).subs(self.branch, simultaneous=True) for g in limits
                    for f in g.atoms(*_POSITIVE) if f.has(*self.branch)}  # fmt: skip
-        inside |= {given(g, self.branch) for g in limits for given in (_square_root, _within_range)} - {None}
+        inside |= {given for g in limits for given in _within_ranges(g, self.branch)}
         inside |= {declared_sign(y) * h for y, h in self.branch.items() if y != h} - {0}
+        if any(expr.has(sp.I) for expr in inside):
+            return sp.false
+        roots |= {p for p in fractional_powers(*inside) if p.base in inside}
         names = {p: sp.Dummy(positive=True) for p in roots}
         positive = {sp.Gt(expr.xreplace(names), 0).xreplace({v: p for p, v in names.items()}) for expr in inside}
         return sp.And(*(_located(relation, list(self.dynamics.slow), self.assumptions) for relation in positive))
@@ -368,36 +375,66 @@ def _free(branch):
     return f"g = 0 for all {left}{' on ' * bool(found)}{equations(found)}" if len(found) < len(branch) else ""
 
 
-def _square_root(g, branch):
-    """Return a multiple of the square root in g where g = 0, by a positive factor and on a branch, or None.
+def _within_ranges(g, branch):
+    """Yield what is positive where roots and inverse functions in g have the values on a branch that g = 0 gives them.
 
-    The root of one expression P(y) is meant, and g = 0 is linear in it: a + b sqrt(P) = 0 as P = sqrt(P)**2. Where a
-    and b vanish on the branch, P is returned.
+    Where g is linear in one, as a + b sqrt(P), the branch solves P = (a/b)**2, also where -a/b is negative. By its
+    value what lies inside it has one, too: x = sqrt(sqrt(y) - 1) gives sqrt(y) = x**2 + 1.
     """
-    roots = {p for p in fractional_powers(g) if p.base.has(*branch)}
-    if heavy(g) or len({p.base for p in roots}) != 1 or any(p.exp.q != 2 for p in roots):
-        return None
-    root, (base, *_) = sp.Dummy(positive=True), (p.base for p in roots)
-    numerator, _ = sp.fraction(sp.together(g.xreplace({p: root ** (2 * p.exp) for p in roots})))
-    if not numerator.is_polynomial(root):
-        return None
-    terms = sp.Poly(numerator, root).terms()
-    rest, factor = (sp.Add(*(c * base ** (k // 2) for (k,), c in terms if k % 2 == odd)) for odd in (0, 1))
-    told, own = (e.subs(branch, simultaneous=True) for e in (-rest * factor, base))
-    return own if is_zero(factor.subs(branch, simultaneous=True)) else sp.factor(told)
+    if heavy(g):
+        return
+    outer = _outermost(g, branch)
+    roots = outer & fractional_powers(*outer)
+    for base in {p.base for p in roots}:
+        if len(outer) > 1:
+            yield base.subs(branch, simultaneous=True)
+        yield from _root_within_range(g, base, {p for p in roots if p.base == base}, branch)
+    for f in outer - roots if not is_implicit(branch) else ():
+        yield from _inverse_within_range(g, f, branch)
 
 
-def _within_range(g, branch):
-    """Return what is positive where g = 0, linear in one inverse function of y, is solved inside its range, or None."""
-    found = {f for f in g.atoms(*_RANGE) if f.has(*branch) and len(f.args) == 1}
-    if heavy(g) or is_implicit(branch) or len(found) != 1:
-        return None
-    (f,), value = found, sp.Dummy()
-    told = g.xreplace({f: value})
-    slope = told.diff(value)
-    if slope.has(value) or is_zero(slope.subs(branch, simultaneous=True)):
-        return None
-    return _RANGE[type(f)](sp.factor((-told.subs(value, 0) / slope).subs(branch, simultaneous=True)))
+def _outermost(expr, branch):
+    """Return the roots and the functions with inverses, of fast states, that lie in no other ones."""
+    if not expr.has(*branch):
+        return set()
+    if (type(expr) in _INVERSE and len(expr.args) == 1) or expr in fractional_powers(expr):
+        return {expr}
+    return set[sp.Expr]().union(*(_outermost(part, branch) for part in expr.args))
+
+
+def _root_within_range(g, base, powers, branch):
+    """Yield what is positive where g = 0 is linear in one power of a root of ``base``; this alone where it is not.
+
+    Terms of g that vanish somewhere on the branch, as those of another factor of g, give no value.
+    """
+    q, root, parts = sp.ilcm(1, *(p.exp.q for p in powers)), sp.Dummy(positive=True), dict[int, sp.Expr]()
+    numerator, _ = sp.fraction(sp.together(g.xreplace({p: root ** (q * p.exp) for p in powers})))
+    for (k,), c in sp.Poly(numerator, root).terms() if numerator.is_polynomial(root) else ():
+        parts[k % q] = parts.get(k % q, 0) + c * base ** (k // q)
+    own, *values = (e.subs(branch, simultaneous=True) for e in (base, *(parts[k] for k in sorted(parts))))
+    if len(values) != 2 or is_zero_somewhere(values[1]):
+        yield own
+        return
+    exponent = sp.Rational(max(parts) - min(parts), q)
+    yield sp.factor(-values[0] * values[1])
+    if exponent.p > 1:
+        yield own
+    if _outermost(base, branch):
+        yield from _within_ranges(base - sp.factor(-values[0] / values[1]) ** (1 / exponent), branch)
+
+
+def _inverse_within_range(g, f, branch):
+    """Yield what is positive where g = 0, linear in one inverse function f of y, is solved inside its range."""
+    w = sp.Dummy()
+    told = g.xreplace({f: w})
+    slope = told.diff(w)
+    if slope.has(w) or is_zero_somewhere(slope.subs(branch, simultaneous=True)):
+        return
+    value = sp.factor((-told.subs(w, 0) / slope).subs(branch, simultaneous=True))
+    if type(f) in _RANGE:
+        yield _RANGE[type(f)](value)
+    if _outermost(f.args[0], branch):
+        yield from _within_ranges(f.args[0] - _INVERSE[type(f)](value), branch)
 
 
 def _text(condition):

@@ -547,6 +547,23 @@ def test_a_branch_that_exists_over_few_places_or_far_away_is_found(force, branch
         assert found.exists.subs(x, at) == exists.subs(x, at)
 
 
+@pytest.mark.parametrize("force", [
+    x - sp.cbrt(y), x - y ** sp.Rational(2, 3), x + y ** sp.Rational(1, 6), x - 1 / sp.cbrt(y),
+    x - sp.sqrt(sp.sqrt(y) - 1), x - sp.exp(sp.sqrt(y)), x - sp.asin(sp.sqrt(y)), x - sp.acosh(sp.sqrt(y)),
+    x - sp.sqrt(y) * sp.sqrt(y - 1), (x + sp.sqrt(y)) * (x - sp.atan(y)), (x + sp.sqrt(y)) * (x - sp.sqrt(y - 1)),
+    (x - sp.sqrt(y) * sp.sqrt(y - 3)) * (y - 2),
+])  # fmt: skip
+def test_a_branch_exists_just_where_it_solves_g_by_the_values_of_odd_and_nested_roots(force):
+    """Only one square root or inverse function was looked at: cbrt(y) = x was told to have a branch for x < 0."""
+    found = critical_manifolds(ap.System.smooth({x: 1}, {y: force}, mu))
+    for at in map(sp.Rational, ("-5/2", "-6/5", "-2/5", "2/5", "6/5", "5/2")):
+        for branch in found:
+            place = {x: at, y: branch.branch[y].subs(x, at).evalf(60)}
+            left, *parts = (part.subs(place).evalf(40) for part in sp.preorder_traversal(force))
+            real = all(abs(sp.im(part)) < 1e-25 for part in parts)
+            assert bool(branch.exists.subs(x, at)) == bool(real and abs(left) < 1e-25)
+
+
 def test_a_number_that_is_small_far_away_is_not_taken_for_zero():
     assert not any(map(is_zero_somewhere, (sp.exp(-x), (1 + x) * sp.exp(-(x**2)), x**12, x**-15, sp.erfc(x))))
     assert is_zero_somewhere(sp.asin(sp.sin(40 * x)) - 40 * x)
