@@ -150,13 +150,13 @@ class Exponentials(MatrixExponential):
 
     def jet(self, guard: LevelGuard, t: Ball, order: int = 0) -> tuple[Ball, ...]:
         (l1, l2), start, arb = self.rates, self.start, flint().arb
-        one, p, q = ((-l1 * t).exp(), arb(1), ((l2 - l1) * t).exp()) if self.b < 0 else (
-            arb(1), (l1 * t).exp(), (l2 * t).exp())
+        one, p = ((-l1 * t).exp(), arb(1)) if self.b < 0 else (arb(1), (l1 * t).exp())
+        q = (l2 * t).exp()
         still, drift = self.rest - guard.level, 0
         if guard.axis == "z":
             still, drift = start.z - guard.level + self.rest * t - self.coupling * start.y, self.rest
         parts = zip(self._coefficients(guard.axis)[: order + 1], (still, drift, 0), strict=False)
-        return tuple(guard.side * (times(fast, p) + times(slow, q) + rest * one) for (fast, slow), rest in parts)
+        return tuple(guard.side * (times(fast, p) + one * (times(slow, q) + rest)) for (fast, slow), rest in parts)
 
     def _coefficients(self, axis):
         """Return the factors of the fast and the slow exponential in s or z, and in its first and second derivative."""

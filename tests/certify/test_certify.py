@@ -207,6 +207,14 @@ def test_a_start_on_the_unstable_plane_is_refused(sigma):
     assert refused.obstacle == "unstable plane"
 
 
+def test_rates_of_three_thousandths_whose_parts_cancel_to_eight_digits_are_proven_in_few_pieces(monkeypatch):
+    monkeypatch.setattr("asympk.certify.certificates.WORK", 2500)
+    scene = ap.Scene("1e-8", "1e-3", (0, "0.2", -1), 1)
+    certificate = certify(scene)
+    assert certificate.proven
+    assert _holds(certificate, ap.solve(scene, digits=60))
+
+
 @pytest.mark.parametrize("nudge", [Fraction(1, 10**30), -Fraction(1, 10**30)])
 def test_beside_a_coincidence_the_certificate_tells_the_sides_apart(nudge):
     scene = ap.Scene(0, 1, (Fraction(-1, 2), -1, Fraction(1, 3) + nudge), 5)
