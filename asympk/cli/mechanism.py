@@ -3,7 +3,7 @@
 from argparse import ArgumentParser, Namespace
 
 from asympk.cli.options import add_settings, meter, place_name, settings
-from asympk.errors import InputError
+from asympk.errors import InputError, UnknownName
 
 HELP = "print the paradox of a mechanism, and the jump through it"
 
@@ -17,7 +17,7 @@ def arguments(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> None:
     """Print the catalogue, or the screen on a mechanism, or draw the map of its rigid motions."""
-    from asympk.output.mechanisms import load_mechanism, mechanism_as_text
+    from asympk.output.mechanisms import load_mechanism
     from asympk.output.terminal import scenes_as_text
     from asympk.systems import MECHANISMS
 
@@ -27,14 +27,25 @@ def run(options: Namespace) -> None:
         print(scenes_as_text(MECHANISMS))
         return
     described = load_mechanism(options.name).changed(settings(options))
-    if options.plot:
-        from asympk.pictures import sheets
-        from asympk.pictures.rigid import motion_plot
+    try:
+        print(_drawn(described, options.plot) if options.plot else _described(described))
+    except (InputError, UnknownName) as error:
+        raise InputError(f"{options.name}: {error}") from None
 
-        with meter("drawing"):
-            sheets(options.plot).kept(motion_plot(described), options.plot)
-        print(f"wrote {options.plot}")
-        return
+
+def _drawn(described, place):
+    """Draw the map of the rigid motions into a file, and return a line that says so."""
+    from asympk.pictures import sheets
+    from asympk.pictures.rigid import motion_plot
+
+    with meter("drawing"):
+        sheets(place).kept(motion_plot(described), place)
+    return f"wrote {place}"
+
+
+def _described(described):
+    """Return the screen on a mechanism."""
+    from asympk.output.mechanisms import mechanism_as_text
+
     with meter("looking for the paradox"):
-        lines = mechanism_as_text(described)
-    print(lines)
+        return mechanism_as_text(described)

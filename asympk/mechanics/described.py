@@ -27,7 +27,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError
-from asympk.formulas import read_formula
+from asympk.formulas import names_in, read_formula
 from asympk.mechanics.elastic import basis_of, velocities
 from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.lagrangian import lagranges_equations
@@ -35,6 +35,7 @@ from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.numbers import number
 from asympk.storage.tomlfile import read_table, refuse_unknown, require_keys, table_in, tables_in, word
 from asympk.symbolic.system import System
+from asympk.symbolic.values import did_you_mean
 
 OF_CONTACT = ("gap", "slip", "friction", "static", "load", "unilateral")
 KEYS = ("coordinates", "lagrangian", "mass", *OF_CONTACT, "others", "forces")
@@ -93,7 +94,7 @@ class Described:
         The rates are those with g' = 0, with the sliding velocity and the free rates of the example.
         """
         if self.turn is None:
-            raise InputError(f"{self.name}: nothing to turn; name a coordinate and its range under [over]")
+            raise InputError("nothing to turn; name a coordinate and its range under [over]")
         rod, (name, _, _, tied) = self.mechanism, self.turn
         placed = {**self.numbers, name: at, **{other: rule(at) for other, rule in tied.items()}}
         kinetics, sliding = rod.plain, sp.Dummy("gamma", real=True)
@@ -124,7 +125,11 @@ def mechanism_of_table(table: dict[str, Any], where: Any) -> Described:
     if "until" in table and "coordinates" not in table:
         raise InputError(f"{where}: it is a scene, followed by asympk solve; a mechanism has coordinates")
     refuse_unknown(table, FILE, where)
-    return replace(_described(table, where), followed="until" in table)
+    found = replace(_described(table, where), followed="until" in table)
+    used = names_in([value for key, value in table.items() if key not in EXAMPLE])
+    if idle := [name for name in found.values if not names_in(name) <= used]:
+        raise InputError(f"{where}: values: {idle[0]:.60} is in no formula{did_you_mean(idle[0], used)}")
+    return found
 
 
 def described_by(table: Any, parameters: Any) -> Described:
@@ -149,15 +154,18 @@ def scene_table(table: dict[str, Any], where: Any) -> dict[str, Any]:
     if "until" not in table:
         raise InputError(f"{where}: it is a mechanism, for asympk mechanism; with until, and compliance and "
                          "damping of its contact, or contact = \"rigid\", it is also a scene")  # fmt: skip
+    if "state" not in table:
+        raise InputError(f"{where}: [state] is missing; give the coordinates and rates from which the motion starts")
     mechanism, contact = ({key: table[key] for key in keys if key in table} for keys in (KEYS, CONTACT))
     system = {"mechanism": mechanism, "contact": "elastic", **contact}
-    found = {"system": system, "values": table.get("values", {}), "start": table.get("state", {})}
+    found = {"system": system, "values": table.get("values", {}), "start": table["state"]}
     return {**found, "until": table["until"], "about": table.get("about", "")}
 
 
 def _described(table, where):
     try:
         values, state = (_numbers(table, key) for key in ("values", "state"))
+        number("until", table.get("until", 0))
         mechanism, turn = _mechanism_of(table, values), _turn(table.get("over"))
         return Described(str(where), word(table, "about"), mechanism, values, state, turn)
     except InputError as error:
@@ -175,6 +183,9 @@ def _mechanism_of(table, values):
     if taken := sorted({*names, "t"} & values.keys()):
         raise InputError(f"values: {taken[0]} is a coordinate or the time; its number belongs under [state]")
     known |= {name: sp.Symbol(name, real=True) for name in values}
+    for key in ("compliance", "damping"):
+        if key in table:
+            read_formula(table[key], known, key)
     return _mechanism(table, lambda key, text: read_formula(text, known, key), q, u, t)
 
 

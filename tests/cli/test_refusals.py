@@ -10,9 +10,11 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
+from mechanisms import SLENDER_ROD
 from peers import here
 
 import asympk as ap
+from asympk.__main__ import main
 from asympk.errors import InputError, UnknownName
 
 SCENE = ap.Scene(sigma=1, mu="1e-3", start=(0, "0.2", -1), until=2)
@@ -177,3 +179,20 @@ def test_what_is_mistyped_in_a_system_is_told_as_it_was_written(tmp_path, rate, 
     (tmp_path / "mine.toml").write_text(text)
     with pytest.raises(InputError, match=re.escape(advice)):
         ap.solve(ap.read_scene(tmp_path / "mine.toml"), method="lsoda")
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (("m = 1", "m = 1\nk = 2"), "values: k is in no formula"),
+        (("f = 2", 'f = 2\n[state]\ntheta = 1\nXd = 2'), "Xd is no coordinate, rate or parameter"),
+        (("[values]", 'compliance = "q"\n[values]'), "compliance = 'q': the name q is unknown"),
+        (("[values]", 'until = "soon"\n[values]'), "until = 'soon'"),
+        (("m = 1", "m = 1"), "no value for theta"),
+    ],
+)
+def test_what_is_wrong_in_the_file_of_a_mechanism_is_told_with_the_name_of_the_file(tmp_path, capsys, change, told):
+    file = tmp_path / "rod.toml"
+    file.write_text(f"{SLENDER_ROD}[values]\nm = 1\nl = 1\ng = 1\nf = 2\n".replace(*change))
+    assert main(["mechanism", str(file)]) == 2
+    assert f"{file}: {told}" in capsys.readouterr().err
