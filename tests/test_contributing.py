@@ -2,6 +2,7 @@
 
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
@@ -11,6 +12,7 @@ import pytest
 import asympk as ap
 from asympk import methods, systems
 from asympk.cli import main as cli
+from asympk.errors import Unfinished
 from asympk.integrators import integrate
 from asympk.ledger import remarks
 from asympk.output import artefacts, gallery, mechanisms
@@ -54,6 +56,8 @@ def test_a_new_integrator_follows_the_automaton(monkeypatch):
     assert path.modes == exact.modes
     assert np.allclose(path.final, exact.final, atol=1e-4)
     assert np.allclose(path(1.5), exact(1.5), atol=1e-4)
+    with pytest.raises(Unfinished, match="left the range of floats"):  # nan loses no guard
+        ap.solve(replace(scene, mu="1e-9"), method="heun")
 
 
 def test_a_new_claim_is_judged(monkeypatch):

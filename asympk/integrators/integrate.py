@@ -11,7 +11,7 @@ from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from itertools import starmap
-from math import inf
+from math import inf, isfinite
 from time import monotonic
 from typing import Any, NamedTuple, Protocol
 
@@ -148,13 +148,16 @@ def _trace(scene, method, options, times=(), keep=False):
 
 
 def in_range(t: float, state: tuple[float, ...], segment: Callable[[], Segment]) -> Segment:
-    """Return a segment from (t, state), or an empty one whose ``short`` says that a rate there is no finite number."""
+    """Return a segment from (t, state), or an empty one whose ``short`` says that rates or states are not finite."""
     try:
-        return segment()
+        found = segment()
+        if found.short or all(map(isfinite, found.state)):
+            return found
     except AsympkError:
         raise
     except (ArithmeticError, ValueError):
-        return Segment(t, state, None, Work(), "left the range of floats")
+        pass
+    return Segment(t, state, None, Work(), "left the range of floats")
 
 
 def _settled(mode, times, segment):
