@@ -23,9 +23,10 @@ APART = 64  # a generic place is about this part of the size of each state away 
 def vanish_on_plane(here: Junction, mode: GuardedMode, exprs: tuple[sp.Expr, ...]) -> bool:
     """Tell whether expressions are 0 in all states of the plane that a mode keeps through the state here.
 
-    It is not known, and so False, where the state or the time switches a law, or where a value is not finite.
+    It is not known, and so False, where the state or the time switches a law, where a value is not finite, or where a
+    contact is rigid, whose share of a load may be 0 by choice.
     """
-    if has_switches(mode.system):
+    if has_switches(mode.system) or any(friction.constraint is not None for friction in mode.system.frictions):
         return False
     marks = _alike([*zip(*(place.state for place in here.places), strict=True)], None, here.numbers)
     with suppress(ArithmeticError, TypeError, ValueError):
