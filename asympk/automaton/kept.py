@@ -67,7 +67,7 @@ def _generic(here: Junction, mode: GuardedMode, marks: Marks) -> tuple[Place, ..
         moved = [w + (1 + abs(w)) * shift for w, shift in zip(state, shifts, strict=True)]
         own = tuple(sign * moved[first] if sign else 0 * moved[0] for first, sign in marks)
         place = here.at.later(Fraction(5, 7 * APART))._replace(state=own)
-        gaps = tuple(f.gap for f in mode.closed.values() if f.gap is not None and f.constraint is None)
+        gaps = tuple(friction.gap for friction in mode.closed.values() if friction.gap is not None)
         if not mode.pressed or all(gap < 0 for gap in place.values(mode.system, gaps)):
             return place.with_nudged(0)
     return ()
