@@ -122,7 +122,7 @@ def read_mechanism(path: Any) -> Described:
 
 def mechanism_of_table(table: dict[str, Any], where: Any) -> Described:
     """Return the ``Described`` mechanism of the table in a file; raises ``InputError`` if the table describes none."""
-    if "until" in table and "coordinates" not in table:
+    if "until" in table and not describes_mechanism(table):
         raise InputError(f"{where}: it is a scene, followed by asympk solve; a mechanism has coordinates")
     refuse_unknown(table, FILE, where)
     found = replace(_described(table, where), followed="until" in table)
@@ -211,7 +211,7 @@ def _mechanism(table, formula, q, u, t):
 
 
 def _contact(table, formula):
-    require_keys(table, ("gap", "slip", "friction"), "")
+    require_keys(table, ("gap", "slip", "friction"))
     if not isinstance(table.get("unilateral", False), bool):
         raise InputError("unilateral must be true or false")
     given = {key: formula(key, table[key]) for key in OF_CONTACT if key in table and key != "unilateral"}
