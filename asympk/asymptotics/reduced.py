@@ -205,8 +205,9 @@ def margin(formulas: Formulas, state: Sequence[float], mu: float, values: tuple)
 
 def _size(entries):
     """Return sqrt(sum |m_ij m_ji|) of a square matrix, which is sum |m_ii| for a column times a row."""
-    matrix = np.array(entries).reshape(math.isqrt(len(entries)), -1)
-    return math.sqrt(np.abs(matrix * matrix.T).sum()) if len(entries) > 1 else abs(entries[0])
+    size = math.isqrt(len(entries))
+    meeting = (abs(v * entries[size * (k % size) + k // size]) for k, v in enumerate(entries))
+    return math.sqrt(sum(meeting)) if size > 1 else abs(entries[0])
 
 
 def _attraction(formulas, state, mu, values):
