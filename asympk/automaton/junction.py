@@ -113,7 +113,9 @@ def junction_at(
     places = tuple(_settled(automaton, before, hits, place, slack) for place in at.with_nudged(slack))
     guards = mode_of(system, before).guards if before else ()
     lost = {(guards[k].kind, guards[k].friction) for k in hits}
-    lost |= set() if before else _resting_rigid(system, at)
+    if not before:
+        _require_kept(system, at)
+        lost |= _resting_rigid(system, at)
     still = branches.at_rest(before or ()) | {k for kind, k in lost if kind == "velocity_zero"}
     points = contact_points(system, places, still)
     touching = _touching(system, before, lost, at)
@@ -197,6 +199,14 @@ def _touching(system: System, before: Branch | None, lost: set, at: Place) -> di
             if rate == 0:
                 found[k] = False
     return found
+
+
+def _require_kept(system: System, at: Place) -> None:
+    """Raise ``InputError`` where a run starts with a gap rate that a rigid contact which holds both ways keeps at 0."""
+    kept = {k: friction.gap_rate for k, friction in enumerate(system.frictions) if friction.gap_rate is not None}
+    for k, sign in zip(kept, _signs(system, (*kept.values(),), at, BY_HAND, False), strict=True):
+        if sign:
+            raise InputError(f"the gap rate of friction {k} is not 0; a contact that holds both ways starts with 0")
 
 
 def _resting_rigid(system: System, at: Place) -> set[tuple[str, int]]:

@@ -90,9 +90,10 @@ def without(names: set[str], values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def coordinates_of_start(system: System, mechanism: Mechanism, start: Iterable[str]) -> tuple[str, ...]:
-    """Return all coordinates and rates by name if ``start`` names such alone, and not states alone; else ().
+    """Return all coordinates and rates by name if ``start`` names such alone, or () if it names states of other kinds.
 
-    Raises ``InputError`` where some coordinates or rates are missing, and for names of no coordinate, rate or state.
+    The first are those of the mechanism, which refuses a start off its constraints. Raises ``InputError`` where some
+    coordinates or rates are missing, and for names of no coordinate, rate or state.
     """
     own = tuple(s.name for s in (*mechanism.plain.coordinates, *mechanism.plain.velocities))
     names, states = {*start}, [*map(str, system.states)]
@@ -101,7 +102,7 @@ def coordinates_of_start(system: System, mechanism: Mechanism, start: Iterable[s
     if unknown := sorted(names - {*own, *states}):
         raise InputError(f"start: {unknown[0]:.60} is no coordinate, rate or state; these are "
                          f"{in_words({*own, *states})}{did_you_mean(unknown[0], {*own, *states})}")  # fmt: skip
-    if names <= {*states} or not names <= {*own}:
+    if not names <= {*own} or (names <= {*states} and not {*own} <= {*states}):
         return ()
     if missing := sorted({*own} - names):
         raise InputError(f"start: no value for {', '.join(missing)}; give all coordinates and rates, or the states "

@@ -4,6 +4,7 @@ import csv
 import json
 import math
 import sys
+from dataclasses import replace
 from fractions import Fraction
 from importlib import import_module
 
@@ -479,6 +480,23 @@ def test_a_rigid_contact_of_a_system_in_a_file_has_its_constraint(tmp_path):
         ap.read_scene(file)
     file.write_text(file.read_text().replace("gap_rate", "gap = \"y\"\ngap_rate"))
     with pytest.raises(ap.AsympkError, match="gap_rate= is for a constraint without gap="):
+        ap.read_scene(file)
+
+
+@pytest.mark.parametrize(("old", "new", "said"), [("0.75", "0.76", "g' = 0.008"), ("0.8", "0.7", "g = -0.075")])
+def test_a_rigid_bar_starts_with_its_length(tmp_path, old, new, said):
+    """The ends of a bar of the length 1 slide on two guides at right angles."""
+    file = tmp_path / "bar.toml"
+    text = ("coordinates = [\"u\", \"v\"]\nlagrangian = \"(u'^2 + v'^2)/2\"\ngap = \"(u^2 + v^2 - 1)/2\"\n"
+            "slip = \"u\"\nfriction = 0\ncontact = \"rigid\"\nuntil = 0.1\n"
+            "[state]\nu = 0.6\nv = 0.8\n\"u'\" = -1\n\"v'\" = 0.75\n")  # fmt: skip
+    file.write_text(text)
+    scene = ap.read_scene(file)
+    assert sum(q**2 for q in ap.solve(scene).final[:2]) == pytest.approx(1)
+    with pytest.raises(InputError, match="the gap rate of friction 0 is not 0; a contact that holds both ways"):
+        ap.solve(replace(scene, start=(*scene.start[:3], "0.76")))
+    file.write_text(text.replace(old, new))
+    with pytest.raises(InputError, match=f"the start is off the constraint: {said}"):
         ap.read_scene(file)
 
 
