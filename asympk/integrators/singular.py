@@ -1,4 +1,6 @@
-r"""The approach to a point where the reaction of a rigid contact ceases to be determined: p -> 0 in R = -a / p.
+r"""The approach to a point where a reaction or a friction force ceases to be determined: p -> 0 in R = -a / p.
+
+That of a rigid contact grows beyond all bounds; friction, between its bounds, becomes 0/0, as at Teixeira's two-fold.
 
 In the time s with dt = p ds the field is smooth and the point is an equilibrium. Towards it p decays exponentially, and
 the distances of the states from their limits are powers of p. So the limits follow from the states at three levels of p
@@ -14,14 +16,15 @@ import numpy as np
 
 from asympk.automaton.loop import Segment
 from asympk.automaton.numericmode import NumericMode
+from asympk.symbolic.guards import NEVER_IDLE
 
 LEVELS = (1e-2, 1e-5, 1e-7, 1e-9)  # levels of p relative to its value at the start
 EVALUATIONS = 50_000  # evaluations of the field after which the search for a point is given up
 
 
 def followed(mode: NumericMode, t: Any, state: tuple, until: Any, advance: Callable[[Any], Segment]) -> Segment:
-    """Follow a mode by ``advance(until)``, or to the limit at which a reaction grows beyond all bounds before that."""
-    guard = next((k for k, (kind, _) in enumerate(mode.kinds) if kind == "unbounded"), None)
+    """Follow a mode by ``advance(until)``, or to the limit at which its forces cease to be determined before that."""
+    guard = next((k for k, (kind, _) in enumerate(mode.kinds) if kind in NEVER_IDLE), None)
     met = None if guard is None else approach(mode, guard, float(t), tuple(map(float, state)), float(until))
     if met is None:
         return advance(until)

@@ -320,6 +320,21 @@ def test_a_sliding_motion_also_ends_where_its_force_is_0_over_0_and_the_surface_
     assert (path.modes[1], float(path.events[0].t)) == ("slip_same", pytest.approx(12 / 13))
 
 
+@pytest.mark.parametrize("options", [{}, {"method": "radau"}, {"digits": 20}])
+@pytest.mark.parametrize(("slopes", "until"), [(("5/2", "5/2"), "4/3"), (("2", "3/4"), "19/2"), (("1", "3/2"), 9)])
+def test_a_sliding_motion_into_a_two_fold_ends_there(slopes, until, options):
+    """In the time s, dt = (y + z) ds, the sliding motion is linear, (y, z)' = M (y, z), and 0 a node.
+
+    From (1, 1) it takes the time -(1, 1) M^-1 (1, 1) (Teixeira 1990; Colombo and Jeffrey 2011).
+    """
+    y, z, p, q = sp.symbols("y z p q", real=True)  # before the fold (y', z') = (1, -p), behind it (-q, 1)
+    rates = {w: (z - y) / 2 + (z + y) / 2 * F, y: (1 - q) / 2 - (1 + q) / 2 * F, z: (1 - p) / 2 + (1 + p) / 2 * F}
+    two_fold = ap.System.with_frictions(rates, {}, [ap.Friction(w, F, 1, 1)])
+    with pytest.raises(TwoMotions, match="a second motion of the contact comes up") as stop:
+        follow(two_fold, (0, 1, 1), 10, values=dict(zip((p, q), slopes, strict=True)), **options)
+    assert (float(stop.value.t), stop.value.state) == (pytest.approx(float(Fraction(until))), pytest.approx((0,) * 3))
+
+
 
 # events that a step could miss
 
