@@ -27,6 +27,7 @@ from asympk.pictures.trace import trace
 from asympk.scenes.scenefile import shipped
 from asympk.scenes.turned import turned
 from asympk.shown import Card, as_html, as_latex, number_as_text
+from asympk.sweep.sweepfile import read_sweep
 
 x, v, F = sp.symbols("x v F", real=True)
 BLOCK = ap.System.with_frictions(
@@ -226,6 +227,21 @@ def test_labels_name_the_units_of_the_scene_also_after_another_number(tmp_path):
 def test_units_are_four_words(tmp_path, wrong):
     with pytest.raises(InputError, match="name those of mass, force, length and time"):
         ap.read_scene(_written(tmp_path / "wrong.toml", f"units = {wrong}"))
+
+
+@pytest.mark.parametrize(("given", "said"), [
+    ("kg N mm s", "1 kg mm/s^2 is 0.001 N"), ("t kN m ms", "1 t m/ms^2 is 1e+06 kN"), ("g N cm s", "is 1e-05 N"),
+])  # fmt: skip
+def test_units_whose_force_is_not_mass_times_acceleration_are_refused_in_scenes_and_sweeps(tmp_path, given, said):
+    file = _written(tmp_path / "wrong.toml", f"units = {given.split()}")
+    for read in (ap.read_scene, read_sweep):
+        with pytest.raises(InputError, match=re.escape(said)):
+            read(file)
+
+
+@pytest.mark.parametrize("words", ["t N mm s", "t kN m s", "g N km s", "kg kN mm ms", "g MN mm us", "slug lbf ft s"])
+def test_units_are_taken_where_they_are_consistent_or_unknown(tmp_path, words):
+    assert ap.read_scene(_written(tmp_path / "some.toml", f"units = {words.split()}")).rod.words == (*words.split(),)
 
 
 def _written(file, line):

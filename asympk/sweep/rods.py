@@ -9,7 +9,7 @@ import numpy as np
 from asympk.errors import InputError
 from asympk.many import PHASES
 from asympk.numbers import Number, number
-from asympk.scenes.scenefile import PHYSICAL
+from asympk.scenes.scenefile import PHYSICAL, UNITS
 from asympk.storage.tomlfile import require_keys
 from asympk.sweep.family import Axis, Followed, by_state, require_static, require_time
 from asympk.sweep.itineraries import Alphabet
@@ -74,6 +74,13 @@ class PhysicalRodFamily(RodFamily):
     parameters, kinetic, static = PHYSICAL, "f", "f0"
     states = ("R_1", "dR_1", "u")
     description: ClassVar[dict[str, Any]] = {"quantities": "physical"}
+
+    def given(self, table: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the entries of a table by field; raises ``InputError`` for units that are not consistent, too."""
+        from asympk.systems.painleve_klein.units import SI, unit_names
+
+        unit_names(table.get(UNITS, SI))
+        return super().given(table)
 
     def number(self, field: str, value: Any) -> Number:
         """Return ``value`` as a number of a field, an angle in radians; raises ``InputError`` if it is not allowed."""

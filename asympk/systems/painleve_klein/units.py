@@ -29,6 +29,9 @@ STATE = ("R_1", "dR_1", "u", "until")
 RESULTS = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
 _GROUPS = ("sigma", "mu", "sigma0", "rho", "y", "v", "tau")  # their names in the paper
 SI = ("kg", "N", "m", "s")
+_PREFIXES = {"": 0, "k": 3, "M": 6, "c": -2, "m": -3, "u": -6, "µ": -6}  # powers of ten
+_SIZES = {prefix + name: Fraction(10) ** (power + base) for name, base in (("g", -3), ("N", 0), ("m", 0), ("s", 0))
+          for prefix, power in _PREFIXES.items()} | {"t": Fraction(1000)}  # fmt: skip
 # the unit of every quantity that has one, from the units of mass, force, length and time
 UNITS = {"m": "{0}", "P": "{1}", "l": "{2}", "k": "{1}", "h": "{3}/{2}", "R_1": "{1}", "dR_1": "{1}/{3}",
          "u": "{2}/{3}", "until": "{3}", "t": "{3}", "R": "{1}"}  # fmt: skip
@@ -172,17 +175,32 @@ def _lowered(target):
     return lower(SYMBOLS.values(), [*formulas().values(), *scales()], target=target)
 
 
-def scene(given: dict[str, Any], start: Any, until: Any, name: str = "", words: Any = SI) -> Scene:
-    """Return the ``Scene`` of a physical rod; raises ``InputError``."""
+def unit_names(words: Any) -> tuple[str, ...]:
+    """Return the names of the units of mass, force, length and time.
+
+    Raises ``InputError`` for other than four words, and for units of SI, with prefixes, or tonnes, whose force is not
+    mass times length over time squared. Other names are taken as they are.
+    """
     if not (isinstance(words, list | tuple) and len(words) == len(SI) and all(isinstance(w, str) and w for w in words)):
         raise InputError(f"units = {short(words)}: name those of mass, force, length and time, as in {[*SI]}")
+    if all(word in _SIZES for word in words):
+        mass, force, length, time = (_SIZES[word] for word in words)
+        if (one := mass * length / time**2) != force:
+            raise InputError(f"units = {short(words)}: 1 {words[0]} {words[2]}/{words[3]}^2 is {float(one / force):g} "
+                             f"{words[1]}; give all numbers in units of which it is 1, such as {[*SI]}")  # fmt: skip
+    return tuple(words)
+
+
+def scene(given: dict[str, Any], start: Any, until: Any, name: str = "", words: Any = SI) -> Scene:
+    """Return the ``Scene`` of a physical rod; raises ``InputError``."""
+    words = unit_names(words)
     given = {**given, **dict(zip(STATE, (*triple(start, "[R_1, R_1', u]"), until), strict=True))}
     quantities = {key: quantity(key, value) for key, value in given.items()}
     number("f0", given["f0"], lambda f0: f0 >= quantities["f"], f"at least f = {shown(quantities['f'])}")
     found, scale = nondimensional(quantities)
     numbers = tuple(found[key] for key in RESULTS)
     sigma, mu, sigma0, x, y, z, horizon = numbers
-    rod_in_units = RodInUnits(tuple(quantities.items()), scale, numbers, tuple(words))
+    rod_in_units = RodInUnits(tuple(quantities.items()), scale, numbers, words)
     return Scene(sigma, mu, (x, y, z), horizon, sigma0, name, rod=rod_in_units)
 
 
