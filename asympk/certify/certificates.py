@@ -299,7 +299,7 @@ def _follow(case, budget):
 
 def _mode(case, name, state, deviation):
     a, b = (0, ball(1)) if name == "stick" else (1, case.sigma + 4 if name == "slip_same" else -case.sigma)
-    return segment(a, b, case.mu, state, deviation)
+    return segment(a, b, case.mu, state, case.until, deviation)
 
 
 def _guards(case, state, s_sign, z_sign, touching):

@@ -54,9 +54,15 @@ class LevelGuard(NamedTuple):
     touching: bool = False
 
 
-def segment(a: int, b: Ball, mu: Ball, start: RodBalls, deviation: Ball | None = None) -> "MatrixExponential":
-    """Return the closed form of the mode ``mu y' = a - b s`` from a state; ``deviation`` is y less the slow line's."""
-    if not b.contains(0):
+def segment(
+    a: int, b: Ball, mu: Ball, start: RodBalls, until: Ball, deviation: Ball | None = None
+) -> "MatrixExponential":
+    """Return the closed form of the mode ``mu y' = a - b s`` from a state; ``deviation`` is y less the slow line's.
+
+    Where b is so small that the exponents stay about 1 or less ``until`` the end, parts of x about a/b would cancel.
+    """
+    slow = abs(b) / mu * (1 + until) ** 2 < 1
+    if not b.contains(0) and (deviation is not None or not slow):
         square = 1 - 4 * mu / b
         if square > 0:
             return Exponentials(a, b, mu, start, square.sqrt(), deviation)

@@ -207,9 +207,10 @@ def test_a_start_on_the_unstable_plane_is_refused(sigma):
     assert refused.obstacle == "unstable plane"
 
 
-def test_rates_of_three_thousandths_whose_parts_cancel_to_eight_digits_are_proven_in_few_pieces(monkeypatch):
-    monkeypatch.setattr("asympk.certify.certificates.WORK", 2500)
-    scene = ap.Scene("1e-8", "1e-3", (0, "0.2", -1), 1)
+@pytest.mark.parametrize("sigma", ["1e-8", "1e-20", "-1e-20", "1e-300"])
+def test_beside_sigma_0_where_parts_of_a_motion_cancel_it_is_proven_in_few_pieces(sigma, monkeypatch):
+    monkeypatch.setattr("asympk.certify.certificates.WORK", 250)
+    scene = ap.Scene(sigma, "1e-3", (0, "0.2", -1), 1)
     certificate = certify(scene)
     assert certificate.proven
     assert _holds(certificate, ap.solve(scene, digits=60))
