@@ -12,7 +12,7 @@ settings.load_profile("calm")  # the same examples in every run, however busy th
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a worker to a core; more threads than cores wait for one another
 
 # these come first, so that no worker ends alone on one of them
-LONGEST = ("test_site", "test_paper", "test_regeneration", "test_smooth_models", "test_manifold", "test_affine_scenes",
+LONGEST = ("test_paper", "test_regeneration", "test_smooth_models", "test_manifold", "test_affine_scenes",
            "test_friction_models", "test_asymptotic", "test_cli", "test_shown", "test_global_state")  # fmt: skip
 
 

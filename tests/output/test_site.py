@@ -101,7 +101,6 @@ def test_folders_that_a_later_report_leaves_empty_are_removed(tmp_path):
     assert [file.name for file in (tmp_path / "out").iterdir()] == [LIST]
 
 
-@pytest.mark.slow
 def _workers(pid):
     found = (Path("/proc", child) for file in Path(f"/proc/{pid}/task").glob("*/children")
              for child in file.read_text().split())  # fmt: skip
@@ -129,6 +128,7 @@ def test_the_processes_that_draw_the_pages_end_with_a_report_that_is_ended(tmp_p
     assert _within(20, lambda: not any(folder.exists() for folder in workers))
 
 
+@pytest.mark.slow
 def test_every_kind_of_page_is_there(built):
     wanted = ["index", "howto", "own", "models", "api", "glossary", "lemmas", "architecture", "article/index"]
     wanted += [f"systems/{name}" for name in SYSTEMS]
