@@ -91,7 +91,7 @@ BAD = [
     ({"until": 1 << 4_000_000}, "until = (int of very many digits): it must be finite"),
     ({"mu": np.ma.masked}, "mu = masked: it must be a number"),
     ({"mu": np.ma.array(1.0, mask=True)}, "it must be a number"),
-    ({"sigma": ap.systems.arm.system()}, "sigma is a System: name it, Scene(system=system"),
+    ({"sigma": ap.systems.painleve_klein.system()}, "sigma is a System: name it, Scene(system=system"),
 ]
 
 
