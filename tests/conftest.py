@@ -2,6 +2,7 @@
 
 import gc
 import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,8 @@ from hypothesis import HealthCheck, settings
 settings.register_profile("calm", derandomize=True, deadline=None, database=None, suppress_health_check=[*HealthCheck])
 settings.load_profile("calm")  # the same examples in every run, however busy the machine is
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a worker to a core; more threads than cores wait for one another
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # tests start many processes, and each would compile the package anew
+sys.dont_write_bytecode = False
 
 # these come first, so that no worker ends alone on one of them
 LONGEST = ("test_paper", "test_regeneration", "test_smooth_models", "test_manifold", "test_affine_scenes",
