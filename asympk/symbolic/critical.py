@@ -359,13 +359,16 @@ def _branches(mode, small):
 
 
 def _by_value(mode, small, equal_zero):
-    """Return the implicit branch, and before it the closed ones of factors of g, a polynomial of one fast state."""
-    factors = []
+    """Return the closed branches of factors of g, a polynomial of one fast state, and the implicit one of the others.
+
+    Without such factors the implicit branch stands alone.
+    """
+    implicit, factors = sp.Dict({y: y for y in mode.fast}), []
     if len(equal_zero) == 1 and equal_zero[0].is_polynomial(*mode.fast):
         factors = [factor for factor, _ in sp.factor_list(equal_zero[0], *mode.fast)[1]]
     parts = [replace(mode, fast=sp.Dict(dict.fromkeys(mode.fast, factor))) for factor in factors if len(factors) > 1]
-    branches = (branch for part in parts for branch in _branches(part, small))
-    return [*(branch for branch in branches if not is_implicit(branch)), sp.Dict({y: y for y in mode.fast})]
+    branches = [branch for part in parts for branch in _branches(part, small)] if parts else [implicit]
+    return [*(branch for branch in branches if branch != implicit), *[implicit] * (implicit in branches)]
 
 
 def _free(branch):

@@ -756,6 +756,15 @@ def test_roots_of_a_factor_with_a_formula_stand_by_themselves_before_the_cubic_o
     assert [str(found[0].stability.subs(u, value)) for value in (-1, 1)] == ["stable", "unstable"]
 
 
+@pytest.mark.parametrize("force", [y**4 - x**2, x**3 - y**3, x**5 - y**5, (x - y) * (x**2 + x * y + y**2)])
+def test_where_every_factor_of_g_has_its_roots_no_implicit_branch_repeats_them(force):
+    """The implicit branch stood beside the closed ones, so that over x = 1/2 each root of y**4 = x**2 had two."""
+    found = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
+    assert all(branch.branch != {y: y} for branch in found)
+    for at in (-sp.S.Half, sp.S.Half):
+        assert sum(branch.exists.subs(x, at) == sp.true for branch in found) == sp.Poly(force.subs(x, at)).count_roots()
+
+
 def test_a_cubic_that_never_folds_says_so():
     manifold = ap.slow_manifold(ap.System.smooth(slow={x: -x + y}, fast={y: x - y - y**3}, small=mu), order=1)
     assert manifold.folds == sp.false
