@@ -3,7 +3,7 @@
 from argparse import ArgumentParser, Namespace
 
 from asympk.cli.options import add_settings, meter, place_name, settings
-from asympk.errors import InputError, UnknownName
+from asympk.errors import AsympkError, InputError
 
 HELP = "print the paradox of a mechanism, and the jump through it"
 
@@ -29,7 +29,7 @@ def run(options: Namespace) -> None:
     described = load_mechanism(options.name).changed(settings(options))
     try:
         print(_drawn(described, options.plot) if options.plot else _described(described))
-    except (InputError, UnknownName) as error:
+    except AsympkError as error:
         raise InputError(f"{options.name}: {error}") from None
 
 

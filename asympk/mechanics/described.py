@@ -20,7 +20,7 @@ Instead of ``lagrangian`` a file may have ``mass``, rows of formulas; the forces
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -28,7 +28,7 @@ import sympy as sp
 
 from asympk.errors import InputError
 from asympk.formulas import names_in, read_formula
-from asympk.mechanics.elastic import basis_of, velocities
+from asympk.mechanics.elastic import basis_of, scaling, velocities
 from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.lagrangian import lagranges_equations
 from asympk.mechanics.mechanism import Contact, Mechanism
@@ -38,6 +38,7 @@ from asympk.symbolic.system import System
 from asympk.symbolic.values import did_you_mean
 
 OF_CONTACT = ("gap", "slip", "friction", "static", "load", "unilateral")
+NEEDED = ("coordinates", "gap", "slip", "friction")
 KEYS = ("coordinates", "lagrangian", "mass", *OF_CONTACT, "others", "forces")
 EXAMPLE = ("about", "values", "state", "over")
 CONTACT = ("contact", "compliance", "damping")  # keys of a file that is also a scene
@@ -144,13 +145,18 @@ def described_by(table: Any, parameters: Any) -> Described:
 
 
 def describes_mechanism(table: Mapping[str, Any]) -> bool:
-    """Tell whether a table of TOML is that of a mechanism, by one of the keys that no other table has."""
-    return not table.keys().isdisjoint(("coordinates", "lagrangian"))
+    """Tell whether a table of TOML is that of a mechanism, by one of the keys that no other table has.
+
+    Such a key may also stand by mistake below the head of a table.
+    """
+    parts = [table, *(part for part in table.values() if isinstance(part, dict))]
+    return any(not part.keys().isdisjoint(("coordinates", "lagrangian")) for part in parts)
 
 
 def scene_table(table: dict[str, Any], where: Any) -> dict[str, Any]:
     """Return the table of the scene in the file of a mechanism; raises ``InputError`` if the file is no scene."""
     refuse_unknown(table, FILE, where)
+    require_keys(table, NEEDED, where)
     if "until" not in table:
         raise InputError(f"{where}: it is a mechanism, for asympk mechanism; with until, and compliance and "
                          "damping of its contact, or contact = \"rigid\", it is also a scene")  # fmt: skip
@@ -162,11 +168,37 @@ def scene_table(table: dict[str, Any], where: Any) -> dict[str, Any]:
     return {**found, "until": table["until"], "about": table.get("about", "")}
 
 
+def contact_law(table: Mapping[str, Any], mechanism: Mechanism, parameters: Iterable[str]) -> tuple[sp.Expr, ...]:
+    """Return (compliance, damping) of an elastic contact as formulas in the names ``parameters``, () of a rigid one.
+
+    Raises ``InputError`` for other contacts.
+    """
+    contact = table.get("contact")
+    if contact == "rigid":
+        return ()
+    if contact != "elastic" or not {"compliance", "damping"} <= table.keys():
+        raise InputError('contact must be "rigid", or "elastic" with compliance and damping')
+    own = {s.name: s for s in mechanism.plain.symbols}
+    symbols = {name: sp.Symbol(name, positive=True) for name in parameters} | own
+    return tuple(read_formula(table[key], symbols, key) for key in ("compliance", "damping"))
+
+
+def _check_law(law, values):
+    if law:
+        scaling(*law)
+    for symbol in set().union(*(formula.free_symbols for formula in law)):
+        if symbol.is_positive:
+            number(f"values: {symbol}", values[symbol.name], lambda v: v > 0, "positive")
+
+
 def _described(table, where):
     try:
+        require_keys(table, NEEDED)
         values, state = (_numbers(table, key) for key in ("values", "state"))
-        number("until", table.get("until", 0))
+        number("until", table.get("until", 0), lambda t: t >= 0, "zero or positive")
         mechanism, turn = _mechanism_of(table, values), _turn(table.get("over"))
+        if not table.keys().isdisjoint(CONTACT):
+            _check_law(contact_law({"contact": "elastic", **table}, mechanism, values), values)
         return Described(str(where), word(table, "about"), mechanism, values, state, turn)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
@@ -183,9 +215,6 @@ def _mechanism_of(table, values):
     if taken := sorted({*names, "t"} & values.keys()):
         raise InputError(f"values: {taken[0]} is a coordinate or the time; its number belongs under [state]")
     known |= {name: sp.Symbol(name, real=True) for name in values}
-    for key in ("compliance", "damping"):
-        if key in table:
-            read_formula(table[key], known, key)
     return _mechanism(table, lambda key, text: read_formula(text, known, key), q, u, t)
 
 

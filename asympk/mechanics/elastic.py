@@ -38,16 +38,16 @@ def elastic(contacts: Sequence[Kinetics], compliance: Any, damping: Any) -> Syst
     is taken by a coordinate or parameter gets an underscore. Raises ``InputError`` for other scalings, ``NotDerivable``
     if a contact's formulas jump, or if its gap moves with the time while others are held on which it depends.
     """
-    scaling = _scaling(compliance, damping)
+    law = scaling(compliance, damping)
     used = {s for kinetics in contacts for s in kinetics.symbols}
-    if scaling.small.name in map(str, used):
-        raise InputError(f"compliance = {compliance}: the mechanism has a {scaling.small} already; take another Symbol")
-    if other := {str(s) for s in scaling.ratio.free_symbols - used} & {*map(str, used)}:
+    if law.small.name in map(str, used):
+        raise InputError(f"compliance = {compliance}: the mechanism has a {law.small} already; take another Symbol")
+    if other := {str(s) for s in law.ratio.free_symbols - used} & {*map(str, used)}:
         raise InputError(f"damping = {damping}: the mechanism has another {min(other)}; take another Symbol")
     for kinetics in contacts:
         formulas = (kinetics.gap, kinetics.gap_rate, kinetics.slip)
         require_continuous(kinetics, formulas, "gap, gap rate or sliding velocity")
-    return _elastic_system(contacts, scaling)
+    return _elastic_system(contacts, law)
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,8 @@ class Scaling:
         return self.clock == self.small
 
 
-def _scaling(compliance: Any, damping: Any) -> Scaling:
+def scaling(compliance: Any, damping: Any) -> Scaling:
+    """Return the ``Scaling`` of a contact; raises ``InputError`` for a compliance and a damping without one."""
     compliance, damping = expression("compliance", compliance), real_expression("damping", damping)
     if (not damping.is_finite and damping.is_number) or damping.is_negative:
         raise InputError(f"damping = {short(damping)}: it must be zero or positive")

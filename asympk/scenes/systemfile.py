@@ -30,7 +30,7 @@ import sympy as sp
 from asympk import systems
 from asympk.errors import InputError
 from asympk.formulas import names_in, read_formula, read_relation
-from asympk.mechanics.described import CONTACT, described_by
+from asympk.mechanics.described import CONTACT, contact_law, described_by
 from asympk.mechanics.mechanism import Mechanism
 from asympk.scene import Scene
 from asympk.scenes.turned import static_frictions, with_changes
@@ -163,14 +163,8 @@ def _mechanism(table: dict, parameters: Any) -> Mechanism:
 
 
 def _with_contact(mechanism: Mechanism, table: dict, parameters: Any) -> System:
-    contact = table.get("contact")
-    if contact == "rigid":
-        return mechanism.rigid()
-    if contact != "elastic" or not {"compliance", "damping"} <= table.keys():
-        raise InputError('system: contact must be "rigid", or "elastic" with compliance and damping')
-    own = {s.name: s for s in mechanism.plain.symbols}
-    symbols = {name: sp.Symbol(name, positive=True) for name in parameters} | own
-    return mechanism.elastic(*(read_formula(table[key], symbols, key) for key in ("compliance", "damping")))
+    law = contact_law(table, mechanism, parameters)
+    return mechanism.elastic(*law) if law else mechanism.rigid()
 
 
 def _catalogued(name: str) -> System:
