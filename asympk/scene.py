@@ -1,7 +1,7 @@
 """``Scene``: the parameters, start and horizon of one trajectory, kept exactly as they were given."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
@@ -26,7 +26,8 @@ class Scene(ShownAsTable):
     order of ``system.parameters`` and ``system.states``.
     A number is an int, float, Fraction, Decimal, str ("0.2" means 1/5) or mpf. It is stored without rounding: an int or
     a float as it is, all others as a Fraction. Only ``Scene.near`` sets ``near_to``, and only ``Scene.physical`` sets
-    ``rod``, the physical quantities; ``rod`` becomes None if another number replaces its own.
+    ``rod``, the physical quantities; ``rod`` becomes None if another number replaces its own. ``origin`` is set where a
+    start off a mechanism's contact is derived, whose reaction depends on the parameters: (mechanism, values, state).
     Raises ``InputError``.
     """
 
@@ -40,6 +41,7 @@ class Scene(ShownAsTable):
     system: Any = None
     values: Any = None
     rod: Any = None
+    origin: Any = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         put = object.__setattr__

@@ -20,6 +20,19 @@ slip = "X - l*cos(theta)"
 friction = "f"
 unilateral = true
 """
+FALLING_BALL = """\
+coordinates = ["X", "Y"]
+lagrangian = "m*(X'^2 + Y'^2)/2 - m*g*Y"
+gap = "Y"
+slip = "X"
+friction = "f"
+unilateral = true
+until = 2
+compliance = "eps^2"
+damping = "eps"
+values = {m = 1, g = 1, f = 0.3, eps = 0.1}
+state = {X = 0, Y = 1, "X'" = 1, "Y'" = 0}
+"""
 ON_HIGH_GROUND = SLENDER_ROD.replace("m*g*Y", "m*g*(Y - H)").replace("Y - l*sin", "Y - H - l*sin") + """\
 compliance = "c"
 damping = "h"

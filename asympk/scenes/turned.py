@@ -8,6 +8,7 @@ from asympk.errors import UnknownName
 from asympk.numbers import number, short
 from asympk.scene import Scene
 from asympk.symbolic.system import System
+from asympk.systems.catalogue import start_at
 from asympk.systems.painleve_klein.units import STATE, Degrees, in_degrees, scene_in_units
 
 ROD = ("sigma", "mu", "sigma0")
@@ -37,7 +38,8 @@ def static_frictions(system: System | None) -> dict[str, str]:
 def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: Any) -> Scene:
     """Return ``scene`` with the given parameters and states of the start, by name, and with ``until`` if not None.
 
-    Static friction equal to the kinetic one changes with it, unless given. Raises ``InputError``, ``UnknownName``, and
+    Static friction equal to the kinetic one changes with it, unless given, and so does the reaction of a mechanism's
+    elastic contact at a start off the contact. Raises ``InputError``, ``UnknownName``, and
     ``NoManifold`` where a scene starts beside a slow line that does not exist at the new parameters.
     """
     shown, own = in_own_units(scene), scene_parameters(scene)
@@ -49,6 +51,10 @@ def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: An
     if scene.rod is not None:  # whose start and horizon are kept as they were given, exactly
         quantities = dict(scene.rod.quantities)
         *placed, horizon = (quantities[name] for name in STATE)
+    if scene.origin is not None and given:
+        mechanism, numbers, state = scene.origin
+        again = start_at(mechanism, scene.system, {**numbers, **values}, state)
+        placed = [again[name] for name in scene.names]
     begin = tuple(number(f"start {name}", start[name]) if name in start else value
                   for name, value in zip(shown.names, placed, strict=True))  # fmt: skip
     end = horizon if until is None else number("until", until)
@@ -72,7 +78,8 @@ def _built(scene: Scene, values: dict[str, Any], start: tuple, until: Any, moved
         spelt = {name: str(value) if isinstance(value, Degrees) else value for name, value in values.items()}
         return Scene.physical(**spelt, start=start, until=until, name=scene.name, units=scene.rod.words)
     if scene.system is not None:
-        return replace(scene, values=values, start=dict(zip(scene.names, start, strict=True)), until=until)
+        begun = dict(zip(scene.names, start, strict=True))
+        return replace(scene, values=values, start=begun, until=until, origin=None if moved else scene.origin)
     if scene.near_to and not moved:
         manifold, offset = scene.near_to
         return Scene.near(manifold, x=start[0], offset=offset, z=start[2], until=until, name=scene.name, **values)

@@ -32,7 +32,8 @@ def example_scene(
     start = start_at(mechanism, system, values, state)
     needed = {s.name for s in system.parameters}
     numbers = {key: value for key, value in values.items() if key in needed}
-    return Scene(system=system, values=numbers, start=start, until=until, name=name)
+    origin = origin_of(mechanism, system, values, state, start)
+    return Scene(system=system, values=numbers, start=start, until=until, name=name, origin=origin)
 
 
 def on_elastic_contact(
@@ -59,6 +60,14 @@ def start_at(
     """Return the start of an elastic or rigid ``system`` at a ``state``; ``values`` may contain further symbols."""
     own = {str(s) for s in (*mechanism.parameters, system.small)}
     return mechanism.start(system, {**{k: v for k, v in values.items() if k in own}, **state})
+
+
+def origin_of(
+    mechanism: Mechanism, system: System, values: Mapping[str, Any], state: Mapping[str, Any], start: Mapping[str, Any]
+) -> tuple | None:  # fmt: skip
+    """Return ``Scene.origin`` of a start from ``start_at``: None where no contact is off g = 0."""
+    pressing = {*system.fast, *(x for x, rate in system.slow.items() if rate in system.fast)}
+    return (mechanism, {**values}, {**state}) if any(start[s.name] for s in pressing) else None
 
 
 def about_system(name: str) -> str:

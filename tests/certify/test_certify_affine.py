@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 import sympy as sp
 from blocks import spring_block
+from mechanisms import FALLING_BALL
 
 import asympk as ap
 from asympk.__main__ import main
-from asympk.errors import TwoMotions, UnboundedReaction
+from asympk.errors import InputError, TwoMotions, UnboundedReaction
 from asympk.scenes.scenefile import read_scene
 from asympk.studies.bench import rod_in_general_clothes
 from asympk.symbolic import branches, guards
@@ -21,7 +22,7 @@ from asympk.symbolic.branches import Phase
 
 pytest.importorskip("flint")
 
-from asympk.certify import certify
+from asympk.certify import certify, cover
 from asympk.certify.affine import _Modes
 from asympk.certify.balls import hull
 from asympk.certify.rows import EnclosedState, ExactEntries, sign_at
@@ -712,3 +713,10 @@ def test_of_all_modes_of_a_chain_only_those_are_tried_that_the_signs_of_its_velo
     assert proven(proof)
     assert proof.modes == path.modes
     assert inside(proof, path)
+
+
+def test_parameters_do_not_range_where_the_reaction_of_a_start_off_the_contact_depends_on_them(tmp_path):
+    (tmp_path / "ball.toml").write_text(FALLING_BALL)
+    scene = ap.read_scene(tmp_path / "ball.toml")
+    with pytest.raises(InputError, match="off the contact, and its reaction may depend on eps; let states"):
+        cover(scene, {"eps": ("0.05", "0.1")})

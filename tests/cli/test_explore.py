@@ -19,7 +19,7 @@ import sympy as sp
 from blocks import spring_block
 from browser import PRESENT, browser
 from interrupt import hearing
-from mechanisms import SLENDER_ROD
+from mechanisms import FALLING_BALL, SLENDER_ROD
 
 import asympk as ap
 from asympk.errors import InputError, UnknownName
@@ -30,6 +30,7 @@ from asympk.explore.motion import motion
 from asympk.explore.server import LARGEST, Server
 from asympk.explore.surroundings import surroundings
 from asympk.explore.worker import Broken, Late, Worker
+from asympk.scenes.scenefile import changed_scene
 from asympk.scenes.turned import turned
 
 ROD = ap.read_scene("backward")
@@ -94,6 +95,18 @@ def test_a_start_beside_a_slow_line_stays_beside_it_while_parameters_turn():
     near = ap.Scene.near("Pi2", sigma=1, mu="1e-3", x=0, offset="1e-300", z=1, until=2)
     assert turned(near, {"sigma": 2}, {}, None).near_to == near.near_to
     assert turned(near, {}, {"x": "0.1"}, None).near_to is None
+
+
+def test_a_ground_stays_where_it_is_while_the_compliance_of_a_contact_that_starts_open_turns(tmp_path):
+    file = tmp_path / "ball.toml"
+    file.write_text(FALLING_BALL)
+    scene, harder = ap.read_scene(file), {"eps": "1/20", "m": 2}
+    found = turned(scene, harder, {}, None)
+    again, left = changed_scene(str(file), harder)
+    assert (found, left) == (again, {})
+    assert ap.solve(found).events[0].kind == "touch_down"
+    assert turned(scene, harder, {"z": 2}, None).start == (*again.start[:-1], 2)
+    assert turned(turned(scene, {}, {"x": -50}, None), harder, {}, None).start[2] == -50
 
 
 @pytest.mark.parametrize(("text", "quantities"), [(BLOCK, ["x", "v"]), (MECHANISM, ["X", "Y", "theta", "x"])])
