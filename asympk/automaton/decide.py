@@ -262,8 +262,12 @@ def _margins(here: Junction, branch: Branch, group: tuple[int, ...]) -> dict[tup
 
     They are not where the rounding of the state could make the determinant of their equations 0, as at a dead centre.
     """
-    found = [own for k in range(len(here.points)) if (own := here.solved(branch, group, k)) is not None]
-    if len(found) < len(here.points) or is_open([own.determinant for own in found]):
+    found = []
+    for k in range(len(here.points)):
+        if (own := here.solved(branch, group, k)) is None:
+            return None
+        found.append(own)
+    if is_open([own.determinant for own in found]):
         return None
     margins = [_margins_at(here, branch, group, *place) for place in zip(here.points, found, strict=True)]
     return {key: [m[key] for m in margins] for key in margins[0]}
