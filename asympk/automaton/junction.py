@@ -17,6 +17,7 @@ from asympk.automaton.contacts import (
     coupled,
     gap_row,
     is_open,
+    nudges,
     place_of,
     solved_forces,
 )
@@ -178,8 +179,8 @@ def _touching(system: System, before: Branch | None, lost: set, at: Place) -> di
     """Return the rigid contacts that stay closed or may open, and whether their reaction has just vanished.
 
     Raises ``NoMotion`` where such a contact is hit, also by a step of its ground: a rigid contact has no law of impact.
-    A gap or gap rate counts as 0 if the rounding of doubles could have made it nonzero, or at a start the rounding to
-    six digits. Raises ``InputError`` where the gap is negative.
+    A gap or gap rate counts as 0 if the rounding of doubles could have made it nonzero, or at a start the rounding of
+    states and parameters to six digits. Raises ``InputError`` where the gap is negative.
     """
     found, rounding = {}, BY_HAND if before is None else ROUNDING
     for k, friction in enumerate(system.frictions):
@@ -222,10 +223,14 @@ def _resting_rigid(system: System, at: Place) -> set[tuple[str, int]]:
 def _signs(system: System, expressions: tuple, at: Place, rounding: float, timed: bool) -> list[int]:
     """Return the signs of expressions, 0 where ``rounding`` of states may change them.
 
-    ``timed`` tells that the time is rounded, too; at a start, where it is not, a state may be a computed zero.
+    ``timed`` tells that the time is rounded, too. At a start, where it is not, a state may be a computed zero, and the
+    parameters are rounded: a place that is 0 by the choice of coordinates has the rounding of lengths and angles.
     """
     places = at.with_nudged(rounding, 0 if timed else OF_ZERO)
-    places = places if timed else tuple(place._replace(t=place.numbers.convert(at.t)) for place in places)
+    if not timed:
+        plain = at._replace(p=at.p[: len(system.parameters)], coefficients=())
+        places = tuple(place._replace(t=place.numbers.convert(at.t)) for place in places)
+        places += tuple(plain._replace(p=p) for _, p in nudges(at.t, plain.p, rounding))
     rows = [place.values(system, expressions) for place in places]
     return [at.numbers.decided_sign([row[j] for row in rows]) for j in range(len(expressions))]
 

@@ -1,13 +1,14 @@
 """Checks of a mechanism: a regular, symmetric mass matrix, a gap in the coordinates, a slip independent of the gap."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
 import sympy as sp
 
 from asympk.automaton.contacts import is_open, nudges
 from asympk.automaton.junction import BY_HAND, OF_ZERO
-from asympk.errors import InputError, NotDerivable
+from asympk.errors import InputError, NotDerivable, OutOfRange
 from asympk.mechanics.evaluation import ROUNDING, evaluate
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import vanishes
@@ -44,17 +45,21 @@ def require_closed(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> None:
 def departures(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> dict[str, float]:
     """Return {name: value} of those of g and g' that are not 0 at the time 0.
 
-    A value counts as 0 if the rounding of a start, to six digits or of a computed zero, could have made it nonzero.
-    Raises ``InputError``, which names the symbols without a value.
+    A value counts as 0 if rounding could have made it nonzero: of states or parameters to six digits, or of a state
+    that is a computed zero. Raises ``InputError``, which names the symbols without a value.
     """
     import numpy as np
 
     placed = {kinetics.time: 0} | values
-    given = [s for s in (*kinetics.coordinates, *kinetics.velocities) if s in placed]
-    start = tuple(float(as_floats(str(s), placed[s])) for s in given)
-    beside = np.array([start, *(moved for _, moved in nudges(0, start, BY_HAND, OF_ZERO))])
-    rows = evaluate((kinetics.gap, kinetics.gap_rate), {**placed, **dict(zip(given, beside.T, strict=True))})
-    found = {name: [*map(float, row)] for name, row in zip(("g", "g'"), rows, strict=True)}
+    found: dict[str, list[float]] = {"g": [], "g'": []}
+    for symbols, least in (((*kinetics.coordinates, *kinetics.velocities), OF_ZERO), (kinetics.parameters, 0)):
+        given = [s for s in symbols if s in placed]
+        start = tuple(float(as_floats(str(s), placed[s])) for s in given)
+        beside = np.array([start, *(moved for _, moved in nudges(0, start, BY_HAND, least))])
+        with suppress(*() if least else (InputError, OutOfRange)):  # a parameter may be an end of its range
+            rows = evaluate((kinetics.gap, kinetics.gap_rate), {**placed, **dict(zip(given, beside.T, strict=True))})
+            for name, row in zip(found, rows, strict=True):
+                found[name] += map(float, np.atleast_1d(row))
     return {name: row[0] for name, row in found.items() if not is_open(row)}
 
 

@@ -56,6 +56,23 @@ def test_the_sliding_rod_moves_as_its_own_equation_in_theta_says():
     assert path.final[1] == pytest.approx(np.sin(path.final[2]), abs=1e-8)
 
 
+@pytest.mark.parametrize("height", ["0.8912073", "0.8912074"])
+@pytest.mark.parametrize("unilateral", [True, False])
+def test_a_rod_by_its_displacement_stands_on_ground_whose_height_is_rounded(height, unilateral):
+    """All coordinates are 0 at the start, so that parameters alone round the gap; the angle is 1.1 - theta."""
+    end = {"gap": Y - l * sp.sin(sp.Rational(11, 10) - THETA) + sp.Symbol("H"), "slip": X, "unilateral": unilateral}
+    rod = slender_rod(**end)
+    system, state = rod.rigid(), dict.fromkeys(("X", "Y", "theta", "Y'", "theta'"), 0) | {"X'": 1}
+    scenes = []
+    for values in ({**GROUND, "f": "1/4", "H": H} for H in (height, math.sin(1.1))):
+        known = {name: value for name, value in values.items() if name in map(str, system.parameters)}
+        start = rod.start(system, {**values, **state})
+        scenes.append(ap.Scene(system=system, values=known, start=start, until="1/10"))
+    path, exact = map(ap.solve, scenes)
+    assert path.modes == exact.modes == ("slip_same",)
+    assert path.final == pytest.approx(exact.final, abs=1e-6)
+
+
 TILT, END = sp.Rational(11, 10), "X - l*cos(theta)"  # the end of the rod stands on the edge of a patch at 0
 
 
