@@ -12,6 +12,7 @@ from functools import cached_property, lru_cache
 from typing import Any, Self
 
 import sympy as sp
+from sympy.functions.elementary.hyperbolic import HyperbolicFunction
 
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic
 from asympk.numbers import short
@@ -43,15 +44,18 @@ MOST_SIDES = 8  # switches in the rates of one mode; each doubles the number of 
 MOST = 8  # functions, such as sines, in an expression that is factored: with more, factoring may not end
 _POSITIVE: dict[type, Callable] = {
     sp.log: lambda z: z, sp.acosh: lambda z: z - 1, **dict.fromkeys((sp.asin, sp.acos, sp.atanh), lambda z: 1 - z**2),
+    sp.asech: lambda z: z * (1 - z), **dict.fromkeys((sp.asec, sp.acsc, sp.acoth), lambda z: z**2 - 1),
     sp.LambertW: lambda z: z + sp.exp(-1), sp.erfinv: lambda z: 1 - z**2, sp.erfcinv: lambda z: z * (2 - z),
 }  # fmt: skip
 _RANGE: dict[type, Callable] = {  # what is positive inside the range of a function
-    **dict.fromkeys((sp.asin, sp.atan), lambda w: sp.pi**2 / 4 - w**2), sp.acos: lambda w: w * (sp.pi - w),
-    sp.acosh: lambda w: w, sp.LambertW: lambda w: w + 1,
+    **dict.fromkeys((sp.asin, sp.atan, sp.acsc, sp.acot), lambda w: sp.pi**2 / 4 - w**2),
+    **dict.fromkeys((sp.acos, sp.asec), lambda w: w * (sp.pi - w)), sp.LambertW: lambda w: w + 1,
+    **dict.fromkeys((sp.acosh, sp.asech, sp.exp), lambda w: w),
 }  # fmt: skip
 _INVERSE: dict[type, Callable] = {  # of functions whose values have one argument each
     sp.asin: sp.sin, sp.acos: sp.cos, sp.atan: sp.tan, sp.acosh: sp.cosh, sp.LambertW: lambda w: w * sp.exp(w),
     sp.exp: sp.log, sp.log: sp.exp, sp.sinh: sp.asinh, sp.asinh: sp.sinh, sp.tanh: sp.atanh, sp.atanh: sp.tanh,
+    sp.asec: sp.sec, sp.acsc: sp.csc, sp.acot: sp.cot, sp.asech: sp.sech, sp.acsch: sp.csch, sp.acoth: sp.coth,
 }  # fmt: skip
 
 
@@ -86,7 +90,7 @@ class CriticalManifold(ShownAsFormulas):
         """The condition under which the branch is real, without its ends: even roots and logs have positive arguments.
 
         The arguments of odd roots are positive, too, and those of inverse functions, as of tanh, erf and w e^w, also of
-        those in g, lie inside the domains of these. Where g is linear in a root, this is positive on the branch:
+        those in g, lie inside the domains of these. A root in g is positive by the value that g = 0 gives it:
         y = x**2 solves x - sqrt(y) = 0 for x > 0 alone. So do inverse functions have values in their ranges:
         y = tan(x) solves x - atan(y) = 0 for |x| < pi/2. A state that is declared positive or negative is so on the
         branch.
@@ -382,11 +386,16 @@ def _within_ranges(g, branch):
     """Yield what is positive where roots and inverse functions in g have the values on a branch that g = 0 gives them.
 
     Where g is linear in one, as a + b sqrt(P), the branch solves P = (a/b)**2, also where -a/b is negative. By its
-    value what lies inside it has one, too: x = sqrt(sqrt(y) - 1) gives sqrt(y) = x**2 + 1.
+    value what lies inside it has one, too: x = sqrt(sqrt(y) - 1) gives sqrt(y) = x**2 + 1. Exponentials of y/2 are
+    roots of that of y.
     """
     if heavy(g):
         return
+    waves = {f for f in g.atoms(HyperbolicFunction) if f.has(*branch)}
+    if any(type(f) not in _INVERSE for f in waves):
+        g = g.xreplace({f: f.rewrite(sp.exp) for f in waves})
     outer = _outermost(g, branch)
+    outer = {f for f in outer if not (isinstance(f, sp.exp) and f.exp.could_extract_minus_sign() and 1 / f in outer)}
     roots = outer & fractional_powers(*outer)
     for base in {p.base for p in roots}:
         if len(outer) > 1:
@@ -406,17 +415,18 @@ def _outermost(expr, branch):
 
 
 def _root_within_range(g, base, powers, branch):
-    """Yield what is positive where g = 0 is linear in one power of a root of ``base``; this alone where it is not.
+    """Yield what is positive where a root of ``base`` has the value that g = 0 gives it.
 
     Terms of g that vanish somewhere on the branch, as those of another factor of g, give no value.
     """
     q, root, parts = sp.ilcm(1, *(p.exp.q for p in powers)), sp.Dummy(positive=True), dict[int, sp.Expr]()
-    numerator, _ = sp.fraction(sp.together(g.xreplace({p: root ** (q * p.exp) for p in powers})))
+    numerator, _ = sp.fraction(sp.together(told := g.xreplace({p: root ** (q * p.exp) for p in powers})))
     for (k,), c in sp.Poly(numerator, root).terms() if numerator.is_polynomial(root) else ():
         parts[k % q] = parts.get(k % q, 0) + c * base ** (k // q)
     own, *values = (e.subs(branch, simultaneous=True) for e in (base, *(parts[k] for k in sorted(parts))))
     if len(values) != 2 or is_zero_somewhere(values[1]):
         yield own
+        yield from _values(told.xreplace({base: root**q}), root, root**q - own, branch)
         return
     exponent = sp.Rational(max(parts) - min(parts), q)
     yield sp.factor(-values[0] * values[1])
@@ -427,17 +437,38 @@ def _root_within_range(g, base, powers, branch):
 
 
 def _inverse_within_range(g, f, branch):
-    """Yield what is positive where g = 0, linear in one inverse function f of y, is solved inside its range."""
-    w = sp.Dummy()
-    told = g.xreplace({f: w})
-    slope = told.diff(w)
-    if slope.has(w) or is_zero_somewhere(slope.subs(branch, simultaneous=True)):
+    """Yield what is positive where an inverse function f of y has the value, inside its range, that g = 0 gives it."""
+    w, inside = sp.Dummy(real=True), f.args[0]
+    others = {e: e.exp / inside for e in g.atoms(sp.exp)} if isinstance(f, sp.exp) else {f: sp.S.One}
+    told = g.xreplace({e: w**power for e, power in others.items() if power.is_Integer})
+    slope, nested = told.diff(w), bool(_outermost(inside, branch))
+    if not slope.has(w) and is_zero_somewhere(slope.subs(branch, simultaneous=True)):
         return
-    value = sp.factor((-told.subs(w, 0) / slope).subs(branch, simultaneous=True))
-    if type(f) in _RANGE:
-        yield _RANGE[type(f)](value)
-    if _outermost(f.args[0], branch):
-        yield from _within_ranges(f.args[0] - _INVERSE[type(f)](value), branch)
+    if not slope.has(w):
+        values = [sp.factor((-told.subs(w, 0) / slope).subs(branch, simultaneous=True))]
+    elif nested or (type(f) in _RANGE and not _has_whole_slopes(f, branch)):
+        values = _values(told, w, _INVERSE[type(f)](w) - inside.subs(branch, simultaneous=True), branch)
+    else:
+        return
+    for value in values:
+        if type(f) in _RANGE:
+            yield _RANGE[type(f)](value)
+        if nested:
+            yield from _within_ranges(inside - _INVERSE[type(f)](value), branch)
+
+
+def _has_whole_slopes(f, branch):
+    """Tell whether f is an exponential of whole multiples of fast states, whose logarithms the branch has itself."""
+    return isinstance(f, sp.exp) and all(f.exp.diff(y).is_Integer for y in branch)
+
+
+def _values(g, w, meaning, branch):
+    """Return [value] of the one root w of g on a branch that solves ``meaning`` = 0, too, or [] if several do."""
+    if is_implicit(branch) or heavy(told := g.subs(branch, simultaneous=True)) or is_zero(told):
+        return []
+    values = [s[w] for s in solutions_of([told], [w]) or () if w in s]
+    found = [value for value in values if is_zero_somewhere(meaning.subs(w, value))]
+    return found if len(found) == 1 else []
 
 
 def _text(condition):

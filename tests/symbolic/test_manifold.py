@@ -502,6 +502,8 @@ def test_a_state_beside_its_own_sine_has_an_implicit_branch_without_a_search(for
 @pytest.mark.parametrize("force", [x - sp.sqrt(y), x - y - sp.sqrt(1 + y**2), x - sp.sqrt(1 - y**2),
                                    x - sp.sqrt(y) - 1 / sp.sqrt(y), x - y / (1 + sp.sqrt(y)),
                                    x - sp.atan(y), 2 * x - sp.asin(y), x - sp.acos(y), x - sp.acosh(y),
+                                   x - sp.asech(y), x - sp.acsc(y), x - sp.asec(y), x - sp.acot(y),
+                                   2 * x - sp.atan(y) ** 2, 2 * x - sp.asin(y) ** 2,
                                    x - sp.LambertW(y), x * sp.atan(y) - 1, (y - 1) * (x - sp.sqrt(y)),
                                    (y - 1) * (x - sp.atan(y)), (y - 2) * (x - sp.acosh(y))])  # fmt: skip
 def test_a_branch_exists_just_where_it_is_a_root_and_not_one_beyond_the_values_of_a_function(force):
@@ -552,9 +554,11 @@ def test_a_branch_that_exists_over_few_places_or_far_away_is_found(force, branch
     x - sp.sqrt(sp.sqrt(y) - 1), x - sp.exp(sp.sqrt(y)), x - sp.asin(sp.sqrt(y)), x - sp.acosh(sp.sqrt(y)),
     x - sp.sqrt(y) * sp.sqrt(y - 1), (x + sp.sqrt(y)) * (x - sp.atan(y)), (x + sp.sqrt(y)) * (x - sp.sqrt(y - 1)),
     (x - sp.sqrt(y) * sp.sqrt(y - 3)) * (y - 2),
+    x + sp.sqrt(y) - sp.root(y, 4), (x - sp.root(y, 4)) ** 2 - 1, x - sp.sin(sp.root(y, 4)),
+    x - sp.cosh(y / 2), x - sp.exp(y / 2) + sp.exp(y),
 ])  # fmt: skip
 def test_a_branch_exists_just_where_it_solves_g_by_the_values_of_odd_and_nested_roots(force):
-    """Only one square root or inverse function was looked at: cbrt(y) = x was told to have a branch for x < 0."""
+    """Only one root or inverse function, linear in g, was looked at: cosh(y/2) = x was told to have branches at -2."""
     found = critical_manifolds(ap.System.smooth({x: 1}, {y: force}, mu))
     for at in map(sp.Rational, ("-5/2", "-6/5", "-2/5", "2/5", "6/5", "5/2")):
         for branch in found:
