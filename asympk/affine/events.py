@@ -5,6 +5,7 @@ and its slope lies between ``(g'(lo) + g'(hi) -+ S)/2``. Where g'' keeps its sig
 Therefore an interval has no root, or one guard falls through zero once while the others stay positive, or the interval
 is cut. ``Guards.suspects`` bounds the guards in doubles on a mesh kept per mode, and yields the intervals that may have
 a root, also for a run in digits. ``_isolated``, the hard function, cuts such an interval until the first root is found.
+The mesh is left where the sizes of the parts of all guards show that these have no root later.
 
 A value within its rounding error has no sign. Cuts avoid times with such values, and ``Undecided`` is raised where no
 other time is left. At ``until`` a guard with such a value counts as lost, because a motion that ends at an event meets
@@ -21,7 +22,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from asympk.affine.functions import MOST_EXPONENT, areas, functions, initial, sizes, tremors
+from asympk.affine.functions import MOST_EXPONENT, Arrays, areas, functions, initial, sizes, tremors
 from asympk.arithmetic import Doubles
 from asympk.errors import TooLarge, Undecided
 from asympk.numbers import Number
@@ -198,17 +199,36 @@ class Guards:
         """
         last = self._last()
         coarse = self._in_doubles
-        for window in mesh.windows():
+        for number, window in enumerate(mesh.windows(), 1):
             suspect = coarse._suspects(window) if coarse else zip(range(len(window.h)), repeat(None))
             for k, falling in suspect:
                 if window.t[k] >= until or window.t[k + 1] > last:
                     break
                 lo, hi = self.m.number(window.t[k]), self.m.number(window.t[k + 1])
                 yield (lo, hi, falling if coarse is self else None) if hi <= until else (lo, until, None)
-            if window.t[-1] >= min(until, last):
+            left = window.t[-1], float(min(until, last))
+            if left[0] >= left[1] or (coarse and number.bit_count() == 1 and coarse._is_clear(*left)):
                 break
         if until > last:
             self._refuse(last)
+
+    @np.errstate(all="ignore")
+    def _is_clear(self, lo, hi):
+        """Tell whether all guards are positive on [lo, hi], however long, as the sizes of their parts show.
+
+        A pair is at least minus its amplitude; an exponential and a power of the time are least at an end.
+        """
+        weights, off, margin = self.segment.guards, self.segment.off.guards, self.m.margin
+        ends = [functions(Arrays, self.blocks, t)[0] for t in (lo, hi)]
+        most, least, at = sizes(Arrays, self.blocks, lo, hi), weights[-1] - margin * off[-1], 0
+        for decay, turn, count in self.blocks:
+            for k in range(count):
+                part = slice(at, at := at + (2 if turn else 1))
+                low = np.outer([end[part][0] for end in ends], weights[part][0]).min(axis=0)
+                amplitude = np.hypot.reduce(weights[part]) * most[part][0]
+                doubt = margin * (1 + (abs(decay) + turn) * hi) * off[part].sum(axis=0) * most[part][0]
+                least = least + (-amplitude if turn or (k and decay) else low) - doubt
+        return hi <= self._last() and (least > 0).all()
 
     @cached_property
     def _in_doubles(self):

@@ -7,6 +7,7 @@ import pytest
 import sympy as sp
 
 import asympk as ap
+from asympk.affine import mesh
 from asympk.affine.events import Guards
 from asympk.affine.run import run
 
@@ -212,3 +213,27 @@ def test_what_stops_while_its_pull_touches_the_bound_of_another_block_may_do_bot
     path = ap.solve(ap.Scene(system=system, start={v: 0, y: -1, w: 2}, until=2), digits=digits)
     assert path.modes[0] == "stick+slip_same"
     assert [*map(float, path.final)] == [0, 1, 0]
+
+
+@pytest.mark.parametrize("digits", [None, 20])
+def test_bounds_that_no_part_of_a_motion_reaches_are_left_out_at_a_few_looks_however_long(digits, monkeypatch):
+    """In 3e9 periods a block rests under half of what would move it; an oscillator alone has no bounds."""
+    windows, table = iter(range(10)), mesh.function_table
+    monkeypatch.setattr(mesh, "function_table", lambda *given: [table(*given), next(windows)][0])
+    until, friction = 2 * 10**10, ap.Friction(v, F, load=1, kinetic=1)
+    for rates, frictions in (({}, []), ({v: sp.sin(t) / 4 + x / 4 + F}, [friction])):
+        system = ap.System.with_frictions({x: y, y: -x, **rates}, {}, frictions, time=t)
+        path = ap.solve(ap.Scene(system=system, start=(1, 0, *(0 for _ in rates)), until=until), digits=digits)
+        assert (path.events, path.final[2:]) == ((), (0,) * len(rates))
+        assert float(path.final[0]) == pytest.approx(float(sp.cos(until).evalf(20)), abs=1e-15)
+
+
+@pytest.mark.parametrize(("push", "near"), [
+    (t / 1000, 1000), (sp.exp(t / 500) / 100, 2302), (t * sp.exp(-t / 1000) / 300, 489), (t * sp.sin(t) / 1000, 1000),
+    (1 - sp.exp(-t / 500) * t / 1000 + t**2 / 10**6, 297),
+])  # fmt: skip
+def test_a_load_that_slow_parts_take_away_after_long_is_lost_then(push, near):
+    system = ap.System.with_frictions({x: y, y: -x, v: F}, {}, [ap.Friction(v, F, 1 - push, 0)], time=t)
+    onset = float(sp.nsolve(push - 1, near, prec=20))
+    first = ap.solve(ap.Scene(system=system, start=(1, 0, 1), until=onset + 1)).events[0]
+    assert (first.kind, first.t) == ("force_zero", pytest.approx(onset, rel=1e-14))
