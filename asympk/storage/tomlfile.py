@@ -47,8 +47,9 @@ def refuse_unknown(table: Mapping[str, Any], known: Iterable[str], where: str | 
 def require_keys(table: Mapping[str, Any], keys: Iterable[str], where: str | Path = "") -> None:
     """Raise ``InputError`` where keys of ``table`` are missing, and tell if one stands below the head of a table."""
     if missing := [key for key in keys if key not in table]:
-        below = [name for name, part in table.items() if isinstance(part, dict) and missing[0] in part]
-        hint = f"; {missing[0]} is below [{below[0]}] and must be above the first table" if below else ""
+        parts = [(name, part) for name, part in table.items() if isinstance(part, dict)]
+        below = [f"{key} is below [{name}]" for key in missing for name, part in parts if key in part]
+        hint = f"; {below[0]} and must be above the first table" if below else ""
         raise InputError(f"{where}{': ' if where else ''}{', '.join(missing)} missing{hint}")
 
 

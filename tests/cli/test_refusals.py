@@ -184,6 +184,7 @@ def test_what_is_mistyped_in_a_system_is_told_as_it_was_written(tmp_path, rate, 
 @pytest.mark.parametrize(
     ("change", "told"),
     [
+        (("m = 1", 'm = "one"'), "values: m = 'one': it must be"),
         (("m = 1", "m = 1\nk = 2"), "values: k is in no formula"),
         (("f = 2", 'f = 2\n[state]\ntheta = 1\nXd = 2'), "Xd is no coordinate, rate or parameter"),
         (("[values]", 'damping = 1\ncompliance = "q"\n[values]'), "compliance = 'q': the name q is unknown"),

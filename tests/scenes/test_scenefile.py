@@ -229,6 +229,7 @@ mechanism = "painleve_rod"
         (BELT, "until = 1", "until = 1\nmu = 1", "mu is the rod's; parameters of a system stand in [values]"),
         (ON_GROUND, "contact", "contcat = 1\ncontact", "system: key 'contcat' is unknown"),
         (ON_GROUND, "rigid", "soft", "contact must be"),
+        ("[values]\nuntil = 1", "", "", "system, start, until missing; until is below [values]"),
         (f"{BELT}until = 1", "until = 1\n", "", "until missing; until is below [start] and must be above"),
         ("sigma = 1\nmu = 1\nuntil = 1\nnear = {x = 0, z = 1, offset = 0}", "z = 1, ", "", "manifold, z missing"),
     ],
