@@ -271,11 +271,12 @@ def test_an_error_of_the_process_comes_back_as_one_line():
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory):
-    file = tmp_path_factory.mktemp("own") / "block.toml"
+    file, ball = (tmp_path_factory.mktemp("own") / name for name in ("block.toml", "ball.toml"))
     file.write_text(BLOCK)
+    ball.write_text(FALLING_BALL)
     with Server() as running:
         Thread(target=running.serve_forever, daemon=True).start()
-        running.show(lambda: (ROD, *chosen_scenes(str(file))()))
+        running.show(lambda: (ROD, *chosen_scenes(str(file))(), ap.read_scene(ball)))
         yield running
         running.shutdown()
 
@@ -531,6 +532,18 @@ def test_a_slider_moves_the_picture_and_a_drag_moves_the_start(server, window, w
         == window.run("return document.querySelector('[data-box=sigma]').value")  # fmt: skip
     _drag_ring(window, turned)
     assert float(window.run("return document.querySelector('[data-box=z]').value")) > -1
+    assert window.complaints() == []
+
+
+def test_the_page_shows_what_a_parameter_changes_of_the_start_but_not_what_was_given(server, window):
+    window.open(server.address)
+    window.wait(PATH)
+    window.set("#scene", 2, "change")
+    window.wait("document.querySelector('[data-box=eps]') && document.querySelector('#series .path')")
+    window.set("[data-box=z]", "1/2", "change")
+    window.set("[data-box=eps]", "0.05", "change")
+    window.wait("document.querySelector('[data-box=x]').value === '-400'")
+    assert window.run("return document.querySelector('[data-box=z]').value") == "1/2"
     assert window.complaints() == []
 
 

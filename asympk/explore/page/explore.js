@@ -61,7 +61,7 @@ function refresh() {
     tell(found.stopped);
     if (found.t && !motion) $("logarithmic").checked = found.events[0]?.t < found.t.at(-1) / 50;
     fade(!found.t);
-    if (found.t) { motion = found; draw(); }
+    if (found.t) { motion = found; draw(); showStart(); }
     $("model").textContent = found.t ? `followed by the method ${found.model}, ${found.events.length} event${found.events.length === 1 ? "" : "s"}` : "";
     surround();
   });
@@ -282,6 +282,14 @@ function knob(told, set) {
   row.append(name, slider, box);
   row.show = show;
   return row;
+}
+
+// Show the numbers of the start that follow from others: those that were given, or are being written, stay.
+function showStart() {
+  scene.start.forEach(({ name }, k) => {
+    const row = $("start").children[k];
+    if (!(name in given.start) && !row.contains(document.activeElement)) row.show(motion.states[name][0]);
+  });
 }
 
 const follows = {}; // rows of the knobs that follow another one until they are turned themselves
