@@ -69,6 +69,7 @@ def enclose(
     None for such states. Raises ``Refused`` where the sequence of modes is not proven.
     """
     modes = _Modes(system, values, sides, until)
+    modes.field.require_least_at_corners(_not_negative(system))
     state = modes.begun(start)
     mode, guards = modes.chosen([modes.every(state)], state, "start")
     t, names, size = modes.field.family([[0]]), [mode.mode.name], len(system.states)
@@ -92,6 +93,14 @@ def enclose(
         events.append(Event(guard.kind, t.numbers()[0], tuple(state.balls[:size]), guard.friction))
         if len(events) > MOST_EVENTS:
             raise Refused(f"too many: more than {MOST_EVENTS} events by t = {float(events[-1].t.mid()):.6g}")
+
+
+def _not_negative(system):
+    """Return the quantities of the parameters that must not be negative in a system."""
+    assumed = [a for a in sp.And.make_args(system.assumptions) if a.is_Relational]
+    found = [a.gts - a.lts if hasattr(a, "gts") else abs(a.lhs - a.rhs) * (-1) ** isinstance(a, sp.Eq) for a in assumed]
+    found += [q for friction in system.frictions for q in (friction.kinetic, friction.static - friction.kinetic)]
+    return [q for q in found if q.free_symbols <= {*system.parameters}]
 
 
 def _after(mode, guard):

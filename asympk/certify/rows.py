@@ -137,6 +137,14 @@ class ExactEntries:
                 found = "box: only a part of the box fulfils" if entry else "edge: equality holds in"
                 raise Refused(f"{found} a condition on the parameters of a mode")
 
+    def require_least_at_corners(self, quantities: Iterable[sp.Expr]) -> None:
+        """Raise ``Refused`` unless, on the box, quantities are monotone in every parameter, or positive."""
+        at = {s: family.whole[0, 0].real for s, family in self._symbols.items()}
+        for given, placed in ((q, self._placed(q)) for q in quantities):
+            slopes = (ball_of(sp.diff(placed, s), at) for s in placed.free_symbols)
+            if not (all(slope >= 0 or slope <= 0 for slope in slopes) or ball_of(placed, at) > 0):
+                raise Refused(f"box: {given!s:.80} may be negative inside, though it is not so at the corners")
+
     def spectrum(self, matrix: tuple[tuple[Any, ...], ...], until: Number) -> Spectrum:
         """Return the groups of eigenvalues of a matrix, for times up to ``until``; see the module ``spectrum``."""
         if not self.field:

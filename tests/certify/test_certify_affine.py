@@ -29,7 +29,7 @@ from asympk.certify.rows import EnclosedState, ExactEntries, sign_at
 from asympk.certify.segments import EnclosedSegment
 
 F, G, t = sp.symbols("F G t", real=True)
-x, v, y, w = sp.symbols("x v y w", real=True)
+x, v, y, w, c = sp.symbols("x v y w c", real=True)
 mu, k = sp.symbols("mu k", positive=True)
 
 CHAIN = ap.System.with_frictions(
@@ -201,6 +201,24 @@ def test_a_box_with_static_friction_below_the_kinetic_one_at_a_corner_is_refused
     words = "static friction mu is below the kinetic one, k, at k = 1.001, mu = 0.999"
     with pytest.raises(ValueError, match=words):
         certify(scene, {"k": ("0.999", "1.001"), "mu": ("0.999", "1.001")})
+
+
+@pytest.mark.parametrize(
+    ("kinetic", "static", "assumed", "inner", "outer"),
+    [
+        (1, c**2 + sp.S.Half, sp.true, (-1, 1), ("3/4", 1)),
+        (c**2 - sp.Rational(1, 100), None, sp.true, (-1, "0.11"), ("-0.11", "-0.1")),
+        (1 + c**2, None, c**2 > 1, (-2, 2), (-2, "-1.9")),
+        (1 + c**2, None, sp.Ne(c, 0), (-1, 1), ("0.1", "0.2")),
+        (1 + c**2, None, sp.Eq(c**2, 1), (-1, 1), (1, 1)),
+    ],
+)
+def test_a_box_that_only_its_corners_show_to_be_valid_has_no_proof(kinetic, static, assumed, inner, outer):
+    friction = ap.Friction(v, F, load=1, kinetic=kinetic, static=static)
+    system = ap.System.with_frictions({x: v, v: F - x}, {}, [friction], assumptions=assumed)
+    scene = ap.Scene(system=system, values={"c": inner[0]}, start={"x": 9, "v": 0}, until="1/2")
+    assert certify(scene, {"c": inner}).obstacle == "box"
+    assert proven(certify(scene, {"c": outer}))
 
 
 def test_a_box_with_0_in_its_middle_is_proven_where_the_parameter_is_squared():
