@@ -76,21 +76,21 @@ def enclose(
     events: list[Event] = []
     while True:
         segment = EnclosedSegment(mode, state)
-        left = (modes.field.family([[Fraction(until)]]) - t).tight()
-        found = first_event(segment, modes.lasting(guards), left.numbers()[0], finest, budget)
-        if found is None:
+        left, last = (modes.field.family([[Fraction(until)]]) - t).tight(), modes.ending(guards)
+        found = first_event(segment, [g for g in guards if g not in last], left.numbers()[0], finest, budget)
+        if not found and not last:
             return names, events, tuple(segment.at(None, left).numbers()[:size])
-        guard, dt = found
-        dt = segment.moment(guard, dt)
-        if not (left - dt).numbers()[0] > 0:
+        guard, dt = (found[0], segment.moment(*found)) if found else (last[0], left)
+        if found and not (left - dt).numbers()[0] > 0:
             raise Refused(f"horizon: {guard.kind} at the end itself, until = {float(until):.10g}")
         state, t = _struck(segment.at(guard, dt), guard, mode, state, guards), (t + dt).tight()
         before = mode.mode
         mode, guards = modes.chosen([_after(before, guard), modes.every(state)], state, guard.kind)
-        if (guard := modes.event(before, mode.mode, guard, state)) is None:
-            continue
-        names.append(mode.mode.name)
-        events.append(Event(guard.kind, t.numbers()[0], tuple(state.balls[:size]), guard.friction))
+        if guard := modes.event(before, mode.mode, guard, state):
+            names.append(mode.mode.name)
+            events.append(Event(guard.kind, t.numbers()[0], tuple(state.balls[:size]), guard.friction))
+        if not found:
+            return names, events, tuple(state.balls[:size])
         if len(events) > MOST_EVENTS:
             raise Refused(f"too many: more than {MOST_EVENTS} events by t = {float(events[-1].t.mid()):.6g}")
 
@@ -161,13 +161,13 @@ class _Modes:
                  for k, w in enumerate(exact)]  # fmt: skip
         return EnclosedState(stacked(found), exact, self.field)
 
-    def lasting(self, guards):
-        """Return the guards without those that depend on the time alone and vanish at ``until``: no mode follows."""
+    def ending(self, guards):
+        """Return the guards that depend on the time alone and vanish exactly at ``until``."""
         if TIME not in self.waves:
-            return guards
+            return []
         clock, end = len(self.system.states) + self.waves.index(TIME), self.field.exact(sp.Rational(self.until))
-        return [guard for guard in guards if [k for k, c in enumerate(guard.row[:-1]) if c] != [clock]
-                or -guard.row[-1] / guard.row[clock] != end]  # fmt: skip
+        return [guard for guard in guards if [k for k, c in enumerate(guard.row[:-1]) if c] == [clock]
+                and -guard.row[-1] / guard.row[clock] == end]  # fmt: skip
 
     def of(self, mode):
         """Return the ``EnclosedMode`` of a mode, or None where the parameters exclude the mode."""
@@ -370,11 +370,13 @@ class _Modes:
         """Return the guard of the event between two modes; None at a switch or a corner of rest where none happens."""
         if guard.kind == SWITCH and (guard := self._lost_beyond(before, after, state)) is None:
             return None
-        if branches.stands(before.branch):
-            if branches.bare(before.branch) == branches.bare(after.branch):
-                return None
-            if before.branch[guard.friction].load * after.branch[guard.friction].load < 0:
-                return guard._replace(kind="force_zero")  # the load vanishes between both edges of its stick
+        if branches.stands(before.branch) and branches.bare(before.branch) == branches.bare(after.branch):
+            return None
+        if guard.kind == "slip_onset" and after.branch[guard.friction].mode == "stick":
+            freed = branches.at_rest(before.branch) - branches.at_rest(after.branch)
+            if not freed:  # the load vanishes between both edges of its stick
+                return guard._replace(kind="force_zero")
+            return guard._replace(friction=min(freed))
         return guard
 
     def _lost_beyond(self, before, after, state):

@@ -442,6 +442,22 @@ def test_an_edge_that_both_sides_lead_to_or_away_from_or_one_side_moves_along_ha
     assert certify(ap.Scene(system=system, values={}, start={"x": start}, until=2)).obstacle == "edge"
 
 
+@pytest.mark.parametrize(
+    ("push", "load", "speed", "kind"),
+    [
+        (sp.Piecewise((0, t < 2), (3, True)), 1, 0, "slip_onset"),
+        (t, 2, 0, "slip_onset"),
+        (0, 2 - t, 9, "force_zero"),
+        (0, 2 - t, 0, "force_zero"),
+        (0, 1 - t, 0, "force_zero"),  # both edges of stick vanish, in the midst of the motion
+    ],
+)
+def test_what_the_time_alone_brings_about_happens_at_the_very_end_of_the_motion_too(push, load, speed, kind):
+    system = ap.System.with_frictions({x: v, v: push + F}, {}, [ap.Friction(v, F, load=load, kinetic=1)], time=t)
+    proof = proven_as_followed(ap.Scene(system=system, values={}, start={"x": 0, "v": speed}, until=2))
+    assert [event.kind for event in proof.events] == [kind]
+
+
 @pytest.mark.parametrize("law", [sp.sign(x - 1), sp.floor(x)])
 def test_a_box_of_starts_across_an_edge_has_no_proof(law):
     scene = block_under(-law, {"x": 1, "v": 1}, until=1)
