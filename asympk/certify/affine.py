@@ -230,9 +230,9 @@ class _Modes:
         """Return (mode, its guards from the state on) of the candidate that is proven to follow.
 
         ``tiers`` are lists of candidates, and the first tier with a candidate that may hold decides. A later tier is
-        needed where a force that jumps at one contact releases another. Of several candidates that hold, the one with
-        the most frictions at rest follows. Raises ``Refused`` where the verdict on a candidate is not certain, or where
-        no single candidate is left.
+        needed where a force that jumps at one contact releases another, or lets it rest no more than static friction
+        would. Of several candidates that hold, the one with the most frictions at rest follows. Raises ``Refused``
+        where the verdict on a candidate is not certain, or where no single candidate is left.
         """
         verdicts: dict = {}
         for candidates in tiers:
@@ -240,16 +240,42 @@ class _Modes:
                 verdicts |= self._verdicts(branch, state)
                 if any(verdict > 0 and branches.stands(mode.branch) for mode, (verdict, _) in verdicts.items()):
                     break  # no other candidate has more frictions at rest
-            if verdicts:
+            holding = {mode: guards for mode, (verdict, guards) in verdicts.items() if verdict > 0}
+            best = branches.most_at_rest(m.branch for m in holding)
+            if verdicts and all(self._slips_freely(b, state) for b in best):
                 break
-        holding = {mode: guards for mode, (verdict, guards) in verdicts.items() if verdict > 0}
         open_ones = [mode for mode in verdicts if mode not in holding]
-        best = branches.most_at_rest(m.branch for m in holding)
         if open_ones or len(best) != 1 or len({m.sides for m in holding}) != 1:
             names = ", ".join(sorted({m.name for m in (*open_ones, *holding)})) or "none"
             raise Refused(f"edge: which mode follows after {what} is not certain; candidates: {names}")
         found = next(mode for mode in holding if mode.branch == best[0])
+        self._require_one_way(found.branch, state, what)
         return self.of(found), holding[found]
+
+    def _slips_freely(self, branch, state):
+        """Tell whether no contact slips that static friction would hold if every contact that may rest did."""
+        rest = tuple(p._replace(velocity=0) if p.velocity and not self._sign(f.velocity, state) else p
+                     for f, p in zip(self.system.frictions, branch, strict=True))  # fmt: skip
+        slipping = branches.at_rest(rest) - branches.at_rest(branch)
+        if not slipping or len(branches.at_rest(rest)) == 1 or not forces.determined(self.system, rest):
+            return True
+        found = [self.of(mode) for mode in self._on_sides(mode_of(self.system, rest), state)]
+        return all(found) and all(slipping <= {
+            g.friction for g in mode.guards if g.kind == "slip_onset" and leading_sign(g.row, mode.matrix, state) == -1}
+            for mode in found)  # fmt: skip
+
+    def _require_one_way(self, branch, state, what):
+        """Raise ``Refused`` where a contact at rest in a branch may slip either way as well, all else alike."""
+        for k in sorted(branches.at_rest(branch)):
+            ways = ((*branch[:k], branch[k]._replace(velocity=way), *branch[k + 1 :]) for way in (1, -1))
+            if all(self._may_leave_rest(way, k, state) for way in ways):
+                raise Refused(f"edge: after {what}, contact {k} may rest and may slip in either direction")
+
+    def _may_leave_rest(self, branch, k, state):
+        """Tell whether a branch may hold in which contact k slips, and not in name only, as others hold it."""
+        return any(verdict >= 0 and leading_sign(self._row(mode, self.system.frictions[k].velocity),
+                                                 self.of(mode).matrix, state) != 0
+                   for mode, (verdict, _) in self._verdicts(branch, state).items())  # fmt: skip
 
     def _verdicts(self, branch, state):
         """Return the verdicts of the modes of a branch that may hold; of corners, one that holds is enough."""

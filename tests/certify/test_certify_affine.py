@@ -340,6 +340,27 @@ def test_of_two_motions_of_a_body_in_two_guides_none_is_proven():
         ap.solve(scene)
 
 
+def test_rest_that_repels_one_of_its_contacts_either_way_has_no_proof():
+    frictions = [ap.Friction(v, F, load=1, kinetic=4), ap.Friction(w, G, load=1, kinetic=2, static=3)]
+    pair = ap.System.with_frictions({v: 2 * F - 2 * G - t + 1, w: G / 2 - 2 * F - t}, {}, frictions, time=t)
+    scene = ap.Scene(system=pair, values={}, start={"v": 0, "w": 0}, until=2)
+    assert certify(scene).reason == "edge: after start, contact 1 may rest and may slip in either direction"
+    with pytest.raises(TwoMotions):
+        ap.solve(scene)
+
+
+def test_after_an_event_a_contact_that_rested_is_not_proven_to_rest_while_another_slips_that_could_rest():
+    """Where w = u = 0 either the second contact rests and the third slips, or the reverse; solve follows the latter."""
+    first, second, third = sp.symbols("F1:4", real=True)
+    contacts = [ap.Friction(v - w, first, 1, 3), ap.Friction(w - y, second, 1, 3, sp.Rational(9, 2)),
+                ap.Friction(y, third, 1, 5, 10)]  # fmt: skip
+    rates = {v: first - 2 * second - v, w: (3 * second - third) / 2 - 3, y: first - second + third - 1}
+    scene = ap.Scene(system=ap.System.with_frictions(rates, {}, contacts), start={"v": 2, "w": 0, "y": 2}, until="1/4")
+    assert ap.solve(scene).modes[-1] == "slip_same+slip_opposite+stick"
+    reason = "candidates: slip_same+slip_opposite+stick, slip_same+stick+slip_opposite"
+    assert certify(scene).reason.endswith(reason)
+
+
 @pytest.mark.parametrize(
     ("force", "load", "waves"),
     [
