@@ -20,7 +20,9 @@ PLACE = (0.4, -0.7, 0.9)
 
 def test_a_form_has_the_values_and_the_derivatives_of_the_inverse_written_out():
     at = {s: sp.Float(k, 40) / 7 for k, s in enumerate((a, b, c), 1)}
-    for both in ((FORM, WRITTEN_OUT), *((FORM.diff(s, t), WRITTEN_OUT.diff(s, t)) for s in (a, b) for t in (b, c))):
+    slopes = [(FORM.diff(s), WRITTEN_OUT.diff(s)) for s in (a, b)]
+    bends = [(form.diff(s), written.diff(s)) for form, written in slopes for s in (b, c)]
+    for both in ((FORM, WRITTEN_OUT), *slopes, *bends):
         form, written = (e.xreplace(at) for e in both)
         assert abs(form - written) < 1e-28
     assert InverseForm.of((1, 0), sp.Matrix([[2, 1], [1, 3]]), (0, 5)) == -1
