@@ -77,6 +77,10 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
     if len(unknowns) == 1:
         if own := _by_lambert(*equal_zero, *unknowns) or _by_logarithm(*equal_zero, *unknowns):
             return own
+        if powers := _in_exponentials(*equal_zero, *unknowns):
+            numerator, w, rate = powers
+            found = solutions_of([numerator], [w])
+            return found and [{y: sp.log(s[w]) / rate for y in unknowns} for s in found]
         equal_zero = [_in_fewer_waves(*equal_zero, *unknowns)]
         if _mixes(*equal_zero, *unknowns):
             return None
@@ -219,6 +223,21 @@ def _by_logarithm(force, y):
     height = (sp.exp(w) - inside.nth(0)) / inside.nth(1)
     found = _by_lambert(force.xreplace({logarithms[0]: w}).subs(y, height), w)
     return found and [{y: height.subs(root)} for root in found]
+
+
+def _in_exponentials(force, y):
+    """Return (numerator of g in w, w, q), w = exp(q y), where g is rational in several powers of it, else None.
+
+    For exp(y/2) beside exp(y/3) SymPy does not end.
+    """
+    exponentials = [e for e in force.atoms(sp.exp) if e.has(y)]
+    slopes = [e.exp.diff(y) for e in exponentials]
+    if heavy(force) or len(slopes) < 2 or not all(slope.is_Rational for slope in slopes):
+        return None
+    q, w = sp.gcd_list(slopes), sp.Dummy(positive=True)
+    powers = {e: w ** (k / q) * sp.exp(e.exp.subs(y, 0)) for e, k in zip(exponentials, slopes, strict=True)}
+    numerator = sp.fraction(sp.together(force.xreplace(powers)))[0]
+    return (numerator, w, q) if numerator.is_polynomial(w) and not numerator.has(y) else None
 
 
 def _given_by_others(equal_zero, unknowns):

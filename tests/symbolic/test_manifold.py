@@ -527,9 +527,10 @@ def test_a_factor_of_g_has_no_branch_where_another_is_not_real_or_not_smooth(for
     assert exists in (str(branch.exists), *map(str, branch.exists.args))
 
 
-@pytest.mark.parametrize("force", [x + sp.cbrt(y) / 4 - y, x - sp.sqrt(y) - y**2])
-def test_a_polynomial_of_a_root_of_the_state_has_an_implicit_branch_without_a_search(force, monkeypatch):
-    """SymPy sought the roots of the first for 5 s, those of the second for minutes."""
+@pytest.mark.parametrize("force", [x + sp.cbrt(y) / 4 - y, x - sp.sqrt(y) - y**2,
+                                   x - sp.exp(y / 2) - sp.exp(y / 3), x - sp.exp(y) - sp.exp(-2 * y)])  # fmt: skip
+def test_a_polynomial_of_a_root_or_exponential_of_the_state_has_an_implicit_branch_without_a_search(force, monkeypatch):
+    """SymPy sought the roots of the first for 5 s, those of the second for minutes, and of the third for a minute."""
     monkeypatch.setattr(sp, "solve", None)
     (only,) = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
     assert only.branch == {y: y}
