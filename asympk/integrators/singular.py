@@ -9,6 +9,7 @@ of p, before the point. ``approach`` is the hard function.
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 from itertools import count
 from typing import Any
 
@@ -24,7 +25,13 @@ EVALUATIONS = 50_000  # evaluations of the field after which the search for a po
 
 def followed(mode: NumericMode, t: Any, state: tuple, until: Any, advance: Callable[[Any], Segment]) -> Segment:
     """Follow a mode by ``advance(until)``, or to the limit at which its forces cease to be determined before that."""
-    guard = next((k for k, (kind, _) in enumerate(mode.kinds) if kind in NEVER_IDLE), None)
+    kinds = [kind for kind, _ in mode.kinds]
+    if "several" in kinds and "unbounded" not in kinds:  # a 0/0 is rare: it is sought only where steps fail
+        with suppress(ArithmeticError, TypeError, ValueError):
+            segment = advance(until)
+            if not segment.short:
+                return segment
+    guard = next((k for k, kind in enumerate(kinds) if kind in NEVER_IDLE), None)
     met = None if guard is None else approach(mode, guard, float(t), tuple(map(float, state)), float(until))
     if met is None:
         return advance(until)
