@@ -21,6 +21,7 @@ import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
 from asympk.mechanics.checks import departures, require_continuous
+from asympk.mechanics.evaluation import exact_value
 from asympk.mechanics.kinetics import Kinetics, slope_in_powers
 from asympk.mechanics.tidy import tidy, vanishes
 from asympk.numbers import number, short
@@ -137,13 +138,13 @@ def _friction(
 
 def pressed(
     contacts: Sequence[Kinetics], system: System, values: dict[sp.Symbol, Any], small: Any
-) -> dict[sp.Symbol, float]:
+) -> dict[sp.Symbol, Any]:
     """Return the states x and y of a start off g = g' = 0, from g = -c x and g' = -c y (or g' = -eps y, c = eps^2).
 
     ``small`` is the value of c or eps. Raises ``InputError`` if ``small`` is missing, and for a start above a
     unilateral contact with a damping time h: such a contact pushes already below the gap h |g'|.
     """
-    found: dict[sp.Symbol, float] = {}
+    found: dict[sp.Symbol, Any] = {}
     for k, kinetics in enumerate(contacts):
         x, y, _ = state_names(contacts, k, *system.parameters)
         if x not in system.states or not (off := departures(kinetics, values)):
@@ -156,10 +157,12 @@ def pressed(
         if small is None:
             raise InputError(f"the start is off {which}, {off_by}; give {system.small} among the values, from "
                              "which the reaction follows, or coordinates and rates with g = g' = 0")  # fmt: skip
-        scale = float(number(str(system.small), small, lambda value: value > 0, "positive"))
-        sizes = {"g": (x, scale**2 if x in system.fast else scale), "g'": (y, scale)}
-        pressing = {state: -off[name] / size for name, (state, size) in sizes.items() if name in off}
-        found |= {state: value for state, value in pressing.items() if state in system.states}
+        c: Any = system.small
+        scale = number(str(c), small, lambda value: value > 0, "positive")
+        placed = {kinetics.time: 0} | values | {c: scale}
+        sizes = {"g": (x, kinetics.gap, 1 + (x in system.fast)), "g'": (y, kinetics.gap_rate, 1)}
+        found |= {state: exact_value(-moved / c**power, placed)
+                  for name, (state, moved, power) in sizes.items() if name in off and state in system.states}
     return found
 
 

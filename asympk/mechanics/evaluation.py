@@ -7,7 +7,7 @@ import sympy as sp
 
 from asympk.errors import InputError, OutOfRange
 from asympk.mechanics.kinetics import Kinetics
-from asympk.numbers import common_shape
+from asympk.numbers import common_shape, number
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.long import symbols_in
 from asympk.symbolic.reading import as_floats
@@ -43,6 +43,20 @@ def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) ->
         place = ", ".join(f"{symbol} = {value.flat[0]:g}" for symbol, value in given.items() if value.size)
         raise OutOfRange(f"an equation of the contact is not finite at {place}, or beside it; give other numbers: "
                          "a mass or a length by which it divides may be 0") from None  # fmt: skip
+
+
+def exact_value(expr: sp.Expr, values: dict[sp.Symbol, Any]) -> Any:
+    """Return ``expr`` at exact numbers as a SymPy number, at numbers with doubles among them as a double.
+
+    Raises as ``evaluate`` does.
+    """
+    rounded = float(evaluate((expr,), values)[0])
+    given = {symbol: values[symbol] for symbol in symbols_in(expr)}
+    if any(isinstance(value, float) for value in given.values()):
+        return rounded
+    found = expr.xreplace({symbol: value if isinstance(value, sp.Expr) else sp.Rational(number(str(symbol), value))
+                           for symbol, value in given.items()})  # fmt: skip
+    return found if found.is_number and found.is_real else rounded
 
 
 def evaluate_ahead(

@@ -17,7 +17,7 @@ import sympy as sp
 from asympk.errors import InputError, NotDerivable, OutOfRange
 from asympk.mechanics import elastic, jump_law, paradox, rigid, rigid_system
 from asympk.mechanics.checks import check_bounds, check_mechanism, require_closed, require_positive_mass
-from asympk.mechanics.evaluation import evaluate, evaluate_ahead
+from asympk.mechanics.evaluation import evaluate_ahead, exact_value
 from asympk.mechanics.jump_law import JumpLaw
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.lagrangian import equations_of
@@ -292,8 +292,9 @@ class Mechanism(ShownAsFormulas):
 
         ``values`` are coordinates, rates and parameters. If g = g' = 0, the elastic contact starts without reaction,
         x = y = 0; otherwise x and y follow from the gap and the gap rate, and ``values`` must contain the compliance.
-        z is the sliding velocity. A constant such as sin(1) is evaluated to 50 digits. Raises ``InputError`` for
-        missing values, a system of another mechanism, and a bilateral rigid contact where g = g' = 0 does not hold.
+        z is the sliding velocity. From exact values x, y and z are exact, too; a constant such as sin(1) is evaluated
+        to 50 digits. Raises ``InputError`` for missing values, a system of another mechanism, and a bilateral rigid
+        contact where g = g' = 0 does not hold.
         """
         require_system(system, "start")
         if other := [str(q) for q in self.plain.coordinates if q not in system.states]:
@@ -306,7 +307,7 @@ class Mechanism(ShownAsFormulas):
         moving = {*self.plain.coordinates, *self.plain.velocities}
         fixed = {s: 0 for s in system.states if s not in moving}
         sliding = [f.velocity for f in system.frictions if f.velocity in fixed]
-        fixed |= {z: float(evaluate((self.plain.slip,), given)[0]) for z in sliding}
+        fixed |= {z: exact_value(self.plain.slip, given) for z in sliding}
         if system.small in system.parameters:
             fixed |= elastic.pressed(self._contacts, system, given, given.get(system.small))
         if missing := [str(s) for s in system.states if s in moving and s not in given]:

@@ -12,7 +12,7 @@ import mpmath
 import pytest
 import sympy as sp
 from blocks import spring_block
-from mechanisms import ON_HIGH_GROUND, SLENDER_ROD
+from mechanisms import FALLING_BALL, ON_HIGH_GROUND, SLENDER_ROD
 
 import asympk as ap
 from asympk.__main__ import main
@@ -523,3 +523,17 @@ def test_a_static_friction_follows_by_its_place_in_the_law_and_not_by_its_name(t
                     "[start]\nx = 0\nv = 0\n")  # a force and a stiffness
     assert changed_scene(str(file), {"f": "2"})[0].values == (2, 1)
     assert turned(ap.read_scene(file), {"f": 2}, {}, None).values == (2, 1)
+
+
+def test_a_start_in_exact_coordinates_is_exact_in_reaction_and_sliding_velocity(tmp_path):
+    file = tmp_path / "ball.toml"
+    file.write_text(FALLING_BALL)
+    scene = ap.read_scene(file)
+    assert scene.start == (0, 1, -100, 0, 1)
+    final = dict(zip(scene.names, ap.solve(scene, digits=30).final, strict=True))
+    assert abs(final["Y"] + final["x"] / 100) < mpmath.mpf("1e-30")  # g + c x is an invariant
+    file.write_text(FALLING_BALL.replace('slip = "X"', 'slip = "X + sin(Y)"').replace("\"Y'\" = 0", "\"Y'\" = 0.1"))
+    with mpmath.workdps(60):
+        z = 1 + mpmath.cos(1) / 10
+        found = ap.read_scene(file).start[-1]
+        assert abs(mpmath.mpf(found.numerator) / found.denominator - z) < mpmath.mpf("1e-49")
