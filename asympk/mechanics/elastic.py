@@ -21,7 +21,7 @@ import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
 from asympk.mechanics.checks import departures, require_continuous
-from asympk.mechanics.evaluation import exact_value
+from asympk.mechanics.evaluation import exactly_at
 from asympk.mechanics.kinetics import Kinetics, slope_in_powers
 from asympk.mechanics.tidy import tidy, vanishes
 from asympk.numbers import number, short
@@ -161,7 +161,7 @@ def pressed(
         scale = number(str(c), small, lambda value: value > 0, "positive")
         placed = {kinetics.time: 0} | values | {c: scale}
         sizes = {"g": (x, kinetics.gap, 1 + (x in system.fast)), "g'": (y, kinetics.gap_rate, 1)}
-        found |= {state: exact_value(-moved / c**power, placed)
+        found |= {state: exactly_at(-moved / c**power, placed)
                   for name, (state, moved, power) in sizes.items() if name in off and state in system.states}
     return found
 

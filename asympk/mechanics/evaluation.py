@@ -45,7 +45,7 @@ def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) ->
                          "a mass or a length by which it divides may be 0") from None  # fmt: skip
 
 
-def exact_value(expr: sp.Expr, values: dict[sp.Symbol, Any]) -> Any:
+def exactly_at(expr: sp.Expr, values: dict[sp.Symbol, Any]) -> Any:
     """Return ``expr`` at exact numbers as a SymPy number, at numbers with doubles among them as a double.
 
     Raises as ``evaluate`` does.

@@ -17,7 +17,7 @@ import sympy as sp
 from asympk.errors import InputError, NotDerivable, OutOfRange
 from asympk.mechanics import elastic, jump_law, paradox, rigid, rigid_system
 from asympk.mechanics.checks import check_bounds, check_mechanism, require_closed, require_positive_mass
-from asympk.mechanics.evaluation import evaluate_ahead, exact_value
+from asympk.mechanics.evaluation import evaluate_ahead, exactly_at
 from asympk.mechanics.jump_law import JumpLaw
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.lagrangian import equations_of
@@ -307,7 +307,7 @@ class Mechanism(ShownAsFormulas):
         moving = {*self.plain.coordinates, *self.plain.velocities}
         fixed = {s: 0 for s in system.states if s not in moving}
         sliding = [f.velocity for f in system.frictions if f.velocity in fixed]
-        fixed |= {z: exact_value(self.plain.slip, given) for z in sliding}
+        fixed |= {z: exactly_at(self.plain.slip, given) for z in sliding}
         if system.small in system.parameters:
             fixed |= elastic.pressed(self._contacts, system, given, given.get(system.small))
         if missing := [str(s) for s in system.states if s in moving and s not in given]:
