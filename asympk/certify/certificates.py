@@ -374,11 +374,10 @@ def _beside_line(case):
     b = case.sigma + 4 if name == "slip_same" else -case.sigma
     deviation, rho = ball(offset), (1 + (1 - 4 * case.mu / b).sqrt()) / 2
     y = -(case.x - 1 / b) / rho + deviation
-    s = 1 / (b * rho) - case.mu / (b * rho * rho) * case.x + deviation
-    signs = certain_sign(s), certain_sign(case.z)
+    signs = certain_sign(case.x + y), certain_sign(case.z)
     if not all(signs):
         raise Refused("start: the sign of x + y or z is not certain")
-    return RodBalls(case.x, y, s, case.z), *signs, set(), deviation
+    return RodBalls(case.x, y, case.x + y, case.z), *signs, set(), deviation
 
 
 def _sticks(case, s, s_sign):

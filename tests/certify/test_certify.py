@@ -86,6 +86,12 @@ def test_a_box_beside_a_slow_line_whose_load_has_either_sign_is_refused():
     assert found.reason == "start: the sign of x + y or z is not certain"
 
 
+@pytest.mark.parametrize("manifold", ["Pi1", "Pi2"])
+def test_a_start_beside_a_slow_line_away_from_x_0_is_proven(manifold):
+    scene = ap.Scene.near(manifold, x="-1/2", offset="1e-9", z=1, sigma=1, mu="1/10", until=1)
+    assert _holds(certify(scene), ap.solve(scene, digits=60), 10**-40)
+
+
 def _random_scene(rnd):
     sigma = Fraction(rnd.randint(-1999, 8000), 1000)
     mu = Fraction(rnd.randint(1, 99)) / 10 ** rnd.randint(0, 7)
