@@ -273,9 +273,10 @@ class _Modes:
 
     def _may_leave_rest(self, branch, k, state):
         """Tell whether a branch may hold in which contact k slips, and not in name only, as others hold it."""
+        found = self._verdicts(branch, state) if forces.determined(self.system, branch) else {}
         return any(verdict >= 0 and leading_sign(self._row(mode, self.system.frictions[k].velocity),
                                                  self.of(mode).matrix, state) != 0
-                   for mode, (verdict, _) in self._verdicts(branch, state).items())  # fmt: skip
+                   for mode, (verdict, _) in found.items())  # fmt: skip
 
     def _verdicts(self, branch, state):
         """Return the verdicts of the modes of a branch that may hold; of corners, one that holds is enough."""
