@@ -11,7 +11,7 @@ import sympy as sp
 
 from asympk.errors import NotDerivable
 from asympk.mechanics.kinetics import Kinetics
-from asympk.mechanics.tidy import shortest, tidy
+from asympk.mechanics.tidy import shortest, tidy, vanishes
 from asympk.symbolic.reading import exact_constant
 
 
@@ -68,13 +68,15 @@ def least(
         raise NotDerivable(f"the critical friction over {name} comes down to 0: there is no least one")
     for value, place in found.items():
         if value.is_positive and all(value == other or sp.simplify(other - value).is_nonnegative for other in found):
-            return LeastFriction(value, sp.Eq(sp.tan(name), place) if place.is_finite else sp.Eq(sp.cos(name), 0))
+            return LeastFriction(value, sp.Eq(sp.cos(name), 0) if place == sp.oo else sp.Eq(sp.tan(name), place))
     raise NotDerivable(f"the least critical friction over {name} depends on parameters; give their values")
 
 
 def _extremes(turned: sp.Expr, tangent: sp.Symbol, name: Any) -> dict[sp.Expr, sp.Expr]:
     """Return {absolute value: tangent} of a quotient at zeros, stationary points, and the tangent oo if finite."""
     above, below = (sp.Poly(part, tangent) for part in sp.fraction(turned))
+    if max(above.degree(), below.degree()) == 2:
+        return _of_quadratics(above, below, name)
     slope = above.diff() * below - above * below.diff()
     roots = sp.roots(slope)
     complete = sum(roots.values()) == slope.degree() and all(root.is_real is not None for root in roots)
@@ -87,6 +89,28 @@ def _extremes(turned: sp.Expr, tangent: sp.Symbol, name: Any) -> dict[sp.Expr, s
         found.setdefault(sp.simplify(sp.Abs(turned.subs(tangent, root))), root)
     if (degree := below.degree()) >= above.degree():
         found.setdefault(sp.cancel(sp.Abs(above.nth(degree) / below.nth(degree))), sp.oo)
+    return found
+
+
+def _of_quadratics(above: sp.Poly, below: sp.Poly, name: Any) -> dict[sp.Expr, sp.Expr]:
+    """Return {absolute value: tangent} of the zeros and extremes of a quotient s, at which above - s below is a square.
+
+    The root of this square is the tangent, oo at infinity.
+    """
+    s = sp.Dummy("s")
+    last, middle, first = (above.nth(k) - s * below.nth(k) for k in range(3))
+    discriminant = sp.Poly(sp.expand(middle**2 - 4 * first * last), s)
+    values = sp.roots(sp.Poly([tidy(coefficient) for coefficient in discriminant.all_coeffs()], s))
+    if any(value.is_real is None for value in values):
+        raise NotDerivable(f"the least critical friction over {name} depends on parameters; give their values")
+    places = {root: sp.S.Zero for root in sp.roots(above) if root.is_real and below.eval(root) != 0}
+    for value in filter(lambda value: value.is_real, values):
+        square, double = first.subs(s, value), -middle.subs(s, value) / 2
+        root = sp.oo if vanishes(square) else double / square
+        places[shortest(tidy(root), sp.radsimp(root))] = sp.Abs(value)
+    found: dict[sp.Expr, sp.Expr] = {}
+    for root in sorted(places, key=lambda root: root.is_positive is not True):
+        found.setdefault(places[root], root)
     return found
 
 

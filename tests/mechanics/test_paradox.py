@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import sympy as sp
-from mechanisms import THETA, masses_between_guides, slender_rod
+from mechanisms import THETA, T, X, Y, masses_between_guides, slender_rod
 from scipy.integrate import solve_ivp
 from sympy.physics.mechanics import dynamicsymbols
 
@@ -32,6 +32,20 @@ def test_least_critical_friction_of_a_rod_with_any_radius_of_inertia():
     assert sp.simplify(least.friction - 2 * sp.sqrt(1 + kappa) / kappa) == 0
     assert least.where == sp.Eq(sp.tan(theta), sp.sqrt(1 + kappa))
     assert rod.least_critical_friction(theta, {"kappa": 3}).friction == sp.Rational(4, 3)
+
+
+def test_least_critical_friction_of_a_box_on_its_corner_is_that_of_a_rod_as_long_as_its_diagonal():
+    """The corner is at (a, b) from the centre: 2 sqrt(J (J + m r^2)) / (m r^2) with r^2 = a^2 + b^2."""
+    a, b, J, m = sp.symbols("a b J m", positive=True)
+    L = m * (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 + J * THETA.diff(T) ** 2 / 2
+    s, c = sp.sin(THETA), sp.cos(THETA)
+    corner = ap.Contact(gap=Y - a * s - b * c, slip=X - a * c + b * s, friction=sp.Symbol("f"), unilateral=True)
+    box = ap.Mechanism.from_lagrangian(L, (X, Y, THETA), contact=corner)
+    least, r = box.least_critical_friction(THETA), sp.sqrt(a**2 + b**2)
+    assert sp.simplify(least.friction - 2 * sp.sqrt(J * (J + m * r**2)) / (m * r**2)) == 0
+    values = {a: 2, b: 3, J: 1, m: 1}
+    place = {**values, THETA: sp.atan(least.where.rhs.subs(values))}
+    assert box.evaluate(box.critical_friction, place) == pytest.approx(float(least.friction.subs(values)))
 
 
 def leaning(ratio):
