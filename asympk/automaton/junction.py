@@ -227,12 +227,14 @@ def _signs(system: System, expressions: tuple, at: Place, rounding: float, timed
     parameters are rounded: a place that is 0 by the choice of coordinates has the rounding of lengths and angles.
     """
     places = at.with_nudged(rounding, 0 if timed else OF_ZERO)
-    if not timed:
-        plain = at._replace(p=at.p[: len(system.parameters)], coefficients=())
-        places = tuple(place._replace(t=place.numbers.convert(at.t)) for place in places)
-        places += tuple(plain._replace(p=p) for _, p in nudges(at.t, plain.p, rounding))
+    places = places if timed else tuple(place._replace(t=place.numbers.convert(at.t)) for place in places)
     rows = [place.values(system, expressions) for place in places]
-    return [at.numbers.decided_sign([row[j] for row in rows]) for j in range(len(expressions))]
+    signs = [*map(at.numbers.decided_sign, zip(*rows, strict=True))]
+    if timed or not any(signs):
+        return signs
+    plain = at._replace(p=at.p[: len(system.parameters)], coefficients=())
+    rows += [plain._replace(p=p).values(system, expressions) for _, p in nudges(at.t, plain.p, rounding)]
+    return [*map(at.numbers.decided_sign, zip(*rows, strict=True))]
 
 
 def _closed(here: Junction, k: int) -> list[Phase]:
