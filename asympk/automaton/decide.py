@@ -15,44 +15,40 @@ The motion ends with an error if no branch is left, or several with different ra
 either direction as well: such rest repels. Rest on redundant contacts comes before all of this: the system rests if
 some forces, determined or not, hold all of it at rest.
 
-``follow_on`` is the entry. ``_going_on`` finds and selects the branches; ``_ties`` and ``_still`` test consistency.
+``follow_on`` is the entry. ``_going_on`` finds and selects the branches; ``admissible`` and ``staying`` of
+``consistency`` test them.
 """
 
-import math
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from fractions import Fraction
-from functools import lru_cache, partial
-from itertools import chain, product
+from functools import partial
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
-import sympy as sp
-
-from asympk.automaton.contacts import (
-    DOUBLES,
-    ContactPoint,
-    Numbers,
-    Place,
-    Solved,
-    Unclear,
-    clear_sign,
-    coupled,
-    gap_row,
-    is_open,
-    place_of,
-    row_at,
-    solved_forces,
+from asympk.automaton.consistency import (
+    ORDERS,
+    Tried,
+    admissible,
+    all_guards,
+    all_vanish,
+    breaks_loose,
+    signs_of_derivatives,
+    solved_without_friction,
+    stands_still,
+    staying,
+    stays,
 )
+from asympk.automaton.contacts import DOUBLES, Numbers, Unclear, clear_sign, place_of
 from asympk.automaton.junction import Junction, junction_at
 from asympk.automaton.kept import vanish_on_plane
-from asympk.automaton.modes import GuardedMode, mode_of
+from asympk.automaton.modes import mode_of
 from asympk.automaton.rest import has_forces, moves_in_several_ways, standing_branch
 from asympk.digits import carrier_context
-from asympk.errors import AsympkError, InputError, NoMotion, OutOfRange, TwoMotions, UnboundedReaction, Undecided
+from asympk.errors import AsympkError, NoMotion, OutOfRange, TwoMotions, UnboundedReaction, Undecided
 from asympk.multiprecision import in_context
 from asympk.symbolic import branches, forces, sides
-from asympk.symbolic.branches import OPEN, Branch, Guard, Phase
-from asympk.symbolic.penetration import with_finite_powers
+from asympk.symbolic.branches import OPEN, Branch, Guard
 from asympk.symbolic.system import System
 
 if TYPE_CHECKING:
@@ -62,11 +58,7 @@ DIGITS = 60  # digits to which an exact start is converted
 EXACT = 45  # digits of an exact start that count as correct; the other 15 are left to rounding
 WORKING = 40  # least number of digits on which the following mode is decided, whatever the digits of the state
 COARSER = 10  # digits by which a second, coarser evaluation is shorter; a sign on which the two differ is rounding
-ORDERS = 5  # least number of derivatives by which it is decided whether what vanishes stays 0
 LATER = Fraction(5, 7)  # a generic span of time: after it a smooth force that is 0 now shows whether it stays 0
-LONGEST = 5_000  # operations of the longest derivative of a guard that is differentiated once more
-MOST = 8  # largest number of undecided frictions whose combinations of phases are all tried
-Tried = dict[Branch, list[tuple] | None]
 SAME = 1e-12  # relative difference below which static and kinetic friction count as equal
 
 
@@ -143,7 +135,7 @@ def _follow_on(
     automaton: "Automaton", before: Branch | None, hits: tuple, t: Any, state: tuple, slack: Any, numbers: Numbers
 ) -> Branch:
     here = junction_at(automaton, before, hits, t, state, slack, numbers)
-    tried = _tried(here)
+    tried = admissible(here)
     if standing := _standing(here, tried):
         return standing
     try:
@@ -157,15 +149,15 @@ def _going_on(here: Junction, tried: Tried) -> Branch:
     """Return the one branch that follows; raises ``NoMotion``, ``TwoMotions``, ``Undecided``, ``UnboundedReaction``."""
     consistent: dict[Branch, list[int]] = {}
     for branch, keys in tried.items():
-        still = None if keys is None else _still(here, mode_of(here.system, branch), keys)
+        still = None if keys is None else staying(here, mode_of(here.system, branch), keys)
         if still is not None:
             consistent[branch] = still
     firm = consistent
     if len(consistent) > 1:
-        firm = {branch: still for branch, still in consistent.items() if not _breaks_loose(here, branch)} or consistent
+        firm = {branch: still for branch, still in consistent.items() if not breaks_loose(here, branch)} or consistent
     held = branches.at_rest(here.before or ()) - {k for _, k in here.lost}
     left = branches.most_at_rest(branches.most_at_rest(firm, held))
-    if len(left) > 1 and all(_stands(here, mode_of(here.system, branch)) for branch in left):
+    if len(left) > 1 and all(stands_still(here, mode_of(here.system, branch)) for branch in left):
         return _idle(here, left[0], consistent[left[0]])
     branch = _chosen(here, {branch: consistent[branch] for branch in left})
     _require_one_way(here, branch, tried)
@@ -174,241 +166,13 @@ def _going_on(here: Junction, tried: Tried) -> Branch:
     return _idle(here, branch, consistent[branch])
 
 
-# consistency
-
-
-def _tried(here: Junction) -> Tried:
-    """Return the branches in which no guard is negative, with the keys of the guards that vanish.
-
-    A branch has one of the choices of ``_fitting`` for each group of coupled frictions. A branch whose forces are not
-    determined is kept, with None in place of the keys.
-    """
-    fitting = [_fitting(here, group) for group in coupled(here.system)]
-    _require_few(math.prod(map(len, fitting)), sum(len(choices) > 1 for choices in fitting))
-    found: Tried = {}
-    for choice in product(*fitting):
-        phases = {k: phase for own, _ in choice for k, phase in own.items()}
-        keys = [ties for _, ties in choice if ties is not None]
-        found[tuple(phases[k] for k in sorted(phases))] = [*chain(*keys)] if len(keys) == len(choice) else None
-    return found
-
-
-def _fitting(here: Junction, group: tuple[int, ...]) -> list[tuple[dict[int, Phase], list[tuple] | None]]:
-    """Return the choices of phases of a group in which no guard is negative, and the keys of those that vanish.
-
-    Where all of a group that may rest can, with margins that are positive, static friction holds the group, if it draws
-    the velocities to 0.
-    """
-    undecided = [k for k in group if len(here.phases[k]) > 1]
-    _require_few(3 ** len(undecided), len(undecided))
-    holds = not any(("slip_onset", k) in here.lost or len({p.load for p in here.phases[k]}) > 1 for k in group)
-    found = []
-    for phases in product(*(here.phases[k] for k in group)):
-        own = dict(zip(group, phases, strict=True))
-        branch = tuple(own.get(k, choice[0]) for k, choice in enumerate(here.phases))
-        ties = _ties(here, branch, group)
-        if holds and ties == [] and all(own[k].mode == "stick" for k in undecided) and _attracts(here, branch, group):
-            return [(own, ties)]
-        if ties is not None or here.solved(branch, group) is None:
-            found.append((own, ties))
-    return found
-
-
-def _attracts(here: Junction, branch: Branch, group: tuple[int, ...]) -> bool:
-    """Tell whether velocities of a group at rest grow with the friction that holds it: else, slip grows as well."""
-    solved, smooth = here.solved(branch, group), _solved_smooth(here, branch, group)
-    return bool(solved and smooth and solved.determinant * smooth.determinant > 0)
-
-
-def _require_few(combinations: int, undecided: int) -> None:
-    if combinations > 3**MOST:
-        raise InputError(f"{undecided} frictions are undecided at once; combinations are tried for at most {MOST}")
-
-
-def _unloaded(here: Junction, branch: Branch) -> set[int]:
-    """Return the rigid contacts whose reaction has just vanished, each if no other contact changes in ``branch``.
-
-    Their reaction then vanishes in ``branch``, too. It is a force, and moving the state makes it 0 only to rounding.
-    """
-    changed = {k for k, was in enumerate(here.before or ()) if was != branch[k]}
-    rigid = {k for k, friction in enumerate(here.system.frictions) if friction.constraint is not None}
-    return {k for kind, k in here.lost if kind == "force_zero" and k in rigid and changed <= {k}}
-
-
-def _ties(here: Junction, branch: Branch, group: tuple[int, ...]) -> list[tuple] | None:
-    """Return the keys of the guards of a group that vanish, or None if one is negative.
-
-    None also means that the forces are not determined.
-    """
-    if (margins := _margins(here, branch, group)) is None:
-        return None
-    ties, unloaded = [], _unloaded(here, branch)
-    for key, values in margins.items():
-        vanishes = key[0] == "force_zero" and key[1] in unloaded
-        sign = 0 if vanishes else here.numbers.decided_sign(values)
-        if sign < 0:
-            return None
-        if sign == 0:
-            ties.append(key)
-    return ties
-
-
-def _all_guards(mode: GuardedMode) -> tuple[Guard, ...]:
-    return (*mode.guards, *mode.fixed_guards)
-
-
-def _margins(here: Junction, branch: Branch, group: tuple[int, ...]) -> dict[tuple, list] | None:
-    """Return the margins of a group at all points by ``Guard.key``, or None where its forces are not determined.
-
-    They are not where the rounding of the state could make the determinant of their equations 0, as at a dead centre.
-    """
-    found = []
-    for k in range(len(here.points)):
-        if (own := here.solved(branch, group, k)) is None:
-            return None
-        found.append(own)
-    if is_open([own.determinant for own in found]):
-        return None
-    margins = [_margins_at(here, branch, group, *place) for place in zip(here.points, found, strict=True)]
-    return {key: [m[key] for m in margins] for key in margins[0]}
-
-
-def _margins_at(
-    here: Junction, branch: Branch, group: tuple[int, ...], point: ContactPoint, solved: Solved
-) -> dict[tuple, Any]:
-    """Return the values of the guards by ``Guard.key``; for a vanishing velocity the value is its rate."""
-    forces = (1, *solved.forces.values())
-    found: dict[tuple[str, int, bool], Any] = {}
-    for k in group:
-        friction, phase, contact = here.system.frictions[k], branch[k], point.contacts[k]
-        if phase == OPEN:
-            found["touch_down", k, False] = _opening(here, k, point, forces)
-            continue
-        load = contact.load_under(forces)
-        if friction.gap is not None:
-            reaction = solved.forces.get(friction.normal)
-            found["lift_off", k, False] = -contact.gap if friction.constraint is None else reaction
-        if phase.velocity == 0:
-            bound = contact.static * phase.load * load
-            found["slip_onset", k, False] = bound + solved.forces[friction.force]
-            found["slip_onset", k, True] = bound - solved.forces[friction.force]
-        else:
-            if not branches.lifts(friction):
-                found["force_zero", k, False] = phase.load * load
-            rate = row_at(point.rows[k], forces)
-            found["velocity_zero", k, False] = phase.velocity * (rate if k in here.resting else contact.velocity)
-    return found
-
-
-def _breaks_loose(here: Junction, branch: Branch) -> bool:
-    """Tell whether a contact slips in a branch that static friction would hold if every contact that may rest did.
-
-    A contact held with nothing to spare is not held if rest would go on but for its margin, which falls.
-    """
-    rest = tuple(p._replace(velocity=0) if k in here.resting and p != OPEN else p for k, p in enumerate(branch))
-    loose, signs = {k for kind, k in here.lost if kind == "slip_onset"}, dict[tuple, int]()
-    for group in coupled(here.system):
-        if (margins := _margins(here, rest, group)) is None:
-            loose |= {*group}
-        else:
-            edges = {key: values for key, values in margins.items() if key[0] == "slip_onset"}
-            signs |= {key: here.numbers.decided_sign(values) for key, values in edges.items()}
-    breaking = {key for key, sign in signs.items() if sign < 0}
-    loose |= {k for _, k, _ in breaking or (key for key, sign in signs.items() if not sign and _falls(here, rest, key))}
-    return any(a != b and k not in loose for k, (a, b) in enumerate(zip(branch, rest, strict=True)))
-
-
-def _falls(here: Junction, branch: Branch, key: tuple) -> bool:
-    """Tell whether a guard that vanishes, of a branch whose forces are determined, is negative shortly afterwards."""
-    return here.is_determined(branch) and _still(here, mode_of(here.system, branch), [key]) is None
-
-
-def _opening(here: Junction, k: int, point: ContactPoint, forces: tuple) -> Any:
-    """Return the value that must be positive for a contact to be open: its gap, or g'' for a rigid one that touches.
-
-    g'' is taken without the reaction of this contact, but with the forces of the others. Where the reaction has just
-    vanished, the value is 0, so that ``_growth`` decides by g'''.
-    """
-    if here.system.frictions[k].constraint is None:
-        return point.contacts[k].gap
-    if k not in here.touching:
-        return abs(point.contacts[k].gap)
-    return 0 if here.touching[k] else row_at(gap_row(here.system, k, point), forces)
-
-
-def _still(here: Junction, mode: GuardedMode, keys: list[tuple]) -> list[int] | None:
-    """Return the vanishing guards, fixed ones included, all of whose computed derivatives vanish, or None if one falls.
-
-    ``keys`` are the keys of the guards that vanish.
-    """
-    ties = [k for k, guard in enumerate(_all_guards(mode)) if guard.key in keys]
-    if mode.pressed and any(v < 0 for v in here.at.values(mode.system, mode.conditions)):
-        return None  # a condition is a margin divided by the penetration: the margin is negative once there is one
-    left = {k: _growth(here, mode, k) for k in ties if k < len(mode.guards)}
-    grown = set()
-    while left:  # one derivative of each at a time: those of a guard that stays 0 grow long
-        signs = {k: next(growth, None) for k, growth in left.items()}
-        if -1 in signs.values():
-            return None
-        grown |= {k for k, sign in signs.items() if sign == 1}
-        left = {k: growth for k, growth in left.items() if signs[k] == 0}
-    return [k for k in ties if k not in grown]
-
-
-def _growth(here: Junction, mode: GuardedMode, guard: int) -> Iterator[int]:
-    """Yield the signs of the derivatives of a vanishing guard along the field, as far as they are computed.
-
-    Powers of the penetration are left out of each derivative (Lemma 11); one with infinite powers is first multiplied
-    by a power that makes them finite. Raises ``Undecided`` if one is too long.
-    """
-    kind, friction, _, _, divided = mode.guards[guard]
-    first = 3 if kind == "touch_down" and friction in here.touching else 1 - divided  # g, g' and g'' vanish there
-    moving = max(ORDERS, mode.order_in_time) if mode.system.time else min(len(mode.system.states), ORDERS)
-    for order in range(first, 2 + moving):
-        if order > first and _length(mode.derivative(guard, order - (1 if mode.pressed else 2))) > LONGEST:
-            raise Undecided(f"{kind} of {mode.name} vanishes at t = {float(here.at.t):.6g} with "
-                            f"its first {order - 1} derivatives; start beside this state")  # fmt: skip
-        asked: list[tuple[tuple, tuple]] = [((mode.derivative(guard, max(order - 1, 0)),), (mode.flow,))]
-        if mode.pressed or not order:
-            found = mode.derivative(guard, order)
-            asked = [((expr,), ()) for expr in dict.fromkeys((with_finite_powers(found), found))]
-        for part in asked:
-            yield here.numbers.decided_sign([place.values(mode.system, *part)[0] for place in here.places])
-        if order == first and _stays(here, mode, guard):
-            break
-
-
 def _idle(here: Junction, branch: Branch, still: list[int]) -> Branch:
     """Return a branch in which the guards that stay 0 are idle: rounding alone would make events of these guards."""
     mode = mode_of(here.system, branch)
-    idle = [mode.guards[k] for k in still if k < len(mode.guards) and _stays(here, mode, k)]
+    idle = [mode.guards[k] for k in still if k < len(mode.guards) and stays(here, mode, k)]
     kinds = (tuple(g.kind for g in idle if g.friction == k) for k in range(len(branch)))
     return tuple(phase if phase == OPEN else phase._replace(idle=kind)
                  for phase, kind in zip(branch, kinds, strict=True))  # fmt: skip
-
-
-def _stands(here: Junction, mode: GuardedMode) -> bool:
-    """Tell whether all rates of a mode vanish now and later: all modes that stand still have the same motion."""
-    return mode.system.time is None and _vanish(here, mode.rates)
-
-
-def _stays(here: Junction, mode: GuardedMode, guard: int) -> bool:
-    """Tell whether a guard that vanishes stays 0: the states behind it stand still, or the mode keeps its zeros."""
-    value = mode.guards[guard].value
-    rates = mode.rates_behind(value)
-    still = (rates is not None and _vanish(here, rates)) or mode.keeps(value)
-    return still or vanish_on_plane(here, mode, (value,))
-
-
-def _vanish(here: Junction, exprs: tuple[sp.Expr, ...], places: tuple[Place, ...] = ()) -> bool:
-    rows = (place.values(here.system, exprs) for place in places or here.places)
-    return not any(map(here.numbers.decided_sign, zip(*rows, strict=True)))
-
-
-_length = lru_cache(maxsize=256)(sp.count_ops)
-
-
-# the choice
 
 
 def _standing(here: Junction, tried: Tried) -> Branch | None:
@@ -430,7 +194,7 @@ def _margin_growth(here: Junction, branch: Branch, margin: Guard) -> int:
     """Return the sign with which a margin of a branch that stands leaves 0, or 0 if the margin stays 0."""
     mode = mode_of(here.system, branch)
     guard = next((k for k, guard in enumerate(mode.guards) if guard.key == margin.key), None)
-    return 0 if guard is None else next(filter(None, _growth(here, mode, guard)), 0)
+    return 0 if guard is None else next(filter(None, signs_of_derivatives(here, mode, guard)), 0)
 
 
 def _lasts(here: Junction, branch: Branch) -> bool:
@@ -443,11 +207,11 @@ def _lasts(here: Junction, branch: Branch) -> bool:
     smooth = tuple(row for row in rows if not sides.is_switched(row, (time,)))
     for _ in range(ORDERS):
         rows = tuple(map(mode.drift, rows))
-        if not _vanish(here, rows):
+        if not all_vanish(here, rows):
             return False
     later = tuple(place.later(LATER) for place in here.places)
     with suppress(OutOfRange), finite(lambda: later[0].t):
-        return _vanish(here, smooth, later)
+        return all_vanish(here, smooth, later)
     return False
 
 
@@ -466,16 +230,8 @@ def _require_uncritical(here: Junction, chosen: Branch, tried: Tried) -> None:
     """
     for branch, keys in tried.items():
         rests = keys is None and branches.at_rest(branch) >= branches.at_rest(chosen)
-        if rests and _solved_smooth(here, branch, range(len(branch))) and moves_in_several_ways(here, branch):
+        if rests and solved_without_friction(here, branch, range(len(branch))) and moves_in_several_ways(here, branch):
             raise _undetermined(here, branch)
-
-
-def _solved_smooth(here: Junction, branch: Branch, group: Collection[int]) -> Solved | None:
-    """Return the reactions of a group at the state itself as if no contact had friction, or None if undetermined."""
-    point = here.points[0]
-    smooth = point._replace(contacts=tuple(c._replace(kinetic=0, static=0) for c in point.contacts))
-    sliding = tuple(phase if phase == OPEN else phase._replace(velocity=1) for phase in branch)
-    return solved_forces(here.system, sliding, smooth, here.numbers, group)
 
 
 def _undetermined(here: Junction, branch: Branch) -> UnboundedReaction:
@@ -502,8 +258,8 @@ def _leaves_rest(here: Junction, branch: Branch, keys: list[tuple] | None, k: in
     """
     mode, still = mode_of(here.system, branch), None
     with suppress(Undecided):
-        still = _still(here, mode, keys or [])
-    return still is not None and ("velocity_zero", k, False) not in {_all_guards(mode)[j].key for j in still}
+        still = staying(here, mode, keys or [])
+    return still is not None and ("velocity_zero", k, False) not in {all_guards(mode)[j].key for j in still}
 
 
 def _require_shared(here: Junction, branch: Branch, still: list[int]) -> None:
@@ -513,7 +269,7 @@ def _require_shared(here: Junction, branch: Branch, still: list[int]) -> None:
     determined. One consistent branch has every undetermined force at its bound (Lemma 10). Unless the velocity is a
     combination of velocities at rest, this bound is kinetic friction: too small if static friction is larger.
     """
-    guards = _all_guards(mode_of(here.system, branch)) if still else ()
+    guards = all_guards(mode_of(here.system, branch)) if still else ()
     named = {guards[j].friction for j in still if guards[j].kind == "velocity_zero"}
     for k in (k for k in named if not forces.rests_in_all_but_name(here.system, branch, k)):
         static, kinetic = here.points[0].contacts[k].static, here.points[0].contacts[k].kinetic
@@ -560,7 +316,7 @@ def _why_none(here: Junction) -> str:
 
 def _loaded(system: System, branch: Branch, still: list[int]) -> Branch:
     """Return the branch with a contact open if its ``lift_off`` stays 0, and with its load positive if this stays 0."""
-    guards, kinds = _all_guards(mode_of(system, branch)), ("lift_off", "force_zero")
+    guards, kinds = all_guards(mode_of(system, branch)), ("lift_off", "force_zero")
     open_, idle = ({guards[k].friction for k in still if guards[k].kind == kind} for kind in kinds)
     return tuple(OPEN if k in open_ else phase._replace(load=1) if k in idle else phase
                  for k, phase in enumerate(branch))  # fmt: skip

@@ -1,0 +1,258 @@
+r"""Test which combinations of phases are consistent at a point where quantities vanish.
+
+``admissible`` returns the branches in which no guard is negative. ``staying`` looks at the derivatives of those guards
+that vanish: the first that is not 0 must be positive. The other public functions tell what else ``decide``, which
+chooses among consistent branches, must know of a branch.
+"""
+
+import math
+from collections.abc import Collection, Iterator
+from functools import lru_cache
+from itertools import chain, product
+from typing import Any
+
+import sympy as sp
+
+from asympk.automaton.contacts import ContactPoint, Place, Solved, coupled, gap_row, is_open, row_at, solved_forces
+from asympk.automaton.junction import Junction
+from asympk.automaton.kept import vanish_on_plane
+from asympk.automaton.modes import GuardedMode, mode_of
+from asympk.errors import InputError, Undecided
+from asympk.symbolic import branches
+from asympk.symbolic.branches import OPEN, Branch, Guard, Phase
+from asympk.symbolic.penetration import with_finite_powers
+
+ORDERS = 5  # least number of derivatives by which it is decided whether what vanishes stays 0
+LONGEST = 5_000  # operations of the longest derivative of a guard that is differentiated once more
+MOST = 8  # largest number of undecided frictions whose combinations of phases are all tried
+Tried = dict[Branch, list[tuple] | None]
+
+
+def admissible(here: Junction) -> Tried:
+    """Return the branches in which no guard is negative, with the keys of the guards that vanish.
+
+    A branch has one of the choices of ``_fitting`` for each group of coupled frictions. A branch whose forces are not
+    determined is kept, with None in place of the keys.
+    """
+    fitting = [_fitting(here, group) for group in coupled(here.system)]
+    _require_few(math.prod(map(len, fitting)), sum(len(choices) > 1 for choices in fitting))
+    found: Tried = {}
+    for choice in product(*fitting):
+        phases = {k: phase for own, _ in choice for k, phase in own.items()}
+        keys = [ties for _, ties in choice if ties is not None]
+        found[tuple(phases[k] for k in sorted(phases))] = [*chain(*keys)] if len(keys) == len(choice) else None
+    return found
+
+
+def _fitting(here: Junction, group: tuple[int, ...]) -> list[tuple[dict[int, Phase], list[tuple] | None]]:
+    """Return the choices of phases of a group in which no guard is negative, and the keys of those that vanish.
+
+    Where all of a group that may rest can, with margins that are positive, static friction holds the group, if it draws
+    the velocities to 0.
+    """
+    undecided = [k for k in group if len(here.phases[k]) > 1]
+    _require_few(3 ** len(undecided), len(undecided))
+    holds = not any(("slip_onset", k) in here.lost or len({p.load for p in here.phases[k]}) > 1 for k in group)
+    found = []
+    for phases in product(*(here.phases[k] for k in group)):
+        own = dict(zip(group, phases, strict=True))
+        branch = tuple(own.get(k, choice[0]) for k, choice in enumerate(here.phases))
+        ties = _ties(here, branch, group)
+        if holds and ties == [] and all(own[k].mode == "stick" for k in undecided) and _attracts(here, branch, group):
+            return [(own, ties)]
+        if ties is not None or here.solved(branch, group) is None:
+            found.append((own, ties))
+    return found
+
+
+def _attracts(here: Junction, branch: Branch, group: tuple[int, ...]) -> bool:
+    """Tell whether velocities of a group at rest grow with the friction that holds it: else, slip grows as well."""
+    solved, smooth = here.solved(branch, group), solved_without_friction(here, branch, group)
+    return bool(solved and smooth and solved.determinant * smooth.determinant > 0)
+
+
+def _require_few(combinations: int, undecided: int) -> None:
+    if combinations > 3**MOST:
+        raise InputError(f"{undecided} frictions are undecided at once; combinations are tried for at most {MOST}")
+
+
+def _unloaded(here: Junction, branch: Branch) -> set[int]:
+    """Return the rigid contacts whose reaction has just vanished, each if no other contact changes in ``branch``.
+
+    Their reaction then vanishes in ``branch``, too. It is a force, and moving the state makes it 0 only to rounding.
+    """
+    changed = {k for k, was in enumerate(here.before or ()) if was != branch[k]}
+    rigid = {k for k, friction in enumerate(here.system.frictions) if friction.constraint is not None}
+    return {k for kind, k in here.lost if kind == "force_zero" and k in rigid and changed <= {k}}
+
+
+def _ties(here: Junction, branch: Branch, group: tuple[int, ...]) -> list[tuple] | None:
+    """Return the keys of the guards of a group that vanish, or None if one is negative.
+
+    None also means that the forces are not determined.
+    """
+    if (margins := _margins(here, branch, group)) is None:
+        return None
+    ties, unloaded = [], _unloaded(here, branch)
+    for key, values in margins.items():
+        vanishes = key[0] == "force_zero" and key[1] in unloaded
+        sign = 0 if vanishes else here.numbers.decided_sign(values)
+        if sign < 0:
+            return None
+        if sign == 0:
+            ties.append(key)
+    return ties
+
+
+def all_guards(mode: GuardedMode) -> tuple[Guard, ...]:
+    return (*mode.guards, *mode.fixed_guards)
+
+
+def _margins(here: Junction, branch: Branch, group: tuple[int, ...]) -> dict[tuple, list] | None:
+    """Return the margins of a group at all points by ``Guard.key``, or None where its forces are not determined.
+
+    They are not where the rounding of the state could make the determinant of their equations 0, as at a dead centre.
+    """
+    found = []
+    for k in range(len(here.points)):
+        if (own := here.solved(branch, group, k)) is None:
+            return None
+        found.append(own)
+    if is_open([own.determinant for own in found]):
+        return None
+    margins = [_margins_at(here, branch, group, *place) for place in zip(here.points, found, strict=True)]
+    return {key: [m[key] for m in margins] for key in margins[0]}
+
+
+def _margins_at(
+    here: Junction, branch: Branch, group: tuple[int, ...], point: ContactPoint, solved: Solved
+) -> dict[tuple, Any]:
+    """Return the values of the guards by ``Guard.key``; for a vanishing velocity the value is its rate."""
+    forces = (1, *solved.forces.values())
+    found: dict[tuple[str, int, bool], Any] = {}
+    for k in group:
+        friction, phase, contact = here.system.frictions[k], branch[k], point.contacts[k]
+        if phase == OPEN:
+            found["touch_down", k, False] = _opening(here, k, point, forces)
+            continue
+        load = contact.load_under(forces)
+        if friction.gap is not None:
+            reaction = solved.forces.get(friction.normal)
+            found["lift_off", k, False] = -contact.gap if friction.constraint is None else reaction
+        if phase.velocity == 0:
+            bound = contact.static * phase.load * load
+            found["slip_onset", k, False] = bound + solved.forces[friction.force]
+            found["slip_onset", k, True] = bound - solved.forces[friction.force]
+        else:
+            if not branches.lifts(friction):
+                found["force_zero", k, False] = phase.load * load
+            rate = row_at(point.rows[k], forces)
+            found["velocity_zero", k, False] = phase.velocity * (rate if k in here.resting else contact.velocity)
+    return found
+
+
+def breaks_loose(here: Junction, branch: Branch) -> bool:
+    """Tell whether a contact slips in a branch that static friction would hold if every contact that may rest did.
+
+    A contact held with nothing to spare is not held if rest would go on but for its margin, which falls.
+    """
+    rest = tuple(p._replace(velocity=0) if k in here.resting and p != OPEN else p for k, p in enumerate(branch))
+    loose, signs = {k for kind, k in here.lost if kind == "slip_onset"}, dict[tuple, int]()
+    for group in coupled(here.system):
+        if (margins := _margins(here, rest, group)) is None:
+            loose |= {*group}
+        else:
+            edges = {key: values for key, values in margins.items() if key[0] == "slip_onset"}
+            signs |= {key: here.numbers.decided_sign(values) for key, values in edges.items()}
+    breaking = {key for key, sign in signs.items() if sign < 0}
+    loose |= {k for _, k, _ in breaking or (key for key, sign in signs.items() if not sign and _falls(here, rest, key))}
+    return any(a != b and k not in loose for k, (a, b) in enumerate(zip(branch, rest, strict=True)))
+
+
+def _falls(here: Junction, branch: Branch, key: tuple) -> bool:
+    """Tell whether a guard that vanishes, of a branch whose forces are determined, is negative shortly afterwards."""
+    return here.is_determined(branch) and staying(here, mode_of(here.system, branch), [key]) is None
+
+
+def _opening(here: Junction, k: int, point: ContactPoint, forces: tuple) -> Any:
+    """Return the value that must be positive for a contact to be open: its gap, or g'' for a rigid one that touches.
+
+    g'' is taken without the reaction of this contact, but with the forces of the others. Where the reaction has just
+    vanished, the value is 0, so that ``signs_of_derivatives`` decides by g'''.
+    """
+    if here.system.frictions[k].constraint is None:
+        return point.contacts[k].gap
+    if k not in here.touching:
+        return abs(point.contacts[k].gap)
+    return 0 if here.touching[k] else row_at(gap_row(here.system, k, point), forces)
+
+
+def staying(here: Junction, mode: GuardedMode, keys: list[tuple]) -> list[int] | None:
+    """Return the vanishing guards, fixed ones included, all of whose computed derivatives vanish, or None if one falls.
+
+    ``keys`` are the keys of the guards that vanish.
+    """
+    ties = [k for k, guard in enumerate(all_guards(mode)) if guard.key in keys]
+    if mode.pressed and any(v < 0 for v in here.at.values(mode.system, mode.conditions)):
+        return None  # a condition is a margin divided by the penetration: the margin is negative once there is one
+    left = {k: signs_of_derivatives(here, mode, k) for k in ties if k < len(mode.guards)}
+    grown = set()
+    while left:  # one derivative of each at a time: those of a guard that stays 0 grow long
+        signs = {k: next(growth, None) for k, growth in left.items()}
+        if -1 in signs.values():
+            return None
+        grown |= {k for k, sign in signs.items() if sign == 1}
+        left = {k: growth for k, growth in left.items() if signs[k] == 0}
+    return [k for k in ties if k not in grown]
+
+
+def signs_of_derivatives(here: Junction, mode: GuardedMode, guard: int) -> Iterator[int]:
+    """Yield the signs of the derivatives of a vanishing guard along the field, as far as they are computed.
+
+    Powers of the penetration are left out of each derivative (Lemma 11); one with infinite powers is first multiplied
+    by a power that makes them finite. Raises ``Undecided`` if one is too long.
+    """
+    kind, friction, _, _, divided = mode.guards[guard]
+    first = 3 if kind == "touch_down" and friction in here.touching else 1 - divided  # g, g' and g'' vanish there
+    moving = max(ORDERS, mode.order_in_time) if mode.system.time else min(len(mode.system.states), ORDERS)
+    for order in range(first, 2 + moving):
+        if order > first and _length(mode.derivative(guard, order - (1 if mode.pressed else 2))) > LONGEST:
+            raise Undecided(f"{kind} of {mode.name} vanishes at t = {float(here.at.t):.6g} with "
+                            f"its first {order - 1} derivatives; start beside this state")  # fmt: skip
+        asked: list[tuple[tuple, tuple]] = [((mode.derivative(guard, max(order - 1, 0)),), (mode.flow,))]
+        if mode.pressed or not order:
+            found = mode.derivative(guard, order)
+            asked = [((expr,), ()) for expr in dict.fromkeys((with_finite_powers(found), found))]
+        for part in asked:
+            yield here.numbers.decided_sign([place.values(mode.system, *part)[0] for place in here.places])
+        if order == first and stays(here, mode, guard):
+            break
+
+
+def stands_still(here: Junction, mode: GuardedMode) -> bool:
+    """Tell whether all rates of a mode vanish now and later: all modes that stand still have the same motion."""
+    return mode.system.time is None and all_vanish(here, mode.rates)
+
+
+def stays(here: Junction, mode: GuardedMode, guard: int) -> bool:
+    """Tell whether a guard that vanishes stays 0: the states behind it stand still, or the mode keeps its zeros."""
+    value = mode.guards[guard].value
+    rates = mode.rates_behind(value)
+    still = (rates is not None and all_vanish(here, rates)) or mode.keeps(value)
+    return still or vanish_on_plane(here, mode, (value,))
+
+
+def all_vanish(here: Junction, exprs: tuple[sp.Expr, ...], places: tuple[Place, ...] = ()) -> bool:
+    rows = (place.values(here.system, exprs) for place in places or here.places)
+    return not any(map(here.numbers.decided_sign, zip(*rows, strict=True)))
+
+
+_length = lru_cache(maxsize=256)(sp.count_ops)
+
+
+def solved_without_friction(here: Junction, branch: Branch, group: Collection[int]) -> Solved | None:
+    """Return the reactions of a group at the state itself as if no contact had friction, or None if undetermined."""
+    point = here.points[0]
+    smooth = point._replace(contacts=tuple(c._replace(kinetic=0, static=0) for c in point.contacts))
+    sliding = tuple(phase if phase == OPEN else phase._replace(velocity=1) for phase in branch)
+    return solved_forces(here.system, sliding, smooth, here.numbers, group)
