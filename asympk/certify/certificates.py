@@ -205,9 +205,9 @@ def _sides_of_system(scene, box):
     known = (*scene.names, *(s.name for s in scene.system.parameters))
     sides = _exact_sides(box, known, "state and no parameter")
     turned = {name: ends for name, ends in sides.items() if name not in scene.names}
-    if turned and scene.origin is not None:
-        raise InputError(f"box: the start is off the contact, and its reaction may depend on {', '.join(turned)}; let "
-                         "states alone range, or give the start in states")  # fmt: skip
+    if scene.origin is not None and (behind := sides.keys() & scene.origin[0].behind_start(scene.system)):
+        raise InputError(f"box: the start is off the contact, and its reaction or sliding velocity follows from "
+                         f"{', '.join(sorted(behind))}; let others range, or give the start in states")  # fmt: skip
     for corner in product(*turned.values()):
         found = _values(scene, dict(zip(turned, corner, strict=True)))
         values = dict(zip(scene.system.parameters, found, strict=True))

@@ -27,7 +27,7 @@ from asympk.mechanics.paradoxset import ParadoxSet, paradox_set
 from asympk.mechanics.rigid import Motion, MotionMap
 from asympk.numbers import short
 from asympk.shown import Card, ShownAsFormulas
-from asympk.symbolic.long import atoms, replaced
+from asympk.symbolic.long import atoms, replaced, symbols_in
 from asympk.symbolic.reading import entries_of, expression
 from asympk.symbolic.system import System, require_system
 
@@ -313,6 +313,11 @@ class Mechanism(ShownAsFormulas):
         if missing := [str(s) for s in system.states if s in moving and s not in given]:
             raise InputError(f"no value for {', '.join(missing)}; give the coordinates and rates to start from")
         return {s.name: _worked_out({**given, **fixed}[s]) for s in system.states}
+
+    def behind_start(self, system: System) -> set[str]:
+        """Return the names of the coordinates, rates and parameters from which ``start`` finds x, y and z."""
+        formulas = (self.plain.slip, *(part for k in self._contacts for part in (k.gap, k.gap_rate)))
+        return {*map(str, symbols_in(sp.Tuple(*formulas))), str(system.small)}
 
     @cached_property
     def _names(self):

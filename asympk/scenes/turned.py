@@ -38,27 +38,37 @@ def static_frictions(system: System | None) -> dict[str, str]:
 def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: Any) -> Scene:
     """Return ``scene`` with the given parameters and states of the start, by name, and with ``until`` if not None.
 
-    Static friction equal to the kinetic one changes with it, unless given, and so does the reaction of a mechanism's
-    elastic contact at a start off the contact. Raises ``InputError``, ``UnknownName``, and
-    ``NoManifold`` where a scene starts beside a slow line that does not exist at the new parameters.
+    Static friction equal to the kinetic one changes with it, unless given. At a start off the elastic contact of a
+    mechanism the reaction and the sliding velocity follow from the new numbers, as the ground stays. Raises
+    ``InputError``, ``UnknownName``, and ``NoManifold`` where a scene starts beside a slow line that does not exist at
+    the new parameters.
     """
     shown, own = in_own_units(scene), scene_parameters(scene)
     _require_names(given, own, "parameter")
     _require_names(start, shown.names, "state of the start")
     read = {name: (in_degrees if isinstance(own[name], Degrees) else number)(name, v) for name, v in given.items()}
     values = with_changes(own, read, static_frictions(scene.system))
+    begun = {name: number(f"start {name}", value) for name, value in start.items()}
     placed, horizon = scene.start, scene.until
     if scene.rod is not None:  # whose start and horizon are kept as they were given, exactly
         quantities = dict(scene.rod.quantities)
         *placed, horizon = (quantities[name] for name in STATE)
-    if scene.origin is not None and given:
-        mechanism, numbers, state = scene.origin
-        again = start_at(mechanism, scene.system, {**numbers, **values}, state)
-        placed = [again[name] for name in scene.names]
-    begin = tuple(number(f"start {name}", start[name]) if name in start else value
-                  for name, value in zip(shown.names, placed, strict=True))  # fmt: skip
+    if scene.origin is not None:
+        scene, placed = _derived(scene, values, begun)
+    begin = tuple(begun.get(name, value) for name, value in zip(shown.names, placed, strict=True))
     end = horizon if until is None else number("until", until)
     return _built(scene, values, begin, end, moved=bool(start))
+
+
+def _derived(scene: Scene, values: dict[str, Any], begun: dict[str, Any]) -> tuple[Scene, Any]:
+    """Return a scene that starts off a contact, with its origin after changes, and the start that follows from it."""
+    if begun.keys() >= {*scene.names}:
+        return replace(scene, origin=None), scene.start
+    mechanism, numbers, state = scene.origin
+    state = with_changes(state, begun, {})
+    start = start_at(mechanism, scene.system, {**numbers, **values}, state)
+    origin = (mechanism, numbers, state) if begun.keys() <= state.keys() else None
+    return replace(scene, origin=origin), [start[name] for name in scene.names]
 
 
 def with_changes(own: dict[str, Any], given: Mapping[str, Any], follows: dict[str, str]) -> dict[str, Any]:
@@ -78,8 +88,7 @@ def _built(scene: Scene, values: dict[str, Any], start: tuple, until: Any, moved
         spelt = {name: str(value) if isinstance(value, Degrees) else value for name, value in values.items()}
         return Scene.physical(**spelt, start=start, until=until, name=scene.name, units=scene.rod.words)
     if scene.system is not None:
-        begun = dict(zip(scene.names, start, strict=True))
-        return replace(scene, values=values, start=begun, until=until, origin=None if moved else scene.origin)
+        return replace(scene, values=values, start=dict(zip(scene.names, start, strict=True)), until=until)
     if scene.near_to and not moved:
         manifold, offset = scene.near_to
         return Scene.near(manifold, x=start[0], offset=offset, z=start[2], until=until, name=scene.name, **values)

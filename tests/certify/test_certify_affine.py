@@ -16,6 +16,7 @@ import asympk as ap
 from asympk.__main__ import main
 from asympk.errors import InputError, TwoMotions, UnboundedReaction
 from asympk.scenes.scenefile import read_scene
+from asympk.scenes.turned import turned
 from asympk.studies.bench import rod_in_general_clothes
 from asympk.symbolic import branches, guards
 from asympk.symbolic.branches import Phase
@@ -770,8 +771,14 @@ def test_of_all_modes_of_a_chain_only_those_are_tried_that_the_signs_of_its_velo
     assert inside(proof, path)
 
 
-def test_parameters_do_not_range_where_the_reaction_of_a_start_off_the_contact_depends_on_them(tmp_path):
+def test_nothing_ranges_from_which_the_reaction_of_a_start_off_the_contact_follows(tmp_path):
     (tmp_path / "ball.toml").write_text(FALLING_BALL)
     scene = ap.read_scene(tmp_path / "ball.toml")
-    with pytest.raises(InputError, match="off the contact, and its reaction may depend on eps; let states"):
-        cover(scene, {"eps": ("0.05", "0.1")})
+    for name, ends in {"eps": ("0.05", "0.1"), "Y": ("0.9", "1.1")}.items():
+        with pytest.raises(InputError, match=f"off the contact, and its reaction .* follows from {name}; let others"):
+            cover(scene, {name: ends})
+    path = ap.solve(turned(scene, {"f": "0.35"}, {"X": "1/2"}, None))
+    proof = certify(scene, {"f": ("0.3", "0.4"), "X": (0, 1)})
+    assert proven(proof)
+    assert proof.modes == path.modes
+    assert inside(proof, path)

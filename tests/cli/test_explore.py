@@ -97,16 +97,20 @@ def test_a_start_beside_a_slow_line_stays_beside_it_while_parameters_turn():
     assert turned(near, {}, {"x": "0.1"}, None).near_to is None
 
 
-def test_a_ground_stays_where_it_is_while_the_compliance_of_a_contact_that_starts_open_turns(tmp_path):
+@pytest.mark.parametrize(("given", "start"), [
+    ({"eps": "1/20", "m": 2}, {}), ({}, {"Y": 2}), ({"eps": "1/20"}, {"Y": "1/2", "X": 3}),
+])  # fmt: skip
+def test_a_ground_stays_where_it_is_while_numbers_of_a_start_off_the_contact_turn(tmp_path, given, start):
     file = tmp_path / "ball.toml"
     file.write_text(FALLING_BALL)
-    scene, harder = ap.read_scene(file), {"eps": "1/20", "m": 2}
-    found = turned(scene, harder, {}, None)
-    again, left = changed_scene(str(file), harder)
+    scene = ap.read_scene(file)
+    found = turned(scene, given, start, None)
+    again, left = changed_scene(str(file), {**given, **start})
     assert (found, left) == (again, {})
+    assert turned(turned(scene, given, {}, None), {}, start, None) == again
     assert ap.solve(found).events[0].kind == "touch_down"
-    assert turned(scene, harder, {"z": 2}, None).start == (*again.start[:-1], 2)
-    assert turned(turned(scene, {}, {"x": -50}, None), harder, {}, None).start[2] == -50
+    assert turned(scene, given, {**start, "z": 2}, None).start == (*again.start[:-1], 2)
+    assert turned(turned(scene, {}, {"x": -50}, None), given, start, None).start[2] == -50
 
 
 @pytest.mark.parametrize(("text", "quantities"), [(BLOCK, ["x", "v"]), (MECHANISM, ["X", "Y", "theta", "x"])])
