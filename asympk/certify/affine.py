@@ -96,10 +96,11 @@ def enclose(
 
 
 def _not_negative(system):
-    """Return the quantities of the parameters that must not be negative in a system."""
+    """Return the quantities of the parameters that must not be negative in a system, where this is not plain."""
     assumed = [a for a in sp.And.make_args(system.assumptions) if a.is_Relational]
     found = [a.gts - a.lts if hasattr(a, "gts") else abs(a.lhs - a.rhs) * (-1) ** isinstance(a, sp.Eq) for a in assumed]
-    found += [q for friction in system.frictions for q in (friction.kinetic, friction.static - friction.kinetic)]
+    bounds = (q for friction in system.frictions for q in (friction.kinetic, friction.static - friction.kinetic))
+    found += [q for q in bounds if not q.is_nonnegative]
     return [q for q in found if q.free_symbols <= {*system.parameters}]
 
 

@@ -93,11 +93,11 @@ def times(first: Ball, second: Ball) -> Ball:
 
 
 def whole_power(base: Ball, exponent: int) -> Ball:
-    """Return an integer power; python-flint's own is not finite for a ball whose midpoint is 0."""
+    """Return an integer power, from the ends of the ball: by its midpoint, squares might be negative, or not finite."""
     if exponent < 0:
         return 1 / whole_power(base, -exponent)
-    odd, size = exponent % 2, base.abs_lower().union(base.abs_upper())
-    return size ** (exponent - odd) * (base if odd else 1)
+    low, high = (base.lower(), base.upper()) if exponent % 2 else (base.abs_lower(), base.abs_upper())
+    return (low**exponent).union(high**exponent)
 
 
 def ball_of(expr: sp.Expr, values: Mapping[sp.Symbol, Ball]) -> Ball:

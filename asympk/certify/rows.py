@@ -140,9 +140,16 @@ class ExactEntries:
     def require_least_at_corners(self, quantities: Iterable[sp.Expr]) -> None:
         """Raise ``Refused`` unless, on the box, quantities are monotone in every parameter, or positive."""
         at = {s: family.whole[0, 0].real for s, family in self._symbols.items()}
+        ends = {s: [sp.Rational(Fraction(end)) for end in self.sides[s.name]] for s in at if s.name in self.sides}
+        moved = {s: low + sp.Dummy(nonnegative=True) if low >= 0 else high - sp.Dummy(nonnegative=True)
+                 for s, (low, high) in ends.items() if low * high >= 0}  # fmt: skip
+
+        def never_falls(slope: sp.Expr) -> bool:
+            return slope.subs(moved).is_nonnegative or ball_of(slope, at) >= 0
+
         for given, placed in ((q, self._placed(q)) for q in quantities):
-            slopes = (ball_of(sp.diff(placed, s), at) for s in placed.free_symbols)
-            if not (all(slope >= 0 or slope <= 0 for slope in slopes) or ball_of(placed, at) > 0):
+            slopes = (sp.diff(placed, s) for s in placed.free_symbols)
+            if not (all(never_falls(slope) or never_falls(-slope) for slope in slopes) or ball_of(placed, at) > 0):
                 raise Refused(f"box: {given!s:.80} may be negative inside, though it is not so at the corners")
 
     def spectrum(self, matrix: tuple[tuple[Any, ...], ...], until: Number) -> Spectrum:

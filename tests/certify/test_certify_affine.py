@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 from fractions import Fraction
 from itertools import product
 
@@ -220,6 +221,26 @@ def test_a_box_that_only_its_corners_show_to_be_valid_has_no_proof(kinetic, stat
     scene = ap.Scene(system=system, values={"c": inner[0]}, start={"x": 9, "v": 0}, until="1/2")
     assert certify(scene, {"c": inner}).obstacle == "box"
     assert proven(certify(scene, {"c": outer}))
+
+
+@pytest.mark.parametrize("ends", [(0, 1), (-1, 0), (-1, 1)])
+@pytest.mark.parametrize("kinetic", [c**2, abs(c), 1 + c**2, sp.Rational(1, 10) + c**4])
+def test_friction_that_vanishes_at_one_point_of_a_box_at_most_is_valid_there(kinetic, ends):
+    system = ap.System.with_frictions({x: v, v: F - x}, {}, [ap.Friction(v, F, 1, kinetic, 2 * kinetic + c**2)])
+    scene = ap.Scene(system=system, values={"c": 0}, start={"x": 9, "v": 0}, until="1/2")
+    proof = certify(scene, {"c": ends})
+    assert proven(proof)
+    for c_value in (ends[0], "1/3" if ends[1] else "-1/3", ends[1]):
+        final = ap.solve(replace(scene, values={"c": c_value}), digits=30).final
+        assert all(holds(a, b) for a, b in zip(proof.final, final, strict=True))
+
+
+def test_a_box_of_two_parameters_that_only_its_corners_show_to_be_valid_has_no_proof():
+    a = sp.Symbol("a", real=True)
+    friction = ap.Friction(v, F, load=1, kinetic=(a - c) ** 2 - sp.Rational(1, 100))
+    system = ap.System.with_frictions({x: v, v: F - x}, {}, [friction])
+    scene = ap.Scene(system=system, values={"a": 0, "c": "1/2"}, start={"x": 9, "v": 0}, until="1/2")
+    assert certify(scene, {"a": (0, 1), "c": ("1/2", "3/4")}).obstacle == "box"
 
 
 def test_a_box_with_0_in_its_middle_is_proven_where_the_parameter_is_squared():
