@@ -36,7 +36,7 @@ from asympk.symbolic.long import heavy, replaced
 from asympk.symbolic.reading import expression
 from asympk.symbolic.roots import fractional_powers, heights, is_complex, is_unreadable, real_forms, solutions_of
 from asympk.symbolic.sides import Sides, is_switched, measured, on_sides, phases
-from asympk.symbolic.signs import conjunction, factored, nonzero
+from asympk.symbolic.signs import above, conjunction, factored, nonzero
 from asympk.symbolic.system import Mode, System, of_system
 from asympk.symbolic.values import as_exact, by_symbol, in_words
 
@@ -110,7 +110,8 @@ class CriticalManifold(ShownAsFormulas):
             return sp.false
         roots |= {p for p in fractional_powers(*inside) if p.base in inside}
         names = {p: sp.Dummy(positive=True) for p in roots}
-        positive = {sp.Gt(expr.xreplace(names), 0).xreplace({v: p for p, v in names.items()}) for expr in inside}
+        told = {expr: above(expr.xreplace(names)) for expr in inside}
+        positive = {known if known in (sp.true, sp.false) else above(expr) for expr, known in told.items()}
         return sp.And(*(_located(relation, list(self.dynamics.slow), self.assumptions) for relation in positive))
 
     @property

@@ -51,7 +51,7 @@ def _of_sign(expr, sign, known, assumptions):
             continue
         rest *= told**power if told or factor in known else 1
         if factor not in known and _vanishes(factor, assumptions):
-            conditions.append(told * factor > 0 if told else sp.Ne(factor, 0))
+            conditions.append(above(told * factor) if told else sp.Ne(factor, 0))
     if len(undecided) > 1 and (told := _sign_by_root(sp.Mul(*undecided), assumptions)):
         conditions += [sp.Ne(factor, 0) for factor in undecided]
         rest, undecided = rest * told, []
@@ -59,7 +59,7 @@ def _of_sign(expr, sign, known, assumptions):
         return conditions if rest == sign else [sp.false]
     if len(undecided) == 1:
         known[undecided[0]] = sign * rest
-    return [*conditions, _above(sign * rest * sp.Mul(*undecided))]
+    return [*conditions, above(sign * rest * sp.Mul(*undecided))]
 
 
 def _vanishing(expr, known, assumptions):
@@ -190,9 +190,9 @@ def _bounds(relations):
     return [dict(zip(found, choice, strict=True)) for choice in product(*found.values())]
 
 
-def _above(expr):
-    """Return ``expr > 0``, unevaluated where SymPy would refuse to compare a complex number."""
-    return sp.StrictGreaterThan(expr, 0, evaluate=False) if expr.has(sp.I) else expr > 0
+def above(expr: sp.Expr) -> sp.Basic:
+    """Return ``expr > 0``, unevaluated where SymPy would refuse to compare a number that it takes to be complex."""
+    return sp.StrictGreaterThan(expr, 0, evaluate=not expr.has(sp.I) and expr.is_extended_real is not False)
 
 
 def _vanishes(factor, assumptions):
@@ -202,12 +202,24 @@ def _vanishes(factor, assumptions):
     if parts := _root_parts(factor):
         return _vanishes(parts[-1], assumptions)
     facts = sp.And.make_args(assumptions)
-    return not any((f > 0) in facts or _relation(f, assumptions) == sp.true or _is_known(f, facts, strict=True)
+    return not any(above(f) in facts or _relation(f, assumptions) == sp.true or _is_known(f, facts, strict=True)
                    for f in (factor, -factor))  # fmt: skip
 
 
 def _relation(expr, assumptions):
     """Return ``expr > 0``, or True or False where this follows from the assumptions, with all symbols real."""
     real = {s: sp.Dummy(real=True) for s in expr.free_symbols if s.is_real is None}
-    known = sp.sympify(expr.subs(real) > 0, strict=True)
-    return known if known in (sp.true, sp.false) else reduce_under(expr > 0, assumptions)
+    known = sp.sympify(_with_known_lambert(expr.subs(real)) > 0, strict=True)
+    return known if known in (sp.true, sp.false) else reduce_under(above(expr), assumptions)
+
+
+def _with_known_lambert(expr):
+    """Return ``expr`` with a symbol of its sign for each value of Lambert's W: the lower branch is below -1 where real.
+
+    SymPy knows no sign of the upper one, and takes real values of the lower one to be complex.
+    """
+    found = expr.atoms(sp.LambertW)
+    below = {w for w in found if len(w.args) == 2 or w.args[0].is_negative}
+    signs = {w: sp.Dummy(negative=True) for w in below} | \
+            {w: sp.Dummy(positive=True) for w in found - below if w.args[0].is_positive}  # fmt: skip
+    return expr.xreplace(signs)

@@ -515,6 +515,22 @@ def test_a_branch_exists_just_where_it_is_a_root_and_not_one_beyond_the_values_o
             assert branch.exists.subs(x, at) == bool(root)
 
 
+@pytest.mark.parametrize("s", [x, u])
+@pytest.mark.parametrize(("force", "count"), [
+    (lambda s: s - y - sp.exp(y), 1), (lambda s: s - y + sp.exp(y), 2), (lambda s: s - y + 2 * sp.exp(y / 2), 2),
+])  # fmt: skip
+def test_both_branches_of_lamberts_function_exist_where_they_are_real_and_have_signs(s, force, count):
+    """SymPy takes real values of the lower one to be complex, and does not compare them: it ended in its TypeError."""
+    found = [c for c in critical_manifolds(ap.System.smooth({s: -y}, {y: force(s)}, mu)) if c.exists != sp.false]
+    assert len(found) == count
+    for branch in found:
+        for at in (-4, Fraction(-7, 3), Fraction(1, 3), 3):
+            height = branch.branch[y].subs(s, at)
+            assert branch.exists.subs(s, at) == height.is_real
+            slope = force(s).diff(y).subs({s: at, y: height})
+            assert not height.is_real or branch.attracting.subs(s, at) == (slope < 0)
+
+
 @pytest.mark.parametrize(("force", "height", "exists"), [
     (sp.sqrt(y) * (x - y), 0, "False"), (sp.sqrt(y - 1) * (x - y), 1, "False"),
     ((y + 1) * (x - sp.log(y)), -1, "False"), ((y - 1) * (x - sp.sqrt(y - 2)), 1, "False"),
