@@ -50,9 +50,12 @@ def is_unreadable(h: sp.Expr) -> bool:
 
 def is_complex(h: sp.Expr) -> bool:
     """Tell whether an expression in real symbols that are not 0 has no real value where its even roots are real."""
-    lower = {w for w in h.atoms(sp.LambertW) if len(w.args) == 2}  # SymPy takes its real values to be complex
     generic = {"real": True, "nonzero": True}
-    h = h.xreplace({s: sp.Dummy(**({} if s in lower else s.assumptions0) | generic) for s in h.free_symbols | lower})
+    h = h.xreplace({s: sp.Dummy(**s.assumptions0 | generic) for s in h.free_symbols})
+    lower = {w for w in h.atoms(sp.LambertW) if len(w.args) == 2}  # SymPy takes its real values to be complex
+    if any(w.args[0].is_nonnegative for w in lower):
+        return True
+    h = h.xreplace({w: sp.Dummy(**generic) for w in lower})
     told, bases = dict[sp.Expr, sp.Expr](), dict[sp.Expr, sp.Expr]()
     for p in (p for p in fractional_powers(h) if p.free_symbols):
         if not p.exp.q % 2:
