@@ -1,8 +1,10 @@
 """Long expressions, which contain the same part many times: each part is visited once, and none is expanded."""
 
+from collections import Counter
 from collections.abc import Mapping
-from functools import lru_cache
+from functools import lru_cache, reduce
 from itertools import islice
+from operator import add, or_
 from typing import Any
 
 import sympy as sp
@@ -108,8 +110,34 @@ def tidied(expr: sp.Expr) -> sp.Expr:
     found = expanded(expr)
     divided = any(power.exp.is_negative for power in atoms(found, sp.Pow))
     if divided and _is_rational(expr) and found.is_rational_function():
-        return sp.cancel(found) if sp.denom(sp.together(found)).free_symbols else found
+        above, below = _quotient(found)
+        if any(base.free_symbols for base in below):
+            _, above, below = sp.cancel((above, _product(below)))
+            return above / below
     return found
+
+
+def _quotient(expr: sp.Expr) -> tuple[sp.Expr, Counter[sp.Expr]]:
+    """Return (numerator, {base: power}) of a rational expression over the powers by which its parts are divided.
+
+    Common factors are not sought: in many symbols ``sp.together`` takes most of the time of ``sp.cancel`` for them.
+    """
+    if expr.is_Pow:
+        above, below = _quotient(expr.base)
+        power = abs(int(expr.exp))
+        raised = Counter({base: power * k for base, k in below.items()})
+        return (above**power, raised) if expr.exp > 0 else (_product(raised), Counter({above: power}))
+    parts = [_quotient(part) for part in expr.args]
+    if expr.is_Mul:
+        return sp.Mul(*(above for above, _ in parts)), reduce(add, (below for _, below in parts))
+    if expr.is_Add:
+        common = reduce(or_, (below for _, below in parts))
+        return sp.Add(*(above * _product(common - below) for above, below in parts)), common
+    return expr, Counter()
+
+
+def _product(powers: Counter[sp.Expr]) -> sp.Expr:
+    return sp.Mul(*(base**power for base, power in powers.items()))
 
 
 def _is_rational(expr: sp.Basic) -> bool:

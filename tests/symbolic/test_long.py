@@ -18,6 +18,7 @@ from asympk.symbolic.long import (
     parts_with,
     replaced,
     symbols_in,
+    tidied,
     valued,
 )
 from asympk.symbolic.penetration import without_penetration
@@ -86,6 +87,14 @@ def test_replacing_and_measuring_a_short_expression_are_those_of_sympy(expr):
     assert carried_out(expr) == expr.doit()
     assert symbols_in(expr) == expr.free_symbols
     assert not is_longer(expr, operations)
+
+
+@pytest.mark.parametrize("expr", [
+    a / (2 * a + 2) + 1 / (2 * a + 2), a / (b + c / a) - 1, (a / b) ** 2 / (1 + 1 / a) ** 2, 1 / a - 1 / (b - a) / b,
+    (a + b / c) ** -3 * (c / b - 1 / a), sp.pi / a + a / sp.pi, 1 / (a - b) + 1 / (b - a), c + (a**2 - b**2) / (a + b),
+])  # fmt: skip
+def test_a_quotient_is_tidied_to_the_one_over_a_common_denominator_without_common_factors(expr):
+    assert tidied(expr) == sp.cancel(expr)
 
 
 def test_the_modulus_of_an_expression_of_a_trillion_terms_is_not_expanded():
