@@ -398,6 +398,9 @@ def _within_ranges(g, branch):
     outer = _outermost(g, branch)
     outer = {f for f in outer if not (isinstance(f, sp.exp) and f.exp.could_extract_minus_sign() and 1 / f in outer)}
     roots = outer & fractional_powers(*outer)
+    if roots == outer and not is_implicit(branch) and (values := _values_of_roots(g, roots, branch)):
+        yield from values
+        return
     for base in {p.base for p in roots}:
         if len(outer) > 1:
             yield base.subs(branch, simultaneous=True)
@@ -435,6 +438,32 @@ def _root_within_range(g, base, powers, branch):
         yield own
     if _outermost(base, branch):
         yield from _within_ranges(base - sp.factor(-values[0] / values[1]) ** (1 / exponent), branch)
+
+
+def _values_of_roots(g, powers, branch):
+    """Return the values on a branch of roots of several bases, or [] where g is not linear in each of them.
+
+    Each is eliminated by its value in turn: sqrt(y + 1) = sqrt(y) - x leaves 2 x sqrt(y) = x**2 - 1.
+    """
+    bases, given = sorted({p.base for p in powers}, key=sp.default_sort_key), list[tuple[sp.Expr, ...]]()
+    degrees = [sp.ilcm(1, *(p.exp.q for p in powers if p.base == base)) for base in bases]
+    roots = {base: sp.Dummy(positive=True) for base in bases}
+    g = g.xreplace({p: roots[p.base] ** (q * p.exp) for base, q in zip(bases, degrees, strict=True)
+                    for p in powers if p.base == base})  # fmt: skip
+    for base, q in zip(bases, degrees, strict=True) if len(bases) > 1 else ():
+        numerator, root = sp.fraction(sp.together(g))[0], roots[base]
+        rest = numerator.is_polynomial(root) and sp.Poly(numerator, root).rem(sp.Poly(root**q - base, root))
+        if _outermost(base, branch) or not rest or rest.degree() != 1:
+            return []
+        slope, constant = rest.all_coeffs()
+        given.append((root, slope, -constant / slope))
+        g = base - given[-1][-1] ** q
+    known = dict(branch)
+    for root, slope, value in reversed(given):
+        if is_zero_somewhere(slope.subs(known, simultaneous=True)):
+            return []
+        known[root] = sp.factor(value.subs(known, simultaneous=True))
+    return [known[root] for root, *_ in given]
 
 
 def _inverse_within_range(g, f, branch):

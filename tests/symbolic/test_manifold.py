@@ -572,7 +572,7 @@ def test_a_branch_that_exists_over_few_places_or_far_away_is_found(force, branch
     x - sp.sqrt(y) * sp.sqrt(y - 1), (x + sp.sqrt(y)) * (x - sp.atan(y)), (x + sp.sqrt(y)) * (x - sp.sqrt(y - 1)),
     (x - sp.sqrt(y) * sp.sqrt(y - 3)) * (y - 2),
     x + sp.sqrt(y) - sp.root(y, 4), (x - sp.root(y, 4)) ** 2 - 1, x - sp.sin(sp.root(y, 4)),
-    x - sp.cosh(y / 2), x - sp.exp(y / 2) + sp.exp(y),
+    x - sp.cosh(y / 2), x - sp.exp(y / 2) + sp.exp(y), x - sp.sqrt(y) + sp.sqrt(y + 1),
 ])  # fmt: skip
 def test_a_branch_exists_just_where_it_solves_g_by_the_values_of_odd_and_nested_roots(force):
     """Only one root or inverse function, linear in g, was looked at: cosh(y/2) = x was told to have branches at -2."""
