@@ -23,7 +23,8 @@ class Scene(ShownAsTable):
     Without ``system`` the scene is one of the Painlevé-Klein rod in nondimensional quantities: ``start`` is (x, y, z) =
     (rho, rho', v), and ``sigma0 >= sigma`` is the static friction, by default ``sigma``. With a ``System``, ``values``
     maps its parameters and ``start`` its states, by symbol or by name, to numbers; both are stored as tuples in the
-    order of ``system.parameters`` and ``system.states``.
+    order of ``system.parameters`` and ``system.states``. At the start a sliding velocity that is a sum of states is 0
+    if their rounding to doubles could have made it nonzero, so that a run goes on from ``path.final`` of another.
     A number is an int, float, Fraction, Decimal, str ("0.2" means 1/5) or mpf. It is stored without rounding: an int or
     a float as it is, all others as a Fraction. Only ``Scene.near`` sets ``near_to``, and only ``Scene.physical`` sets
     ``rod``, the physical quantities; ``rod`` becomes None if another number replaces its own. ``origin`` is set where a

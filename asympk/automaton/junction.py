@@ -116,7 +116,7 @@ def junction_at(
     lost = {(guards[k].kind, guards[k].friction) for k in hits}
     if not before:
         _require_kept(system, at)
-        lost |= _resting_rigid(system, at)
+        lost |= _resting(system, at)
     still = branches.at_rest(before or ()) | {k for kind, k in lost if kind == "velocity_zero"}
     points = contact_points(system, places, still)
     touching = _touching(system, before, lost, at)
@@ -190,7 +190,7 @@ def _touching(system: System, before: Branch | None, lost: set, at: Place) -> di
             found[k] = ("lift_off", k) in lost
             continue
         expressions = (friction.gap, branches.rate_along(system, friction.gap))
-        gap, rate = _signs(system, expressions, at, rounding, before is not None)
+        gap, rate = _signs(system, expressions, at, rounding, OF_ZERO if before is None else None)
         if gap < 0 and ("touch_down", k) not in lost:
             raise InputError(f"the gap of friction {k} is negative; a rigid contact starts with gap >= 0")
         if ("touch_down", k) in lost or gap == 0:
@@ -205,28 +205,34 @@ def _touching(system: System, before: Branch | None, lost: set, at: Place) -> di
 def _require_kept(system: System, at: Place) -> None:
     """Raise ``InputError`` where a run starts with a gap rate that a rigid contact which holds both ways keeps at 0."""
     kept = {k: friction.gap_rate for k, friction in enumerate(system.frictions) if friction.gap_rate is not None}
-    for k, sign in zip(kept, _signs(system, (*kept.values(),), at, BY_HAND, False), strict=True):
+    for k, sign in zip(kept, _signs(system, (*kept.values(),), at, BY_HAND, OF_ZERO), strict=True):
         if sign:
             raise InputError(f"the gap rate of friction {k} is not 0; a contact that holds both ways starts with 0")
 
 
-def _resting_rigid(system: System, at: Place) -> set[tuple[str, int]]:
-    """Return the guards ``velocity_zero`` of rigid contacts whose sliding velocity is 0 within the rounding of a start.
+def _resting(system: System, at: Place) -> set[tuple[str, int]]:
+    """Return the guards ``velocity_zero`` of contacts whose sliding velocity is 0 within the rounding of a start.
 
-    This velocity is usually a sum of several states: in doubles the sum is hardly ever exactly 0.
+    Where this velocity is a sum of several states, in doubles the sum is hardly ever exactly 0. That of a rigid contact
+    is one also where its state is not; elsewhere a single state is as exact as it was written.
     """
-    rigid = [k for k, friction in enumerate(system.frictions) if friction.constraint is not None]
-    signs = _signs(system, tuple(system.frictions[k].velocity for k in rigid), at, ROUNDING, False)
-    return {("velocity_zero", k) for k, sign in zip(rigid, signs, strict=True) if sign == 0}
+    velocities, found = dict(enumerate(friction.velocity for friction in system.frictions)), set()
+    rigid = {k: v for k, v in velocities.items() if system.frictions[k].constraint is not None}
+    sums = {k: v for k, v in velocities.items() if k not in rigid and not v.is_Symbol}
+    for some, least in ((rigid, OF_ZERO), (sums, 0)):
+        signs = _signs(system, (*some.values(),), at, ROUNDING, least) if some else ()
+        found |= {("velocity_zero", k) for k, sign in zip(some, signs, strict=True) if sign == 0}
+    return found
 
 
-def _signs(system: System, expressions: tuple, at: Place, rounding: float, timed: bool) -> list[int]:
+def _signs(system: System, expressions: tuple, at: Place, rounding: float, least: float | None) -> list[int]:
     """Return the signs of expressions, 0 where ``rounding`` of states may change them.
 
-    ``timed`` tells that the time is rounded, too. At a start, where it is not, a state may be a computed zero, and the
-    parameters are rounded: a place that is 0 by the choice of coordinates has the rounding of lengths and angles.
+    Where ``least`` is None, the time is rounded, too. At a start, where it is not, a state may be off by the part
+    ``least`` of the largest, as a computed zero is, and the parameters are rounded: a place that is 0 by the choice of
+    coordinates has the rounding of lengths and angles.
     """
-    places = at.with_nudged(rounding, 0 if timed else OF_ZERO)
+    places, timed = at.with_nudged(rounding, least or 0), least is None
     places = places if timed else tuple(place._replace(t=place.numbers.convert(at.t)) for place in places)
     rows = [place.values(system, expressions) for place in places]
     signs = [*map(at.numbers.decided_sign, zip(*rows, strict=True))]

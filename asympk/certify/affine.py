@@ -23,6 +23,7 @@ import numpy as np
 import sympy as sp
 
 from asympk.affine.forcing import Wave
+from asympk.automaton.junction import ROUNDING
 from asympk.automaton.modes import SWITCH, mode_of
 from asympk.certify.balls import Ball, Refused
 from asympk.certify.enclosure import Budget, first_event
@@ -155,12 +156,18 @@ class _Modes:
         self.field = ExactEntries(system, values, sides, entries)
 
     def begun(self, start):
-        """Return the ``EnclosedState`` at t = 0, where the values of the forcing are exact."""
+        """Return the ``EnclosedState`` at t = 0, where the values of the forcing are exact.
+
+        Raises ``Refused`` where a sliding velocity is not 0 exactly, but is to runs.
+        """
         waves = [Fraction(int(wave.power == 0 and not wave.sine)) for wave in self.waves]
         exact = (*start, *waves, Fraction(1))
         found = [self.field.family([[w]]) if w is not None else self.field.side(self.system.states[k].name)
                  for k, w in enumerate(exact)]  # fmt: skip
-        return EnclosedState(stacked(found), exact, self.field)
+        state = EnclosedState(stacked(found), exact, self.field)
+        if any(self._is_rounding(friction.velocity, state) for friction in self.system.frictions):
+            raise Refused("edge: a sliding velocity at the start is rounding, which a run takes as 0; start with 0")
+        return state
 
     def ending(self, guards):
         """Return the guards that depend on the time alone and vanish exactly at ``until``."""
@@ -226,6 +233,15 @@ class _Modes:
         """Return the sign of an expression at a state, or None where it is not certain, or depends on a switch."""
         with suppress(Refused):
             return sign_at(self._row(mode_of(self.system, (Phase(1, 1),) * len(self.system.frictions)), expr), state)
+
+    def _is_rounding(self, expr, state):
+        """Tell whether an expression at a known state is not 0 exactly, but within what rounds its terms to doubles."""
+        with suppress(Refused):
+            row = self._row(mode_of(self.system, (Phase(1, 1),) * len(self.system.frictions)), expr)
+            terms = [w if w is None else c * w for c, w in zip(row, state.exact, strict=True) if c]
+            known = all(isinstance(term, int | Fraction) for term in terms)
+            return known and 0 < abs(sum(terms)) <= 4 * ROUNDING * sum(map(abs, terms))
+        return False
 
     def chosen(self, tiers, state, what):
         """Return (mode, its guards from the state on) of the candidate that is proven to follow.

@@ -655,6 +655,45 @@ def test_peers_know_inverse_functions_and_refuse_those_they_lack_in_one_line(met
         follow(bounce, {"x": 1, "v": 0, "w": -1}, 2, values, method=method)
 
 
+@pytest.mark.parametrize("options", [{}, {"digits": 20}, {"method": "radau"}])
+@pytest.mark.parametrize("middle", ["1/3", "7/10", "1/10"])
+def test_what_sticks_by_static_friction_sticks_on_where_a_run_goes_on_from_the_end_of_another(middle, options):
+    """Its velocity, a sum of states with thirds and sevenths, is not exactly 0 there, and kinetic friction is less."""
+    pull, ways = sp.Rational(4, 5), (1, sp.Rational(1, 3), sp.Rational(1, 7))
+    places, speeds = sp.symbols("x1:4", real=True), sp.symbols("v1:4", real=True)
+    slope = sum(map(sp.Mul, ways, speeds))
+    rates = {s: k * (F + pull) - n * s0 for n, k, s, s0 in zip((3, 2, 5), ways, speeds, places, strict=True)}
+    blocks = ap.System.with_frictions(
+        dict(zip(places, speeds, strict=True)) | rates, {}, [ap.Friction(slope, F, 1, sp.Rational(1, 2), 1)]
+    )
+    start = dict(zip((*places, *speeds), (0, 0, 0, "1/10", "1/10", "-14/15"), strict=True))
+    half, whole = (follow(blocks, start, end, **options) for end in (middle, sp.Rational(middle) + sp.Rational(1, 5)))
+    on = follow(blocks, half.final, "1/5", **options)
+    assert half.modes == whole.modes == on.modes == ("stick",)
+    assert [*map(float, on.final)] == pytest.approx([*map(float, whole.final)], abs=1e-7)
+
+
+@pytest.mark.parametrize("rigid", [True, False])
+def test_no_proof_takes_as_slip_what_runs_take_as_a_velocity_0_by_rounding(rigid):
+    contact = {"load": N, "normal": N, "constraint": N - 1} if rigid else {"load": 1}
+    friction = ap.Friction(velocity=v - w, force=F, kinetic=sp.Rational(1, 2), static=1, **contact)
+    pair = ap.System.with_frictions({v: F + sp.Rational(4, 5), w: -F - sp.Rational(4, 5)}, {}, [friction])
+    third = Fraction(1, 3)
+    for off, modes in ((0, ("stick",)), (Fraction(1, 10**17), None), (Fraction(1, 10**12), ("slip_same",))):
+        scene = ap.Scene(system=pair, start={v: third + off, w: third}, until=1)
+        proof = certify(scene)
+        assert ap.solve(scene).modes == (modes or ("stick",))
+        assert proof.modes == modes if modes else (not proof.proven and "which a run takes as 0" in proof.reason)
+
+
+@pytest.mark.parametrize("speed", ["1e-17", "1e-30"])
+def test_a_sliding_velocity_that_is_one_state_is_as_small_as_it_is_written(speed):
+    block = ap.System.with_frictions(
+        {x: v, v: F + sp.Rational(4, 5)}, {}, [ap.Friction(v, F, 1, sp.Rational(1, 2), 1)]
+    )
+    assert follow(block, {x: 1, v: speed}, 1).modes == ("slip_same",)
+
+
 @pytest.mark.parametrize("options", [{}, {"digits": 20}])
 @pytest.mark.parametrize("static", [None, 1])
 def test_a_crank_at_rest_on_its_dead_centre_where_no_friction_acts_stays_there(static, options):
