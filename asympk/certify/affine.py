@@ -15,7 +15,6 @@ coefficients are a linear combination of the coefficients of quantities that van
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from fractions import Fraction
 from itertools import combinations, islice, product
 
@@ -42,7 +41,6 @@ from asympk.certify.rows import (
     spanned,
 )
 from asympk.certify.segments import AffineGuard, EnclosedMode, EnclosedSegment
-from asympk.errors import InputError
 from asympk.numbers import Number
 from asympk.path import Event
 from asympk.symbolic import branches, forces
@@ -184,21 +182,22 @@ class _Modes:
         return self._known[mode]
 
     def _made(self, mode):
-        form, fixed = affine_form(mode, self.waves), [guard for guard in mode.fixed_guards if guard.kind in NEVER_IDLE]
-        unique = [k for k, guard in enumerate(mode.guards) if guard.kind in NEVER_IDLE]
-        others = [k for k in range(len(mode.guards)) if k not in unique]
-        try:
-            self.field.require_positive([self.field.exact(g.value) for g in mode.fixed_guards if g not in fixed])
-            matrix, rows, kept = self.field.placed(replace(form, guards=tuple(form.guards[k] for k in others)))
-        except InputError:
+        form, exact = affine_form(mode, self.waves), self.field.exact
+        alone = [exact(guard.value) for guard in mode.fixed_guards if guard.kind not in NEVER_IDLE]
+        if self.field.is_negative(alone):
             return None
-        placed = [*zip((mode.guards[others[k]] for k in kept), rows, strict=True)]
-        placed += [(mode.guards[k], tuple(map(self.field.exact, form.guards[k]))) for k in unique]
-        placed += [(guard, (*matrix[-1][:-1], self.field.exact(guard.value))) for guard in fixed]
+        matrix = self.field.matrix(form)
+        placed = [(guard, tuple(map(exact, row))) for guard, row in zip(mode.guards, form.guards, strict=True)]
+        alone += [row[-1] for guard, row in placed if not any(row[:-1]) and guard.kind not in NEVER_IDLE]
+        if self.field.is_negative(alone):
+            return None
+        placed += [(guard, (*matrix[-1][:-1], exact(guard.value))) for guard in mode.fixed_guards]
+        placed = [pair for pair in placed if any(pair[1][:-1]) or pair[0].kind in NEVER_IDLE]
+        placed.sort(key=lambda pair: pair[0].kind in NEVER_IDLE)
         guards = tuple(AffineGuard(guard.kind, guard.friction, row) for guard, row in placed)
         edges = tuple(self._row(mode, edge) for side in mode.sides for edge in inside(*side))
         kept = (*self._kept(mode), *self._resting(mode))
-        return EnclosedMode(mode, matrix, guards, kept, edges, self.field, self.until)
+        return EnclosedMode(mode, matrix, guards, kept, edges, self.field, self.until, tuple(alone))
 
     def _resting(self, mode):
         """Return the rows of the phases on whose edge the mode stays, by the law on the edge itself."""
@@ -267,6 +266,7 @@ class _Modes:
             raise Refused(f"edge: which mode follows after {what} is not certain; candidates: {names}")
         found = next(mode for mode in holding if mode.branch == best[0])
         self._require_one_way(found.branch, state, what)
+        self._require_within_limit(found, holding, state, what)
         return self.of(found), holding[found]
 
     def _slips_freely(self, branch, state):
@@ -277,6 +277,8 @@ class _Modes:
         if not slipping or len(branches.at_rest(rest)) == 1 or not forces.determined(self.system, rest):
             return True
         found = [self.of(mode) for mode in self._on_sides(mode_of(self.system, rest), state)]
+        for mode in filter(None, found):
+            mode.require_certain()
         return all(found) and all(slipping <= {
             g.friction for g in mode.guards if g.kind == "slip_onset" and leading_sign(g.row, mode.matrix, state) == -1}
             for mode in found)  # fmt: skip
@@ -288,12 +290,21 @@ class _Modes:
             if all(self._may_leave_rest(way, k, state) for way in ways):
                 raise Refused(f"edge: after {what}, contact {k} may rest and may slip in either direction")
 
+    def _require_within_limit(self, mode, holding, state, what):
+        """Raise ``Refused`` where a contact at rest, of a mode at the limit of a condition, slips in another mode."""
+        rest, at_limit = branches.at_rest(mode.branch), not all(self.of(mode).conditions)
+        if at_limit and any(self._slips(m, k, state) for m in holding for k in rest - branches.at_rest(m.branch)):
+            raise Refused(f"edge: after {what}, equality holds in a condition on the parameters of {mode.name}, which "
+                          "may slip as well")  # fmt: skip
+
     def _may_leave_rest(self, branch, k, state):
         """Tell whether a branch may hold in which contact k slips, and not in name only, as others hold it."""
         found = self._verdicts(branch, state) if forces.determined(self.system, branch) else {}
-        return any(verdict >= 0 and leading_sign(self._row(mode, self.system.frictions[k].velocity),
-                                                 self.of(mode).matrix, state) != 0
-                   for mode, (verdict, _) in found.items())  # fmt: skip
+        return any(verdict >= 0 and self._slips(mode, k, state) for mode, (verdict, _) in found.items())
+
+    def _slips(self, mode, k, state):
+        """Tell whether the velocity of contact k does not stay 0 in a mode."""
+        return leading_sign(self._row(mode, self.system.frictions[k].velocity), self.of(mode).matrix, state) != 0
 
     def _verdicts(self, branch, state):
         """Return the verdicts of the modes of a branch that may hold; of corners, one that holds is enough."""
@@ -408,6 +419,7 @@ class _Modes:
         stays = [leading_sign(row, found.matrix, state) for row in self._resting(mode)]
         if any(stays) or (0 in moved and all(measured(phase) == phase for phase, _ in mode.sides)):
             return -1, ()
+        found.require_certain()
         return verdict * (None not in stays and all(moved)), tuple(guards)
 
     def event(self, before, after, guard, state):

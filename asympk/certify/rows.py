@@ -26,7 +26,6 @@ from asympk.automaton.modes import GuardedMode, mode_of, on_all_sides
 from asympk.certify.balls import Ball, Refused, ball, ball_of, certain_sign, flint, hull
 from asympk.certify.families import Family, constant
 from asympk.certify.spectrum import Spectrum, core_of, of_balls, of_exact, seen_in
-from asympk.errors import InputError
 from asympk.numbers import Number
 from asympk.symbolic import guards
 from asympk.symbolic.long import replaced
@@ -111,31 +110,13 @@ class ExactEntries:
             self._known[entry] = found or self._family_of(entry.as_expr())
         return self._known[entry]
 
-    def placed(self, form: Form) -> tuple[tuple, tuple, tuple[int, ...]]:
-        """Return (matrix, guards that depend on the states or the forcing, their places among all guards) of a form.
-
-        A guard that depends on the parameters alone must be positive. Raises ``InputError`` where it is negative, as
-        the mode is never entered, and ``Refused`` where its sign is not certain or it is 0.
-        """
-        matrix = self.matrix(form)
-        guards = [tuple(map(self.exact, row)) for row in form.guards]
-        kept = tuple(k for k, row in enumerate(guards) if any(row[:-1]))
-        self.require_positive([row[-1] for k, row in enumerate(guards) if k not in kept])
-        return matrix, tuple(guards[k] for k in kept), kept
-
     def matrix(self, form: Form) -> tuple[tuple, ...]:
         """Return the rows of the matrix M of a form: ``(w, 1)' = M (w, 1)``."""
         return *(tuple(map(self.exact, row)) for row in form.matrix), (self.exact(sp.S.Zero),) * (len(form.matrix) + 1)
 
-    def require_positive(self, entries: Iterable[Any]) -> None:
-        """Raise ``InputError`` if an entry is negative, ``Refused`` if the sign of one is not certain or one is 0."""
-        signs = [(entry, certain_sign(self.ball(entry))) for entry in entries]
-        if any(sign < 0 for _, sign in signs):
-            raise InputError("a mode is not entered at these parameters")
-        for entry, sign in signs:
-            if not sign:
-                found = "box: only a part of the box fulfils" if entry else "edge: equality holds in"
-                raise Refused(f"{found} a condition on the parameters of a mode")
+    def is_negative(self, entries: Iterable[Any]) -> bool:
+        """Tell whether one of the entries is certainly negative."""
+        return any(certain_sign(self.ball(entry)) < 0 for entry in entries)
 
     def require_least_at_corners(self, quantities: Iterable[sp.Expr]) -> None:
         """Raise ``Refused`` unless, on the box, quantities are monotone in every parameter, or positive."""

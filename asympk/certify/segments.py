@@ -8,10 +8,10 @@ from copy import copy
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from asympk.automaton.modes import GuardedMode
-from asympk.certify.balls import Ball, certain_sign, common, flint, whole_power
+from asympk.certify.balls import Ball, Refused, certain_sign, common, flint, whole_power
 from asympk.certify.enclosure import root_in
 from asympk.certify.families import NARROWINGS, Family, abreast, constant, diagonal, real, stacked
 from asympk.certify.rows import EnclosedState, ExactEntries, Row, ball_at, row_rate, sharpened
@@ -42,6 +42,7 @@ class EnclosedMode:
 
     ``kept`` are the rows that vanish throughout the mode: velocities at rest, gaps of closed rigid contacts and their
     rates. ``edges`` are the rows that are positive on the sides of the mode. ``until`` is the end of the motion.
+    ``conditions`` are what must not be negative of the parameters alone.
     """
 
     mode: GuardedMode
@@ -51,6 +52,12 @@ class EnclosedMode:
     edges: tuple[Row, ...]
     field: ExactEntries
     until: Fraction
+    conditions: tuple[Any, ...]
+
+    def require_certain(self) -> None:
+        """Raise ``Refused`` where a part of the box may exclude the mode."""
+        if any(entry and not certain_sign(self.field.ball(entry)) for entry in self.conditions):
+            raise Refused("box: only a part of the box fulfils a condition on the parameters of a mode")
 
     @cached_property
     def spectrum(self) -> Spectrum:
