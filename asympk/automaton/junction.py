@@ -24,7 +24,7 @@ from asympk.automaton.contacts import (
 from asympk.automaton.modes import mode_of
 from asympk.errors import InputError, NoMotion, UnboundedReaction
 from asympk.numbers import listed
-from asympk.symbolic import branches
+from asympk.symbolic import branches, sides
 from asympk.symbolic.branches import OPEN, Branch, Phase
 from asympk.symbolic.system import System
 
@@ -230,7 +230,7 @@ def _signs(system: System, expressions: tuple, at: Place, rounding: float, least
 
     Where ``least`` is None, the time is rounded, too. At a start, where it is not, a state may be off by the part
     ``least`` of the largest, as a computed zero is, and the parameters are rounded: a place that is 0 by the choice of
-    coordinates has the rounding of lengths and angles.
+    coordinates has the rounding of lengths and angles. A parameter that switches an expression is not: a step is none.
     """
     places, timed = at.with_nudged(rounding, least or 0), least is None
     places = places if timed else tuple(place._replace(t=place.numbers.convert(at.t)) for place in places)
@@ -239,7 +239,10 @@ def _signs(system: System, expressions: tuple, at: Place, rounding: float, least
     if timed or not any(signs):
         return signs
     plain = at._replace(p=at.p[: len(system.parameters)], coefficients=())
-    rows += [plain._replace(p=p).values(system, expressions) for _, p in nudges(at.t, plain.p, rounding)]
+    still = {k for k, s in enumerate(system.parameters) if any(sides.is_switched(e, (s,)) for e in expressions)}
+    for _, moved in nudges(at.t, plain.p, rounding):
+        p = tuple(plain.p[k] if k in still else value for k, value in enumerate(moved))
+        rows.append(plain._replace(p=p).values(system, expressions))
     return [*map(at.numbers.decided_sign, zip(*rows, strict=True))]
 
 

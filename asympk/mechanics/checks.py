@@ -15,7 +15,7 @@ from asympk.mechanics.tidy import vanishes
 from asympk.multiprecision import private_context
 from asympk.symbolic.long import DIGITS, generic_place, is_regular, symbols_in, valued
 from asympk.symbolic.reading import as_floats, require_names
-from asympk.symbolic.sides import MOST, measured, on_sides, phases
+from asympk.symbolic.sides import MOST, is_switched, measured, on_sides, phases
 
 SPARE = 10  # digits that the entries of a mass matrix have beyond those in which it is found singular
 
@@ -50,14 +50,15 @@ def departures(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> dict[str, fl
     """
     import numpy as np
 
-    placed = {kinetics.time: 0} | values
+    placed, both = {kinetics.time: 0} | values, (kinetics.gap, kinetics.gap_rate)
     found: dict[str, list[float]] = {"g": [], "g'": []}
-    for symbols, least in (((*kinetics.coordinates, *kinetics.velocities), OF_ZERO), (kinetics.parameters, 0)):
+    smooth = [s for s in kinetics.parameters if not any(is_switched(expr, (s,)) for expr in both)]
+    for symbols, least in (((*kinetics.coordinates, *kinetics.velocities), OF_ZERO), (smooth, 0)):
         given = [s for s in symbols if s in placed]
         start = tuple(float(as_floats(str(s), placed[s])) for s in given)
         beside = np.array([start, *(moved for _, moved in nudges(0, start, BY_HAND, least))])
         with suppress(*() if least else (InputError, OutOfRange)):  # a parameter may be an end of its range
-            rows = evaluate((kinetics.gap, kinetics.gap_rate), {**placed, **dict(zip(given, beside.T, strict=True))})
+            rows = evaluate(both, {**placed, **dict(zip(given, beside.T, strict=True))})
             for name, row in zip(found, rows, strict=True):
                 found[name] += map(float, np.atleast_1d(row))
     return {name: row[0] for name, row in found.items() if not is_open(row)}

@@ -694,6 +694,18 @@ def test_a_sliding_velocity_that_is_one_state_is_as_small_as_it_is_written(speed
     assert follow(block, {x: 1, v: speed}, 1).modes == ("slip_same",)
 
 
+@pytest.mark.parametrize("step", [
+    sp.floor(c), sp.Heaviside(c - 1, 1), sp.Piecewise((1, c >= 1), (0, True)), 1 + sp.sign(c - 1),
+])  # fmt: skip
+def test_a_start_above_a_ground_that_steps_with_a_parameter_is_open_at_the_step_itself(step):
+    """Six digits of the parameter would change the gap of 1/2 by 1: this is a step, no rounding."""
+    ground = ap.Friction(velocity=v, force=F, load=N, kinetic=a, gap=x - step, normal=N, constraint=N - 1)
+    body = ap.System.with_frictions({x: u, u: N - 1, v: F}, {}, [ground])
+    path = follow(body, {x: "3/2", u: 0, v: 1}, "1/10", {a: "1/5", c: 1})
+    assert path.modes == ("open",)
+    assert path.final == pytest.approx((1.495, -0.1, 1))
+
+
 @pytest.mark.parametrize("options", [{}, {"digits": 20}])
 @pytest.mark.parametrize("static", [None, 1])
 def test_a_crank_at_rest_on_its_dead_centre_where_no_friction_acts_stays_there(static, options):

@@ -322,6 +322,14 @@ def test_a_start_off_the_elastic_contact_has_the_reaction_of_its_gap_and_its_rat
         body.start(soft, {**down, "Y": "1/10", c: "1/4"})
 
 
+def test_a_start_above_a_ground_that_steps_with_a_parameter_is_off_the_contact_at_the_step_itself():
+    """Six digits of h would change its gap of 1/2 by 1: this is a step, no rounding."""
+    X, Y, U, V, f = sp.symbols("X Y U V f", real=True)
+    body = ap.Mechanism((X, Y), (U, V), sp.eye(2), (0, 0), ap.Contact(Y - sp.floor(h), X, f, unilateral=True))
+    with pytest.raises(InputError, match=r"above the contact, g = 0\.5, where its damper"):
+        body.start(body.elastic(compliance=c, damping=1), {"X": 0, "Y": "3/2", "U": 1, "V": 0, f: 1, h: 1, c: 1})
+
+
 @pytest.mark.parametrize(("compliance", "damping", "value"), [(c, 1, "1e-8"), (eps**2, 0, "1e-4")])
 def test_a_body_that_presses_its_stiff_spring_in_by_its_weight_starts_at_rest_in_whatever_unit(
     compliance, damping, value
