@@ -195,8 +195,7 @@ def staying(here: Junction, mode: GuardedMode, keys: list[tuple]) -> list[int] |
     ties = [k for k, guard in enumerate(all_guards(mode)) if guard.key in keys]
     if mode.pressed and any(v < 0 for v in here.at.values(mode.system, mode.conditions)):
         return None  # a condition is a margin divided by the penetration: the margin is negative once there is one
-    left = {k: signs_of_derivatives(here, mode, k) for k in ties if k < len(mode.guards)}
-    grown = set()
+    left, grown = _signs_by_guard(here, mode, [k for k in ties if k < len(mode.guards)]), set[int]()
     while left:  # one derivative of each at a time: those of a guard that stays 0 grow long
         signs = {k: next(growth, None) for k, growth in left.items()}
         if -1 in signs.values():
@@ -206,27 +205,50 @@ def staying(here: Junction, mode: GuardedMode, keys: list[tuple]) -> list[int] |
     return [k for k in ties if k not in grown]
 
 
-def signs_of_derivatives(here: Junction, mode: GuardedMode, guard: int) -> Iterator[int]:
+def _signs_by_guard(here: Junction, mode: GuardedMode, ties: list[int]) -> dict[int, Iterator[int]]:
+    """Return ``signs_of_derivatives`` by guard; one function has all first ones, as each alone has the whole field."""
+    joint = () if mode.pressed else tuple(k for k in ties if _first_order(here, mode, k) == 1)
+    values = tuple(mode.derivative(k, 0) for k in joint)
+    rows = [place.values(mode.system, values, (mode.flow,)) for place in here.places if joint]
+    slopes = dict(zip(joint, zip(*rows, strict=True), strict=True))
+    return {k: signs_of_derivatives(here, mode, k, slopes.get(k)) for k in ties}
+
+
+def _first_order(here: Junction, mode: GuardedMode, guard: int) -> int:
+    """Return the order of the first derivative that tells: of a contact that touches, g, g' and g'' vanish."""
+    kind, friction, _, _, divided = mode.guards[guard]
+    return 3 if kind == "touch_down" and friction in here.touching else 1 - divided
+
+
+def signs_of_derivatives(
+    here: Junction, mode: GuardedMode, guard: int, slopes: tuple | None = None
+) -> Iterator[int]:
     """Yield the signs of the derivatives of a vanishing guard along the field, as far as they are computed.
 
     Powers of the penetration are left out of each derivative (Lemma 11); one with infinite powers is first multiplied
-    by a power that makes them finite. Raises ``Undecided`` if one is too long.
+    by a power that makes them finite. ``slopes`` are the first derivatives at all places, where they are known. Raises
+    ``Undecided`` if a derivative is too long.
     """
-    kind, friction, _, _, divided = mode.guards[guard]
-    first = 3 if kind == "touch_down" and friction in here.touching else 1 - divided  # g, g' and g'' vanish there
+    kind, first = mode.guards[guard].kind, _first_order(here, mode, guard)
     moving = max(ORDERS, mode.order_in_time) if mode.system.time else min(len(mode.system.states), ORDERS)
     for order in range(first, 2 + moving):
         if order > first and _length(mode.derivative(guard, order - (1 if mode.pressed else 2))) > LONGEST:
             raise Undecided(f"{kind} of {mode.name} vanishes at t = {float(here.at.t):.6g} with "
                             f"its first {order - 1} derivatives; start beside this state")  # fmt: skip
-        asked: list[tuple[tuple, tuple]] = [((mode.derivative(guard, max(order - 1, 0)),), (mode.flow,))]
-        if mode.pressed or not order:
-            found = mode.derivative(guard, order)
-            asked = [((expr,), ()) for expr in dict.fromkeys((with_finite_powers(found), found))]
-        for part in asked:
-            yield here.numbers.decided_sign([place.values(mode.system, *part)[0] for place in here.places])
+        told = [slopes] if slopes and order == 1 else _derivatives(here, mode, guard, order)
+        yield from map(here.numbers.decided_sign, told)
         if order == first and stays(here, mode, guard):
             break
+
+
+def _derivatives(here: Junction, mode: GuardedMode, guard: int, order: int) -> Iterator[list]:
+    """Yield the values, at all places, of a derivative of a guard, first of one with finite powers."""
+    asked: list[tuple[tuple, tuple]] = [((mode.derivative(guard, max(order - 1, 0)),), (mode.flow,))]
+    if mode.pressed or not order:
+        found = mode.derivative(guard, order)
+        asked = [((expr,), ()) for expr in dict.fromkeys((with_finite_powers(found), found))]
+    for part in asked:
+        yield [place.values(mode.system, *part)[0] for place in here.places]
 
 
 def stands_still(here: Junction, mode: GuardedMode) -> bool:

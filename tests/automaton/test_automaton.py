@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 
 import asympk as ap
 from asympk.affine.run import affine, obstacle
+from asympk.automaton import contacts
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.decide import finite
 from asympk.automaton.modes import function, mode_of
@@ -47,6 +48,24 @@ def test_what_an_event_leaves_of_its_guard_is_an_error_in_time_and_moves_the_fas
     assert moved[:2] == pytest.approx(state[:2], abs=1e-15)
     assert abs(moved[2] - state[2]) == pytest.approx(1e-9, rel=1e-3)
     assert stick.guard_values(2 / 3, moved)[guard] == pytest.approx(0, abs=1e-15)
+
+
+def test_first_derivatives_of_guards_that_vanish_together_are_those_of_one_function(monkeypatch):
+    """Each alone has the rates of all states in it, which took a third of the time of a landing on two legs."""
+    real, asked = contacts.function, set()
+
+    def function(system, outputs, target, functions, directions=(), **others):
+        asked.add((outputs, directions))
+        return real(system, outputs, target, functions, directions, **others)
+
+    monkeypatch.setattr(contacts, "function", function)
+    laws = [ap.Friction(force=F, velocity=v, load=1, kinetic=sp.Rational(1, 2), static=1),
+            ap.Friction(force=G, velocity=w, load=1, kinetic=1, static=2)]  # fmt: skip
+    pushed = ap.System.with_frictions({v: F + t, w: G - 2 * t}, {}, laws, time=t)
+    path = ap.solve(ap.Scene(system=pushed, start={v: 0, w: 0}, until=2))
+    assert [(event.kind, event.t) for event in path.events] == [("slip_onset", 1)]
+    assert path.final == (1, -2)
+    assert [{*outputs} for outputs, directions in asked if directions == ((1, 0, 0),)] == [{1 - t, 2 - 2 * t}]
 
 
 @pytest.mark.parametrize("name", ["bead_rod", "held_rod"])
