@@ -267,7 +267,7 @@ class GuardedMode:
             found |= {s: rates[s] for s in states}
             left += [rates[s] for s in states]
         timed = self.system.time in symbols_in(sp.Tuple(expr, *found.values()))
-        return None if timed else tuple(found.values())
+        return None if timed else tuple(found[s] for s in rates if s in found)
 
     @lru_cache(maxsize=512)
     def keeps(self, expr: sp.Expr) -> bool:
@@ -278,7 +278,7 @@ class GuardedMode:
         zeros = ({s: sp.expand(s - expr / slope)} for s, slope in even)
         zero = next(zeros, None)
         rate = sp.S.One if zero is None else replaced(self.drift(expr), zero)
-        return not is_clearly_nonzero(rate) and sp.expand(rate) == 0
+        return _vanishes(rate)
 
     @cached_property
     def pressed(self) -> bool:
@@ -354,7 +354,12 @@ def _time_of_fall(edge: sp.Expr, time: sp.Symbol | None) -> sp.Expr | None:
 
 def _is_multiple(expr: sp.Expr, other: sp.Expr, states: tuple[sp.Symbol, ...]) -> bool:
     ratios = (slope_by(expr, s) / slope_by(other, s) for s in states if other.has_free(s))
-    return any(not c.free_symbols & {*states} and sp.expand(expr - c * other) == 0 for c in ratios)
+    return any(not c.free_symbols & {*states} and _vanishes(expr - c * other) for c in ratios)
+
+
+def _vanishes(expr: sp.Expr) -> bool:
+    """Tell whether ``expr`` expands to 0; numbers tell first of most that it does not."""
+    return not is_clearly_nonzero(expr) and sp.expand(expr) == 0
 
 
 @lru_cache(maxsize=1024)

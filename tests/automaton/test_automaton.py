@@ -68,6 +68,14 @@ def test_first_derivatives_of_guards_that_vanish_together_are_those_of_one_funct
     assert [{*outputs} for outputs, directions in asked if directions == ((1, 0, 0),)] == [{1 - t, 2 - 2 * t}]
 
 
+def test_a_rate_that_is_clearly_no_multiple_of_a_velocity_at_rest_is_not_expanded(monkeypatch):
+    block = ap.System.with_frictions({x: v, u: x, v: F - 1}, {}, [ap.Friction(force=F, velocity=v, load=1, kinetic=c)])
+    (rest,) = (mode for mode in (mode_of(block, b) for b in named_branches(block)) if mode.name == "stick")
+    assert rest.rates == (v, x, 0)
+    monkeypatch.setattr(sp, "expand", None)
+    assert rest.drift(x + u) == v + x
+
+
 @pytest.mark.parametrize("name", ["bead_rod", "held_rod"])
 def test_derivatives_through_shared_parts_are_those_of_the_expressions_written_out(name):
     system, numbers, rng = getattr(ap.systems, name).system(), carrier_context(40), random.Random(1)
