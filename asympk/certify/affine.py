@@ -145,6 +145,17 @@ def _note(guards, guard, matrix, state):
     guards.append(guard)
 
 
+def _determining(rows, laws, name):
+    """Yield every choice of rows of a matrix, of which the first ones are laws, that determines the unknowns."""
+    kept: list[int] = []
+    for k in range(laws):
+        kept += [k] if rows[[*kept, k], :].rank() > len(kept) else []
+    choices = [*islice(combinations(range(laws, rows.rows), rows.cols - len(kept)), MOST_CORNERS + 1)]
+    if len(choices) > MOST_CORNERS:
+        raise Refused(f"rest: the forces of {name} have more than {MOST_CORNERS} corners")
+    yield from ((*kept, *more) for more in choices if rows[[*kept, *more], :].rank() == rows.cols)
+
+
 class _Modes:
     """The modes of a system at exact parameters, each made when it is first needed."""
 
@@ -322,8 +333,8 @@ class _Modes:
     def _met(self, branch, state):
         """Yield a branch whose forces are determined, or the corners of one at rest (Lemma 10).
 
-        Raises ``Refused`` where the branch may hold and its forces are not determined, while a contact slips or a rate
-        depends on them.
+        Raises ``Refused`` where some forces agree with the branch and are not determined, while a contact slips or a
+        rate depends on them.
         """
         carried = {k for k in range(len(branch)) if forces.is_carried(self.system, branch, k)}
         if forces.determined(self.system, branch):
@@ -333,6 +344,8 @@ class _Modes:
         elif not carried and not any(
             sign_at(row, state) for row in self._kept(mode_of(self.system, branch))):  # fmt: skip
             if any(phase.velocity for phase in branch) or self._moves_otherwise(branch):
+                if self._has_no_forces(branch, state):
+                    return
                 raise Refused(f"rest: the forces of {branches.mode_name(branch)} are not determined")
             if all(p in self._phases(f, state) for f, p in zip(self.system.frictions, branch, strict=True)):
                 yield from self._corners(branch)
@@ -355,16 +368,36 @@ class _Modes:
         unknowns, *_ = forces.force_equations(self.system, branch)
         laws, margins = forces.standing_rows(self.system, branch)
         rows = sp.linear_eq_to_matrix([*laws, *(margin.value for margin in margins)], unknowns)[0]
-        rows = rows.subs(self.field.numbers)
-        kept: list[int] = []
-        for k in range(len(laws)):
-            kept += [k] if rows[[*kept, k], :].rank() > len(kept) else []
-        choices = [*islice(combinations(range(len(laws), rows.rows), len(unknowns) - len(kept)), MOST_CORNERS + 1)]
-        if len(choices) > MOST_CORNERS:
-            raise Refused(f"rest: the forces of {branches.mode_name(branch)} have more than {MOST_CORNERS} corners")
-        for more in choices:
-            if rows[[*kept, *more], :].rank() == len(unknowns):
-                yield tuple(p if p == OPEN else p._replace(still=(*kept, *more)) for p in branch)
+        for chosen in _determining(rows.subs(self.field.numbers), len(laws), branches.mode_name(branch)):
+            yield tuple(p if p == OPEN else p._replace(still=chosen) for p in branch)
+
+    def _has_no_forces(self, branch, state):
+        """Tell whether at every corner of the forces of a branch a law or a margin is violated (Lemma 10)."""
+        unknowns, laws, right = forces.force_equations(self.system, branch)
+        margins = [branches.with_signs(self.system, branch, m) for m in self._margins(branch, state)]
+        rows, constants = sp.linear_eq_to_matrix(margins, unknowns)
+        rows, right = laws.col_join(rows).subs(self.field.numbers), right.col_join(constants)
+        if not all(c.is_Rational for c in rows) or rows.rank() < len(unknowns):
+            return False
+        mode = mode_of(self.system, branch)
+        for chosen in map(list, _determining(rows, laws.rows, branches.mode_name(branch))):
+            values = (rows * rows[chosen, :].inv() * right[chosen, :] - right).expand()
+            signs = [sign_at(self._row(mode, value), state) for value in values]
+            if not any(signs[: laws.rows]) and -1 not in signs[laws.rows :]:
+                return False
+        return True
+
+    def _margins(self, branch, state):
+        """Yield what forces of a branch must not make negative: loads, edges of stick, rates of slip that begins."""
+        for k, (friction, phase) in enumerate(zip(self.system.frictions, branch, strict=True)):
+            if phase == OPEN:
+                continue
+            if friction.constraint is not None or (phase.velocity and not branches.lifts(friction)):
+                yield phase.load * friction.load
+            if phase.mode == "stick":
+                yield from (margin.value for margin in forces.edges_of_stick(friction, phase, k))
+            elif self._sign(friction.velocity, state) == 0:
+                yield phase.velocity * branches.rate_along(self.system, friction.velocity)
 
     def _on_sides(self, mode, state):
         """Yield a mode on every combination of sides of its switches on which a state may lie."""

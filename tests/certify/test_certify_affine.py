@@ -30,7 +30,7 @@ from asympk.certify.balls import hull
 from asympk.certify.rows import EnclosedState, ExactEntries, sign_at
 from asympk.certify.segments import EnclosedSegment
 
-F, G, t = sp.symbols("F G t", real=True)
+F, G, H, N, t = sp.symbols("F G H N t", real=True)
 x, v, y, w, c = sp.symbols("x v y w c", real=True)
 mu, k = sp.symbols("mu k", positive=True)
 
@@ -387,6 +387,36 @@ def test_rest_that_repels_one_of_its_contacts_either_way_has_no_proof():
     assert certify(scene).reason == "edge: after start, contact 1 may rest and may slip in either direction"
     with pytest.raises(TwoMotions):
         ap.solve(scene)
+
+
+@pytest.mark.parametrize(
+    ("rates", "contacts", "start"),
+    [
+        (
+            {v: 4 * F - 2 * G - 2 * H + v + 2, w: G - 2 * F - 2 * H + y - 2, y: 4 * H - F},
+            [ap.Friction(v, F, 1, 2), ap.Friction(w, G, 1, 1, sp.Rational(3, 2)), ap.Friction(y, H, 1, 3)],
+            {"v": 0, "w": 0, "y": -2},
+        ),
+        (
+            {v: 5 * F - 2 * G + 2, w: F + 2 * G - N - 1, x: y, y: N - F - G - 4},
+            [ap.Friction(v, F, N, 1, gap=x, normal=N, constraint=N - F - G - 4), ap.Friction(w, G, 1, 2)],
+            {"v": 0, "w": 0, "x": 0, "y": 0},
+        ),
+    ],
+)
+def test_a_slip_whose_forces_are_not_determined_is_excluded_where_no_forces_agree_with_it(rates, contacts, start):
+    """stick+stick+slip_opposite of blocks has equations without a solution, slip_opposite+stick none with N >= 0."""
+    system = ap.System.with_frictions(rates, {}, contacts)
+    proven_as_followed(ap.Scene(system=system, values={}, start=start, until=2))
+
+
+def test_a_slip_whose_forces_are_not_determined_is_not_excluded_where_some_agree_with_it():
+    """The forces on the first two blocks have the sum (1 + c) H, which they bear at rest for c = -1 alone."""
+    contacts = [ap.Friction(v, F, 1, 2), ap.Friction(w, G, 1, 2), ap.Friction(y, H, 1, 1)]
+    system = ap.System.with_frictions({v: F - G + c * H, w: G - F + H, y: H}, {}, contacts)
+    scene = ap.Scene(system=system, values={"c": -1}, start={"v": 0, "w": 0, "y": 2}, until=1)
+    assert certify(scene).reason == "rest: the forces of stick+stick+slip_same are not determined"
+    proven_as_followed(replace(scene, values={"c": "-0.99"}))
 
 
 def test_after_an_event_a_contact_that_rested_is_not_proven_to_rest_while_another_slips_that_could_rest():
