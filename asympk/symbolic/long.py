@@ -112,8 +112,8 @@ def tidied(expr: sp.Expr) -> sp.Expr:
     if divided and _is_rational(expr) and found.is_rational_function():
         above, below = _quotient(found)
         if any(base.free_symbols for base in below):
-            _, above, below = sp.cancel((above, _product(below)))
-            return above / below
+            scale, above, below = sp.cancel((above, _product(below)))
+            return scale * above / below
     return found
 
 
