@@ -28,8 +28,7 @@ class Scene(ShownAsTable):
     A number is an int, float, Fraction, Decimal, str ("0.2" means 1/5) or mpf. It is stored without rounding: an int or
     a float as it is, all others as a Fraction. Only ``Scene.near`` sets ``near_to``, and only ``Scene.physical`` sets
     ``rod``, the physical quantities; ``rod`` becomes None if another number replaces its own. ``origin`` is set where a
-    start off a mechanism's contact is derived, whose reaction depends on the parameters: (mechanism, values, state).
-    Raises ``InputError``.
+    start is derived from coordinates and rates of a mechanism: (mechanism, values, state). Raises ``InputError``.
     """
 
     sigma: Any = None

@@ -30,6 +30,7 @@ from asympk.numbers import number, short, sign_of, whole
 from asympk.path import Event
 from asympk.scene import MANIFOLDS, Scene, require_scene
 from asympk.shown import Card, ShownAsTable
+from asympk.systems.catalogue import is_off_contact
 
 COORDINATES = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
 MOST_EVENTS = 200
@@ -205,14 +206,24 @@ def _sides_of_system(scene, box):
     known = (*scene.names, *(s.name for s in scene.system.parameters))
     sides = _exact_sides(box, known, "state and no parameter")
     turned = {name: ends for name, ends in sides.items() if name not in scene.names}
-    if scene.origin is not None and (behind := sides.keys() & scene.origin[0].behind_start(scene.system)):
-        raise InputError(f"box: the start is off the contact, and its reaction or sliding velocity follows from "
-                         f"{', '.join(sorted(behind))}; let others range, or give the start in states")  # fmt: skip
+    if behind := _behind_start(scene, sides):
+        raise InputError(f"box: the reaction or the sliding velocity of the start follows from {', '.join(behind)}; "
+                         "let others range, or give the start in states")  # fmt: skip
     for corner in product(*turned.values()):
         found = _values(scene, dict(zip(turned, corner, strict=True)))
         values = dict(zip(scene.system.parameters, found, strict=True))
         scene.system.placed(values, dict(zip(scene.names, scene.start, strict=True)))
     return sides
+
+
+def _behind_start(scene, sides):
+    """Return the names of a box from which other states of the start follow, at a start in coordinates and rates."""
+    mechanism, values, state = scene.origin or (None, {}, scene.names)
+    if {*scene.names} <= {*state}:
+        return []
+    known = {**values, **dict(zip(map(str, scene.system.parameters), scene.values, strict=True)), **state}
+    behind = mechanism.behind_start({name: value for name, value in known.items() if name not in sides})
+    return sorted(sides.keys() & (behind | ({str(scene.system.small)} if is_off_contact(scene) else set())))
 
 
 def _exact_sides(box, known, what):

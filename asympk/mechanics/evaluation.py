@@ -54,9 +54,13 @@ def exactly_at(expr: sp.Expr, values: dict[sp.Symbol, Any]) -> Any:
     given = {symbol: values[symbol] for symbol in symbols_in(expr)}
     if any(isinstance(value, float) for value in given.values()):
         return rounded
-    found = expr.xreplace({symbol: value if isinstance(value, sp.Expr) else sp.Rational(number(str(symbol), value))
-                           for symbol, value in given.items()})  # fmt: skip
+    found = expr.xreplace({symbol: exact_number(symbol, value) for symbol, value in given.items()})
     return found if found.is_number and found.is_real else rounded
+
+
+def exact_number(symbol: sp.Symbol, value: Any) -> sp.Expr:
+    """Return the value of a symbol as a SymPy number, a double as a rational one; raises ``InputError``."""
+    return value if isinstance(value, sp.Expr) else sp.Rational(number(str(symbol), value))
 
 
 def evaluate_ahead(

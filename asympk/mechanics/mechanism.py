@@ -17,7 +17,7 @@ import sympy as sp
 from asympk.errors import InputError, NotDerivable, OutOfRange
 from asympk.mechanics import elastic, jump_law, paradox, rigid, rigid_system
 from asympk.mechanics.checks import check_bounds, check_mechanism, require_closed, require_positive_mass
-from asympk.mechanics.evaluation import evaluate_ahead, exactly_at
+from asympk.mechanics.evaluation import evaluate_ahead, exact_number, exactly_at
 from asympk.mechanics.jump_law import JumpLaw
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.lagrangian import equations_of
@@ -314,10 +314,11 @@ class Mechanism(ShownAsFormulas):
             raise InputError(f"no value for {', '.join(missing)}; give the coordinates and rates to start from")
         return {s.name: _worked_out({**given, **fixed}[s]) for s in system.states}
 
-    def behind_start(self, system: System) -> set[str]:
-        """Return the names of the coordinates, rates and parameters from which ``start`` finds x, y and z."""
-        formulas = (self.plain.slip, *(part for k in self._contacts for part in (k.gap, k.gap_rate)))
-        return {*map(str, symbols_in(sp.Tuple(*formulas))), str(system.small)}
+    def behind_start(self, values: dict[str, Any]) -> set[str]:
+        """Return the names beside those of ``values`` on which gaps, gap rates and the sliding velocity depend."""
+        formulas = sp.Tuple(self.plain.slip, *(part for k in self._contacts for part in (k.gap, k.gap_rate)))
+        known = {s: exact_number(s, values[s.name]) for s in symbols_in(formulas) if s.name in values}
+        return {*map(str, symbols_in(replaced(formulas, known)))}
 
     @cached_property
     def _names(self):

@@ -37,7 +37,7 @@ from asympk.scenes.turned import static_frictions, with_changes
 from asympk.storage.tomlfile import nearest, refuse_unknown, require_keys, table_in, tables_in
 from asympk.symbolic.system import Friction, System
 from asympk.symbolic.values import did_you_mean, in_words
-from asympk.systems.catalogue import described_mechanism, origin_of, start_at
+from asympk.systems.catalogue import described_mechanism, start_at
 
 KEYS = ("slow", "fast", "small", "time", "frictions", "assumptions")
 MECHANISM = ("mechanism", *CONTACT)
@@ -58,8 +58,8 @@ def read_system_scene(entry: dict[str, Any], changes: Mapping[str, Any]) -> Scen
     start = with_changes(start, changes, follows) if isinstance(start, dict) else start
     origin = None
     if isinstance(start, dict) and mechanism and coordinates_of_start(system, mechanism, start):
-        state, start = start, start_at(mechanism, system, values, start)
-        origin = origin_of(mechanism, system, values, state, start)
+        origin = (mechanism, values, start)
+        start = start_at(mechanism, system, values, start)
     kept = without(cancelled(entry["system"], system, mechanism), values)
     return Scene(system=system, values=kept, start=start, until=entry["until"], name=entry.get("name", ""),
                  origin=origin)  # fmt: skip

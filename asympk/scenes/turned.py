@@ -8,7 +8,7 @@ from asympk.errors import UnknownName
 from asympk.numbers import number, short
 from asympk.scene import Scene
 from asympk.symbolic.system import System
-from asympk.systems.catalogue import start_at
+from asympk.systems.catalogue import is_off_contact, start_at
 from asympk.systems.painleve_klein.units import STATE, Degrees, in_degrees, scene_in_units
 
 ROD = ("sigma", "mu", "sigma0")
@@ -61,10 +61,10 @@ def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: An
 
 
 def _derived(scene: Scene, values: dict[str, Any], begun: dict[str, Any]) -> tuple[Scene, Any]:
-    """Return a scene that starts off a contact, with its origin after changes, and the start that follows from it."""
-    if begun.keys() >= {*scene.names}:
-        return replace(scene, origin=None), scene.start
+    """Return a scene with its origin after changes, and the start that follows from it; one in contact stays there."""
     mechanism, numbers, state = scene.origin
+    if not is_off_contact(scene) or begun.keys() >= {*scene.names}:
+        return replace(scene, origin=None if begun else scene.origin), scene.start
     state = with_changes(state, begun, {})
     start = start_at(mechanism, scene.system, {**numbers, **values}, state)
     origin = (mechanism, numbers, state) if begun.keys() <= state.keys() else None

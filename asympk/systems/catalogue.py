@@ -32,7 +32,7 @@ def example_scene(
     start = start_at(mechanism, system, values, state)
     needed = {s.name for s in system.parameters}
     numbers = {key: value for key, value in values.items() if key in needed}
-    origin = origin_of(mechanism, system, values, state, start)
+    origin = (mechanism, {**values}, {**state})
     return Scene(system=system, values=numbers, start=start, until=until, name=name, origin=origin)
 
 
@@ -62,12 +62,12 @@ def start_at(
     return mechanism.start(system, {**{k: v for k, v in values.items() if k in own}, **state})
 
 
-def origin_of(
-    mechanism: Mechanism, system: System, values: Mapping[str, Any], state: Mapping[str, Any], start: Mapping[str, Any]
-) -> tuple | None:  # fmt: skip
-    """Return ``Scene.origin`` of a start from ``start_at``: None where no contact is off g = 0."""
-    pressing = {*system.fast, *(x for x, rate in system.slow.items() if rate in system.fast)}
-    return (mechanism, {**values}, {**state}) if any(start[s.name] for s in pressing) else None
+def is_off_contact(scene: Scene) -> bool:
+    """Tell whether a ``Scene`` of a mechanism starts off the contact: its reaction follows from ``Scene.origin``."""
+    slow, fast = scene.system.slow, scene.system.fast
+    pressing = {*fast, *(x for x, rate in slow.items() if rate in fast)}
+    start = dict(zip(scene.system.states, scene.start, strict=True))
+    return scene.origin is not None and any(start[s] for s in pressing)
 
 
 def about_system(name: str) -> str:

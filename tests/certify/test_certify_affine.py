@@ -840,12 +840,18 @@ def test_of_all_modes_of_a_chain_only_those_are_tried_that_the_signs_of_its_velo
     assert inside(proof, path)
 
 
-def test_nothing_ranges_from_which_the_reaction_of_a_start_off_the_contact_follows(tmp_path):
+def test_nothing_ranges_from_which_the_reaction_of_a_start_in_coordinates_follows(tmp_path):
+    fallen = FALLING_BALL.replace("Y = 1,", "Y = 0,")
+    for text, name, ends in ((FALLING_BALL, "eps", ("0.05", "0.1")), (FALLING_BALL, "Y", ("0.9", "1.1")),
+                             (fallen, "Y", (0, "0.1"))):  # fmt: skip
+        (tmp_path / "ball.toml").write_text(text)
+        with pytest.raises(InputError, match=f"the reaction or .* of the start follows from {name}; let others"):
+            cover(ap.read_scene(tmp_path / "ball.toml"), {name: ends})
+    on_ground = certify(ap.read_scene(tmp_path / "ball.toml"), {"f": ("0.3", "0.4"), "X": (0, 1)})
+    assert proven(on_ground)
+    assert on_ground.modes == ("slip_same",)
     (tmp_path / "ball.toml").write_text(FALLING_BALL)
     scene = ap.read_scene(tmp_path / "ball.toml")
-    for name, ends in {"eps": ("0.05", "0.1"), "Y": ("0.9", "1.1")}.items():
-        with pytest.raises(InputError, match=f"off the contact, and its reaction .* follows from {name}; let others"):
-            cover(scene, {name: ends})
     path = ap.solve(turned(scene, {"f": "0.35"}, {"X": "1/2"}, None))
     proof = certify(scene, {"f": ("0.3", "0.4"), "X": (0, 1)})
     assert proven(proof)
