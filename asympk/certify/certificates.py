@@ -96,7 +96,8 @@ class SceneBalls(NamedTuple):
 def certify(scene: Scene, box: Mapping[str, tuple] | None = None, digits: int = 15) -> Certificate:
     """Return the ``Certificate`` of a ``Scene``, on a ``box`` {coordinate: (low, high)} if given.
 
-    Coordinates are sigma, mu, sigma0, x, y, z and until of the rod, states and parameters of an affine system.
+    Coordinates are sigma, mu, sigma0, x, y, z and until of the rod, states and parameters of an affine system, without
+    those from which a start in coordinates of a mechanism derives its reaction or sliding velocity.
 
     Unless a side of the box has a length, the precision is raised until the radii of the final state are below
     10^-digits times the largest of 1, |x|, |z| (of an affine system: of 1 and all states). Where the allowed work is

@@ -16,7 +16,7 @@ from mechanisms import FALLING_BALL
 import asympk as ap
 from asympk.__main__ import main
 from asympk.errors import InputError, TwoMotions, UnboundedReaction
-from asympk.scenes.scenefile import read_scene
+from asympk.scenes.scenefile import changed_scene, read_scene
 from asympk.scenes.turned import turned
 from asympk.studies.bench import rod_in_general_clothes
 from asympk.symbolic import branches, guards
@@ -840,10 +840,24 @@ def test_of_all_modes_of_a_chain_only_those_are_tried_that_the_signs_of_its_velo
     assert inside(proof, path)
 
 
+SLOPE = """coordinates = ["X", "Y"]
+lagrangian = "m*(X'^2 + Y'^2)/2 - m*g*Y"
+gap = "Y - a*X"
+slip = "X + a*Y"
+friction = "f"
+unilateral = true
+until = 0.5
+compliance = "c"
+damping = "h"
+values = {m = 1, g = 1, f = 0.3, c = 1e-2, h = 1, a = 0.1}
+state = {X = 1, Y = 0.1, "X'" = 1, "Y'" = 0.1}
+"""
+
+
 def test_nothing_ranges_from_which_the_reaction_of_a_start_in_coordinates_follows(tmp_path):
     fallen = FALLING_BALL.replace("Y = 1,", "Y = 0,")
     for text, name, ends in ((FALLING_BALL, "eps", ("0.05", "0.1")), (FALLING_BALL, "Y", ("0.9", "1.1")),
-                             (fallen, "Y", (0, "0.1"))):  # fmt: skip
+                             (SLOPE, "a", ("0.1", "0.11")), (fallen, "Y", (0, "0.1"))):  # fmt: skip
         (tmp_path / "ball.toml").write_text(text)
         with pytest.raises(InputError, match=f"the reaction or .* of the start follows from {name}; let others"):
             cover(ap.read_scene(tmp_path / "ball.toml"), {name: ends})
@@ -857,3 +871,12 @@ def test_nothing_ranges_from_which_the_reaction_of_a_start_in_coordinates_follow
     assert proven(proof)
     assert proof.modes == path.modes
     assert inside(proof, path)
+
+
+@pytest.mark.parametrize(("text", "name", "ends"), [(FALLING_BALL, "f", ("0.299", "0.301")),
+                                                    (SLOPE, "c", ("0.01", "0.0101"))])  # fmt: skip
+def test_the_proof_of_a_box_holds_what_the_file_does_with_other_numbers(tmp_path, text, name, ends):
+    (tmp_path / "own.toml").write_text(text)
+    proof = certify(ap.read_scene(tmp_path / "own.toml"), {name: ends})
+    assert proven(proof)
+    assert all(inside(proof, ap.solve(changed_scene(str(tmp_path / "own.toml"), {name: end})[0])) for end in ends)
