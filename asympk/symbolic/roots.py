@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from itertools import product
 
 import sympy as sp
+from sympy.functions.elementary.hyperbolic import HyperbolicFunction
 from sympy.functions.elementary.trigonometric import TrigonometricFunction
 from sympy.simplify.fu import TR8
 
@@ -80,10 +81,13 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
     if len(unknowns) == 1:
         if own := _by_lambert(*equal_zero, *unknowns) or _by_logarithm(*equal_zero, *unknowns):
             return own
-        if powers := _in_exponentials(*equal_zero, *unknowns):
-            numerator, w, rate = powers
+        if powers := _in_exponentials(*equal_zero, *unknowns) or _in_roots(*equal_zero, *unknowns):
+            numerator, w, height = powers
             found = solutions_of([numerator], [w])
-            return found and [{y: sp.log(s[w]) / rate for y in unknowns} for s in found]
+            if found == [{}]:
+                return found
+            own = [dict.fromkeys(unknowns, h) for h in dict.fromkeys(height(s[w]) for s in found or ())]
+            return found and [*filter(_is_as_declared, own)]
         equal_zero = [_in_fewer_waves(*equal_zero, *unknowns)]
         if _mixes(*equal_zero, *unknowns):
             return None
@@ -161,8 +165,13 @@ def _solves(solution, equal_zero):
 
     SymPy's own check may take long, or not end; roots of one rational g alone need it, as SymPy shortens them then.
     """
-    declared = (sp.check_assumptions(h, **y.assumptions0) is not False for y, h in solution.items())
-    return all(declared) and all(is_zero_somewhere(g.subs(solution, simultaneous=True)) for g in equal_zero)
+    there = (g.subs(solution, simultaneous=True) for g in equal_zero)
+    return _is_as_declared(solution) and all(map(is_zero_somewhere, there))
+
+
+def _is_as_declared(solution):
+    """Tell whether every unknown may be as it is declared."""
+    return all(sp.check_assumptions(h, **y.assumptions0) is not False for y, h in solution.items())
 
 
 def _factors(force, unknowns):
@@ -229,18 +238,46 @@ def _by_logarithm(force, y):
 
 
 def _in_exponentials(force, y):
-    """Return (numerator of g in w, w, q), w = exp(q y), where g is rational in several powers of it, else None.
+    """Return (numerator of g in w, w, y by w), w = exp(q y), where g is rational in several powers of it, else None.
 
-    For exp(y/2) beside exp(y/3) SymPy does not end.
+    Hyperbolic functions are such powers. For exp(y/2) beside exp(y/3), and tanh(y) beside exp(y), SymPy does not end.
     """
+    if heavy(force):
+        return None
+    force = force.xreplace({f: f.rewrite(sp.exp) for f in force.atoms(HyperbolicFunction) if f.has(y)})
     exponentials = [e for e in force.atoms(sp.exp) if e.has(y)]
     slopes = [e.exp.diff(y) for e in exponentials]
-    if heavy(force) or len(slopes) < 2 or not all(slope.is_Rational for slope in slopes):
+    if len(slopes) < 2 or not all(slope.is_Rational for slope in slopes):
         return None
     q, w = sp.gcd_list(slopes), sp.Dummy(positive=True)
     powers = {e: w ** (k / q) * sp.exp(e.exp.subs(y, 0)) for e, k in zip(exponentials, slopes, strict=True)}
-    numerator = sp.fraction(sp.together(force.xreplace(powers)))[0]
-    return (numerator, w, q) if numerator.is_polynomial(w) and not numerator.has(y) else None
+    return _in_one_power(force.xreplace(powers), y, w, lambda value, step: sp.log(sp.together(value)) / (q * step))
+
+
+def _in_roots(force, y):
+    """Return (numerator of g in w, w, y by w), w a root of a + b y, where g is rational in powers of it, else None."""
+    roots = {p for p in fractional_powers(force) if p.has(y)} if not heavy(force) else ()
+    bases = {p.base for p in roots}
+    if len(bases) != 1 or (slope := (base := bases.pop()).diff(y)).has(y):
+        return None
+    q, w = sp.ilcm(1, *(p.exp.q for p in roots)), sp.Dummy(nonnegative=True)
+
+    def height(value, step=1):
+        found = (value ** sp.Rational(q, step) - base.subs(y, 0)) / slope
+        return sp.expand(found) if fractional_powers(value) else found
+
+    return _in_one_power(force.xreplace({p: w ** (q * p.exp) for p in roots}).subs(y, height(w)), y, w, height)
+
+
+def _in_one_power(force, y, w, height):
+    """Return (numerator of g in w, w, y by w) with the least powers of w, where g is rational in w alone, else None."""
+    numerator = sp.fraction(sp.together(force))[0]
+    if not numerator.is_polynomial(w) or numerator.has(y):
+        return None
+    terms = sp.Poly(numerator, w).terms()
+    least = min(k for (k,), _ in terms) if w.is_positive else 0
+    step = sp.igcd(0, *(k - least for (k,), _ in terms)) or 1
+    return sum(c * w ** ((k - least) // step) for (k,), c in terms), w, lambda value: height(value, step)
 
 
 def _given_by_others(equal_zero, unknowns):
@@ -293,15 +330,12 @@ def _eliminants(equal_zero, unknowns):
 
 
 def _is_beyond_radicals(force, y, unknowns):
-    """Tell whether a polynomial g, of y or a root of y, has a factor of degree above 2 without readable roots.
+    """Tell whether a polynomial g of y has a factor of degree above 2 without readable roots.
 
     SymPy takes an odd root of what is negative for complex, and leaves it out. With several unknowns SymPy may take
     minutes to join such roots, readable or not.
     """
     numerator = sp.fraction(sp.together(force))[0]
-    if powers := {p for p in fractional_powers(numerator) if p.base == y}:
-        q, w = sp.ilcm(1, *(p.exp.q for p in powers)), sp.Dummy(real=True)
-        numerator, y = numerator.xreplace({p: w ** (q * p.exp) for p in powers}).subs(y, w**q), w
     if not numerator.is_polynomial(y):
         return False
     factors = (f for f, _ in sp.factor_list(numerator, y)[1] if sp.degree(f, y) > 2)
