@@ -34,6 +34,7 @@ from asympk.scenes.scenefile import changed_scene
 from asympk.scenes.turned import turned
 
 ROD = ap.read_scene("backward")
+START = 120  # seconds that a process may take to start, also on a busy machine
 BLOCK = "until = 8\n" + spring_block("k / (1 + (v - 1)^2)", "v - 1") + """static = 1
 [values]
 k = 0.8
@@ -247,20 +248,20 @@ def _known(given):
 
 @pytest.mark.slow
 def test_an_answer_that_takes_too_long_is_ended_and_the_next_question_is_answered():
-    worker = Worker(_slow_answer, _known("given"), seconds=20)
+    worker = Worker(_slow_answer, _known("given"), seconds=START)
     try:
         assert worker.ask(0) == "given"
         worker._seconds = 0.2
         with pytest.raises(Late, match="ended"):
             worker.ask(60)
-        worker._seconds = 20
+        worker._seconds = START
         assert worker.ask(0) == "given"
     finally:
         worker.close()
 
 
 def test_an_error_of_the_process_comes_back_as_one_line():
-    worker = Worker(_wrong_answer, _known(None), seconds=20)
+    worker = Worker(_wrong_answer, _known(None), seconds=START)
     try:
         with pytest.raises(InputError, match="x = 1"):
             worker.ask(InputError("x = 1"))
@@ -515,7 +516,7 @@ def _drag_ring(window, before, tries=3):
     x, y = window.run(f"return {RING}")
     window.drag((x, y), (x + 40, y - 30))
     try:
-        window.wait(f"{PATH} !== {json.dumps(before)}", seconds=20)
+        window.wait(f"{PATH} !== {json.dumps(before)}", seconds=START)
     except TimeoutError:
         if tries == 1:
             raise
