@@ -40,6 +40,7 @@ COMMON = ("name", "about", "start", "until")
 SYSTEM = ("system", "values")
 NONDIMENSIONAL = ("sigma", "mu", "sigma0", "near")
 PHYSICAL = ("m", "P", "f", "f0", "alpha", "l", "k", "h")
+SWEEP = ("seed", "count", "chunk", "format", "itineraries")  # of a sweep's file alone
 UNITS = "units"  # of physical quantities: the names of those of mass, force, length and time
 _NUMBERS = {"values", "state", "start"}  # tables
 _NEAR = ("manifold", "x", "offset", "z")
@@ -151,6 +152,8 @@ def scene_of_table(table: dict[str, Any], where: str, changes: Mapping[str, Any]
 
     Raises ``InputError``.
     """
+    if settings := [key for key in table if key in SWEEP]:
+        raise InputError(f"{where}: {settings[0]} is of a sweep, which asympk sweep follows; a scene has none")
     if describes_mechanism(table):
         table = scene_table(table, where)
     refuse_unknown(table, (*COMMON, *NONDIMENSIONAL, *PHYSICAL, UNITS, *SYSTEM), where)

@@ -29,7 +29,7 @@ from asympk import systems
 from asympk.errors import InputError
 from asympk.mechanics.described import describes_mechanism, scene_table
 from asympk.numbers import number, short, whole
-from asympk.scenes.scenefile import NONDIMENSIONAL, PHYSICAL, SYSTEM, UNITS, keys_of, scene_names
+from asympk.scenes.scenefile import NONDIMENSIONAL, PHYSICAL, SWEEP, SYSTEM, UNITS, keys_of, scene_names
 from asympk.storage.tomlfile import parse_table, read_table, refuse_unknown, word
 from asympk.sweep.family import Axis
 from asympk.sweep.rods import PhysicalRodFamily, RodFamily
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 Family: TypeAlias = "RodFamily | SystemFamily"
 FORMATS = ("npz", "parquet")
 _MOST, _MOST_POINTS, _MOST_BITS = 10**12, 10**5, 4000
-_SETTINGS = ("name", "seed", "count", "chunk", "format", "itineraries")
+_SETTINGS = ("name", *SWEEP)
 _KEYS = (*_SETTINGS, "about", "sigma", "mu", "sigma0", "start", "until", *PHYSICAL, UNITS, *SYSTEM)
 _RANGES = ("grid", "log_grid", "uniform", "log_uniform")
 

@@ -166,6 +166,7 @@ def test_repeated_collisions_are_repeated():
     ("entries", "said"),
     [
         ({**PLAIN, "sgima": 1}, "'sgima' is unknown; the nearest known one is 'sigma'"),
+        ({**PLAIN, "seed": 1}, "seed is of a sweep, which asympk sweep follows"),
         ({**PLAIN, "Start": 1}, "'Start' is unknown; the nearest known one is 'start'"),
         ({**PLAIN, "m": 1}, "m is physical and sigma is not"),
         ({"sigma": 1}, "mu, start, until missing"),
