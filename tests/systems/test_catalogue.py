@@ -337,6 +337,9 @@ def test_a_mechanism_and_a_scene_are_not_taken_for_each_other(tmp_path, monkeypa
     (tmp_path / "rod.toml").write_text(ROD.replace("coordinates", "coordinate"))
     assert main(["solve", "rod.toml"]) == 2
     assert "rod.toml: key 'coordinate' is unknown; the nearest known one is 'coordinates'" in capsys.readouterr().err
+    (tmp_path / "rod.toml").write_text("until = 1\n" + ROD.replace("state = ", "# "))
+    assert main(["solve", "rod.toml"]) == 2
+    assert "rod.toml: [state] is missing; give the coordinates and rates" in capsys.readouterr().err
     assert main(["mechanism", "scene.toml"]) == 2
     assert "scene.toml: it is a scene, followed by asympk solve" in capsys.readouterr().err
 
