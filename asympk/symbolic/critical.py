@@ -106,7 +106,7 @@ class CriticalManifold(ShownAsFormulas):
                    for f in g.atoms(*_POSITIVE) if f.has(*self.branch)}  # fmt: skip
         inside |= {given for g in limits for given in _within_ranges(g, self.branch)}
         inside |= {declared_sign(y) * h for y, h in self.branch.items() if y != h} - {0}
-        if any(expr.has(sp.I) for expr in inside):
+        if any(expr.has(sp.I) or expr.is_extended_real is False for expr in inside):
             return sp.false
         roots |= {p for p in fractional_powers(*inside) if p.base in inside}
         names = {p: sp.Dummy(positive=True) for p in roots}

@@ -585,7 +585,7 @@ def test_a_branch_that_exists_over_few_places_or_far_away_is_found(force, branch
     x - sp.cbrt(y), x - y ** sp.Rational(2, 3), x + y ** sp.Rational(1, 6), x - 1 / sp.cbrt(y),
     x - sp.sqrt(sp.sqrt(y) - 1), x - sp.exp(sp.sqrt(y)), x - sp.asin(sp.sqrt(y)), x - sp.acosh(sp.sqrt(y)),
     x - sp.sqrt(y) * sp.sqrt(y - 1), (x + sp.sqrt(y)) * (x - sp.atan(y)), (x + sp.sqrt(y)) * (x - sp.sqrt(y - 1)),
-    (x - sp.sqrt(y) * sp.sqrt(y - 3)) * (y - 2),
+    (x - sp.sqrt(y) * sp.sqrt(y - 3)) * (y - 2), 10 * x + 70 * sp.sqrt(-y) + sp.sqrt(y - 1),
     x + sp.sqrt(y) - sp.root(y, 4), (x - sp.root(y, 4)) ** 2 - 1, x - sp.sin(sp.root(y, 4)),
     x - sp.cosh(y / 2), x - sp.exp(y / 2) + sp.exp(y), x - sp.sqrt(y) + sp.sqrt(y + 1),
 ])  # fmt: skip
