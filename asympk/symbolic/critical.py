@@ -354,12 +354,12 @@ def _branches(mode, small):
     if solutions and all(map(_free, solutions)):
         raise NotNormallyHyperbolic(f"mode {mode.name!r}: {_free(solutions[0])}: a function of the fast states changes "
                                     "slowly; make it a slow state")  # fmt: skip
-    complete = [form for s in solutions for form in real_forms(s) if not any(map(is_complex, form.values()))]
+    complete = [s for s in solutions if not any(map(is_complex, s.values()))]
     if any(h.has(sp.I) for h in heights(complete)):
         return _by_value(mode, small, equal_zero)
     told = all(g.is_rational_function(*mode.fast) for g in equal_zero)  # SymPy finds false roots of exponentials
-    complete = [s for s in complete if (told and s in solutions)
-                or all(is_zero_somewhere(g.subs(s, simultaneous=True)) for g in equal_zero)]
+    complete = [form for s in complete for form in real_forms(s)
+                if (told and form is s) or all(is_zero_somewhere(g.subs(form, simultaneous=True)) for g in equal_zero)]
     return [sp.Dict({y: by_powers(h, tuple(mode.slow)) for y, h in s.items()}) for s in complete]
 
 
