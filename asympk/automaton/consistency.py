@@ -105,6 +105,7 @@ def _ties(here: Junction, branch: Branch, group: tuple[int, ...]) -> list[tuple]
 
 
 def all_guards(mode: GuardedMode) -> tuple[Guard, ...]:
+    """Return the guards of a mode, the fixed ones last."""
     return (*mode.guards, *mode.fixed_guards)
 
 
@@ -265,6 +266,7 @@ def stays(here: Junction, mode: GuardedMode, guard: int) -> bool:
 
 
 def all_vanish(here: Junction, exprs: tuple[sp.Expr, ...], places: tuple[Place, ...] = ()) -> bool:
+    """Tell whether expressions are 0 to rounding at places, those of the junction unless others are given."""
     rows = (place.values(here.system, exprs) for place in places or here.places)
     return not any(map(here.numbers.decided_sign, zip(*rows, strict=True)))
 
