@@ -36,7 +36,7 @@ from asympk.symbolic.long import heavy, replaced
 from asympk.symbolic.reading import expression
 from asympk.symbolic.roots import fractional_powers, heights, is_complex, is_unreadable, real_forms, solutions_of
 from asympk.symbolic.sides import Sides, is_switched, measured, on_sides, phases
-from asympk.symbolic.signs import above, conjunction, factored, nonzero
+from asympk.symbolic.signs import above, conjunction, factored, nonzero, with_known_lambert
 from asympk.symbolic.system import Mode, System, of_system
 from asympk.symbolic.values import as_exact, by_symbol, in_words
 
@@ -106,7 +106,7 @@ class CriticalManifold(ShownAsFormulas):
                    for f in g.atoms(*_POSITIVE) if f.has(*self.branch)}  # fmt: skip
         inside |= {given for g in limits for given in _within_ranges(g, self.branch)}
         inside |= {declared_sign(y) * h for y, h in self.branch.items() if y != h} - {0}
-        if any(expr.has(sp.I) or expr.is_extended_real is False for expr in inside):
+        if any(expr.has(sp.I) or with_known_lambert(expr).is_extended_real is False for expr in inside):
             return sp.false
         roots |= {p for p in fractional_powers(*inside) if p.base in inside}
         names = {p: sp.Dummy(positive=True) for p in roots}

@@ -209,11 +209,11 @@ def _vanishes(factor, assumptions):
 def _relation(expr, assumptions):
     """Return ``expr > 0``, or True or False where this follows from the assumptions, with all symbols real."""
     real = {s: sp.Dummy(real=True) for s in expr.free_symbols if s.is_real is None}
-    known = sp.sympify(_with_known_lambert(expr.subs(real)) > 0, strict=True)
+    known = sp.sympify(with_known_lambert(expr.subs(real)) > 0, strict=True)
     return known if known in (sp.true, sp.false) else reduce_under(above(expr), assumptions)
 
 
-def _with_known_lambert(expr):
+def with_known_lambert(expr: sp.Expr) -> sp.Expr:
     """Return ``expr`` with a symbol of its sign for each value of Lambert's W: the lower branch is below -1 where real.
 
     SymPy knows no sign of the upper one, and takes real values of the lower one to be complex.
