@@ -220,7 +220,7 @@ def _resting(system: System, at: Place) -> set[tuple[str, int]]:
     rigid = {k: v for k, v in velocities.items() if system.frictions[k].constraint is not None}
     sums = {k: v for k, v in velocities.items() if k not in rigid and not v.is_Symbol}
     for some, least in ((rigid, OF_ZERO), (sums, 0)):
-        signs = _signs(system, (*some.values(),), at, ROUNDING, least) if some else ()
+        signs = _signs(system, (*some.values(),), at, ROUNDING, least)
         found |= {("velocity_zero", k) for k, sign in zip(some, signs, strict=True) if sign == 0}
     return found
 
@@ -232,6 +232,8 @@ def _signs(system: System, expressions: tuple, at: Place, rounding: float, least
     ``least`` of the largest, as a computed zero is, and the parameters are rounded: a place that is 0 by the choice of
     coordinates has the rounding of lengths and angles. A parameter that switches an expression is not: a step is none.
     """
+    if not expressions:
+        return []
     places, timed = at.with_nudged(rounding, least or 0), least is None
     places = places if timed else tuple(place._replace(t=place.numbers.convert(at.t)) for place in places)
     rows = [place.values(system, expressions) for place in places]
@@ -239,9 +241,10 @@ def _signs(system: System, expressions: tuple, at: Place, rounding: float, least
     if timed or not any(signs):
         return signs
     plain = at._replace(p=at.p[: len(system.parameters)], coefficients=())
-    still = {k for k, s in enumerate(system.parameters) if any(sides.is_switched(e, (s,)) for e in expressions)}
+    fixed = sides.switching_symbols(*expressions)
     for _, moved in nudges(at.t, plain.p, rounding):
-        p = tuple(plain.p[k] if k in still else value for k, value in enumerate(moved))
+        rounded = zip(system.parameters, plain.p, moved, strict=True)
+        p = tuple(value if symbol in fixed else near for symbol, value, near in rounded)
         rows.append(plain._replace(p=p).values(system, expressions))
     return [*map(at.numbers.decided_sign, zip(*rows, strict=True))]
 

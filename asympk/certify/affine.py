@@ -242,12 +242,16 @@ class _Modes:
     def _sign(self, expr, state):
         """Return the sign of an expression at a state, or None where it is not certain, or depends on a switch."""
         with suppress(Refused):
-            return sign_at(self._row(mode_of(self.system, (Phase(1, 1),) * len(self.system.frictions)), expr), state)
+            return sign_at(self._plain_row(expr), state)
+
+    def _plain_row(self, expr):
+        """Return the row of an expression of the states alone, which is the same in every mode."""
+        return self._row(mode_of(self.system, (Phase(1, 1),) * len(self.system.frictions)), expr)
 
     def _is_rounding(self, expr, state):
         """Tell whether an expression at a known state is not 0 exactly, but within what rounds its terms to doubles."""
         with suppress(Refused):
-            row = self._row(mode_of(self.system, (Phase(1, 1),) * len(self.system.frictions)), expr)
+            row = self._plain_row(expr)
             terms = [w if w is None else c * w for c, w in zip(row, state.exact, strict=True) if c]
             known = all(isinstance(term, int | Fraction) for term in terms)
             return known and 0 < abs(sum(terms)) <= 4 * ROUNDING * sum(map(abs, terms))

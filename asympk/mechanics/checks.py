@@ -15,7 +15,7 @@ from asympk.mechanics.tidy import vanishes
 from asympk.multiprecision import private_context
 from asympk.symbolic.long import DIGITS, generic_place, is_regular, symbols_in, valued
 from asympk.symbolic.reading import as_floats, require_names
-from asympk.symbolic.sides import MOST, is_switched, measured, on_sides, phases
+from asympk.symbolic.sides import MOST, measured, on_sides, phases, switching_symbols
 
 SPARE = 10  # digits that the entries of a mass matrix have beyond those in which it is found singular
 
@@ -52,7 +52,8 @@ def departures(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> dict[str, fl
 
     placed, both = {kinetics.time: 0} | values, (kinetics.gap, kinetics.gap_rate)
     found: dict[str, list[float]] = {"g": [], "g'": []}
-    smooth = [s for s in kinetics.parameters if not any(is_switched(expr, (s,)) for expr in both)]
+    fixed = switching_symbols(*both)
+    smooth = [s for s in kinetics.parameters if s not in fixed]
     for symbols, least in (((*kinetics.coordinates, *kinetics.velocities), OF_ZERO), (smooth, 0)):
         given = [s for s in symbols if s in placed]
         start = tuple(float(as_floats(str(s), placed[s])) for s in given)

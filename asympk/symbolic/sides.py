@@ -104,8 +104,12 @@ def _in_order(line: list[tuple[sp.Expr, sp.Expr, int]]) -> Iterator[Sides]:
 
 def is_switched(expr: sp.Expr, symbols: Iterable[sp.Symbol]) -> bool:
     """Tell whether an expression contains a switching function of one of the symbols."""
-    symbols = {*symbols}
-    return any(symbols_in(atom) & symbols for atom in atoms(expr, *SWITCHING))
+    return not switching_symbols(expr).isdisjoint(symbols)
+
+
+def switching_symbols(*expressions: sp.Expr) -> set[sp.Symbol]:
+    """Return the symbols in the switching functions of expressions."""
+    return set[sp.Symbol]().union(*(symbols_in(atom) for expr in expressions for atom in atoms(expr, *SWITCHING)))
 
 
 def inside(phase: sp.Expr, side: int) -> tuple[sp.Expr, ...]:
