@@ -121,7 +121,7 @@ class Mechanism(ShownAsFormulas):
             if not isinstance(contact, Contact):
                 raise InputError(f"{name} = {short(contact)}: it must be an ap.Contact; further ones are others=")
         put(self, "time", _time(self.coordinates) if self.time is None else expression("time", self.time))
-        check_mechanism(self._contacts, (self.contact, *self.others))
+        check_mechanism(self.equations, (self.contact, *self.others))
 
     @classmethod
     def from_lagrangian(
@@ -145,10 +145,10 @@ class Mechanism(ShownAsFormulas):
     @cached_property
     def plain(self) -> Kinetics:
         """The same mechanism in plain symbols, a ``Kinetics``, with which the package computes."""
-        return self._contacts[0]
+        return self.equations[0]
 
     @cached_property
-    def _contacts(self) -> tuple[Kinetics, ...]:
+    def equations(self) -> tuple[Kinetics, ...]:
         """The equations of the mechanism for each of its contacts."""
         names = self._names
         coordinates, velocities = (tuple(names[own] for own in part) for part in (self.coordinates, self.velocities))
@@ -177,7 +177,7 @@ class Mechanism(ShownAsFormulas):
     @property
     def parameters(self) -> tuple[sp.Symbol, ...]:
         """Every parameter of the mechanism and of all its contacts as a plain symbol, sorted by name."""
-        return tuple(sorted({s for kinetics in self._contacts for s in kinetics.parameters}, key=str))
+        return tuple(sorted({s for kinetics in self.equations for s in kinetics.parameters}, key=str))
 
     @property
     def delassus(self) -> sp.ImmutableMatrix:
@@ -266,7 +266,7 @@ class Mechanism(ShownAsFormulas):
         With static friction above kinetic friction a contact that stops may rest or slide back. The rigid contact then
         rests; the elastic one may slide back, as its reaction is still that of the slip before.
         """
-        return rigid_system.rigid_system(self._contacts)
+        return rigid_system.rigid_system(self.equations)
 
     def elastic(self, compliance: Any = None, damping: Any = None) -> System:
         """Return the mechanism with an elastic, damped contact as a slow-fast ``System``.
@@ -285,7 +285,7 @@ class Mechanism(ShownAsFormulas):
             raise InputError("an elastic contact needs compliance= and damping=: a Symbol c and a time h, or eps**2 "
                              "and a multiple of eps, 0 included")  # fmt: skip
         damping = plainly(_finite("damping", damping), self._names, self.time)
-        return elastic.elastic(self._contacts, compliance, damping)
+        return elastic.elastic(self.equations, compliance, damping)
 
     def start(self, system: System, values: dict[Any, Any]) -> dict[str, Any]:
         """Return a start of the elastic or rigid ``system`` of this mechanism, from ``values`` by name or symbol.
@@ -300,7 +300,7 @@ class Mechanism(ShownAsFormulas):
         if other := [str(q) for q in self.plain.coordinates if q not in system.states]:
             raise InputError(f"start: {other[0]} is no state of the system; give the mechanism's elastic() or rigid()")
         given = {self.plain.time: 0} | self.keyed(values, system.parameters)
-        for contact, friction in zip(self._contacts, system.frictions, strict=False):  # it may have more frictions
+        for contact, friction in zip(self.equations, system.frictions, strict=False):  # it may have more frictions
             if friction.gap_rate is not None:
                 require_closed(contact, given)
         require_positive_mass(self.plain, given)
@@ -309,14 +309,15 @@ class Mechanism(ShownAsFormulas):
         sliding = [f.velocity for f in system.frictions if f.velocity in fixed]
         fixed |= {z: exactly_at(self.plain.slip, given) for z in sliding}
         if system.small in system.parameters:
-            fixed |= elastic.pressed(self._contacts, system, given, given.get(system.small))
+            fixed |= elastic.pressed(self.equations, system, given, given.get(system.small))
         if missing := [str(s) for s in system.states if s in moving and s not in given]:
             raise InputError(f"no value for {', '.join(missing)}; give the coordinates and rates to start from")
         return {s.name: _worked_out({**given, **fixed}[s]) for s in system.states}
 
     def behind_start(self, values: dict[str, Any]) -> set[str]:
-        """Return the names beside those of ``values`` on which gaps, gap rates and the sliding velocity depend."""
-        formulas = sp.Tuple(self.plain.slip, *(part for k in self._contacts for part in (k.gap, k.gap_rate)))
+        """Return the names beside those of ``values`` on which gaps, gap rates and the velocity z of a start depend."""
+        sliding = () if self.others else (self.plain.slip,)  # with others no sliding velocity is a state
+        formulas = sp.Tuple(*sliding, *(part for k in self.equations for part in (k.gap, k.gap_rate)))
         known = {s: exact_number(s, values[s.name]) for s in symbols_in(formulas) if s.name in values}
         return {*map(str, symbols_in(replaced(formulas, known)))}
 

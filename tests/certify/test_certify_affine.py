@@ -873,6 +873,16 @@ def test_nothing_ranges_from_which_the_reaction_of_a_start_in_coordinates_follow
     assert inside(proof, path)
 
 
+def test_the_velocity_of_a_belt_may_range_where_no_sliding_velocity_is_a_state_as_with_a_further_contact(tmp_path):
+    belt = SLOPE.replace("Y - a*X", "Y").replace("X + a*Y", "X' - a")
+    belt = belt.replace("X = 1, Y = 0.1, \"X'\" = 1, \"Y'\" = 0.1", "X = 1, Y = 0, \"X'\" = 0, \"Y'\" = 0")
+    (tmp_path / "belt.toml").write_text(f"{belt}others = [{{gap = 'X - 1', slip = 'Y', friction = 0}}]\n")
+    scene = ap.read_scene(tmp_path / "belt.toml")
+    proof = certify(scene, {"a": ("0.1", "0.2")})
+    assert proven(proof)
+    assert inside(proof, ap.solve(turned(scene, {"a": "0.15"}, {}, None)))
+
+
 @pytest.mark.parametrize(("text", "name", "ends"), [(FALLING_BALL, "f", ("0.299", "0.301")),
                                                     (SLOPE, "c", ("0.01", "0.0101"))])  # fmt: skip
 def test_the_proof_of_a_box_holds_what_the_file_does_with_other_numbers(tmp_path, text, name, ends):
