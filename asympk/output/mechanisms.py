@@ -42,19 +42,32 @@ def mechanism_as_text(described: Described) -> str:
 
 def _departure(described):
     """Return a line on g and g' if they do not vanish at the numbers; none if a coordinate has no number."""
-    rod = described.mechanism
-    try:
-        off = departures(rod.plain, rod.keyed(described.numbers))
-    except InputError:
-        return []
+    off = _departures(described)[0] or {}
     given = ", ".join(f"{name} = {_short(value)}" for name, value in off.items())
     return [f"off the contact: {given}; the lines below hold for g = g' = 0"] if off else []
 
 
 def _others(described):
-    """Return a line on the further contacts, which are open in all that the screen says; none if there are none."""
+    """Return lines on the further contacts, which are open in all that the screen says; none if there are none."""
     count = len(described.mechanism.others)
-    return [f"with {count} other contact{'s' if count > 1 else ''}, open in the lines below"] if count else []
+    closed = [str(k) for k, off in enumerate(_departures(described)[1:], 2) if off == {}]
+    told = f"with {count} other contact{'s' * (count > 1)}, open in the lines below"
+    if closed:
+        told += (f"; contact {' and '.join(closed)} is closed here, too: where it pushes, follow rigid() or elastic(), "
+                 "which have all contacts")  # fmt: skip
+    return wrapped("", told) if count else []
+
+
+def _departures(described):
+    """Return what ``departures`` tells of every contact at the numbers, None where a coordinate has no number."""
+    rod = described.mechanism
+    found = []
+    for kinetics in rod.equations:
+        try:
+            found.append(departures(kinetics, rod.keyed(described.numbers)))
+        except InputError:
+            found.append(None)
+    return found
 
 
 def contact_lines(described: Described) -> list[str]:

@@ -305,6 +305,15 @@ def test_further_contacts_stand_in_the_file_and_are_said_to_be_open(screen, tmp_
         assert said in screen(f"{ROD}others = {others}", status=2)
 
 
+@pytest.mark.parametrize(("place", "rate", "closed"), [(1, 0, False), (0, -1, False), (0, 0, True)])
+def test_a_further_contact_that_is_closed_where_the_screen_takes_it_as_open_is_said_to_be(place, rate, closed, screen):
+    """The rigid motions are then those with one foot alone, not those of a block that stands on two."""
+    foot = f'others = [{{gap = "X - theta + 1.1 - {place}", slip = "Y", friction = "f/2", unilateral = true}}]\n'
+    told = screen(f"{ROD}{foot}".replace("-1.17824", str(rate + 0.2)))
+    assert "with 1 other contact, open in the lines below" in told
+    assert ("contact 2 is closed here, too" in told) == closed
+
+
 def test_a_coordinate_without_a_number_that_does_not_matter_is_not_missed(screen):
     assert "off the contact" not in screen(ROD.replace("Y = 0.8912, ", ""))
 
