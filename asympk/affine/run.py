@@ -226,7 +226,8 @@ def _followed(m, case):
         return loop.Segment(reached, tuple(end[: len(state)]), lost, timed, together=tuple(kept[q] for q in hits[1:]))
 
     start = tuple(map(m.number, scene.start))
-    joined = loop.follow(automaton, automaton.first(scene.start), start, until, advance, case.events, digits, m.slack)
+    first = automaton.first(scene.start, digits)
+    joined = loop.follow(automaton, first, start, until, advance, case.events, digits, m.slack)
     if joined.last.short:
         raise TooManyEvents(f"{joined.last.short} at t = {float(joined.last.t):.6g} of until = {float(until):.6g}; "
                             "take a smaller until, or allow more events")  # fmt: skip

@@ -56,10 +56,10 @@ class Swift:
         self._tables: dict = {}
         self._asked: dict = {}
 
-    def first(self, start: tuple) -> Branch:
+    def first(self, start: tuple, digits: int | None = None) -> Branch:
         """Return the mode that begins at t = 0, as ``Automaton.first`` does."""
         table = self._known("first", lambda: _beginning(self.system), set())
-        return (table and _begun(table, tuple(map(float, start)))) or self.automaton.first(start)
+        return (table and _begun(table, tuple(map(float, start)))) or self.automaton.first(start, digits=digits)
 
     def next(
         self, branch: Branch | None, hits: tuple[int, ...], t: Any, state: tuple, slack: Any, sides: Sides = ()

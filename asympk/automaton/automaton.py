@@ -23,14 +23,14 @@ from asympk.automaton import decide
 from asympk.automaton.contacts import contact_formulas
 from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import function, has_law, is_nested, mode_of, phases_of, turning
-from asympk.automaton.numericmode import NumericMode, State
+from asympk.automaton.numericmode import BESIDE, NumericMode, State
 from asympk.digits import carrier_context
 from asympk.errors import InputError, NoMotion, NotDerivable, OutOfRange, TwoMotions, Undecided
 from asympk.multiprecision import in_context
 from asympk.numbers import sign_of
 from asympk.symbolic.branches import OPEN, Branch, at_rest, rate_along
 from asympk.symbolic.coefficients import coefficients_of, scattered
-from asympk.symbolic.sides import Sides, inside, is_switched, measured, phase_of, system_on_sides
+from asympk.symbolic.sides import Edge, Sides, inside, is_switched, measured, phase_of, system_on_sides
 from asympk.symbolic.system import System
 
 ROUNDED = 2.0**-48  # the relative error of a state that was computed in doubles
@@ -64,13 +64,14 @@ class Automaton:
         least, largest = sys.float_info.min, sys.float_info.max
         return {part: value for part, value in found.items() if not value or least <= abs(value) <= largest}
 
-    def first(self, start: State, until: Any = 1) -> Branch:
+    def first(self, start: State, until: Any = 1, digits: int | None = None) -> Branch:
         """Return the branch that begins at t = 0 from exact numbers; raises ``NoMotion`` and ``TwoMotions``.
 
-        If the system switches at t = 0, within the rounding of ``until``, the branch is that just after the switch.
+        If the system switches at t = 0, within the rounding of ``until``, the branch is that just after the switch. A
+        start within the rounding of an edge, in doubles or in mpmath numbers of ``digits`` digits, is taken as on it.
         """
         with decide.finite(lambda: 0):
-            return _first(self, tuple(start), until if self.system.time else 1)
+            return _first(self, tuple(start), until if self.system.time else 1, digits)
 
     def next(
         self, branch: Branch | None, hits: tuple[int, ...], t: Any, state: State, slack: Any = ROUNDED,
@@ -86,34 +87,31 @@ class Automaton:
         return _follow_on(sided, branch, _same(self, sided, branch, hits) if sides else hits, t, state, slack)
 
     def edges_at(self, t: Any, state: State, slack: Any) -> tuple[sp.Expr, ...]:
-        """Return the edges of the state: the phases that vanish there within the relative error ``slack``."""
-        return _edges(self.sides_at(t, state, slack))
+        """Return the phases that vanish at the state within the relative error ``slack``, u - n where u is whole."""
+        return tuple(phase_of(edge.quantity)[0] for edge in self.sides_at(t, state, slack)[1])
 
-    def sides_at(self, t: Any, state: State, slack: Any, known: Sides = ()) -> Sides:
-        """Return the phases with their signs at a state, or 0 within ``slack``; nested ones on ``known`` sides."""
+    def sides_at(self, t: Any, state: State, slack: Any, known: Sides = ()) -> tuple[Sides, tuple[Edge, ...]]:
+        """Return the clear sides of a state and the edges that it is on within ``slack``; nested ones on ``known``."""
         phases = tuple(p for p in phases_of(self.system) if p not in dict(known))
-        signed = tuple(p for p in phases if measured(p) == p)
-        sides = tuple(zip(signed, decide.signs_at(self, signed, t, state, slack), strict=True))
-        clear: Sides = ()
-        if is_nested(self.system):
-            clear = tuple(side for side in sides if side[1])
-            jumping = tuple(p for p in phases if p not in signed)
-            wholes = decide.wholes_at(self, tuple(map(measured, jumping)), t, state, slack)
-            clear += tuple((p, n) for p, n in zip(jumping, wholes, strict=True) if n is not None)
-        return _on_sides(self, clear).sides_at(t, state, slack, known + clear) if clear else known + sides
+        edges = decide.nearest_edges(self, phases, t, state, slack)
+        clear = tuple((edge.phase, edge.side(sign)) for edge, sign in edges if sign)
+        if clear and is_nested(self.system):
+            return _on_sides(self, clear).sides_at(t, state, slack, known + clear)
+        return known + clear, tuple(edge for edge, sign in edges if not sign)
 
 
 @lru_cache(maxsize=256)  # a scene is often followed by several methods
-def _first(automaton: Automaton, start: State, until: Any) -> Branch:
+def _first(automaton: Automaton, start: State, until: Any, digits: int | None) -> Branch:
     context = carrier_context(decide.DIGITS)
     slack = context.mpf(10) ** -decide.EXACT
     still = automaton.mode((OPEN,) * len(automaton.system.frictions), decide.DIGITS)
     begun = still.after_start(in_context(context, until))
-    return _follow_on(automaton, None, (), begun, _exact(start, context), slack)
+    near = BESIDE * (carrier_context(digits).eps if digits else sys.float_info.epsilon)
+    return _follow_on(automaton, None, (), begun, _exact(start, context), slack, near)
 
 
 def _follow_on(
-    automaton: Automaton, before: Branch | None, hits: tuple[int, ...], t: Any, state: State, slack: Any
+    automaton: Automaton, before: Branch | None, hits: tuple[int, ...], t: Any, state: State, slack: Any, near: Any = 0
 ) -> Branch:
     """Return the branch that follows; if the state is on edges, by the law of the side into which the motion leads.
 
@@ -121,26 +119,27 @@ def _follow_on(
     choice of sides of the other edges, 0 for rest on the edge, is ranked by its own law (``_rank``). If several
     branches share the best rank, or all choices are excluded, the law on the edges themselves decides. But where a law
     of an excluded choice leads into a side on which no motion or several follow, the error of that side is raised.
+    The state is on an edge within the relative error ``slack``, or the larger one ``near``.
     """
-    at = automaton.sides_at(t, state, slack)
-    edges = _edges(at)
-    led = _sides_known(automaton, at, t, state, slack)
+    clear, edges = automaton.sides_at(t, state, max(slack, near))
+    led = _sides_known(automaton, clear, edges, t, state, slack)
     if led and (sided := _on_sides(automaton, led)) != automaton:  # a load that would be 0 keeps its edge
-        return _follow_on(sided, before, _same(automaton, sided, before, hits), t, state, slack)
+        return _follow_on(sided, before, _same(automaton, sided, before, hits), t, state, slack, near)
     found: dict[tuple[int, int], set[Branch]] = {}
     refused: dict[tuple[int, ...], NoMotion | TwoMotions] = {}
     leads = set()
     choices = _choices_of_sides(automaton, edges)
     for choice in choices if edges else ():
-        sides = tuple(zip(edges, choice, strict=False))
+        sides = _beyond(edges, choice)
         try:
             branch = _by_law_of(automaton, sides, before, hits, t, state, slack)
             mode = automaton.mode(branch, decide.digits_of(state), sides)
-            ranks = [_rank(mode, phase, side, t, state, slack) for phase, side in sides]
+            ranks = [_rank(mode, edge.quantity, sign, t, state, slack)
+                     for edge, sign in zip(edges, choice, strict=False)]  # fmt: skip
             if not any(ranks):
                 return branch
             found.setdefault((max(ranks), sum(ranks)), set()).add(branch)
-            leads.add(tuple(mode.departure(phase, t, state, slack) for phase in edges))
+            leads.add(tuple(mode.departure(edge.quantity, t, state, slack) for edge in edges))
         except (NoMotion, TwoMotions) as error:
             refused[choice] = error
         except (Undecided, InputError):
@@ -150,28 +149,27 @@ def _follow_on(
         return found[best].pop()
     if best[0] == _NEVER and (errors := [refused[side] for side in leads if side in refused]):
         raise errors[0]
-    return _by_law_of(automaton, tuple(zip(edges, choices[0], strict=False)), before, hits, t, state, slack)
+    return _by_law_of(automaton, _beyond(edges, choices[0]), before, hits, t, state, slack)
 
 
-def _sides_known(automaton: Automaton, at: Sides, t: Any, state: State, slack: Any) -> Sides:
+def _sides_known(
+    automaton: Automaton, clear: Sides, edges: tuple[Edge, ...], t: Any, state: State, slack: Any
+) -> Sides:
     """Return the sides that the law to decide by is on: of edges led to, and of what turns or contains an edge."""
-    edges = _edges(at)
-    clear = tuple(side for side in at if side[0] not in edges)
-    if not {*edges} <= {*phases_of(automaton.system)}:
+    if not {edge.phase for edge in edges} <= {*phases_of(automaton.system)}:
         return clear
     return (*turning(automaton.system, clear), *_led_to(automaton, edges, t, state, slack))
 
 
-def _choices_of_sides(automaton: Automaton, edges: tuple[sp.Expr, ...]) -> list[tuple[int, ...]]:
+def _choices_of_sides(automaton: Automaton, edges: tuple[Edge, ...]) -> list[tuple[int, ...]]:
     """Return the choices of a side for every edge, 0 (on the edge) first; 0 is left out where u/|u| has no value."""
     choices: list[tuple[int, ...]] = [*product((0, 1, -1), repeat=len(edges))] if len(edges) <= EDGES else [()]
-    return [choice for choice in choices
-            if has_law(automaton.system, tuple(zip(edges, choice, strict=False)))] or choices  # fmt: skip
+    return [choice for choice in choices if has_law(automaton.system, _beyond(edges, choice))] or choices
 
 
-def _edges(sides: Sides) -> tuple[sp.Expr, ...]:
-    """Return the phases that vanish; a whole part is left out, as 0 is one of its sides."""
-    return tuple(phase for phase, sign in sides if sign == 0 and measured(phase) == phase)
+def _beyond(edges: tuple[Edge, ...], choice: tuple[int, ...]) -> Sides:
+    """Return the sides on which edges have the signs of a choice; none for the empty choice, of too many edges."""
+    return tuple((edge.phase, edge.side(sign)) for edge, sign in zip(edges, choice, strict=False))
 
 
 def _rank(mode: NumericMode, phase: sp.Expr, side: int, t: Any, state: State, slack: Any) -> int:
@@ -201,15 +199,15 @@ def _torn_off(
     return any(decide.signs_at(sided, tuple(new for old, new in pairs if new != old), t, state, slack))
 
 
-def _led_to(automaton: Automaton, edges: tuple[sp.Expr, ...], t: Any, state: State, slack: Any) -> Sides:
+def _led_to(automaton: Automaton, edges: tuple[Edge, ...], t: Any, state: State, slack: Any) -> Sides:
     """Return the sides to which edges are left at a nonzero rate that contains neither forces nor switches."""
     system = automaton.system
     forces = {symbol for f in system.frictions for symbol in (f.force, f.normal)}
-    rates = {edge: rate_along(system, edge) for edge in edges}
+    rates = {edge: rate_along(system, edge.quantity) for edge in edges}
     own = {edge: rate for edge, rate in rates.items()
            if not rate.free_symbols & forces and not is_switched(rate, (*system.states, system.time))}  # fmt: skip
     signs = decide.signs_at(automaton, tuple(own.values()), t, state, slack)
-    return tuple((edge, sign) for edge, sign in zip(own, signs, strict=True) if sign)
+    return tuple((edge.phase, edge.side(sign)) for edge, sign in zip(own, signs, strict=True) if sign)
 
 
 @lru_cache(maxsize=64)

@@ -103,12 +103,14 @@ def signs_at(automaton: "Automaton", exprs: tuple, t: Any, state: tuple, slack: 
     return tuple(map(clear_sign, _values_near(automaton, exprs, t, state, slack)))
 
 
-def wholes_at(automaton: "Automaton", exprs: tuple, t: Any, state: tuple, slack: Any) -> tuple[int | None, ...]:
-    """Return the floors of expressions, or None where the relative error ``slack`` of the state allows an integer."""
-    found = _values_near(automaton, exprs, t, state, slack)
-    nearest = (round(values[0]) for values in found)
-    signs = ((n, clear_sign([value - n for value in values])) for n, values in zip(nearest, found, strict=True))
-    return tuple(n - (sign < 0) if sign else None for n, sign in signs)
+def nearest_edges(
+    automaton: "Automaton", phases: tuple, t: Any, state: tuple, slack: Any
+) -> tuple[tuple[sides.Edge, int], ...]:
+    """Return the nearest edge of each phase, and the sign of its quantity, 0 within the relative error ``slack``."""
+    found = _values_near(automaton, tuple(map(sides.measured, phases)), t, state, slack)
+    wholes = (0 if sides.measured(p) == p else round(v[0]) for p, v in zip(phases, found, strict=True))
+    return tuple((sides.Edge(p, n), clear_sign([value - n for value in values]))
+                 for p, n, values in zip(phases, wholes, found, strict=True))  # fmt: skip
 
 
 def _values_near(automaton: "Automaton", exprs: tuple, t: Any, state: tuple, slack: Any) -> list[tuple]:

@@ -307,11 +307,11 @@ def has_law(system: System, sides: Sides) -> bool:
 
 @lru_cache(maxsize=512)
 def turning(system: System, sides: Sides) -> Sides:
-    """Return the sides on which sliding velocities switch, none if a friction ceases to be one there.
+    """Return the sides on which sliding velocities and gaps switch, none if a friction ceases to be one there.
 
     On one side only, velocities may depend on one another.
     """
-    turns = phases((f.velocity for f in system.frictions), system.states, system.time)
+    turns = phases((e for f in system.frictions for e in (f.velocity, f.gap) if e), system.states, system.time)
     found = tuple(side for side in sides if side[0] in turns)
     return found if has_law(system, found) else ()
 

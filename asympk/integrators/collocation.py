@@ -119,7 +119,7 @@ def _references(scene: Scene, digits: int, events: int, deadline: float) -> tupl
     places = [carrier_context(SPARE).mag(carried(v, SPARE)) for v in automaton.values if v]
     lost = sum(map(abs, places)) * 3 // 10  # digits that a rate such as log(1 + p)/p of a tiny parameter may lose
     contexts = [carrier_context(digits + SPARE + times * lost + extra) for times, (_, extra) in enumerate(ORDERS, 1)]
-    first = automaton.first(scene.start, scene.until)
+    first = automaton.first(scene.start, scene.until, contexts[0].dps)
     rough, fine = (_follow(automaton, first, scene, ctx, stages + more, digits + extra, events, deadline)
                    for ctx, (more, extra) in zip(contexts, ORDERS, strict=True))  # fmt: skip
     if fine.last.short:

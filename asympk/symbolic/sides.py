@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
 from itertools import combinations, product
+from typing import NamedTuple
 
 import sympy as sp
 
@@ -123,6 +124,22 @@ def inside(phase: sp.Expr, side: int) -> tuple[sp.Expr, ...]:
 def measured(phase: sp.Expr) -> sp.Expr:
     """Return the quantity that varies on a side of a phase: u for floor(u), else the phase itself."""
     return phase.args[0] if isinstance(phase, sp.floor) else phase
+
+
+class Edge(NamedTuple):
+    """An edge of a phase, where it vanishes, or where u = ``whole`` for floor(u)."""
+
+    phase: sp.Expr
+    whole: int = 0
+
+    @property
+    def quantity(self) -> sp.Expr:
+        """The quantity that vanishes on the edge."""
+        return measured(self.phase) - self.whole
+
+    def side(self, sign: int) -> int:
+        """Return the side of the phase on which the quantity has a sign; floor(u) is u on its edge."""
+        return sign if measured(self.phase) == self.phase else self.whole - (sign < 0)
 
 
 @lru_cache(maxsize=512)

@@ -453,3 +453,55 @@ def test_a_load_is_not_written_as_zero_though_it_may_become_zero():
         ap.System.with_frictions({x: v, v: F - x}, {}, [ap.Friction(velocity=v, force=F, load=0, kinetic=1)])
     with pytest.raises(InputError, match="the load is 0; without a load there is no friction"):
         ap.System.with_friction({x: v}, {}, {v: F - x}, F, load=0, kinetic=1)
+
+
+STEPS = [sp.floor(x), 1 - sp.ceiling(1 - x), x - sp.Mod(x, 1), sp.Heaviside(x - 1, 1), (1 + sp.sign(x - 1)) / 2]
+
+
+def over(step):
+    """Return a body on a rigid ground that steps, with states in an order in which it falls before it moves."""
+    y, u, N = sp.symbols("y u N", real=True)
+    ground = ap.Friction(velocity=v, force=F, load=N, kinetic=ROUGH, gap=y - step, normal=N, constraint=N - 1)
+    return ap.System.with_frictions({y: u, x: v, u: N - 1, v: F}, {}, [ground])
+
+
+@pytest.mark.parametrize("step", STEPS)
+@pytest.mark.parametrize("off", ["0", "-1e-40", "-1e-8"])
+def test_a_body_at_the_edge_of_a_stair_falls_from_the_height_it_has_above_the_side_it_moves_to(step, off, how):
+    """At 1/2 above the lower step, the steps of both sides are as far away as one another: it used to slide there."""
+    for height in (Fraction(1, 2), 1):
+        start = {"x": 1 + Fraction(off), "y": height, "u": 0, "v": -1}
+        path = ap.solve(ap.Scene(system=over(step), start=start, until="3/10"), **how)
+        assert ends(path, ("open",), [float(height) - 0.045, 0.7 + float(off), -0.3, -1])
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_a_body_on_the_edge_of_a_stair_slides_on_the_step_it_moves_to_and_starts_below_none(step, how):
+    def run(height, speed):
+        start = {"x": 1, "y": height, "u": 0, "v": speed}
+        return ap.solve(ap.Scene(system=over(step), start=start, until="1/2"), **how)
+
+    assert ends(run(1, 1), ("slip_same",), [1, 1.475, 0, 0.9])
+    assert ends(run(0, -1), ("slip_opposite",), [0, 0.525, 0, -0.9])
+    for height in (0, "1/2"):
+        with pytest.raises(InputError, match="gap of friction 0 is negative"):
+            run(height, 1)
+
+
+@pytest.mark.parametrize("how", [{}, {"method": "dop853"}])
+@pytest.mark.parametrize("step", STEPS)
+def test_a_body_that_starts_in_doubles_within_their_rounding_of_the_edge_of_a_stair_falls_from_it_at_once(step, how):
+    """It used to slide on at this height: it starts on the step, and in doubles never crosses the edge."""
+    start = {"x": 1 + Fraction("1e-40"), "y": 1, "u": 0, "v": -1}
+    path = ap.solve(ap.Scene(system=over(step), start=start, until="3/10"), **how)
+    assert ends(path, ("open",), [0.955, 0.7, -0.3, -1])
+
+
+@pytest.mark.parametrize("how", [{}, {"method": "dop853"}])
+@pytest.mark.parametrize("off", ["-1e-40", "0", "1e-40"])
+def test_a_block_that_starts_in_doubles_within_their_rounding_of_another_belt_is_on_it_at_once(off, how):
+    """The friction 1/2 speeds it up, as from the edge itself: beside it, it used to be refused as staying there."""
+    contact = ap.Friction(velocity=v - sp.Piecewise((1, x < 1), (2, True)), force=F, load=1, kinetic=5 * PUSH)
+    system = ap.System.with_frictions({x: v, v: F}, {}, [contact])
+    path = ap.solve(ap.Scene(system=system, start={x: 1 + Fraction(off), v: 1}, until=1), **how)
+    assert ends(path, ("slip_opposite",), [2.25, 1.5])
