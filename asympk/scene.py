@@ -1,6 +1,7 @@
 """``Scene``: the parameters, start and horizon of one trajectory, kept exactly as they were given."""
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
@@ -27,8 +28,9 @@ class Scene(ShownAsTable):
     if their rounding to doubles could have made it nonzero, so that a run goes on from ``path.final`` of another.
     A number is an int, float, Fraction, Decimal, str ("0.2" means 1/5) or mpf. It is stored without rounding: an int or
     a float as it is, all others as a Fraction. Only ``Scene.near`` sets ``near_to``, and only ``Scene.physical`` sets
-    ``rod``, the physical quantities; ``rod`` becomes None if another number replaces its own. ``origin`` is set where a
-    start is derived from coordinates and rates of a mechanism: (mechanism, values, state). Raises ``InputError``.
+    ``rod``, the physical quantities. ``origin`` is set where a start is derived from coordinates and rates of a
+    mechanism: (mechanism, values, state, start). Each becomes None if another number replaces its own, as in
+    ``dataclasses.replace``. Raises ``InputError``.
     """
 
     sigma: Any = None
@@ -61,6 +63,8 @@ class Scene(ShownAsTable):
         put(self, "start", tuple(number(f"start {axis}", value) for axis, value in zip("xyz", values, strict=True)))
         if self.rod is not None and self.rod.numbers != (self.sigma, self.mu, self.sigma0, *self.start, self.until):
             put(self, "rod", None)
+        if self.near_to is not None and not _is_near(self, *self.near_to):
+            put(self, "near_to", None)
 
     def _place(self) -> None:
         put = object.__setattr__
@@ -72,6 +76,9 @@ class Scene(ShownAsTable):
         put(self, "values", values)
         put(self, "start", start)
         put(self, "until", number("until", self.until, lambda v: v >= 0, "zero or positive"))
+        if self.origin is not None:
+            origin = (*self.origin, start)[:4]
+            put(self, "origin", origin if origin[3] == start else None)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -121,8 +128,8 @@ class Scene(ShownAsTable):
         x, offset, z = number("x", x), number("offset", offset), number("z", z)
         y = _slow_y(manifold, number("sigma", sigma), number("mu", mu), x) + float(offset)
         scene = cls(sigma, mu, (x, y, z), until, sigma0, name, (manifold, offset))
-        mode, sign = MANIFOLDS[manifold]
-        if not (x + y) * z * sign > 0:
+        if scene.near_to is None:
+            mode, sign = MANIFOLDS[manifold]
             side = "positive" if (x + y) * sign > 0 else "negative"
             where = f"{manifold} lies in the mode {mode}; with x + y = {x + y:.6g} here"
             raise InputError(f"z = {z}: {where}, z must be {side}")
@@ -139,6 +146,15 @@ class Scene(ShownAsTable):
         rows = [(name, shown(value)) for name, value in given.items()]
         rows = [*few(rows, ROWS - 2), ("start", start), ("until", shown(self.until))]
         return Card(f"Scene {self.name + ' ' if self.name else ''}{kind}", tuple(rows))
+
+
+def _is_near(scene: Scene, manifold: str, offset: Any) -> bool:
+    """Tell whether a scene starts at this offset from the slow line, in the mode of the line."""
+    x, y, z = scene.start
+    with suppress(NoManifold):
+        on_line = y == _slow_y(manifold, scene.sigma, scene.mu, x) + float(offset)
+        return on_line and (x + y) * z * MANIFOLDS[manifold][1] > 0
+    return False
 
 
 def _slow_y(manifold: str, sigma: Any, mu: Any, x: Any) -> float:

@@ -219,7 +219,7 @@ def _sides_of_system(scene, box):
 
 def _behind_start(scene, sides):
     """Return the names of a box from which other states of the start follow, at a start in coordinates and rates."""
-    mechanism, values, state = scene.origin or (None, {}, scene.names)
+    mechanism, values, state, _ = scene.origin or (None, {}, scene.names, None)
     if {*scene.names} <= {*state}:
         return []
     known = {**values, **dict(zip(map(str, scene.system.parameters), scene.values, strict=True)), **state}

@@ -49,26 +49,24 @@ def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: An
     read = {name: (in_degrees if isinstance(own[name], Degrees) else number)(name, v) for name, v in given.items()}
     values = with_changes(own, read, static_frictions(scene.system))
     begun = {name: number(f"start {name}", value) for name, value in start.items()}
-    placed, horizon = scene.start, scene.until
+    placed, horizon, origin = scene.start, scene.until, scene.origin
     if scene.rod is not None:  # whose start and horizon are kept as they were given, exactly
         quantities = dict(scene.rod.quantities)
         *placed, horizon = (quantities[name] for name in STATE)
-    if scene.origin is not None:
-        scene, placed = _derived(scene, values, begun)
+    if is_off_contact(scene) and not begun.keys() >= {*scene.names}:
+        placed, origin = _derived(scene, values, begun)
     begin = tuple(begun.get(name, value) for name, value in zip(shown.names, placed, strict=True))
     end = horizon if until is None else number("until", until)
-    return _built(scene, values, begin, end, moved=bool(start))
+    return _built(scene, values, begin, end, origin, moved=bool(start))
 
 
-def _derived(scene: Scene, values: dict[str, Any], begun: dict[str, Any]) -> tuple[Scene, Any]:
-    """Return a scene with its origin after changes, and the start that follows from it; one in contact stays there."""
-    mechanism, numbers, state = scene.origin
-    if not is_off_contact(scene) or begun.keys() >= {*scene.names}:
-        return replace(scene, origin=None if begun else scene.origin), scene.start
+def _derived(scene: Scene, values: dict[str, Any], begun: dict[str, Any]) -> tuple[Any, tuple | None]:
+    """Return the start that follows from the origin of a scene after changes, and the new origin if it has one."""
+    mechanism, numbers, state, _ = scene.origin
     state = with_changes(state, begun, {})
     start = start_at(mechanism, scene.system, {**numbers, **values}, state)
     origin = (mechanism, numbers, state) if begun.keys() <= state.keys() else None
-    return replace(scene, origin=origin), [start[name] for name in scene.names]
+    return [start[name] for name in scene.names], origin
 
 
 def with_changes(own: dict[str, Any], given: Mapping[str, Any], follows: dict[str, str]) -> dict[str, Any]:
@@ -83,12 +81,13 @@ def with_changes(own: dict[str, Any], given: Mapping[str, Any], follows: dict[st
     return {**own, **changed}
 
 
-def _built(scene: Scene, values: dict[str, Any], start: tuple, until: Any, moved: bool) -> Scene:
+def _built(scene: Scene, values: dict[str, Any], start: tuple, until: Any, origin: Any, moved: bool) -> Scene:
     if scene.rod is not None:
         spelt = {name: str(value) if isinstance(value, Degrees) else value for name, value in values.items()}
         return Scene.physical(**spelt, start=start, until=until, name=scene.name, units=scene.rod.words)
     if scene.system is not None:
-        return replace(scene, values=values, start=dict(zip(scene.names, start, strict=True)), until=until)
+        begin = dict(zip(scene.names, start, strict=True))
+        return replace(scene, values=values, start=begin, until=until, origin=origin)
     if scene.near_to and not moved:
         manifold, offset = scene.near_to
         return Scene.near(manifold, x=start[0], offset=offset, z=start[2], until=until, name=scene.name, **values)

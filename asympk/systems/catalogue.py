@@ -64,10 +64,12 @@ def start_at(
 
 def is_off_contact(scene: Scene) -> bool:
     """Tell whether a ``Scene`` of a mechanism starts off the contact: its reaction follows from ``Scene.origin``."""
+    if scene.origin is None:
+        return False
     slow, fast = scene.system.slow, scene.system.fast
     pressing = {*fast, *(x for x, rate in slow.items() if rate in fast)}
     start = dict(zip(scene.system.states, scene.start, strict=True))
-    return scene.origin is not None and any(start[s] for s in pressing)
+    return any(start[s] for s in pressing)
 
 
 def about_system(name: str) -> str:

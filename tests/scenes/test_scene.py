@@ -2,7 +2,7 @@
 
 import pickle
 import re
-from dataclasses import FrozenInstanceError
+from dataclasses import FrozenInstanceError, replace
 from decimal import Decimal
 from fractions import Fraction
 
@@ -126,6 +126,15 @@ def near(**changes):
 def test_a_start_near_a_manifold_keeps_the_offset_exactly():
     assert near(offset="1e-300").near_to == ("Pi2", Fraction(1, 10**300))
     assert near(offset=0.1).start[1] == pytest.approx(near().start[1] + 0.1)
+
+
+@pytest.mark.parametrize("numbers", [{"start": (0.5, -0.2, 1)}, {"start": (*near().start[:2], -1)}, {"sigma": 0},
+                                     {"mu": "1e-2"}])  # fmt: skip
+def test_another_number_in_a_scene_beside_a_slow_line_puts_it_where_its_start_says(numbers):
+    moved = replace(near(offset="1e-3"), sigma0=2, **numbers)
+    assert moved.near_to is None
+    assert ap.solve(moved).final == ap.solve(ap.Scene(moved.sigma, moved.mu, moved.start, 5, 2)).final
+    assert replace(near(), until=1, sigma0=2, start=near().start).near_to == near().near_to
 
 
 def test_the_start_shown_lies_on_the_slow_line_to_double_precision():

@@ -230,6 +230,7 @@ mechanism = "painleve_rod"
         (BELT, "until = 1", "until = 1\nmu = 1", "mu is the rod's; parameters of a system stand in [values]"),
         (ON_GROUND, "contact", "contcat = 1\ncontact", "system: key 'contcat' is unknown"),
         (ON_GROUND, "rigid", "soft", "contact must be"),
+        (ON_GROUND, '"rigid"', '"rigid"\ndamping = "f"', 'contact must be "rigid", without compliance and damping'),
         ("[values]\nuntil = 1", "", "", "system, start, until missing; until is below [values]"),
         (f"{BELT}until = 1", "until = 1\n", "", "until missing; until is below [start] and must be above"),
         ("sigma = 1\nmu = 1\nuntil = 1\nnear = {x = 0, z = 1, offset = 0}", "z = 1, ", "", "manifold, z missing"),
@@ -524,6 +525,15 @@ def test_a_static_friction_follows_by_its_place_in_the_law_and_not_by_its_name(t
                     "[start]\nx = 0\nv = 0\n")  # a force and a stiffness
     assert changed_scene(str(file), {"f": "2"})[0].values == (2, 1)
     assert turned(ap.read_scene(file), {"f": 2}, {}, None).values == (2, 1)
+
+
+def test_a_start_keeps_its_origin_until_another_replaces_it(tmp_path):
+    (tmp_path / "ball.toml").write_text(FALLING_BALL)
+    scene = ap.read_scene(tmp_path / "ball.toml")
+    assert replace(scene, until=1, start=scene.start).origin[:3] == scene.origin[:3]
+    moved = replace(scene, start=(0, 2, -200, 0, 1))
+    assert moved.origin is None
+    assert turned(moved, {"f": 1}, {}, None).start == moved.start
 
 
 def test_a_start_in_exact_coordinates_is_exact_in_reaction_and_sliding_velocity(tmp_path):
