@@ -173,11 +173,11 @@ def contact_law(table: Mapping[str, Any], mechanism: Mechanism, parameters: Iter
 
     Raises ``InputError`` for other contacts.
     """
-    contact = table.get("contact")
-    if contact == "rigid":
+    contact, law = table.get("contact"), {"compliance", "damping"}
+    if contact == "rigid" and law.isdisjoint(table):
         return ()
-    if contact != "elastic" or not {"compliance", "damping"} <= table.keys():
-        raise InputError('contact must be "rigid", or "elastic" with compliance and damping')
+    if contact != "elastic" or not law <= table.keys():
+        raise InputError('contact must be "rigid", or "elastic" with compliance and damping; a rigid one has neither')
     own = {s.name: s for s in mechanism.plain.symbols}
     symbols = {name: sp.Symbol(name, positive=True) for name in parameters} | own
     return tuple(read_formula(table[key], symbols, key) for key in ("compliance", "damping"))
