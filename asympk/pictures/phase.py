@@ -86,7 +86,7 @@ def _motion(axis: Any, path: Path, x: str | None, y: str | None, window: Any) ->
     data = dict(zip(column_names(path), zip(*trace(path), strict=True), strict=True))
     u, v = (np.array(data[name], dtype=float) for name in pair)
     ends = _window(window, [_around(w) for w in (u, v)])
-    system = getattr(path.scene, "system", None)
+    system = path.scene.system
     if system is not None and len(system.states) == 2:
         _field(axis, system, path.scene.values, ends, pair)
     axis.set(xlim=ends[0], ylim=ends[1], xlabel=label_of(path, pair[0]), ylabel=label_of(path, pair[1]))

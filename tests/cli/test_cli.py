@@ -44,6 +44,13 @@ def test_solve_prints_json_with_the_fixed_keys(capsys):
     assert told["final"][2] == pytest.approx(1, abs=1e-5)
 
 
+def test_json_of_a_path_in_physical_quantities_has_the_same_events(capsys):
+    plain, told = (json.loads(run(capsys, "solve", "chalk", "--json", *units)[1]) for units in ((), ("--physical",)))
+    assert told["names"] == ["R_1", "dR_1", "u"]
+    assert told["final"] == list(asympk.solve(asympk.read_scene("chalk")).physical().final)
+    assert [event["kind"] for event in told["events"]] == [event["kind"] for event in plain["events"]]
+
+
 def test_events_of_several_frictions_name_theirs_in_json(capsys, tmp_path):
     (tmp_path / "two.toml").write_text(f"until = 3\n{sliding_blocks(2)}[start]\nv0 = 2\nv1 = 1\n")
     events = json.loads(run(capsys, "solve", str(tmp_path / "two.toml"), "--json")[1])["events"]

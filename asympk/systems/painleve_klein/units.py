@@ -104,6 +104,7 @@ class PhysicalScene(ShownAsTable):
     """The scene of a path in physical quantities: start, horizon, and ``delay`` = h l, the unit of time."""
 
     names: ClassVar[tuple[str, ...]] = STATE[:-1]
+    system: ClassVar[None] = None  # as of a ``Scene`` of the rod
     name: str
     start: tuple[Any, ...]
     until: Any
