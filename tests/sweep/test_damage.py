@@ -1,7 +1,6 @@
 """Whatever happens to the files of a sweep, it ends in the same values or in one line; no file is lost to an output."""
 
 import errno
-import io
 import json
 import os
 import shutil
@@ -12,8 +11,9 @@ import numpy as np
 import pytest
 
 from asympk.errors import AsympkError, InputError
+from asympk.many import OUTCOMES
 from asympk.storage.files import write_bytes, write_text
-from asympk.sweep import MANIFEST, chunks, files, results, run_sweep
+from asympk.sweep import MANIFEST, chunks, files, results, run_sweep, stored
 from asympk.sweep.directory import _drive
 from asympk.sweep.executors import Here
 from asympk.sweep.summary import summarise
@@ -79,23 +79,17 @@ def test_a_full_disk_does_not_stop_a_sweep_that_has_nothing_to_write(copy, monke
     assert run_sweep(SWEEP, copy) == 0
 
 
-def _npz(**columns):
-    buffer = io.BytesIO()
-    np.savez(buffer, **columns)
-    return buffer.getvalue()
-
-
 def _changed(path, **columns):
     story, found = chunks.read_chunk(SWEEP, path)
-    found = {**found, **columns, "provenance": np.array(json.dumps(story, sort_keys=True))}
-    return _npz(**{key: value for key, value in found.items() if value is not None})
+    return stored.content({key: v for key, v in {**found, **columns}.items() if v is not None}, story, "npz")
 
 
 @pytest.mark.parametrize(
     "columns",
     [{"x": np.float64(1)}, {"x": None}, {"more": np.zeros(2)}, {"x": np.zeros(2, "f4")}, {"x": np.zeros(3)},
-     {"outcome": np.full(2, 200, "u1")}, {"itinerary": np.zeros(2, "u8")}, {"x": np.array(["a", "b"])}],
-    ids=["0-d", "missing", "extra", "short floats", "too long", "outcome", "itinerary", "words"],
+     {"x": np.zeros(1)}, {"outcome": np.full(2, len(OUTCOMES), "u1")}, {"itinerary": np.zeros(2, "u8")},
+     {"x": np.array(["a", "b"])}],
+    ids=["0-d", "missing", "extra", "short floats", "too long", "too short", "outcome", "itinerary", "words"],
 )  # fmt: skip
 def test_a_chunk_of_other_columns_is_computed_again(whole, copy, columns):
     path = copy / chunks.file_name(SWEEP, 1)

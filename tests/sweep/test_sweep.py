@@ -21,7 +21,7 @@ from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided, Worker
 from asympk.many import PHASES
 from asympk.output.terminal import sweep_as_text
 from asympk.path import MODES
-from asympk.sweep import chunks, files, results, rods, run_sweep, summary
+from asympk.sweep import chunks, directory, files, results, rods, run_sweep, summary
 from asympk.sweep.executors import Here, Processes
 from asympk.sweep.lock import locked
 from asympk.sweep.rods import RodFamily, first_phases
@@ -202,6 +202,25 @@ class Hopeless(Executor):
 def test_workers_that_keep_dying_are_given_up(tmp_path):
     with pytest.raises(WorkersLost, match="run again to resume"):
         run_sweep(_sweep(), tmp_path, Hopeless())
+
+
+class LosesEach(Here):
+    """An executor whose worker dies once at every chunk."""
+
+    def __init__(self):
+        self.begun = set()
+
+    def submit(self, function, /, sweep, index):
+        if index in self.begun:
+            return super().submit(function, sweep, index)
+        self.begun.add(index)
+        return Hopeless().submit(function)
+
+
+def test_workers_that_die_between_chunks_are_not_given_up(plain, tmp_path, monkeypatch):
+    monkeypatch.setattr(directory, "_MOST_LOSSES", 1)
+    assert run_sweep(_sweep(), tmp_path, LosesEach()) == 12
+    assert _bytes(tmp_path) == plain
 
 
 class DaskFuture:
