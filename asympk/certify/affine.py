@@ -18,13 +18,11 @@ from contextlib import suppress
 from fractions import Fraction
 from itertools import combinations, islice, product
 
-import numpy as np
 import sympy as sp
 
-from asympk.affine.forcing import Wave
 from asympk.automaton.junction import ROUNDING
 from asympk.automaton.modes import SWITCH, mode_of
-from asympk.certify.balls import Ball, Refused
+from asympk.certify.balls import Ball, Refused, flint
 from asympk.certify.enclosure import Budget, first_event
 from asympk.certify.families import stacked
 from asympk.certify.rows import (
@@ -32,6 +30,7 @@ from asympk.certify.rows import (
     ExactEntries,
     affine_form,
     ball_at,
+    falls_to_zero,
     forcing,
     leading,
     leading_sign,
@@ -39,6 +38,7 @@ from asympk.certify.rows import (
     row_rate,
     sign_at,
     spanned,
+    value_after,
 )
 from asympk.certify.segments import AffineGuard, EnclosedMode, EnclosedSegment
 from asympk.numbers import Number
@@ -50,7 +50,6 @@ from asympk.symbolic.sides import inside, measured
 from asympk.symbolic.system import System
 
 MOST_EVENTS, MOST_CORNERS = 200, 200
-TIME = Wave(1, sp.S.Zero, sp.S.Zero, False)
 
 
 def enclose(
@@ -75,17 +74,18 @@ def enclose(
     events: list[Event] = []
     while True:
         segment = EnclosedSegment(mode, state)
-        left, last = (modes.field.family([[Fraction(until)]]) - t).tight(), modes.ending(guards)
+        left = (modes.field.family([[Fraction(until)]]) - t).tight()
+        last = [guard for guard in guards if modes.ends_motion(guard, segment)]
         found = first_event(segment, [g for g in guards if g not in last], left.numbers()[0], finest, budget)
         if not found and not last:
             return names, events, tuple(segment.at(None, left).numbers()[:size])
         guard, dt = (found[0], segment.moment(*found)) if found else (last[0], left)
         if found and not (left - dt).numbers()[0] > 0:
             raise Refused(f"horizon: {guard.kind} at the end itself, until = {float(until):.10g}")
-        state, t = _struck(segment.at(guard, dt), guard, mode, state, guards), (t + dt).tight()
-        before = mode.mode
-        mode, guards = modes.chosen([_after(before, guard), modes.every(state)], state, guard.kind)
-        if guard := modes.event(before, mode.mode, guard, state):
+        time = modes.instant(guard, segment) if found else Fraction(until)
+        state, t = _struck(segment.at(guard, dt), guard, segment, guards, time), (t + dt).tight()
+        mode, guards = modes.chosen([_after(mode.mode, guard), modes.every(state)], state, guard.kind)
+        if guard := modes.event(segment.mode.mode, mode.mode, guard, state):
             names.append(mode.mode.name)
             events.append(Event(guard.kind, t.numbers()[0], tuple(state.balls[:size]), guard.friction))
         if not found:
@@ -111,23 +111,33 @@ def _after(mode, guard):
     return product(*(all_phases(frictions[k]) if k in lost else (phase,) for k, phase in enumerate(mode.branch)))
 
 
-def _struck(family, guard, mode, before, guards):
-    """Return the state at an event; coordinates at rest keep their values, and a guard of one state sets it exactly."""
-    still = [w is not None and _stands_still(k, mode, before) for k, w in enumerate(before.exact)]
-    exact = [w if stays else None for w, stays in zip(before.exact, still, strict=True)]
-    known = {k: before.family.entry(k) for k in np.flatnonzero(still).tolist()}
+def _struck(family, guard, segment, guards, time):
+    """Return the state at an event; what stands still, is alone in the guard, or is a polynomial of the time is exact.
+
+    ``time`` is the exact time of the event, or None.
+    """
+    mode, before, size = segment.mode, segment.start, len(segment.start.exact)
+    exact = [w if w is not None and _stands_still(k, mode, before) else None for k, w in enumerate(before.exact)]
+    known = {k: before.family.entry(k) for k, w in enumerate(exact) if w is not None}
     involved = [k for k, c in enumerate(guard.row[:-1]) if c]
-    if len(involved) == 1:
-        exact[involved[0]] = -guard.row[-1] / guard.row[involved[0]]
-        known[involved[0]] = mode.field.family([[exact[involved[0]]]])
-    found = [known.get(k) or family.entry(k) for k in range(len(exact))]
+    found = {involved[0]: -guard.row[-1] / guard.row[involved[0]]} if len(involved) == 1 else {}
+    for k in range(size) if None not in (time, before.time) else ():
+        parts = segment.polynomial(_unit(k, size), before)
+        found |= {k: value_after(time - before.time, parts)} if parts and k not in known else {}
+    for k, value in found.items():
+        exact[k], known[k] = value, mode.field.family([[value]])
     null = (guard.row, *mode.kept, *(row for other in guards for row in other.null))
-    return EnclosedState(stacked(found), tuple(exact), mode.field, null)
+    whole = stacked([known.get(k) or family.entry(k) for k in range(size)])
+    return EnclosedState(whole, tuple(exact), mode.field, null, time)
+
+
+def _unit(k, size):
+    return tuple(int(i == k) for i in range(size))
 
 
 def _stands_still(k, mode, state):
     """Tell whether every derivative of a coordinate vanishes exactly."""
-    row = tuple(int(i == k) for i in range(len(mode.matrix)))
+    row = _unit(k, len(mode.matrix))
     return all(sign_at(row := row_rate(row, mode.matrix), state) == 0 for _ in mode.matrix)
 
 
@@ -173,18 +183,28 @@ class _Modes:
         exact = (*start, *waves, Fraction(1))
         found = [self.field.family([[w]]) if w is not None else self.field.side(self.system.states[k].name)
                  for k, w in enumerate(exact)]  # fmt: skip
-        state = EnclosedState(stacked(found), exact, self.field)
+        self.start = state = EnclosedState(stacked(found), exact, self.field, (), Fraction(0))
         if any(self._is_rounding(friction.velocity, state) for friction in self.system.frictions):
             raise Refused("edge: a sliding velocity at the start is rounding, which a run takes as 0; start with 0")
         return state
 
-    def ending(self, guards):
-        """Return the guards that depend on the time alone and vanish exactly at ``until``."""
-        if TIME not in self.waves:
-            return []
-        clock, end = len(self.system.states) + self.waves.index(TIME), self.field.exact(sp.Rational(self.until))
-        return [guard for guard in guards if [k for k, c in enumerate(guard.row[:-1]) if c] == [clock]
-                and -guard.row[-1] / guard.row[clock] == end]  # fmt: skip
+    def ends_motion(self, guard, segment):
+        """Tell whether a guard is positive before ``until`` and falls through 0 exactly then (Lemma 16)."""
+        since, parts = self._polynomial(guard, segment)
+        return bool(parts) and falls_to_zero(parts, self.until - since, self.field)
+
+    def instant(self, guard, segment):
+        """Return the exact time at which a guard that is linear in the time vanishes, or None, also if it is long."""
+        since, parts = self._polynomial(guard, segment)
+        if not parts or any(parts[2:]) or not all(isinstance(part, Fraction) for part in parts[:2]):
+            return None
+        found = since - parts[0] / parts[1]
+        return found if found.denominator.bit_length() <= flint().ctx.prec else None
+
+    def _polynomial(self, guard, segment):
+        """Return (exact time, Taylor coefficients from it) of a guard; what the time alone moves is known from 0 on."""
+        start = segment.start if any(guard.row[: len(self.system.states)]) else self.start
+        return start.time, [] if start.time is None else segment.polynomial(guard.row, start)
 
     def of(self, mode):
         """Return the ``EnclosedMode`` of a mode, or None where the parameters exclude the mode."""

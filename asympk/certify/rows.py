@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 from functools import lru_cache, reduce
 from itertools import chain
+from math import comb
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -184,12 +185,16 @@ def _irrational(expr: sp.Expr) -> Iterator[sp.Expr]:
 
 
 class EnclosedState(NamedTuple):
-    """The family of (w, 1), its exact entries where known (else None), and rows ``null`` that vanish at this state."""
+    """The family of (w, 1), its exact entries where known (else None), and rows ``null`` that vanish at this state.
+
+    ``time`` is the exact time of the state where known, else None.
+    """
 
     family: Family
     exact: tuple
     field: ExactEntries
     null: tuple = ()
+    time: Fraction | None = None
 
     @property
     def balls(self) -> list[Ball]:
@@ -260,6 +265,20 @@ def sign_at(row: Row, state: EnclosedState) -> int | None:
     if spanned(row, state.null, state.field):
         return 0
     return certain_sign(ball_at(row, state)) or certain_sign(ball_at(sharpened(row, state), state)) or None
+
+
+def value_after(time: Number, coefficients: Iterable[Any]) -> Any:
+    """Return the value of a polynomial of the time."""
+    return sum(c * Fraction(time) ** k for k, c in enumerate(coefficients))
+
+
+def falls_to_zero(coefficients: list[Any], end: Fraction, field: ExactEntries) -> bool:
+    """Tell whether a polynomial is positive before a time at which it falls through 0, by Bernstein (Lemma 16)."""
+    size = range(len(coefficients))
+    parts = [sum(c * end**k * Fraction(comb(j, k), comb(size[-1], k)) for k, c in enumerate(coefficients[: j + 1]))
+             for j in size]  # fmt: skip
+    positive = [certain_sign(field.ball(part)) > 0 for part in parts]
+    return positive[-2] and not parts[-1] and all(sure or not part for sure, part in zip(positive, parts, strict=True))
 
 
 def ball_at(row: Row, state: EnclosedState) -> Ball:

@@ -8,6 +8,7 @@ from copy import copy
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from math import factorial
 from typing import Any, NamedTuple
 
 from asympk.automaton.modes import GuardedMode
@@ -145,6 +146,27 @@ class EnclosedSegment:
             found = Family((acb_mat([[part]]) for part in (time, centre, *slopes)), row.spans).tight()
             time = found.whole[0, 0].real
         return found
+
+    @cached_property
+    def _late(self):
+        """The derivatives of the states at the centre of the box, of an order at which those of polynomials vanish."""
+        rates = self.start.field.family(self.mode.matrix).central.whole
+        return rates ** rates.nrows() * self.start.family.central.whole
+
+    def polynomial(self, row: Row, start: EnclosedState) -> list[Any]:
+        """Return the exact Taylor coefficients of a quantity that is a polynomial of the time from a state (Lemma 16).
+
+        The list is empty where the quantity is no polynomial in this mode, or is not known exactly.
+        """
+        size, found = len(row), list[Any]()
+        if not (self.start.field.family([row]).central.whole * self._late)[0, 0].contains(0):
+            return []
+        for order in range(2 * size):
+            if any(w is None for c, w in zip(row, start.exact, strict=True) if c):
+                return []
+            found.append(sum(c * w for c, w in zip(row, start.exact, strict=True) if c) * Fraction(1, factorial(order)))
+            row = row_rate(row, self.mode.matrix)
+        return [] if any(found[size:]) else found[:size]
 
     def at(self, guard: AffineGuard | None, t: Family) -> Family:
         """Return the state (n + 1, 1) at a time, at which ``guard`` vanishes if given."""

@@ -549,6 +549,39 @@ def test_what_the_time_alone_brings_about_happens_at_the_very_end_of_the_motion_
     assert [event.kind for event in proof.events] == [kind]
 
 
+def until_two(push, start, load=1, friction=1, **contact):
+    """Return a scene of a block with friction under a force and a load, which ends at t = 2."""
+    rates = {x: v, v: push + F} | ({y: w, w: contact.pop("lift") + N} if contact else {})
+    system = ap.System.with_frictions(rates, {}, [ap.Friction(v, F, load=load, kinetic=k, **contact)], time=t)
+    return ap.Scene(system=system, values={"k": friction}, start=start, until=2)
+
+
+def falling(height, velocity, lift):
+    """Return a scene of a body above a soft ground."""
+    start = {"x": 0, "v": 0, "y": height, "w": velocity}
+    return until_two(0, start, load=-9 * y - w, gap=y, normal=N, lift=lift)
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        until_two(0, {"x": 0, "v": "2/3"}, friction="1/3"),
+        until_two(sp.Piecewise((2, t < 1), (0, True)), {"x": 0, "v": 0}),  # a second mode, from t = 1 on
+        until_two(1 - sp.Heaviside(x - 1, 0), {"x": 0, "v": 1}),  # from t = 1 on by the state
+        falling(4, -1, -1),
+    ],
+)
+def test_what_the_state_brings_about_at_the_very_end_is_proven_where_it_moves_as_a_polynomial(scene):
+    assert proven_as_followed(scene).events[-1].t == 2
+
+
+def test_at_the_very_end_nothing_is_proven_where_a_guard_grazes_0_or_vanishes_at_some_points_of_a_box():
+    assert certify(until_two(0, {"x": 0, "v": 2}), {"x": (0, 1)}).proven
+    assert certify(until_two(0, {"x": 0, "v": 2}), {"k": (1, 2)}).obstacle == "grazing"
+    assert certify(until_two(0, {"x": 0, "v": 9}, load=(t - 1) * (2 * t - 3) * (2 - t))).obstacle == "horizon"
+    assert certify(falling(2, -2, 1)).obstacle == "horizon"
+
+
 @pytest.mark.parametrize("law", [sp.sign(x - 1), sp.floor(x)])
 def test_a_box_of_starts_across_an_edge_has_no_proof(law):
     scene = block_under(-law, {"x": 1, "v": 1}, until=1)
