@@ -96,11 +96,19 @@ def enclose(
 
 def _not_negative(system):
     """Return the quantities of the parameters that must not be negative in a system, where this is not plain."""
-    assumed = [a for a in sp.And.make_args(system.assumptions) if a.is_Relational]
-    found = [a.gts - a.lts if hasattr(a, "gts") else abs(a.lhs - a.rhs) * (-1) ** isinstance(a, sp.Eq) for a in assumed]
+    found = [_margin(assumed) for assumed in sp.And.make_args(sp.to_nnf(system.assumptions))]
     bounds = (q for friction in system.frictions for q in (friction.kinetic, friction.static - friction.kinetic))
     found += [q for q in bounds if not q.is_nonnegative]
     return [q for q in found if q.free_symbols <= {*system.parameters}]
+
+
+def _margin(condition):
+    """Return a quantity that is negative where a condition does not hold: of alternatives the largest."""
+    if isinstance(condition, sp.And | sp.Or):
+        return (sp.Min if isinstance(condition, sp.And) else sp.Max)(*map(_margin, condition.args))
+    if hasattr(condition, "gts"):
+        return condition.gts - condition.lts
+    return abs(condition.lhs - condition.rhs) * (-1) ** isinstance(condition, sp.Eq) if condition.args else sp.S.Zero
 
 
 def _after(mode, guard):

@@ -128,6 +128,8 @@ def ball_of(expr: sp.Expr, values: Mapping[sp.Symbol, Ball]) -> Ball:
         return abs(parts[0])
     if expr.func is sp.sign:
         return ball(certain_sign(parts[0])) if certain_sign(parts[0]) else hull(-1, 1)
-    if expr.func is sp.DiracDelta and certain_sign(parts[0]):
+    if expr.func is sp.DiracDelta:
+        if not certain_sign(parts[0]):
+            raise Refused(f"irrational: a function that jumps where {expr.args[0]!s:.80} = 0 has no enclosure there")
         return ball(0)
     raise Refused(f"irrational: {expr!s:.80} has no enclosure")

@@ -213,6 +213,8 @@ def test_a_box_with_static_friction_below_the_kinetic_one_at_a_corner_is_refused
         (1 + c**2, None, c**2 > 1, (-2, 2), (-2, "-1.9")),
         (1 + c**2, None, sp.Ne(c, 0), (-1, 1), ("0.1", "0.2")),
         (1 + c**2, None, sp.Eq(c**2, 1), (-1, 1), (1, 1)),
+        (c, None, sp.Or(c < 1, c > 2), ("1/2", "5/2"), ("5/2", 3)),
+        (c, None, sp.Not((c > 1) & (c < 2)), ("1/2", "5/2"), (0, "1/2")),
     ],
 )
 def test_a_box_that_only_its_corners_show_to_be_valid_has_no_proof(kinetic, static, assumed, inner, outer):
@@ -466,6 +468,13 @@ def test_a_function_without_an_enclosure_is_refused():
     system = ap.System.with_frictions({x: v, v: F - sp.gamma(k) * x}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
     scene = ap.Scene(system=system, values={"k": "1/3"}, start={"x": 3, "v": 0}, until=1)
     assert certify(scene).obstacle == "irrational"
+
+
+def test_a_parameter_that_ranges_over_a_jump_is_refused_by_its_name():
+    system = ap.System.with_frictions({x: v, v: F}, {}, [ap.Friction(v, F, load=1, kinetic=2 + sp.sign(c))])
+    scene = ap.Scene(system=system, values={"c": 1}, start={"x": 0, "v": 1}, until="1/10")
+    assert certify(scene, {"c": (-1, 1)}).reason == (
+        "irrational: a function that jumps where c = 0 has no enclosure there")  # fmt: skip
 
 
 def test_a_box_of_frictions_in_resonance_is_proven():
