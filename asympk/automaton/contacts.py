@@ -301,8 +301,8 @@ def unit_row(place: int, size: int) -> tuple:
 
 def eliminated(equations: list[tuple], unknowns: tuple, numbers: Numbers) -> Solved | None:
     """Solve as many linear equations as unknowns by elimination, or return None where they are singular."""
-    rows, size, sign = [list(row) for row in equations], len(unknowns), 1
-    given = [[*row[1:]] for row in equations]
+    rows, size, sign = [*equations], len(unknowns), 1
+    given = [row[1:] for row in equations]
     for j in range(1, size + 1):
         pivot = max(range(j - 1, size), key=lambda i: abs(rows[i][j]))
         if numbers.is_singular(rows[pivot][j], given[pivot]):
@@ -312,10 +312,14 @@ def eliminated(equations: list[tuple], unknowns: tuple, numbers: Numbers) -> Sol
             both[j - 1], both[pivot] = both[pivot], both[j - 1]
         for i in range(size):
             if i != j - 1 and rows[i][j] != 0:
-                factor = rows[i][j] / rows[j - 1][j]
-                rows[i] = [a - factor * b for a, b in zip(rows[i], rows[j - 1], strict=True)]
+                rows[i] = plus_multiple(rows[i], -rows[i][j] / rows[j - 1][j], rows[j - 1])
     forces = {u: -rows[j][0] / rows[j][j + 1] for j, u in enumerate(unknowns)}
     return Solved(forces, math.prod((rows[j][j + 1] for j in range(size)), start=sign))
+
+
+def plus_multiple(row: tuple, factor: Any, other: tuple) -> tuple:
+    """Return a row plus a multiple of another; most entries are 0, and the numbers are slow."""
+    return tuple(a + factor * b if b else a for a, b in zip(row, other, strict=True))
 
 
 def row_at(row: tuple, forces: tuple) -> Any:

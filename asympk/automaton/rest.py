@@ -29,6 +29,7 @@ from asympk.automaton.contacts import (
     gap_row,
     in_forces,
     linear_rows,
+    plus_multiple,
     unit_row,
 )
 from asympk.automaton.junction import Junction
@@ -153,13 +154,8 @@ def _exchanged(table: Table, i: int, j: int) -> Table:
     """Return a table after an exchange: column j now is the value of row i, and row i the unknown of column j."""
     pivot = table[i][j]
     own = tuple((1 if k == j else -a) / pivot for k, a in enumerate(table[i]))
-    return [own if k == i else _with_row(row, j, own) if row[j] else row for k, row in enumerate(table)]
-
-
-def _with_row(row: tuple, j: int, own: tuple) -> tuple:
-    """Return a row whose unknown of column j is replaced by a row; most entries are 0, and the numbers are slow."""
-    factor, without = row[j], (*row[:j], 0, *row[j + 1 :])
-    return tuple(a + factor * b if b else a for a, b in zip(without, own, strict=True))
+    moved = (plus_multiple((*row[:j], 0, *row[j + 1 :]), row[j], own) if row[j] else row for row in table)
+    return [own if k == i else row for k, row in enumerate(moved)]
 
 
 def _cone(system: System, branch: Branch, point: ContactPoint) -> list[tuple]:
