@@ -125,7 +125,7 @@ class CriticalManifold(ShownAsFormulas):
             return sp.false
         return sp.And(off_axis(self.characteristic, self._assumed), self.real, self._finite)
 
-    @property
+    @cached_property
     def _finite(self):
         """The condition under which branch and dg/dy are finite; ``real`` covers roots in denominators."""
         if sp.Tuple(*self.branch.values(), *self.jacobian).has(sp.zoo, sp.nan):
