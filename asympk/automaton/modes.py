@@ -240,10 +240,20 @@ class GuardedMode:
 
     @lru_cache(maxsize=512)
     def drift(self, expr: sp.Expr) -> sp.Expr:
-        """Return the derivative of ``expr`` along the field, or 0 if it is a multiple of a sliding velocity at rest."""
-        rate, phases = self.lie_derivative(expr), zip(self.system.frictions, self.branch, strict=True)
-        resting = (on_sides(f.velocity, self.sides) for f, phase in phases if phase.mode == "stick")
-        return sp.S.Zero if any(_is_multiple(rate, v, self.system.states) for v in resting) else rate
+        """Return the derivative of ``expr`` along the field, 0 if it or ``expr`` is a multiple of a kept velocity."""
+        rate = sp.S.Zero if self._is_kept(expr) else self.lie_derivative(expr)
+        return sp.S.Zero if self._is_kept(rate) else rate
+
+    def _is_kept(self, expr: sp.Expr) -> bool:
+        return any(_is_multiple(expr, velocity, self.system.states) for velocity in self.kept_velocities)
+
+    @cached_property
+    def kept_velocities(self) -> tuple[sp.Expr, ...]:
+        """What the mode keeps at 0: sliding velocities at rest, and gap rates of closed rigid contacts."""
+        found = [self.system.frictions[k].velocity for k in sorted(branches.at_rest(self.branch))]
+        found += [branches.rate_along(self.system, gap) for gap in self.kept_gaps.values()]
+        found += [f.gap_rate for f in self.closed.values() if f.gap_rate is not None]
+        return tuple(on_sides(velocity, self.sides) for velocity in found)
 
     @lru_cache(maxsize=512)
     def derivative(self, guard: int, order: int) -> sp.Expr:

@@ -316,6 +316,37 @@ def test_a_crank_passes_the_dead_centre_of_its_slider(numbers, start, until):
     assert (path.final[0], path.final[2]) == pytest.approx(tuple(truth.y[:, -1]), abs=1e-6)
 
 
+def test_a_crank_and_its_slider_with_the_rod_between_them_as_a_constraint_turn_as_in_the_angle_alone():
+    """Y' is the sliding velocity of the rod and the gap rate of the guide: it stays 0, though no expansion shows it."""
+    J, M, W, L, friction, until = 2, 1, 10, 1.5, 0.5, 0.5
+    m, g, r, f, D = sp.symbols("m g r f D", positive=True)
+    x, y = X - r * sp.cos(THETA), Y - r * sp.sin(THETA)
+    link = ap.Contact(gap=sp.sqrt(x**2 + y**2) - L, slip=Y, friction=0)
+    energy = THETA.diff(T) ** 2 + m * (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 - m * g * Y
+    guided = {"contact": ap.Contact(Y, X, f), "others": [link], "forces": {THETA: D}}
+    crank = ap.Mechanism.from_lagrangian(energy, (THETA, X, Y), **guided).rigid()
+
+    def slope(angle):
+        phi = np.arcsin(np.sin(angle) / L)
+        return phi, -np.sin(angle) - np.cos(angle) * np.tan(phi)
+
+    def rates(_, w):
+        """The rod pushes by S with the lever sin(angle + phi); the guide bears W + S sin(phi), and X falls."""
+        (angle, rate), (phi, dX) = w, slope(w[0])
+        bend = np.sin(angle) * np.tan(phi) - np.cos(angle) - np.cos(angle) ** 2 / (L * np.cos(phi) ** 3)
+        lever = np.sin(angle + phi)
+        S = M * (dX / J + bend * rate**2) - friction * W
+        S /= np.cos(phi) + friction * np.sin(phi) - M * dX * lever / J
+        return rate, (1 + S * lever) / J
+
+    phi, dX = slope(1.0)
+    state = {"theta": 1, "X": np.cos(1) + L * np.cos(phi), "Y": 0, "theta'": 1, "X'": dX, "Y'": 0}
+    values = {"m": M, "g": W, "f": friction, "r": 1, "D": 1}
+    path = ap.solve(ap.Scene(system=crank, values=values, start=state, until=until))
+    truth = solve_ivp(rates, (0, until), (1.0, 1.0), rtol=1e-11, atol=1e-11)
+    assert (path.final[0], path.final[3]) == pytest.approx(tuple(truth.y[:, -1]), abs=1e-8)
+
+
 @pytest.mark.parametrize("velocity", [9, "1/10", 0])
 def test_a_block_that_slides_beside_it_does_not_hide_the_second_motion_of_a_guide(velocity):
     rod, (w, G) = slender_rod(unilateral=False).rigid(), sp.symbols("w G", real=True)
