@@ -15,6 +15,7 @@ import sympy as sp
 
 from asympk.doors import through
 from asympk.errors import InputError
+from asympk.mechanics.checks import require_positive_mass
 from asympk.mechanics.evaluation import ROUNDING, evaluate
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.paradox import ratio
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 SAMPLES = 2001  # number of values of the first coordinate
 ROWS = 201  # number of values of the second coordinate
+STRIDE = 20  # samples between places at which the mass matrix is tested
 TURNS = 10_000  # most turns in a range of an angle, as each turn has intervals of its own
 _HALVINGS = 60  # halvings of a bracket that reduce it to rounding
 
@@ -77,7 +79,8 @@ def paradox_set(kinetics: Kinetics, over: dict[sp.Symbol, Any], values: dict[sp.
     """Return the ``ParadoxSet`` over the one or two coordinates or parameters of ``over``, ``{name: (low, high)}``.
 
     ``values`` gives all others, as numbers or as functions of those of ``over`` in the same order. The edges over the
-    first are accurate to rounding. Raises ``InputError`` for invalid ranges and for missing values.
+    first are accurate to rounding. Raises ``InputError`` for invalid ranges and missing values, and for a mass matrix
+    that is not positive.
     """
     names = tuple(over)
     if not 1 <= len(names) <= 2:
@@ -89,6 +92,7 @@ def paradox_set(kinetics: Kinetics, over: dict[sp.Symbol, Any], values: dict[sp.
     others = np.linspace(*ends[1], ROWS) if len(names) == 2 else np.zeros(1)
     excess = _excess(kinetics, names, values, others)
     at, row = np.tile(np.linspace(*ends[0], SAMPLES), len(others)), np.repeat(np.arange(len(others)), SAMPLES)
+    require_positive_mass(kinetics, _placed(names, values, (at[::STRIDE], others[row[::STRIDE]])))
     if witnesses is None:
         inner, of = _extrema(excess, at, row)
     else:
@@ -125,12 +129,17 @@ def _excess(kinetics: Kinetics, names: tuple, values: dict, others: Any) -> Call
     terms = (kinetics.friction * kinetics.load * sp.Abs(G[0, 1]), G[0, 0])
 
     def excess(at: Any, row: Any, less: float = 0.0) -> Any:
-        turned = (at, others[row])[: len(names)]
-        placed = {key: value(*turned) if callable(value) else value for key, value in values.items()}
-        coupling, normal = evaluate(terms, placed | dict(zip(names, turned, strict=True)))
+        coupling, normal = evaluate(terms, _placed(names, values, (at, others[row])))
         return np.broadcast_to(coupling - normal - less * (coupling + normal), np.shape(at))
 
     return excess
+
+
+def _placed(names: tuple, values: dict, grid: tuple) -> dict[sp.Symbol, Any]:
+    """Return all values on arrays of the first coordinate and of the second, which is left out if there is but one."""
+    turned = grid[: len(names)]
+    placed = {key: value(*turned) if callable(value) else value for key, value in values.items()}
+    return placed | dict(zip(names, turned, strict=True))
 
 
 def _witnesses(kinetics: Kinetics, names: tuple, values: dict) -> Callable[..., Any] | None:

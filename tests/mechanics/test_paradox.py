@@ -205,6 +205,18 @@ def test_ranges_that_are_none_are_refused(ranges, match):
         slender_rod().paradox_set(ranges, {"f": 1, "m": 1})
 
 
+@pytest.mark.parametrize(("over", "given"), [({"theta": (0, 1)}, {"m": -1}), ({"theta": (0, 1), "m": (-1, 1)}, {}),
+                                             ({"m": (-1, 1)}, {"theta": 1})])  # fmt: skip
+def test_no_set_is_given_where_a_mass_is_negative(over, given):
+    """The Delassus matrix then is negative, too, and its paradox was everywhere."""
+    mass = sp.Symbol("m", real=True)
+    kinetic = mass * (X.diff(T) ** 2 + Y.diff(T) ** 2 + THETA.diff(T) ** 2 / 3) / 2
+    end = ap.Contact(gap=Y - sp.sin(THETA), slip=X - sp.cos(THETA), friction=1, unilateral=True)
+    rod = ap.Mechanism.from_lagrangian(kinetic, (X, Y, THETA), contact=end)
+    with pytest.raises(InputError, match="the mass matrix is not positive"):
+        rod.paradox_set(over, given)
+
+
 @pytest.mark.parametrize("more", [{}, {"f": (0.5, 3)}])
 def test_the_set_is_shown_in_a_few_lines_and_drawn_as_far_as_its_edges(tmp_path, more):
     pytest.importorskip("matplotlib")
