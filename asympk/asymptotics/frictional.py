@@ -68,7 +68,8 @@ def _to_order(scene: Any, method: str, order: int, units: Any) -> Path:
     apart = order > 0 or len(path.stretches) == len(landed.stretches) + 1  # orders 0 and 1 meet guards by the same y
     falls = apart and np.abs(omitted * units).max() < SLIGHT * scale and matched.decay(scene, path, order) <= FALLING
     last = beyond + TAKEN * omitted if falls else matched.end_to(order + 2, task, landed, path)
-    error = predicted_error(np.array((final, beyond, last)) * units, rtol=rtol * np.max(units))
+    error = predicted_error(np.array((final, beyond, last)) * units, rtol=rtol * np.max(units),
+                            lately=_omitted_lately(path, order, mu, units))  # fmt: skip
     error += _of_layer(task, path, scale, units)
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states: mu = {mu:.3g} is "
@@ -77,13 +78,23 @@ def _to_order(scene: Any, method: str, order: int, units: Any) -> Path:
                 {"omitted": tuple(omitted.tolist())})  # fmt: skip
 
 
+def _omitted_lately(path: MatchedPath, order: int, mu: float, units: Any) -> float:
+    """Return the largest term that ``order`` omits shortly before the end of a path, or 0 in a layer."""
+    if not path.stretches or path.stretches[-1].slowly is None:
+        return 0.0
+    stretch = path.stretches[-1]
+    slow, (_, at, _) = matched.slow_of(stretch.mode), stretch.points
+    found = np.array([slow.state(k, at, mu) for k in range(order, order + 3)])
+    return float(np.abs(np.diff(found, axis=0) * units).max())
+
+
 def _of_layer(task: Task, path: MatchedPath, scale: float, units: Any) -> float:
     """Return the predicted error of a layer that is not over at the end of a path, relative to ``scale``; else 0.
 
     The error is that allowed in the fast states plus an error in time times the largest rate, which covers errors that
     grow with the fast states.
     """
-    if not path.stretches or path.stretches[-1].points:
+    if not path.stretches or path.stretches[-1].slowly:
         return 0.0
     fastest = np.abs(np.array(path.mode.rhs(path.t, path.state)) * units).max()
     return SEVERAL * task.off * np.max(units) + ROUNDING * task.late * fastest / scale
@@ -110,7 +121,7 @@ class StretchedDense:
     def sizes(self, t: np.ndarray, slow: bool) -> np.ndarray:
         """Return the largest modulus of every state in slow motions, or in layers, at ``t`` and where they begin."""
         times = np.array([*t, *(s.began for s in self.path.stretches)])
-        alike = [k for k, stretch in enumerate(self.path.stretches) if bool(stretch.points) is slow]
+        alike = [k for k, stretch in enumerate(self.path.stretches) if bool(stretch.slowly) is slow]
         return np.abs(self(times[np.isin(self._which(times), alike)])).max(axis=1, initial=0)
 
     def places(self, times: np.ndarray, slow: bool) -> list:
@@ -118,5 +129,5 @@ class StretchedDense:
         stretches, which = self.path.stretches, self._which(times)
         known = [(s, s.began) for s in stretches]
         known += [(stretches[k], t) for k, t in zip(which, times, strict=True) if k >= 0]
-        alike = ((s, t) for s, t in known if bool(s.points) is slow)
+        alike = ((s, t) for s, t in known if bool(s.slowly) is slow)
         return [(s.mode, float(t), tuple(s.states(float(t - s.began)).tolist())) for s, t in alike]

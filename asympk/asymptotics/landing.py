@@ -51,11 +51,8 @@ class Landing:
     rest: Any
     during: Callable[[np.ndarray], np.ndarray]
 
-    def corrections(self, tau: Any) -> np.ndarray:
+    def corrections(self, tau: np.ndarray) -> np.ndarray:
         """Return X_k - S_k and Y_k - H_k at the array ``tau``: (order + 1, states) + tau.shape; 0 from ``end`` on."""
-        tau = np.asarray(tau, dtype=float)
-        if (tau >= self.end).all():
-            return np.zeros((self.order + 1, self.base.shape[1] + len(self.branch), *tau.shape))
         return np.where(tau < self.end, self.during(np.minimum(tau, self.end)), 0.0)
 
 

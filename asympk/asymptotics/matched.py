@@ -83,13 +83,20 @@ class Task:
 class Stretch(NamedTuple):
     """The motion in one mode from the time ``began`` on; ``states(t)`` takes an array of times since ``began``.
 
-    ``points`` are the two ends (x, b) of a slow motion, b the value of the branch where it is carried; () for a layer.
+    ``slowly`` is the slow motion, or None for a layer.
     """
 
     began: float
     mode: NumericMode
     states: Callable
-    points: tuple = ()
+    slowly: reduced.Reduced | None = None
+
+    @property
+    def points(self) -> tuple[Sequence[float], ...]:
+        """Return the point (x, b) of a slow motion at its start, shortly before its end, and there; () for a layer."""
+        if (found := self.slowly) is None:
+            return ()
+        return found.trajectory.start, found.before(found.end), found.trajectory.state_at(found.end)
 
 
 @dataclass(frozen=True)
@@ -356,13 +363,13 @@ def slowly(task: Task, path: MatchedPath, limit: bool = False) -> MatchedPath:
     found = reduced.follow_reduced_flow(
         slow.formulas, order, start, mu, slow.values, left, task.rtol, guards, path.t, within, task.whole
     )
-    points = found.trajectory.start, tuple(found.trajectory(found.end).tolist())
-    stretch = Stretch(path.t, mode, lambda u: found.states(u)[0, slow.places], points)
+    point = found.trajectory.state_at(found.end)
+    stretch = Stretch(path.t, mode, lambda u: found.states(u)[0, slow.places], found)
     t, state = path.t + found.end, tuple(stretch.states(found.end).tolist())
     require_no_pole(path, slow, found)
     if found.guard is None:
         return replace(path, t=until, state=state, stretches=(*path.stretches, stretch))
-    seen = slow.state(known, points[1], mu)
+    seen = slow.state(known, point, mu)
     if not max(map(abs, seen)) < FAR:
         raise NotNormallyHyperbolic(f"the slow manifold of {mode.name} is lost where it meets its edge at t = {t:.6g}: "
                                     f"its terms of order {known} grow beyond bounds there; use an exact method")
@@ -370,8 +377,8 @@ def slowly(task: Task, path: MatchedPath, limit: bool = False) -> MatchedPath:
     if orders[found.guard] == known:
         return met(seen, stretch)
     span = _until_lost(mode, found.guard, t, seen)
-    rates = slow.formulas.flow(order)(*points[1], mu, *slow.values)
-    moved = [w + span * rate for w, rate in zip(points[1], rates, strict=True)]
+    rates = slow.formulas.flow(order)(*point, mu, *slow.values)
+    moved = [w + span * rate for w, rate in zip(point, rates, strict=True)]
     return met(state, stretch, (t + span, slow.state(known, moved, mu)))
 
 
@@ -443,7 +450,7 @@ def end_to(order: int, task: Task, landed: MatchedPath, path: MatchedPath) -> np
 
 
 def decay(scene: Any, path: MatchedPath, order: int) -> float:
-    """Return the second term of the slow motion that ``order`` omits over the first, the largest at stretches' ends."""
+    """Return the second term of the slow motion that ``order`` omits over the first, the largest at ``points``."""
     mu, worst = small_number(scene), 0.0
     for stretch in path.stretches:
         slow = slow_of(stretch.mode)

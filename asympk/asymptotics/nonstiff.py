@@ -110,15 +110,20 @@ class Trajectory:
         if not self.steps:
             return np.array(self.start).reshape(-1, *[1] * t.ndim) + 0 * t
         if t.size == 1:
-            at = min(max(self.steps[0].t, t.item()), self.steps[-1].after)
-            step = self.steps[bisect_left(self.steps, at, key=attrgetter("after"))]
-            return np.array(step.state_at(at)).reshape(-1, *t.shape)
+            return np.array(self.state_at(t.item())).reshape(-1, *t.shape)
         ends = np.array([step.after for step in self.steps])
         which = np.minimum(np.searchsorted(ends, t.ravel()), len(ends) - 1)
         found = np.empty((len(self.start), t.size))
         for k in set(which.tolist()):
             found[:, which == k] = self.steps[k](np.minimum(t.ravel()[which == k], ends[k]))
         return found.reshape(len(self.start), *t.shape)
+
+    def state_at(self, t: float) -> tuple:
+        """Return the state at a time ``t``."""
+        if not self.steps:
+            return self.start
+        at = min(max(self.steps[0].t, t), self.steps[-1].after)
+        return self.steps[bisect_left(self.steps, at, key=attrgetter("after"))].state_at(at)
 
 
 def rates(flows: tuple[Flow, ...], parameters: tuple, state: tuple) -> tuple:

@@ -35,6 +35,7 @@ STEPS = 20000  # the most steps of a slow motion, in explicit ones
 FAR = 1e12
 SIDE_BY_SIDE = 1e-6  # the least tolerance of slow motions to several orders in common steps
 MEETING = 4  # mu y' = g, linear, and x' = y have real eigenvalues as long as 4 mu |h_x f_y| < |g_y|
+LATELY = 3  # relaxation times before an end, at which terms that vanish at the end by chance exceed those that follow
 AGAIN = math.sqrt(27 / 4)  # with x'' = y, as long as mu sqrt(27 |h_x f_x f_y| / 4) < |g_y|
 
 
@@ -58,14 +59,22 @@ class Reduced:
     def states(self, t: Any) -> np.ndarray:
         """Return x and y on the manifold at the array ``t`` of times for every order: (orders, states) + t.shape."""
         t = np.asarray(t, dtype=float)
-        motion, known = self.trajectory(t.ravel()), self.formulas.arrays
-        spread: Callable = partial(np.broadcast_to, shape=t.size)
+        motion: Any
+        spread: Callable
         if t.size == 1:
-            motion, known, spread = motion[:, 0].tolist(), self.formulas, float
+            motion, known, spread = self.trajectory.state_at(t.item()), self.formulas, float
+        else:
+            motion, known = self.trajectory(t.ravel()), self.formulas.arrays
+            spread = partial(np.broadcast_to, shape=t.size)
         slow, kinds = len(self.formulas.slow_states), _kinds(self.orders, self.whole)
         found = [[*point[:slow], *map(spread, known.height(*kind)(*point, self.mu, *self.values))]
                  for kind, point in zip(kinds, self.parts(motion), strict=True)]  # fmt: skip
         return np.array(found).reshape(len(found), len(found[0]), *t.shape)
+
+    def before(self, t: float) -> tuple:
+        """Return the point (x, b) of a single motion ``LATELY`` relaxation times before ``t``, or at half of ``t``."""
+        _, largest = _attraction(self.formulas, self.trajectory.state_at(t), self.mu, self.values)
+        return self.trajectory.state_at(max(t / 2, t + LATELY * self.mu / largest.real))
 
     def parts(self, motion: Any) -> list[Any]:
         """Return the points (x, b) of the motions to every order, of which ``motion`` consists."""

@@ -10,9 +10,10 @@ where S is the slow motion, X_k and Y_k are the terms of the layer, and S_k and 
 
 The hard functions are ``_expected`` and ``predicted_error``, which predict the error of a path from the terms of orders
 n + 1 and n + 2 at ``until``. Terms that do not decrease may be small at ``until`` by chance. The known distance
-by which the composite of order n + 2 misses the start covers this case. Near a fold the terms do not decrease, and
-their sum is far above the error. There ``_continued`` takes the composites of orders n + 1 and n + 2 from a time at
-which they still did on to ``until`` by the full equations.
+by which the composite of order n + 2 misses the start covers this case. Terms that vanish together at ``until``, as
+where what drives the fast states comes to rest smoothly, are judged by those shortly before. Near a fold the terms do
+not decrease, and their sum is far above the error. There ``_continued`` takes the composites of orders n + 1 and n + 2
+from a time at which they still did on to ``until`` by the full equations.
 """
 
 import math
@@ -33,6 +34,7 @@ from asympk.errors import OutOfRange
 from asympk.numbers import listed
 from asympk.path import Path, times_within
 
+CHANCE = 0.75  # the error over the largest omitted term of shortly before, at least, where terms may be small by chance
 EXTRA = 2  # the number of orders beyond the one asked for, from which its error is predicted
 STEADY, STALLED = 0.1, 0.5  # bounds of the ratio of successive omitted terms from which the rest of them is estimated
 FALLING = 0.25  # the largest ratio of successive omitted terms at which they alone tell the error
@@ -72,15 +74,24 @@ class LayeredMotion:
 
     def layer(self, t: Any) -> np.ndarray:
         """Return the layer less the common part to every order at ``t``: (orders, states) + t.shape."""
-        terms = self.landing.corrections(np.asarray(t, dtype=float) / self.reduced.mu)
+        tau = np.asarray(t, dtype=float) / self.reduced.mu
+        if (tau >= self.landing.end).all():
+            return np.zeros((len(self.sums), len(self.kept), *tau.shape))
+        terms = self.landing.corrections(tau)
         return (self.sums @ terms.reshape(len(terms), -1)).reshape(-1, *terms.shape[1:])[:, self.kept]
 
     def misses(self) -> np.ndarray:
         """Return composite - start of the fast states at t = 0, for every order: (orders, fast states)."""
-        flows, known = self.beside, self.beside.formulas
-        begun = [known.height(order)(*start, flows.mu, *flows.values)
-                 for order, start in zip(flows.orders, flows.parts(flows.trajectory.start), strict=True)]  # fmt: skip
-        return np.array(begun) - self.sums @ self.landing.rest
+        return self._heights(self.beside.parts(self.beside.trajectory.start)) - self.sums @ self.landing.rest
+
+    def heights_before(self, t: float) -> np.ndarray:
+        """Return the fast states on the manifold shortly before ``t``, to every order: (orders, fast states)."""
+        return self._heights([self.reduced.before(t)] * len(self.sums))
+
+    def _heights(self, points):
+        flows = self.beside
+        return np.array([flows.formulas.height(order)(*at, flows.mu, *flows.values)
+                         for order, at in zip(flows.orders, points, strict=True)])  # fmt: skip
 
 
 def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: Any = 1.0) -> Path:
@@ -102,9 +113,9 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: An
     matched.require_no_pole(begun, slowly, motion.reduced)
     _require_branch(task, begun, slowly, motion)
     if not _falls(slow + layer) and (ends := _continued(task, begun, slowly, motion, error)) is not None:
-        error = min(error, _expected(motion, layered, slow, layer, units, ends)[0])
+        error = min(error, _expected(motion, layered, until, slow, layer, units, ends)[0])
     now, next_, _ = slow + layer
-    if error >= 1 > _expected(motion, True, slow, layer, units)[0]:
+    if error >= 1 > _expected(motion, True, until, slow, layer, units)[0]:
         raise OutOfRange(f"at t = {until:.6g} the motion is still in its layer, which method 'slow' leaves out: take "
                          "method 'jump', or a later until")  # fmt: skip
     if not error < 1:
@@ -126,7 +137,7 @@ def _followed(
     while True:
         motion = follow(rtol)
         slow, layer = motion.states_to_each(until), motion.layer(until)
-        error, rounding = _expected(motion, layered, slow, layer, units)
+        error, rounding = _expected(motion, layered, until, slow, layer, units)
         if not (error < 2 * rounding and rtol > FINEST):
             return motion, slow, layer, error
         rtol = max(FINEST, rtol * FINER * ROUNDING * (error / rounding - 1))
@@ -214,18 +225,22 @@ def layered_motion(
     return LayeredMotion(landing, motion, beside, sums, rtol, kept)
 
 
-def _expected(motion, layered, slow, layer, units, ends=None):
+def _expected(motion, layered, until, slow, layer, units, ends=None):
     """Return the predicted error and the part of it that the tolerance of the integrations makes up."""
     # a layer as slow as the slow motion may cancel its terms in the composite but not their remainder, so that terms
     # of the slow motion that do not decrease are judged on their own, too
     slow, layer = slow * units, layer * units
     first, second = _terms(slow)
-    told, misses = [slow + layer, *[slow] * bool(second > STALLED * first)], motion.misses()
-    told = told if ends is None else [np.vstack([told[0][:1], ends * units])]
+    told, misses, lately = [slow + layer, *[slow] * bool(second > STALLED * first)], motion.misses(), 0.0
     scales = units + np.zeros(len(motion.kept))
-    misses = misses * scales[len(scales) - misses.shape[1] :]
+    fast = slice(len(scales) - misses.shape[1], None)
+    misses = misses * scales[fast]
+    if ends is None:
+        lately = max(_terms(motion.heights_before(until) * scales[fast] + layer[:, fast]))
+    else:
+        told = [np.vstack([told[0][:1], ends * units])]
     left, rounding = (0.0 if layered else np.abs(layer[0]).max()), motion.rtol * scales.max()
-    return max(predicted_error(terms, left, rounding, misses) for terms in told), ROUNDING * rounding
+    return max(predicted_error(terms, left, rounding, misses, lately) for terms in told), ROUNDING * rounding
 
 
 def tolerance(mu: float, order: int, finer: float = FINER) -> float:
@@ -234,16 +249,18 @@ def tolerance(mu: float, order: int, finer: float = FINER) -> float:
 
 
 def predicted_error(
-    composites: np.ndarray, left: float = 0.0, rtol: float = 0.0, misses: np.ndarray | None = None
-) -> float:
+    composites: np.ndarray, left: float = 0.0, rtol: float = 0.0, misses: np.ndarray | None = None,
+    lately: float = 0.0,
+) -> float:  # fmt: skip
     """Return the predicted error of the first of three composites, relative to the largest of 1 and the true states.
 
     The composites are of successive orders. ``left`` is the size of the layer where the first leaves it out, ``rtol``
-    the tolerance of the integrations, and ``misses`` the difference of each composite from the start, if known.
+    the tolerance of the integrations, ``misses`` the difference of each composite from the start, if known, and
+    ``lately`` the largest omitted term a few relaxation times before: terms at the end may be small by chance.
     """
     first, second = _terms(composites)
     ratio = min(STALLED, max(STEADY, second / first)) if first > 0 else STALLED
-    error = (first + 2 * second / (1 - ratio)) / (1 - ratio) + left
+    error = max(CHANCE * lately, (first + 2 * second / (1 - ratio)) / (1 - ratio)) + left
     if misses is not None:
         error += _beyond(max(first, second), misses)
     scale = max(1.0, np.abs(composites[0]).max() - error)  # of the true states, which the error leaves uncertain
@@ -252,7 +269,7 @@ def predicted_error(
 
 def _terms(motions: np.ndarray) -> list[float]:
     """Return the largest modulus of each difference between motions of successive orders."""
-    return np.abs(motions[1:] - motions[:-1]).max(axis=1).tolist()
+    return np.maximum.reduce(np.abs(motions[1:] - motions[:-1]), axis=1).tolist()
 
 
 def _beyond(omitted: float, misses: np.ndarray) -> float:
