@@ -28,7 +28,7 @@ NEAR = 1e-3  # the Newton step to a root of g, relative to the state, below whic
 OVER = math.log(1e17)  # the time, times the rate of decay, after which a decaying term is rounding
 SETTLED = 1e-7  # the largest distance from its branch, relative to the state, at which a layer may be over
 STILL = 10  # the same distance in units of the tolerance, if that is more
-STEPS, SEARCHING = 20000, 4000  # the most steps of a layer in all, and before it is near a branch
+STEPS, SEARCHING = 20000, 4000  # the most steps of a layer in all, and before it is near one of several branches
 FAR = 1e6  # the size of the state, relative to the start, beyond which a layer counts as unbounded
 ROOT = 1e-12  # the error of a root, relative to the state
 ROUNDED = 2.0**-51  # the rounding error of g, relative to its terms
@@ -194,7 +194,7 @@ def _settled(formulas, first, x, y, values, order, tolerances):
         slopes=lambda at: jacobian(lambda w: formulas.complexes.layer(order)(*x, *w, *values), at),
     )  # fmt: skip
     mode, spent, words = formulas.mode, 0, UNBOUNDED
-    while spent < (STEPS if known else SEARCHING):
+    while spent < (STEPS if known or formulas.affine else SEARCHING):
         scale = max(1, *map(abs, now))
         if scale > FAR * max(1, *map(abs, (*x, *y))):
             break
