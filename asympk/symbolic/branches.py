@@ -153,14 +153,15 @@ def of_either_sign(system: "System", branch: Branch) -> tuple[sp.Expr, ...]:
 def with_signs(system: "System", branch: Branch, expr: sp.Expr) -> sp.Expr:
     """Replace the sign and the absolute value of every sliding velocity and load by those that the branch gives.
 
-    Where only the product of both signs is known, sign(load) becomes sign(velocity) or -sign(velocity).
+    Where only the product of both signs is known, sign(load) becomes sign(velocity) or -sign(velocity). The branch says
+    nothing of the velocity at an open contact.
     """
     if not atoms(expr, sp.Abs, sp.sign):
         return expr
     known: dict[sp.Basic, sp.Basic] = {}
     for friction, phase in zip(system.frictions, branch, strict=True):
         if not phase.either:
-            known |= put_sign(friction.velocity, sp.Integer(phase.velocity))
+            known |= put_sign(friction.velocity, sp.Integer(phase.velocity)) if phase != OPEN else {}
             known |= put_sign(friction.load, sp.Integer(phase.load))
         elif phase.velocity:
             known |= put_sign(friction.load, phase.load * phase.velocity * sp.sign(friction.velocity))

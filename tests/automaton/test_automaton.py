@@ -865,3 +865,18 @@ def test_a_layer_from_the_edge_of_stick_at_a_place_that_is_0_to_rounding_ends():
     path = ap.solve(scene, method="jump", order=0)
     assert path.modes == ("slip_opposite", "stick", "slip_opposite")
     assert path.final[0] == pytest.approx(4 / 3 * (1 - math.exp(-3 / 4)), abs=1e-3)
+
+
+@pytest.mark.parametrize("way", [{}, {"digits": 15}, {"method": "dop853"}])
+@pytest.mark.parametrize("rigid", [True, False])
+@pytest.mark.parametrize(("drag", "end"), [
+    (v * abs(v), (math.log(2), 1 / 2)), (sp.sign(v) / 2, (3 / 4, 1 / 2)), (abs(v), (1 - math.exp(-1), math.exp(-1))),
+])  # fmt: skip
+def test_a_drag_by_the_sliding_velocity_acts_in_the_air_as_well(drag, end, rigid, way):
+    """An open contact has no sign of its velocity: |v| was taken as 0 there, and the drag left out."""
+    law = {"load": N, "constraint": N - 1} if rigid else {"load": -1000 * w - 10 * u}
+    ground = ap.Friction(velocity=v, force=F, kinetic=a, gap=w, normal=N, **law)
+    ball = ap.System.with_frictions({w: u, x: v, u: N - 1, v: F - drag}, {}, [ground])
+    path = follow(ball, {w: 1, x: 0, u: 0, v: 1}, 1, {a: "1/5"}, **way)
+    assert path.modes == ("open",)
+    assert [float(e) for e in path.final] == pytest.approx([1 / 2, end[0], -1, end[1]], abs=1e-6)
