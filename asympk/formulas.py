@@ -87,13 +87,17 @@ def _read(text: object, symbols: Mapping[str, sp.Expr], what: str) -> sp.Basic:
         raise InputError(f"{what} = {short(text)}: it must be a formula in text, such as 'x + 2*y'")
     if len(text) > LONGEST:
         raise InputError(f"{what}: a formula of {len(text)} characters; the longest that is read has {LONGEST}")
-    plain = {_plain(normalize("NFKC", name)): symbol for name, symbol in symbols.items()}  # as Python spells names
+    plain = {_plain(normalize("NFKC", name)): name for name in symbols}  # as Python spells names
+    for name in symbols.keys() - plain.values():
+        raise InputError(f"{what}: a formula cannot tell {name} from {plain[_plain(normalize('NFKC', name))]}, which "
+                         "has the same letters in other signs; rename one")  # fmt: skip
     source = _plain(text.replace("^", "**")).strip()
     try:
         tree = ast.parse(source, mode="eval")
     except (SyntaxError, ValueError, MemoryError, RecursionError):
         raise InputError(f"{what} = {short(text)}: it is not a formula; write one such as 'x + 2*y'") from None
-    return _Reader(plain, what, text, source).read(tree.body, 0)
+    known = {spelt: symbols[name] for spelt, name in plain.items()}
+    return _Reader(known, what, text, source).read(tree.body, 0)
 
 
 def _degree(expr: sp.Expr) -> int:

@@ -70,6 +70,8 @@ def test_names_of_a_formula_stand_for_their_own_symbols_however_they_are_spelt()
     assert read_formula(" + ".join(names), symbols) == sp.Add(*symbols.values())
     with pytest.raises(InputError, match=r"the name Y'' is unknown; it has X, X', X_prime, lambda, lambda_, "):
         read_formula("Y''", symbols)
+    with pytest.raises(InputError, match="cannot tell \N{MICRO SIGN} from \N{GREEK SMALL LETTER MU}, which"):
+        read_formula("X", {**symbols, "\N{GREEK SMALL LETTER MU}": sp.Symbol("m")})
 
 
 def test_a_byte_order_mark_is_passed_over(tmp_path):
