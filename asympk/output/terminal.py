@@ -194,7 +194,9 @@ def certificates_as_text(found: "Sequence[Certificate]", digits: int) -> str:
         return _certificate_as_text(found[0], digits)
     proven = [piece for piece in found if piece.proven]
     outcomes = Counter(" -> ".join(piece.modes) if piece.proven else f"undecided, {piece.obstacle}" for piece in found)
-    lines = [f"{len(proven)} of {len(found)} pieces of the box proven, {100 * covered(found):.6g}% of its volume"]
+    share = f"{100 * covered(found):.6g}%"
+    share = f"nearly {share}" if share == "100%" and len(proven) < len(found) else share
+    lines = [f"{len(proven)} of {len(found)} pieces of the box proven, {share} of its volume"]
     lines += [line for words, count in outcomes.most_common() for line in wrapped(f"{count:>6}  ", words)]
     if proven:
         hull = [reduce(lambda one, other: one.union(other), balls)

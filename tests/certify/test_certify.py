@@ -16,11 +16,11 @@ from asympk.scenes import scenefile
 
 flint = pytest.importorskip("flint")
 
-from asympk.certify import certify, cover  # noqa: E402
+from asympk.certify import Certificate, certify, cover  # noqa: E402
 from asympk.certify.balls import Refused, ball, ball_of, common, hull, times  # noqa: E402
 from asympk.certify.enclosure import Budget, LevelGuard, first_event  # noqa: E402
 from asympk.certify.proofs import Inequality, inequalities, prove  # noqa: E402
-from asympk.output.terminal import covered  # noqa: E402
+from asympk.output.terminal import certificates_as_text, covered  # noqa: E402
 
 BACKWARD = ap.Scene(1, "1e-6", (0, "0.2", -1), 5)
 
@@ -352,6 +352,15 @@ def test_the_command_tells_a_proof_from_a_refusal(capsys, tmp_path):
     assert "\nmore --pieces, or a smaller box, may prove what is undecided\n" in capsys.readouterr().out
     assert main(["certify", "--claims"]) == 0
     assert "undecided" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("rest", [Fraction(1, 10**9), Fraction(1, 10**30)])
+def test_a_box_with_pieces_left_is_not_said_to_be_proven_all_over_however_small_they_are(rest):
+    scene = scenefile.read_scene("backward")
+    whole, left = {"x": (0, 1 - rest)}, {"x": (1 - rest, 1)}
+    pieces = Certificate(scene, True, final=(hull(0, 1),) * 3, box=whole), Certificate(scene, False, box=left)
+    assert "1 of 2 pieces of the box proven, nearly 100% of its volume" in certificates_as_text(pieces, 9)
+
 
 
 def test_without_python_flint_the_error_gives_the_pip_line(monkeypatch):
