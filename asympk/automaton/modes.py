@@ -405,13 +405,10 @@ def source(
     coefficients: tuple[sp.Expr, ...] = (),
 ) -> str:  # fmt: skip
     """Return the text of ``f(t, *state, *p)``; for ``"math"``, integer powers of symbols are written as products."""
-    plain, time = _plain(system)
-    plain = plain | {name_of(part): sp.Symbol(f"c{k}", real=True) for k, part in enumerate(coefficients)}
+    plain, time = _plain(system, coefficients)
     fixed = (*system.parameters, *map(name_of, coefficients))
     arguments = (time, *(plain[s] for s in (*system.states, *fixed)))
-    changed = {s: name for s, name in plain.items() if s != name}
-    values, *rows = (tuple(replaced(sp.Tuple(*with_names(system, exprs, coefficients)), changed))
-                     for exprs in (outputs, *directions))  # fmt: skip
+    values, *rows = (_in_plain_symbols(system, exprs, coefficients) for exprs in (outputs, *directions))
     if directions:
         rates = tuple((*row, *(sp.S.Zero for _ in fixed)) for row in rows)
         text = Lowered(arguments, values, target, directions=rates).source
@@ -431,12 +428,22 @@ class _Products(ast.NodeTransformer):
         return node
 
 
+@lru_cache(maxsize=512)
+def _in_plain_symbols(
+    system: System, exprs: tuple[sp.Expr, ...], coefficients: tuple[sp.Expr, ...]
+) -> tuple[sp.Expr, ...]:  # fmt: skip
+    """Return expressions in plain symbols; the rates of a mode are asked for with every derivative along its field."""
+    plain, _ = _plain(system, coefficients)
+    changed = {s: name for s, name in plain.items() if s != name}
+    return tuple(replaced(sp.Tuple(*with_names(system, exprs, coefficients)), changed))
+
+
 @lru_cache(maxsize=64)
-def _plain(system: System) -> tuple[dict[sp.Symbol, sp.Symbol], sp.Symbol]:
+def _plain(system: System, coefficients: tuple[sp.Expr, ...]) -> tuple[dict[sp.Symbol, sp.Symbol], sp.Symbol]:
     """Return plain symbols for all symbols, whose names may be ``theta'`` or ``lambda``, and the symbol of the time."""
     time = sp.Symbol("t", real=True)
-    plain = {s: sp.Symbol(f"w{k}", real=True) for k, s in enumerate(system.states)}
-    plain |= {s: sp.Symbol(f"p{k}", real=True) for k, s in enumerate(system.parameters)}
+    named = (("w", system.states), ("p", system.parameters), ("c", map(name_of, coefficients)))
+    plain = {s: sp.Symbol(f"{letter}{k}", real=True) for letter, symbols in named for k, s in enumerate(symbols)}
     return plain | ({system.time: time} if system.time else {}), time
 
 
