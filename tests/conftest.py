@@ -3,7 +3,9 @@
 import gc
 import os
 import sys
+from collections import defaultdict
 from pathlib import Path
+from random import Random
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -19,10 +21,18 @@ LONGEST = ("test_paper", "test_regeneration", "test_smooth_models", "test_manifo
            "test_friction_models", "test_asymptotic", "test_cli", "test_shown", "test_global_state")  # fmt: skip
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put the longest files first; the others stay in order."""
+    """Put the longest files first; the others stay in order. Mark as slow what ``few`` leaves out."""
     place = {name: k for k, name in enumerate(LONGEST)}
     items.sort(key=lambda item: place.get(Path(item.path).stem, len(LONGEST)))
+    cases = defaultdict(list)
+    for item in items:
+        if (few := item.get_closest_marker("few")) and not item.get_closest_marker("slow"):
+            cases[item.nodeid.partition("[")[0], *few.args].append(item)
+    for (_, count), found in cases.items():
+        for item in Random(0).sample(found, len(found))[count:]:
+            item.add_marker("slow")
 
 
 def pytest_collection_finish() -> None:

@@ -78,6 +78,7 @@ def _longest_as_slow(calls):
 
 
 @pytest.mark.parametrize("call", _longest_as_slow(CALLS))
+@pytest.mark.few(2)
 def test_mpmaths_own_precision_is_never_set(call, tmp_path):
     with precisions_set() as found:
         CALLS[call](tmp_path)
@@ -183,6 +184,7 @@ WALK = CALLS | {
 
 
 @pytest.mark.parametrize("call", _longest_as_slow(WALK))
+@pytest.mark.few(4)
 def test_a_second_thread_sees_nothing_of_the_process_change(call, tmp_path):
     before, own, told, done = seen(), kept_by_a_thread(), [], threading.Event()
 

@@ -72,6 +72,7 @@ def path(request):
     return _path(request.param)
 
 
+@pytest.mark.few(3)
 def test_a_path_of_any_method_survives_pickling_with_its_dense_output(path):
     again = pickle.loads(pickle.dumps(path))
     times = [0, float(path.end) / 3, float(path.end)]
@@ -80,6 +81,7 @@ def test_a_path_of_any_method_survives_pickling_with_its_dense_output(path):
     assert np.all(again(times) == path(times))
 
 
+@pytest.mark.few(3)
 def test_a_path_tells_itself_in_a_few_lines(path):
     lines = repr(path).splitlines()
     assert repr(path.model) in lines[0]
@@ -151,6 +153,7 @@ def test_every_door_leads_to_a_documented_function_that_takes_the_noun():
         assert hasattr({"Many": Many, "ParadoxSet": ParadoxSet}.get(noun) or getattr(ap, noun), method)
 
 
+@pytest.mark.few(3)
 def test_a_plot_has_a_panel_for_every_state_and_a_mark_for_every_event(path):
     figure = path.plot()
     combinations = path.scene.combinations
@@ -167,6 +170,7 @@ def test_shades_tell_combinations_of_modes_apart_and_depend_on_the_name_alone():
     assert shade("slip_same+slip_same") == shade("slip_same") == (1, 1, 1)
 
 
+@pytest.mark.few(3)
 def test_a_frame_has_the_states_by_name_and_passes_through_the_events(path):
     frame = path.frame()
     assert list(frame.columns) == ["t", *path.names, *(name for name, _ in path.scene.combinations), "mode"]
@@ -395,6 +399,7 @@ def test_itineraries_of_an_array_are_those_of_its_scenes_one_by_one():
 
 
 @pytest.mark.parametrize("shape", [(), (5,), (3, 4), (2, 3, 2), (0,)])
+@pytest.mark.few(2)
 def test_arrays_of_any_shape_tell_and_draw_themselves(shape, tmp_path):
     many = ap.solve_many(1, 1e-2, 0, np.full(shape, 0.2), -1, 1)
     assert len(repr(many)) < 1200
@@ -435,6 +440,7 @@ def test_a_map_of_itineraries_names_the_arguments_that_vary():
      (VAN_DER_POL, {"values": {"mu": "0.1"}}, ("x", "v")),
      (ap.solve(ap.read_scene("chalk")).physical(), {}, ("R (N)", "u (m/s)"))],
 )  # fmt: skip
+@pytest.mark.few(2)
 def test_a_phase_picture_is_over_the_states_that_are_chosen(what, options, labels, tmp_path):
     (axis,) = ap.phase(what, **options, file=tmp_path / "phase.svg").axes
     assert (axis.get_xlabel(), axis.get_ylabel()) == labels

@@ -145,6 +145,7 @@ def seconds(limit):
 
 
 @pytest.mark.parametrize("call", CALLS)
+@pytest.mark.few(6)
 def test_a_hostile_string_is_refused_at_once_in_one_line(call, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for text in HOSTILE:

@@ -84,6 +84,7 @@ def refusal(name, argument, value):
 
 
 @pytest.mark.parametrize(("name", "argument"), [(name, a) for name, (_, given) in CALLS.items() for a in given])
+@pytest.mark.few(6)
 def test_a_wrong_argument_is_refused_in_one_line(name, argument, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     said = {kind: refusal(name, argument, value) for kind, value in WRONG.items()}

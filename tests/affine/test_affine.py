@@ -52,6 +52,7 @@ def random_mode(random, size, mu, guards=0):
 
 @pytest.mark.parametrize("mu", [1e-1, 1e-4, 1e-8])
 @pytest.mark.parametrize("size", [1, 2, 5, 8])
+@pytest.mark.few(2)
 def test_the_flow_is_exact_in_doubles_however_stiff(size, mu):
     random = np.random.default_rng(size)
     mode, start = random_mode(random, size, mu), random.normal(size=size)

@@ -356,6 +356,7 @@ def test_a_scene_of_no_length_ends_where_it_starts():
 
 @pytest.mark.parametrize("size", [1e60, 1e200, 1e300])
 @pytest.mark.parametrize("options", [{}, {"digits": 20}])
+@pytest.mark.few(2)
 def test_a_huge_motion_is_a_large_one_in_other_units(size, options):
     x, v = sp.symbols("x v", real=True)
     friction = ap.Friction(velocity=v, force=F, load=2 + x / 4, kinetic=sp.Rational(1, 4))
@@ -496,6 +497,7 @@ def linear_scene(rows, start, until=1):
 
 @pytest.mark.parametrize("digits", [None, 30])
 @pytest.mark.parametrize("apart", [Fraction(1, 10**10), Fraction(1, 10**60), Fraction(1, 2**200), Fraction(1, 10**120)])
+@pytest.mark.few(2)
 def test_eigenvalues_much_nearer_to_one_another_than_the_digits_in_use_lose_nothing(apart, digits):
     # the coefficients are sums of terms of the size 1/apart, which cancel; in powers of two they cancel without a rest
     for rows in ([[-1, 1], [apart**2, -1]], [[-1, 1], [0, -1 - apart]], [[-1, 1], [-(apart**2), -1]]):

@@ -33,6 +33,7 @@ def test_an_oscillator_of_two_stiffnesses_returns_after_half_a_period_of_each():
 
 
 @pytest.mark.parametrize("spring", SPRINGS)
+@pytest.mark.few(2)
 def test_closed_forms_joined_at_the_edges_of_sides_are_what_steps_that_end_there_give(spring):
     system = ap.System.with_frictions({x: v, v: SPRINGS[spring] + F}, {}, [RUB], time=t)
     scene = ap.Scene(system=system, start={x: -3, v: 0}, until=20)
@@ -120,6 +121,7 @@ def test_three_frictions_hold_two_blocks_until_their_bounds_are_used_up_although
 
 
 @pytest.mark.parametrize("power", [12, 13, 14, 20, 24])
+@pytest.mark.few(2)
 def test_a_push_that_is_a_high_power_of_the_time_is_integrated_exactly(power):
     system = ap.System.with_frictions({x: v, v: t**power}, {}, [], time=t)
     path = ap.solve(ap.Scene(system=system, start={x: 0, v: 0}, until=2))

@@ -60,6 +60,7 @@ def test_error_over_first_omitted_terms_tends_to_one(sigma, start, order):
 @pytest.mark.parametrize("sigma", SIGMAS)
 @pytest.mark.parametrize("start", STARTS)
 @pytest.mark.parametrize("order", [0, 1])
+@pytest.mark.few(6)
 def test_error_is_bounded_by_powers_of_mu_log(sigma, start, order):
     for mu in MUS[1:]:
         small = mpmath.mpf(mu) * mpmath.log(1 / mpmath.mpf(mu))
@@ -88,6 +89,7 @@ def test_modes_and_events_are_those_of_the_exact_flow(sigma, start):
 @pytest.mark.parametrize("sigma", SIGMAS)
 @pytest.mark.parametrize("start", STARTS)
 @pytest.mark.parametrize("order", [0, 1])
+@pytest.mark.few(6)
 def test_the_composite_holds_uniformly_in_time(sigma, start, order):
     scaled = []
     for mu in ("1e-3", "1e-4", "1e-5"):
@@ -123,6 +125,7 @@ def random_scenes(count, wild):
 @pytest.mark.parametrize(
     ("method", "order"), [("jump", 0), ("jump", 1), ("jump", 2), ("slow", 0), ("slow", 1), ("rigid", 0)]
 )
+@pytest.mark.few(2)
 def test_the_predicted_error_bounds_the_measured_one(method, order, wild):
     followed = 0
     for scene in random_scenes(250, wild):
@@ -145,6 +148,7 @@ def test_the_predicted_error_bounds_the_measured_one(method, order, wild):
     ids=["a coincidence makes the second term small", "large x", "the second term vanishes"],
 )
 @pytest.mark.parametrize("order", range(5))
+@pytest.mark.few(3)
 def test_the_prediction_allows_for_series_that_converge_slowly(scene, order):
     path = ap.solve(scene, "jump", order=order)
     assert relative(path.final, ap.solve(scene, digits=30).final) <= path.error + 2e-15
@@ -342,6 +346,7 @@ def _path_or_refusal(scene, method, order):
 
 
 @pytest.mark.parametrize(("method", "order"), [("jump", 0), ("jump", 1), ("jump", 3), ("slow", 0), ("rigid", 0)])
+@pytest.mark.few(2)
 def test_arrays_agree_with_single_scenes_in_states_errors_and_refusals(method, order):
     listed = [*random_scenes(60, False), *random_scenes(60, True)]
     listed += [ap.Scene(s, 1e-3, start, 1) for s in (0, 1, -1.5, -1) for start in ((0, -1, 1), (0, 0, 0), (1, 2, -1))]
@@ -375,6 +380,7 @@ def test_arrays_broadcast_and_every_refusal_has_its_words_in_one_line():
 
 
 @pytest.mark.parametrize(("method", "order"), [("jump", 0), ("jump", 1), ("jump", 4), ("slow", 1), ("rigid", 0)])
+@pytest.mark.few(2)
 def test_the_predicted_error_bounds_the_measured_one_on_ten_thousand_scenes(method, order):
     rng, n = np.random.default_rng(1991), 10000
     x, y, z = rng.choice([-1, 1], (3, n)) * 10 ** rng.uniform(-4, 2, (3, n))

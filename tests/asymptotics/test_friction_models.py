@@ -160,6 +160,7 @@ def _paradox(push, load=None):
     _paradox(0, a + b + sp.Max(0, a - 10 * c * b)),
     ap.System.with_friction({a: b}, {b: 1 - b**3 + F}, {w: 1 + F}, force=F, load=a + b, kinetic=sp.S.Half, small=c),
 ])  # fmt: skip
+@pytest.mark.few(2)
 def test_layers_and_jumps_without_a_law_in_the_limit_are_followed_to_order_0(system):
     errors = []
     for small in ("1e-3", "1e-4"):
@@ -346,6 +347,7 @@ def test_layers_stop_at_events_that_are_closer_than_their_steps():
 
 
 @pytest.mark.parametrize("seed", range(12))
+@pytest.mark.few(2)
 def test_what_orders_with_friction_predict_bounds_their_error_on_random_scenes(seed):
     draw = random.Random(seed)
     values = {"f": f"{draw.uniform(0.2, 3):.4f}", held_rod().small: f"{10 ** draw.uniform(-5, -1.5):.3e}"}
@@ -509,6 +511,7 @@ def test_slip_begins_in_the_limit_where_stick_ends_in_the_limit():
 
 @pytest.mark.parametrize("drag", [0, 1, -1])
 @pytest.mark.parametrize("until", ["1.01", 2])
+@pytest.mark.few(2)
 def test_the_limit_lifts_off_where_a_growing_pull_opens_the_contact_whatever_drags_the_body(until, drag):
     # the gap rate is -mu y: in flight y is no fast state, and its drag no layer
     x, y, q, v, N, mu = (sp.Symbol(n, real=True) for n in ("x", "y", "q", "v", "N", "mu"))
@@ -575,6 +578,7 @@ def test_a_jump_of_tiny_compliance_is_followed_as_rightly_as_any_other(small):
 
 
 @pytest.mark.parametrize("small", ["1e-4", "1e-7", "1e-10", "1e-13"])
+@pytest.mark.few(2)
 def test_a_load_that_comes_to_rest_on_the_edge_of_stick_slips_when_it_does(small):
     # in stick it tends to -1/2, which is where stick ends: terms of order mu tell whether, what is left of it when
     x, v, y = sp.symbols("x v y", real=True)
@@ -643,6 +647,7 @@ def test_the_units_of_mass_length_and_time_do_not_decide_whether_a_mechanism_is_
 
 @pytest.mark.parametrize("order", [0, 1])
 @pytest.mark.parametrize("powers", [(6, 0, 0), (-9, 0, 0), (0, 0, 6), (0, 0, -6), (-9, -6, 3), (-9, -6, 0)])
+@pytest.mark.few(2)
 def test_the_error_that_an_order_predicts_bounds_its_own_in_any_units_of_mass_length_and_time(powers, order):
     scene, sizes = _stopped(*(sp.Integer(10) ** power for power in powers))
     own, own_sizes = _stopped(1, 1, 1)

@@ -148,6 +148,7 @@ def test_the_plane_is_met_after_mu_log_over_sigma_and_left_after_mu_log_more():
 
 
 @pytest.mark.parametrize(("s", "start", "way"), CASES)
+@pytest.mark.few(3)
 def test_a_lower_order_is_the_beginning_of_a_higher_one(s, start, way):
     low, high = derived(s, start, 0), derived(s, start, 1)
     assert low.itinerary == high.itinerary == way
@@ -354,6 +355,7 @@ def test_systems_without_a_jump_are_refused():
     [(5, "7/2", "at an unbounded load friction does not hold"), (5, 6, None), (1, "7/2", None),
      (-5, 6, "the load grows without bound and the velocity with it")],
 )  # fmt: skip
+@pytest.mark.few(2)
 def test_a_load_without_bound_must_stop_the_mass_and_hold_it(pull, static, words, start):
     """Friction 3 L does not stop it against a pull of -5 L, and 7/2 L does not hold it against 5 L; 6 L does."""
     load = x + y

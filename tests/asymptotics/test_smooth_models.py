@@ -105,6 +105,7 @@ def test_the_composite_is_wrong_by_mu_to_the_next_power_uniformly(name, order):
 
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("order", [0, 1, 2])
+@pytest.mark.few(2)
 def test_the_predicted_error_bounds_the_error_and_tends_to_it(name, order):
     path, truth = _path(name, "1/200", 0.5, order=order), _truth(name, "1/200", 0.5)(0.5)
     error = np.abs(np.array(path.final) - truth).max() / max(1, np.abs(truth).max())
@@ -303,6 +304,7 @@ APART = {
 
 
 @pytest.mark.parametrize("name", APART)
+@pytest.mark.few(2)
 def test_rates_that_are_far_apart_are_followed_as_rightly_as_others(name):
     slow, fast, start = APART[name]
     small = "1e-7" if u in slow else "1e-4"
@@ -326,6 +328,7 @@ def test_a_layer_whose_parts_are_as_far_apart_as_140_is_followed_to_the_highest_
 @pytest.mark.parametrize("order", [0, 1, 2])
 @pytest.mark.parametrize(("drift", "force", "start"), [(-x + y / 2, y - y**3 + mu * x, (1, "-1/2000")),
                                                        (1, (y - x) * (1 - y**2), (0, "1/2000"))])  # fmt: skip
+@pytest.mark.few(2)
 def test_a_start_so_near_the_edge_of_a_basin_that_the_small_parameter_decides_is_refused(
     drift, force, start, order, method
 ):
@@ -637,6 +640,7 @@ def test_what_is_predicted_bounds_the_error_where_the_series_hardly_converges(or
     ("cos(y) - 1.997*x", "-sin(1.05*x) - y + 0.7009*sin(y)", ("0.1312", "0.8181"), "0.0203", "0.01827", 0),
     ("cos(y) - 1.675*x", "-sin(1.219*x) - y - 0.228*sin(y)", ("0.4913", "0.5719"), "0.303", "1.316", 2),
 ])  # fmt: skip
+@pytest.mark.few(2)
 def test_what_is_predicted_bounds_the_error_where_omitted_terms_are_small_by_chance(
     slow, fast, start, small, until, order
 ):
@@ -680,6 +684,7 @@ def test_high_powers_of_the_small_parameter_that_the_rates_only_imply_are_among_
     (sp.exp(50 * x * mu) - 1) ** 6, (sp.sin(50 * mu) * x) ** 6, sp.sinc(10**7 * mu**4), sp.sinc(50 * x * mu),
     x * (sp.exp(10**5 * mu**3) - 1) / (10**5 * mu**3),
 ])  # fmt: skip
+@pytest.mark.few(4)
 def test_terms_whose_first_powers_of_the_small_parameter_vanish_are_among_what_is_predicted(term, order):
     """x = e^-t; a term of orders above n + 2 alone was left out of the prediction to order n."""
     system = ap.System.smooth({x: -x}, {y: x - y + term}, mu)
@@ -780,6 +785,7 @@ CROSSINGS = {
 @pytest.mark.parametrize("order", [0, 1, 2])
 @pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow) if name in ("forced kink", "saturated")
                                   else name for name in CROSSINGS])  # fmt: skip
+@pytest.mark.few(3)
 def test_a_motion_through_edges_is_as_right_as_it_says(name, order):
     errors = []
     for small in ("1/1000", "1/10000"):
@@ -819,6 +825,7 @@ RECORDS = {
 
 
 @pytest.mark.parametrize("name", RECORDS)
+@pytest.mark.few(2)
 def test_steps_teeth_and_records_by_the_time_are_passed_as_rightly_as_it_is_said(name):
     system = ap.System.smooth({x: -x + y}, {y: RECORDS[name] - y - x * y / 4}, mu, time=T)
     scene = ap.Scene(system=system, values={mu: "1/1000"}, start={x: 1, y: 2}, until="4/5")
@@ -852,6 +859,7 @@ def test_what_the_parameters_alone_switch_is_a_number(number):
 
 @pytest.mark.parametrize("method", ["slow", "jump"])
 @pytest.mark.parametrize("order", [0, 1, 2])
+@pytest.mark.few(2)
 def test_the_units_of_a_fast_state_do_not_decide_which_branch_its_layer_settles_on(order, method):
     paths = [_solved(ap.System.smooth({x: y / unit}, {y: y - y**3 / unit**2}, mu), {mu: "1/1000"}, (0, unit / 2), 1,
                      method, order) for unit in (sp.S.One, sp.Rational(1, 10**8))]  # fmt: skip
@@ -943,6 +951,7 @@ def test_a_refusal_tells_states_of_a_tenth_in_their_own_unit():
 
 
 @pytest.mark.parametrize("function", [sp.sec, sp.csc, sp.cot, sp.sech, sp.csch, sp.coth, sp.asinh, sp.acosh, sp.atanh])
+@pytest.mark.few(2)
 def test_models_know_inverse_hyperbolic_functions_and_quotients_of_circular_ones(function):
     argument = 2 + x / 5 if function in (sp.csc, sp.cot, sp.acosh) else x / 2 + sp.Rational(1, 5)
     system = ap.System.smooth({x: y / 5 - x}, {y: function(argument) - y - y**3 / 100}, mu)

@@ -349,6 +349,7 @@ def test_a_sliding_motion_also_ends_where_its_force_is_0_over_0_and_the_surface_
 
 @pytest.mark.parametrize("options", [{}, {"digits": 20}])
 @pytest.mark.parametrize(("slopes", "until"), [(("5/2", "5/2"), "4/3"), (("2", "3/4"), "19/2"), (("1", "3/2"), 9)])
+@pytest.mark.few(2)
 def test_a_sliding_motion_into_a_two_fold_ends_there(slopes, until, options):
     """In the time s, dt = (y + z) ds, the sliding motion is linear, (y, z)' = M (y, z), and 0 a node.
 
@@ -385,6 +386,7 @@ def test_a_load_that_swings_while_the_state_rests_ends_stick_at_every_swing():
 
 @pytest.mark.parametrize("method", ["exact", "radau", "lsoda", "dop853"])
 @pytest.mark.parametrize("part", [34, 36, 38])
+@pytest.mark.few(2)
 def test_a_push_in_which_large_terms_cancel_sets_a_block_in_motion(part, method):
     """Doubles take it for the edge of stick a little before or after the time at which it is."""
     t, v, force = sp.symbols("t v F", real=True)
@@ -399,6 +401,7 @@ def test_a_push_in_which_large_terms_cancel_sets_a_block_in_motion(part, method)
 
 @pytest.mark.parametrize("method", ["exact", "radau", "lsoda", "dop853"])
 @pytest.mark.parametrize(("at", "lacking"), [(1, -13), ("4/3", -14)])
+@pytest.mark.few(2)
 def test_a_push_that_leaves_the_edge_of_stick_near_a_triple_root_sets_a_block_in_motion(at, lacking, method):
     """In doubles the margin is 0 for a time of about its rounding by its slope there, far beyond that of the time."""
     t, v, force = sp.symbols("t v F", real=True)
@@ -753,6 +756,7 @@ def test_a_slip_of_our_own_is_not_told_as_a_rate_that_is_no_finite_real_number()
 
 @pytest.mark.parametrize("way", [{}, {"digits": 20}, {"method": "radau"}])
 @pytest.mark.parametrize("rough", [True, False])
+@pytest.mark.few(2)
 def test_a_load_that_no_equation_determines_is_refused_where_its_friction_moves_the_body(rough, way):
     """What one contact holds at rest keeps the gap of another, sliding one closed, whatever the load of that."""
     exactly = sp.Rational

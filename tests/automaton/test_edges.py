@@ -65,6 +65,7 @@ def test_what_stops_on_an_edge_whose_law_holds_it_rests_there_though_the_side_it
     (sp.Mod(x, 1) < sp.Rational(1, 2), ("slip_same", "stick"), (1 / 2, 0)),
     (sp.Mod(x, 1) <= sp.Rational(1, 2), ("slip_same", "slip_opposite"), (1 / 18, -2 / 3)),
 ])  # fmt: skip
+@pytest.mark.few(2)
 def test_an_edge_within_the_teeth_of_a_rack_is_one_for_what_stops_on_it(within, modes, end, tooth, how):
     friction = sp.Piecewise((sp.Rational(1, 2), within), (2, True))
     path = ap.solve(ap.Scene(system=block(-1, friction), start={x: tooth + sp.Rational(1, 6), v: 1}, until=2), **how)
@@ -96,6 +97,7 @@ def _at_an_edge(number, push, below, above):
      (((-1, 1), "1/4", 2), ((1, 1), 1, "1/2"), "stick+slip_same", (1, 0, 2, 1)),
      (((1, -1), 1, "1/2"), (("1/2", "1/2"), 2, "1/4"), "stick+slip_same", (1, 0, "3/2", "1/2"))],
 )  # fmt: skip
+@pytest.mark.few(2)
 def test_two_blocks_on_edges_of_their_own_go_on_each_as_it_does_alone(first, second, mode, end, how):
     (rates, one, start), (others, two, place) = _at_an_edge(1, *first), _at_an_edge(2, *second)
     system = ap.System.with_frictions({**rates, **others}, {}, [one, two])
@@ -123,6 +125,7 @@ STRIP = sp.Piecewise((2, sp.Abs(x - 1) < sp.Rational(1, 2)), (sp.Rational(1, 4),
 
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize(("push", "speed", "end"), [(1, 0, ("3/2", "3/2")), (-1, 0, (0, 0)), (1, 1, (2, "1/2"))])
+@pytest.mark.few(4)
 def test_an_edge_of_a_strip_by_its_distance_is_as_any_other_on_either_side(push, speed, end, side, how):
     """Within the strip the friction holds; one that stops on its edge goes on where beyond it the push is larger."""
     start = {x: 1 + side * (sp.Rational(1, 2) if not speed else 0), v: side * speed}
@@ -249,6 +252,7 @@ def test_a_push_that_is_the_friction_itself_until_it_rises_moves_a_block_as_soon
     assert ends(path, ("stick", "slip_same"), (speed * (2 - math.pi / 6), speed))
 
 
+@pytest.mark.few(2)
 def test_a_tank_is_empty_once_its_water_has_run_out(how):
     """By Torricelli's law x = (1 - t/2)^2 until t = 2; a second tank, half as wide, is empty some time after that."""
     y = sp.Symbol("y", real=True)
@@ -269,6 +273,7 @@ def test_a_tank_is_empty_once_its_water_has_run_out(how):
         (1 + sp.floor(t / 5), ("stick", "slip_opposite"), (6.25, 1.5)),
     ],
 )
+@pytest.mark.few(4)
 def test_a_block_slips_where_its_belt_is_all_at_once_another(belt, modes, end, how):
     """Belts of the speeds 1 and 2, whose friction 1/2 takes the time 2 to give a block the speed of the other."""
     friction = ap.Friction(velocity=v - belt, force=F, load=1, kinetic=sp.Rational(1, 2))
@@ -284,6 +289,7 @@ def test_a_block_slips_where_its_belt_is_all_at_once_another(belt, modes, end, h
 @pytest.mark.parametrize(
     ("push", "belt", "end"), [(0, 1, (0.3125, 0.25)), (0, -1, (0.1875, -0.25)), (-2, 0, (0.0625, -0.75))]
 )
+@pytest.mark.few(6)
 def test_what_a_block_does_that_stops_as_its_belt_or_its_push_jumps_is_decided_by_the_law_after_the_jump(
     jump, push, belt, end, how
 ):
@@ -295,6 +301,7 @@ def test_what_a_block_does_that_stops_as_its_belt_or_its_push_jumps_is_decided_b
 
 
 @pytest.mark.parametrize("jump", [sp.Heaviside(t - 1), sp.floor(t)])
+@pytest.mark.few(2)
 def test_a_block_that_stops_as_the_belt_upon_it_jumps_rests_if_its_own_friction_holds_it(jump, how):
     """It slides at -1/2, slowed down by 1/2, until t = 1; the belt upon it then pulls by 1/2 and is pushed itself."""
     u, G = sp.symbols("u G", real=True)
@@ -323,6 +330,7 @@ def test_a_block_that_stops_where_another_belt_begins_has_its_own_speed_there(be
     (("3*s/5", "0", "1"), ("9/20", "3/10")), (("0", "s/2", "1"), ("5/4", "1/2")),
     (("7*d/10", "0", "1 - s*d/2"), ("81/40", "27/20")),
 ])  # fmt: skip
+@pytest.mark.few(4)
 def test_a_contact_feels_the_direction_in_which_another_one_slides(laws, end, direction, how):
     """The other one slides on; its sign s pushes by 3/5 against friction 1/2, drives a belt, or halves a load."""
     u, G = sp.symbols("u G", real=True)
@@ -353,6 +361,7 @@ def test_a_belt_that_begins_somewhere_carries_a_block_along_by_friction_that_jus
     assert [float(w) for w in path.final] == pytest.approx((2.0625, 0.5), abs=1e-5)
 
 
+@pytest.mark.few(2)
 def test_a_touch_at_the_very_jump_of_a_sawtooth_leaves_the_larger_of_both(how):
     """The sine touches 1 at t = 3, where the sawtooth falls from 1 to 0: the larger is 1 from t = 1 to t = 5."""
     rate = sp.Max(sp.floor(2 * sp.sin(sp.pi * t / 6)), t - sp.floor(t))
@@ -366,6 +375,7 @@ def test_a_touch_at_the_very_jump_of_a_sawtooth_leaves_the_larger_of_both(how):
     (t + sum((-1) ** k * sp.Max(0, t - sp.Rational(k, 5)) for k in range(1, 21)), (4.2, 2)),
     (sp.Piecewise((t * (1 - t) ** sp.Rational(3, 2), t < 1), (0, True)), (4 / 35, 0)),  # real only until it stops
 ])  # fmt: skip
+@pytest.mark.few(3)
 def test_a_belt_whose_speed_has_kinks_takes_a_block_along_without_any_slip(belt, end, how):
     friction = ap.Friction(velocity=v - belt, force=F, load=1, kinetic=2)
     block = ap.System.with_frictions({x: v, v: F}, {}, [friction], time=t)

@@ -114,6 +114,7 @@ def test_a_contact_that_rested_before_rests_on_where_another_comes_to_rest(way):
 
 
 @pytest.mark.parametrize("method", ["exact", "radau", "lsoda", "dop853", *here("heyoka")])
+@pytest.mark.few(2)
 def test_of_velocities_that_vanish_together_the_event_is_that_of_the_first_whatever_the_numbers(method):
     v, w, one, other = sp.symbols("v w F_1 F_2", real=True)
     digits = [{}, *({"digits": digits} for digits in (20, 40, 150))] if method == "exact" else [{}]
@@ -143,6 +144,7 @@ def test_two_pads_hold_what_their_static_bounds_add_up_to(way, static):
 
 @pytest.mark.parametrize("digits", [None, 20])
 @pytest.mark.parametrize("factor", [1, -2, exactly(1, 2)])
+@pytest.mark.few(2)
 def test_frictions_whose_velocities_are_multiples_are_one_of_the_sum_of_their_bounds(factor, digits):
     x, v, one, other = sp.symbols("x v F_1 F_2", real=True)
     slip, first, second = v - exactly(1, 5), (exactly(1, 2), exactly(4, 5)), (exactly(1, 4), exactly(3, 4))
@@ -160,6 +162,7 @@ def test_frictions_whose_velocities_are_multiples_are_one_of_the_sum_of_their_bo
 
 @pytest.mark.parametrize("way", [{}, {"digits": 20}, {"method": "radau"}])
 @pytest.mark.parametrize("bounds", [("7/10", "1/2"), ("1/2", "7/10")])
+@pytest.mark.few(2)
 def test_contacts_at_rest_that_share_a_force_anew_make_no_event(bounds, way):
     v, one, other = sp.symbols("v F_1 F_2", real=True)
     contacts = [ap.Friction(v, force, 1, exactly(bound)) for force, bound in zip((one, other), bounds, strict=True)]
@@ -221,6 +224,7 @@ def test_a_pull_that_grows_as_the_load_falls_moves_a_block_though_one_edge_of_it
 
 
 @pytest.mark.parametrize("way", WAYS)
+@pytest.mark.few(2)
 def test_a_block_slips_from_between_a_wall_and_a_finger_once_their_grip_is_too_weak_for_its_weight(way):
     # the reactions of both are the thrust 4 - t of the finger, and both bounds add up to the weight 3 at t = 1
     x, y, z, u, v, w, left, right, *forces = sp.symbols("x y z u v w N_1 N_2 F_1 F_2", real=True)
@@ -295,6 +299,7 @@ def test_a_contact_that_static_friction_holds_with_nothing_to_spare_is_held_in_a
     (exactly(1, 2), (1, exactly(1, 2)), 1, 2),  # it moves with the belt: v' = 1/2 + 1 - 1/2
     (0, (exactly(1, 2), 1), 0, 0),  # the ground holds it
 ])  # fmt: skip
+@pytest.mark.few(2)
 def test_a_body_that_stands_on_ground_and_belt_is_decided_anew_when_the_belt_starts(
     pull, loads, friction, velocity, way
 ):
@@ -309,6 +314,7 @@ def test_a_body_that_stands_on_ground_and_belt_is_decided_anew_when_the_belt_sta
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize(("push", "speed"), [(sp.Max(0, t - 1), 1 / 2), (sp.Piecewise((0, t < 1), (1, True)), 1),
                                              (sp.floor(t), 1), (t**6, 128 / 7)])  # fmt: skip
+@pytest.mark.few(3)
 def test_a_ball_is_pushed_away_while_a_body_beside_it_stands_on_undetermined_forces(push, speed, way):
     v, w, force, other = sp.symbols("v w F G", real=True)
     contacts = [ap.Friction(v, s, 1, 1) for s in (force, other)]

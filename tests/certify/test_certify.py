@@ -199,6 +199,7 @@ def test_an_expression_as_a_ball_agrees_with_sixty_digits():
         ("edge", ("65/24", -2, "-3/4"), 5),
     ],
 )
+@pytest.mark.few(2)
 def test_coincidences_are_refused_by_name(obstacle, start, until):
     refused = certify(ap.Scene(0, 1, start, until))
     assert not refused.proven

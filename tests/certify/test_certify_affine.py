@@ -227,6 +227,7 @@ def test_a_box_that_only_its_corners_show_to_be_valid_has_no_proof(kinetic, stat
 
 @pytest.mark.parametrize("ends", [(0, 1), (-1, 0), (-1, 1)])
 @pytest.mark.parametrize("kinetic", [c**2, abs(c), 1 + c**2, sp.Rational(1, 10) + c**4])
+@pytest.mark.few(2)
 def test_friction_that_vanishes_at_one_point_of_a_box_at_most_is_valid_there(kinetic, ends):
     system = ap.System.with_frictions({x: v, v: F - x}, {}, [ap.Friction(v, F, 1, kinetic, 2 * kinetic + c**2)])
     scene = ap.Scene(system=system, values={"c": 0}, start={"x": 9, "v": 0}, until="1/2")
@@ -444,6 +445,7 @@ def test_after_an_event_a_contact_that_rested_is_not_proven_to_rest_while_anothe
         (-sp.sqrt(k) * x, 1, sp.sin(k) * sp.sin(2 * t)),  # also (cos(k - 2 t) - cos(k + 2 t))/2: one frequency
     ],
 )
+@pytest.mark.few(2)
 def test_what_is_not_rational_in_a_coefficient_ranges_over_its_ball(force, load, waves):
     friction = ap.Friction(v, F, load=load, kinetic=sp.Rational(1, 4))
     system = ap.System.with_frictions({x: v, v: force + waves + F}, {}, [friction], time=t)
@@ -518,6 +520,7 @@ SWITCHED = {
 
 
 @pytest.mark.parametrize("name", SWITCHED)
+@pytest.mark.few(4)
 def test_what_the_state_or_the_time_switches_is_proven_side_by_side(name):
     proven_as_followed(SWITCHED[name])
 
@@ -699,6 +702,7 @@ RESTS = {
 
 
 @pytest.mark.parametrize("name", RESTS)
+@pytest.mark.few(2)
 def test_rest_on_contacts_whose_forces_are_not_determined_is_proven_for_as_long_as_some_forces_hold_it(name):
     system, start = RESTS[name]
     values = {s.name: "1/2" for s in system.parameters}
@@ -721,6 +725,7 @@ def test_a_box_of_frictions_is_proven_to_hold_and_to_let_go():
     ({x: v, v: F + G - x}, (v, v), (5, 0), 7),  # it turns at 5 and -1, and rests there
     ({x: -F, y: -x}, (y,), (1, 0), 5),  # the force does not enter the rate of the velocity, which moves
 ])  # fmt: skip
+@pytest.mark.few(2)
 def test_a_system_that_does_not_depend_on_the_time_is_not_proven_to_rest_unless_forces_hold_all_of_it(
     rates, velocities, start, until, time
 ):

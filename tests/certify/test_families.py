@@ -173,6 +173,7 @@ PUSHED, BESIDE = sp.cos(t) - a * x, sp.Rational(1, 50) * (y - x)
     ],
     ids=["resonance", "beside resonance", "beat", "no spring", "critical", "twice critical"],
 )
+@pytest.mark.few(2)
 def test_a_box_around_eigenvalues_that_meet_is_about_as_wide_as_what_its_points_do(rates, until, width):
     system = ap.System.with_frictions(rates, {}, [ap.Friction(v, F, load=1, kinetic=sp.Rational(1, 5))], time=t)
     start = {x: 2, v: 1} if y not in rates else {x: 2, v: 1, y: -1, w: 0}
@@ -233,6 +234,7 @@ ROUND_KINKS = [1 + sp.Abs(c), sp.Max(1, 1 + c), 1 - sp.Min(c, c / 2), 2 + c * sp
 
 
 @pytest.mark.parametrize("stiffness", ROUND_KINKS, ids=str)
+@pytest.mark.few(2)
 def test_a_parameter_whose_size_counts_may_range_across_0(stiffness):
     system = ap.System.with_frictions({x: v, v: F - x * stiffness}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
     scene = ap.Scene(system=system, values={c: 0}, start={"x": 9, "v": 0}, until=4)

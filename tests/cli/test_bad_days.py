@@ -123,6 +123,7 @@ BAD_LINES = [
 
 
 @pytest.mark.parametrize(("line", "said"), BAD_LINES, ids=[line for line, _ in BAD_LINES])
+@pytest.mark.few(6)
 def test_a_bad_command_line_is_one_line_and_status_two(place, capsys, line, said):
     status, out, err = run(capsys, *line.split())
     assert (status, out) == (2, "")

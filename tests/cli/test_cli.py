@@ -200,6 +200,7 @@ def test_negative_numbers_of_every_form_are_values(capsys):
 
 
 @pytest.mark.parametrize("words", ["scenes", "claims C11 C23", "mechanism painleve_rod", "solve painleve_rod"])
+@pytest.mark.few(2)
 def test_no_line_is_longer_than_the_terminal_is_wide_and_no_word_is_lost(capsys, monkeypatch, words):
     texts = {}
     for width in (80, 500):

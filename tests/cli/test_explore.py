@@ -357,6 +357,7 @@ def test_what_is_not_json_is_refused(server, body):
     {"until": -1}, {"until": "9" * 5000}, {"until": {}}, {"scene": 1, "parameters": {"k": "1/0"}},
     {"until": "\r\nSet-Cookie: a=b"}, {"start": {"x": "1\n2"}},
 ])  # fmt: skip
+@pytest.mark.few(5)
 def test_hostile_and_mistaken_questions_are_refused_in_one_line(server, question):
     _refused(server, 400, "POST", "motion", json.dumps(question))
 
@@ -396,6 +397,7 @@ def test_requests_that_no_page_would_make_are_refused(server, status, request_li
 @pytest.mark.parametrize("question", [{}, {"pair": ["s", "s", "z"]}, {"pair": "sz"}, {"pair": ["s", "w"]},
                                       {"pair": ["s", "z"], "across": "x"}, {"pair": ["s", "z"], "across": [0] * 2000},
                                       {"pair": ["s", "z"], "across": [{}], "up": [1]}])  # fmt: skip
+@pytest.mark.few(2)
 def test_a_picture_that_is_none_is_refused(server, question):
     grids = {"across": [0, 1], "up": [0, 1]}
     _refused(server, 400, "POST", "surroundings", json.dumps({**grids, **question} if question else question))

@@ -86,6 +86,7 @@ def test_a_method_is_a_name(method):
 
 @pytest.mark.parametrize("method", ["exact", "jump", "rk45", "moreau"])
 @pytest.mark.parametrize("t", [1j, [1j], [[1], [1, 2]], "one", None, np.ma.array([0.0, 1.0], mask=[0, 1])], ids=repr)
+@pytest.mark.few(4)
 def test_a_path_at_what_is_no_time_is_refused(method, t):
     with pytest.raises(InputError, match=r"^t"):
         ap.solve(SCENE, method)(t)
@@ -155,6 +156,7 @@ def test_the_work_is_done_and_the_status_right_where_stderr_takes_nothing(tmp_pa
 
 
 @pytest.mark.parametrize("address", ["nope", "http://x", "", "tcp://127.0.0.1:1", "nope:99999"])
+@pytest.mark.few(2)
 def test_a_scheduler_that_is_not_there_is_one_line_at_once(tmp_path, address):
     """At once is less than the 30 seconds that a dask client waits; a busy machine takes 5 for the imports alone."""
     pytest.importorskip("distributed")

@@ -174,6 +174,7 @@ CANCELLING = {  # coefficients that tend to 1 though their parts cancel at the g
 
 @pytest.mark.parametrize("value", CANCELLING)
 @pytest.mark.parametrize("options", [{"digits": 12}, {}, {"method": "radau", "rtol": 1e-9}, {"method": "jump"}])
+@pytest.mark.few(3)
 def test_a_coefficient_whose_parts_cancel_keeps_its_digits_in_every_method(value, options):
     x, y = sp.symbols("x y", real=True)
     p, mu = sp.symbols("p mu", positive=True)
@@ -207,6 +208,7 @@ MODEL = {"method": "jump", "order": 1}
 
 
 @pytest.mark.parametrize("options", [{"digits": 12}, {}, {"method": "radau", "rtol": 1e-9}, MODEL])
+@pytest.mark.few(2)
 def test_a_coefficient_that_the_modes_scatter_over_their_terms_keeps_its_digits_in_every_method(options):
     """At p = 1 + 1e-20 the coefficient of x**2 is 1; with the friction put in, its terms are those of p and of 1."""
     x, y, z, F = sp.symbols("x y z F", real=True)

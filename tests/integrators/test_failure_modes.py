@@ -102,6 +102,7 @@ def test_directed_events_without_snapped_states_fail_wherever_there_is_stick_and
 
 @pytest.mark.parametrize("mu", ["1e-1", "1e-2", "1e-4", "1e-6"])
 @pytest.mark.parametrize(("solver", "steps"), [("rk45", 3000), ("lsoda", 4000), ("radau", 500), ("bdf", 3000)])
+@pytest.mark.few(3)
 def test_one_field_with_a_sign_stalls_where_the_motion_sticks_and_we_do_not(solver, steps, mu):
     exact = ap.solve(scene("ii", mu))
     with pytest.raises(Unfinished) as stop:

@@ -52,6 +52,7 @@ def test_the_rod_as_numbers_has_the_fields_of_the_paper():
 
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("method", here(*FAMILIES))
+@pytest.mark.few(4)
 def test_every_integrator_follows_the_modes_of_the_exact_flow(method, name):
     exact = ap.solve(scene(name, 0.05))
     path = ap.solve(scene(name, 0.05), method=method, rtol=1e-9)
@@ -65,6 +66,7 @@ def test_every_integrator_follows_the_modes_of_the_exact_flow(method, name):
 
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("method", here(*STIFF))
+@pytest.mark.few(2)
 def test_careful_stiff_integrators_solve_the_ordinary_scenes_however_stiff(method, name):
     exact = ap.solve(scene(name, 1e-8))
     path = ap.solve(scene(name, 1e-8), method=method, rtol=1e-6)
@@ -74,6 +76,7 @@ def test_careful_stiff_integrators_solve_the_ordinary_scenes_however_stiff(metho
 
 
 @pytest.mark.parametrize("method", here(*FAMILIES, "sign", "tanh", "moreau"))
+@pytest.mark.few(2)
 def test_dense_output_is_the_run_itself_seen_at_other_times(method):
     where, rtol = scene("i" if method == "sign" else "iii", 0.05), 1e-4 if method == "moreau" else 1e-6
     path = ap.solve(where, method=method, rtol=rtol)
@@ -564,6 +567,7 @@ def test_a_run_whose_steps_gain_no_more_time_is_given_up_long_before_all_are_spe
 
 
 @pytest.mark.parametrize("method", ["rk45", "dop853", "radau", "bdf", "lsoda"])
+@pytest.mark.few(2)
 def test_a_try_of_a_step_beyond_where_rates_have_values_is_made_shorter(method):
     """y'/100 = x - y^(3/2) begins at y = 0, below which no rate is real."""
     x, y = sp.symbols("x y", real=True)
@@ -622,6 +626,7 @@ def _mirrored(force):
 @pytest.mark.parametrize("force", [lambda d: d + d**3, sp.sin])
 @pytest.mark.parametrize("options", [{}, {"method": "lsoda"}, {"method": "radau", "rtol": 1e-9}])
 @pytest.mark.parametrize("start", [(1, -1, 0, 0), (2, -2, 0, 0), (0, 0, 3, -3)])
+@pytest.mark.few(3)
 def test_blocks_that_mirror_each_other_turn_and_stop_together(force, options, start):
     """Their velocities vanish at once, or an ulp apart."""
     path = ap.solve(ap.Scene(system=_mirrored(force), start=start, until=20), **options)

@@ -164,6 +164,7 @@ def test_a_float_of_the_damping_is_the_number_that_it_is_as_in_all_else_of_a_mec
 
 @pytest.mark.parametrize("contact", ["rigid", "elastic"])
 @pytest.mark.parametrize("name", ["F", "N", "x", "x_", "z"])
+@pytest.mark.few(2)
 def test_a_parameter_may_have_the_name_of_a_force_or_a_state_of_the_contact(name, contact):
     final = {}
     for called in (name, "P"):
@@ -263,6 +264,7 @@ def test_an_elastic_contact_without_its_two_numbers_says_which_they_are(given):
     ],
 )  # fmt: skip
 @pytest.mark.parametrize("unilateral", [True, False])
+@pytest.mark.few(2)
 def test_ground_with_steps_and_kinks_is_refused_where_the_reaction_or_the_constraint_would_jump(
     unilateral, ground, where
 ):

@@ -233,6 +233,7 @@ LONG = ("arm", "crank_slider")
 @pytest.mark.parametrize(
     "name", [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in ap.systems.MECHANISMS]
 )
+@pytest.mark.few(2)
 def test_an_impact_balances_momentum_and_is_written_without_the_fractions_of_the_delassus_matrix(name):
     kinetics = import_module(f"asympk.systems.{name}").mechanism().plain
     W, n = kinetics.directions, len(kinetics.velocities)

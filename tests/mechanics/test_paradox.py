@@ -68,6 +68,7 @@ RATIOS = {
 
 
 @pytest.mark.parametrize("name", RATIOS)
+@pytest.mark.few(2)
 def test_the_least_critical_friction_is_the_least_over_all_angles(name):
     mechanism = leaning(RATIOS[name])
     least = mechanism.least_critical_friction(THETA)

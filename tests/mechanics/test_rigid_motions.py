@@ -204,6 +204,7 @@ def test_where_any_reaction_would_do_the_count_is_undecided():
 
 
 @pytest.mark.parametrize("angle", np.linspace(-1.5, 1.5, 8))
+@pytest.mark.few(2)
 def test_an_arm_stretched_out_at_rest_has_any_reaction_along_itself_and_in_motion_no_huge_one(angle):
     a, b = dynamicsymbols("a b")
     (u, v), f = (q.diff(dynamicsymbols._t) for q in (a, b)), sp.Symbol("f")
@@ -233,6 +234,7 @@ def test_at_the_dead_centre_of_a_slider_friction_is_idle_and_there_is_one_motion
 
 @pytest.mark.parametrize("place", ["X", "end"])
 @pytest.mark.parametrize(("ahead", "behind", "counts"), [(1, 2, [1, 1, 0]), (2, 1, [0, 0, 1])])
+@pytest.mark.few(2)
 def test_on_the_edge_of_a_rough_patch_the_friction_is_that_of_the_side_the_contact_slides_to(
     place, ahead, behind, counts
 ):

@@ -95,6 +95,7 @@ def test_a_rod_that_falls_onto_an_edge_beyond_which_there_is_no_motion_has_none(
 
 @pytest.mark.parametrize("options", [{}, {"method": "dop853"}, {"digits": 20}])
 @pytest.mark.parametrize(("rough", "alike"), [(f"{END} < 0", 2), (f"{END} > 0", "1/5")])
+@pytest.mark.few(2)
 def test_a_rod_at_rest_on_the_edge_of_a_patch_is_held_if_it_would_slide_onto_it_and_slides_off_else(
     rough, alike, options
 ):
@@ -376,6 +377,7 @@ def test_a_block_whose_weight_a_pull_just_takes_off_has_one_motion_along_the_gro
 @pytest.mark.parametrize("method", [{}, {"method": "dop853"}, {"method": "radau"}, {"digits": 15}])
 @pytest.mark.parametrize("by_time", [True, False])
 @pytest.mark.parametrize("kinked", [True, False])
+@pytest.mark.few(3)
 def test_a_block_flies_off_where_its_ground_falls_away_and_hits_it_where_that_rises(kinked, by_time, method):
     X, Y, U, V, t = sp.symbols("X Y U V t", real=True)
     past = (t if by_time else X) - 1
@@ -696,6 +698,7 @@ def _flat_block(pull, others=None):
 @pytest.mark.parametrize(("friction", "event", "final"), [
     ("1/10", ("slip_onset", 0.1), [0.9**3 / 6, 0, 0]),
     ("1/2", ("lift_off", 0.25), [0.75**3 / 6 * 16 / 25, 0.75**3 / 6 * 4 / 25, -(0.75**3) / 6 * 16 / 25])])  # fmt: skip
+@pytest.mark.few(2)
 def test_a_block_rests_on_both_feet_under_a_pull_that_grows_until_it_slides_or_tips(friction, event, final, way):
     """About its foot the block has the moment of inertia 1/2 + 1 + 1/16 = 25/16, and tips by the moment t - 1/4."""
     t = sp.Symbol("t", real=True)
@@ -742,6 +745,7 @@ def test_a_ladder_holds_a_climber_up_to_the_height_of_limit_analysis():
 
 @pytest.mark.parametrize("two_sided", [False, True])
 @pytest.mark.parametrize(("push", "velocity"), [(1, 0), (0, 1)])
+@pytest.mark.few(2)
 def test_a_body_that_slides_on_three_feet_is_refused_for_the_forces_of_its_slip(push, velocity, two_sided):
     body, _ = _body([(sp.Rational(k), 0) for k in (-1, 0, 1)], [(0, 1)] * 3)
     if two_sided:
@@ -776,6 +780,7 @@ def test_feet_that_coincide_bear_what_no_equation_shares_out():
 
 @pytest.mark.parametrize("method", [{}, {"digits": 20}, {"method": "radau"}, {"method": "lsoda"}])
 @pytest.mark.parametrize("half", ["1/2", pytest.param("3/10", marks=pytest.mark.slow)])
+@pytest.mark.few(2)
 def test_a_block_that_only_just_does_not_tip_slides_to_rest_though_a_foot_bears_nothing(half, method):
     half = sp.Rational(half)
     block, _ = _body([(-half, -1), (half, -1)], [(0, 1)] * 2)
@@ -991,6 +996,7 @@ def test_a_nut_that_holds_itself_on_the_thread_of_a_screw_rests_to_the_last_digi
 
 @pytest.mark.parametrize("unilateral", [True, False])
 @pytest.mark.parametrize("gap", [lambda y: y**2, lambda y: y**3, lambda y: sp.cos(y) - 1, sp.Abs])
+@pytest.mark.few(2)
 def test_a_gap_that_does_not_slope_where_it_is_closed_is_refused_by_name(gap, unilateral):
     y = dynamicsymbols("Y")
     contact = ap.Contact(gap=gap(y), slip=X, friction=sp.Rational(1, 2), unilateral=unilateral)
@@ -1031,6 +1037,7 @@ def test_a_block_whose_start_is_turned_by_pi_in_doubles_slides_as_if_by_whole_nu
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("unilateral", [True, False])
 @pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.few(2)
 def test_a_rod_whose_two_rates_are_computed_zeros_slides_on_either_of_its_ends(side, unilateral, sign):
     """Y' + theta' was 2e-16: the one end was hit or off its constraint, where its mirror image slid."""
     rod = slender_rod(unilateral, gap=Y + side * l * sp.sin(THETA), slip=X + side * l * sp.cos(THETA))

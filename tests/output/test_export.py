@@ -49,6 +49,7 @@ def python_module(path):
 
 
 @pytest.mark.parametrize("name", EACH)
+@pytest.mark.few(2)
 def test_the_python_module_computes_what_lower_does(name, tmp_path):
     (path,) = export(SYSTEMS[name], "python", tmp_path, name=name)
     module = python_module(path)
@@ -60,6 +61,7 @@ def test_the_python_module_computes_what_lower_does(name, tmp_path):
 
 @pytest.mark.skipif(COMPILER is None, reason="there is no C compiler")
 @pytest.mark.parametrize("name", EACH)
+@pytest.mark.few(2)
 def test_the_c_module_compiles_without_a_warning_and_computes_what_lower_does(name, tmp_path):
     export(SYSTEMS[name], "c", tmp_path, name=name)
     library = tmp_path / f"{name}.so"
@@ -169,6 +171,7 @@ def call(function, values, outputs):
 
 
 @pytest.mark.parametrize("force", [v - v**3 / 3 - u, u - v - v**5, u - v - sp.exp(v), u - v - sp.sin(v) / 2])
+@pytest.mark.few(2)
 def test_a_branch_that_no_real_formula_gives_is_written_by_its_own_value(force, tmp_path):
     system = ap.System.smooth({u: v - r * u}, {v: force}, mu)
     (path,) = export(system, "python", tmp_path)

@@ -15,6 +15,7 @@ def test_every_text_is_on_the_sheet_and_lies_on_no_other():
 
 
 @pytest.mark.parametrize("name", SKETCHES)
+@pytest.mark.few(2)
 def test_every_sketch_of_the_catalogue_is_legible(name):
     assert flaws(sketch(name)) == []
 

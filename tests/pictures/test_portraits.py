@@ -80,6 +80,7 @@ def test_the_arrow_of_imports_is_legible():
 
 
 @pytest.mark.parametrize("name", scene_names())
+@pytest.mark.few(2)
 def test_the_path_of_every_scene_that_ships_is_legible(name):
     assert flaws(solve(read_scene(name)).plot()) == []
 
@@ -140,6 +141,7 @@ def test_the_same_picture_has_the_same_bytes(name, kind, tmp_path):
 
 
 @pytest.mark.parametrize("name", PICTURES)
+@pytest.mark.few(2)
 def test_every_picture_is_as_wide_as_a_column(name, figures):
     assert figures[name].get_size_inches()[0] == 3.4
 

@@ -23,6 +23,7 @@ def test_with_a_second_guide_that_is_nearly_smooth_the_rod_moves_as_with_one():
 
 
 @pytest.mark.parametrize("method", ["rk45", "radau", "bdf", "lsoda", *here("heyoka", "cvode")])
+@pytest.mark.few(2)
 def test_every_integrator_sees_the_events_of_both_contacts(method):
     scene = contacts.scene("1e-2")
     path, exact = ap.solve(scene, method=method, rtol=1e-8, atol=1e-8), ap.solve(scene)

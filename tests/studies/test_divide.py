@@ -62,6 +62,7 @@ def test_the_sides_of_the_divide_go_on_and_stop():
 
 @pytest.mark.parametrize("s", ["1/2", "1", "3"])
 @pytest.mark.parametrize("offset", ["1/20", "1e-12", "1e-100", "-1/20", "-1e-12", "-1e-100"])
+@pytest.mark.few(3)
 def test_error_of_the_escape_time_over_its_next_terms_tends_to_one(s, offset):
     closeness = []
     for m in ("1e-3", "1e-4", "1e-6", "1e-8", "1e-10"):

@@ -25,6 +25,7 @@ EXPRESSIONS = {
 
 
 @pytest.mark.parametrize("name", EXPRESSIONS)
+@pytest.mark.few(2)
 def test_an_expression_and_its_derivatives_come_back_unchanged_in_value(name):
     expr = EXPRESSIONS[name]
     ring = DifferentialRing([expr], BY_X, depth=2)

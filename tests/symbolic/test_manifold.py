@@ -192,6 +192,7 @@ def test_the_expansion_of_a_named_branch_equals_that_of_the_same_branch_written_
         ["u - v - v*w/(1 + v**2)", "v - w/(1 + v) - w**2"],
     ],
 )
+@pytest.mark.few(2)
 def test_branches_that_no_radicals_give_are_carried_by_their_values(forces):
     u, v, w = sp.symbols("u v w", real=True)
     fast = [sp.sympify(force, {"u": u, "v": v, "w": w}) for force in forces]
@@ -472,6 +473,7 @@ def test_inverse_functions_are_of_what_theirs_give_and_complex_branches_are_none
     (sp.cos(2 * y) - x * sp.sin(2 * y), 2, 1), ((sp.sin(y) ** 2 - 1) * (x - sp.sin(y)), 4, 2), (x - sp.tan(y), 1, 1),
     (sp.sin(y) * sp.cos(y) - x, 2, 1), (x * sp.cos(y) ** 2 - sp.sin(y) ** 2, 2, 1),
 ])  # fmt: skip
+@pytest.mark.few(2)
 def test_the_branches_of_an_angle_are_all_those_in_a_turn_and_each_once(force, count, turn):
     """Where g is a polynomial in tan(y/2), y = pi is a root, too, if its degree falls."""
     at, found = sp.Rational(1, 3), critical_manifolds(ap.System.smooth({x: -y}, {y: force}, mu))
@@ -507,6 +509,7 @@ def test_a_state_beside_its_own_sine_has_an_implicit_branch_without_a_search(for
                                    2 * x - sp.atan(y) ** 2, 2 * x - sp.asin(y) ** 2,
                                    x - sp.LambertW(y), x * sp.atan(y) - 1, (y - 1) * (x - sp.sqrt(y)),
                                    (y - 1) * (x - sp.atan(y)), (y - 2) * (x - sp.acosh(y))])  # fmt: skip
+@pytest.mark.few(4)
 def test_a_branch_exists_just_where_it_is_a_root_and_not_one_beyond_the_values_of_a_function(force):
     """Squaring adds roots: y = x**2 solves x = -sqrt(y), too, and y = tan(x) solves x = atan(y) + pi."""
     for branch in critical_manifolds(ap.System.smooth({x: -y}, {y: force}, mu)):
@@ -520,6 +523,7 @@ def test_a_branch_exists_just_where_it_is_a_root_and_not_one_beyond_the_values_o
 @pytest.mark.parametrize(("force", "count"), [
     (lambda s: s - y - sp.exp(y), 1), (lambda s: s - y + sp.exp(y), 2), (lambda s: s - y + 2 * sp.exp(y / 2), 2),
 ])  # fmt: skip
+@pytest.mark.few(2)
 def test_both_branches_of_lamberts_function_exist_where_they_are_real_and_have_signs(s, force, count):
     """SymPy takes real values of the lower one to be complex, and does not compare them: it ended in its TypeError."""
     found = [c for c in critical_manifolds(ap.System.smooth({s: -y}, {y: force(s)}, mu)) if c.exists != sp.false]
@@ -538,6 +542,7 @@ def test_both_branches_of_lamberts_function_exist_where_they_are_real_and_have_s
     ((y - 1) * (x - sp.log(y - 2 * x)), 1, "x < 1/2"), ((y - x) * (1 - sp.log(y)), x, "x > 0"),
     ((y - x) * (1 - sp.atanh(y)), x, "x > -1"),
 ])  # fmt: skip
+@pytest.mark.few(2)
 def test_a_factor_of_g_has_no_branch_where_another_is_not_real_or_not_smooth(force, height, exists):
     """dg/dy = sqrt(y) + ... is infinite at y = 0, and log(y) is not real at y = -1: both were compared with 0."""
     branches = critical_manifolds(ap.System.smooth({x: -y}, {y: force}, mu))
@@ -559,6 +564,7 @@ def test_a_polynomial_of_a_root_or_exponential_of_the_state_has_an_implicit_bran
     (x - y ** sp.Rational(5, 2) - 1, (x - 1) ** sp.Rational(2, 5)), (x - sp.tanh(y), sp.log((-x - 1) / (x - 1)) / 2),
     (sp.sqrt(y - 1) * (x - y), x), (x - sp.cosh(y) * sp.sinh(y), sp.log(2 * x + sp.sqrt(4 * x**2 + 1)) / 2),
 ])  # fmt: skip
+@pytest.mark.few(2)
 def test_a_branch_that_several_powers_of_a_root_or_exponential_give_is_found_once(force, branch):
     """Of (y - 1)**(5/2) = x SymPy sought the five roots for seconds; of tanh(y) = x it lists one twice."""
     found = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
@@ -573,6 +579,7 @@ def test_a_branch_that_several_powers_of_a_root_or_exponential_give_is_found_onc
     (100 * x - sp.atan(y), sp.tan(100 * x), (x > -sp.pi / 200) & (x < sp.pi / 200)),
     (1000 - x - sp.sqrt(y), (x - 1000) ** 2, x < 1000), (x - 1000 - sp.sqrt(y), (x - 1000) ** 2, x > 1000),
 ])  # fmt: skip
+@pytest.mark.few(2)
 def test_a_branch_that_exists_over_few_places_or_far_away_is_found(force, branch, exists):
     """It was tried at places of the order of 1 alone, and no slow manifold was found."""
     (found,) = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
@@ -589,6 +596,7 @@ def test_a_branch_that_exists_over_few_places_or_far_away_is_found(force, branch
     x + sp.sqrt(y) - sp.root(y, 4), (x - sp.root(y, 4)) ** 2 - 1, x - sp.sin(sp.root(y, 4)),
     x - sp.cosh(y / 2), x - sp.exp(y / 2) + sp.exp(y), x - sp.sqrt(y) + sp.sqrt(y + 1),
 ])  # fmt: skip
+@pytest.mark.few(4)
 def test_a_branch_exists_just_where_it_solves_g_by_the_values_of_odd_and_nested_roots(force):
     """Only one root or inverse function, linear in g, was looked at: cosh(y/2) = x was told to have branches at -2."""
     found = critical_manifolds(ap.System.smooth({x: 1}, {y: force}, mu))
@@ -858,6 +866,7 @@ TIME = sp.Symbol("t", real=True)
         (x - sp.Abs(x) * y, {1: x > 0, -1: x < 0}),  # the bristle of LuGre at the sliding velocity x
     ],
 )
+@pytest.mark.few(2)
 def test_a_mode_that_switches_has_the_slow_manifolds_of_each_of_its_sides(force, expected):
     system = ap.System.smooth({x: -y}, {y: force}, mu, time=TIME)
     found = ap.slow_manifolds(system, order=1)
@@ -982,6 +991,7 @@ def test_rates_without_a_series_in_mu_have_no_slow_manifold(singular):
     (-x, mu / ((sp.exp(mu) - 1) / mu - 1), 2 - 2 * mu / 3 + mu**2 / 18), (-x, sp.sinc(mu), 1 - mu**2 / 6),
 ])  # fmt: skip
 @pytest.mark.parametrize("place", ["slow", "fast"])
+@pytest.mark.few(2)
 def test_a_quotient_that_is_singular_by_its_form_alone_has_the_manifolds_of_its_series(drift, quotient, series, place):
     def systems(force):
         for factor in (quotient, series):

@@ -103,6 +103,7 @@ def test_a_place_is_in_the_region_that_the_friction_cone_tells_pointwise(name):
 
 
 @pytest.mark.parametrize("name", SYSTEMS)
+@pytest.mark.few(2)
 def test_arrays_of_states_and_names_tell_what_single_exact_states_do(name):
     system, rng = SYSTEMS[name], random.Random(4)
     region = ap.stick_regions(system).stick
@@ -114,6 +115,7 @@ def test_arrays_of_states_and_names_tell_what_single_exact_states_do(name):
 
 
 @pytest.mark.parametrize("name", ["guide_and_spring", "two_supports", "belt", "oscillating_support"])
+@pytest.mark.few(2)
 def test_the_spectrum_of_a_linear_mode_is_that_of_its_jacobian(name):
     system, rng = SYSTEMS[name], random.Random(5)
     for spectrum, mode in zip(ap.eigenvalues(system), system.modes, strict=True):

@@ -58,6 +58,7 @@ OTHERS = [sp.symbols("s C d_0 beta delta"), sp.symbols("s C d_0 lambda nu", real
 
 @pytest.mark.parametrize("derived", [pytest.param(_curves, marks=pytest.mark.slow), _eigenvalues, _jump, _edges])
 @pytest.mark.parametrize("names", [own[k:] + own[:k] for own in OTHERS for k in (0, 3)], ids=str)
+@pytest.mark.few(2)
 def test_names_do_not_matter(derived, names):
     found = _at_numbers(derived(_named(*names)), names)
     assert found == pytest.approx(_plain(derived), rel=1e-9)

@@ -102,6 +102,7 @@ def test_a_ball_on_hertz_s_law_bounces_as_the_quadrature_of_its_energy_says(how,
 
 @pytest.mark.parametrize("method", ["exact", "radau", "lsoda", "digits"])
 @pytest.mark.parametrize(("stiff", "power", "damped"), [(1000, 1.5, 0.5), (1000, 1.5, 0.25), (30, 0.5, None)])
+@pytest.mark.few(2)
 def test_loads_with_an_infinite_slope_at_the_opening_are_followed(method, stiff, power, damped):
     """Kuwabara and Kono's damping, Tsuji's, and a spring that is stiffest at first, against one smooth integration."""
     load = stiff * (-x) ** sp.Rational(power) - (20 * (-x) ** sp.Rational(damped) * v if damped else 0)
@@ -147,6 +148,7 @@ WAYS = [{}, {"digits": 12}, {"method": "radau"}, {"method": "dop853"}]
 
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("power", ["1/2", "3/2", *(pytest.param(p, marks=pytest.mark.slow) for p in ("1/3", "5/2"))])
+@pytest.mark.few(2)
 def test_a_spring_of_any_power_keeps_its_energy(power, way):
     power = sp.Rational(power)
     system = ap.System.smooth({x: v, v: -sp.sign(x) * sp.Abs(x) ** power}, {}, None)
@@ -159,6 +161,7 @@ def test_a_spring_of_any_power_keeps_its_energy(power, way):
 @pytest.mark.parametrize(
     ("start", "end"), [([0, 0, 1], [math.log(3) / 2, 0, 0]), ([0, 1, 0], [0, 1 / 4, 0]), ([0, 0, 0], [0, 0, 0])]
 )
+@pytest.mark.few(2)
 def test_a_drag_by_the_square_of_the_velocity_ends_at_rest_or_along_its_way(start, end, way):
     """The drag |w| w has the slope 0 at w = 0; the velocity y along a rough guide falls as y' = -y^2 - 1/2."""
     s, speed = sp.Symbol("s", real=True), sp.sqrt(v**2 + y**2)
@@ -178,6 +181,7 @@ def test_a_law_of_bouc_and_wen_begins_at_rest(way):
 
 
 @pytest.mark.parametrize("way", WAYS)
+@pytest.mark.few(2)
 def test_a_friction_that_falls_with_the_root_of_the_velocity_ends_where_its_energy_does(way):
     """It slides v dv/dx = -(1 + exp(-sqrt(v)))/2 and stops, its root having no slope there."""
     rough = ap.Friction(velocity=v, force=F, load=1, kinetic=(1 + sp.exp(-sp.sqrt(sp.Abs(v)))) / 2, static=1)
@@ -203,6 +207,7 @@ def test_a_ball_that_comes_down_beside_a_spring_without_tension_sticks(load):
     [(1000 * (-x) ** HERTZ, 1, "slip_same"), (1000 * (-x) ** HERTZ, 2, "stick"), (1000 * (-x) ** HERTZ, 3, "stick"),
      (10 * (-x) ** sp.Rational(1, 4), 1, "stick"), (1000 * (-x) ** HERTZ - 50 * sp.sqrt(-x) * v, 1, "stick")],
 )  # fmt: skip
+@pytest.mark.few(2)
 def test_of_a_load_and_a_push_that_grow_from_nothing_the_lower_power_of_the_time_wins(load, order, first):
     """The penetration grows like t, the push like t^order."""
     pushes = sp.symbols(f"q:{order}", real=True)

@@ -32,6 +32,7 @@ def depth(expr):
 
 
 @pytest.mark.parametrize("spelled", TABLES)
+@pytest.mark.few(2)
 def test_the_tree_of_a_table_has_its_values_wherever_it_has_one(spelled):
     table = TABLES[spelled]
     tree = as_tree(table)

@@ -41,6 +41,7 @@ def screen(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("name", [name for name in MECHANISMS if name != "painleve_klein"])  # which has no places
+@pytest.mark.few(2)
 def test_a_mechanism_gains_the_kinetic_energy_that_its_forces_and_its_contact_give(name):
     """d/dt (u'M u/2) = u'(Q + W_N R + W_T F) + u'M'u/2, by Gauss's rule on steps that are short beside events."""
     module = import_module(f"asympk.systems.{name}")
@@ -100,6 +101,7 @@ def test_powers_of_ten_in_a_file_are_told_with_a_small_e_like_all_others(screen)
 
 
 @pytest.mark.parametrize("name", MECHANISMS)
+@pytest.mark.few(2)
 def test_every_example_has_a_paradox_and_starts_on_its_contact(name):
     told = described_mechanism(name)
     rod = told.mechanism
@@ -235,6 +237,7 @@ def test_a_mass_matrix_in_a_file_does_for_a_lagrangian(tmp_path):
         (("Y - l*sin(theta)", "Y - speed"), "the name speed is unknown; it has X, Y, theta, t, X', Y', theta', m"),
     ],
 )
+@pytest.mark.few(4)
 def test_a_file_that_describes_no_mechanism_is_refused_in_one_line(change, match, screen):
     told = screen(ROD.replace(*change), status=2)
     assert match in told
@@ -383,6 +386,7 @@ def test_where_slip_and_gap_do_not_couple_there_is_no_critical_friction(screen):
 @pytest.mark.parametrize(
     "change", [("theta = [0.05", "X = [0.05"), ("f = 2", "f = 0"), ("theta", "angle"), ("theta", "q1")]
 )
+@pytest.mark.few(2)
 def test_a_map_is_drawn_over_any_name_and_around_any_friction(change, tmp_path, capsys):
     file = tmp_path / "rod.toml"
     file.write_text(ROD.replace(*change))

@@ -615,6 +615,7 @@ def polynomial(time, load, rate=0, velocity=0):
     ],
     ids=["load touches", "velocity touches", "and sticks", "load", "velocity", "on the edge", "both"],
 )
+@pytest.mark.few(3)
 def test_what_vanishes_at_a_round_time_is_met_there_whatever_rounding_says(until, sigma0, start, modes):
     """The general engine, which knows nothing of the rod, meets the same."""
     scene = ap.Scene(0, "1/3", start, until, sigma0)

@@ -24,6 +24,7 @@ def test_starts_that_touch_go_as_forty_digits_tell(scenes, family):
 
 
 @pytest.mark.parametrize("k", range(1, 400, 7))
+@pytest.mark.few(6)
 def test_a_start_on_s_zero_without_a_rate_but_for_rounding_returns_through_it(k):
     mu = k / 1000
     assert differences((1.0, 1.0, mu, 1 / mu, -1 / mu, -1.0, 2.0)) == []
