@@ -509,6 +509,7 @@ SWITCHED = {
     "steps": block_under(-sp.floor(x) / 2, {"x": "2.25", "v": 0}, until=3),
     "a start up from a step": block_under(-sp.floor(x) / 2, {"x": 2, "v": 1}, until=2),
     "a start down from a step": block_under(-sp.floor(x) / 2, {"x": -2, "v": -1}, until=1),
+    "a push at the end, past a stop": block_under(sp.Piecewise((0, t < 2), (3, True)), {"x": 0, "v": "0.3"}, until=2),
     "a push that begins at rest": block_under(sp.Piecewise((0, t < 1), (-2, True)), {"x": 0, "v": 0}, until=2),
     "rest on the edge of a stop": block_under(sp.cos(t) / 4 - 8 * sp.Max(0, x), {"x": 0, "v": 0}, until=4),
     "rest where the load has a kink": block_under(0, {"x": 0, "v": 0}, until=2, load=1 + sp.Abs(x) / 2),
@@ -589,6 +590,7 @@ def test_what_the_state_brings_about_at_the_very_end_is_proven_where_it_moves_as
 
 def test_at_the_very_end_nothing_is_proven_where_a_guard_grazes_0_or_vanishes_at_some_points_of_a_box():
     assert certify(until_two(0, {"x": 0, "v": 2}), {"x": (0, 1)}).proven
+    assert certify(until_two(0, {"x": 0, "v": 3})).modes == ("slip_same",)
     assert certify(until_two(0, {"x": 0, "v": 2}), {"k": (1, 2)}).obstacle == "grazing"
     assert certify(until_two(0, {"x": 0, "v": 9}, load=(t - 1) * (2 * t - 3) * (2 - t))).obstacle == "horizon"
     assert certify(falling(2, -2, 1)).obstacle == "horizon"
