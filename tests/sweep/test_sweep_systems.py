@@ -443,6 +443,12 @@ def test_an_itinerary_in_words_is_what_was_put_into_it(frictions, opens):
         assert alphabet.words(codes[row]) == (f"{phases}: {events}" if events else phases)
 
 
+def test_an_itinerary_that_is_too_long_is_cut_after_its_first_events():
+    alphabet, kinds = Alphabet(), np.array(["velocity_zero", "slip_onset"] * 40)
+    (code,) = alphabet.codes(np.array([[1]]).astype("u8"), np.array([80]), kinds, np.zeros(80, int))
+    assert alphabet.words(code) == f"{PHASES[1]}: {', '.join(kinds[:alphabet.longest])}"
+
+
 def test_a_number_that_is_no_itinerary_is_told():
     for alphabet, code in product((Alphabet(), Alphabet(2, True)), (0, 1 << 61, (1 << 62) - 1)):
         if alphabet == Alphabet() and code == (1 << 62) - 1:
