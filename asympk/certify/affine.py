@@ -488,11 +488,11 @@ class _Modes:
         return verdict * (None not in stays and all(moved)), tuple(guards)
 
     def event(self, before, after, guard, state):
-        """Return the guard of the event between two modes; None at a switch or a corner of rest where none happens."""
-        if guard.kind == SWITCH and (guard := self._lost_beyond(before, after, state)) is None:
+        """Return the guard of the event between two modes, or None if the motion of no contact changes."""
+        if forces.moves_alike(self.system, before.branch, after.branch):
             return None
-        if branches.stands(before.branch) and branches.bare(before.branch) == branches.bare(after.branch):
-            return None
+        if guard.kind == SWITCH:
+            guard = self._lost_beyond(before, after, state)
         if guard.kind == "slip_onset" and after.branch[guard.friction].mode == "stick":
             freed = branches.at_rest(before.branch) - branches.at_rest(after.branch)
             if not freed:  # the load vanishes between both edges of its stick
@@ -501,13 +501,11 @@ class _Modes:
         return guard
 
     def _lost_beyond(self, before, after, state):
-        """Return the guard that ``before`` loses on the sides of ``after``; None where both have the same branch."""
-        torn = [k for k, (a, b) in enumerate(zip(before.branch, after.branch, strict=True)) if a != b]
-        if not torn:
-            return None
+        """Return the guard that ``before``, of another branch, loses on the sides of ``after``."""
         beyond = mode_of(self.system, before.branch, after.sides)  # a mode that the parameters may exclude there
         form = affine_form(beyond, self.waves)
         matrix, rows = self.field.matrix(form), (tuple(map(self.field.exact, row)) for row in form.guards)
         guards = (AffineGuard(guard.kind, guard.friction, row) for guard, row in zip(beyond.guards, rows, strict=True))
         lost = (g for g in guards if g.kind != SWITCH and leading_sign(g.row, matrix, state) == -1)
-        return next(lost, AffineGuard("slip_onset", torn[0], ()))
+        changed = (k for k, (a, b) in enumerate(zip(before.branch, after.branch, strict=True)) if a != b)
+        return next(lost, AffineGuard("slip_onset", next(changed), ()))

@@ -596,6 +596,16 @@ def test_at_the_very_end_nothing_is_proven_where_a_guard_grazes_0_or_vanishes_at
     assert certify(falling(2, -2, 1)).obstacle == "horizon"
 
 
+@pytest.mark.parametrize("until", [2, 3])
+@pytest.mark.parametrize(
+    ("push", "speed"),
+    [(sp.Piecewise((0, t < 2), (3, True)), 2), (sp.Piecewise((t / 2, t < 2), (0, True)), 0)],
+)
+def test_no_event_is_told_where_a_switch_lets_a_contact_go_on_that_would_stop_or_slip_just_then(push, speed, until):
+    scene = until_two(push, {"x": 0, "v": speed})
+    assert proven_as_followed(replace(scene, until=until)).events == ()
+
+
 @pytest.mark.parametrize("law", [sp.sign(x - 1), sp.floor(x)])
 def test_a_box_of_starts_across_an_edge_has_no_proof(law):
     scene = block_under(-law, {"x": 1, "v": 1}, until=1)
