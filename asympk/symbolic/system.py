@@ -19,6 +19,7 @@ from functools import cached_property, wraps
 from typing import Any, TypeVar, cast
 
 import sympy as sp
+from sympy.logic.boolalg import BooleanAtom, BooleanFunction
 
 from asympk.errors import InputError
 from asympk.numbers import short
@@ -117,7 +118,7 @@ class System(ShownAsFormulas):
     """A system of rates with its frictions: in ``slow`` and ``fast`` the forces stand as the symbols of ``frictions``.
 
     ``small`` multiplies the rates of the fast states and is None where there are no fast states; ``time`` is the symbol
-    of an explicit time, or None. ``assumptions`` is a condition that restricts the parameters.
+    of an explicit time, or None. ``assumptions`` are relations that restrict the parameters, joined by And, Or or Not.
     """
 
     slow: sp.Dict
@@ -361,6 +362,7 @@ def _check(system: System) -> None:
         raise InputError(f"small = {short(small)}: it must be a Symbol; the number is put in later")
     if not isinstance(system.time, sp.Symbol | None):
         raise InputError(f"time = {short(system.time)}: it must be a Symbol, or None where nothing depends on the time")
+    _require_relations(system.assumptions)
     names = [s.name for s in states]
     if twice := sorted({n for n in names if names.count(n) > 1}):
         raise InputError(f"the state {twice[0]} is given twice")
@@ -376,6 +378,15 @@ def _check(system: System) -> None:
             raise InputError(f"the rate of {s} is {rate}; it must be a finite real expression")
     for number, friction in enumerate(system.frictions):
         branches.check_friction(system, friction, number)
+
+
+def _require_relations(assumed: sp.Basic) -> None:
+    """Raise ``InputError`` for assumptions that no numbers are found to violate, such as ``Q.positive(a)``."""
+    plain = {relation: sp.Dummy() for relation in atoms(assumed, sp.core.relational.Relational)}
+    for part in atoms(assumed.xreplace(plain), sp.Basic):
+        if not isinstance(part, BooleanFunction | BooleanAtom) and part not in plain.values():
+            raise InputError(f"assumptions = {short(assumed)}: they must be relations between parameters, such as "
+                             "kappa > 0, joined by sp.And, sp.Or and sp.Not")  # fmt: skip
 
 
 def _require_one_symbol_each(system: System) -> None:
