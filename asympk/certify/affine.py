@@ -50,6 +50,7 @@ from asympk.symbolic.sides import inside, measured
 from asympk.symbolic.system import System
 
 MOST_EVENTS, MOST_CORNERS = 200, 200
+AT_SWITCH = -1  # the friction of a guard of kind SWITCH
 
 
 def enclose(
@@ -79,7 +80,7 @@ def enclose(
         found = first_event(segment, [g for g in guards if g not in last], left.numbers()[0], finest, budget)
         if not found and not last:
             return names, events, tuple(segment.at(None, left).numbers()[:size])
-        guard, dt = (found[0], segment.moment(*found)) if found else (last[0], left)
+        guard, dt = (found[0], segment.moment(*found)) if found else (_together(last), left)
         if found and not (left - dt).numbers()[0] > 0:
             raise Refused(f"horizon: {guard.kind} at the end itself, until = {float(until):.10g}")
         time = modes.instant(guard, segment) if found else Fraction(until)
@@ -109,6 +110,12 @@ def _margin(condition):
     if hasattr(condition, "gts"):
         return condition.gts - condition.lts
     return abs(condition.lhs - condition.rhs) * (-1) ** isinstance(condition, sp.Eq) if condition.args else sp.S.Zero
+
+
+def _together(lost):
+    """Return the first of the guards that vanish at one time, with the frictions of the others."""
+    _, *others = (k for guard in lost for k in (guard.friction, *guard.others))
+    return lost[0]._replace(others=tuple(others))
 
 
 def _after(mode, guard):
@@ -488,10 +495,13 @@ class _Modes:
         return verdict * (None not in stays and all(moved)), tuple(guards)
 
     def event(self, before, after, guard, state):
-        """Return the guard of the event between two modes, or None if the motion of no contact changes."""
+        """Return the guard of the event between two modes, or None if the motion of no contact changes.
+
+        At a switch, unless a contact stops there, it is what the first mode loses on the new side.
+        """
         if forces.moves_alike(self.system, before.branch, after.branch):
             return None
-        if guard.kind == SWITCH:
+        if guard.kind != "velocity_zero" and AT_SWITCH in (guard.friction, *guard.others):
             guard = self._lost_beyond(before, after, state)
         if guard.kind == "slip_onset" and after.branch[guard.friction].mode == "stick":
             freed = branches.at_rest(before.branch) - branches.at_rest(after.branch)

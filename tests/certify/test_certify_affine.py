@@ -606,6 +606,17 @@ def test_no_event_is_told_where_a_switch_lets_a_contact_go_on_that_would_stop_or
     assert proven_as_followed(replace(scene, until=until)).events == ()
 
 
+@pytest.mark.parametrize("until", [2, 3])
+@pytest.mark.parametrize(("slope", "load", "speed"), [(0, sp.Piecewise((2 - t, t < 2), (1, True)), 9), (t / 2, 1, 0)])
+def test_the_event_at_a_switch_is_of_what_its_new_side_frees_whatever_else_would_happen_just_then(
+        slope, load, speed, until):  # fmt: skip
+    pushed, other = ap.Friction(v, F, load=1, kinetic=1), ap.Friction(w, G, load=load, kinetic=1)
+    rates = {x: v, v: sp.Piecewise((0, t < 2), (3, True)) + F, w: slope + G}
+    system = ap.System.with_frictions(rates, {}, [pushed, other], time=t)
+    proof = proven_as_followed(ap.Scene(system=system, values={}, start={"x": 0, "v": 0, "w": speed}, until=until))
+    assert [(event.kind, event.friction) for event in proof.events] == [("slip_onset", 0)]
+
+
 @pytest.mark.parametrize("law", [sp.sign(x - 1), sp.floor(x)])
 def test_a_box_of_starts_across_an_edge_has_no_proof(law):
     scene = block_under(-law, {"x": 1, "v": 1}, until=1)
