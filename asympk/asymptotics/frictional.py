@@ -69,7 +69,7 @@ def _to_order(scene: Any, method: str, order: int, units: Any) -> Path:
     falls = apart and np.abs(omitted * units).max() < SLIGHT * scale and matched.decay(scene, path, order) <= FALLING
     last = beyond + TAKEN * omitted if falls else matched.end_to(order + 2, task, landed, path)
     error = predicted_error(np.array((final, beyond, last)) * units, rtol=rtol * np.max(units),
-                            lately=_omitted_lately(path, order, mu, units))  # fmt: skip
+                            lately=_omitted_lately(path, order, units))  # fmt: skip
     error += _of_layer(task, path, scale, units)
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states: mu = {mu:.3g} is "
@@ -78,14 +78,12 @@ def _to_order(scene: Any, method: str, order: int, units: Any) -> Path:
                 {"omitted": tuple(omitted.tolist())})  # fmt: skip
 
 
-def _omitted_lately(path: MatchedPath, order: int, mu: float, units: Any) -> float:
-    """Return the largest term that ``order`` omits shortly before the end of a path, or 0 in a layer."""
-    if not path.stretches or path.stretches[-1].slowly is None:
+def _omitted_lately(path: MatchedPath, order: int, units: Any) -> float:
+    """Return the term that ``order`` omits before the end of a path, as far as it is remembered; 0 in a layer."""
+    if not path.stretches or (found := path.stretches[-1].slowly) is None:
         return 0.0
-    stretch = path.stretches[-1]
-    slow, (_, at, _) = matched.slow_of(stretch.mode), stretch.points
-    found = np.array([slow.state(k, at, mu) for k in range(order, order + 3)])
-    return float(np.abs(np.diff(found, axis=0) * units).max())
+    whole = np.pad(found.remembered(found.end, order), (len(found.formulas.slow_states), 0))
+    return float((whole[list(matched.slow_of(path.stretches[-1].mode).places)] * units).max())
 
 
 def _of_layer(task: Task, path: MatchedPath, scale: float, units: Any) -> float:

@@ -93,10 +93,10 @@ class Stretch(NamedTuple):
 
     @property
     def points(self) -> tuple[Sequence[float], ...]:
-        """Return the point (x, b) of a slow motion at its start, shortly before its end, and there; () for a layer."""
+        """Return the points (x, b) of a slow motion at its start, shortly before its end, and there; () for a layer."""
         if (found := self.slowly) is None:
             return ()
-        return found.trajectory.start, found.before(found.end), found.trajectory.state_at(found.end)
+        return found.trajectory.start, *found.memory(found.end)[0], found.trajectory.state_at(found.end)
 
 
 @dataclass(frozen=True)

@@ -16,11 +16,12 @@ size of a matrix is sqrt(sum |m_ij m_ji|), so that no condition depends on the u
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import lru_cache, partial
 from itertools import starmap
 from typing import Any
 
 import numpy as np
+from scipy.linalg import expm
 
 from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.landing import ROOT, newton, rightmost, root
@@ -35,7 +36,8 @@ STEPS = 20000  # the most steps of a slow motion, in explicit ones
 FAR = 1e12
 SIDE_BY_SIDE = 1e-6  # the least tolerance of slow motions to several orders in common steps
 MEETING = 4  # mu y' = g, linear, and x' = y have real eigenvalues as long as 4 mu |h_x f_y| < |g_y|
-LATELY = 3  # relaxation times before an end, at which terms that vanish at the end by chance exceed those that follow
+LATELY = 2  # relaxation times before an end, at which omitted terms are first looked at again
+FORGOTTEN = 1e-5  # the share of a term, as the error that it is at a later time, that counts as 0
 AGAIN = math.sqrt(27 / 4)  # with x'' = y, as long as mu sqrt(27 |h_x f_x f_y| / 4) < |g_y|
 
 
@@ -71,10 +73,33 @@ class Reduced:
                  for kind, point in zip(kinds, self.parts(motion), strict=True)]  # fmt: skip
         return np.array(found).reshape(len(found), len(found[0]), *t.shape)
 
-    def before(self, t: float) -> tuple:
-        """Return the point (x, b) of a single motion ``LATELY`` relaxation times before ``t``, or at half of ``t``."""
-        _, largest = _attraction(self.formulas, self.trajectory.state_at(t), self.mu, self.values)
-        return self.trajectory.state_at(max(t / 2, t + LATELY * self.mu / largest.real))
+    def memory(self, t: float) -> tuple[list[tuple], np.ndarray]:
+        """Return points (x, b) of a single motion before ``t``, and the shares of y at each that are still in y(t).
+
+        With A = g_y the error e of y, and the first term T that y omits, obey mu e' = A (e - T), so that at t
+
+            e = -int_0^oo A exp(A s) T(t - mu s) ds.
+
+        A share is |int A exp(A s) ds|, entry by entry, over an interval of s. Its point is that of the earliest time in
+        the interval, or of t / 2. The intervals end at ``LATELY`` relaxation times, twice as many, and so on, until
+        less than ``FORGOTTEN`` is left. The shares are an array (points, fast states, fast states).
+        """
+        at = self.trajectory.state_at(t)
+        y, largest = _attraction(self.formulas, at, self.mu, self.values)
+        ago = LATELY / -largest.real
+        entries = self.formulas.jacobian(*at[: len(self.formulas.slow_states)], *y, *self.values)
+        shares = _shares(tuple(ago * v for v in entries))
+        return [self.trajectory.near(max(t / 2, t - self.mu * ago * 2**k)) for k in range(len(shares))], shares
+
+    def remembered(self, t: float, order: int, added: Any = 0.0) -> np.ndarray:
+        """Return the first term of y that ``order`` omits, state by state, as far as the error at ``t`` remembers it.
+
+        ``added`` is added to the term of each time before ``t``.
+        """
+        (points, shares), height, further = self.memory(t), self.formulas.height(order), self.formulas.height(order + 1)
+        p = (self.mu, *self.values)
+        terms = np.array([further(*at, *p) for at in points]) - np.array([height(*at, *p) for at in points])
+        return np.einsum("pj,pij->i", np.abs(terms + added), shares)
 
     def parts(self, motion: Any) -> list[Any]:
         """Return the points (x, b) of the motions to every order, of which ``motion`` consists."""
@@ -210,6 +235,17 @@ def margin(formulas: Formulas, state: Sequence[float], mu: float, values: tuple)
         return -largest.real - mu * meeting
     except (ArithmeticError, ValueError):
         return -math.inf
+
+
+@lru_cache(maxsize=256)
+def _shares(entries):
+    """Return |exp(B 2^(k-1)) - exp(B 2^k)|, entry by entry, for k = 0, 1, ..., with the first as 1 - exp(B)."""
+    size = math.isqrt(len(entries))
+    left, kept, found = np.eye(size), expm(np.reshape(entries, (size, size))), []
+    while np.abs(left).max() > FORGOTTEN:
+        found.append(np.abs(left - kept))
+        left, kept = kept, kept @ kept
+    return np.array(found)
 
 
 def _size(entries):

@@ -34,7 +34,6 @@ from asympk.errors import OutOfRange
 from asympk.numbers import listed
 from asympk.path import Path, times_within
 
-CHANCE = 0.75  # the error over the largest omitted term of shortly before, at least, where terms may be small by chance
 EXTRA = 2  # the number of orders beyond the one asked for, from which its error is predicted
 STEADY, STALLED = 0.1, 0.5  # bounds of the ratio of successive omitted terms from which the rest of them is estimated
 FALLING = 0.25  # the largest ratio of successive omitted terms at which they alone tell the error
@@ -82,16 +81,10 @@ class LayeredMotion:
 
     def misses(self) -> np.ndarray:
         """Return composite - start of the fast states at t = 0, for every order: (orders, fast states)."""
-        return self._heights(self.beside.parts(self.beside.trajectory.start)) - self.sums @ self.landing.rest
-
-    def heights_before(self, t: float) -> np.ndarray:
-        """Return the fast states on the manifold shortly before ``t``, to every order: (orders, fast states)."""
-        return self._heights([self.reduced.before(t)] * len(self.sums))
-
-    def _heights(self, points):
-        flows = self.beside
-        return np.array([flows.formulas.height(order)(*at, flows.mu, *flows.values)
-                         for order, at in zip(flows.orders, points, strict=True)])  # fmt: skip
+        flows, known = self.beside, self.beside.formulas
+        begun = [known.height(order)(*start, flows.mu, *flows.values)
+                 for order, start in zip(flows.orders, flows.parts(flows.trajectory.start), strict=True)]  # fmt: skip
+        return np.array(begun) - self.sums @ self.landing.rest
 
 
 def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: Any = 1.0) -> Path:
@@ -229,15 +222,15 @@ def _expected(motion, layered, until, slow, layer, units, ends=None):
     """Return the predicted error and the part of it that the tolerance of the integrations makes up."""
     # a layer as slow as the slow motion may cancel its terms in the composite but not their remainder, so that terms
     # of the slow motion that do not decrease are judged on their own, too
-    slow, layer = slow * units, layer * units
-    first, second = _terms(slow)
-    told, misses, lately = [slow + layer, *[slow] * bool(second > STALLED * first)], motion.misses(), 0.0
-    scales = units + np.zeros(len(motion.kept))
+    misses, lately, scales = motion.misses(), 0.0, units + np.zeros(len(motion.kept))
     fast = slice(len(scales) - misses.shape[1], None)
-    misses = misses * scales[fast]
     if ends is None:
-        lately = max(_terms(motion.heights_before(until) * scales[fast] + layer[:, fast]))
-    else:
+        term = motion.reduced.remembered(until, motion.beside.orders[0], layer[1, fast] - layer[0, fast])
+        lately = float((term * scales[fast]).max())
+    slow, layer, misses = slow * units, layer * units, misses * scales[fast]
+    first, second = _terms(slow)
+    told = [slow + layer, *[slow] * bool(second > STALLED * first)]
+    if ends is not None:
         told = [np.vstack([told[0][:1], ends * units])]
     left, rounding = (0.0 if layered else np.abs(layer[0]).max()), motion.rtol * scales.max()
     return max(predicted_error(terms, left, rounding, misses, lately) for terms in told), ROUNDING * rounding
@@ -256,11 +249,11 @@ def predicted_error(
 
     The composites are of successive orders. ``left`` is the size of the layer where the first leaves it out, ``rtol``
     the tolerance of the integrations, ``misses`` the difference of each composite from the start, if known, and
-    ``lately`` the largest omitted term a few relaxation times before: terms at the end may be small by chance.
+    ``lately`` a term omitted before that may still be an error: terms at the end may be small by chance.
     """
     first, second = _terms(composites)
     ratio = min(STALLED, max(STEADY, second / first)) if first > 0 else STALLED
-    error = max(CHANCE * lately, (first + 2 * second / (1 - ratio)) / (1 - ratio)) + left
+    error = max(lately, (first + 2 * second / (1 - ratio)) / (1 - ratio)) + left
     if misses is not None:
         error += _beyond(max(first, second), misses)
     scale = max(1.0, np.abs(composites[0]).max() - error)  # of the true states, which the error leaves uncertain
