@@ -105,8 +105,8 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: An
     motion, slow, layer, error = _followed(follow, tolerance(mu, order), layered, until, units)
     matched.require_no_pole(begun, slowly, motion.reduced)
     _require_branch(task, begun, slowly, motion)
-    if not _falls(slow + layer) and (ends := _continued(task, begun, slowly, motion, error)) is not None:
-        error = min(error, _expected(motion, layered, until, slow, layer, units, ends)[0])
+    if not _falls(slow + layer) and (known := _continued(task, begun, slowly, motion, error)):
+        error = min(error, _expected(motion, layered, known[0], slow, layer, units, known[1])[0])
     now, next_, _ = slow + layer
     if error >= 1 > _expected(motion, True, until, slow, layer, units)[0]:
         raise OutOfRange(f"at t = {until:.6g} the motion is still in its layer, which method 'slow' leaves out: take "
@@ -138,8 +138,8 @@ def _followed(
 
 def _continued(
     task: matched.Task, begun: matched.MatchedPath, slowly: matched.Slow, motion: LayeredMotion, error: float
-) -> np.ndarray | None:
-    """Return the composites of orders n + 1 and n + 2 at ``until``, by the full equations from where terms still fell.
+) -> tuple[float, np.ndarray] | None:
+    """Return a time at which terms still fell, and the composites of orders n + 1 and n + 2 from there at ``until``.
 
     Near a fold the fast motion is hardly faster than the slow one, so that these are soon integrated. None is returned
     where terms fell at none of the times ``FELL``, or these are not near, or the integrations make up the error.
@@ -153,7 +153,7 @@ def _continued(
         if _falls(composites):
             ends = [matched.to_the_end(finely, slowly, replace(begun, t=t, state=tuple(state)), SOON)
                     for state in composites[1:].tolist()]  # fmt: skip
-            return None if None in ends else np.array(ends)
+            return None if None in ends else (t, np.array(ends))
     return None
 
 
@@ -218,21 +218,24 @@ def layered_motion(
     return LayeredMotion(landing, motion, beside, sums, rtol, kept)
 
 
-def _expected(motion, layered, until, slow, layer, units, ends=None):
-    """Return the predicted error and the part of it that the tolerance of the integrations makes up."""
+def _expected(motion, layered, t, slow, layer, units, ends=None):
+    """Return the predicted error and the part of it that the tolerance of the integrations makes up.
+
+    ``t`` is ``until``, or the time from which ``ends``, the composites of orders n + 1 and n + 2, are continued.
+    """
     # a layer as slow as the slow motion may cancel its terms in the composite but not their remainder, so that terms
     # of the slow motion that do not decrease are judged on their own, too
-    misses, lately, scales = motion.misses(), 0.0, units + np.zeros(len(motion.kept))
-    fast = slice(len(scales) - misses.shape[1], None)
-    if ends is None:
-        term = motion.reduced.remembered(until, motion.beside.orders[0], layer[1, fast] - layer[0, fast])
-        lately = float((term * scales[fast]).max())
+    misses, scales = motion.misses(), units + np.zeros(len(motion.kept))
+    fast, omitted = slice(len(scales) - misses.shape[1], None), 0 if ends is None else 1  # by what continues from t
+    around = (layer if ends is None else motion.layer(t))[:, fast]
+    term = motion.reduced.remembered(t, motion.beside.orders[omitted], around[omitted + 1] - around[omitted])
     slow, layer, misses = slow * units, layer * units, misses * scales[fast]
     first, second = _terms(slow)
     told = [slow + layer, *[slow] * bool(second > STALLED * first)]
     if ends is not None:
         told = [np.vstack([told[0][:1], ends * units])]
     left, rounding = (0.0 if layered else np.abs(layer[0]).max()), motion.rtol * scales.max()
+    lately = float((term * scales[fast]).max())
     return max(predicted_error(terms, left, rounding, misses, lately) for terms in told), ROUNDING * rounding
 
 

@@ -683,6 +683,16 @@ def test_equal_lags_in_a_row_remember_the_terms_of_all_their_delays(lags):
     assert error < path.error < 6 * error
 
 
+def test_terms_that_are_rounding_where_a_drive_comes_to_rest_do_not_hide_those_from_which_they_fell():
+    """The first 7 derivatives of the drive are 0 at T = 1: an error of 6e-4 was predicted as 1e-6 to order 1."""
+    drive = sp.integrate((T * (1 - T)) ** 7, T)
+    system = ap.System.smooth({x: 1}, {y: drive / drive.subs(T, 1) - y}, mu, time=T)
+    path = _solved(system, {mu: "1/20"}, (0, 0), 1, order=1)
+    rest = [drive.diff(T, k).subs(T, 1) / drive.subs(T, 1) / (-20) ** k for k in range(16)]
+    missed = abs(float(sum(rest)) - path.final[1])
+    assert 6e-4 < missed < path.error < 6 * missed
+
+
 @pytest.mark.parametrize("order", [0, 1, 2])
 @pytest.mark.parametrize("force", [mu - u, mu - u + mu * sp.sign(x) / 4])
 def test_high_powers_of_the_small_parameter_that_the_rates_only_imply_are_among_what_is_predicted(force, order):
