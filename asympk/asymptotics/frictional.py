@@ -8,6 +8,7 @@ events of a layer have the same time. The errors are O(mu log(1/mu)), and the pa
 Order 0 uses ``_to_order`` where a layer or a jump has no law in the limit (``NoLaw``).
 """
 
+import sys
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
@@ -69,7 +70,7 @@ def _to_order(scene: Any, method: str, order: int, units: Any) -> Path:
     falls = apart and np.abs(omitted * units).max() < SLIGHT * scale and matched.decay(scene, path, order) <= FALLING
     last = beyond + TAKEN * omitted if falls else matched.end_to(order + 2, task, landed, path)
     error = predicted_error(np.array((final, beyond, last)) * units, rtol=rtol * np.max(units),
-                            lately=_omitted_lately(path, order, units))  # fmt: skip
+                            lately=_omitted_lately(path, order, mu, units))  # fmt: skip
     error += _of_layer(task, path, scale, units)
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states: mu = {mu:.3g} is "
@@ -78,12 +79,22 @@ def _to_order(scene: Any, method: str, order: int, units: Any) -> Path:
                 {"omitted": tuple(omitted.tolist())})  # fmt: skip
 
 
-def _omitted_lately(path: MatchedPath, order: int, units: Any) -> float:
-    """Return the term that ``order`` omits before the end of a path, as far as it is remembered; 0 in a layer."""
-    if not path.stretches or (found := path.stretches[-1].slowly) is None:
-        return 0.0
-    whole = np.pad(found.remembered(found.end, order), (len(found.formulas.slow_states), 0))
-    return float((whole[list(matched.slow_of(path.stretches[-1].mode).places)] * units).max())
+def _omitted_lately(path: MatchedPath, order: int, mu: float, units: Any) -> float:
+    """Return what is left at the end of a path of the terms that ``order`` omits before the ends of its slow motions.
+
+    The state at an event is of order 1 at least. Of terms before a layer that has settled nothing is left.
+    """
+    largest, left, end, later = 0.0, 1.0, path.t, None
+    for stretch in reversed(path.stretches):
+        if later is not None:
+            left, end, order = left * matched.fading(later, end, mu), later.began, max(order, 1)
+            if left < sys.float_info.epsilon or (later.slowly and not stretch.slowly):
+                break
+        if (found := stretch.slowly) is not None:
+            whole = np.pad(found.remembered(found.end, order), (len(found.formulas.slow_states), 0))
+            largest = max(largest, left * float((whole[list(matched.slow_of(stretch.mode).places)] * units).max()))
+        later = stretch
+    return largest
 
 
 def _of_layer(task: Task, path: MatchedPath, scale: float, units: Any) -> float:

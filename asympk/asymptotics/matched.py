@@ -93,10 +93,10 @@ class Stretch(NamedTuple):
 
     @property
     def points(self) -> tuple[Sequence[float], ...]:
-        """Return the points (x, b) of a slow motion at its start, shortly before its end, and there; () for a layer."""
+        """Return the points (x, b) of a slow motion at its start, at its end, and shortly before; () for a layer."""
         if (found := self.slowly) is None:
             return ()
-        return found.trajectory.start, *found.memory(found.end)[0], found.trajectory.state_at(found.end)
+        return found.trajectory.start, *found.memory(found.end)[0]
 
 
 @dataclass(frozen=True)
@@ -460,6 +460,16 @@ def decay(scene: Any, path: MatchedPath, order: int) -> float:
             first, second = (max(abs(a - b) for a, b in zip(*pair, strict=True)) for pair in pairwise(known))
             worst = max(worst, second / first if first > 0 else math.inf if second > 0 else 0.0)
     return worst
+
+
+def fading(stretch: Stretch, t: float, mu: float) -> float:
+    """Return how much of a small distance of fast states is left at ``t``, by the slower rate at a stretch's ends."""
+    slow, span = slow_of(stretch.mode), t - stretch.began
+    ends = (slow.point(stretch.began + u, stretch.states(u)) for u in (0.0, span))
+    with suppress(ArithmeticError, ValueError):
+        slower = max(abscissa(slow.formulas, x, y, slow.values) for x, y in ends)
+        return math.exp(min(0.0, slower * span / mu))
+    return 1.0
 
 
 def small_number(scene: Any) -> float:

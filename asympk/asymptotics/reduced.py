@@ -74,32 +74,34 @@ class Reduced:
         return np.array(found).reshape(len(found), len(found[0]), *t.shape)
 
     def memory(self, t: float) -> tuple[list[tuple], np.ndarray]:
-        """Return points (x, b) of a single motion before ``t``, and the shares of y at each that are still in y(t).
+        """Return points (x, b) of a single motion at ``t`` and before, and the shares of y between them left in y(t).
 
         With A = g_y the error e of y, and the first term T that y omits, obey mu e' = A (e - T), so that at t
 
             e = -int_0^oo A exp(A s) T(t - mu s) ds.
 
-        A share is |int A exp(A s) ds|, entry by entry, over an interval of s. Its point is that of the earliest time in
-        the interval, or of t / 2. The intervals end at ``LATELY`` relaxation times, twice as many, and so on, until
-        less than ``FORGOTTEN`` is left. The shares are an array (points, fast states, fast states).
+        A share is |int A exp(A s) ds|, entry by entry, over an interval of s. Its points are those of the ends of the
+        interval, or of t / 2. The intervals end at ``LATELY`` relaxation times, twice as many, and so on, until less
+        than ``FORGOTTEN`` is left. The shares are an array (intervals, fast states, fast states).
         """
         at = self.trajectory.state_at(t)
         y, largest = _attraction(self.formulas, at, self.mu, self.values)
         ago = LATELY / -largest.real
         entries = self.formulas.jacobian(*at[: len(self.formulas.slow_states)], *y, *self.values)
         shares = _shares(tuple(ago * v for v in entries))
-        return [self.trajectory.near(max(t / 2, t - self.mu * ago * 2**k)) for k in range(len(shares))], shares
+        before = [self.trajectory.near(max(t / 2, t - self.mu * ago * 2**k)) for k in range(len(shares))]
+        return [at, *before], shares
 
     def remembered(self, t: float, order: int, added: Any = 0.0) -> np.ndarray:
         """Return the first term of y that ``order`` omits, state by state, as far as the error at ``t`` remembers it.
 
-        ``added`` is added to the term of each time before ``t``.
+        ``added`` is added to the term of each time. Over an interval the term counts as the larger one of its ends.
         """
         (points, shares), height, further = self.memory(t), self.formulas.height(order), self.formulas.height(order + 1)
         p = (self.mu, *self.values)
         terms = np.array([further(*at, *p) for at in points]) - np.array([height(*at, *p) for at in points])
-        return np.einsum("pj,pij->i", np.abs(terms + added), shares)
+        sizes = np.abs(terms + added)
+        return np.einsum("pj,pij->i", np.maximum(sizes[:-1], sizes[1:]), shares)
 
     def parts(self, motion: Any) -> list[Any]:
         """Return the points (x, b) of the motions to every order, of which ``motion`` consists."""
