@@ -211,8 +211,9 @@ def _settled(formulas, first, x, y, values, order, tolerances):
         now, spent = last.end[: len(y)], spent + price(last)
     else:
         words = "does not settle on an attracting branch"
-        if known:
-            words = f"takes too many steps to settle on {listed(mode.fast, known)}: the parts of g_y are too far apart"
+        if goal := known or (formulas.affine and root(formulas, x, now, values)):
+            words = (f"takes too many steps to settle on {listed(mode.fast, goal)}: it decays too slowly beside the "
+                     "fastest rate in g_y")  # fmt: skip
     raise OutOfRange(f"the layer from {listed(mode.fast, y)}{_at(formulas, x)} {words}: after {len(found)} steps, "
                      f"at tau = {_reached(found):.6g}, it is at {listed(mode.fast, now)}")  # fmt: skip
 

@@ -366,11 +366,13 @@ def test_a_layer_to_a_double_root_settles_on_no_branch_though_its_rounding_seems
             _solved(system, {mu: small}, {x: 1, y: "1/10"}, 1, order=0)
 
 
-def test_a_layer_whose_rates_take_too_many_steps_is_refused_as_that(monkeypatch):
+@pytest.mark.parametrize("start", [0, 2])
+def test_a_layer_whose_rates_take_too_many_steps_is_refused_as_that(start, monkeypatch):
+    """A linear layer settles on its only branch, also where it is still far from it."""
     monkeypatch.setattr(landing, "STEPS", 50)
     system = ap.System.smooth({x: -x + u}, {u: x - u / 10000 + v, v: -u - v / 10000}, mu)
     with pytest.raises(OutOfRange, match=r"too many steps to settle on u = 0\.0001.*, v = -1"):
-        _solved(system, {mu: "1/100"}, {x: 1, u: 0, v: -1}, 1)
+        _solved(system, {mu: "1/100"}, {x: 1, u: start, v: -1}, 1)
 
 
 def test_a_layer_on_a_limit_cycle_is_refused_a_fifth_of_the_way_that_one_may_take_to_settle():
