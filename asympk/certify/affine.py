@@ -209,12 +209,15 @@ class _Modes:
         return bool(parts) and falls_to_zero(parts, self.until - since, self.field)
 
     def instant(self, guard, segment):
-        """Return the exact time at which a guard that is linear in the time vanishes, or None, also if it is long."""
+        """Return the exact time, the same all over the box, at which a guard linear in the time vanishes; else None.
+
+        None stands for a long number, too.
+        """
         since, parts = self._polynomial(guard, segment)
-        if not parts or any(parts[2:]) or not all(isinstance(part, Fraction) for part in parts[:2]):
+        if not parts or any(parts[2:]):
             return None
-        found = since - parts[0] / parts[1]
-        return found if found.denominator.bit_length() <= flint().ctx.prec else None
+        found = self.field.expression(since - parts[0] / parts[1])
+        return Fraction(found) if found.is_Rational and found.q.bit_length() <= flint().ctx.prec else None
 
     def _polynomial(self, guard, segment):
         """Return (exact time, Taylor coefficients from it) of a guard; what the time alone moves is known from 0 on."""

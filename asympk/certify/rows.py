@@ -94,6 +94,10 @@ class ExactEntries:
             self._exact[expr] = exact
         return self._exact[expr]
 
+    def expression(self, entry: Any) -> sp.Expr:
+        """Return an exact entry as an expression."""
+        return sp.Rational(entry) if isinstance(entry, int | Fraction) else entry.as_expr()
+
     def ball(self, entry: Any) -> Ball:
         """Return an exact entry as a ball."""
         return self._entry(entry).whole[0, 0].real

@@ -581,11 +581,18 @@ def falling(height, velocity, lift):
         until_two(0, {"x": 0, "v": "2/3"}, friction="1/3"),
         until_two(sp.Piecewise((2, t < 1), (0, True)), {"x": 0, "v": 0}),  # a second mode, from t = 1 on
         until_two(1 - sp.Heaviside(x - 1, 0), {"x": 0, "v": 1}),  # from t = 1 on by the state
+        until_two(sp.Piecewise((sp.sqrt(8), t < 1), (0, True)), {"x": 0, "v": 0}, load=sp.sqrt(2)),
         falling(4, -1, -1),
     ],
 )
 def test_what_the_state_brings_about_at_the_very_end_is_proven_where_it_moves_as_a_polynomial(scene):
     assert proven_as_followed(scene).events[-1].t == 2
+
+
+def test_what_happens_at_the_very_end_all_over_a_box_is_proven_after_an_event_whose_time_is_the_same_all_over_it():
+    proof = certify(until_two(sp.Piecewise((2 * k, t < 1), (0, True)), {"x": 0, "v": 0}), {"k": (1, 2)})
+    assert proof.modes == ("slip_same", "stick")
+    assert proof.events[-1].t == 2
 
 
 def test_at_the_very_end_nothing_is_proven_where_a_guard_grazes_0_or_vanishes_at_some_points_of_a_box():
