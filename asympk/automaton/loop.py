@@ -173,12 +173,12 @@ def mode_after(
     if since is not None:  # the guards of a side that has ended are those of no motion
         crossed, left, doubt = [*automaton.edges_at(t, state, mode.beside)], left * (not switches), mode.beside
     later, entered, start = (t, state), tuple[Any, ...](), t if since is None else since
-    stops = any(kind == "velocity_zero" for kind, *_ in left)
+    stops = any(kind in ("velocity_zero", "touch_down") for kind, *_ in left)
     if switches and (mode.mode.jumping or not stops):
         mode = mode_on_sides(automaton, awake(mode.branch), digits, t, state, crossed, fixed)
         leaping = {("velocity_zero", k) for k in mode.mode.jumping if _leaps(k, ((before, start), (mode, t)), state)}
         left, stops = [key for key in left if key[:2] not in leaping], stops and not leaping
-    if switches and stops:  # what stops on an edge may rest there
+    if switches and stops:  # what stops or lands on an edge may rest there
         mode, hits = before, tuple(hit for hit in hits if before.kinds[hit][0] != SWITCH)
     elif switches:
         later = mode.moved_on(t, state, SHORTLY * doubt * t)

@@ -515,3 +515,17 @@ def test_a_block_that_starts_in_doubles_within_their_rounding_of_another_belt_is
     system = ap.System.with_frictions({x: v, v: F}, {}, [contact])
     path = ap.solve(ap.Scene(system=system, start={x: 1 + Fraction(off), v: 1}, until=1), **how)
     assert ends(path, ("slip_opposite",), [2.25, 1.5])
+
+
+@pytest.mark.parametrize("how", [{}, {"digits": 15}])
+@pytest.mark.parametrize("until", [2, "5/2"])
+def test_a_body_that_lands_at_rest_as_a_push_begins_that_its_friction_holds_lands_as_without_a_push(until, how):
+    """It falls from 4 by -t - t^2/2, so its load is 3 at t = 2; the push was taken to have moved it in the air."""
+
+    def landed(push):
+        y, w, N = sp.symbols("y w N", real=True)
+        ground = ap.Friction(velocity=v, force=F, load=-9 * y - w, kinetic=1, gap=y, normal=N)
+        system = ap.System.with_frictions({x: v, v: push + F, y: w, w: N - 1}, {}, [ground], time=t)
+        return ap.solve(ap.Scene(system=system, start={x: 0, v: 0, y: 4, w: -1}, until=until), **how)
+
+    assert ends(landed(sp.Piecewise((0, t < 2), (2, True))), ("open", "stick"), [float(a) for a in landed(0).final])
