@@ -8,16 +8,18 @@ events of a layer have the same time. The errors are O(mu log(1/mu)), and the pa
 Order 0 uses ``_to_order`` where a layer or a jump has no law in the limit (``NoLaw``).
 """
 
-import sys
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.linalg import expm
 
 from asympk.asymptotics import matched
 from asympk.asymptotics.impact import LimitLayers, NoLaw
-from asympk.asymptotics.matched import MatchedPath, Task
+from asympk.asymptotics.landing import abscissa
+from asympk.asymptotics.matched import MatchedPath, Stretch, Task
+from asympk.asymptotics.reduced import FORGOTTEN
 from asympk.asymptotics.smooth import ROUNDING, predicted_error, tolerance
 from asympk.errors import OutOfRange
 from asympk.path import Path, times_within
@@ -80,21 +82,27 @@ def _to_order(scene: Any, method: str, order: int, units: Any) -> Path:
 
 
 def _omitted_lately(path: MatchedPath, order: int, mu: float, units: Any) -> float:
-    """Return what is left at the end of a path of the terms that ``order`` omits before the ends of its slow motions.
-
-    The state at an event is of order 1 at least. Of terms before a layer that has settled nothing is left.
-    """
-    largest, left, end, later = 0.0, 1.0, path.t, None
+    """Return the terms that ``order`` omits in slow motions before the end of a path, as far as they are remembered."""
+    system, until = path.mode.mode.system, path.t
+    found, kept = np.zeros(len(system.fast)), np.eye(len(system.fast))
     for stretch in reversed(path.stretches):
-        if later is not None:
-            left, end, order = left * matched.fading(later, end, mu), later.began, max(order, 1)
-            if left < sys.float_info.epsilon or (later.slowly and not stretch.slowly):
-                break
-        if (found := stretch.slowly) is not None:
-            whole = np.pad(found.remembered(found.end, order), (len(found.formulas.slow_states), 0))
-            largest = max(largest, left * float((whole[list(matched.slow_of(stretch.mode).places)] * units).max()))
-        later = stretch
-    return largest
+        if np.abs(kept).max() <= FORGOTTEN:
+            break
+        if stretch.slowly is not None:
+            found += np.abs(kept) @ stretch.slowly.remembered(stretch.slowly.end, order)
+        kept, until = kept @ _remembered(stretch, until, mu), stretch.began
+    scales = (units + np.zeros(len(path.state)))[[system.states.index(state) for state in system.fast]]
+    return float((found * scales).max())
+
+
+def _remembered(stretch: Stretch, until: float, mu: float) -> np.ndarray:
+    """Return what is left at ``until`` of errors of the fast states at the start of a stretch, as they decay there."""
+    slow, span = matched.slow_of(stretch.mode), until - stretch.began
+    x, y = slow.point(until, tuple(stretch.states(span).tolist()))
+    if not abscissa(slow.formulas, x, y, slow.values) < 0:
+        return np.eye(len(y))
+    entries = np.array(slow.formulas.jacobian(*x, *y, *slow.values))
+    return expm(entries.reshape(len(y), len(y)) * (span / mu))
 
 
 def _of_layer(task: Task, path: MatchedPath, scale: float, units: Any) -> float:

@@ -462,16 +462,6 @@ def decay(scene: Any, path: MatchedPath, order: int) -> float:
     return worst
 
 
-def fading(stretch: Stretch, t: float, mu: float) -> float:
-    """Return how much of a small distance of fast states is left at ``t``, by the slower rate at a stretch's ends."""
-    slow, span = slow_of(stretch.mode), t - stretch.began
-    ends = (slow.point(stretch.began + u, stretch.states(u)) for u in (0.0, span))
-    with suppress(ArithmeticError, ValueError):
-        slower = max(abscissa(slow.formulas, x, y, slow.values) for x, y in ends)
-        return math.exp(min(0.0, slower * span / mu))
-    return 1.0
-
-
 def small_number(scene: Any) -> float:
     """Return the value of the small parameter of a scene."""
     return float(dict(zip(scene.system.parameters, scene.values, strict=True))[scene.system.small])

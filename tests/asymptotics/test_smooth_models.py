@@ -713,6 +713,20 @@ def test_what_terms_that_vanish_at_a_switch_left_out_shortly_before_is_told_unti
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])
+@pytest.mark.parametrize("until", ["0.51", "0.55"])
+def test_an_error_made_before_a_drive_stands_still_is_remembered_after(until, order):
+    """The layer of the drive at rest begins on its manifold: an error of 2e-4 was predicted as 5e-7."""
+    small, twice = sp.Rational(1, 100), 2 * T
+    ramp = 10 * twice**3 - 15 * twice**4 + 6 * twice**5
+    system = ap.System.smooth({x: -x}, {y: sp.Piecewise((ramp, twice < 1), (1, True)) - y}, mu, time=T)
+    path = _solved(system, {mu: small}, (1, 0), until, order=order)
+    known = sum((-small) ** j * ramp.diff(T, j).subs(T, sp.S.Half) for j in range(6))
+    truth = 1 + (known - 1) * sp.exp((sp.S.Half - sp.Rational(until)) / small)
+    error = abs(path.final[1] - truth)
+    assert error < path.error < 10 * error
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
 @pytest.mark.parametrize("force", [mu - u, mu - u + mu * sp.sign(x) / 4])
 def test_high_powers_of_the_small_parameter_that_the_rates_only_imply_are_among_what_is_predicted(force, order):
     """u rests at mu, or on either side of it by the sign of x, so that w' = -w + c mu**5 with a c of some 10**14."""
