@@ -382,11 +382,12 @@ def _check(system: System) -> None:
 
 def _require_relations(assumed: sp.Basic) -> None:
     """Raise ``InputError`` for assumptions that no numbers are found to violate, such as ``Q.positive(a)``."""
-    plain = {relation: sp.Dummy() for relation in atoms(assumed, sp.core.relational.Relational)}
-    for part in atoms(assumed.xreplace(plain), sp.Basic):
-        if not isinstance(part, BooleanFunction | BooleanAtom) and part not in plain.values():
-            raise InputError(f"assumptions = {short(assumed)}: they must be relations between parameters, such as "
-                             "kappa > 0, joined by sp.And, sp.Or and sp.Not")  # fmt: skip
+    if isinstance(assumed, BooleanFunction):
+        for part in assumed.args:
+            _require_relations(part)
+    elif not isinstance(assumed, sp.core.relational.Relational | BooleanAtom):
+        raise InputError(f"assumptions: {short(assumed)} is no relation; give relations between parameters, such as "
+                         "kappa > 0, joined by sp.And, sp.Or and sp.Not")  # fmt: skip
 
 
 def _require_one_symbol_each(system: System) -> None:
