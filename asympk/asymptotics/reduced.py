@@ -82,15 +82,15 @@ class Reduced:
 
         A share is |int A exp(A s) ds|, entry by entry, over an interval of s. Its points are those of the ends of the
         interval, or of t / 2. The intervals end at ``LATELY`` relaxation times, twice as many, and so on, until less
-        than ``FORGOTTEN`` is left. The shares are an array (intervals, fast states, fast states).
+        than ``FORGOTTEN`` is left. The shares are an array (fast states, intervals times fast states).
         """
         at = self.trajectory.state_at(t)
         y, largest = _attraction(self.formulas, at, self.mu, self.values)
         ago = LATELY / -largest.real
         entries = self.formulas.jacobian(*at[: len(self.formulas.slow_states)], *y, *self.values)
         shares = _shares(tuple(ago * v for v in entries))
-        before = [self.trajectory.near(max(t / 2, t - self.mu * ago * 2**k)) for k in range(len(shares))]
-        return [at, *before], shares
+        times = (max(t / 2, t - self.mu * ago * 2**k) for k in range(shares.shape[1] // len(y)))
+        return [at, *map(self.trajectory.near, times)], shares
 
     def remembered(self, t: float, order: int, added: Any = 0.0) -> np.ndarray:
         """Return the first term of y that ``order`` omits, state by state, as far as the error at ``t`` remembers it.
@@ -101,7 +101,7 @@ class Reduced:
         p = (self.mu, *self.values)
         terms = np.array([further(*at, *p) for at in points]) - np.array([height(*at, *p) for at in points])
         sizes = np.abs(terms + added)
-        return np.einsum("pj,pij->i", np.maximum(sizes[:-1], sizes[1:]), shares)
+        return shares @ np.maximum(sizes[:-1], sizes[1:]).ravel()
 
     def parts(self, motion: Any) -> list[Any]:
         """Return the points (x, b) of the motions to every order, of which ``motion`` consists."""
@@ -241,13 +241,13 @@ def margin(formulas: Formulas, state: Sequence[float], mu: float, values: tuple)
 
 @lru_cache(maxsize=256)
 def _shares(entries):
-    """Return |exp(B 2^(k-1)) - exp(B 2^k)|, entry by entry, for k = 0, 1, ..., with the first as 1 - exp(B)."""
+    """Return |exp(B 2^(k-1)) - exp(B 2^k)|, entry by entry, for k = 0, 1, ... side by side, the first as 1 - exp(B)."""
     size = math.isqrt(len(entries))
     left, kept, found = np.eye(size), expm(np.reshape(entries, (size, size))), []
     while np.abs(left).max() > FORGOTTEN:
         found.append(np.abs(left - kept))
         left, kept = kept, kept @ kept
-    return np.array(found)
+    return np.hstack(found)
 
 
 def _size(entries):
