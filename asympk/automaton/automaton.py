@@ -116,7 +116,7 @@ def _follow_on(
     """Return the branch that follows; if the state is on edges, by the law of the side into which the motion leads.
 
     An edge that the motion leaves at a rate without forces has only the side on which it is left (``_led_to``). Every
-    choice of sides of the other edges, 0 for rest on the edge, is ranked by its own law (``_rank``). If several
+    choice of sides of the other edges, 0 for rest on the edge, is ranked by its own law (``_ranks``). If several
     branches share the best rank, or all choices are excluded, the law on the edges themselves decides. But where a law
     of an excluded choice leads into a side on which no motion or several follow, the error of that side is raised.
     The state is on an edge within the relative error ``slack``, or the larger one ``near``.
@@ -134,8 +134,7 @@ def _follow_on(
         try:
             branch = _by_law_of(automaton, sides, before, hits, t, state, slack)
             mode = automaton.mode(branch, decide.digits_of(state), sides)
-            ranks = [_rank(mode, edge.quantity, sign, t, state, slack)
-                     for edge, sign in zip(edges, choice, strict=False)]  # fmt: skip
+            ranks = _ranks(mode, edges, choice, t, state, slack)
             if not any(ranks):
                 return branch
             found.setdefault((max(ranks), sum(ranks)), set()).add(branch)
@@ -149,7 +148,18 @@ def _follow_on(
         return found[best].pop()
     if best[0] == _NEVER and (errors := [refused[side] for side in leads if side in refused]):
         raise errors[0]
-    return _by_law_of(automaton, _beyond(edges, choices[0]), before, hits, t, state, slack)
+    return _on_edges(automaton, edges, _beyond(edges, choices[0]), before, hits, t, state, slack)
+
+
+def _on_edges(
+    automaton: Automaton, edges: tuple[Edge, ...], sides: Sides, before: Branch | None, hits: tuple[int, ...], t: Any,
+    state: State, slack: Any,
+) -> Branch:  # fmt: skip
+    """Return the branch that follows by the law on edges; raises ``NotDerivable`` where it does not hold there."""
+    branch = _by_law_of(automaton, sides, before, hits, t, state, slack)
+    if sides and not automaton.mode(branch, decide.digits_of(state), sides).holds(t, state, slack):
+        raise lost_on([edge.quantity for edge in edges], t)
+    return branch
 
 
 def _sides_known(
@@ -170,6 +180,12 @@ def _choices_of_sides(automaton: Automaton, edges: tuple[Edge, ...]) -> list[tup
 def _beyond(edges: tuple[Edge, ...], choice: tuple[int, ...]) -> Sides:
     """Return the sides on which edges have the signs of a choice; none for the empty choice, of too many edges."""
     return tuple((edge.phase, edge.side(sign)) for edge, sign in zip(edges, choice, strict=False))
+
+
+def _ranks(mode: NumericMode, edges: tuple[Edge, ...], choice: tuple, t: Any, state: State, slack: Any) -> list[int]:
+    """Return the rank of every edge; each is excluded where the mode moves but does not hold, as if it slips back."""
+    ranks = [_rank(mode, edge.quantity, sign, t, state, slack) for edge, sign in zip(edges, choice, strict=False)]
+    return ranks if not any(ranks) or mode.holds(t, state, slack) else [_NEVER]
 
 
 def _rank(mode: NumericMode, phase: sp.Expr, side: int, t: Any, state: State, slack: Any) -> int:

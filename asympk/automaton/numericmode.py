@@ -218,18 +218,18 @@ class NumericMode:
                 break
         return 0
 
-    def holds(self, t: Any, state: State) -> bool:
+    def holds(self, t: Any, state: State, slack: Any = 0) -> bool:
         """Tell whether no guard is negative, none that vanishes falls, and no sliding velocity has leapt away."""
-        if self.torn(t, state):
+        if self.torn(t, state, slack):
             return False
         exprs = self.mode.guard_values
-        told = zip(exprs, self.signs(exprs, t, state), strict=True)
-        return all((sign or self.departure(expr, t, state)) >= 0 for expr, sign in told)
+        told = zip(exprs, self.signs(exprs, t, state, slack), strict=True)
+        return all((sign or self.departure(expr, t, state, slack)) >= 0 for expr, sign in told)
 
-    def torn(self, t: Any, state: State) -> tuple[int, ...]:
+    def torn(self, t: Any, state: State, slack: Any = 0) -> tuple[int, ...]:
         """Return the contacts whose sliding velocity, one that may jump, has another sign than in this mode."""
         jumping = self.mode.jumping
-        told = zip(jumping, self.signs(tuple(jumping.values()), t, state), strict=True) if jumping else ()
+        told = zip(jumping, self.signs(tuple(jumping.values()), t, state, slack), strict=True) if jumping else ()
         return tuple(k for k, sign in told if sign and sign != self.branch[k].velocity)
 
     def leaves(self, phase: sp.Expr, sign: int, t: Any, state: State, slack: Any = 0) -> bool:

@@ -529,3 +529,37 @@ def test_a_body_that_lands_at_rest_as_a_push_begins_that_its_friction_holds_land
         return ap.solve(ap.Scene(system=system, start={x: 0, v: 0, y: 4, w: -1}, until=until), **how)
 
     assert ends(landed(sp.Piecewise((0, t < 2), (2, True))), ("open", "stick"), [float(a) for a in landed(0).final])
+
+
+RESISTANCE = [sp.Heaviside(v, 0) / 5, *(sp.Piecewise((ROUGH, v > 0), (behind, True)) for behind in (0, -ROUGH))]
+
+
+@pytest.mark.parametrize("drag", RESISTANCE)
+def test_a_block_rests_until_friction_and_a_drag_that_jumps_with_its_velocity_are_overcome(drag, how):
+    """Friction and drag bear 1/5 each: pushed by t, the block is off at t = 2/5. It used to slip against its slip."""
+    path = ap.solve(ap.Scene(system=block(t - drag, ROUGH), start={x: 0, v: 0}, until=1), **how)
+    assert ends(path, ("stick", "slip_same"), [0.6**3 / 6, 0.6**2 / 2])
+    assert path.events[0].t == pytest.approx(2 / 5, abs=1e-9)
+
+
+def bounce(drag, *others):
+    """Return the run of a pushed body from its touch-down on; the load on it falls from 5 and more to less than 0."""
+    y, u, N = sp.symbols("y u N", real=True)
+    ground = ap.Friction(velocity=v, force=F, load=-1000 * y - 10 * u, kinetic=ROUGH, gap=y, normal=N)
+    forces = sp.Add(*(other.force for other in others))
+    system = ap.System.with_frictions({y: u, x: v, u: N - 1, v: F + forces + 1 - drag}, {}, [ground, *others])
+    return ap.Scene(system=system, start={y: 0, x: 0, u: -1, v: "2/15"}, until=1)
+
+
+@pytest.mark.parametrize("how", [{}, {"method": "dop853"}])
+def test_a_body_that_bounces_with_a_drag_that_jumps_with_its_velocity_does_what_a_further_friction_makes_it_do(how):
+    """It used to leave rest too early, to move backwards while said to slide forwards, and end at v = 0.72173."""
+    further = ap.Friction(velocity=v, force=sp.Symbol("G", real=True), load=1, kinetic=ROUGH)
+    alike = [float(w) for w in ap.solve(bounce(0, further), **how).final]
+    assert alike[3] == pytest.approx(0.72189, abs=1e-5)
+    for drag in RESISTANCE[:2]:
+        path = ap.solve(bounce(drag), **how)
+        assert path.modes == ("slip_same", "stick", "slip_same", "slip_opposite", "open")
+        assert [float(w) for w in path.final] == pytest.approx(alike, abs=1e-6)
+    with pytest.raises(NotDerivable, match=r"stays on v = 0 from t = 0\.085253\d on, where the rates jump"):
+        ap.solve(bounce(sp.sign(v) / 5), **how)
