@@ -369,6 +369,14 @@ def test_of_two_motions_of_a_rigid_contact_none_is_proven(speed):
         ap.solve(scene)
 
 
+@pytest.mark.parametrize("friction", [sp.Rational(2, 5), sp.S.Half, sp.Rational(3, 5)])
+def test_a_guide_has_no_proof_from_the_friction_on_at_which_a_reaction_of_the_other_sign_is_not_determined(friction):
+    """N + 2 F + 1 = 0: for v > 0, N = -1/(1 + 2 k), and (1 - 2 k) N = -1 for N > 0."""
+    guide = ap.Friction(v, F, N, friction, normal=N, constraint=N + 2 * F + 1)
+    system = ap.System.with_frictions({v: F}, {}, [guide])
+    assert certify(ap.Scene(system=system, start={v: 1}, until=1)).proven == (friction < sp.S.Half)
+
+
 def test_of_two_motions_of_a_body_in_two_guides_none_is_proven():
     """N1 + N2 = 1/2 and 4 (F1 + F2) + N1 + 3 N2 = 0 for v > 0: N1 = 1/6 or N1 = -1/4, N2 the rest of 1/2."""
     pushes = [sp.symbols(f"F{j} N{j}", real=True) for j in (1, 2)]
@@ -544,6 +552,14 @@ def test_a_box_of_starts_beside_a_stop_contains_what_its_points_do():
 def test_an_edge_that_both_sides_lead_to_or_away_from_or_one_side_moves_along_has_no_proof(law, start):
     system = ap.System.smooth({x: law}, {}, None)
     assert certify(ap.Scene(system=system, values={}, start={"x": start}, until=2)).obstacle == "edge"
+
+
+def test_a_box_at_whose_middle_alone_the_law_of_an_edge_rests_there_has_no_proof():
+    """x' = w on the edge itself, and both sides lead back to it."""
+    system = ap.System.smooth({x: w - 2 * sp.sign(x), w: 0}, {}, None)
+    scene = ap.Scene(system=system, start={x: 0, w: 0}, until=1)
+    assert certify(scene).final[0] == 0
+    assert certify(scene, {"w": ("-0.1", "0.1")}).obstacle == "edge"
 
 
 @pytest.mark.parametrize(
@@ -747,6 +763,16 @@ def test_a_box_of_frictions_is_proven_to_hold_and_to_let_go():
     assert proof.modes == ("stick+stick", "slip_opposite+slip_opposite")
     for friction in ("0.5", "0.507", "0.51"):
         assert inside(proof, ap.solve(ap.Scene(system=system, values={"k": friction}, start=start, until="7/4")))
+
+
+@pytest.mark.parametrize("time", [None, t])
+def test_a_box_of_pushes_that_two_contacts_bear_at_some_points_only_has_no_proof_of_rest(time):
+    """Together they hold 2: a margin of uncertain sign leaves their rest undecided."""
+    frictions = [ap.Friction(v, force, load=1, kinetic=1) for force in (F, G)]
+    scene = ap.Scene(system=ap.System.with_frictions({x: v, v: F + G + w, w: 0}, {}, frictions, time=time),
+                     start={x: 0, v: 0, w: 0}, until=1)  # fmt: skip
+    assert certify(scene, {"w": ("1.8", "1.9")}).modes == ("stick+stick",)
+    assert certify(scene, {"w": ("1.9", "2.1")}).obstacle == "edge"
 
 
 @pytest.mark.parametrize("time", [None, t])
