@@ -833,6 +833,7 @@ def test_rest_states_lie_on_implicit_branches_too_but_not_at_their_folds():
         rest_state(neuron)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("side", [-1, 1])
 def test_a_law_with_the_speed_in_it_has_the_manifold_of_each_side_of_no_speed(side):
     """k/(1 + |z|) is k/(1 + z) for z > 0 and k/(1 - z) for z < 0, and a load of either sign keeps both in one mode."""
