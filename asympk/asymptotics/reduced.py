@@ -78,7 +78,7 @@ class Reduced:
 
         With A = g_y the error e of y, and the first term T that y omits, obey mu e' = A (e - T), so that at t
 
-            e = -int_0^oo A exp(A s) T(t - mu s) ds.
+            e = -int_0^oo A exp(A s) T(t - mu s) ds = T(t) - int_0^oo A exp(A s) (T(t - mu s) - T(t)) ds.
 
         A share is |int A exp(A s) ds|, entry by entry, over an interval of s. Its points are those of the ends of the
         interval, or of t / 2. The intervals end at ``LATELY`` relaxation times, twice as many, and so on, until less
@@ -92,16 +92,16 @@ class Reduced:
         times = (max(t / 2, t - self.mu * ago * 2**k) for k in range(shares.shape[1] // len(y)))
         return [at, *map(self.trajectory.near, times)], shares
 
-    def remembered(self, t: float, order: int, added: Any = 0.0) -> np.ndarray:
-        """Return the first term of y that ``order`` omits, state by state, as far as the error at ``t`` remembers it.
+    def remembered(self, t: float, order: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the first term of y that ``order`` omits at ``t``, and what the error there remembers of its changes.
 
-        ``added`` is added to the term of each time. Over an interval the term counts as the larger one of its ends.
+        Both are moduli, state by state. Over an interval the change until ``t`` counts as the larger one of its ends.
         """
         (points, shares), height, further = self.memory(t), self.formulas.height(order), self.formulas.height(order + 1)
         p = (self.mu, *self.values)
         terms = np.array([further(*at, *p) for at in points]) - np.array([height(*at, *p) for at in points])
-        sizes = np.abs(terms + added)
-        return shares @ np.maximum(sizes[:-1], sizes[1:]).ravel()
+        changes = np.abs(terms - terms[0])
+        return np.abs(terms[0]), shares @ np.maximum(changes[:-1], changes[1:]).ravel()
 
     def parts(self, motion: Any) -> list[Any]:
         """Return the points (x, b) of the motions to every order, of which ``motion`` consists."""

@@ -226,16 +226,15 @@ def _expected(motion, layered, t, slow, layer, units, ends=None):
     # a layer as slow as the slow motion may cancel its terms in the composite but not their remainder, so that terms
     # of the slow motion that do not decrease are judged on their own, too
     misses, scales = motion.misses(), units + np.zeros(len(motion.kept))
-    fast, omitted = slice(len(scales) - misses.shape[1], None), 0 if ends is None else 1  # by what continues from t
-    around = (layer if ends is None else motion.layer(t))[:, fast]
-    term = motion.reduced.remembered(t, motion.beside.orders[omitted], around[omitted + 1] - around[omitted])
+    fast = slice(len(scales) - misses.shape[1], None)
+    _, recalled = motion.reduced.remembered(t, motion.beside.orders[0 if ends is None else 1])
     slow, layer, misses = slow * units, layer * units, misses * scales[fast]
     first, second = _terms(slow)
     told = [slow + layer, *[slow] * bool(second > STALLED * first)]
     if ends is not None:
         told = [np.vstack([told[0][:1], ends * units])]
     left, rounding = (0.0 if layered else np.abs(layer[0]).max()), motion.rtol * scales.max()
-    lately = float((term * scales[fast]).max())
+    lately = _terms(told[0])[0] + float((recalled * scales[fast]).max())
     return max(predicted_error(terms, left, rounding, misses, lately) for terms in told), ROUNDING * rounding
 
 
@@ -252,7 +251,7 @@ def predicted_error(
 
     The composites are of successive orders. ``left`` is the size of the layer where the first leaves it out, ``rtol``
     the tolerance of the integrations, ``misses`` the difference of each composite from the start, if known, and
-    ``lately`` a term omitted before that may still be an error: terms at the end may be small by chance.
+    ``lately`` what the error remembers of terms omitted until then: those at the end may be small by chance.
     """
     first, second = _terms(composites)
     ratio = min(STALLED, max(STEADY, second / first)) if first > 0 else STALLED
