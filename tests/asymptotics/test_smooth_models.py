@@ -685,15 +685,16 @@ def test_equal_lags_in_a_row_remember_the_terms_of_all_their_delays(lags):
     assert error < path.error < 6 * error
 
 
-@pytest.mark.parametrize(("flat", "small", "order"), [(7, "1/20", 1), (9, "1/50", 0), (11, "1/50", 2)])
-def test_terms_that_are_rounding_where_a_drive_comes_to_rest_do_not_hide_those_before(flat, small, order):
+@pytest.mark.parametrize(("flat", "small", "order", "most"),
+                         [(7, "1/20", 1, 6), (9, "1/50", 0, 40), (11, "1/50", 2, 8)])  # fmt: skip
+def test_terms_that_are_rounding_where_a_drive_comes_to_rest_do_not_hide_those_before(flat, small, order, most):
     """The first 7 derivatives of the drive are 0 at T = 1: an error of 6e-4 was predicted as 1e-6 to order 1."""
     drive, m = sp.integrate((T * (1 - T)) ** flat, T), sp.Rational(small)
     system = ap.System.smooth({x: 1}, {y: drive / drive.subs(T, 1) - y}, mu, time=T)
     path = _solved(system, {mu: m}, (0, 0), 1, order=order)
     terms = [drive.diff(T, k).subs(T, 1) / drive.subs(T, 1) * (-m) ** k for k in range(2 * flat + 2)]
     missed = abs(float(sum(terms)) - path.final[1])
-    assert missed < path.error < 40 * missed
+    assert missed < path.error < most * missed
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])
@@ -952,14 +953,14 @@ def test_states_that_stay_small_without_slow_ones_settle_on_their_own_branch():
     assert _solved(alone, {mu: "1/100"}, (unit / 2, 0), 1, order=0).final == pytest.approx((1e-9, 1e-8), rel=1e-9)
 
 
-@pytest.mark.parametrize(("damping", "turning"), [(0.1, 10), (0.02, 5)])
-def test_a_fast_oscillation_whose_damping_is_a_hundredth_is_followed_until_it_has_settled(damping, turning):
+@pytest.mark.parametrize(("damping", "turning", "most"), [(0.1, 10, 1e-8), (0.02, 5, 2e-8)])
+def test_a_fast_oscillation_whose_damping_is_a_hundredth_is_followed_until_it_has_settled(damping, turning, most):
     """With a damping of 0.02 the layer was given up before it was near its branch, the only one there is."""
     k, r = sp.Rational(str(damping)), turning
     system = ap.System.smooth({x: -x + y}, {y: -k * y + r * w + x, w: -r * y - k * w}, mu)
     path = _solved(system, {mu: "1/1000"}, (1, 1, 1), 1)
     rates = np.array([[-1, 1, 0], [1000, -1000 * damping, 1000 * turning], [0, -1000 * turning, -1000 * damping]])
-    assert abs(path.final - expm(rates) @ np.ones(3)).max() < path.error < 4e-7
+    assert abs(path.final - expm(rates) @ np.ones(3)).max() < path.error < most
 
 
 @pytest.mark.parametrize(("order", "most"), [(0, "5e-5"), (1, "1e-7")])
