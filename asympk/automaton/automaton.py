@@ -30,7 +30,7 @@ from asympk.multiprecision import in_context
 from asympk.numbers import sign_of
 from asympk.symbolic.branches import OPEN, Branch, at_rest, rate_along
 from asympk.symbolic.coefficients import coefficients_of, scattered
-from asympk.symbolic.sides import Edge, Sides, inside, is_switched, measured, phase_of, system_on_sides
+from asympk.symbolic.sides import Edge, Sides, inside, is_switched, is_whole, measured, phase_of, system_on_sides
 from asympk.symbolic.system import System
 
 ROUNDED = 2.0**-48  # the relative error of a state that was computed in doubles
@@ -320,7 +320,7 @@ def _choices(
 ) -> list[tuple[int, int | None]]:
     """Return (side, sign of the phase beyond its edge) for all sides that may follow; the sign is None off an edge."""
     number, floor = measured(phase), mode.functions.floor
-    whole = number != phase
+    whole = is_whole(phase)
     edge = int(floor(value + 0.5)) if whole else 0
     if value == edge or phase_of(number - edge)[0] in crossed:
         return [(edge, 0), (edge, 1), (edge - 1, -1)] if whole else [(0, 0), (1, 1), (-1, -1)]

@@ -108,7 +108,7 @@ def nearest_edges(
 ) -> tuple[tuple[sides.Edge, int], ...]:
     """Return the nearest edge of each phase, and the sign of its quantity, 0 within the relative error ``slack``."""
     found = _values_near(automaton, tuple(map(sides.measured, phases)), t, state, slack)
-    wholes = (0 if sides.measured(p) == p else round(v[0]) for p, v in zip(phases, found, strict=True))
+    wholes = (round(v[0]) if sides.is_whole(p) else 0 for p, v in zip(phases, found, strict=True))
     return tuple((sides.Edge(p, n), clear_sign([value - n for value in values]))
                  for p, n, values in zip(phases, wholes, found, strict=True))  # fmt: skip
 

@@ -35,7 +35,7 @@ from asympk.symbolic.hurwitz import Spectra, attracting, off_axis, repelling, sp
 from asympk.symbolic.long import heavy, replaced
 from asympk.symbolic.reading import expression
 from asympk.symbolic.roots import fractional_powers, heights, is_complex, is_unreadable, real_forms, solutions_of
-from asympk.symbolic.sides import Sides, is_switched, measured, on_sides, phases
+from asympk.symbolic.sides import Sides, is_switched, is_whole, on_sides, phases
 from asympk.symbolic.signs import above, conjunction, factored, nonzero, with_known_lambert
 from asympk.symbolic.system import Mode, System, of_system
 from asympk.symbolic.values import as_exact, by_symbol, in_words
@@ -286,7 +286,7 @@ def _smooth_parts(mode: Mode, assumptions: sp.Basic, sides: Sides = ()) -> list[
         where = sp.And(on_sides(mode.where, sides), beyond)
         return [] if where == sp.false else [replace(mode, slow=slow, fast=fast, where=where)]
     opened = sorted(phases(rates, states), key=lambda phase: phase in mode.signed)
-    if not opened or len(sides) == MOST_SIDES or measured(opened[0]) != opened[0]:
+    if not opened or len(sides) == MOST_SIDES or is_whole(opened[0]):
         raise NotDerivable(f"mode {mode.name!r} has too many switches to treat all their sides; write one side of them")
     return [part for sign in (1, -1) for part in _smooth_parts(mode, assumptions, (*sides, (opened[0], sign)))]
 

@@ -115,15 +115,19 @@ def switching_symbols(*expressions: sp.Expr) -> set[sp.Symbol]:
 
 def inside(phase: sp.Expr, side: int) -> tuple[sp.Expr, ...]:
     """Return the expressions that are positive on a side of a phase; none for side 0, where the phase vanishes."""
-    number = measured(phase)
-    if number != phase:
-        return number - side, side + 1 - number
+    if is_whole(phase):
+        return measured(phase) - side, side + 1 - measured(phase)
     return (side * phase,) if side else ()
+
+
+def is_whole(phase: sp.Expr) -> bool:
+    """Tell whether a phase is a whole part floor(u), which has an edge wherever u is a whole number."""
+    return isinstance(phase, sp.floor)
 
 
 def measured(phase: sp.Expr) -> sp.Expr:
     """Return the quantity that varies on a side of a phase: u for floor(u), else the phase itself."""
-    return phase.args[0] if isinstance(phase, sp.floor) else phase
+    return phase.args[0] if is_whole(phase) else phase
 
 
 class Edge(NamedTuple):
@@ -139,7 +143,7 @@ class Edge(NamedTuple):
 
     def side(self, sign: int) -> int:
         """Return the side of the phase on which the quantity has a sign; floor(u) is u on its edge."""
-        return sign if measured(self.phase) == self.phase else self.whole - (sign < 0)
+        return self.whole - (sign < 0) if is_whole(self.phase) else sign
 
 
 @lru_cache(maxsize=512)

@@ -19,7 +19,7 @@ from asympk.symbolic.critical import CriticalManifold, checked_branch, equations
 from asympk.symbolic.expansion import INFINITE, is_zero, limit_of
 from asympk.symbolic.hurwitz import attracting, characteristic, off_axis, repelling, split
 from asympk.symbolic.manifold import RestState, SlowManifold
-from asympk.symbolic.sides import measured, on_side, phases
+from asympk.symbolic.sides import is_whole, on_side, phases
 from asympk.symbolic.signs import conjunction, known_sign, nonzero
 from asympk.symbolic.system import System, of_system
 from asympk.symbolic.values import as_exact, by_symbol, in_words
@@ -215,7 +215,7 @@ def _at_rest(system, modes, at):
 def _around(rates, states, place):
     """Return {[rates, Jacobian]} at a place, one matrix for each side of the switches there; empty with sawtooths."""
     opened = phases(rates, states)
-    if any(measured(phase) != phase for phase in opened):
+    if any(map(is_whole, opened)):
         return set()
     here = next((phase for phase in opened if is_zero(phase.subs(place, simultaneous=True))), None)
     if here is None:
