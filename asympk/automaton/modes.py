@@ -48,7 +48,7 @@ from asympk.symbolic.system import Friction, System
 Direction = tuple[sp.Expr, ...]  # the rates of the time and of every state
 FACTORS = 64  # the largest power that is written out as a product
 RECORD = 300  # most phases of the time, as a record of ground motion has, on whose sides a model may ask for a mode
-SWITCH = "switch"  # the kind of the guard at which a side ends
+SWITCH, NO_FRICTION = "switch", -1  # the kind and the friction of the guard at which a side ends
 _POWER = re.compile(r"(?<![\w.])([A-Za-z_]\w*)\*\*([2-9])\b")
 
 
@@ -104,7 +104,7 @@ class GuardedMode:
         if self.sided is not self.system:
             own = {guard.key: guard for guard in guards.guards(self.sided, self.branch)}
             found = tuple(own.get(guard.key, guard) for guard in found)  # as many on every side
-        ends = (Guard(SWITCH, -1, on_sides(edge, self.sides)) for edge in self.edges)
+        ends = (Guard(SWITCH, NO_FRICTION, on_sides(edge, self.sides)) for edge in self.edges)
         return (*(guard._replace(value=self._placed(guard.value)) for guard in found), *ends)
 
     def _placed(self, expr: sp.Expr) -> sp.Expr:

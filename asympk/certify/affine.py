@@ -21,7 +21,7 @@ from itertools import combinations, islice, product
 import sympy as sp
 
 from asympk.automaton.junction import ROUNDING
-from asympk.automaton.modes import SWITCH, mode_of
+from asympk.automaton.modes import NO_FRICTION, SWITCH, mode_of
 from asympk.certify.balls import Ball, Refused, flint
 from asympk.certify.enclosure import Budget, first_event
 from asympk.certify.families import stacked
@@ -46,11 +46,10 @@ from asympk.path import Event
 from asympk.symbolic import branches, forces
 from asympk.symbolic.branches import OPEN, Phase, all_phases
 from asympk.symbolic.guards import NEVER_IDLE, unused_rows
-from asympk.symbolic.sides import inside, measured
+from asympk.symbolic.sides import inside, is_whole, measured
 from asympk.symbolic.system import System
 
 MOST_EVENTS, MOST_CORNERS = 200, 200
-AT_SWITCH = -1  # the friction of a guard of kind SWITCH
 
 
 def enclose(
@@ -452,7 +451,7 @@ class _Modes:
     def _possible(self, mode, phase, state):
         """Return the sides of a phase on which a state may lie: where the phase vanishes exactly, both and its edge."""
         row = self._row(mode, measured(phase))
-        if measured(phase) == phase:
+        if not is_whole(phase):
             sign = sign_at(row, state)
             found = (0, 1, -1) if sign == 0 else sign and (sign,)
         else:
@@ -492,7 +491,7 @@ class _Modes:
                 _note(guards, guard._replace(touching=zeros), found.matrix, state)
         moved = [leading_sign(row, found.matrix, state) for row in found.edges]
         stays = [leading_sign(row, found.matrix, state) for row in self._resting(mode)]
-        if any(stays) or (0 in moved and all(measured(phase) == phase for phase, _ in mode.sides)):
+        if any(stays) or (0 in moved and not any(is_whole(phase) for phase, _ in mode.sides)):
             return -1, ()
         found.require_certain()
         return verdict * (None not in stays and all(moved)), tuple(guards)
@@ -504,7 +503,7 @@ class _Modes:
         """
         if forces.moves_alike(self.system, before.branch, after.branch):
             return None
-        if guard.kind != "velocity_zero" and AT_SWITCH in (guard.friction, *guard.others):
+        if guard.kind != "velocity_zero" and NO_FRICTION in (guard.friction, *guard.others):
             guard = self._lost_beyond(before, after, state)
         if guard.kind == "slip_onset" and after.branch[guard.friction].mode == "stick":
             freed = branches.at_rest(before.branch) - branches.at_rest(after.branch)
