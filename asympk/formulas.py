@@ -88,7 +88,7 @@ def _read(text: object, symbols: Mapping[str, sp.Expr], what: str) -> sp.Basic:
     if len(text) > LONGEST:
         raise InputError(f"{what}: a formula of {len(text)} characters; the longest that is read has {LONGEST}")
     plain = {_plain(normalize("NFKC", name)): name for name in symbols}  # as Python spells names
-    for name in symbols.keys() - plain.values():
+    for name in sorted(symbols.keys() - plain.values()):
         raise InputError(f"{what}: a formula cannot tell {name} from {plain[_plain(normalize('NFKC', name))]}, which "
                          "has the same letters in other signs; rename one")  # fmt: skip
     source = _plain(text.replace("^", "**")).strip()

@@ -154,8 +154,11 @@ def _exchanged(table: Table, i: int, j: int) -> Table:
     """Return a table after an exchange: column j now is the value of row i, and row i the unknown of column j."""
     pivot = table[i][j]
     own = tuple((1 if k == j else -a) / pivot for k, a in enumerate(table[i]))
-    moved = (plus_multiple((*row[:j], 0, *row[j + 1 :]), row[j], own) if row[j] else row for row in table)
-    return [own if k == i else row for k, row in enumerate(moved)]
+
+    def moved(row: tuple) -> tuple:
+        return plus_multiple((*row[:j], 0, *row[j + 1 :]), row[j], own) if row[j] else row
+
+    return [own if k == i else moved(row) for k, row in enumerate(table)]
 
 
 def _cone(system: System, branch: Branch, point: ContactPoint) -> list[tuple]:

@@ -34,23 +34,22 @@ def mechanism_as_text(described: Described) -> str:
     numbers = ", ".join(f"{name} = {_short(value)}" for name, value in described.numbers.items())
     rigid = [*contact_lines(described), *_paradox(described), *motion_lines(described)]
     title = ": ".join(filter(None, (described.name, described.about)))
-    lines = [*wrapped("", title), *wrapped("at ", numbers), *_departure(described), *_others(described), ""]
+    first, *others = _departures(described)
+    lines = [*wrapped("", title), *wrapped("at ", numbers), *_departure(first), *_others(others), ""]
     for labelled in (rigid, jump_lines(described)):
         lines += [*(part for line in labelled for part in wrapped(line[:_LABEL], line[_LABEL:])), ""]
     return "\n".join([*lines, *_further(described)])
 
 
-def _departure(described):
+def _departure(off):
     """Return a line on g and g' if they do not vanish at the numbers; none if a coordinate has no number."""
-    off = _departures(described)[0] or {}
-    given = ", ".join(f"{name} = {_short(value)}" for name, value in off.items())
+    given = ", ".join(f"{name} = {_short(value)}" for name, value in (off or {}).items())
     return [f"off the contact: {given}; the lines below hold for g = g' = 0"] if off else []
 
 
-def _others(described):
+def _others(departed):
     """Return lines on the further contacts, which are open in all that the screen says; none if there are none."""
-    count = len(described.mechanism.others)
-    closed = [str(k) for k, off in enumerate(_departures(described)[1:], 2) if off == {}]
+    count, closed = len(departed), [str(k) for k, off in enumerate(departed, 2) if off == {}]
     told = f"with {count} other contact{'s' * (count > 1)}, open in the lines below"
     if closed:
         told += (f"; contact {' and '.join(closed)} is closed here, too: where it pushes, follow rigid() or elastic(), "
