@@ -28,8 +28,8 @@ from asympk.errors import TooLarge, Undecided
 from asympk.numbers import Number
 
 if TYPE_CHECKING:
-    from asympk.affine.mesh import Mesh
-    from asympk.affine.mode import ClosedSegment
+    from asympk.affine.mesh import FunctionTable, Mesh
+    from asympk.affine.mode import ClosedSegment, Parts
 
 _CUTS = (0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875, 0.03125, 0.96875)
 _MOST_STEPS = 200
@@ -51,6 +51,52 @@ class GuardValues(NamedTuple):
     slopes: list
     doubts: list
     slope_doubts: list
+
+
+class Verdicts(NamedTuple):
+    """Whether each guard is positive, and whether it falls through zero just once: (.., intervals, guards)."""
+
+    positive: np.ndarray
+    falls: np.ndarray
+
+    @property
+    def clear(self) -> np.ndarray:
+        """Whether all guards are positive, by interval."""
+        return np.logical_and.reduce(self.positive, axis=-1)
+
+    @property
+    def single(self) -> np.ndarray:
+        """Whether one guard falls and the others are positive, by interval."""
+        return (self.falls.sum(axis=-1) == 1) & np.logical_and.reduce(self.positive | self.falls, axis=-1)
+
+
+def judge(
+    known: "FunctionTable", parts: "Parts | ClosedSegment", off: "Parts", margin: float, touching: np.ndarray
+) -> Verdicts:
+    """Return the ``Verdicts`` on the intervals of a table, by the rules of ``_verdict`` on arrays.
+
+    ``off`` are the sizes of ``parts``; both may have an axis of rows before their others. ``touching`` marks the guards
+    that vanish at the beginning of an interval.
+    """
+    g, doubt = _on(known.sums, parts.guards), _on(known.off_sums, off.guards) * margin
+    low, high, spare = g - doubt, g + doubt, _on(known.areas, abs(parts.bends))
+    above = np.minimum(low[..., :-1, :], low[..., 1:, :]) > spare * known.h / 4
+    if above.all():
+        return Verdicts(above, ~above)
+    rise, doubt = _on(known.values, parts.slopes), _on(known.off_values, off.slopes) * margin
+    both, doubt = rise[..., :-1, :] + rise[..., 1:, :], spare + doubt[..., :-1, :] + doubt[..., 1:, :]
+    clear, falling = low[..., :-1, :] > 0, (both < -doubt) & ~touching
+    positive = above | ((both > doubt) & (clear | touching)) | (falling & (low[..., 1:, :] > 0))
+    return Verdicts(positive, falling & clear & (high[..., 1:, :] < 0))
+
+
+def _on(known, weights):
+    """Return products (.., times, guards) of a table, (times, r) for all rows or (rows, times, r), with weights."""
+    if known.ndim > 2 or weights.ndim == 2:
+        return known @ weights
+    rows, size, guards = weights.shape
+    product = known @ weights.transpose(1, 0, 2).reshape(size, rows * guards)
+    return product.reshape(-1, rows, guards).transpose(1, 0, 2)
 
 
 class Bending(NamedTuple):
@@ -260,28 +306,19 @@ class Guards:
 
     @np.errstate(all="ignore")
     def _suspects(self, window):
-        """Return the (interval, guard that falls there or None) of a window, by the rules of ``_verdict`` on arrays."""
-        s, margin = self.segment, self.m.margin
-        g, off = window.sums @ s.guards, window.off_sums @ s.off.guards * margin
-        low, spare = g - off, window.areas @ abs(s.bends)
-        above = np.minimum(low[:-1], low[1:]) > spare * window.h / 4
-        left = np.flatnonzero(~above.all(axis=1))
-        if not left.size:
+        """Return the (interval, guard that falls there or None) of a window."""
+        s, starts = self.segment, not window.t[0]
+        touching = np.zeros((len(window.h), len(self.every)), dtype=bool)
+        touching[0, s.zero] = starts
+        verdicts = judge(window, s, s.off, self.m.margin, touching)
+        for guard in s.zero if starts else ():
+            if not verdicts.positive[0, guard]:
+                verdicts.positive[:, guard] |= window.t[1:] <= self.reach(guard)
+        places = np.flatnonzero(~verdicts.clear)
+        if not places.size:
             return []
-        rise, off_rise = window.values @ s.slopes, window.off_values @ s.off.slopes * margin
-        both, off_both = rise[left] + rise[left + 1], spare[left] + off_rise[left] + off_rise[left + 1]
-        rising, falling, clear = both > off_both, both < -off_both, low[left] > 0
-        if s.zero and window.t[0] == 0:
-            clear[left == 0, s.zero] = True
-            for guard in s.zero:
-                if not (rising | above[left])[left == 0, guard].all():
-                    above[:, guard] |= window.t[1:] <= self.reach(guard)
-        positive = above[left] | (rising & clear) | (falling & (low[left + 1] > 0))
-        falls = falling & (low[left] > 0) & (g[left + 1] + off[left + 1] < 0)
-        single = (positive | falls).all(axis=1) & (falls.sum(axis=1) == 1)
-        places = np.flatnonzero(~positive.all(axis=1))
-        guards = np.where(single, falls.argmax(axis=1), None)
-        return zip(left[places].tolist(), guards[places].tolist(), strict=True)
+        guards = np.where(verdicts.single[places], verdicts.falls[places].argmax(axis=1), None)
+        return zip(places.tolist(), guards.tolist(), strict=True)
 
     def reach(self, guard: int) -> Number:
         """Return a time up to which a guard that vanishes at the start is positive."""

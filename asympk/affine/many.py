@@ -220,7 +220,7 @@ class _Modes:
             return np.zeros(len(t), dtype=bool), np.ones(len(t), dtype=bool)
         rows = rows_of(self.flow(branch)[0], self.whole(branch, t, w))
         n = len(rows.flow.rate)
-        first, off = rows.guards[:, n], rows.off_guards[:, n] * _CLEAR
+        first, off = rows.parts.guards[:, n], rows.off.guards[:, n] * _CLEAR
         positive = np.where(rows.zero, rows.reach > 0, first > off)
         negative = np.where(rows.zero, rows.reach < 0, first < -off)
         return positive.all(axis=1), (positive.all(axis=1) | negative.any(axis=1))

@@ -1,8 +1,8 @@
 r"""One affine mode followed for many starts together: the bounds of ``events`` on arrays of rows.
 
-``judge`` bounds every guard of every row on the intervals of the mesh by a few matrix products. An interval that may
-contain a root is cut into eight parts, repeatedly, until one guard falls through zero on a part, and Newton's method
-finds the root there (``_within``). Rows in which a sign remains open are left to the scalar flow.
+``events.judge`` bounds every guard of every row on the intervals of the mesh by a few matrix products. An interval that
+may contain a root is cut into eight parts, repeatedly, until one guard falls through zero on a part, and Newton's
+method finds the root there (``_within``). Rows in which a sign remains open are left to the scalar flow.
 """
 
 from itertools import islice
@@ -10,9 +10,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from asympk.affine.events import Verdicts, judge
 from asympk.affine.functions import MOST_EXPONENT, Arrays, functions, initial, tremors
 from asympk.affine.mesh import FunctionTable, Mesh, function_table
-from asympk.affine.mode import AffineFlow
+from asympk.affine.mode import AffineFlow, Parts
 from asympk.arithmetic import UNIT, Doubles
 
 _MARGIN = Doubles.margin
@@ -26,26 +27,22 @@ _CLOSE = 1e-9  # the last Newton step, relative to the interval
 
 
 class Rows(NamedTuple):
-    """The segments of one mode from many starts: the parts of ``mode.ClosedSegment``, one row per start.
+    """The segments of one mode from many starts: the parts of ``mode.ClosedSegment``, and their sizes, row by row.
 
-    ``reach`` (rows, guards) is a time up to which a guard that vanishes at the start is positive, -1 where such a guard
-    falls from the start, NaN where this is not known, and 0 for all other guards.
+    ``zero`` (rows, guards) marks the guards that vanish at the start. ``reach`` (rows, guards) is a time up to which
+    such a guard is positive, -1 where it falls from the start, NaN where this is not known, and 0 for all others.
     """
 
     flow: Any
-    sums: np.ndarray
-    off_sums: np.ndarray
-    guards: np.ndarray
-    off_guards: np.ndarray
-    slopes: np.ndarray
-    off_slopes: np.ndarray
-    bends: np.ndarray
+    parts: Parts
+    off: Parts
     zero: np.ndarray
     reach: np.ndarray
 
     def of(self, rows: np.ndarray) -> "Rows":
         """Return some of the rows."""
-        return Rows(self.flow, *(part[rows] for part in self[1:]))
+        parts, off = (Parts(*(part[rows] for part in both)) for both in (self.parts, self.off))
+        return Rows(self.flow, parts, off, self.zero[rows], self.reach[rows])
 
 
 class Ends(NamedTuple):
@@ -60,73 +57,38 @@ class Ends(NamedTuple):
 
 def rows_of(flow: AffineFlow, whole: np.ndarray) -> Rows:
     """Return the ``Rows`` of starts ``(w, 1)``, an array (rows, n + 1)."""
-    sums, guards, slopes, bends = map(np.copy, flow.parts(whole @ flow.tables.T))
-    off_sums, off_guards, off_slopes, off_bends = map(np.copy, flow.parts(abs(whole) @ flow.table_sizes.T))
+    parts = Parts(*map(np.copy, flow.parts(whole @ flow.tables.T)))
+    off = Parts(*map(np.copy, flow.parts(abs(whole) @ flow.table_sizes.T)))
     n = len(flow.rate)
-    zero = abs(guards[:, n]) <= _ULPS * Doubles.eps * off_guards[:, n]
-    guards[:, n][zero] = off_guards[:, n][zero] = 0.0
-    reach = np.where(zero, _reach(flow, slopes, off_slopes, bends, off_bends), 0.0)
-    return Rows(flow, sums, off_sums, guards, off_guards, slopes, off_slopes, abs(bends), zero, reach)
+    zero = abs(parts.guards[:, n]) <= _ULPS * Doubles.eps * off.guards[:, n]
+    parts.guards[:, n][zero] = off.guards[:, n][zero] = 0.0
+    return Rows(flow, parts, off, zero, np.where(zero, _reach(flow, parts, off), 0.0))
 
 
-def _reach(flow, slopes, off_slopes, bends, off_bends):
+def _reach(flow, parts, off):
     """Return v/(3 B), v the first of g'(0) and g''(0) that does not vanish and B a bound of the next derivative.
 
     -1 stands for v < 0, NaN for an unknown sign of v, and inf for a guard that is constant.
     """
     start, size = np.array(initial(flow.blocks), dtype=float), abs(flow.rate)
     most = min(1.0, 1.0 / max(size.sum(axis=0).max(), 1e-300))
-    third = np.matmul(size, abs(bends)).sum(axis=1)
-    found = np.full(slopes[:, 0].shape, np.nan)
-    for weights, off, bound in ((bends, off_bends, third), (slopes, off_slopes, abs(bends).sum(axis=1))):
-        value, doubt = start @ weights, _MARGIN * (start @ off)
+    third = np.matmul(size, abs(parts.bends)).sum(axis=1)
+    found = np.full(parts.slopes[:, 0].shape, np.nan)
+    second = abs(parts.bends).sum(axis=1)
+    for weights, sizes, bound in ((parts.bends, off.bends, third), (parts.slopes, off.slopes, second)):
+        value, doubt = start @ weights, _MARGIN * (start @ sizes)
         reach = np.minimum(most, value / np.maximum(3 * bound, 1e-300))
         clear = abs(value) > doubt
         found = np.where(clear, np.where(value > 0, reach, -1.0), found)
-    still = ~slopes.any(axis=1)
+    still = ~parts.slopes.any(axis=1)
     return np.where(still, np.inf, found)
 
 
-class Verdicts(NamedTuple):
-    """For every (row, interval, guard): whether the guard is positive, and whether it falls through zero just once."""
-
-    positive: np.ndarray
-    falls: np.ndarray
-
-    @property
-    def clear(self) -> np.ndarray:
-        """Whether all guards are positive, by row and interval."""
-        return np.logical_and.reduce(self.positive, axis=2)
-
-    @property
-    def single(self) -> np.ndarray:
-        """Whether one guard falls and the others are positive, by row and interval."""
-        return (self.falls.sum(axis=2) == 1) & np.logical_and.reduce(self.positive | self.falls, axis=2)
-
-
-def judge(rows: Rows, known: FunctionTable, first: np.ndarray) -> Verdicts:
+def _judged(rows: Rows, known: FunctionTable, first: np.ndarray) -> Verdicts:
     """Return the ``Verdicts`` on the intervals of a table; ``first`` marks the intervals that begin at the start."""
-    g, off = _on(known.sums, rows.guards), _on(known.off_sums, rows.off_guards) * _MARGIN
-    rise, off_rise = _on(known.values, rows.slopes), _on(known.off_values, rows.off_slopes) * _MARGIN
-    spare = _on(known.areas, rows.bends)
-    low, high = g - off, g + off
-    above = np.minimum(low[:, :-1], low[:, 1:]) > spare * known.h / 4
-    both, doubt = rise[:, :-1] + rise[:, 1:], spare + off_rise[:, :-1] + off_rise[:, 1:]
     touching = first[..., None] & rows.zero[:, None, :]
-    rising = (both > doubt) & ((low[:, :-1] > 0) | touching)
-    falling = (both < -doubt) & ~touching
-    within = touching & (known.h <= rows.reach[:, None, :])
-    positive = above | rising | within | (falling & (low[:, 1:] > 0))
-    return Verdicts(positive, falling & (low[:, :-1] > 0) & (high[:, 1:] < 0))
-
-
-def _on(known, weights):
-    """Return products (rows, times, guards) of a table, (times, r) for all rows or (rows, times, r), with weights."""
-    if known.ndim > 2:
-        return known @ weights
-    rows, size, guards = weights.shape
-    product = known @ weights.transpose(1, 0, 2).reshape(size, rows * guards)
-    return product.reshape(-1, rows, guards).transpose(1, 0, 2)
+    verdicts = judge(known, rows.parts, rows.off, _MARGIN, touching)
+    return verdicts._replace(positive=verdicts.positive | (touching & (known.h <= rows.reach[:, None, :])))
 
 
 def follow_rows(flow: AffineFlow, mesh: Mesh, whole: np.ndarray, left: np.ndarray, error: np.ndarray) -> Ends:
@@ -167,7 +129,7 @@ def _in_window(rows, window, left):
     """Return (time, guard or -1, doubtful) of the first root of each row within a window."""
     first = np.zeros((1, len(window.h)), dtype=bool)
     first[0, 0] = window.t[0] == 0
-    verdicts = judge(rows, window, first)
+    verdicts = _judged(rows, window, first)
     suspect, single = ~verdicts.clear & (window.t[:-1] < left[:, None]), verdicts.single
     at, found, doubtful = np.zeros(left.shape), np.full(left.shape, -1), np.zeros(left.shape, dtype=bool)
     todo = np.flatnonzero(suspect.any(axis=1))
@@ -192,7 +154,7 @@ def _within(rows, lo, hi):
     for _ in range(_ROUNDS):
         mine = rows.of(todo)
         grid = _grid(mine, lo, hi)
-        verdicts = judge(mine, function_table(rows.flow.blocks, grid), grid[:, :-1] == 0)
+        verdicts = _judged(mine, function_table(rows.flow.blocks, grid), grid[:, :-1] == 0)
         clear, every = verdicts.clear, np.arange(len(todo))
         k, clean = clear.argmin(axis=1), clear.all(axis=1)
         one = ~clean & verdicts.single[every, k]
@@ -219,7 +181,7 @@ def _grid(rows, lo, hi):
 def _newton(rows, which, guard, lo, hi):
     """Return the root of one guard in each of the rows ``which``; the guard falls from plus at lo to minus at hi."""
     every, n = np.arange(len(lo)), len(rows.flow.rate)
-    weights, slopes = rows.guards[which, :, guard], rows.slopes[which, :, guard]
+    weights, slopes = rows.parts.guards[which, :, guard], rows.parts.slopes[which, :, guard]
     close, t = (hi - lo) * _CLOSE, (lo + hi) / 2
     for _ in range(_STEPS):
         values, gained, begun = functions(Arrays, rows.flow.blocks, t)
@@ -242,17 +204,17 @@ def _end(rows, span, hit, whole, error):
     values, gained, begun = (np.array(part) for part in functions(Arrays, flow.blocks, span))
     off = np.array(np.broadcast_arrays(*tremors(Arrays, flow.blocks, span)[0])).T
     values, gained = (np.array(np.broadcast_arrays(*part), dtype=float).T for part in (values, gained))
-    state = np.einsum("mr,mrn->mn", gained, rows.sums[:, :n]) + rows.sums[every, n + begun]
-    lost = np.einsum("mr,mrn->mn", off, rows.off_sums[:, :n]) + rows.off_sums[every, n + begun]
+    state = np.einsum("mr,mrn->mn", gained, rows.parts.sums[:, :n]) + rows.parts.sums[every, n + begun]
+    lost = np.einsum("mr,mrn->mn", off, rows.off.sums[:, :n]) + rows.off.sums[every, n + begun]
     spread = abs((values @ flow.flat).reshape(len(span), state.shape[1], -1))
     error = np.einsum("mij,mj->mi", spread, error + UNIT * abs(whole[:, :-1])) + UNIT * (lost + abs(state))
     struck = np.flatnonzero(hit >= 0)
     if struck.size:
-        rates = np.einsum("mr,mrn->mn", values[struck] @ flow.rate, rows.sums[struck, :n])
+        rates = np.einsum("mr,mrn->mn", values[struck] @ flow.rate, rows.parts.sums[struck, :n])
         gradient = flow.rows[hit[struck], :-1]
         slope = np.einsum("mn,mn->m", gradient, rates)
-        values = np.einsum("mr,mr->m", gained[struck], rows.guards[struck, :n, hit[struck]])
-        value = values + rows.guards[struck, n + begun[struck], hit[struck]]
+        values = np.einsum("mr,mr->m", gained[struck], rows.parts.guards[struck, :n, hit[struck]])
+        value = values + rows.parts.guards[struck, n + begun[struck], hit[struck]]
         state[struck] -= (value / slope)[:, None] * rates
         late = np.einsum("mn,mn->m", abs(gradient), error[struck]) / abs(slope)
         error[struck] += abs(rates) * late[:, None]
