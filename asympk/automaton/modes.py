@@ -343,15 +343,40 @@ def is_nested(system: System) -> bool:
 
 
 def on_all_sides(mode: GuardedMode) -> Iterator[GuardedMode]:
-    """Yield a mode on every choice of sides of its open phases; the mode itself for none, or more than ``MOST``."""
-    opened = mode.open_phases
-    moving = (s for s in (*mode.system.states, mode.system.time) if s is not None)
-    choices = [*islice(sides_of(opened, [*moving]), MOST + 1)] if opened else []
-    if not 0 < len(choices) <= MOST:
+    """Yield a mode on sides of its open phases that show all its laws; the mode itself for none, or too many.
+
+    A law is a sum. Phases in one term are on every choice of sides, at most ``MOST``. What others switch adds to what
+    the first ones do, so that the phases of one term after the other leave their first sides.
+    """
+    moving = [s for s in (*mode.system.states, mode.system.time) if s is not None]
+    choices = [[*islice(sides_of(phases, moving), MOST + 1)] for phases in _in_one_term(mode)]
+    if not choices or max(map(len, choices)) > MOST:
         yield mode
         return
-    for choice in choices:
-        yield from on_all_sides(mode_of(mode.system, mode.branch, (*mode.sides, *choice)))
+    first = [own[0] for own in choices]
+    for k, own in enumerate(choices):
+        for choice in own[k > 0 :]:
+            sides = chain(mode.sides, *first[:k], choice, *first[k + 1 :])
+            yield from on_all_sides(mode_of(mode.system, mode.branch, tuple(sides)))
+
+
+def _in_one_term(mode: GuardedMode) -> list[set[sp.Expr]]:
+    """Return the open phases of a mode in groups, one for the phases that switch one term of a rate or a guard."""
+    groups = [{phase} for phase in mode.open_phases]
+    for term in chain.from_iterable(map(_switched_terms, (*mode.rates, *mode.guard_values))):
+        own = phases((term,), mode.system.states, mode.system.time)
+        groups = [set().union(*(g for g in groups if g & {*own})), *(g for g in groups if not g & {*own})]
+    return [group for group in groups if group]
+
+
+def _switched_terms(expr: sp.Expr) -> Iterator[sp.Expr]:
+    """Yield the terms of a sum that switch, those of a sum within a product, too, if no other factor switches."""
+    if not (switched := [part for part in expr.args if atoms(part, *SWITCHING)]):
+        return
+    if expr.is_Add or (expr.is_Mul and len(switched) == 1):
+        yield from chain.from_iterable(map(_switched_terms, switched))
+    else:
+        yield expr
 
 
 def _time_of_fall(edge: sp.Expr, time: sp.Symbol | None) -> sp.Expr | None:

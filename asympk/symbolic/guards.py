@@ -181,6 +181,7 @@ def unused_rows(system: "System", branch: Branch) -> tuple[tuple[sp.Expr, ...], 
     return left, tuple(margin._replace(value=_put(system, branch, margin.value, solved)) for margin in free)
 
 
+@lru_cache(maxsize=512)  # branches have the same loads
 def _never_negative(system: "System", expr: sp.Expr) -> bool:
     """Tell whether an expression is negative at no real states, as an even power: rounding alone would lose it."""
     real = {s: sp.Dummy(real=True) for s in (*system.states, system.time)}

@@ -50,6 +50,25 @@ def test_a_motion_that_only_touches_a_stop_is_not_turned_by_it():
     assert path.final == pytest.approx([math.cos(20), -math.sin(20)], abs=1e-15)
 
 
+def test_any_number_of_stops_is_followed_in_closed_form_as_each_block_is_alone():
+    """Seven stops have 128 choices of sides, and no law feels more than one."""
+    blocks = [(*sp.symbols(f"x{k} v{k}", real=True), k) for k in range(1, 8)]
+    slow = {q: u for q, u, _ in blocks} | {u: -k * q - 10 * sp.Max(0, q - 1) for q, u, k in blocks}
+    system, start = ap.System.with_frictions(slow, {}, []), {s: int(s.name[0] == "v") for s in slow}
+    path = ap.solve(ap.Scene(system=system, start=start, until=2))
+    assert path.model == "exact"
+    for q, u, k in blocks:
+        alone = ap.System.with_frictions({q: u, u: slow[u]}, {}, [])
+        lone = ap.solve(ap.Scene(system=alone, start={q: 0, u: 1}, until=2))
+        assert (path.final[k - 1], path.final[k + 6]) == pytest.approx(lone.final, abs=1e-14)
+
+
+def test_switches_in_one_term_are_all_tried_together():
+    for force, model in ((sp.sign(x) * sp.sign(v), "exact"), (sp.Max(x, 0) * sp.Max(v, 0), "lsoda")):
+        system = ap.System.with_frictions({x: v, v: -x - force / 4}, {}, [])
+        assert ap.solve(ap.Scene(system=system, start={x: 1, v: 0}, until=1)).model == model
+
+
 def test_phases_on_one_line_have_a_side_more_than_they_are_and_others_all_combinations():
     line = [x - 1, 2 * x - 1, 3 - x]
     assert len([*sides_of(line, (x, v))]) == 4
