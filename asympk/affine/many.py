@@ -314,7 +314,7 @@ def _beginning(modes, t, w):
     scale = _CLEAR * (1 + abs(w).max(axis=1, initial=0.0))
     tiny = ((velocities != 0) & (abs(velocities) < scale)) | (abs(loads) < scale)
     lost = tiny.any(axis=0)
-    candidates = product(*map(all_phases, modes.system.frictions))
+    candidates = product(*(all_phases(modes.system, k) for k in range(len(modes.system.frictions))))
     branch, doubtful = _chosen(modes, candidates, t, w, velocities, loads)
     return branch, doubtful | lost
 
@@ -324,7 +324,7 @@ def _after(modes, k, event, row, flock, struck):
     (kind, friction), before, w, t = event, modes.branches[k], flock.w, flock.t[struck]
     w[struck] = _snapped(modes.whole(before, t, w[struck]), row, np.array(modes.automaton.mode(before).movable))
     phases = [(phase,) for phase in before]
-    phases[friction] = all_phases(modes.system.frictions[friction])
+    phases[friction] = all_phases(modes.system, friction)
     velocities, loads = modes.contacts(t, w[struck])
     if kind == "velocity_zero" or before[friction].mode == "stick":
         velocities[friction] = 0.0

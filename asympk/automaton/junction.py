@@ -250,14 +250,14 @@ def _signs(system: System, expressions: tuple, at: Place, rounding: float, least
 
 
 def _closed(here: Junction, k: int) -> list[Phase]:
-    friction, was = here.system.frictions[k], here.before[k] if here.before else None
+    was = here.before[k] if here.before else None
     contacts = [point.contacts[k] for point in here.points]
     resting = (was is not None and was.mode == "stick") or ("velocity_zero", k) in here.lost
     velocity = 0 if resting else here.numbers.decided_sign([c.velocity for c in contacts])
     sign = (was.load if was else 0) or 1  # where both signs of the load go on alike, the first is taken
     loads: tuple[int, ...] = (sign, -sign)
-    if branches.lifts(friction):
-        loads = (1,)
+    if len(signs := branches.signs_of_load(here.system, k)) == 1:
+        loads = signs
     elif ("force_zero", k) not in here.lost and not contacts[0].pushed:
         load = here.numbers.decided_sign([c.load for c in contacts])
         loads = (load,) if load else loads if _loads_move(here.system)[k] else (1,)

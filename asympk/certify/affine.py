@@ -119,10 +119,9 @@ def _together(lost):
 
 def _after(mode, guard):
     """Return the branches that may follow a mode: any branch at a switch, else any phase of the guard's friction."""
-    frictions = mode.system.frictions
     free = guard.kind == SWITCH or branches.stands(mode.branch)
-    lost = range(len(frictions)) if free else (guard.friction, *guard.others)
-    return product(*(all_phases(frictions[k]) if k in lost else (phase,) for k, phase in enumerate(mode.branch)))
+    lost = range(len(mode.branch)) if free else (guard.friction, *guard.others)
+    return product(*(all_phases(mode.system, k) if k in lost else (phase,) for k, phase in enumerate(mode.branch)))
 
 
 def _struck(family, guard, segment, guards, time):
@@ -266,14 +265,15 @@ class _Modes:
 
     def every(self, state):
         """Yield the branches that the signs of velocities and loads at a state, where certain, do not exclude."""
-        yield from product(*(self._phases(friction, state) for friction in self.system.frictions))
+        yield from product(*(self._phases(k, state) for k in range(len(self.system.frictions))))
 
-    def _phases(self, friction, state):
-        """Return the phases of a contact that the signs of its velocity and load at a state do not exclude."""
+    def _phases(self, k, state):
+        """Return the phases of contact k that the signs of its velocity and load at a state do not exclude."""
+        friction = self.system.frictions[k]
         velocity = self._sign(friction.velocity, state)
         pushed = friction.load.free_symbols & {u for f in self.system.frictions for u in (f.force, f.normal)}
         load = None if pushed else self._sign(friction.load, state)
-        return [phase for phase in all_phases(friction) if phase == OPEN or (
+        return [phase for phase in all_phases(self.system, k) if phase == OPEN or (
             velocity in (None, 0, phase.velocity) and load in (None, 0, phase.load))]  # fmt: skip
 
     def _sign(self, expr, state):
@@ -388,7 +388,7 @@ class _Modes:
                 if self._has_no_forces(branch, state):
                     return
                 raise Refused(f"rest: the forces of {branches.mode_name(branch)} are not determined")
-            if all(p in self._phases(f, state) for f, p in zip(self.system.frictions, branch, strict=True)):
+            if all(phase in self._phases(k, state) for k, phase in enumerate(branch)):
                 yield from self._corners(branch)
 
     def _moves_otherwise(self, branch, carried=()):

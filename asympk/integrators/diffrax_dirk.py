@@ -7,7 +7,6 @@ has its number of steps. The limit on seconds is checked between runs. ``_compil
 
 from collections.abc import Callable
 from functools import cache, lru_cache
-from itertools import product
 
 import numpy as np
 import sympy as sp
@@ -91,7 +90,7 @@ def _together(mode):
     opens = any(f.gap is not None or f.constraint is not None for f in system.frictions)
     if mode.sides or len(system.frictions) != 1 or opens:
         return (mode,)
-    return tuple(mode_of(system, branch) for branch in product(*map(all_phases, system.frictions)))
+    return tuple(mode_of(system, (phase,)) for phase in all_phases(system, 0))
 
 
 @lru_cache(maxsize=24)

@@ -14,7 +14,18 @@ import sympy as sp
 from asympk.errors import InputError
 from asympk.numbers import short
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.long import ROUGH, atoms, expanded, generic_place, heavy, replaced, symbols_in, valued
+from asympk.symbolic.long import (
+    LONG,
+    ROUGH,
+    atoms,
+    expanded,
+    generic_place,
+    heavy,
+    is_longer,
+    replaced,
+    symbols_in,
+    valued,
+)
 from asympk.symbolic.penetration import without_penetration
 
 if TYPE_CHECKING:
@@ -113,13 +124,34 @@ def one_per_mode(friction: "Friction", asked: bool = False) -> tuple[Phase, ...]
     return (*closed, *([OPEN] if friction.gap is not None else []))
 
 
-def all_phases(friction: "Friction") -> tuple[Phase, ...]:
-    """Return every phase of a contact: all signs of load and velocity, velocity 0, and open if the contact has a gap.
+def all_phases(system: "System", k: int) -> tuple[Phase, ...]:
+    """Return every phase of contact k: all signs of load and velocity, velocity 0, and open if it has a gap."""
+    closed = (Phase(load, velocity) for velocity in (1, -1, 0) for load in signs_of_load(system, k))
+    return (*closed, *([OPEN] if system.frictions[k].gap is not None else []))
 
-    The load of a contact that ``lifts`` has the sign 1 only.
-    """
-    closed = (Phase(load, velocity) for velocity in (1, -1, 0) for load in ((1,) if lifts(friction) else (1, -1)))
-    return (*closed, *([OPEN] if friction.gap is not None else []))
+
+@lru_cache(maxsize=256)
+def signs_of_load(system: "System", k: int) -> tuple[int, ...]:
+    """Return the signs of the load of contact k while it is closed: 1 alone if it ``lifts`` or is never negative."""
+    friction = system.frictions[k]
+    return (1,) if lifts(friction) or never_negative(system, friction.load) else (1, -1)
+
+
+@lru_cache(maxsize=512)  # branches have the same loads
+def never_negative(system: "System", expr: sp.Expr) -> bool:
+    """Tell whether an expression is negative at no real states, as an even power: rounding alone would lose it."""
+    real = {s: sp.Dummy(real=True) for s in (*system.states, system.time)}
+    return bool(replaced(with_powers(expr), real).is_nonnegative)
+
+
+@lru_cache(maxsize=512)
+def with_powers(expr: sp.Expr) -> sp.Expr:
+    """Return a polynomial with its multiple factors as powers: written out, they are rounding near their zeros."""
+    squares = any(power.exp.is_Integer and power.exp > 1 for power in atoms(expr, sp.Pow))
+    if not (expr.is_Add and squares) or is_longer(expr, LONG) or not expr.is_polynomial():
+        return expr
+    factor, found = sp.sqf_list(expr)
+    return sp.Mul(factor, *(part**k for part, k in found)) if any(k > 1 for _, k in found) else expr
 
 
 @lru_cache(maxsize=256)
@@ -173,11 +205,11 @@ def with_signs(system: "System", branch: Branch, expr: sp.Expr) -> sp.Expr:
 def put_sign(quantity: sp.Expr, sign: sp.Expr) -> dict[sp.Basic, sp.Basic]:
     """Return the substitutions of ``sign`` for sign(quantity), and of ``sign * quantity`` for |quantity|.
 
-    None is needed for a quantity such as 1 + |x|, whose sign SymPy knows: both expressions are then evaluated.
+    None is needed for a quantity such as |x| or 1 + |x|, whose sign SymPy knows: both expressions are then evaluated.
     """
     found = {sp.Abs(quantity): sign * quantity, sp.sign(quantity): sign,
              sp.Abs(-quantity): sign * quantity, sp.sign(-quantity): -sign}  # fmt: skip
-    return {key: value for key, value in found.items() if isinstance(key, sp.Abs | sp.sign)}
+    return {key: value for key, value in found.items() if isinstance(key, sp.Abs | sp.sign) and not quantity.has(key)}
 
 
 def without_squares(expr: sp.Expr, signs: Collection[sp.Expr]) -> sp.Expr:

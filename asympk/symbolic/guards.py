@@ -21,9 +21,11 @@ from asympk.symbolic.branches import (
     drive,
     held,
     lifts,
+    never_negative,
     one_per_mode,
     stands,
     still_rows,
+    with_powers,
     with_signs,
 )
 from asympk.symbolic.forces import (
@@ -36,7 +38,7 @@ from asympk.symbolic.forces import (
     standing_rows,
 )
 from asympk.symbolic.inverses import InverseForm
-from asympk.symbolic.long import LONG, atoms, heavy, is_longer, replaced, symbols_in, tidied
+from asympk.symbolic.long import atoms, heavy, replaced, symbols_in, tidied
 from asympk.symbolic.penetration import without_penetration
 
 if TYPE_CHECKING:
@@ -68,7 +70,8 @@ def telling(system: "System") -> Iterator[Branch]:
     One phase of a mode suffices unless a formula contains a sign or an absolute value. Where the equations of rigid
     contacts that slip are singular, as at critical friction, these contacts are open or stick, all but one at a time.
     """
-    choices = [*map(all_phases if _asks_for_signs(system) else one_per_mode, system.frictions)]
+    asked = _asks_for_signs(system)
+    choices = [all_phases(system, k) if asked else one_per_mode(f) for k, f in enumerate(system.frictions)]
     first = tuple(choice[0] for choice in choices)
     rigid = [k for k, friction in enumerate(system.frictions) if friction.constraint is not None]
     if rigid and not determined(system, first):
@@ -163,13 +166,13 @@ def _every_guard(system: "System", branch: Branch) -> tuple[Guard, ...]:
         if friction.gap is not None:
             found.append(Guard("lift_off", k, -friction.gap if friction.constraint is None else friction.normal))
         if phase.velocity:
-            if not lifts(friction) and not _never_negative(system, phase.load * load):
+            if not lifts(friction) and not never_negative(system, phase.load * load):
                 found.append(Guard("force_zero", k, phase.load * load))
             found.append(Guard("velocity_zero", k, phase.velocity * v))
         else:
             found += edges_of_stick(friction, phase, k)
     found += _unambiguous(system, branch) or _attracting(system, branch, solved)
-    return tuple(_divided(g._replace(value=_with_powers(_put(system, branch, g.value, solved)))) for g in found)
+    return tuple(_divided(g._replace(value=with_powers(_put(system, branch, g.value, solved)))) for g in found)
 
 
 def unused_rows(system: "System", branch: Branch) -> tuple[tuple[sp.Expr, ...], tuple[Guard, ...]]:
@@ -179,23 +182,6 @@ def unused_rows(system: "System", branch: Branch) -> tuple[tuple[sp.Expr, ...], 
     left = tuple(_put(system, branch, row, solved) for k, row in enumerate(zeros) if k not in used)
     free = (margin for k, margin in enumerate(margins, start=len(zeros)) if k not in used)
     return left, tuple(margin._replace(value=_put(system, branch, margin.value, solved)) for margin in free)
-
-
-@lru_cache(maxsize=512)  # branches have the same loads
-def _never_negative(system: "System", expr: sp.Expr) -> bool:
-    """Tell whether an expression is negative at no real states, as an even power: rounding alone would lose it."""
-    real = {s: sp.Dummy(real=True) for s in (*system.states, system.time)}
-    return bool(replaced(_with_powers(expr), real).is_nonnegative)
-
-
-@lru_cache(maxsize=512)
-def _with_powers(expr: sp.Expr) -> sp.Expr:
-    """Return a polynomial with its multiple factors as powers: written out, they are rounding near their zeros."""
-    squares = any(power.exp.is_Integer and power.exp > 1 for power in atoms(expr, sp.Pow))
-    if not (expr.is_Add and squares) or is_longer(expr, LONG) or not expr.is_polynomial():
-        return expr
-    factor, found = sp.sqf_list(expr)
-    return sp.Mul(factor, *(part**k for part, k in found)) if any(k > 1 for _, k in found) else expr
 
 
 def _divided(guard: Guard) -> Guard:
@@ -238,7 +224,7 @@ def _attracting(system: "System", branch: Branch, solved: dict) -> list[Guard]:
     if not resting or not all(entry.is_polynomial(*moving) for entry in entries):
         return []
     value = _stiffness(system, branch)
-    varies = value.free_symbols & moving and not _never_negative(system, value)
+    varies = value.free_symbols & moving and not never_negative(system, value)
     return [Guard("several", resting[0], value)] if varies else []
 
 

@@ -650,6 +650,14 @@ def test_a_box_of_starts_across_an_edge_has_no_proof(law):
     assert "the side of" in certify(scene, {"x": ("0.9", "1.1")}).reason
 
 
+@pytest.mark.parametrize(
+    "load",
+    [sp.Abs(t - 1), sp.Max(0, 1 - t), sp.Piecewise((sp.S.Half, t < 1), (0, True)), k * sp.Max(0, x - 1)],
+)
+def test_a_contact_whose_load_is_never_negative_slides_on_as_before_where_it_is_0(load):
+    assert proven_as_followed(block_under(0, {"x": 0, "v": 3}, until="1.1", load=load)).modes == ("slip_same",)
+
+
 def test_the_guard_of_a_load_that_is_positive_by_its_form_is_lost_where_the_other_sign_is_assumed():
     slipping = Phase(-1, 1)
     (guard, *_) = guards.guards(SWITCHED["a load with a kink"].system, (slipping,))
@@ -853,7 +861,7 @@ def test_a_guard_is_enclosed_over_an_interval_of_time_though_the_weights_of_two_
     damped = ap.System.with_frictions({x: v, v: -x - 2 * k * v + F}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
     modes = _Modes(damped, (1 + Fraction(1, 10**12),), {}, 1)
     state = modes.begun([Fraction(9), Fraction(0)])
-    mode, (guard,) = modes.chosen([[(phase,) for phase in branches.all_phases(damped.frictions[0])]], state, "start")
+    mode, (guard,) = modes.chosen([[(phase,) for phase in branches.all_phases(damped, 0)]], state, "start")
     value, slope = EnclosedSegment(mode, state).jet(guard, hull(Fraction(7, 10), Fraction(13, 10)), 1)
     assert (float(value.rad()) < 0.2, float(slope.rad()) < 1.3) == (True, True)
     for time in (0.7, 0.9, 1.0, 1.2, 1.3):
