@@ -17,6 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import legendre
 
+from asympk import radau
+
 STAGES = 7
 SAFETY, SHRINK, GROW = 0.8, 0.2, 5.0
 SWEEPS, ENOUGH = 10, 0.02  # the most sweeps of Newton's method, and the last change in units of the allowed error
@@ -25,8 +27,7 @@ OFF = 1e-30  # the imaginary step for the Jacobian matrix
 
 Slopes = Callable[[tuple], np.ndarray]
 
-_ENDS = np.eye(STAGES + 1)[-1] - np.eye(STAGES + 1)[-2]
-_PLACES = np.append(np.sort(legendre.legroots(_ENDS).real)[:-1], 1.0)  # of the stages, in (-1, 1]
+_PLACES = radau.places(STAGES)
 _INTEGRALS = np.array([legendre.legint(unit, lbnd=-1) / 2 for unit in np.eye(STAGES)]).T
 _MATRIX = legendre.legvander(_PLACES, STAGES) @ _INTEGRALS @ np.linalg.inv(legendre.legvander(_PLACES, STAGES - 1))
 _EIGENVALUES, _VECTORS = np.linalg.eig(_MATRIX)

@@ -7,25 +7,23 @@ in many digits. The length of a step is chosen so that the last two Legendre coe
 The zero of a guard is found on the polynomial of the step.
 
 ``run`` compares two runs of different order, in different numbers of digits, which must agree to the digits asked for.
-``_segment`` follows one mode, ``_step`` is one step, and ``_Tableau`` computes the coefficients of the method.
+``_segment`` follows one mode, and ``_step`` is one step; ``asympk.radau`` has the coefficients of the method.
 """
 
 from bisect import bisect_left
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import lru_cache
-from math import ceil, inf, log2, log10
+from math import ceil, inf, log10
 from time import monotonic
 from typing import Any
 
 import numpy as np
-from mpmath.libmp import to_fixed
 
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.decide import is_of_numbers
 from asympk.automaton.loop import Run, Segment, follow, lost_with
 from asympk.automaton.numericmode import NumericMode
-from asympk.digits import GUARD_BITS, FixedPoint, carried, carrier_context, dot, fixed_point
+from asympk.digits import FixedPoint, carried, carrier_context, dot, fixed_point
 from asympk.errors import OutOfRange, TooManyEvents, Unfinished
 from asympk.integrators.growth import LOST, grown, growth, linearised
 from asympk.integrators.integrate import AT_REST
@@ -34,6 +32,7 @@ from asympk.integrators.watch import Look, first_lost
 from asympk.multiprecision import in_context
 from asympk.numbers import whole
 from asympk.path import Path, within
+from asympk.radau import Tableau, tableau_of
 from asympk.scene import Scene
 from asympk.systems.automata import automaton_of
 
@@ -49,7 +48,6 @@ NEARLY = 1 - 2.0**-20  # part of the time left: a step of this length or more is
 PARTS = tuple(k / 16 for k in range(1, 16))  # the parts of a step at whose ends guards are evaluated in the search
 SPARE = 10  # digits of a computation beyond those of its result
 SLACK = 100  # multiple of the tolerance of a step by which the state at an event may be wrong
-DOUBLE_DIGITS = 7  # digits to which a root found in doubles is certainly right
 LARGEST = 1e300  # growth of errors above which larger growth is not distinguished
 STAGES, PER_DIGIT = 20, 0.8  # the least number, and that per digit: for many digits, stages cost less than steps
 ROUGH, ROUGH_SWEEPS = 1e-10, 12  # relative correction at which sweeps in doubles end, and their largest number
@@ -64,7 +62,7 @@ class Scheme:
 
     mode: NumericMode
     doubles: NumericMode
-    tableau: Any
+    tableau: Tableau
     tolerance: Any
     longest: Any
     deadline: float
@@ -139,7 +137,7 @@ def _follow(
 ) -> Run:
     start, until = tuple(in_context(ctx, v) for v in scene.start), in_context(ctx, scene.until)
     tolerance = ctx.mpf(10) ** -digits
-    tableau = _tableau(stages, ctx.dps)
+    tableau = tableau_of(stages, ctx.dps)
 
     def advance(mode: NumericMode, t: Any, state: tuple, segments: list) -> Segment:
         doubles = automaton.mode(mode.branch, sides=mode.mode.sides)
@@ -176,7 +174,7 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
         with suppress(OverflowError):  # beyond the range of doubles, the iterates of the step do not converge
             slopes = _step(scheme, t, state, h)
         left_out = _left_out(scheme, t, state, slopes, h) if slopes else inf
-        if left_out > 1:
+        if not slopes or left_out > 1:
             h, grow = h * SHRINK, 1
             continue
         step = CollocationStep(t, state, h, scheme.tableau.coefficients(slopes))
@@ -362,12 +360,12 @@ def _moved(state: tuple, weights: FixedPoint, slopes: list[FixedPoint], h: Any) 
     return tuple(w + h * dot(h.context, weights, column) for w, column in zip(state, slopes, strict=True))
 
 
-def _at(tableau: "_Tableau", step: CollocationStep, at: Any) -> tuple:
+def _at(tableau: Tableau, step: CollocationStep, at: Any) -> tuple:
     """Return the state at the time ``at`` after the start of a step, from its collocation polynomial."""
     return _moved(step.state, tableau.integrals(at / step.h), step.rates, step.h)
 
 
-def _tail(slopes: list[FixedPoint], tableau: "_Tableau", h: Any) -> Any:
+def _tail(slopes: list[FixedPoint], tableau: Tableau, h: Any) -> Any:
     """Return the largest of the last two Legendre coefficients of the derivatives, times the length of the step."""
     return h * max(abs(dot(h.context, row, column)) for row in tableau.legendre[-2:] for column in slopes)
 
@@ -393,78 +391,5 @@ class CollocationDense:
         if not steps:
             return _rounded(self.joined.last.state, self.digits)
         step = steps[max(0, bisect_left([s.t for s in steps], t) - 1)]
-        tableau = _tableau(len(step.rates[0].multiples), self.digits + SPARE)
+        tableau = tableau_of(len(step.rates[0].multiples), self.digits + SPARE)
         return _rounded(_at(tableau, step, t - step.t), self.digits)
-
-
-class _Tableau:
-    """Radau IIA with s stages: nodes, matrix a, and the rows that give Legendre coefficients of stage derivatives."""
-
-    def __init__(self, stages: int, digits: int):
-        self.ctx = ctx = carrier_context(digits)
-        places = _radau_places(ctx, stages)
-        self.nodes = [(u + 1) / 2 for u in places]
-        columns = [_lagrange(_legendre(u, stages), u) for u in places]
-        self.legendre = [fixed_point(ctx, row) for row in zip(*columns, strict=True)]
-        inverse = [fixed_point(ctx, column) for column in columns]
-        rows = [[dot(ctx, integrals, column) for column in inverse] for integrals in map(self.integrals, self.nodes)]
-        self.a, self.floats = [fixed_point(ctx, row) for row in rows], np.array(rows, dtype=float)
-
-    def coefficients(self, slopes: list[FixedPoint]) -> list[FixedPoint]:
-        """Return the Legendre coefficients of the polynomials through stage derivatives."""
-        return [fixed_point(self.ctx, [dot(self.ctx, row, column) for row in self.legendre]) for column in slopes]
-
-    def integrals(self, t: Any) -> FixedPoint:
-        """Return the integrals from 0 to t of the Legendre polynomials."""
-        values, exponent = _legendre_multiples(2 * t - 1, len(self.nodes) + 1)
-        first = (values[0] + values[1]) // 2
-        return FixedPoint((first, *((after - before) // (2 * (2 * k + 1)) for k, (before, after) in
-                                    enumerate(zip(values, values[2:], strict=False), start=1))), exponent)  # fmt: skip
-
-
-def _legendre(u: Any, count: int) -> list:
-    """Return the Legendre polynomials P_0 .. P_(count - 1) at u."""
-    values, exponent = _legendre_multiples(u, count)
-    return [u.context.ldexp(value, exponent) for value in values]
-
-
-def _legendre_multiples(u: Any, count: int) -> FixedPoint:
-    """Return P_0(u) .. P_(count - 1)(u), at most 1, in fixed point, which makes their recurrence far faster."""
-    bits = u.context.prec + GUARD_BITS
-    u = to_fixed(u._mpf_, bits)
-    values = [1 << bits, u]
-    for k in range(1, count - 1):
-        values.append(((2 * k + 1) * (u * values[k] >> bits) - k * values[k - 1]) // (k + 1))
-    return FixedPoint(tuple(values), -bits)
-
-
-def _lagrange(values: list, u: Any) -> list:
-    """Return the Legendre coefficients of the Lagrange polynomial of a Radau node u: (2 k + 1) w P_k(u).
-
-    ``values`` are P_k(u), and w = (1 + u)/(2 (s P_(s-1)(u))^2) is the weight of u. The formula holds because the Radau
-    quadrature with s nodes is exact to the degree 2 s - 2.
-    """
-    weight = (1 + u) / (2 * (len(values) * values[-1]) ** 2)
-    return [(2 * k + 1) * weight * value for k, value in enumerate(values)]
-
-
-def _radau_places(ctx: Any, stages: int) -> list:
-    """Return the Radau nodes in (-1, 1], the roots of P_s - P_(s-1), by Newton's method from doubles."""
-    coefficients = np.zeros(stages + 1)
-    coefficients[-2:] = -1, 1
-    places = [ctx.mpf(u) for u in np.sort(np.polynomial.legendre.legroots(coefficients).real)[:-1].tolist()]
-    for _ in range(ceil(log2(ctx.dps / DOUBLE_DIGITS)) + 1):
-        places = [_newton(_legendre(u, stages + 1), u) for u in places]
-    return [*places, ctx.mpf(1)]
-
-
-def _newton(values: list, u: Any) -> Any:
-    """Return u after a Newton step to a root of P_s - P_(s-1); (u^2 - 1) P_k' = k (u P_k - P_(k-1))."""
-    *_, before, low, high = values
-    s = len(values) - 1
-    return u - (high - low) * (u * u - 1) / (s * (u * high - low) - (s - 1) * (u * low - before))
-
-
-@lru_cache(maxsize=8)
-def _tableau(stages: int, digits: int) -> _Tableau:
-    return _Tableau(stages, digits)

@@ -1,7 +1,6 @@
-"""Collocation: the tableau of any number of stages, and runs whose stages grow with the digits asked for."""
+"""Collocation: runs whose stages grow with the digits asked for."""
 
 import math
-from itertools import chain
 
 import numpy as np
 import pytest
@@ -11,21 +10,9 @@ from mpmath import mp
 import asympk as ap
 from asympk.errors import OutOfRange
 from asympk.integrators import collocation
-from asympk.integrators.collocation import _solved, _Tableau
+from asympk.integrators.collocation import _solved
 
 x, v = sp.symbols("x v", real=True)
-
-
-@pytest.mark.parametrize(("stages", "digits"), [(3, 30), (20, 33), (26, 60), (60, 90)])
-def test_the_rows_of_the_tableau_integrate_polynomials_up_to_their_degree(stages, digits):
-    tableau = _Tableau(stages, digits)
-    ctx = tableau.ctx
-    for place, row in zip(tableau.nodes, tableau.a, strict=True):
-        weights = [ctx.mpf(m) * ctx.mpf(2) ** row.exponent for m in row.multiples]
-        for power in chain(range(0, stages, 7), [stages - 1]):
-            found = sum(w * t**power for w, t in zip(weights, tableau.nodes, strict=True))
-            assert abs(found - place ** (power + 1) / (power + 1)) < ctx.mpf(10) ** (2 - digits)
-    assert tableau.nodes[-1] == 1
 
 
 @pytest.mark.parametrize("digits", [20, pytest.param(60, marks=pytest.mark.slow)])
