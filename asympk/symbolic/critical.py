@@ -6,18 +6,17 @@ for all branches, by ``roots``. ``CriticalManifold`` states the conditions on on
 formula in real numbers, one implicit manifold, ``{y: y}``, stands for all of its mode.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import Any, Self
 
 import sympy as sp
-from sympy.functions.elementary.hyperbolic import HyperbolicFunction
 
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic
 from asympk.numbers import short
 from asympk.shown import Card, Several, ShownAsFormulas
-from asympk.symbolic.conditions import declared_sign, reduce_under
+from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.expansion import (
     by_powers,
     fast_jacobian,
@@ -32,7 +31,8 @@ from asympk.symbolic.expansion import (
     require_short,
 )
 from asympk.symbolic.hurwitz import Spectra, attracting, off_axis, repelling, spectra, split
-from asympk.symbolic.long import heavy, replaced
+from asympk.symbolic.long import replaced
+from asympk.symbolic.ranges import positive_on
 from asympk.symbolic.reading import expression
 from asympk.symbolic.roots import fractional_powers, heights, is_complex, is_unreadable, real_forms, solutions_of
 from asympk.symbolic.sides import Sides, is_switched, is_whole, on_sides, phases
@@ -42,21 +42,6 @@ from asympk.symbolic.values import as_exact, by_symbol, in_words
 
 MOST_SIDES = 8  # switches in the rates of one mode; each doubles the number of its smooth parts
 MOST = 8  # functions, such as sines, in an expression that is factored: with more, factoring may not end
-_POSITIVE: dict[type, Callable] = {
-    sp.log: lambda z: z, sp.acosh: lambda z: z - 1, **dict.fromkeys((sp.asin, sp.acos, sp.atanh), lambda z: 1 - z**2),
-    sp.asech: lambda z: z * (1 - z), **dict.fromkeys((sp.asec, sp.acsc, sp.acoth), lambda z: z**2 - 1),
-    sp.LambertW: lambda z: z + sp.exp(-1), sp.erfinv: lambda z: 1 - z**2, sp.erfcinv: lambda z: z * (2 - z),
-}  # fmt: skip
-_RANGE: dict[type, Callable] = {  # what is positive inside the range of a function
-    **dict.fromkeys((sp.asin, sp.atan, sp.acsc, sp.acot), lambda w: sp.pi**2 / 4 - w**2),
-    **dict.fromkeys((sp.acos, sp.asec), lambda w: w * (sp.pi - w)), sp.LambertW: lambda w: w + 1,
-    **dict.fromkeys((sp.acosh, sp.asech, sp.exp), lambda w: w),
-}  # fmt: skip
-_INVERSE: dict[type, Callable] = {  # of functions whose values have one argument each
-    sp.asin: sp.sin, sp.acos: sp.cos, sp.atan: sp.tan, sp.acosh: sp.cosh, sp.LambertW: lambda w: w * sp.exp(w),
-    sp.exp: sp.log, sp.log: sp.exp, sp.sinh: sp.asinh, sp.asinh: sp.sinh, sp.tanh: sp.atanh, sp.atanh: sp.tanh,
-    sp.asec: sp.sec, sp.acsc: sp.csc, sp.acot: sp.cot, sp.asech: sp.sech, sp.acsch: sp.csch, sp.acoth: sp.coth,
-}  # fmt: skip
 
 
 @dataclass(frozen=True, repr=False)
@@ -89,25 +74,15 @@ class CriticalManifold(ShownAsFormulas):
     def real(self) -> sp.Basic:
         """The condition under which the branch is real, without its ends: even roots and logs have positive arguments.
 
-        The arguments of odd roots are positive, too, and those of inverse functions, as of tanh, erf and w e^w, also of
-        those in g, lie inside the domains of these. A root in g is positive by the value that g = 0 gives it:
-        y = x**2 solves x - sqrt(y) = 0 for x > 0 alone. So do inverse functions have values in their ranges:
-        y = tan(x) solves x - atan(y) = 0 for |x| < pi/2. A state that is declared positive or negative is so on the
-        branch.
+        Roots and inverse functions, also those in g, have values in their ranges: y = x**2 solves x - sqrt(y) = 0 for
+        x > 0 alone. A state that is declared positive or negative is so on the branch.
         """
         if any(map(is_complex, (*self.branch.values(), *self.jacobian))):
             return sp.false
-        found = sp.Tuple(*self.branch.values())
-        roots = fractional_powers(found)
-        inside = {_POSITIVE[type(f)](f.args[0]) for f in found.atoms(*_POSITIVE)} | {p.base for p in roots}
-        inside |= {-f.args[0] for f in found.atoms(sp.LambertW) if len(f.args) == 2}
-        limits = [limit_of(g, self.small) for g in self.dynamics.fast.values()]
-        inside |= {_POSITIVE[type(f)](f.args[0]).subs(self.branch, simultaneous=True) for g in limits
-                   for f in g.atoms(*_POSITIVE) if f.has(*self.branch)}  # fmt: skip
-        inside |= {given for g in limits for given in _within_ranges(g, self.branch)}
-        inside |= {declared_sign(y) * h for y, h in self.branch.items() if y != h} - {0}
+        inside = positive_on(self.branch, [limit_of(g, self.small) for g in self.dynamics.fast.values()])
         if any(expr.has(sp.I) or with_known_lambert(expr).is_extended_real is False for expr in inside):
             return sp.false
+        roots = fractional_powers(*self.branch.values())
         roots |= {p for p in fractional_powers(*inside) if p.base in inside}
         names = {p: sp.Dummy(positive=True) for p in roots}
         told = {expr: above(expr.xreplace(names)) for expr in inside}
@@ -381,124 +356,6 @@ def _free(branch):
     found = {y: h for y, h in branch.items() if y != h}
     left = in_words(y for y in branch if y not in found)
     return f"g = 0 for all {left}{' on ' * bool(found)}{equations(found)}" if len(found) < len(branch) else ""
-
-
-def _within_ranges(g, branch):
-    """Yield what is positive where roots and inverse functions in g have the values on a branch that g = 0 gives them.
-
-    Where g is linear in one, as a + b sqrt(P), the branch solves P = (a/b)**2, also where -a/b is negative. By its
-    value what lies inside it has one, too: x = sqrt(sqrt(y) - 1) gives sqrt(y) = x**2 + 1. Exponentials of y/2 are
-    roots of that of y.
-    """
-    if heavy(g):
-        return
-    waves = {f for f in g.atoms(HyperbolicFunction) if f.has(*branch)}
-    if any(type(f) not in _INVERSE for f in waves):
-        g = g.xreplace({f: f.rewrite(sp.exp) for f in waves})
-    outer = _outermost(g, branch)
-    outer = {f for f in outer if not (isinstance(f, sp.exp) and f.exp.could_extract_minus_sign() and 1 / f in outer)}
-    roots = outer & fractional_powers(*outer)
-    if roots == outer and not is_implicit(branch) and (values := _values_of_roots(g, roots, branch)):
-        yield from values
-        return
-    for base in {p.base for p in roots}:
-        if len(outer) > 1:
-            yield base.subs(branch, simultaneous=True)
-        yield from _root_within_range(g, base, {p for p in roots if p.base == base}, branch)
-    for f in outer - roots if not is_implicit(branch) else ():
-        yield from _inverse_within_range(g, f, branch)
-
-
-def _outermost(expr, branch):
-    """Return the roots and the functions with inverses, of fast states, that lie in no other ones."""
-    if not expr.has(*branch):
-        return set()
-    if (type(expr) in _INVERSE and len(expr.args) == 1) or expr in fractional_powers(expr):
-        return {expr}
-    return set[sp.Expr]().union(*(_outermost(part, branch) for part in expr.args))
-
-
-def _root_within_range(g, base, powers, branch):
-    """Yield what is positive where a root of ``base`` has the value that g = 0 gives it.
-
-    Terms of g that vanish somewhere on the branch, as those of another factor of g, give no value.
-    """
-    q, root, parts = sp.ilcm(1, *(p.exp.q for p in powers)), sp.Dummy(positive=True), dict[int, sp.Expr]()
-    numerator, _ = sp.fraction(sp.together(told := g.xreplace({p: root ** (q * p.exp) for p in powers})))
-    for (k,), c in sp.Poly(numerator, root).terms() if numerator.is_polynomial(root) else ():
-        parts[k % q] = parts.get(k % q, 0) + c * base ** (k // q)
-    own, *values = (e.subs(branch, simultaneous=True) for e in (base, *(parts[k] for k in sorted(parts))))
-    if len(values) != 2 or is_zero_somewhere(values[1]):
-        yield own
-        yield from _values(told.xreplace({base: root**q}), root, root**q - own, branch)
-        return
-    exponent = sp.Rational(max(parts) - min(parts), q)
-    yield sp.factor(-values[0] * values[1])
-    if exponent.p > 1:
-        yield own
-    if _outermost(base, branch):
-        yield from _within_ranges(base - sp.factor(-values[0] / values[1]) ** (1 / exponent), branch)
-
-
-def _values_of_roots(g, powers, branch):
-    """Return the values on a branch of roots of several bases, or [] where g is not linear in each of them.
-
-    Each is eliminated by its value in turn: sqrt(y + 1) = sqrt(y) - x leaves 2 x sqrt(y) = x**2 - 1.
-    """
-    bases, given = sorted({p.base for p in powers}, key=sp.default_sort_key), list[tuple[sp.Expr, ...]]()
-    degrees = [sp.ilcm(1, *(p.exp.q for p in powers if p.base == base)) for base in bases]
-    roots = {base: sp.Dummy(positive=True) for base in bases}
-    g = g.xreplace({p: roots[p.base] ** (q * p.exp) for base, q in zip(bases, degrees, strict=True)
-                    for p in powers if p.base == base})  # fmt: skip
-    for base, q in zip(bases, degrees, strict=True) if len(bases) > 1 else ():
-        numerator, root = sp.fraction(sp.together(g))[0], roots[base]
-        rest = numerator.is_polynomial(root) and sp.Poly(numerator, root).rem(sp.Poly(root**q - base, root))
-        if _outermost(base, branch) or not rest or rest.degree() != 1:
-            return []
-        slope, constant = rest.all_coeffs()
-        given.append((root, slope, -constant / slope))
-        g = base - given[-1][-1] ** q
-    known = dict(branch)
-    for root, slope, value in reversed(given):
-        if is_zero_somewhere(slope.subs(known, simultaneous=True)):
-            return []
-        known[root] = sp.factor(value.subs(known, simultaneous=True))
-    return [known[root] for root, *_ in given]
-
-
-def _inverse_within_range(g, f, branch):
-    """Yield what is positive where an inverse function f of y has the value, inside its range, that g = 0 gives it."""
-    w, inside = sp.Dummy(real=True), f.args[0]
-    others = {e: e.exp / inside for e in g.atoms(sp.exp)} if isinstance(f, sp.exp) else {f: sp.S.One}
-    told = g.xreplace({e: w**power for e, power in others.items() if power.is_Integer})
-    slope, nested = told.diff(w), bool(_outermost(inside, branch))
-    if not slope.has(w) and is_zero_somewhere(slope.subs(branch, simultaneous=True)):
-        return
-    if not slope.has(w):
-        values = [sp.factor((-told.subs(w, 0) / slope).subs(branch, simultaneous=True))]
-    elif nested or (type(f) in _RANGE and not _has_whole_slopes(f, branch)):
-        values = _values(told, w, _INVERSE[type(f)](w) - inside.subs(branch, simultaneous=True), branch)
-    else:
-        return
-    for value in values:
-        if type(f) in _RANGE:
-            yield _RANGE[type(f)](value)
-        if nested:
-            yield from _within_ranges(inside - _INVERSE[type(f)](value), branch)
-
-
-def _has_whole_slopes(f, branch):
-    """Tell whether f is an exponential of whole multiples of fast states, whose logarithms the branch has itself."""
-    return isinstance(f, sp.exp) and all(f.exp.diff(y).is_Integer for y in branch)
-
-
-def _values(g, w, meaning, branch):
-    """Return [value] of the one root w of g on a branch that solves ``meaning`` = 0, too, or [] if several do."""
-    if is_implicit(branch) or heavy(told := g.subs(branch, simultaneous=True)) or is_zero(told):
-        return []
-    values = [s[w] for s in solutions_of([told], [w]) or () if w in s]
-    found = [value for value in values if is_zero_somewhere(meaning.subs(w, value))]
-    return found if len(found) == 1 else []
 
 
 def _text(condition):

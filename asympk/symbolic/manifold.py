@@ -27,10 +27,6 @@ from asympk.symbolic.critical import (
     critical_manifolds,
     determinant,
     equations,
-    heights,
-    in_words,
-    is_unreadable,
-    solutions_of,
 )
 from asympk.symbolic.diffring import DifferentialRing
 from asympk.symbolic.expansion import (
@@ -44,7 +40,9 @@ from asympk.symbolic.expansion import (
     require_short,
 )
 from asympk.symbolic.reading import spare
+from asympk.symbolic.roots import heights, is_unreadable, solutions_of
 from asympk.symbolic.system import Mode, System, of_system
+from asympk.symbolic.values import in_words
 
 C = sp.Symbol("C", real=True)
 
