@@ -72,6 +72,7 @@ class Formulas:
         self.limit_drift, self.limit = ([f.subs(small, 0) for f in rates] for rates in (drift, force))
         self.slopes = fast_jacobian(limit, small)
         self.affine = not any(e.has(*self.fast_states) for e in self.slopes)
+        self.turning = any(e.has(*self.slow_states, *self.fast_states) for e in self.slopes)
         self.names = {p: f"p{i}" for i, p in enumerate(parameters)}
         self.functions = _functions(target)
         self.layer, self.slow, self.series = map(cache, (self._layer, self._slow, self._series))

@@ -29,6 +29,7 @@ PATIENCE = 100  # the number of steps between tests of whether an implicit step 
 IMPLICIT = 10  # the number of explicit steps that take as long as an implicit one
 LONG = 100  # for 0.01 in the estimate of the first step: order 8 has a far smaller error constant than low orders
 Flow = Callable[..., tuple]
+_END = attrgetter("after")
 
 
 @dataclass(frozen=True)
@@ -123,21 +124,26 @@ class Trajectory:
         return self._step_at(t).state_at(self._within(t)) if self.steps else self.start
 
     def near(self, t: float) -> tuple:
-        """Return the state at a time ``t`` by the cubic through both ends of a step, soon but less accurate."""
-        if not self.steps:
-            return self.start
-        step, at = self._step_at(t), self._within(t)
-        span, share = step.after - step.t, (at - step.t) / (step.after - step.t)
-        return tuple(
-            v + share * (w - v + (1 - share) * ((1 - share) * (span * a - w + v) - share * (span * b - w + v)))
-            for v, w, a, b in zip(step.state, step.end, step.stages[0], step.stages[-1], strict=True)
-        )
+        """Return the state at a time ``t`` as ``on_cubic`` does."""
+        return on_cubic(self._step_at(t), self._within(t)) if self.steps else self.start
 
     def _step_at(self, t):
-        return self.steps[bisect_left(self.steps, self._within(t), key=attrgetter("after"))]
+        steps = self.steps
+        return steps[-1] if t > steps[-1].t else steps[bisect_left(steps, t, key=_END)]
 
     def _within(self, t):
-        return min(max(self.steps[0].t, t), self.steps[-1].after)
+        first, last = self.steps[0].t, self.steps[-1].after
+        return first if t < first else last if t > last else t
+
+
+def on_cubic(step: Step, t: float) -> tuple:
+    """Return the state at a time ``t`` by the cubic through both ends of a step, soon but less accurate."""
+    span = step.after - step.t
+    share = (t - step.t) / span
+    left = 1 - share
+    rise, first, last = share * share * (3 - 2 * share), span * share * left * left, -span * share * share * left
+    ends = zip(step.state, step.end, step.stages[0], step.stages[-1], strict=True)
+    return tuple([v + rise * (w - v) + first * a + last * b for v, w, a, b in ends])
 
 
 def rates(flows: tuple[Flow, ...], parameters: tuple, state: tuple) -> tuple:

@@ -14,7 +14,9 @@ size of a matrix is sqrt(sum |m_ij m_ji|), so that no condition depends on the u
 """
 
 import math
+from collections import deque
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from itertools import starmap
@@ -25,7 +27,7 @@ from scipy.linalg import expm
 
 from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.landing import ROOT, newton, rightmost, root
-from asympk.asymptotics.nonstiff import EXPONENT, Trajectory, price, rates, steps
+from asympk.asymptotics.nonstiff import EXPONENT, Trajectory, on_cubic, price, rates, steps
 from asympk.asymptotics.stiff import jacobian
 from asympk.asymptotics.watching import watched
 from asympk.automaton.numericmode import LOOKS
@@ -38,6 +40,7 @@ SIDE_BY_SIDE = 1e-6  # the least tolerance of slow motions to several orders in 
 MEETING = 4  # mu y' = g, linear, and x' = y have real eigenvalues as long as 4 mu |h_x f_y| < |g_y|
 LATELY = 2  # relaxation times before an end, at which omitted terms are first looked at again
 FORGOTTEN = 1e-5  # the share of a term, as the error that it is at a later time, that counts as 0
+LOOKED = (0.25, 0.5, *(1 - 0.5**k for k in range(2, 7)))  # shares of a run at which the manifold is looked at
 AGAIN = math.sqrt(27 / 4)  # with x'' = y, as long as mu sqrt(27 |h_x f_x f_y| / 4) < |g_y|
 
 
@@ -121,9 +124,9 @@ def follow_reduced_flow(
     """
     first, found, end, guard = tuple(map(float, start)), list[Any](), until, None
     check = partial(_check, formulas, mu, values, guards, began)
-    check(None, first)
+    check(None, 0.0, first)
     along = _steps(formulas, ((order, whole),), first, mu, values, until, rtol, within)
-    for step, lost in watched(_held(along, check), guards, len(first)):
+    for step, lost in watched(_held(formulas, mu, values, until, along, check), guards, len(first)):
         found.append(step)
         if lost:
             end, guard = lost
@@ -263,20 +266,34 @@ def _attraction(formulas, state, mu, values):
     return y, rightmost(formulas, state[: len(formulas.slow_states)], y, values)
 
 
-def _held(along, check):
-    """Yield each step after the check that the manifold is not lost in it, unless a guard is lost before."""
+def _attracts(formulas, state, mu, values):
+    with suppress(ArithmeticError, ValueError):
+        return _attraction(formulas, state, mu, values)[1].real < 0
+    return False
+
+
+def _held(formulas, mu, values, until, along, check):
+    """Yield each step after the check that the manifold is not lost in it, unless a guard is lost before.
+
+    A step may be longer than the manifold repels, where slow motion does not feel g_y. It is therefore looked at within
+    steps, the nearer to the end the more often: the later errors begin to grow, the less of them has died out there.
+    """
+    looks = deque(until * share for share in LOOKED if formulas.turning)
     for step in along:
-        check(step, step.end)
+        while looks and looks[0] < step.after:
+            if (t := looks.popleft()) > step.t and not _attracts(formulas, on_cubic(step, t), mu, values):
+                check(step, t, step.state_at(t))
+        check(step, step.after, step.end)
         yield step
 
 
-def _check(formulas, mu, values, guards, began, step, state):
-    """Raise ``NotNormallyHyperbolic`` if the manifold is lost in ``step`` to ``state`` before a guard is."""
+def _check(formulas, mu, values, guards, began, step, high, state):
+    """Raise ``NotNormallyHyperbolic`` if the manifold is lost in ``step``, by ``state`` at ``high``, before a guard."""
     if margin(formulas, state, mu, values) > 0:
         return
     t = 0.0
     if step is not None:
-        low, high = step.t, step.after
+        low = step.t
         while high - low > 1e-12 * max(1, high):
             t = (low + high) / 2
             low, high = (t, high) if margin(formulas, step(t).tolist(), mu, values) > 0 else (low, t)

@@ -208,8 +208,8 @@ def layered_motion(
 ) -> LayeredMotion:  # fmt: skip
     """Return the ``LayeredMotion`` from ``begin`` = (x, y) to ``order`` and the ``EXTRA`` orders beyond it."""
     landing = land(known, order + EXTRA, *begin, values, rtol, mu)
-    orders, powers = tuple(range(order, order + EXTRA + 1)), np.arange(order + EXTRA + 1)
-    sums = mu**powers * (powers <= powers[order:, None])
+    orders, powers = tuple(range(order, order + EXTRA + 1)), [mu**k for k in range(order + EXTRA + 1)]
+    sums = np.array([[power if k <= m else 0.0 for k, power in enumerate(powers)] for m in orders])
     bases = (sums @ landing.base).tolist()
     starts = [reduced.branch_at(known, base, landing.branch, values, begin[0]) for base in bases]
     motion = reduced.follow_reduced_flow(known, order, starts[0], mu, values, until, rtol)

@@ -188,6 +188,20 @@ def test_a_focus_that_ceases_to_attract_is_named_a_hopf_point():
         _solved(bautin, {mu: "1/1000"}, {x: -1, u: "1/2", v: 0}, 2)
 
 
+REPELLED = -1 + 2 * sp.exp(-(((x - 10) / 4) ** 6))  # positive for |x - 10| < 3.76
+
+
+@pytest.mark.parametrize("order", [0, 1])
+@pytest.mark.parametrize(("fast", "lost"), [
+    ({u: REPELLED * u - v + sp.Rational(1, 10), v: u + REPELLED * v}, "t = 3.11851, .* before a Hopf point"),
+    ({u: REPELLED * u + mu**2}, "t = 2.83601, .* before a fold"),
+])  # fmt: skip
+def test_a_manifold_that_repels_for_a_while_is_lost_though_the_slow_motion_does_not_feel_it(fast, lost, order):
+    system = ap.System.smooth({x: sp.Integer(2)}, fast, mu)
+    with pytest.raises(NotNormallyHyperbolic, match=lost):
+        _solved(system, {mu: "1/5"}, {x: 0, **dict.fromkeys(fast, 0)}, 10, order=order)
+
+
 @pytest.mark.parametrize("order", [0, 1, 2])
 def test_a_layer_of_numbers_alone_is_that_of_an_exponential(order):
     relay = ap.System.smooth(slow={x: v - x}, fast={v: 1 - v}, small=mu)
