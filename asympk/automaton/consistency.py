@@ -115,13 +115,14 @@ def _margins(here: Junction, branch: Branch, group: tuple[int, ...]) -> dict[tup
     They are not where the rounding of the state could make the determinant of their equations 0, as at a dead centre.
     """
     found = []
-    for k in range(len(here.points)):
+    points = here.points_in(branch)
+    for k in range(len(points)):
         if (own := here.solved(branch, group, k)) is None:
             return None
         found.append(own)
     if is_open([own.determinant for own in found]):
         return None
-    margins = [_margins_at(here, branch, group, *place) for place in zip(here.points, found, strict=True)]
+    margins = [_margins_at(here, branch, group, *place) for place in zip(points, found, strict=True)]
     return {key: [m[key] for m in margins] for key in margins[0]}
 
 
@@ -276,7 +277,7 @@ _length = lru_cache(maxsize=256)(sp.count_ops)
 
 def solved_without_friction(here: Junction, branch: Branch, group: Collection[int]) -> Solved | None:
     """Return the reactions of a group at the state itself as if no contact had friction, or None if undetermined."""
-    point = here.points[0]
+    point = here.points_in(branch)[0]
     smooth = point._replace(contacts=tuple(c._replace(kinetic=0, static=0) for c in point.contacts))
     sliding = tuple(phase if phase == OPEN else phase._replace(velocity=1) for phase in branch)
     return solved_forces(here.system, sliding, smooth, here.numbers, group)

@@ -9,7 +9,7 @@ the rows, ``contact_equations`` chooses those of a branch, and ``solved_forces``
 import math
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from functools import lru_cache
-from itertools import chain
+from itertools import chain, repeat
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import sympy as sp
@@ -26,6 +26,7 @@ from asympk.symbolic.system import System
 if TYPE_CHECKING:
     from asympk.automaton.automaton import Automaton
 
+Signs = tuple[int | None, ...]  # of sliding velocities that vanish; None for others, all 0 for the empty tuple
 _NUDGES = ((1, -1, 1, -1, 1, -1, 0, 0), (1, 1, -1, -1, 0, 0, 1, -1))  # no two states move alike in both
 
 
@@ -159,12 +160,12 @@ def nudges(t: Any, state: tuple, slack: Any, least: Any = 0) -> Iterator[tuple[A
 
 @lru_cache(maxsize=64)
 def contact_formulas(
-    system: System, moving: frozenset[int] = frozenset()
+    system: System, signs: Signs = ()
 ) -> tuple[tuple[sp.Expr, ...], tuple[sp.Symbol, ...], tuple[int, ...]]:
     """Return (four numbers of each friction, then rows, in a flat tuple; unknown forces; frictions with a normal).
 
-    The rows are those of the loads, then those of a ``ContactPoint``. The signs of sliding velocities are 0, whatever
-    rounding makes of them, but for the contacts that are ``moving``.
+    The rows are those of the loads, then those of a ``ContactPoint``. Sliding velocities that vanish have the given
+    ``signs``, whatever rounding makes of them.
     """
     unknowns, found = _unknowns(system), []
     normals = tuple(k for k, f in enumerate(system.frictions) if f.normal is not None)
@@ -172,18 +173,16 @@ def contact_formulas(
         found += [f.velocity, f.kinetic, f.static, sp.S.Zero if f.gap is None else f.gap]
     rates = (branches.rate_along(system, f.velocity) for f in system.frictions)
     laws = (forces.reaction_law(system.frictions[k]) for k in normals)
-    rows = in_forces(system, (*(f.load for f in system.frictions), *rates, *laws), moving)
-    return (*_calm(system, found, moving), *rows), unknowns, normals
+    rows = in_forces(system, (*(f.load for f in system.frictions), *rates, *laws), signs)
+    return (*_told(system, found, signs), *rows), unknowns, normals
 
 
-def in_forces(
-    system: System, exprs: Iterable[sp.Expr], moving: frozenset[int] = frozenset()
-) -> tuple[sp.Expr, ...]:
+def in_forces(system: System, exprs: Iterable[sp.Expr], signs: Signs = ()) -> tuple[sp.Expr, ...]:
     """Return the rows of expressions that are linear in the forces, one row after the other in a flat tuple."""
     unknowns = _unknowns(system)
     zero = dict.fromkeys(unknowns, sp.S.Zero)
     rows = ((replaced(row, zero), *(slope_by(row, u) for u in unknowns)) for row in exprs)
-    return _calm(system, [*chain(*rows)], moving)
+    return _told(system, [*chain(*rows)], signs)
 
 
 def _unknowns(system):
@@ -191,32 +190,26 @@ def _unknowns(system):
     return tuple(u for f in system.frictions for u in (f.force, f.normal) if u is not None)
 
 
-def _calm(system, exprs, moving):
-    """Return expressions with 0 in place of the signs of the sliding velocities of all contacts not ``moving``."""
-    still = (f.velocity for k, f in enumerate(system.frictions) if k not in moving)
-    calm = {e: 0 for velocity in still for e in (sp.sign(velocity), sp.sign(-velocity))}
-    return tuple(e.subs(calm) if atoms(e, sp.sign) else e for e in exprs)
+def _told(system, exprs, signs):
+    """Return expressions with the signs of sliding velocities that vanish in them."""
+    vanishing = [(f.velocity, s) for f, s in zip(system.frictions, signs or repeat(0), strict=False) if s is not None]
+    told = {e: s for v, sign in vanishing for e, s in ((sp.sign(v), sign), (sp.sign(-v), -sign))}
+    return tuple(e.subs(told) if atoms(e, sp.sign) else e for e in exprs)
 
 
-def contact_points(system: System, places: Sequence[Place], still: Collection[int]) -> list[ContactPoint]:
-    """Return the contacts at a state and beside it, where the contacts ``still`` have the velocity 0."""
-    moving = frozenset[int]()
-    if _told_by_signs(system):
-        rows = (place.values(system, tuple(f.velocity for f in system.frictions)) for place in places)
-        signs = map(clear_sign, zip(*rows, strict=True))
-        moving = frozenset(k for k, sign in enumerate(signs) if sign and k not in still)
-    return [_contact_point(system, place, moving) for place in places]
+def signs_at_rest(system: System, places: Sequence[Place], still: Collection[int]) -> Signs:
+    """Return 0 for all sliding velocities that vanish, of ``still`` contacts and others; () if no formula asks."""
+    asked = (None,) * len(system.frictions)
+    if contact_formulas(system, asked) == contact_formulas(system):
+        return ()
+    rows = (place.values(system, tuple(f.velocity for f in system.frictions)) for place in places)
+    clear = map(clear_sign, zip(*rows, strict=True))
+    return tuple(None if sign and k not in still else 0 for k, sign in enumerate(clear))
 
 
-@lru_cache(maxsize=64)
-def _told_by_signs(system: System) -> bool:
-    """Tell whether a contact depends on the sign of a sliding velocity."""
-    return contact_formulas(system, frozenset(range(len(system.frictions)))) != contact_formulas(system)
-
-
-def _contact_point(system: System, place: Place, moving: frozenset[int]) -> ContactPoint:
+def contact_point(system: System, place: Place, signs: Signs) -> ContactPoint:
     """Return the contacts at a place, in the numbers of this place: later operations then have the same rounding."""
-    formulas, unknowns, _ = contact_formulas(system, moving)
+    formulas, unknowns, _ = contact_formulas(system, signs)
     values = tuple(map(place.numbers.convert, place.values(system, formulas)))
     count = len(system.frictions)
     rows = linear_rows(values[4 * count :], unknowns)
@@ -238,12 +231,15 @@ def gap_row(system: System, k: int, point: ContactPoint) -> tuple:
 
 @lru_cache(maxsize=64)
 def coupled(system: System) -> tuple[tuple[int, ...], ...]:
-    """Return the frictions in groups such that no equation of one group contains a force or reaction of another."""
+    """Return the frictions in groups: no equation of one has a force, reaction or direction of sliding of another."""
     count = len(system.frictions)
-    formulas, unknowns, normals = contact_formulas(system, frozenset(range(count)))
-    owner = {u: k for k, f in enumerate(system.frictions) for u in (f.force, f.normal)}
-    rows = zip((*range(count), *range(count), *normals), linear_rows(formulas[4 * count :], unknowns), strict=True)
+    formulas, unknowns, normals = contact_formulas(system, (None,) * count)
+    owner = {u: k for k, f in enumerate(system.frictions)
+             for u in (f.force, f.normal, sp.sign(f.velocity), sp.sign(-f.velocity))}  # fmt: skip
+    rows = [*zip((*range(count), *range(count), *normals), linear_rows(formulas[4 * count :], unknowns), strict=True)]
     pairs = [(k, owner[u]) for k, (_, *row) in rows for u, entry in zip(unknowns, row, strict=True) if entry != 0]
+    rows += ((k // 4, (number,)) for k, number in enumerate(formulas[: 4 * count]))
+    pairs += [(k, owner[sign]) for k, row in rows for sign in atoms(sp.Tuple(*row), sp.sign) & owner.keys()]
     return tuple(sorted(tuple(sorted(group)) for group in connected_components((range(count), pairs))))
 
 

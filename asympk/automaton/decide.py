@@ -310,8 +310,9 @@ def _why_none(here: Junction) -> str:
                     f"{float(kinetic):.6g}; make it at least that")  # fmt: skip
     jumps = sides.phases(here.system.rates.values(), here.system.states, here.system.time)
     for k, (friction, choice) in enumerate(zip(here.system.frictions, here.phases, strict=True)):
-        if {1, -1} <= {phase.load for phase in choice} and sides.phase_of(friction.load)[0] in jumps:
-            return f"rates jump where the load of friction {k} is 0; write what jumps there as a friction of its own"
+        for name in ("load", "velocity"):
+            if {1, -1} <= {getattr(p, name) for p in choice} and sides.phase_of(getattr(friction, name))[0] in jumps:
+                return f"rates jump where the {name} of friction {k} is 0; write what jumps there as its own friction"
     names = ", ".join(dict.fromkeys(map(branches.mode_name, product(*here.phases))))
     return f"none of {names} is consistent; the model needs compliance there"
 

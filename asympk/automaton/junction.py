@@ -12,13 +12,15 @@ from asympk.automaton.contacts import (
     ContactPoint,
     Numbers,
     Place,
+    Signs,
     Solved,
-    contact_points,
+    contact_point,
     coupled,
     gap_row,
     is_open,
     nudges,
     place_of,
+    signs_at_rest,
     solved_forces,
 )
 from asympk.automaton.modes import mode_of
@@ -41,9 +43,9 @@ class Junction:
     """Where one mode ends and another is to follow, or where a run begins.
 
     ``lost`` are the guards that the mode ``before`` lost, by kind and friction. The first of the ``places`` is the
-    state itself, the others are displaced by its rounding error; ``points`` are the contacts there. ``touching`` are
-    the rigid contacts that stay closed or may open, and whether their reaction has just vanished. ``slack`` is the
-    relative error of the state.
+    state itself, the others are displaced by its rounding error; ``points`` are the contacts there, with the ``signs``
+    of sliding velocities that vanish. ``touching`` are the rigid contacts that stay closed or may open, and whether
+    their reaction has just vanished. ``slack`` is the relative error of the state.
     """
 
     system: System
@@ -51,6 +53,7 @@ class Junction:
     lost: set[tuple[str, int]]
     places: tuple[Place, ...]
     points: list[ContactPoint]
+    signs: Signs
     touching: dict[int, bool]
     slack: Any
 
@@ -88,11 +91,22 @@ class Junction:
     def _known(self) -> dict[tuple, Solved | None]:
         return {}
 
+    def points_in(self, branch: Branch) -> list[ContactPoint]:
+        """Return the contacts at all places; sliding velocities that vanish have their signs in a branch."""
+        signs = tuple(s if s is None else phase.velocity for s, phase in zip(self.signs, branch, strict=False))
+        if signs not in self._directed:
+            self._directed[signs] = [contact_point(self.system, place, signs) for place in self.places]
+        return self._directed[signs]
+
+    @cached_property
+    def _directed(self) -> dict[Signs, list[ContactPoint]]:
+        return {self.signs: self.points}
+
     def solved(self, branch: Branch, group: tuple[int, ...], point: int = 0) -> Solved | None:
         """Return the forces of a group in a branch at one of the ``points``, or None where they are not determined."""
         key = group, tuple(branch[k] for k in group), point
         if key not in self._known:
-            self._known[key] = solved_forces(self.system, branch, self.points[point], self.numbers, group)
+            self._known[key] = solved_forces(self.system, branch, self.points_in(branch)[point], self.numbers, group)
         return self._known[key]
 
     def is_determined(self, branch: Branch) -> bool:
@@ -118,10 +132,11 @@ def junction_at(
         _require_kept(system, at)
         lost |= _resting(system, at)
     still = branches.at_rest(before or ()) | {k for kind, k in lost if kind == "velocity_zero"}
-    points = contact_points(system, places, still)
+    signs = signs_at_rest(system, places, still)
+    points = [contact_point(system, place, signs) for place in places]
     touching = _touching(system, before, lost, at)
     _require_directions(system, touching, points, at)
-    return Junction(system, before, lost, places, points, touching, slack)
+    return Junction(system, before, lost, places, points, signs, touching, slack)
 
 
 def _require_directions(system: System, touching: dict[int, bool], points: list[ContactPoint], at: Place) -> None:

@@ -92,8 +92,9 @@ def _doubled(table: Table) -> Table:
 
 def _agreeing(here: Junction, branch: Branch) -> tuple[list[Table], list[Table]]:
     """Return, for each point, the rows that are 0 and the rows that are not negative if forces agree with a branch."""
-    cones = [_cone(here.system, branch, p) + _parting(here, branch, p) for p in here.points]
-    return [contact_equations(here.system, branch, p, range(len(branch))) for p in here.points], cones
+    points = here.points_in(branch)
+    cones = [_cone(here.system, branch, p) + _parting(here, branch, p) for p in points]
+    return [contact_equations(here.system, branch, p, range(len(branch))) for p in points], cones
 
 
 def _corner(

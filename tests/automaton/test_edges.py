@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 
 import asympk as ap
-from asympk.errors import Accumulation, InputError, NotDerivable, TooManyEvents
+from asympk.errors import Accumulation, InputError, NoMotion, NotDerivable, TooManyEvents
 
 x, v, t = sp.symbols("x v t", real=True)
 F = sp.Symbol("F", real=True)
@@ -340,6 +340,28 @@ def test_a_contact_feels_the_direction_in_which_another_one_slides(laws, end, di
     system = ap.System.with_frictions({x: v, v: push + F, u: G / 4}, {}, contacts)
     path = ap.solve(ap.Scene(system=system, start={x: 0, v: 0, u: direction}, until=3), **how)
     assert [direction * float(w) for w in path.final[:2]] == pytest.approx([float(Fraction(w)) for w in end], abs=1e-5)
+
+
+@pytest.mark.parametrize(("push", "load", "net"), [("1/2 + s/2", "1", "1/2"), ("3/5", "1 - s/2", "7/20")])
+def test_a_contact_at_rest_feels_that_another_one_turns(push, load, net, how):
+    """The other one, on a spring, turns at pi. This one was told to rest on, though its bound is then too small."""
+    y, u, G = sp.symbols("y u G", real=True)
+    push, load = (sp.sympify(law, {"s": sp.sign(u)}) for law in (push, load))
+    half = sp.Rational(1, 2)
+    contacts = [ap.Friction(velocity=u, force=G, load=1, kinetic=half / 2),
+                ap.Friction(velocity=v, force=F, load=load, kinetic=half)]  # fmt: skip
+    system = ap.System.with_frictions({y: u, x: v, u: G - y, v: push + F}, {}, contacts)
+    path = ap.solve(ap.Scene(system=system, start={y: 2, u: 0, x: 0, v: 0}, until=6), **how)
+    gained, left = float(Fraction(net)) * (6 - math.pi), 6 - math.pi
+    assert path.modes == ("slip_opposite+stick", "slip_same+slip_same")
+    end = (1.25 * math.cos(6) - 0.25, gained * left / 2, -1.25 * math.sin(6), gained)
+    assert [float(w) for w in path.final] == pytest.approx(end, abs=1e-5)
+
+
+def test_a_rest_that_needs_a_drag_by_the_sign_of_its_velocity_is_refused_as_that():
+    system = block(-x - sp.sign(v) / 2, ROUGH)
+    with pytest.raises(NoMotion, match=r"rates jump where the velocity of friction 0 is 0; write what jumps there as"):
+        ap.solve(ap.Scene(system=system, start={x: "1/2", v: 0}, until=1))
 
 
 @pytest.mark.parametrize(("speed", "since"), [("-1/2", 0), (0, 1)])
