@@ -47,6 +47,8 @@ class Scene(ShownAsTable):
 
     def __post_init__(self) -> None:
         put = object.__setattr__
+        if not isinstance(self.name, str):
+            raise InputError(f"name = {short(self.name)}: it must be a string")
         if self.system is not None:
             self._place()
             return
@@ -123,8 +125,6 @@ class Scene(ShownAsTable):
         time. ``start`` shows the nearest doubles. Raises ``NoManifold`` if the mode has no slow line, and
         ``InputError`` if the start is not in the mode of the line.
         """
-        if not isinstance(manifold, str) or manifold not in MANIFOLDS:
-            raise InputError(f"manifold = {short(manifold)}: it must be one of {', '.join(MANIFOLDS)}")
         x, offset, z = number("x", x), number("offset", offset), number("z", z)
         y = _slow_y(manifold, number("sigma", sigma), number("mu", mu), x) + float(offset)
         scene = cls(sigma, mu, (x, y, z), until, sigma0, name, (manifold, offset))
@@ -152,12 +152,14 @@ def _is_near(scene: Scene, manifold: str, offset: Any) -> bool:
     """Tell whether a scene starts at this offset from the slow line, in the mode of the line."""
     x, y, z = scene.start
     with suppress(NoManifold):
-        on_line = y == _slow_y(manifold, scene.sigma, scene.mu, x) + float(offset)
+        on_line = y == _slow_y(manifold, scene.sigma, scene.mu, x) + float(number("offset", offset))
         return on_line and (x + y) * z * MANIFOLDS[manifold][1] > 0
     return False
 
 
 def _slow_y(manifold: str, sigma: Any, mu: Any, x: Any) -> float:
+    if not isinstance(manifold, str) or manifold not in MANIFOLDS:
+        raise InputError(f"manifold = {short(manifold)}: it must be one of {', '.join(MANIFOLDS)}")
     _, b = coefficients(MANIFOLDS[manifold][0], sigma)
     if b == 0 or 0 < b <= 4 * mu:
         where = f"{manifold} has no slow line at sigma = {sigma}, mu = {mu}"

@@ -92,6 +92,9 @@ BAD = [
     ({"mu": np.ma.masked}, "mu = masked: it must be a number"),
     ({"mu": np.ma.array(1.0, mask=True)}, "it must be a number"),
     ({"sigma": ap.systems.painleve_klein.system()}, "sigma is a System: name it, Scene(system=system"),
+    ({"name": 5}, "name = 5: it must be a string"),
+    ({"near_to": ("Pi9", 0)}, "manifold = 'Pi9': it must be one of Pi1, Pi2"),
+    ({"near_to": ("Pi1", "far")}, "offset = 'far': it must be a decimal"),
 ]
 
 
