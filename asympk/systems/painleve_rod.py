@@ -1,8 +1,9 @@
 r"""The classical Painlevé rod: a slender rod whose lower end slides on rough ground.
 
-m p = 1 + 3 cos(theta) (cos(theta) -+ f sin(theta)) and a_N = -g + l theta'^2 sin(theta), l half the length: a paradox
-for friction above (1 + 3 cos^2)/(3 sin cos), at least 4/3 where tan(theta) = 2. Source: F. Génot, B. Brogliato, New
-results on Painlevé paradoxes, European Journal of Mechanics A/Solids 18 (1999) 653-677.
+Under the pressure N the lower end rises with the acceleration p N + a_N, with m p = 1 + 3 cos(theta) (cos(theta) -+
+f sin(theta)) and a_N = -g + l theta'^2 sin(theta), l half the length: a paradox for friction above (1 + 3 cos^2)/(3 sin
+cos), at least 4/3 where tan(theta) = 2. Source: F. Génot, B. Brogliato, New results on Painlevé paradoxes, European
+Journal of Mechanics A/Solids 18 (1999) 653-677.
 """
 
 from functools import cache
