@@ -83,7 +83,7 @@ def enclose(
         if found and not (left - dt).numbers()[0] > 0:
             raise Refused(f"horizon: {guard.kind} at the end itself, until = {float(until):.10g}")
         time = modes.instant(guard, segment) if found else Fraction(until)
-        state, t = _struck(segment.at(guard, dt), guard, segment, guards, time), (t + dt).tight()
+        state, t = modes.struck(segment.at(guard, dt), guard, segment, guards, time), (t + dt).tight()
         mode, guards = modes.chosen([_after(mode.mode, guard), modes.every(state)], state, guard.kind)
         if guard := modes.event(segment.mode.mode, mode.mode, guard, state):
             names.append(mode.mode.name)
@@ -122,26 +122,6 @@ def _after(mode, guard):
     free = guard.kind == SWITCH or branches.stands(mode.branch)
     lost = range(len(mode.branch)) if free else (guard.friction, *guard.others)
     return product(*(all_phases(mode.system, k) if k in lost else (phase,) for k, phase in enumerate(mode.branch)))
-
-
-def _struck(family, guard, segment, guards, time):
-    """Return the state at an event; what stands still, is alone in the guard, or is a polynomial of the time is exact.
-
-    ``time`` is the exact time of the event, or None.
-    """
-    mode, before, size = segment.mode, segment.start, len(segment.start.exact)
-    exact = [w if w is not None and _stands_still(k, mode, before) else None for k, w in enumerate(before.exact)]
-    known = {k: before.family.entry(k) for k, w in enumerate(exact) if w is not None}
-    involved = [k for k, c in enumerate(guard.row[:-1]) if c]
-    found = {involved[0]: -guard.row[-1] / guard.row[involved[0]]} if len(involved) == 1 else {}
-    for k in range(size) if None not in (time, before.time) else ():
-        parts = segment.polynomial(_unit(k, size), before)
-        found |= {k: value_after(time - before.time, parts)} if parts and k not in known else {}
-    for k, value in found.items():
-        exact[k], known[k] = value, mode.field.family([[value]])
-    null = (guard.row, *mode.kept, *(row for other in guards for row in other.null))
-    whole = stacked([known.get(k) or family.entry(k) for k in range(size)])
-    return EnclosedState(whole, tuple(exact), mode.field, null, time)
 
 
 def _unit(k, size):
@@ -203,7 +183,7 @@ class _Modes:
 
     def ends_motion(self, guard, segment):
         """Tell whether a guard is positive before ``until`` and falls through 0 exactly then (Lemma 16)."""
-        since, parts = self._polynomial(guard, segment)
+        since, parts = self._polynomial(guard.row, segment)
         return bool(parts) and falls_to_zero(parts, self.until - since, self.field)
 
     def instant(self, guard, segment):
@@ -211,16 +191,35 @@ class _Modes:
 
         None stands for a long number, too.
         """
-        since, parts = self._polynomial(guard, segment)
+        since, parts = self._polynomial(guard.row, segment)
         if not parts or any(parts[2:]):
             return None
         found = self.field.expression(since - parts[0] / parts[1])
         return Fraction(found) if found.is_Rational and found.q.bit_length() <= flint().ctx.prec else None
 
-    def _polynomial(self, guard, segment):
-        """Return (exact time, Taylor coefficients from it) of a guard; what the time alone moves is known from 0 on."""
-        start = segment.start if any(guard.row[: len(self.system.states)]) else self.start
-        return start.time, [] if start.time is None else segment.polynomial(guard.row, start)
+    def _polynomial(self, row, segment):
+        """Return (exact time, Taylor coefficients from it) of a row; what the time alone moves is known from 0 on."""
+        start = segment.start if any(row[: len(self.system.states)]) else self.start
+        return start.time, [] if start.time is None else segment.polynomial(row, start)
+
+    def struck(self, family, guard, segment, guards, time):
+        """Return the state at an event; what stands still, is alone in the guard, or a polynomial in time, is exact.
+
+        ``time`` is the exact time of the event, or None.
+        """
+        mode, before, size = segment.mode, segment.start, len(segment.start.exact)
+        exact = [w if w is not None and _stands_still(k, mode, before) else None for k, w in enumerate(before.exact)]
+        known = {k: before.family.entry(k) for k, w in enumerate(exact) if w is not None}
+        involved = [k for k, c in enumerate(guard.row[:-1]) if c]
+        found = {involved[0]: -guard.row[-1] / guard.row[involved[0]]} if len(involved) == 1 else {}
+        for k in range(size) if time is not None else ():
+            since, parts = self._polynomial(_unit(k, size), segment)
+            found |= {k: value_after(time - since, parts)} if parts and k not in known else {}
+        for k, value in found.items():
+            exact[k], known[k] = value, self.field.family([[value]])
+        null = (guard.row, *mode.kept, *(row for other in guards for row in other.null))
+        whole = stacked([known.get(k) or family.entry(k) for k in range(size)])
+        return EnclosedState(whole, tuple(exact), self.field, null, time)
 
     def of(self, mode):
         """Return the ``EnclosedMode`` of a mode, or None where the parameters exclude the mode."""

@@ -658,6 +658,15 @@ def test_a_contact_whose_load_is_never_negative_slides_on_as_before_where_it_is_
     assert proven_as_followed(block_under(0, {"x": 0, "v": 3}, until="1.1", load=load)).modes == ("slip_same",)
 
 
+def test_what_the_time_alone_moves_is_known_exactly_at_a_switch_after_an_event_at_an_unknown_time():
+    """The push grows from the bound of the friction at t = 1, with the second derivative only."""
+    push = sp.Piecewise((0, t < 1), (1 + (t - 1) ** 2, True))
+    frictions = [ap.Friction(v, F, load=1, kinetic=1), ap.Friction(w, G, load=1, kinetic=1)]
+    system = ap.System.with_frictions({x: v, v: push + F, y: w, w: -y + G}, {}, frictions, time=t)
+    proof = proven_as_followed(ap.Scene(system=system, start={"x": 0, "v": 0, "y": 0, "w": "1/2"}, until=2))
+    assert proof.modes == ("stick+slip_same", "stick+stick", "slip_same+stick")
+
+
 def test_the_guard_of_a_load_that_is_positive_by_its_form_is_lost_where_the_other_sign_is_assumed():
     slipping = Phase(-1, 1)
     (guard, *_) = guards.guards(SWITCHED["a load with a kink"].system, (slipping,))
