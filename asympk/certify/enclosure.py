@@ -4,9 +4,9 @@ r"""One mode in ball arithmetic, and a proof of the event that ends it.
 
 A guard is a quantity that is positive while the mode lasts: +-s and +-z in slip, the distances of s from the edges of
 the static cone in stick. ``first_event`` cuts the time axis from the left. On each piece a guard is proven positive by
-its value or its first derivative, at the start also by its second derivative. If exactly one guard falls strictly from
-plus to minus on a piece while the others stay positive, its root exists, is the only one and is the first event. The
-interval Newton method then encloses the root. Nothing here uses the closed-form roots or extrema of the flow.
+its value or its first derivative, at the start also by its second derivative. Guards that fall strictly from plus to
+minus on a piece while the others stay positive have one root each, which the interval Newton method encloses; a root
+that is certainly before all others is the first event. Nothing here uses the closed-form roots or extrema of the flow.
 """
 
 from collections.abc import Sequence
@@ -198,28 +198,36 @@ def first_event(
     while pieces:
         budget.spend(segment)
         hi = pieces[-1]
-        verdicts = [_verdict(segment, guard, lo, hi) for guard in guards]
-        if all(verdict == "positive" for verdict in verdicts):
+        verdicts = [_verdict(segment, guard, lo, hi, finest) for guard in guards]
+        unproven = [guard for guard, verdict in zip(guards, verdicts, strict=True) if verdict != "positive"]
+        roots = [root_in(segment, guard, lo, hi) for guard in unproven] if {*verdicts} <= {"positive", "falls"} else []
+        if not unproven:
             lo = pieces.pop()
-        elif verdicts.count("falls") == 1 and "unknown" not in verdicts:
-            guard = guards[verdicts.index("falls")]
-            return guard, root_in(segment, guard, lo, hi)
-        elif not (hi - lo > hi * finest and hi > _SOONEST):
-            unproven = [guard for guard, verdict in zip(guards, verdicts, strict=True) if verdict != "positive"]
-            raise _refused(segment, unproven, hi, left)
+        elif roots and (first := _first(roots)) is not None:
+            return unproven[first], roots[first]
+        elif {*verdicts} <= {"positive", "ends"} or not (hi - lo > hi * finest and hi > _SOONEST) or (
+                roots and all(root.rad() < hi * finest for root in roots)):  # fmt: skip
+            raise _refused(segment, unproven, roots[0].upper() if roots else hi, left)
         else:
             pieces.append(_cut(segment, guards, lo, hi))
     return None
 
 
-def _verdict(segment, guard, lo, hi):
+def _first(roots):
+    """Return the place of the root that is certainly before all others, or None."""
+    return next((k for k, root in enumerate(roots) if all(root < other for other in roots if other is not root)), None)
+
+
+def _verdict(segment, guard, lo, hi, finest):
+    """Return whether a guard is positive on a piece or falls through 0 there; ``ends`` if it may do so at the end."""
     touching = lo == 0 and guard.touching
     value, *slopes = segment.jet(guard, lo.union(hi), max(2, guard.touching) if touching else 1)
     if value > 0 or any(slope > 0 for slope in slopes):
         return "positive"
     if slopes[0] < 0 and not touching:
         (end,) = segment.jet(guard, hi)
-        return "positive" if end > 0 else "falls" if end < 0 else "unknown"
+        found = "positive" if end > 0 else "falls" if end < 0 else ""
+        return found or ("ends" if segment.jet(guard, (hi - hi * finest).mid())[0] > 0 else "unknown")
     return "unknown"
 
 
