@@ -141,19 +141,17 @@ def pressed(
 ) -> dict[sp.Symbol, Any]:
     """Return the states x and y of a start off g = g' = 0, from g = -c x and g' = -c y (or g' = -eps y, c = eps^2).
 
-    ``small`` is the value of c or eps. Raises ``InputError`` if ``small`` is missing, and for a start above a
-    unilateral contact with a damping time h: such a contact pushes already below the gap h |g'|.
+    ``small`` is the value of c or eps; ``values`` give all other states. Raises ``InputError`` if ``small`` is missing,
+    and for a start above a unilateral contact that pushes already, with a damping time h below the gap h |g'|.
     """
     found: dict[sp.Symbol, Any] = {}
+    above = []
     for k, kinetics in enumerate(contacts):
         x, y, _ = state_names(contacts, k, *system.parameters)
         if x not in system.states or not (off := departures(kinetics, values)):
             continue
         off_by = ", ".join(f"{name} = {value:g}" for name, value in off.items())
         which = f"contact {k + 1}" if k else "the contact"
-        if kinetics.unilateral and x in system.slow and off.get("g", 0) > 0:
-            raise InputError(f"the start is above {which}, {off_by}, where its damper pushes already; start it "
-                             "where it touches, or give compliance=eps**2")  # fmt: skip
         if small is None:
             raise InputError(f"the start is off {which}, {off_by}; give {system.small} among the values, from "
                              "which the reaction follows, or coordinates and rates with g = g' = 0")  # fmt: skip
@@ -163,6 +161,12 @@ def pressed(
         sizes = {"g": (x, kinetics.gap, 1 + (x in system.fast)), "g'": (y, kinetics.gap_rate, 1)}
         found |= {state: exactly_at(-moved / c**power, placed)
                   for name, (state, moved, power) in sizes.items() if name in off and state in system.states}
+        if kinetics.unilateral and x in system.slow and off.get("g", 0) > 0:
+            above.append((k, f"{which}, {off_by}"))
+    for k, where in above:
+        if exactly_at(-system.frictions[k].gap, {contacts[k].time: 0} | values | found) > 0:
+            raise InputError(f"the start is above {where}, where its damper pushes already; start it where it "
+                             "touches, or give compliance=eps**2")  # fmt: skip
     return found
 
 

@@ -309,7 +309,7 @@ class Mechanism(ShownAsFormulas):
         sliding = [f.velocity for f in system.frictions if f.velocity in fixed]
         fixed |= {z: exactly_at(self.plain.slip, given) for z in sliding}
         if system.small in system.parameters:
-            fixed |= elastic.pressed(self.equations, system, given, given.get(system.small))
+            fixed |= elastic.pressed(self.equations, system, {**fixed, **given}, given.get(system.small))
         if missing := [str(s) for s in system.states if s in moving and s not in given]:
             raise InputError(f"no value for {', '.join(missing)}; give the coordinates and rates to start from")
         return {s.name: _worked_out({**given, **fixed}[s]) for s in system.states}

@@ -328,8 +328,8 @@ def test_a_start_above_a_ground_that_steps_with_a_parameter_is_off_the_contact_a
     """Six digits of h would change its gap of 1/2 by 1: this is a step, no rounding."""
     X, Y, U, V, f = sp.symbols("X Y U V f", real=True)
     body = ap.Mechanism((X, Y), (U, V), sp.eye(2), (0, 0), ap.Contact(Y - sp.floor(h), X, f, unilateral=True))
-    with pytest.raises(InputError, match=r"above the contact, g = 0\.5, where its damper"):
-        body.start(body.elastic(compliance=c, damping=1), {"X": 0, "Y": "3/2", "U": 1, "V": 0, f: 1, h: 1, c: 1})
+    with pytest.raises(InputError, match=r"above the contact, g = 0\.5, g' = -1, where its damper"):
+        body.start(body.elastic(compliance=c, damping=1), {"X": 0, "Y": "3/2", "U": 1, "V": -1, f: 1, h: 1, c: 1})
 
 
 @pytest.mark.parametrize(("compliance", "damping", "value"), [(c, 1, "1e-8"), (eps**2, 0, "1e-4")])

@@ -109,6 +109,24 @@ def test_a_start_beside_the_wall_presses_no_wall_until_it_touches():
         point.start(damped, {"X": "0.99", "Y": 0, "X'": 1, "Y'": 0, "eps": "1/1000"})
 
 
+def test_a_start_above_a_damped_contact_is_taken_where_its_damper_does_not_push_yet():
+    """A point of the speed 2 that starts 1/2 before the wall meets it at the gap 2 h = 1/5, so at t = 3/20."""
+    c, h = sp.symbols("c h", positive=True)
+    point = ap.Mechanism((X, Y), (X.diff(T), Y.diff(T)), sp.eye(2), (0, -1), ap.Contact(Y, X, f, unilateral=True),
+                         others=(ap.Contact(1 - X, Y, f, unilateral=True),))  # fmt: skip
+    system, numbers = point.elastic(compliance=c, damping=h), {"f": 0, "c": "1e-3", "h": "1/10"}
+    start = point.start(system, {**numbers, "X": "1/2", "Y": 0, "X'": 2, "Y'": 0})
+    path = ap.solve(ap.Scene(system=system, values=numbers, start=start, until="1/5"))
+    touch = path.events[0]
+    assert (touch.kind, touch.friction, touch.t) == ("touch_down", 1, pytest.approx(0.15, abs=1e-12))
+    midway = dict(zip(path.names, map(float, path(0.1)), strict=True))
+    rates = {"X'": midway["y2"] / 1e3, "Y'": -midway["y"] / 1e3}
+    again = point.start(system, {**numbers, "X": midway["X"], "Y": midway["Y"], **rates})
+    assert [again[name] for name in path.names] == pytest.approx([midway[name] for name in path.names], rel=1e-9)
+    with pytest.raises(InputError, match=r"above contact 2, g = 0\.19, g' = -2, where its damper pushes already"):
+        point.start(system, {**numbers, "X": "81/100", "Y": 0, "X'": 2, "Y'": 0})
+
+
 def test_a_parameter_of_a_further_gap_alone_is_given_to_its_start_and_to_the_motions_with_it_open():
     """An elastic contact with c = eps^2 = 1/16 that is open by w starts with the reaction -w/c."""
     eps, w = sp.symbols("eps w", positive=True)
