@@ -303,8 +303,10 @@ def _several(here: Junction, consistent: Iterable[Branch]) -> TwoMotions:
 
 def _why_none(here: Junction) -> str:
     """Return why no motion follows: a contact whose static friction is below the kinetic may neither hold nor slip."""
+    ways = [*product(*here.phases)]
     for k in sorted(here.resting):
-        static, kinetic = here.points[0].contacts[k].static, here.points[0].contacts[k].kinetic
+        static = here.points[0].contacts[k].static
+        kinetic = max(here.points_in(way)[0].contacts[k].kinetic for way in ways)  # it may differ by the direction
         if kinetic - static > SAME * kinetic:
             return (f"static friction {float(static):.6g} of friction {k} is below the kinetic one, "
                     f"{float(kinetic):.6g}; make it at least that")  # fmt: skip
@@ -313,7 +315,7 @@ def _why_none(here: Junction) -> str:
         for name in ("load", "velocity"):
             if {1, -1} <= {getattr(p, name) for p in choice} and sides.phase_of(getattr(friction, name))[0] in jumps:
                 return f"rates jump where the {name} of friction {k} is 0; write what jumps there as its own friction"
-    names = ", ".join(dict.fromkeys(map(branches.mode_name, product(*here.phases))))
+    names = ", ".join(dict.fromkeys(map(branches.mode_name, ways)))
     return f"none of {names} is consistent; the model needs compliance there"
 
 

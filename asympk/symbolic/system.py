@@ -57,7 +57,8 @@ class Friction(ShownAsFormulas):
     r"""Dry friction: ``-kinetic |load| sign(velocity)`` in slip, at most ``static |load|`` in stick.
 
     ``velocity`` is an expression in the states and may contain the time, as on a moving belt; ``load``, ``kinetic`` and
-    ``static`` (by default ``kinetic``) are expressions in states, parameters and time. The load may also be linear in
+    ``static`` (by default ``kinetic``) are expressions in states, parameters and time, in which the sign of a sliding
+    velocity at rest is 0. The load may also be linear in
     forces and normals of frictions: two directions of one contact share its reaction. A contact with a ``gap`` is open,
     without load, while ``gap > 0``; a fractional power of -gap in the load is read as a power of the penetration
     ``Max(0, -gap)``, as in Hertz's contact. ``normal`` is the symbol, if any, under which the load enters the rates:

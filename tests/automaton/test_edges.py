@@ -358,6 +358,15 @@ def test_a_contact_at_rest_feels_that_another_one_turns(push, load, net, how):
     assert [float(w) for w in path.final] == pytest.approx(end, abs=1e-5)
 
 
+def test_static_friction_that_is_below_the_kinetic_one_of_one_direction_is_refused_as_that():
+    """Friction is 3/4 forward and 1/4 backward, and 1/2 at rest: a push of this size finds neither rest nor slip."""
+    law = sp.Rational(1, 2) + sp.sign(v) / 4
+    with pytest.raises(NoMotion, match=r"at t = 0\.5, .*static friction 0\.5 of friction 0 is below .* one, 0\.75"):
+        ap.solve(ap.Scene(system=block(t, law), start={x: 0, v: 0}, until=1))
+    path = ap.solve(ap.Scene(system=block(-t, law), start={x: 0, v: 0}, until=1))
+    assert ends(path, ("stick", "slip_opposite"), [-5 / 96, -1 / 4])
+
+
 def test_a_rest_that_needs_a_drag_by_the_sign_of_its_velocity_is_refused_as_that():
     system = block(-x - sp.sign(v) / 2, ROUGH)
     with pytest.raises(NoMotion, match=r"rates jump where the velocity of friction 0 is 0; write what jumps there as"):
