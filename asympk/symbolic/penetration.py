@@ -140,9 +140,12 @@ def with_penetration(expr: sp.Expr, gap: sp.Expr) -> sp.Expr:
 def with_finite_powers(expr: sp.Expr) -> sp.Expr:
     """Return ``expr`` times those powers of the penetration that remove its negative powers."""
     powers = [power for power in expr.atoms(sp.Pow) if isinstance(power.base, Penetration) and power.exp.is_negative]
+    named = {power: sp.Dummy() for power in powers}  # expand_mul multiplies a denominator out, and a power into its sum
+    meant = {name: power for power, name in named.items()}
     for base in sorted({power.base for power in powers}, key=sp.default_sort_key):
         largest = min((power.exp for power in powers if power.base == base), key=float)
-        expr = sp.Add(*(term / base**largest for term in sp.Add.make_args(sp.expand_mul(expr))))
+        terms = sp.Add.make_args(sp.expand_mul(expr.xreplace(named)))
+        expr = sp.Add(*(term.xreplace(meant) / base**largest for term in terms))
     return expr
 
 

@@ -12,7 +12,7 @@ from asympk.symbolic.expansion import is_zero
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.penetration import Penetration, RootSlope, with_finite_powers, with_penetration
 
-x, v, y, F, N = sp.symbols("x v y F N", real=True)
+x, v, y, place, F, N = sp.symbols("x v y place F N", real=True)
 K, p, mu = sp.symbols("K p mu", positive=True)
 HERTZ = sp.Rational(3, 2)
 
@@ -28,6 +28,7 @@ def test_the_most_negative_power_of_a_penetration_is_what_makes_all_of_them_fini
     expr = depth**-HERTZ + 3 / sp.sqrt(depth) + sp.sqrt(other) / depth - depth / other
     expected = other + 3 * depth * other + other**HERTZ * sp.sqrt(depth) - depth ** (1 + HERTZ)
     assert sp.expand(with_finite_powers(expr) - expected) == 0
+    assert sp.expand(with_finite_powers(expr / (1 + y**2)) - expected / (1 + y**2)) == 0
 
 
 SIZES = sp.Max(-x, 0), -sp.Min(x, 0), sp.Abs(x)
@@ -131,6 +132,20 @@ def test_what_follows_a_touch_down_is_told_though_load_and_push_vanish_there(pus
     landed, left = (float(event.t) for event in path.events)
     impulse = 2 * math.sqrt(2) + left - landed
     assert path.final[2] == pytest.approx(gained * impulse, abs=1e-7)
+
+
+@pytest.mark.parametrize("start", [0, 1])
+def test_a_body_that_lands_at_rest_stays_at_rest_whether_its_friction_falls_with_the_velocity_or_not(start):
+    """The body hangs on a slack spring; derivatives of the load that are infinite at touch-down stand over 5 + y^2."""
+    load, finals = 1000 * (-x) ** HERTZ * (1 - v / 5), []
+    for kinetic in (sp.Rational(1, 5), 1 / (5 + y**2)):
+        contact = ap.Friction(velocity=y, force=F, load=load, kinetic=kinetic, gap=x, normal=N)
+        system = ap.System.with_frictions({x: v, v: N - 1, place: y, y: F - 4 * place}, {}, [contact])
+        path = ap.solve(ap.Scene(system=system, start={x: start, v: 0, place: 0, y: 0}, until=3))
+        assert path.modes == (("open", "stick", "open") if start else ("stick",))
+        finals.append(path.final)
+    assert finals[0] == finals[1]
+    assert finals[0][2:] == (0, 0)
 
 
 def test_a_contact_of_hertz_and_of_a_small_time_has_its_slow_manifold_and_models():
