@@ -46,7 +46,7 @@ from asympk.path import Event
 from asympk.symbolic import branches, forces
 from asympk.symbolic.branches import OPEN, Phase, all_phases
 from asympk.symbolic.guards import NEVER_IDLE, unused_rows
-from asympk.symbolic.sides import inside, is_whole, measured
+from asympk.symbolic.sides import inside, is_whole, measured, phase_of
 from asympk.symbolic.system import System
 
 MOST_EVENTS, MOST_CORNERS = 200, 200
@@ -312,7 +312,9 @@ class _Modes:
             if verdicts and all(self._slips_freely(b, state) for b in best):
                 break
         open_ones = [mode for mode in verdicts if mode not in holding]
-        if open_ones or len(best) != 1 or len({m.sides for m in holding}) != 1:
+        slides = {phase_of(friction.velocity)[0] for friction in self.system.frictions}  # whose signs a branch tells
+        apart = {tuple(side for side in m.sides if side[0] not in slides) for m in holding}
+        if open_ones or len(best) != 1 or len(apart) != 1:
             names = ", ".join(sorted({m.name for m in (*open_ones, *holding)})) or "none"
             raise Refused(f"edge: which mode follows after {what} is not certain; candidates: {names}")
         found = next(mode for mode in holding if mode.branch == best[0])
@@ -513,7 +515,8 @@ class _Modes:
 
     def _lost_beyond(self, before, after, state):
         """Return the guard that ``before``, of another branch, loses on the sides of ``after``."""
-        beyond = mode_of(self.system, before.branch, after.sides)  # a mode that the parameters may exclude there
+        sides = {**dict(before.sides), **dict(after.sides)}
+        beyond = mode_of(self.system, before.branch, (*sides.items(),))  # a mode that the parameters may exclude there
         form = affine_form(beyond, self.waves)
         matrix, rows = self.field.matrix(form), (tuple(map(self.field.exact, row)) for row in form.guards)
         guards = (AffineGuard(guard.kind, guard.friction, row) for guard, row in zip(beyond.guards, rows, strict=True))

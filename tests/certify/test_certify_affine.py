@@ -672,6 +672,16 @@ def test_a_contact_whose_load_is_never_negative_slides_on_as_before_where_it_is_
     assert proven_as_followed(block_under(0, {"x": 0, "v": 3}, until="1.1", load=load)).modes == ("slip_same",)
 
 
+@pytest.mark.parametrize(("push", "load", "static"), [(3, 2 - t, 3), (t - 1, sp.Max(0, 1 - t), 2)])
+def test_a_law_that_switches_with_the_sliding_velocity_leaves_the_mode_certain_where_rest_begins_or_ends(
+        push, load, static):  # fmt: skip
+    """At rest on the edge of the law, v = 0, it also slips, or would on the new side of another switch."""
+    friction = ap.Friction(v, F, load=load, kinetic=sp.Rational(3, 2), static=static)
+    system = ap.System.with_frictions({x: v, v: push + sp.Max(0, v) / 3 + F}, {}, [friction], time=t)
+    proof = proven_as_followed(ap.Scene(system=system, start={"x": 0, "v": 0}, until="5/4"))
+    assert [event.kind for event in proof.events] == ["slip_onset"]
+
+
 def test_what_the_time_alone_moves_is_known_exactly_at_a_switch_after_an_event_at_an_unknown_time():
     """The push grows from the bound of the friction at t = 1, with the second derivative only."""
     push = sp.Piecewise((0, t < 1), (1 + (t - 1) ** 2, True))
