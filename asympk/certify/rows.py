@@ -30,7 +30,7 @@ from asympk.certify.spectrum import Spectrum, core_of, of_balls, of_exact, seen_
 from asympk.numbers import Number
 from asympk.symbolic import guards
 from asympk.symbolic.long import replaced
-from asympk.symbolic.sides import inside, on_sides
+from asympk.symbolic.sides import inside, is_whole, measured, on_sides, phases
 from asympk.symbolic.system import System
 
 Row = tuple[Any, ...]
@@ -84,7 +84,14 @@ class ExactEntries:
         expr = expr.subs(self.numbers)
         if expr.has(sp.zoo, sp.oo, sp.nan):
             raise Refused("edge: a coefficient or a reaction is not finite at these parameters")
+        expr = self._sided(expr)
         return expr.rewrite(sp.Abs) if expr.has(*_LARGEST) else expr
+
+    def _sided(self, expr):
+        """Return an expression on those sides of its switches on which the whole box certainly lies."""
+        at = {s: family.whole[0, 0].real for s, family in self._symbols.items()}
+        found = ((phase, _side(phase, ball_of(measured(phase), at))) for phase in phases([expr], at))
+        return on_sides(expr, tuple((phase, side) for phase, side in found if side is not None))
 
     def exact(self, expr: sp.Expr) -> Any:
         """Return an expression in the parameters as an exact entry."""
@@ -177,6 +184,14 @@ class ExactEntries:
 
 def _pattern(matrix: Iterable[Iterable[Any]]) -> np.ndarray:
     return np.array([[bool(entry) for entry in row] for row in matrix])
+
+
+def _side(phase, value):
+    """Return the side of a phase on which it has a value, or None where it is not certain."""
+    if not is_whole(phase):
+        return certain_sign(value) or None
+    whole = value.floor().unique_fmpz()
+    return None if whole is None else int(whole)
 
 
 def _irrational(expr: sp.Expr) -> Iterator[sp.Expr]:

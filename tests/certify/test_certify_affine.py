@@ -487,6 +487,19 @@ def test_a_parameter_that_ranges_over_a_jump_is_refused_by_its_name():
         "irrational: a function that jumps where c = 0 has no enclosure there")  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    "kinetic",
+    [sp.Heaviside(c - 1, 0) / 2, sp.floor(c) / 4, sp.Piecewise((1, c < 1), (c / 4, True)), sp.Mod(c, 1), sp.Min(c, 2)],
+)
+def test_a_parameter_may_range_beside_a_jump(kinetic):
+    system = ap.System.with_frictions({x: v, v: F}, {}, [ap.Friction(v, F, load=1, kinetic=kinetic)])
+    scene, box = ap.Scene(system=system, values={"c": "5/4"}, start={"x": 0, "v": 3}, until=1), {"c": ("5/4", "7/4")}
+    proof = certify(scene, box)
+    assert proven(proof)
+    assert all(inside(proof, ap.solve(replace(scene, values={"c": end}))) for end in box["c"])
+    assert certify(scene, {"c": ("5/4", "9/4")}).proven == (not kinetic.has(sp.floor, sp.Mod))
+
+
 def test_a_box_of_frictions_in_resonance_is_proven():
     friction = ap.Friction(v, F, load=1, kinetic=k)
     system = ap.System.with_frictions({x: v, v: sp.cos(t) - x + F}, {}, [friction], time=t)
