@@ -184,4 +184,4 @@ def test_no_module_hands_text_to_sympy_or_to_the_interpreter():
             if name == "sympify":
                 assert any(keyword.arg == "strict" for keyword in node.keywords), path
             if name == "exec":  # what these write themselves
-                assert path.stem in ("lowering", "modes", "exact", "tape", "nonstiff", "systempages"), path
+                assert path.stem in ("lowering", "compiled", "exact", "tape", "nonstiff", "systempages"), path

@@ -16,7 +16,7 @@ from asympk.affine.forcing import value
 from asympk.affine.moderows import follow_rows, rows_of
 from asympk.affine.run import affine, flows, run
 from asympk.automaton.automaton import Automaton
-from asympk.automaton.modes import function
+from asympk.automaton.compiled import function
 from asympk.errors import InputError, OutOfRange
 from asympk.many import PHASES, REFUSALS, Many, axes_of, outcome_of, require_mappings
 from asympk.numbers import common_shape, numbers, require_finite, short, unread

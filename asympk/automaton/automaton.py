@@ -20,9 +20,10 @@ import sympy as sp
 
 from asympk.arithmetic import DIGITS_OF_DOUBLES
 from asympk.automaton import decide
+from asympk.automaton.compiled import function
 from asympk.automaton.contacts import contact_formulas
 from asympk.automaton.exact import exact_values
-from asympk.automaton.modes import function, has_law, is_nested, mode_of, phases_of, turning
+from asympk.automaton.modes import has_law, is_nested, mode_of, phases_of, turning
 from asympk.automaton.numericmode import BESIDE, NumericMode, State
 from asympk.digits import carrier_context
 from asympk.errors import InputError, NoMotion, NotDerivable, OutOfRange, TwoMotions, Undecided

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import sympy as sp
 from sympy.utilities.iterables import connected_components
 
-from asympk.automaton.modes import function
+from asympk.automaton.compiled import function
 from asympk.numbers import sign_of
 from asympk.symbolic import branches, forces
 from asympk.symbolic.branches import OPEN, Branch

@@ -7,7 +7,7 @@ from functools import lru_cache
 import sympy as sp
 
 from asympk.arithmetic import MOST_DIGITS, flow_context, set_digits
-from asympk.automaton.modes import namespace, source
+from asympk.automaton.compiled import namespace, source
 from asympk.errors import OutOfRange
 from asympk.numbers import mantissa_and_exponent
 from asympk.symbolic.long import atoms

@@ -1,32 +1,26 @@
-r"""The modes of a system in symbols, with rates, guards and Lie derivatives, and the functions compiled from them.
+r"""The modes of a system in symbols, with rates, guards and Lie derivatives.
 
 ``GuardedMode`` is one mode. Functions that switch (``Piecewise``, ``Max``, ``Abs``) are taken on the ``sides`` of their
-phases. The Lie derivatives of a guard along the field decide what follows where the guard vanishes. ``function``
-compiles expressions into a function of ``(t, *state, *p)`` with the parameters p, which serves all scenes of a system.
-Its text has only arithmetic and functions: given a namespace of functions, it runs on numbers of any kind, and tracers.
+phases. The Lie derivatives of a guard along the field decide what follows where the guard vanishes. ``compiled`` makes
+functions of them.
 """
 
-import ast
-import math
-import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property, lru_cache, partial, reduce
+from functools import cached_property, lru_cache
 from itertools import chain, islice
-from types import ModuleType
-from typing import Any
 
 import sympy as sp
 
+from asympk.automaton.compiled import Direction
 from asympk.errors import InputError
 from asympk.symbolic import branches, guards
 from asympk.symbolic.branches import Branch, Guard
-from asympk.symbolic.coefficients import name_of, scattered, with_names
+from asympk.symbolic.coefficients import scattered
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.inverses import InverseForm
 from asympk.symbolic.long import atoms, is_clearly_nonzero, replaced, symbols_in
-from asympk.symbolic.lowering import WIDE, Lowered, NoFunction, is_tower, lower, on_floats, without_overflow
 from asympk.symbolic.penetration import Penetration, without_penetration
 from asympk.symbolic.sides import (
     MOST,
@@ -45,11 +39,8 @@ from asympk.symbolic.sides import (
 from asympk.symbolic.switches import Switch, exprs_of, switches
 from asympk.symbolic.system import Friction, System
 
-Direction = tuple[sp.Expr, ...]  # the rates of the time and of every state
-FACTORS = 64  # the largest power that is written out as a product
 RECORD = 300  # most phases of the time, as a record of ground motion has, on whose sides a model may ask for a mode
 SWITCH, NO_FRICTION = "switch", -1  # the kind and the friction of the guard at which a side ends
-_POWER = re.compile(r"(?<![\w.])([A-Za-z_]\w*)\*\*([2-9])\b")
 
 
 @dataclass(frozen=True)
@@ -395,85 +386,3 @@ def _is_multiple(expr: sp.Expr, other: sp.Expr, states: tuple[sp.Symbol, ...]) -
 def _vanishes(expr: sp.Expr) -> bool:
     """Tell whether ``expr`` expands to 0; numbers tell first of most that it does not."""
     return not is_clearly_nonzero(expr) and sp.expand(expr) == 0
-
-
-@lru_cache(maxsize=1024)
-def function(
-    system: System, outputs: tuple[sp.Expr, ...], target: str, functions: Any, directions: tuple[Direction, ...] = (),
-    products: bool = False, coefficients: tuple[sp.Expr, ...] = (),
-) -> Callable[..., tuple]:  # fmt: skip
-    """Return ``f(t, *state, *p)``, which returns the tuple of ``outputs`` on the numbers of ``functions``.
-
-    The parameters p are followed by the values of the ``coefficients``.
-
-    ``target`` is the spelling of the text: in ``"math"`` rational constants are rounded once, in ``"mpmath"`` they are
-    divided at the working precision. With ``directions`` the function returns the derivatives of the outputs along each
-    direction, output by output. With ``products`` integer powers of any base are written as products.
-    """
-    space, exprs = {target: functions}, (*outputs, *chain(*directions))
-    wide = partial(function, system, outputs, "mpmath", WIDE, directions, coefficients=coefficients)
-    try:
-        text = source(system, outputs, target, directions, coefficients)
-    except NoFunction:
-        if functions is math and not is_tower(exprs):
-            return on_floats(wide())
-        raise
-    if functions is math:
-        return without_overflow(text, exprs, wide)
-    exec(ast.unparse(_Products().visit(ast.parse(text))) if products else text, space)
-    return space["f"]
-
-
-@lru_cache(maxsize=1024)
-def source(
-    system: System, outputs: tuple[sp.Expr, ...], target: str, directions: tuple[Direction, ...] = (),
-    coefficients: tuple[sp.Expr, ...] = (),
-) -> str:  # fmt: skip
-    """Return the text of ``f(t, *state, *p)``; for ``"math"``, integer powers of symbols are written as products."""
-    plain, time = _plain(system, coefficients)
-    fixed = (*system.parameters, *map(name_of, coefficients))
-    arguments = (time, *(plain[s] for s in (*system.states, *fixed)))
-    values, *rows = (_in_plain_symbols(system, exprs, coefficients) for exprs in (outputs, *directions))
-    if directions:
-        rates = tuple((*row, *(sp.S.Zero for _ in fixed)) for row in rows)
-        text = Lowered(arguments, values, target, directions=rates).source
-    else:
-        text = lower(arguments, values, target=target, branching=True).source
-    return _POWER.sub(lambda found: f"({'*'.join([found[1]] * int(found[2]))})", text) if target == "math" else text
-
-
-class _Products(ast.NodeTransformer):
-    """Writes integer powers as products: the Taylor series of a power divides by its base, which may be 0."""
-
-    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
-        self.generic_visit(node)
-        match node:
-            case ast.BinOp(base, ast.Pow(), ast.Constant(int(power))) if 2 < power <= FACTORS:
-                return reduce(lambda product, factor: ast.BinOp(product, ast.Mult(), factor), [base] * power)
-        return node
-
-
-@lru_cache(maxsize=512)
-def _in_plain_symbols(
-    system: System, exprs: tuple[sp.Expr, ...], coefficients: tuple[sp.Expr, ...]
-) -> tuple[sp.Expr, ...]:  # fmt: skip
-    """Return expressions in plain symbols; the rates of a mode are asked for with every derivative along its field."""
-    plain, _ = _plain(system, coefficients)
-    changed = {s: name for s, name in plain.items() if s != name}
-    return tuple(replaced(sp.Tuple(*with_names(system, exprs, coefficients)), changed))
-
-
-@lru_cache(maxsize=64)
-def _plain(system: System, coefficients: tuple[sp.Expr, ...]) -> tuple[dict[sp.Symbol, sp.Symbol], sp.Symbol]:
-    """Return plain symbols for all symbols, whose names may be ``theta'`` or ``lambda``, and the symbol of the time."""
-    time = sp.Symbol("t", real=True)
-    named = (("w", system.states), ("p", system.parameters), ("c", map(name_of, coefficients)))
-    plain = {s: sp.Symbol(f"{letter}{k}", real=True) for letter, symbols in named for k, s in enumerate(symbols)}
-    return plain | ({system.time: time} if system.time else {}), time
-
-
-def namespace(**functions: Any) -> ModuleType:
-    """Return a module of the ``functions`` on which emitted text runs."""
-    found = ModuleType("functions")
-    vars(found).update(functions)
-    return found

@@ -13,8 +13,9 @@ from typing import Any
 
 import sympy as sp
 
+from asympk.automaton.compiled import function
 from asympk.automaton.contacts import clear_sign, is_open, nudges
-from asympk.automaton.modes import SWITCH, GuardedMode, function
+from asympk.automaton.modes import SWITCH, GuardedMode
 from asympk.errors import NotDerivable, OutOfRange, Pole
 from asympk.symbolic.branches import Branch, held, rate_along
 from asympk.symbolic.derivatives import slope_by
@@ -43,7 +44,7 @@ class NumericMode:
     ``kinds`` gives for every guard the kind of event that its loss is, and the friction. ``field``, ``jacobian`` and
     ``guards`` are the same functions of ``(t, *state, *p)``, as they are compiled. ``p`` are the parameters and
     the values of the ``coefficients``, ``target`` and ``functions`` the numbers, as in
-    ``asympk.automaton.modes.function``.
+    ``asympk.automaton.compiled.function``.
     """
 
     mode: GuardedMode

@@ -11,8 +11,9 @@ from functools import cache, lru_cache
 import numpy as np
 import sympy as sp
 
+from asympk.automaton.compiled import function, namespace
 from asympk.automaton.loop import Segment
-from asympk.automaton.modes import function, mode_of, namespace
+from asympk.automaton.modes import mode_of
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import InputError
 from asympk.integrators.integrate import Settings, missing

@@ -4,8 +4,8 @@ from functools import cache, lru_cache
 from math import isfinite
 from time import monotonic
 
+from asympk.automaton.compiled import function, namespace
 from asympk.automaton.loop import Segment, lost_with
-from asympk.automaton.modes import function, namespace
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import InputError
 from asympk.integrators.integrate import Settings, Work, missing

@@ -8,7 +8,7 @@ from time import monotonic
 
 import sympy as sp
 
-from asympk.automaton.modes import function
+from asympk.automaton.compiled import function
 from asympk.errors import InputError
 from asympk.integrators import scipy_ivp
 from asympk.integrators.integrate import Settings, bounds, endpoints, finished, in_range, tolerances

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import sympy as sp
 
-from asympk.automaton.modes import function
+from asympk.automaton.compiled import function
 from asympk.errors import InputError, UnknownName
 from asympk.methods import solve
 from asympk.numbers import number, short

@@ -15,8 +15,9 @@ import asympk as ap
 from asympk.affine.run import affine, obstacle
 from asympk.automaton import contacts
 from asympk.automaton.automaton import Automaton
+from asympk.automaton.compiled import function
 from asympk.automaton.decide import finite
-from asympk.automaton.modes import function, mode_of
+from asympk.automaton.modes import mode_of
 from asympk.certify import certify
 from asympk.digits import carrier_context
 from asympk.errors import Accumulation, InputError, NoMotion, NotDerivable, OutOfRange, TwoMotions, UnboundedReaction
