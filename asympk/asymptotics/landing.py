@@ -29,7 +29,7 @@ OVER = math.log(1e17)  # the time, times the rate of decay, after which a decayi
 SETTLED = 1e-7  # the largest distance from its branch, relative to the state, at which a layer may be over
 STILL = 10  # the same distance in units of the tolerance, if that is more
 STEPS, SEARCHING = 20000, 4000  # the most steps of a layer in all, and before it is near one of several branches
-FAR = 1e6  # the size of the state, relative to the start, beyond which a layer counts as unbounded
+FAR = 1e6  # the size of the state, relative to its ``reach``, beyond which a layer counts as unbounded
 ROOT = 1e-12  # the error of a root, relative to the state
 ROUNDED = 2.0**-51  # the rounding error of g, relative to its terms
 LOOSEST, ROUGHEST = 1e-3, 1e-8  # the largest tolerances of the terms 1 .. n of a layer, and of its term 0
@@ -72,7 +72,7 @@ def land(
                          f"{_advice(formulas, '')}")  # fmt: skip
     if len(y) == 1 and affinelayer.is_affine(formulas.mode):
         rate, table = affinelayer.terms(formulas, order).at((*x, *y), values)
-        if np.abs(table).max() <= FAR * max(1, *map(abs, (*x, *y))):
+        if np.abs(table).max() <= FAR * max(1, *map(abs, (*x, *y, table[0, -1, 0, 0]))):
             return _in_closed_form(rate, table, y)
     fine, coarse = (_tolerances(rtol, mu, order, len(x), len(y), first) for first in (0, 1))
     return _followed(formulas, order, x, y, values, fine, coarse)
@@ -148,6 +148,11 @@ def newton(formulas: Formulas, x: Sequence, y: Sequence, values: tuple) -> Seque
         return None
 
 
+def reach(formulas: Formulas, x: tuple, y: tuple, values: tuple) -> float:
+    """Return the size of a layer from (x, y): the largest of 1, the states, and the way to the branch by Newton."""
+    return max(1.0, *map(abs, (*x, *y, *(newton(formulas, x, y, values) or ()))))
+
+
 def abscissa(formulas: Formulas, x: Any, y: Any, values: tuple) -> float:
     """Return the largest real part of an eigenvalue of g_y: negative where the branch attracts."""
     return rightmost(formulas, x, y, values).real
@@ -189,6 +194,7 @@ def _settled(formulas, first, x, y, values, order, tolerances):
     """Integrate the series of the layer until the layer is over; return the value of the branch and the steps."""
     known, until, found, now = None, math.inf, [], y
     settled, over = max(SETTLED, STILL * tolerances[0]), _over(order, fading=-math.log(min(tolerances[1])))
+    most = FAR * reach(formulas, x, y, values)
     ahead = steps(
         (partial(formulas.layer(order), *x),), values, first, math.inf, *tolerances,
         slopes=lambda at: jacobian(lambda w: formulas.complexes.layer(order)(*x, *w, *values), at),
@@ -196,7 +202,7 @@ def _settled(formulas, first, x, y, values, order, tolerances):
     mode, spent, words = formulas.mode, 0, UNBOUNDED
     while spent < (STEPS if known or formulas.affine else SEARCHING):
         scale = max(1, *map(abs, now))
-        if scale > FAR * max(1, *map(abs, (*x, *y))):
+        if scale > most:
             break
         if known is None:
             known, rate = approached(formulas, x, now, scale, values)

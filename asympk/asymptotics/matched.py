@@ -24,7 +24,7 @@ import sympy as sp
 
 from asympk.asymptotics import reduced
 from asympk.asymptotics.fibre import Formulas, formulas
-from asympk.asymptotics.landing import NEAR, OVER, UNBOUNDED, abscissa, attraction, newton, root
+from asympk.asymptotics.landing import NEAR, OVER, UNBOUNDED, abscissa, attraction, newton, reach, root
 from asympk.asymptotics.nonstiff import Step, Trajectory, steps
 from asympk.asymptotics.watching import watched
 from asympk.automaton.automaton import ROUNDED, Automaton, mode_on_sides
@@ -263,7 +263,8 @@ def _in_mode(
     ahead, size = _watched_steps(task, mode, slow, path, off), len(path.state)
     left, mu, rtol = task.until - path.t, task.mu, task.rtol
     found, span, state, over = list[Any](), 0.0, path.state, math.inf
-    most = FAR * max(1.0, *map(abs, state)) * max(1.0, _fastest(slow, path.t, state)) / mu  # for y in a jump
+    far = FAR * reach(slow.formulas, *slow.point(path.t, state), slow.values)
+    most = far * max(1.0, _fastest(slow, path.t, state)) / mu  # for y in a jump
     while len(found) < STEPS:
         over = span + _over(task, slow, path.t + span, state, off) if over == math.inf else over
         if span >= min(over, left):
@@ -370,7 +371,7 @@ def slowly(task: Task, path: MatchedPath, limit: bool = False) -> MatchedPath:
     if found.guard is None:
         return replace(path, t=until, state=state, stretches=(*path.stretches, stretch))
     seen = slow.state(known, point, mu)
-    if not max(map(abs, seen)) < FAR:
+    if not max(map(abs, seen)) < FAR * max(1.0, *map(abs, path.state)):
         raise NotNormallyHyperbolic(f"the slow manifold of {mode.name} is lost where it meets its edge at t = {t:.6g}: "
                                     f"its terms of order {known} grow beyond bounds there; use an exact method")
     met = partial(path.met, task, found.guard, t)

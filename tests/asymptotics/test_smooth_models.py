@@ -961,6 +961,16 @@ def test_a_speed_that_is_small_but_in_its_layer_keeps_its_unit(order, small):
     assert distance(path.final, ap.solve(scene).final) < path.error < 10 * float(sp.Rational(small)) ** (order + 1)
 
 
+@pytest.mark.parametrize("unit", [10**6, 10**20])
+@pytest.mark.parametrize("force", [x + 1 - y, x + 1 - y - y**3 / 3, 1 + sp.Max(x - sp.Rational(1, 2), 0) - y])
+def test_a_fast_state_that_leaves_zero_settles_on_a_branch_that_is_large_in_its_unit(force, unit):
+    plain, scaled = (
+        _solved(ap.System.smooth({x: y / unit - x}, {y: unit * force.subs(y, y / unit)}, mu), {mu: "1/1000"},
+                {x: "1/4", y: 0}, 1) for unit in (1, unit)
+    )  # fmt: skip
+    assert np.array(scaled.final) / (1, unit) == pytest.approx(plain.final, rel=1e-9)
+
+
 def test_states_that_stay_small_without_slow_ones_settle_on_their_own_branch():
     unit = sp.Rational(1, 10**9)
     alone = ap.System.smooth({}, {y: y - y**3 / unit**2, w: 10 * y - w}, mu)
