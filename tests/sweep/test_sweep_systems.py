@@ -11,7 +11,7 @@ from itertools import product
 import numpy as np
 import pytest
 from blocks import sliding_blocks, spring_block
-from mechanisms import ON_HIGH_GROUND, SLENDER_ROD
+from mechanisms import FALLING_BALL, ON_HIGH_GROUND, SLENDER_ROD
 
 import asympk as ap
 from asympk.__main__ import main
@@ -374,6 +374,36 @@ def test_an_elastic_mechanism_is_swept_over_from_coordinates_and_rates_as_its_sc
     above = parse_sweep(text.replace("Y = 0.8912073600614353", "Y = [0.8912073600614353, 0.9]"))
     run_sweep(above, tmp_path / "above")
     assert [OUTCOMES[k] for k in _whole(tmp_path / "above")["outcome"]] == ["followed", "refused"]
+
+
+def test_a_start_at_which_a_gap_has_no_value_is_an_outcome_of_its_own_row(tmp_path):
+    """The ground is the parabola Y = sqrt(X); left of X = 0 there is none."""
+    text = FALLING_BALL.replace('gap = "Y"', 'gap = "Y - sqrt(X)"').replace('"X\'" = 1', '"X\'" = 0')
+    text = text.replace("{X = 0, Y = 1", "{X = [1, -1], Y = 4").replace("until = 2", "until = 1")
+    run_sweep(parse_sweep(text), tmp_path)
+    found = _whole(tmp_path)
+    assert [OUTCOMES[k] for k in found["outcome"]] == ["followed", "refused"]
+    assert found["Y"][0] == pytest.approx(3.5)
+
+
+@pytest.mark.parametrize(("kinetic", "wrong"), [("1 - a", "[0, 2]"), ("1 + a", "[-2, 0]")])
+def test_of_very_many_corners_of_ranges_the_lowest_and_the_highest_are_checked(kinetic, wrong):
+    names = "abcdefgh"
+    text = f"""until = 1
+[system.slow]
+v = "F + {"+".join(names)}"
+[[system.frictions]]
+velocity = "v"
+force = "F"
+load = 1
+kinetic = "{kinetic}"
+[start]
+v = 1
+[values]
+""" + "\n".join(f"{name} = [0, 1]" for name in names)
+    assert parse_sweep(text).total == 2**8
+    with pytest.raises(InputError, match="is negative at a = "):
+        parse_sweep(text.replace("a = [0, 1]", f"a = {wrong}"))
 
 
 def test_a_sweep_may_be_over_a_quantity_on_which_only_the_start_depends(tmp_path):
