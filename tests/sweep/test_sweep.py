@@ -97,6 +97,13 @@ def test_a_load_that_is_zero_at_the_start_is_decided_in_arrays(monkeypatch):
     assert [PHASES[k] for k in first_phases(part)] == names
 
 
+def test_a_start_beside_the_edge_of_stick_by_less_than_rounding_begins_in_the_mode_that_solve_finds():
+    """0.5 - 0.1 in doubles is on the edge 1/(sigma + 3) = 0.4; the exact sum of the two doubles is below it."""
+    part = {"sigma": -0.5, "mu": 0.01, "x": 0.5, "y": -0.1, "z": 0.0}
+    [mode] = first_phases({axis: np.array([value]) for axis, value in part.items()})
+    assert PHASES[mode] == ap.solve(ap.Scene(-0.5, 0.01, (0.5, -0.1, 0), 0)).modes[0] == "slip_same"
+
+
 def test_a_grid_runs_through_all_combinations_and_its_decimals_are_exact():
     sweep = parse_sweep("sigma = [1, 2]\nmu = {log_grid = [1e-4, 1e-2], points = 3}\nstart = [0, [0.1, 0.2], -1]\n"
                         "until = {grid = [0, 1], points = 5}\n")  # fmt: skip
@@ -188,6 +195,31 @@ def test_a_killed_worker_process_loses_nothing(plain, tmp_path):
         pool.shutdown()
     assert killed
     assert _bytes(tmp_path) == plain
+
+
+class FirstAlone(Executor):
+    """An executor of which the first chunk is done at once, and no other ever begins."""
+
+    def __init__(self):
+        self.given_out = []
+
+    def submit(self, function, /, *arguments):
+        self.given_out.append(Future() if self.given_out else Here().submit(function, *arguments))
+        return self.given_out[-1]
+
+
+def test_chunks_that_wait_in_an_executor_are_called_off_when_a_sweep_is_interrupted(tmp_path):
+    executor = FirstAlone()
+
+    def interrupt(units, fresh):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_sweep(_sweep(), tmp_path, executor, interrupt)
+    first, *waiting = executor.given_out
+    assert first.done()
+    assert waiting
+    assert all(future.cancelled() for future in waiting)
 
 
 class Hopeless(Executor):
