@@ -369,6 +369,8 @@ def _check(system: System) -> None:
         raise InputError(f"the state {twice[0]} is given twice")
     if small in states:
         raise InputError(f"{small} is the small parameter and a state; give one of them another name")
+    if stray := sorted(map(str, system.assumptions.free_symbols - {*system.parameters})):
+        raise InputError(f"assumptions: {stray[0]} is no parameter; assumptions are not enforced along a motion")
     require_names((*states, *system.parameters))
     _require_one_symbol_each(system)
     for s, rate in system.rates.items():

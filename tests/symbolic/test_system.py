@@ -74,6 +74,8 @@ def test_a_system_and_its_modes_are_values():
         (lambda: System.smooth({x: -k * x}, {}, None, assumptions=sp.Q.positive(k)), "no relation"),
         (lambda: System.smooth({x: -k * x}, {}, None, (k < 0) | sp.Contains(k, sp.S.Integers)), "no relation"),
         (lambda: System.smooth({x: -k * x}, {}, None, k), "assumptions: k is no relation"),
+        (lambda: System.smooth({x: -k * x}, {}, None, sp.And(k > 0, x > 0)), "assumptions: x is no parameter"),
+        (lambda: _oscillator(assumptions=F > 0), "assumptions: F is no parameter"),
         (lambda: System.smooth(slow={mu: y}, fast={y: -y}, small=mu), "small parameter"),
         (lambda: System.smooth(slow={x: y}, fast={y: -y}, small=None), "small is missing: fast states .y. need"),
         (lambda: System.smooth(slow={x + y: y}, fast={y: -y}, small=mu), "not a Symbol"),
