@@ -22,7 +22,6 @@ from asympk.symbolic.expansion import (
     fast_jacobian,
     is_implicit,
     is_zero,
-    is_zero_somewhere,
     jacobian_on_branch,
     limit_of,
     one_side,
@@ -34,7 +33,15 @@ from asympk.symbolic.hurwitz import Spectra, attracting, off_axis, repelling, sp
 from asympk.symbolic.long import replaced
 from asympk.symbolic.ranges import positive_on
 from asympk.symbolic.reading import expression
-from asympk.symbolic.roots import fractional_powers, heights, is_complex, is_unreadable, real_forms, solutions_of
+from asympk.symbolic.roots import (
+    fractional_powers,
+    heights,
+    is_complex,
+    is_unreadable,
+    is_zero_on,
+    real_forms,
+    solutions_of,
+)
 from asympk.symbolic.sides import Sides, is_switched, is_whole, on_sides, phases
 from asympk.symbolic.signs import above, conjunction, factored, nonzero, with_known_lambert
 from asympk.symbolic.system import Mode, System, of_system
@@ -333,8 +340,12 @@ def _branches(mode, small):
     if any(h.has(sp.I) for h in heights(complete)):
         return _by_value(mode, small, equal_zero)
     told = all(g.is_rational_function(*mode.fast) for g in equal_zero)  # SymPy finds false roots of exponentials
-    complete = [form for s in complete for form in real_forms(s)
-                if (told and form is s) or all(is_zero_somewhere(g.subs(form, simultaneous=True)) for g in equal_zero)]
+    complete = [
+        form
+        for s in complete
+        for form in real_forms(s)
+        if (told and form is s) or all(is_zero_on(g, form) for g in equal_zero)
+    ]
     return [sp.Dict({y: by_powers(h, tuple(mode.slow)) for y, h in s.items()}) for s in complete]
 
 

@@ -15,23 +15,22 @@ from sympy.functions.elementary.hyperbolic import HyperbolicFunction
 from asympk.symbolic.conditions import declared_sign
 from asympk.symbolic.expansion import is_implicit, is_zero, is_zero_somewhere
 from asympk.symbolic.long import heavy
-from asympk.symbolic.roots import fractional_powers, solutions_of
+from asympk.symbolic.roots import INVERSE, RANGE, fractional_powers, solutions_of
 
 _POSITIVE: dict[type, Callable] = {
     sp.log: lambda z: z, sp.acosh: lambda z: z - 1, **dict.fromkeys((sp.asin, sp.acos, sp.atanh), lambda z: 1 - z**2),
     sp.asech: lambda z: z * (1 - z), **dict.fromkeys((sp.asec, sp.acsc, sp.acoth), lambda z: z**2 - 1),
     sp.LambertW: lambda z: z + sp.exp(-1), sp.erfinv: lambda z: 1 - z**2, sp.erfcinv: lambda z: z * (2 - z),
 }  # fmt: skip
-_RANGE: dict[type, Callable] = {  # what is positive inside the range of a function
-    **dict.fromkeys((sp.asin, sp.atan, sp.acsc, sp.acot), lambda w: sp.pi**2 / 4 - w**2),
-    **dict.fromkeys((sp.acos, sp.asec), lambda w: w * (sp.pi - w)), sp.LambertW: lambda w: w + 1,
-    **dict.fromkeys((sp.acosh, sp.asech, sp.exp), lambda w: w),
+_RANGE: dict[type, Callable] = {
+    **RANGE, sp.LambertW: lambda w: w + 1, **dict.fromkeys((sp.acosh, sp.asech, sp.exp), lambda w: w),
 }  # fmt: skip
 _INVERSE: dict[type, Callable] = {  # of functions whose values have one argument each
-    sp.asin: sp.sin, sp.acos: sp.cos, sp.atan: sp.tan, sp.acosh: sp.cosh, sp.LambertW: lambda w: w * sp.exp(w),
+    **INVERSE, sp.acosh: sp.cosh, sp.LambertW: lambda w: w * sp.exp(w),
     sp.exp: sp.log, sp.log: sp.exp, sp.sinh: sp.asinh, sp.asinh: sp.sinh, sp.tanh: sp.atanh, sp.atanh: sp.tanh,
-    sp.asec: sp.sec, sp.acsc: sp.csc, sp.acot: sp.cot, sp.asech: sp.sech, sp.acsch: sp.csch, sp.acoth: sp.coth,
+    sp.asech: sp.sech, sp.acsch: sp.csch, sp.acoth: sp.coth,
 }  # fmt: skip
+
 
 def positive_on(branch: sp.Dict, limits: Iterable[sp.Expr]) -> set[sp.Expr]:
     """Return what is positive where a branch is real; ``limits`` are the rates g at mu = 0.

@@ -5,7 +5,7 @@ are split, unknowns that others give are eliminated, sines are put in half angle
 W. It answers None where no short formula stands for every root.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import product
 
 import sympy as sp
@@ -16,6 +16,14 @@ from sympy.simplify.fu import TR8
 from asympk.symbolic.expansion import is_zero, is_zero_somewhere
 from asympk.symbolic.forces import entries_named
 from asympk.symbolic.long import generic_place, heavy, replaced
+
+RANGE: dict[type, Callable] = {  # what is positive inside the range of an inverse function
+    **dict.fromkeys((sp.asin, sp.atan, sp.acsc, sp.acot), lambda w: sp.pi**2 / 4 - w**2),
+    **dict.fromkeys((sp.acos, sp.asec), lambda w: w * (sp.pi - w)),
+}  # fmt: skip
+INVERSE: dict[type, Callable] = {
+    sp.asin: sp.sin, sp.acos: sp.cos, sp.atan: sp.tan, sp.asec: sp.sec, sp.acsc: sp.csc, sp.acot: sp.cot,
+}  # fmt: skip
 
 
 def heights(solutions: list[dict[sp.Symbol, sp.Expr]]) -> Iterator[sp.Expr]:
@@ -165,8 +173,26 @@ def _solves(solution, equal_zero):
 
     SymPy's own check may take long, or not end; roots of one rational g alone need it, as SymPy shortens them then.
     """
-    there = (g.subs(solution, simultaneous=True) for g in equal_zero)
-    return _is_as_declared(solution) and all(map(is_zero_somewhere, there))
+    return _is_as_declared(solution) and all(is_zero_on(g, solution) for g in equal_zero)
+
+
+def is_zero_on(g: sp.Expr, solution: dict[sp.Symbol, sp.Expr]) -> bool:
+    """Tell whether g = 0 on a solution, in numbers at generic points, or where an inverse function has its range.
+
+    The points may be far from where asin(y) = x - 1000 has the root sin(x - 1000).
+    """
+    if is_zero_somewhere(g.subs(solution, simultaneous=True)):
+        return True
+    inverse = [f for f in g.atoms(*INVERSE) if f.has(*solution)]
+    if len(inverse) != 1:
+        return False
+    (f,), w = inverse, sp.Dummy()
+    told, inside = g.xreplace({f: w}), f.args[0].subs(solution, simultaneous=True)
+    slope = told.diff(w)
+    if told.has(*solution) or slope.has(w):
+        return False
+    value = -told.subs(w, 0) / slope
+    return RANGE[type(f)](value).is_positive is not False and is_zero_somewhere(INVERSE[type(f)](value) - inside)
 
 
 def _is_as_declared(solution):

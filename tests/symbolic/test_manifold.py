@@ -578,13 +578,15 @@ def test_a_branch_that_several_powers_of_a_root_or_exponential_give_is_found_onc
     (x - 50 - sp.sqrt(y), (x - 50) ** 2, x > 50),
     (100 * x - sp.atan(y), sp.tan(100 * x), (x > -sp.pi / 200) & (x < sp.pi / 200)),
     (1000 - x - sp.sqrt(y), (x - 1000) ** 2, x < 1000), (x - 1000 - sp.sqrt(y), (x - 1000) ** 2, x > 1000),
+    (x - 1000 - sp.asin(y), sp.sin(x - 1000), (x > 1000 - sp.pi / 2) & (x < 1000 + sp.pi / 2)),
+    (1000 - x - sp.acos(y), sp.cos(x - 1000), (x > 1000 - sp.pi) & (x < 1000)),
 ])  # fmt: skip
-@pytest.mark.few(2)
+@pytest.mark.few(3)
 def test_a_branch_that_exists_over_few_places_or_far_away_is_found(force, branch, exists):
     """It was tried at places of the order of 1 alone, and no slow manifold was found."""
     (found,) = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
     assert sp.expand(found.branch[y] - branch) == 0
-    for at in map(sp.Rational, ("1/100", "1/4", "-1/10", "51", "-51", "1001")):
+    for at in map(sp.Rational, ("1/100", "1/4", "-1/10", "51", "-51", "999", "1001")):
         assert found.exists.subs(x, at) == exists.subs(x, at)
 
 
