@@ -14,6 +14,7 @@ import numpy as np
 
 from asympk.affine.forcing import value
 from asympk.arithmetic import Doubles
+from asympk.automaton.contacts import feels_directions
 from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import phases_of
 from asympk.errors import InputError, Undecided
@@ -125,8 +126,12 @@ class Swift:
 
 
 def _beginning(system):
-    """Return the branches that may begin; none with contacts that may open, or 0 or over ``_MOST`` frictions."""
-    if not 0 < len(system.frictions) <= _MOST or any(f.gap is not None for f in system.frictions):
+    """Return the branches that may begin; none with contacts that may open or feel the direction of sliding.
+
+    Nor are there any for 0 or over ``_MOST`` frictions.
+    """
+    opens = any(f.gap is not None for f in system.frictions)
+    if opens or feels_directions(system) or not 0 < len(system.frictions) <= _MOST:
         return []
     return list(product([Phase(load, v) for load in (1, -1) for v in (0, 1, -1)], repeat=len(system.frictions)))
 
@@ -151,9 +156,11 @@ def _following(system, branch, event):
     """Return the branches that may follow an event of one friction; none where other frictions may change, too.
 
     Other frictions may change where a contact opens or closes, where contacts at rest share forces that are not
-    determined, and where static friction exceeds kinetic friction, so that another contact at rest may slip instead.
+    determined, where static friction exceeds kinetic friction, so that another contact at rest may slip instead, and
+    where they feel the direction of sliding.
     """
-    if stands(branch) or (len(branch) > 1 and any(f.static != f.kinetic for f in system.frictions)):
+    static = len(branch) > 1 and any(f.static != f.kinetic for f in system.frictions)
+    if stands(branch) or static or feels_directions(system):
         return []
     kind, k = event
     if kind not in _AT_EVENT:

@@ -91,6 +91,9 @@ def _ties(here: Junction, branch: Branch, group: tuple[int, ...]) -> list[tuple]
 
     None also means that the forces are not determined.
     """
+    leapt = {k: sign for k, sign in here.jumped(branch).items() if k in group and branch[k] != OPEN}
+    if any(branch[k].velocity != sign for k, sign in leapt.items()):
+        return None
     if (margins := _margins(here, branch, group)) is None:
         return None
     ties, unloaded = [], _unloaded(here, branch)
@@ -122,12 +125,13 @@ def _margins(here: Junction, branch: Branch, group: tuple[int, ...]) -> dict[tup
         found.append(own)
     if is_open([own.determinant for own in found]):
         return None
-    margins = [_margins_at(here, branch, group, *place) for place in zip(points, found, strict=True)]
+    jumped = here.jumped(branch)
+    margins = [_margins_at(here, branch, jumped, group, *place) for place in zip(points, found, strict=True)]
     return {key: [m[key] for m in margins] for key in margins[0]}
 
 
 def _margins_at(
-    here: Junction, branch: Branch, group: tuple[int, ...], point: ContactPoint, solved: Solved
+    here: Junction, branch: Branch, jumped: Collection[int], group: tuple[int, ...], point: ContactPoint, solved: Solved
 ) -> dict[tuple, Any]:
     """Return the values of the guards by ``Guard.key``; for a vanishing velocity the value is its rate."""
     forces = (1, *solved.forces.values())
@@ -149,7 +153,8 @@ def _margins_at(
             if not branches.lifts(friction):
                 found["force_zero", k, False] = phase.load * load
             rate = row_at(point.rows[k], forces)
-            found["velocity_zero", k, False] = phase.velocity * (rate if k in here.resting else contact.velocity)
+            vanishes = k in here.resting and k not in jumped
+            found["velocity_zero", k, False] = phase.velocity * (rate if vanishes else contact.velocity)
     return found
 
 
@@ -158,7 +163,8 @@ def breaks_loose(here: Junction, branch: Branch) -> bool:
 
     A contact held with nothing to spare is not held if rest would go on but for its margin, which falls.
     """
-    rest = tuple(p._replace(velocity=0) if k in here.resting and p != OPEN else p for k, p in enumerate(branch))
+    resting = here.resting - here.jumped(branch).keys()
+    rest = tuple(p._replace(velocity=0) if k in resting and p != OPEN else p for k, p in enumerate(branch))
     loose, signs = {k for kind, k in here.lost if kind == "slip_onset"}, dict[tuple, int]()
     for group in coupled(here.system):
         if (margins := _margins(here, rest, group)) is None:

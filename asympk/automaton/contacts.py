@@ -199,12 +199,17 @@ def _told(system, exprs, signs):
 
 def signs_at_rest(system: System, places: Sequence[Place], still: Collection[int]) -> Signs:
     """Return 0 for all sliding velocities that vanish, of ``still`` contacts and others; () if no formula asks."""
-    asked = (None,) * len(system.frictions)
-    if contact_formulas(system, asked) == contact_formulas(system):
+    if not feels_directions(system):
         return ()
     rows = (place.values(system, tuple(f.velocity for f in system.frictions)) for place in places)
     clear = map(clear_sign, zip(*rows, strict=True))
     return tuple(None if sign and k not in still else 0 for k, sign in enumerate(clear))
+
+
+@lru_cache(maxsize=64)
+def feels_directions(system: System) -> bool:
+    """Tell whether a contact depends on the sign of a sliding velocity."""
+    return contact_formulas(system, (None,) * len(system.frictions)) != contact_formulas(system)
 
 
 def contact_point(system: System, place: Place, signs: Signs) -> ContactPoint:

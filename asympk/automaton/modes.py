@@ -150,7 +150,7 @@ class GuardedMode:
         of what must stay 0 for a system at rest to stand.
         """
         guards = mode_of(self.system, branches.awake(self.branch), self.sides).guard_values
-        kept = (*(f.velocity for f in self.closed.values()), *self.kept_gaps.values(), *self.standing)
+        kept = (*self.velocities.values(), *self.kept_gaps.values(), *self.standing)
         return phases((*self.rates, *guards, *map(self._placed, kept)), self.system.states, self.system.time)
 
     @property
@@ -190,8 +190,14 @@ class GuardedMode:
     @cached_property
     def jumping(self) -> dict[int, sp.Expr]:
         """The sliding velocities that switch, on the sides of the mode, by the numbers of the closed frictions."""
-        velocities = {k: f.velocity for k, f in self.closed.items() if is_switched(f.velocity, self.moving)}
-        return {k: on_sides(velocity, self.sides) for k, velocity in velocities.items()}
+        return {k: velocity for k, velocity in self.velocities.items()
+                if is_switched(self.system.frictions[k].velocity, self.moving)}  # fmt: skip
+
+    @cached_property
+    def velocities(self) -> dict[int, sp.Expr]:
+        """The sliding velocities of the closed frictions, by their numbers, with the signs and sides of the mode."""
+        told = {k: branches.with_signs(self.system, self.branch, f.velocity) for k, f in self.closed.items()}
+        return {k: on_sides(velocity, self.sides) for k, velocity in told.items()}
 
     @property
     def conditions(self) -> tuple[sp.Expr, ...]:
@@ -241,7 +247,7 @@ class GuardedMode:
     @cached_property
     def kept_velocities(self) -> tuple[sp.Expr, ...]:
         """What the mode keeps at 0: sliding velocities at rest, and gap rates of closed rigid contacts."""
-        found = [self.system.frictions[k].velocity for k in sorted(branches.at_rest(self.branch))]
+        found = [self.velocities[k] for k in sorted(branches.at_rest(self.branch))]
         found += [branches.rate_along(self.system, gap) for gap in self.kept_gaps.values()]
         found += [f.gap_rate for f in self.closed.values() if f.gap_rate is not None]
         return tuple(on_sides(velocity, self.sides) for velocity in found)

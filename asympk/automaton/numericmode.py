@@ -17,7 +17,7 @@ from asympk.automaton.compiled import function
 from asympk.automaton.contacts import clear_sign, is_open, nudges
 from asympk.automaton.modes import SWITCH, GuardedMode
 from asympk.errors import NotDerivable, OutOfRange, Pole
-from asympk.symbolic.branches import Branch, held, rate_along
+from asympk.symbolic.branches import Branch, at_rest, held, rate_along
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.long import symbols_in
 from asympk.symbolic.sides import on_sides
@@ -335,9 +335,9 @@ class NumericMode:
         system = self.mode.system
         closed = tuple(e for gap in self.mode.kept_gaps.values() for e in (gap, rate_along(system, gap)))
         closed += tuple(f.gap_rate for f in system.frictions if f.gap_rate is not None)
-        phases = zip(system.frictions, self.branch, strict=True)
-        resting = tuple(f.velocity for f, phase in phases if phase.mode == "stick")
-        kept = (*closed, *resting) if closed or not all(v.is_Symbol for v in resting) else ()
+        resting = sorted(at_rest(self.branch))
+        single = all(system.frictions[k].velocity.is_Symbol for k in resting)
+        kept = (*closed, *(self.mode.velocities[k] for k in resting)) if closed or not single else ()
         return tuple(on_sides(expr, self.mode.sides) for expr in kept)
 
     def _projected(self, t: Any, state: State, guard: int | None = None) -> State:

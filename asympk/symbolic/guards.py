@@ -59,8 +59,8 @@ def named_branches(system: "System") -> Iterator[Branch]:
 
 
 def _asks_for_signs(system: "System") -> bool:
-    """Tell whether a rate, load or friction bound contains an absolute value or a sign."""
-    bounds = (e for f in system.frictions for e in (f.load, f.kinetic, f.static))
+    """Tell whether a rate, sliding velocity, load or friction bound contains an absolute value or a sign."""
+    bounds = (e for f in system.frictions for e in (f.velocity, f.load, f.kinetic, f.static))
     return bool(atoms(sp.Tuple(*system.rates.values(), *bounds), sp.Abs, sp.sign))
 
 
