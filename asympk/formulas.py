@@ -25,10 +25,15 @@ def fractional_part(of: sp.Expr) -> sp.Expr:
     return sp.Mod(of, 1)
 
 
-FUNCTIONS = {"frac": fractional_part} | {
+def cube_root(of: sp.Expr) -> sp.Expr:
+    """Return the real cube root, that of -8 is -2, as the functions ``cbrt`` of Python and C do; SymPy's is complex."""
+    return sp.cbrt(of) if of.is_nonnegative else sp.sign(of) * sp.cbrt(sp.Abs(of))
+
+
+FUNCTIONS = {"frac": fractional_part, "cbrt": cube_root} | {
     name: getattr(sp, name)
     for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh",
-                 "asinh", "acosh", "atanh", "sign", "cbrt", "Heaviside", "floor", "ceiling", "erf", "Piecewise")
+                 "asinh", "acosh", "atanh", "sign", "Heaviside", "floor", "ceiling", "erf", "Piecewise")
 } | {name: getattr(sp, name.capitalize()) for name in ("abs", "Abs", "max", "Max", "min", "Min", "mod", "Mod")}
 TWO = (sp.Max, sp.Min, sp.Mod, sp.atan2)  # functions that take two arguments
 CONSTANTS = {"pi": sp.pi}

@@ -49,6 +49,7 @@ def test_a_formula_of_an_end_stop_takes_the_larger_of_two():
     ("floor(x) + 10*ceiling(y) + 100*frac(x) + mod(y, 2)",
      lambda x, y: math.floor(x) + 10 * math.ceil(y) + 100 * (x % 1) + y % 2),
     ("asinh(x) + erf(y)", lambda x, y: math.asinh(x) + math.erf(y)),
+    ("cbrt(x) + 10*cbrt(x^2) + cbrt(-8)", lambda x, y: math.cbrt(x) + 10 * math.cbrt(x**2) - 2),
 ])  # fmt: skip
 @pytest.mark.parametrize("place", [(0.3, 2.5), (1.7, -0.4), (-0.6, 1.2)])
 def test_a_formula_that_switches_is_that_of_its_pieces(text, meant, place):
