@@ -27,7 +27,7 @@ pytest.importorskip("flint")
 from asympk.certify import certify, cover
 from asympk.certify.affine import _Modes
 from asympk.certify.balls import hull
-from asympk.certify.rows import EnclosedState, ExactEntries, sign_at
+from asympk.certify.rows import EnclosedState, ExactEntries, falls_to_zero, sign_at
 from asympk.certify.segments import EnclosedSegment
 
 F, G, H, N, t = sp.symbols("F G H N t", real=True)
@@ -633,6 +633,20 @@ def test_at_the_very_end_nothing_is_proven_where_a_guard_vanishes_at_some_points
 @pytest.mark.slow
 def test_at_the_very_end_nothing_is_proven_where_a_guard_grazes_0():
     assert certify(falling(2, -2, 1)).obstacle == "horizon"
+
+
+def test_a_polynomial_that_grazes_0_at_the_end_of_a_motion_does_not_fall_through_it():
+    entries = ExactEntries(COULOMB, (1,), {}, [])
+    assert falls_to_zero([Fraction(2), Fraction(-1), 0], Fraction(2), entries)
+    assert not falls_to_zero([Fraction(4), Fraction(-4), Fraction(1)], Fraction(2), entries)
+
+
+def test_the_time_is_cut_between_events_whose_wide_balls_on_a_box_overlap_at_first():
+    frictions = [ap.Friction(v, F, sp.Rational(1, 1000), 1), ap.Friction(w, G, sp.Rational(1, 1000), 1)]
+    system = ap.System.with_frictions({v: t - sp.Rational(14, 5) + F, w: G - sp.Rational(8, 5)}, {}, frictions, time=t)
+    proof = certify(ap.Scene(system=system, start={"v": "2.6", "w": "3.5"}, until="2.8"), {"v": ("2.08", "3.12")})
+    assert proven(proof)
+    assert [event.friction for event in proof.events] == [0, 1]
 
 
 @pytest.mark.parametrize(
