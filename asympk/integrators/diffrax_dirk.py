@@ -11,7 +11,7 @@ from functools import cache, lru_cache
 import numpy as np
 import sympy as sp
 
-from asympk.automaton.compiled import function, namespace
+from asympk.automaton.compiled import function
 from asympk.automaton.loop import Segment
 from asympk.automaton.modes import mode_of
 from asympk.automaton.numericmode import NumericMode
@@ -146,8 +146,7 @@ def _chosen(modes, coefficients, outputs, directions=lambda m: ()):
     """Return the ``outputs`` of a mode, or their derivatives, as a function of (t, w, p, index of the mode)."""
     import jax.numpy as jnp
 
-    lowered = [function(m.system, outputs(m), "math", _functions(), directions(m), coefficients=coefficients)
-               for m in modes]  # fmt: skip
+    lowered = [function(m.system, outputs(m), "numpy", jnp, directions(m), coefficients=coefficients) for m in modes]
     return lambda t, w, p, k: jnp.stack([jnp.stack(jnp.broadcast_arrays(*f(t, *w, *p))) for f in lowered])[k] * 1.0
 
 
@@ -186,12 +185,3 @@ def _attempt(term, control, solver, look, until, args):
         return (following, *keep((t, w, made + 1, lost, seen, 0), (t_old, w_old, made, False, before, vain + 1)))
 
     return attempt
-
-
-@cache
-def _functions():
-    import jax.numpy as jnp
-
-    names = {f"a{name}": f"arc{name}" for name in ("sin", "cos", "tan", "tan2", "sinh", "cosh", "tanh")}
-    plain = ("pi", "e", "pow", "sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh")
-    return namespace(**{name: getattr(jnp, name) for name in plain}, **{k: getattr(jnp, v) for k, v in names.items()})

@@ -603,6 +603,15 @@ def test_modes_that_differ_in_the_number_of_their_guards_are_compiled_together(m
     assert path.final == pytest.approx((-0.5, 0), abs=1e-6)
 
 
+@pytest.mark.parametrize("method", here("kvaerno5"))
+def test_a_load_with_a_root_whose_base_might_vanish_is_compiled(method):
+    load = sp.sqrt(1 + x / 4 + x**2)
+    system = ap.System.with_frictions({x: v, v: F - x}, {}, [ap.Friction(v, F, load, kinetic=sp.Rational(1, 5))])
+    start = {"x": "3/2", "v": 0}
+    expected = follow(system, start, 4).final
+    assert follow(system, start, 4, method=method, rtol=1e-9, seconds=500).final == pytest.approx(expected, abs=1e-6)
+
+
 @pytest.mark.parametrize("method", here("heyoka"))
 @pytest.mark.parametrize("power", [3, 4, 11])
 def test_a_taylor_series_begins_where_a_power_has_a_base_of_zero(method, power):
