@@ -278,7 +278,7 @@ def _closed(here: Junction, k: int) -> list[Phase]:
     was = here.before[k] if here.before else None
     contacts = [point.contacts[k] for point in here.points]
     resting = (was is not None and was.mode == "stick") or ("velocity_zero", k) in here.lost
-    resting = resting or bool(here.signs and atoms(friction.velocity, sp.sign))
+    resting = resting or bool(here.signs and atoms(here.system.frictions[k].velocity, sp.sign))
     velocity = 0 if resting else here.numbers.decided_sign([c.velocity for c in contacts])
     sign = (was.load if was else 0) or 1  # where both signs of the load go on alike, the first is taken
     loads: tuple[int, ...] = (sign, -sign)

@@ -17,6 +17,7 @@ from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHype
 from asympk.numbers import short
 from asympk.shown import Card, Several, ShownAsFormulas
 from asympk.symbolic.conditions import reduce_under
+from asympk.symbolic.domains import positive_on
 from asympk.symbolic.expansion import (
     by_powers,
     fast_jacobian,
@@ -31,7 +32,6 @@ from asympk.symbolic.expansion import (
 )
 from asympk.symbolic.hurwitz import Spectra, attracting, off_axis, repelling, spectra, split
 from asympk.symbolic.long import replaced
-from asympk.symbolic.ranges import positive_on
 from asympk.symbolic.reading import expression
 from asympk.symbolic.roots import (
     fractional_powers,
@@ -340,12 +340,8 @@ def _branches(mode, small):
     if any(h.has(sp.I) for h in heights(complete)):
         return _by_value(mode, small, equal_zero)
     told = all(g.is_rational_function(*mode.fast) for g in equal_zero)  # SymPy finds false roots of exponentials
-    complete = [
-        form
-        for s in complete
-        for form in real_forms(s)
-        if (told and form is s) or all(is_zero_on(g, form) for g in equal_zero)
-    ]
+    complete = [form for s in complete for form in real_forms(s)
+                if (told and form is s) or all(is_zero_on(g, form) for g in equal_zero)]
     return [sp.Dict({y: by_powers(h, tuple(mode.slow)) for y, h in s.items()}) for s in complete]
 
 
