@@ -98,7 +98,7 @@ class Described:
             raise InputError("nothing to turn; name a coordinate and its range under [over]")
         rod, (name, _, _, tied) = self.mechanism, self.turn
         placed = {**self.numbers, name: at, **{other: rule(at) for other, rule in tied.items()}}
-        kinetics, sliding = rod.plain, sp.Dummy("gamma", real=True)
+        kinetics, sliding = rod.plain, rod.plain.spare("gamma", real=True)
         rates = velocities(kinetics, basis_of((kinetics,)), (sp.S.Zero, sliding))
         known = {**rod.keyed(placed), sliding: rod.evaluate(rod.sliding_velocity, self.numbers)}
         found = evaluate(tuple(rates.values()), known)

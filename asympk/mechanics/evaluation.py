@@ -1,5 +1,6 @@
 """Values of the expressions and conditions of a mechanism at numbers or arrays of numbers."""
 
+from collections.abc import Callable, Sequence
 from itertools import compress
 from typing import Any
 
@@ -35,14 +36,30 @@ def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) ->
     given = {symbol: np.broadcast_to(value, shape) for symbol, value in given.items()}
     lowered = [isinstance(e, sp.Expr) and e is not sp.oo for e in expressions]
     plain = sp.Tuple(*compress(expressions, lowered))
+    function = array_function(plain, (*needed,))
     try:
-        found = iter(array_function(plain, (*needed,))(*given.values()))
+        found = iter(function(*given.values()))
         return tuple(next(found) if low else _constant(e, given, shape)
                      for e, low in zip(expressions, lowered, strict=True))  # fmt: skip
     except OutOfRange:
-        place = ", ".join(f"{symbol} = {value.flat[0]:g}" for symbol, value in given.items() if value.size)
+        k = _first_out_of_range(function, [value.ravel() for value in given.values()])
+        place = ", ".join(f"{symbol} = {value.flat[k]:g}" for symbol, value in given.items())
         raise OutOfRange(f"an equation of the contact is not finite at {place}, or beside it; give other numbers: "
                          "a mass or a length by which it divides may be 0") from None  # fmt: skip
+
+
+def _first_out_of_range(function: Callable[..., Any], arrays: Sequence[Any]) -> int:
+    """Return the first index into ``arrays`` of one dimension at which a function of them raises ``OutOfRange``."""
+    low, high = 0, next(map(len, arrays), 0)
+    while high - low > 1:
+        middle = (low + high) // 2
+        try:
+            function(*(array[low:middle] for array in arrays))
+        except OutOfRange:
+            high = middle
+        else:
+            low = middle
+    return low
 
 
 def exactly_at(expr: sp.Expr, values: dict[sp.Symbol, Any]) -> Any:

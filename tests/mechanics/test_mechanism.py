@@ -11,7 +11,7 @@ from mechanisms import SLENDER_ROD, THETA, T, X, Y, f, g, l, m, masses_between_g
 from sympy.physics.mechanics import KanesMethod, LagrangesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
 
 import asympk as ap
-from asympk.errors import InputError, UnknownName
+from asympk.errors import InputError, OutOfRange, UnknownName
 from asympk.mechanics.described import mechanism_of_table
 from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.tidy import cofactors, expanded_determinant
@@ -297,6 +297,16 @@ def test_values_that_are_missing_or_wrong_are_named(values, error, match):
     with pytest.raises(error, match=match) as caught:
         slender_rod().motions(values)
     assert "\n" not in str(caught.value)
+
+
+def test_the_first_of_many_places_at_which_a_value_is_not_finite_is_told():
+    at = [[k / 8, k / 4] for k in range(-16, 17)]
+    assert slender_rod().evaluate(1 / THETA, {"theta": at[17:]})[0, 1] == 4
+    for expr, place in ((1 / THETA, "0"), (1 / (THETA**2 - 1), "-1"), (1 / (4 * THETA + m), "-0.25")):
+        with pytest.raises(OutOfRange, match=f"not finite at (m = 1, )?theta = {place}, or beside it"):
+            slender_rod().evaluate(expr, {"theta": at, "m": 1})
+    with pytest.raises(OutOfRange, match="not finite"):
+        slender_rod().evaluate(sp.exp(1000), {})
 
 
 def test_a_mechanism_of_three_freedoms_typed_in_by_a_new_user_is_followed_through_its_paradox():
