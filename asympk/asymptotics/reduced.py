@@ -16,7 +16,6 @@ size of a matrix is sqrt(sum |m_ij m_ji|), so that no condition depends on the u
 import math
 from collections import deque
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from itertools import starmap
@@ -267,9 +266,10 @@ def _attraction(formulas, state, mu, values):
 
 
 def _attracts(formulas, state, mu, values):
-    with suppress(ArithmeticError, ValueError):
+    try:
         return _attraction(formulas, state, mu, values)[1].real < 0
-    return False
+    except (ArithmeticError, ValueError):
+        return False
 
 
 def _held(formulas, mu, values, until, along, check):

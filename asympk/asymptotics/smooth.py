@@ -105,9 +105,10 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: An
     motion, slow, layer, error = _followed(follow, tolerance(mu, order), layered, until, units)
     matched.require_no_pole(begun, slowly, motion.reduced)
     _require_branch(task, begun, slowly, motion)
-    if not _falls(slow + layer) and (known := _continued(task, begun, slowly, motion, error)):
+    composites = slow + layer
+    if not _falls(composites) and (known := _continued(task, begun, slowly, motion, error)):
         error = min(error, _expected(motion, layered, known[0], slow, layer, units, known[1])[0])
-    now, next_, _ = slow + layer
+    now, next_, _ = composites
     if error >= 1 > _expected(motion, True, until, slow, layer, units)[0]:
         raise OutOfRange(f"at t = {until:.6g} the motion is still in its layer, which method 'slow' leaves out: take "
                          "method 'jump', or a later until")  # fmt: skip
