@@ -36,7 +36,7 @@ from asympk.symbolic.system import System
 
 ROUNDED = 2.0**-48  # the relative error of a state that was computed in doubles
 CANCELLED = 2.0**-10  # a sum, relative to its terms, below which the terms are not to be rounded one by one
-EDGES = 3  # the largest number of edges through one state of which all sides are tried
+EDGES = 3  # the largest number of edges through one state of which all choices of sides are tried
 _NEVER = 3  # the rank of a side that the motion leaves by the law of this side
 
 
@@ -139,7 +139,8 @@ def _follow_on(
             if not any(ranks):
                 return branch
             found.setdefault((max(ranks), sum(ranks)), set()).add(branch)
-            leads.add(tuple(mode.departure(edge.quantity, t, state, slack) for edge in edges))
+            leads.add(lead := tuple(mode.departure(edge.quantity, t, state, slack) for edge in edges))
+            choices += [lead] * (len(edges) > EDGES and lead not in choices)
         except (NoMotion, TwoMotions) as error:
             refused[choice] = error
         except (Undecided, InputError):
@@ -173,13 +174,18 @@ def _sides_known(
 
 
 def _choices_of_sides(automaton: Automaton, edges: tuple[Edge, ...]) -> list[tuple[int, ...]]:
-    """Return the choices of a side for every edge, 0 (on the edge) first; 0 is left out where u/|u| has no value."""
-    choices: list[tuple[int, ...]] = [*product((0, 1, -1), repeat=len(edges))] if len(edges) <= EDGES else [()]
-    return [choice for choice in choices if has_law(automaton.system, _beyond(edges, choice))] or choices
+    """Return the choices of a side for every edge, 0 (on the edge) first; 0 is left out where u/|u| has no value.
+
+    Of many edges 0 is the only choice, from which the motion leads on.
+    """
+    few = len(edges) <= EDGES
+    choices: list[tuple[int, ...]] = [*product((0, 1, -1) if few else (0,), repeat=len(edges))]
+    lawful = [choice for choice in choices if has_law(automaton.system, _beyond(edges, choice))]
+    return lawful or (choices if few else [()])
 
 
 def _beyond(edges: tuple[Edge, ...], choice: tuple[int, ...]) -> Sides:
-    """Return the sides on which edges have the signs of a choice; none for the empty choice, of too many edges."""
+    """Return the sides on which edges have the signs of a choice; none for the empty choice, of edges without a law."""
     return tuple((edge.phase, edge.side(sign)) for edge, sign in zip(edges, choice, strict=False))
 
 

@@ -135,6 +135,17 @@ def test_an_edge_of_a_strip_by_its_distance_is_as_any_other_on_either_side(push,
     assert moved == pytest.approx([float(Fraction(w)) for w in end], abs=1e-6)
 
 
+def test_four_blocks_on_edges_at_once_slide_back_as_each_does_alone(how):
+    """Each is pushed back by 1/2 behind its edge and 5/2 ahead. They were told to rest: their signs were left open."""
+    blocks = [sp.symbols(f"x{k} v{k} f{k}", real=True) for k in range(4)]
+    slow = {q: u for q, u, _ in blocks} | {u: f - 2 * sp.Heaviside(q - 1) - sp.Rational(1, 2) for q, u, f in blocks}
+    contacts = [ap.Friction(velocity=u, force=f, load=1, kinetic=ROUGH) for _, u, f in blocks]
+    system = ap.System.with_frictions(slow, {}, contacts)
+    start = {s: int(s.name[0] == "x") for s in slow}
+    path = ap.solve(ap.Scene(system=system, start=start, until=1), **how)
+    assert ends(path, ("+".join(["slip_opposite"] * 4),), [0.85] * 4 + [-0.3] * 4)
+
+
 def test_a_block_that_both_sides_of_an_edge_push_back_is_refused_by_name():
     system = block(sp.Piecewise((PUSH, x < 1), (-PUSH, True)), ICE)
     with pytest.raises(NotDerivable, match="the motion stays on x - 1 = 0 from t = 0 on"):
