@@ -193,13 +193,17 @@ def test_repeated_collisions_are_repeated():
         ({**PLAIN, "start": "[[0.5], 0, 1]"}, "start x = ['0.5']: it must be a number"),
         ({**PLAIN, "near": "{x = 1}"}, "in place of start"),
         ({"sigma": 1, "mu": 1, "until": 1, "near": "{manifold = 'Pi3', x = 0, offset = 0, z = 1}"}, "manifold"),
+        ({"sigma": 1, "mu": 1, "near": "{manifold = 'Pi1', x = 0, offset = 0, z = 1}"}, "until missing"),
+        ({**PLAIN, "start": "5"}, "start = 5: it must be three numbers"),
     ],
 )
 def test_what_is_not_a_scene_is_refused_by_name(tmp_path, entries, said):
-    with pytest.raises(InputError) as caught:
-        ap.read_scene(_file(tmp_path, entries))
-    assert said in str(caught.value)
-    assert "scene.toml" in str(caught.value)
+    file = _file(tmp_path, entries)
+    for read in (ap.read_scene, lambda where: changed_scene(str(where), {"sigma": "2"})):
+        with pytest.raises(InputError) as caught:
+            read(file)
+        assert said in str(caught.value)
+        assert "scene.toml" in str(caught.value)
 
 
 BELT = f"""until = 1
