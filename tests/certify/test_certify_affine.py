@@ -624,6 +624,19 @@ def test_what_happens_at_the_very_end_all_over_a_box_is_proven_after_an_event_wh
     assert proof.events[-1].t == 2
 
 
+def test_what_is_a_polynomial_of_the_time_only_at_the_centre_of_a_box_is_none_on_the_box():
+    """x = e^(c t) up to the switch, which is 1 in the middle."""
+    system = ap.System.smooth({x: c * x + sp.Heaviside(t - 1, 0)}, {}, None, time=t)
+    scene = ap.Scene(system=system, values={"c": 0}, start={"x": 1}, until="5/4")
+    proof = certify(scene, {"c": (-1, 1)})
+    assert proven(proof)
+    assert all(inside(proof, ap.solve(replace(scene, values={"c": end}))) for end in (-1, 1))
+
+
+def test_an_event_whose_guard_is_no_line_is_given_no_exact_time():
+    assert proven_as_followed(until_two(0, {"x": 0, "v": 1}, load=1 + t)).modes == ("slip_same", "stick")
+
+
 def test_at_the_very_end_nothing_is_proven_where_a_guard_vanishes_at_some_points_of_a_box():
     assert certify(until_two(0, {"x": 0, "v": 2}), {"x": (0, 1)}).proven
     assert certify(until_two(0, {"x": 0, "v": 3})).modes == ("slip_same",)
