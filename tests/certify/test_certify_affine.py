@@ -567,6 +567,11 @@ def test_an_edge_that_both_sides_lead_to_or_away_from_or_one_side_moves_along_ha
     assert certify(ap.Scene(system=system, values={}, start={"x": start}, until=2)).obstacle == "edge"
 
 
+def test_a_step_at_which_the_law_of_the_lower_side_rests_and_its_own_law_leads_down_has_no_proof():
+    scene = ap.Scene(system=ap.System.smooth({x: 1 - sp.floor(x)}, {}, None), start={"x": 2}, until=1)
+    assert certify(scene).obstacle == "edge"
+
+
 def test_a_box_at_whose_middle_alone_the_law_of_an_edge_rests_there_has_no_proof():
     """x' = w on the edge itself, and both sides lead back to it."""
     system = ap.System.smooth({x: w - 2 * sp.sign(x), w: 0}, {}, None)
