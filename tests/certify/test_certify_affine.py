@@ -264,6 +264,13 @@ def test_a_candidate_that_another_guard_excludes_need_not_obey_conditions_on_the
     assert proven_as_followed(scene).modes == ("slip_opposite+slip_opposite",)
 
 
+def test_a_box_of_pushes_that_static_friction_bears_at_some_points_only_has_no_proof_of_rest():
+    system = ap.System.with_frictions({v: c + F}, {}, [ap.Friction(v, F, load=1, kinetic=1, static=2)])
+    scene = ap.Scene(system=system, values={"c": "3/2"}, start={"v": 0}, until=1)
+    assert proven_as_followed(scene).modes == ("stick",)
+    assert certify(scene, {"c": ("3/2", "5/2")}).obstacle == "box"
+
+
 def test_a_box_with_0_in_its_middle_is_proven_where_the_parameter_is_squared():
     a = sp.Symbol("a", real=True)
     spring = ap.System.with_frictions({x: v, v: -(1 + a**2) * x + F}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
