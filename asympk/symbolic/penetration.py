@@ -66,7 +66,10 @@ class PenetrationPower(sp.Function):
         return choice.format(b=printer.doprint(b), e=printer.doprint(e), power=printer.doprint(b**e))
 
     _pythoncode = _mpmathcode = partialmethod(_print_as, "({power} if {b} > 0 else 0*({b}))")
-    _numpycode = partialmethod(_print_as, "(({b} > 0)*numpy.where({b} > 0, {b}, 1.0)**({e}))")
+    def _numpycode(self, printer: Any) -> str:
+        b, e = map(printer.doprint, self.args)
+        return f"(({b} > 0)*numpy.where({b} > 0, {b}, 1.0)**({e}))"
+
     _ccode = partialmethod(_print_as, "({b} > 0 ? {power} : isnan({b}) ? {b} : 0.0)")
 
 

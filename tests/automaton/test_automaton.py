@@ -678,7 +678,7 @@ def test_a_block_on_a_ratchet_of_saw_teeth_stops_on_a_tooth(way):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", here("heyoka", "kvaerno5"))
-def test_peers_know_inverse_functions_and_refuse_those_they_lack_in_one_line(method):
+def test_peers_know_inverse_functions_and_powers_of_a_penetration_or_refuse_them_in_one_line(method):
     def block(force):
         rates = {x: v, v: -force + F}
         return ap.System.with_frictions(rates, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=c)])
@@ -691,8 +691,13 @@ def test_peers_know_inverse_functions_and_refuse_those_they_lack_in_one_line(met
     assert turned == pytest.approx(follow(block(x * abs(x)), start, 2, values).final, abs=1e-6)
     contact = ap.Friction(velocity=w, force=F, load=-w * sp.sqrt(-x), kinetic=c, gap=x, normal=N)
     bounce = ap.System.with_frictions({x: v, v: N - 1, w: F}, {}, [contact])
-    with pytest.raises(InputError, match=r"has a function that (heyoka|JAX) lacks"):
-        follow(bounce, {"x": 1, "v": 0, "w": -1}, 2, values, method=method)
+    start = {"x": 1, "v": 0, "w": -1}
+    if method == "heyoka":
+        with pytest.raises(InputError, match="has a function that heyoka lacks"):
+            follow(bounce, start, 2, values, method=method)
+    else:
+        expected = follow(bounce, start, 2, values, method="dop853", rtol=1e-10).final
+        assert follow(bounce, start, 2, values, method=method, rtol=1e-9).final == pytest.approx(expected, abs=1e-5)
 
 
 @pytest.mark.parametrize("options", [{}, {"digits": 20}, {"method": "radau"}])
