@@ -124,6 +124,12 @@ def _after(mode, guard):
     return product(*(all_phases(mode.system, k) if k in lost else (phase,) for k, phase in enumerate(mode.branch)))
 
 
+def _own_sides(mode):
+    """Return the sides of a mode that its branch does not tell, as the signs of sliding velocities while closed."""
+    told = {phase_of(friction.velocity)[0] for friction in mode.closed.values()}
+    return tuple(side for side in mode.sides if side[0] not in told)
+
+
 def _unit(k, size):
     return tuple(int(i == k) for i in range(size))
 
@@ -312,9 +318,7 @@ class _Modes:
             if verdicts and all(self._slips_freely(b, state) for b in best):
                 break
         open_ones = [mode for mode in verdicts if mode not in holding]
-        slides = {phase_of(friction.velocity)[0] for friction in self.system.frictions}  # whose signs a branch tells
-        apart = {tuple(side for side in m.sides if side[0] not in slides) for m in holding}
-        if open_ones or len(best) != 1 or len(apart) != 1:
+        if open_ones or len(best) != 1 or len({*map(_own_sides, holding)}) != 1:
             names = ", ".join(sorted({m.name for m in (*open_ones, *holding)})) or "none"
             raise Refused(f"edge: which mode follows after {what} is not certain; candidates: {names}")
         found = next(mode for mode in holding if mode.branch == best[0])

@@ -734,6 +734,13 @@ def test_a_law_that_switches_with_the_sliding_velocity_leaves_the_mode_certain_w
     assert [event.kind for event in proof.events] == ["slip_onset"]
 
 
+def test_of_two_motions_of_an_open_contact_away_from_the_sliding_velocity_0_none_is_proven():
+    """Where a contact is open, its branch does not tell the sign of its velocity."""
+    ground = ap.Friction(v, F, load=-y, kinetic=1, gap=y)
+    system = ap.System.with_frictions({y: w, w: -1, v: 2 * sp.sign(v) - 1 + F}, {}, [ground])
+    assert certify(ap.Scene(system=system, start={"y": 1, "w": 0, "v": 0}, until=1)).obstacle == "edge"
+
+
 def test_what_the_time_alone_moves_is_known_exactly_at_a_switch_after_an_event_at_an_unknown_time():
     """The push grows from the bound of the friction at t = 1, with the second derivative only."""
     push = sp.Piecewise((0, t < 1), (1 + (t - 1) ** 2, True))
