@@ -91,7 +91,8 @@ class ExactEntries:
         """Return an expression on those sides of its switches on which the whole box certainly lies."""
         at = {s: family.whole[0, 0].real for s, family in self._symbols.items()}
         found = ((phase, _side(phase, ball_of(measured(phase), at))) for phase in phases([expr], at))
-        return on_sides(expr, tuple((phase, side) for phase, side in found if side is not None))
+        sided = on_sides(expr, tuple((phase, side) for phase, side in found if side is not None))
+        return sided if sided == expr else self._sided(sided)
 
     def exact(self, expr: sp.Expr) -> Any:
         """Return an expression in the parameters as an exact entry."""

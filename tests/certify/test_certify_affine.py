@@ -496,8 +496,11 @@ def test_a_parameter_that_ranges_over_a_jump_is_refused_by_its_name():
 
 @pytest.mark.parametrize(
     "kinetic",
-    [sp.Heaviside(c - 1, 0) / 2, sp.floor(c) / 4, sp.Piecewise((1, c < 1), (c / 4, True)), sp.Mod(c, 1), sp.Min(c, 2)],
-)
+    [
+        sp.Heaviside(c - 1, 0) / 2, sp.floor(c) / 4, sp.Piecewise((1, c < 1), (c / 4, True)), sp.Mod(c, 1),
+        sp.Min(c, 2), sp.floor(sp.floor(c) / 8 + c) / 4, sp.floor(sp.sqrt(c - 1)) + 1,
+    ],
+)  # fmt: skip
 def test_a_parameter_may_range_beside_a_jump(kinetic):
     system = ap.System.with_frictions({x: v, v: F}, {}, [ap.Friction(v, F, load=1, kinetic=kinetic)])
     scene, box = ap.Scene(system=system, values={"c": "5/4"}, start={"x": 0, "v": 3}, until=1), {"c": ("5/4", "7/4")}
