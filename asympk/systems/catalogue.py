@@ -58,7 +58,7 @@ def start_at(
     mechanism: Mechanism, system: System, values: Mapping[str, Any], state: Mapping[str, Any]
 ) -> dict[str, Any]:  # fmt: skip
     """Return the start of an elastic or rigid ``system`` at a ``state``; ``values`` may contain further symbols."""
-    own = {str(s) for s in (*mechanism.parameters, system.small)}
+    own = {str(s) for s in (*mechanism.parameters, *system.parameters)}
     return mechanism.start(system, {**{k: v for k, v in values.items() if k in own}, **state})
 
 

@@ -395,6 +395,18 @@ def test_an_elastic_mechanism_in_a_scene_starts_from_its_coordinates_and_rates(t
         ap.read_scene(file)
 
 
+def test_a_start_above_a_contact_in_a_file_is_judged_by_the_damping_in_it(tmp_path):
+    """At theta = theta' = 0 the gap is Y = 1/2; a contact pushes below h |Y'|."""
+    file = tmp_path / "rod.toml"
+    file.write_text(ELASTIC.replace("Y = 0", "Y = 0.5").replace("\"theta'\" = -1", "\"theta'\" = 0"))
+    with pytest.raises(InputError, match=r"above the contact, g = 0\.5, g' = -1, where its damper pushes already"):
+        ap.read_scene(file)
+    scene, _ = changed_scene(str(file), {"h": "0.4"})
+    assert (_begun(scene)["x"], _begun(scene)["y"]) == (-500, 1000)
+    with pytest.raises(InputError, match="where its damper pushes already"):
+        turned(scene, {"h": "0.6"}, {}, None)
+
+
 @pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow) if name in ("crank_slider", "brake_shoe")
                                   else name for name in ap.systems.__all__])  # fmt: skip
 def test_the_file_that_is_printed_for_a_system_of_the_catalogue_holds_its_example(tmp_path, name):
