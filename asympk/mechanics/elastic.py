@@ -19,9 +19,10 @@ from typing import Any
 
 import sympy as sp
 
+from asympk.automaton.junction import BY_HAND
 from asympk.errors import InputError, NotDerivable
 from asympk.mechanics.checks import departures, require_continuous
-from asympk.mechanics.evaluation import exactly_at
+from asympk.mechanics.evaluation import exact_number, exactly_at
 from asympk.mechanics.kinetics import Kinetics, slope_in_powers
 from asympk.mechanics.tidy import tidy, vanishes
 from asympk.numbers import number, short
@@ -162,9 +163,11 @@ def pressed(
         found |= {state: exactly_at(-moved / c**power, placed)
                   for name, (state, moved, power) in sizes.items() if name in off and state in system.states}
         if kinetics.unilateral and x in system.slow and off.get("g", 0) > 0:
-            above.append((k, f"{which}, {off_by}"))
-    for k, where in above:
-        if exactly_at(-system.frictions[k].gap, {contacts[k].time: 0} | values | found) > 0:
+            above.append((k, x, f"{which}, {off_by}"))
+    exact = {state: exact_number(state, value) for state, value in found.items()}
+    for k, x, where in above:
+        pushes = exactly_at(replaced(-system.frictions[k].gap, exact), {contacts[k].time: 0} | values)
+        if pushes > -BY_HAND * exact[x]:  # where it begins to push is known to six digits
             raise InputError(f"the start is above {where}, where its damper pushes already; start it where it "
                              "touches, or give compliance=eps**2")  # fmt: skip
     return found

@@ -127,6 +127,22 @@ def test_a_start_above_a_damped_contact_is_taken_where_its_damper_does_not_push_
         point.start(system, {**numbers, "X": "81/100", "Y": 0, "X'": 2, "Y'": 0})
 
 
+@pytest.mark.parametrize("height", ["1.61", "1.99"])
+def test_a_motion_goes_on_from_where_a_damped_contact_begins_to_push(height):
+    """There the gap is h |g'| but for rounding."""
+    c = sp.Symbol("c", positive=True)
+    point = ap.Mechanism((X, Y), (X.diff(T), Y.diff(T)), sp.eye(2), (0, -1), ap.Contact(Y, X, f, unilateral=True))
+    system, numbers = point.elastic(compliance=c, damping=sp.Rational(1, 7)), {"f": "0.3", "c": "1e-3"}
+    start = point.start(system, {**numbers, "X": 0, "Y": height, "X'": 1, "Y'": "-0.7"})
+    path = ap.solve(ap.Scene(system=system, values=numbers, start=start, until=2))
+    touch = path.events[0]
+    at = dict(zip(path.names, map(float, path(touch.t)), strict=True))
+    again = point.start(system, {**numbers, "X": at["X"], "Y": at["Y"], "X'": at["z"], "Y'": -at["y"] / 1e3})
+    onward = ap.solve(ap.Scene(system=system, values=numbers, start=again, until=2 - touch.t))
+    assert touch.kind == "touch_down"
+    assert onward.final == pytest.approx(path.final, rel=1e-9)
+
+
 def test_a_parameter_of_a_further_gap_alone_is_given_to_its_start_and_to_the_motions_with_it_open():
     """An elastic contact with c = eps^2 = 1/16 that is open by w starts with the reaction -w/c."""
     eps, w = sp.symbols("eps w", positive=True)
