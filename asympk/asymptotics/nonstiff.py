@@ -124,8 +124,14 @@ class Trajectory:
         return self._step_at(t).state_at(self._within(t)) if self.steps else self.start
 
     def near(self, t: float) -> tuple:
-        """Return the state at a time ``t`` as ``on_cubic`` does."""
-        return on_cubic(self._step_at(t), self._within(t)) if self.steps else self.start
+        """Return the state at a time ``t`` by the cubic through both ends of a step, soon but less accurate."""
+        if not self.steps:
+            return self.start
+        step = self._step_at(t)
+        span = step.after - step.t
+        a, b, c, d = _cubic((self._within(t) - step.t) / span)
+        ends = zip(step.state, step.end, step.stages[0], step.stages[-1], strict=True)
+        return tuple([a * v + b * w + span * (c * f + d * g) for v, w, f, g in ends])
 
     def _step_at(self, t):
         steps = self.steps
@@ -136,14 +142,22 @@ class Trajectory:
         return first if t < first else last if t > last else t
 
 
-def on_cubic(step: Step, t: float) -> tuple:
-    """Return the state at a time ``t`` by the cubic through both ends of a step, soon but less accurate."""
-    span = step.after - step.t
-    share = (t - step.t) / span
+def at_shares(step: Step) -> np.ndarray:
+    """Return the states at the ``SHARES`` of a step by the same cubic: (shares, states)."""
+    ends = np.array((step.state, step.end, step.stages[0], step.stages[-1]))
+    ends[2:] *= step.after - step.t
+    return _ON_CUBIC @ ends
+
+
+def _cubic(share):
+    """Return the weights of the states and, over the span, of the rates at both ends of a step."""
     left = 1 - share
-    rise, first, last = share * share * (3 - 2 * share), span * share * left * left, -span * share * share * left
-    ends = zip(step.state, step.end, step.stages[0], step.stages[-1], strict=True)
-    return tuple([v + rise * (w - v) + first * a + last * b for v, w, a, b in ends])
+    rise = share * share * (3 - 2 * share)
+    return 1 - rise, rise, share * left * left, -share * share * left
+
+
+SHARES = np.arange(1, 64) / 64
+_ON_CUBIC = np.array(_cubic(SHARES)).T
 
 
 def rates(flows: tuple[Flow, ...], parameters: tuple, state: tuple) -> tuple:

@@ -14,7 +14,6 @@ size of a matrix is sqrt(sum |m_ij m_ji|), so that no condition depends on the u
 """
 
 import math
-from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
@@ -26,7 +25,7 @@ from scipy.linalg import expm
 
 from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.landing import ROOT, newton, rightmost, root
-from asympk.asymptotics.nonstiff import EXPONENT, Trajectory, on_cubic, price, rates, steps
+from asympk.asymptotics.nonstiff import EXPONENT, SHARES, Trajectory, at_shares, price, rates, steps
 from asympk.asymptotics.stiff import jacobian
 from asympk.asymptotics.watching import watched
 from asympk.automaton.numericmode import LOOKS
@@ -39,7 +38,7 @@ SIDE_BY_SIDE = 1e-6  # the least tolerance of slow motions to several orders in 
 MEETING = 4  # mu y' = g, linear, and x' = y have real eigenvalues as long as 4 mu |h_x f_y| < |g_y|
 LATELY = 2  # relaxation times before an end, at which omitted terms are first looked at again
 FORGOTTEN = 1e-5  # the share of a term, as the error that it is at a later time, that counts as 0
-LOOKED = (0.25, 0.5, *(1 - 0.5**k for k in range(2, 7)))  # shares of a run at which the manifold is looked at
+LONG = 1 / 32  # the share of a run beyond which the manifold is looked at within a step
 AGAIN = math.sqrt(27 / 4)  # with x'' = y, as long as mu sqrt(27 |h_x f_x f_y| / 4) < |g_y|
 
 
@@ -125,11 +124,12 @@ def follow_reduced_flow(
     check = partial(_check, formulas, mu, values, guards, began)
     check(None, 0.0, first)
     along = _steps(formulas, ((order, whole),), first, mu, values, until, rtol, within)
-    for step, lost in watched(_held(formulas, mu, values, until, along, check), guards, len(first)):
+    for step, lost in watched(_held(along, check), guards, len(first)):
         found.append(step)
         if lost:
             end, guard = lost
             break
+    _look_within(formulas, values, found, end, check)
     if first:
         _require_reached(formulas, order, first, found, mu, values, end, rtol, guards, began)
     return Reduced(formulas, (order,), whole, mu, values, end, guard, Trajectory(first, tuple(found)))
@@ -265,26 +265,35 @@ def _attraction(formulas, state, mu, values):
     return y, rightmost(formulas, state[: len(formulas.slow_states)], y, values)
 
 
-def _attracts(formulas, state, mu, values):
-    try:
-        return _attraction(formulas, state, mu, values)[1].real < 0
-    except (ArithmeticError, ValueError):
-        return False
-
-
-def _held(formulas, mu, values, until, along, check):
-    """Yield each step after the check that the manifold is not lost in it, unless a guard is lost before.
-
-    A step may be longer than the manifold repels, where slow motion does not feel g_y. It is therefore looked at within
-    steps, the nearer to the end the more often: the later errors begin to grow, the less of them has died out there.
-    """
-    looks = deque(until * share for share in LOOKED if formulas.turning)
+def _held(along, check):
+    """Yield each step after the check that the manifold is not lost in it, unless a guard is lost before."""
     for step in along:
-        while looks and looks[0] < step.after:
-            if (t := looks.popleft()) > step.t and not _attracts(formulas, on_cubic(step, t), mu, values):
-                check(step, t, step.state_at(t))
         check(step, step.after, step.end)
         yield step
+
+
+def _look_within(formulas, values, steps, end, check):
+    """Check the manifold within steps, which may be longer than it repels where slow motion does not feel g_y."""
+    long = [step for step in steps if step.after - step.t > LONG * end] if formulas.turning else ()
+    if not long:
+        return
+    known, point = formulas.arrays, [*np.concatenate([*map(at_shares, long)]).T]
+    if formulas.affine:  # g_y does not contain y
+        point += [0.0] * len(formulas.fast_states)
+    with np.errstate(all="ignore"):
+        entries = known.jacobian(*point, *values)
+    for k in np.flatnonzero(~(entries[0] < 0 if len(entries) == 1 else _stable(entries))).tolist():
+        step, share = long[k // len(SHARES)], SHARES[k % len(SHARES)].item()
+        if (t := step.t + share * (step.after - step.t)) < end:
+            check(step, t, step.state_at(t))
+
+
+def _stable(entries):
+    """Tell where a matrix of arrays, its entries by rows, has no eigenvalue with a real part >= 0."""
+    slopes = np.stack(np.broadcast_arrays(*entries), axis=1)
+    finite = np.isfinite(slopes).all(axis=1)
+    square = np.where(finite[:, None], slopes, 0.0).reshape(-1, *[math.isqrt(len(entries))] * 2)
+    return np.linalg.eigvals(square).real.max(axis=1) < 0
 
 
 def _check(formulas, mu, values, guards, began, step, high, state):

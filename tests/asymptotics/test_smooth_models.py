@@ -188,13 +188,21 @@ def test_a_focus_that_ceases_to_attract_is_named_a_hopf_point():
         _solved(bautin, {mu: "1/1000"}, {x: -1, u: "1/2", v: 0}, 2)
 
 
-REPELLED = -1 + 2 * sp.exp(-(((x - 10) / 4) ** 6))  # positive for |x - 10| < 3.76
+def _repelling(middle, width):
+    return -1 + 2 * sp.exp(-(((x - middle) / width) ** 6))
+
+
+def _focus(change):
+    return {u: change * u - v + sp.Rational(1, 10), v: u + change * v}
 
 
 @pytest.mark.parametrize("order", [0, 1])
 @pytest.mark.parametrize(("fast", "lost"), [
-    ({u: REPELLED * u - v + sp.Rational(1, 10), v: u + REPELLED * v}, "t = 3.11851, .* before a Hopf point"),
-    ({u: REPELLED * u + mu**2}, "t = 2.83601, .* before a fold"),
+    (_focus(_repelling(10, 4)), "t = 3.11851, .* before a Hopf point"),
+    (_focus(_repelling(7, 1)), "t = 2.91771, .* before a Hopf point"),
+    ({u: _repelling(10, 4) * u + mu**2}, "t = 2.83601, .* before a fold"),
+    ({u: _repelling(sp.Rational(15, 2), 2) * u + mu**2}, "t = 2.62155, .* before a fold"),
+    ({u: _repelling(7, 1) * u + mu**2}, "t = 2.91053, .* before a fold"),
 ])  # fmt: skip
 def test_a_manifold_that_repels_for_a_while_is_lost_though_the_slow_motion_does_not_feel_it(fast, lost, order):
     system = ap.System.smooth({x: sp.Integer(2)}, fast, mu)
