@@ -197,7 +197,7 @@ class GuardedMode:
     def velocities(self) -> dict[int, sp.Expr]:
         """The sliding velocities of the closed frictions, by their numbers, with the signs and sides of the mode."""
         told = {k: branches.with_signs(self.system, self.branch, f.velocity) for k, f in self.closed.items()}
-        return {k: on_sides(velocity, self.sides) for k, velocity in told.items()}
+        return {k: on_sides(velocity, self.all_sides) for k, velocity in told.items()}
 
     @property
     def conditions(self) -> tuple[sp.Expr, ...]:

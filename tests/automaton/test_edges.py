@@ -369,12 +369,14 @@ def test_a_contact_at_rest_feels_that_another_one_turns(push, load, net, how):
     assert [float(w) for w in path.final] == pytest.approx(end, abs=1e-5)
 
 
-def test_a_block_on_a_belt_that_turns_with_another_block_slips_until_it_has_the_new_speed(how):
+@pytest.mark.parametrize("sign", [sp.sign, lambda u: 2 * sp.Heaviside(u) - 1,
+                                  lambda u: sp.Piecewise((1, u > 0), (-1, True))])  # fmt: skip
+def test_a_block_on_a_belt_that_turns_with_another_block_slips_until_it_has_the_new_speed(sign, how):
     """The other one turns at pi, the belt from -1/2 to 1/2: friction 1/2 takes 2 to follow. It took 1, from rest."""
     y, u, G = sp.symbols("y u G", real=True)
     half = sp.Rational(1, 2)
     contacts = [ap.Friction(velocity=u, force=G, load=1, kinetic=half / 2),
-                ap.Friction(velocity=v - sp.sign(u) / 2, force=F, load=1, kinetic=half)]  # fmt: skip
+                ap.Friction(velocity=v - sign(u) / 2, force=F, load=1, kinetic=half)]  # fmt: skip
     system = ap.System.with_frictions({y: u, x: v, u: G - y, v: F}, {}, contacts)
     path = ap.solve(ap.Scene(system=system, start={y: 2, u: 0, x: 0, v: 0}, until=6), **how)
     others = ("opposite+slip_same", "opposite+stick", "same+slip_opposite", "same+stick")
