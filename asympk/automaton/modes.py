@@ -62,7 +62,12 @@ class GuardedMode:
     @cached_property
     def sided(self) -> System:
         """The system with its sliding velocities, and so the equations of its forces, on the sides of the mode."""
-        return system_on_sides(self.system, turning(self.system, self.sides))
+        return system_on_sides(self.system, turning(self.system, self._on_edges(self.sides)))
+
+    def _on_edges(self, sides: Sides) -> Sides:
+        """Return sides with 0 for velocities at rest: a belt has its speed there, whichever side rules a force."""
+        rest = {phase_of(self.system.frictions[k].velocity)[0]: 0 for k in branches.at_rest(self.branch)}
+        return tuple((phase, rest.get(phase, side)) for phase, side in sides)
 
     @cached_property
     def rates(self) -> tuple[sp.Expr, ...]:
@@ -197,7 +202,7 @@ class GuardedMode:
     def velocities(self) -> dict[int, sp.Expr]:
         """The sliding velocities of the closed frictions, by their numbers, with the signs and sides of the mode."""
         told = {k: branches.with_signs(self.system, self.branch, f.velocity) for k, f in self.closed.items()}
-        return {k: on_sides(velocity, self.all_sides) for k, velocity in told.items()}
+        return {k: on_sides(velocity, self._on_edges(self.all_sides)) for k, velocity in told.items()}
 
     @property
     def conditions(self) -> tuple[sp.Expr, ...]:

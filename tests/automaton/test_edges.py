@@ -384,6 +384,18 @@ def test_a_block_on_a_belt_that_turns_with_another_block_slips_until_it_has_the_
     assert [float(w) for w in path.final[1::2]] == pytest.approx([9 / 4 - math.pi, 1 / 2], abs=1e-5)
 
 
+@pytest.mark.parametrize("sign", [sp.sign, lambda u: 2 * sp.Heaviside(u) - 1])
+def test_a_block_stops_on_a_belt_that_stands_while_the_block_that_turns_it_rests(sign, how):
+    """Each feels how the other slides. It was told to slide on, at once on the belt of a block that slides."""
+    y, u, G = sp.symbols("y u G", real=True)
+    quarter, slip = sp.Rational(1, 4), v - sign(u) / 2
+    contacts = [ap.Friction(velocity=u, force=G, load=1, kinetic=quarter),
+                ap.Friction(velocity=slip, force=F, load=1, kinetic=2 * quarter)]  # fmt: skip
+    system = ap.System.with_frictions({y: u, x: v, u: G - y + sign(slip) / 8, v: F}, {}, contacts)
+    path = ap.solve(ap.Scene(system=system, start={y: 0, u: 0, x: 0, v: "-1/2"}, until=3), **how)
+    assert ends(path, ("stick+slip_opposite", "stick+stick"), [0, -1 / 4, 0, 0])
+
+
 def test_static_friction_that_is_below_the_kinetic_one_of_one_direction_is_refused_as_that():
     """Friction is 3/4 forward and 1/4 backward, and 1/2 at rest: a push of this size finds neither rest nor slip."""
     law = sp.Rational(1, 2) + sp.sign(v) / 4
