@@ -190,8 +190,13 @@ def _beyond(edges: tuple[Edge, ...], choice: tuple[int, ...]) -> Sides:
 
 
 def _ranks(mode: NumericMode, edges: tuple[Edge, ...], choice: tuple, t: Any, state: State, slack: Any) -> list[int]:
-    """Return the rank of every edge; each is excluded where the mode moves but does not hold, as if it slips back."""
-    ranks = [_rank(mode, edge.quantity, sign, t, state, slack) for edge, sign in zip(edges, choice, strict=False)]
+    """Return the rank of every edge; each is excluded where the mode moves but does not hold, as if it slips back.
+
+    A sliding velocity that is set free on its edge 0 is on the side into which the mode slips.
+    """
+    slips = dict(mode.mode.all_sides[len(mode.mode.sides) :])
+    ranks = [_rank(mode, edge.quantity, sign or slips.get(edge.phase, 0), t, state, slack)
+             for edge, sign in zip(edges, choice, strict=False)]  # fmt: skip
     return ranks if not any(ranks) or mode.holds(t, state, slack) else [_NEVER]
 
 

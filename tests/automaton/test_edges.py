@@ -620,6 +620,17 @@ def bounce(drag, *others):
     return ap.Scene(system=system, start={y: 0, x: 0, u: -1, v: "2/15"}, until=1)
 
 
+@pytest.mark.parametrize("drag", [sp.Heaviside(v, 0) / 4, sp.Piecewise((sp.Rational(1, 4), v > 0), (0, True))])
+@pytest.mark.parametrize(("speed", "modes"), [(0, ("slip_same",)), (-1, ("slip_opposite", "slip_same"))])
+def test_a_drag_that_begins_with_the_slip_holds_no_block_that_static_friction_does_not_hold(drag, speed, modes, how):
+    """At rest the push is 11/10, above the bound 1; ahead it is 17/20, above the kinetic friction 1/2."""
+    contact = ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational(1, 2), static=1)
+    system = ap.System.with_frictions({x: v, v: sp.Rational(11, 10) - drag + F}, {}, [contact])
+    path = ap.solve(ap.Scene(system=system, start={x: 0, v: speed}, until=2), **how)
+    assert path.modes == modes
+    assert float(path.final[1]) == pytest.approx(0.35 * (2 - abs(speed) / 1.6), abs=1e-9)
+
+
 @pytest.mark.parametrize("how", [{}, {"method": "dop853"}])
 def test_a_body_that_bounces_with_a_drag_that_jumps_with_its_velocity_does_what_a_further_friction_makes_it_do(how):
     """It used to leave rest too early, to move backwards while said to slide forwards, and end at v = 0.72173."""
