@@ -107,7 +107,7 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: An
     _require_branch(task, begun, slowly, motion)
     composites = slow + layer
     if not _falls(composites) and (known := _continued(task, begun, slowly, motion, error)):
-        error = min(error, _expected(motion, layered, known[0], slow, layer, units, known[1])[0])
+        error = min(error, _expected(motion, layered, known[0], slow, layer, units, *known[1:])[0])
     now, next_, _ = composites
     if error >= 1 > _expected(motion, True, until, slow, layer, units)[0]:
         raise OutOfRange(f"at t = {until:.6g} the motion is still in its layer, which method 'slow' leaves out: take "
@@ -139,11 +139,14 @@ def _followed(
 
 def _continued(
     task: matched.Task, begun: matched.MatchedPath, slowly: matched.Slow, motion: LayeredMotion, error: float
-) -> tuple[float, np.ndarray] | None:
-    """Return a time at which terms still fell, and the composites of orders n + 1 and n + 2 from there at ``until``.
+) -> tuple[float, np.ndarray, float] | None:
+    """Return a time at which terms still fell, the composites of orders n + 1 and n + 2 from there, and a ratio.
 
-    Near a fold the fast motion is hardly faster than the slow one, so that these are soon integrated. None is returned
-    where terms fell at none of the times ``FELL``, or these are not near, or the integrations make up the error.
+    The composites are those at ``until``. The ratio is that of the second omitted term to the first at this time, in
+    the state in which it is largest, if that falls less than ``FALLING``: in the others the second may just pass
+    through 0, as before terms grow. Near a fold the fast motion is hardly faster than the slow one, so that these are
+    soon integrated. None is returned where terms fell at none of the times ``FELL``, or these are not near, or the
+    integrations make up the error.
     """
     if error < 2 * ROUNDING * motion.rtol:
         return None
@@ -154,7 +157,9 @@ def _continued(
         if _falls(composites):
             ends = [matched.to_the_end(finely, slowly, replace(begun, t=t, state=tuple(state)), SOON)
                     for state in composites[1:].tolist()]  # fmt: skip
-            return None if None in ends else (t, np.array(ends))
+            first, second = np.abs(np.diff(composites, axis=0))
+            ratio = np.max(second[first > 0] / first[first > 0], initial=STEADY)
+            return None if None in ends else (t, np.array(ends), ratio if ratio > FALLING else STEADY)
     return None
 
 
@@ -219,10 +224,11 @@ def layered_motion(
     return LayeredMotion(landing, motion, beside, sums, rtol, kept)
 
 
-def _expected(motion, layered, t, slow, layer, units, ends=None):
+def _expected(motion, layered, t, slow, layer, units, ends=None, least=STEADY):
     """Return the predicted error and the part of it that the tolerance of the integrations makes up.
 
-    ``t`` is ``until``, or the time from which ``ends``, the composites of orders n + 1 and n + 2, are continued.
+    ``t`` is ``until``, or the time from which ``ends``, the composites of orders n + 1 and n + 2, are continued; there
+    successive terms had the ratio ``least``, or less.
     """
     # a layer as slow as the slow motion may cancel its terms in the composite but not their remainder, so that terms
     # of the slow motion that do not decrease are judged on their own, too
@@ -236,7 +242,7 @@ def _expected(motion, layered, t, slow, layer, units, ends=None):
         told = [np.vstack([told[0][:1], ends * units])]
     left, rounding = (0.0 if layered else np.abs(layer[0]).max()), motion.rtol * scales.max()
     lately = _terms(told[0])[0] + float((recalled * scales[fast]).max())
-    return max(predicted_error(terms, left, rounding, misses, lately) for terms in told), ROUNDING * rounding
+    return max(predicted_error(terms, left, rounding, misses, lately, least) for terms in told), ROUNDING * rounding
 
 
 def tolerance(mu: float, order: int, finer: float = FINER) -> float:
@@ -246,16 +252,17 @@ def tolerance(mu: float, order: int, finer: float = FINER) -> float:
 
 def predicted_error(
     composites: np.ndarray, left: float = 0.0, rtol: float = 0.0, misses: np.ndarray | None = None,
-    lately: float = 0.0,
+    lately: float = 0.0, least: float = STEADY,
 ) -> float:  # fmt: skip
     """Return the predicted error of the first of three composites, relative to the largest of 1 and the true states.
 
     The composites are of successive orders. ``left`` is the size of the layer where the first leaves it out, ``rtol``
     the tolerance of the integrations, ``misses`` the difference of each composite from the start, if known, and
-    ``lately`` what the error remembers of terms omitted until then: those at the end may be small by chance.
+    ``lately`` what the error remembers of terms omitted until then: those at the end may be small by chance. ``least``
+    is a bound from below of the ratio of successive omitted terms from which the rest of them is estimated.
     """
     first, second = _terms(composites)
-    ratio = min(STALLED, max(STEADY, second / first)) if first > 0 else STALLED
+    ratio = min(STALLED, max(least, second / first)) if first > 0 else STALLED
     error = max(lately, (first + 2 * second / (1 - ratio)) / (1 - ratio)) + left
     if misses is not None:
         error += _beyond(max(first, second), misses)

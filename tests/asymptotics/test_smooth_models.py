@@ -346,6 +346,15 @@ def test_a_layer_whose_parts_are_as_far_apart_as_140_is_followed_to_the_highest_
     assert distance(path.final, truth.final) < path.error + 1e-10 < 1e-5
 
 
+def test_an_error_near_a_fold_is_predicted_by_the_state_whose_terms_fall_least():
+    """Of the others the second term passes through 0 at the time from which they are continued."""
+    rates = {x: y - x**3 + 3 * x**2 - w + 1, y: 1 - 5 * x**2 - y}
+    neuron = ap.System.smooth({w: 4 * x + sp.Rational(32, 5) - w}, rates, mu)  # of Hindmarsh and Rose
+    scene = ap.Scene(system=neuron, values={mu: "1/100"}, start=(2, "-1.2", -6), until="0.3")
+    path, truth = ap.solve(scene, "jump", order=3), ap.solve(scene, "radau", rtol=1e-10, atol=1e-11)
+    assert distance(path.final, truth.final) < path.error < 2e-3
+
+
 @pytest.mark.parametrize("method", ["slow", "jump"])
 @pytest.mark.parametrize("order", [0, 1, 2])
 @pytest.mark.parametrize(("drift", "force", "start"), [(-x + y / 2, y - y**3 + mu * x, (1, "-1/2000")),
