@@ -257,7 +257,12 @@ def _value(expr, k, scale=1):
         sign = -1 if s.is_negative else 1 if s.is_positive else sp.sign(scale)
         points[s] = sign * abs(scale) * sp.Rational(13 * k + 7 * i + 2, 11 + 3 * k)
     found = valued(expr, points, 2 * 50) if heavy(expr) else sp.nan
-    return found if found.is_finite else replaced(expr, points).evalf(50)
+    if found.is_finite:
+        return found
+    try:
+        return replaced(expr, points).evalf(50)
+    except (TypeError, AttributeError):  # SymPy cannot compare exp(9375) with pi, and its cache fails at that error
+        return sp.nan
 
 
 class _Recurrence:

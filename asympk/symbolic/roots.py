@@ -6,7 +6,7 @@ W. It answers None where no short formula stands for every root.
 """
 
 from collections.abc import Callable, Iterator
-from itertools import product
+from itertools import chain, product
 
 import sympy as sp
 from sympy.functions.elementary.hyperbolic import HyperbolicFunction
@@ -188,11 +188,16 @@ def is_zero_on(g: sp.Expr, solution: dict[sp.Symbol, sp.Expr]) -> bool:
         return False
     (f,), w = inverse, sp.Dummy()
     told, inside = g.xreplace({f: w}), f.args[0].subs(solution, simultaneous=True)
-    slope = told.diff(w)
-    if told.has(*solution) or slope.has(w):
+    if told.has(*solution) or told.diff(w).has(w):
         return False
-    value = -told.subs(w, 0) / slope
-    return RANGE[type(f)](value).is_positive is not False and is_zero_somewhere(INVERSE[type(f)](value) - inside)
+    value, middle = (-line.subs(w, 0) / line.diff(w) for line in (told, RANGE[type(f)](w).diff(w)))
+    return is_zero_somewhere(INVERSE[type(f)](value) - inside) and _may_vanish(value - middle)
+
+
+def _may_vanish(expr):
+    """Tell whether ``expr`` may vanish at a real value of one of its symbols."""
+    found = [solutions_of([expr], [s]) for s in expr.free_symbols]
+    return None in found or not all(map(is_complex, heights(chain.from_iterable(found))))
 
 
 def _is_as_declared(solution):

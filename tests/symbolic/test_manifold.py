@@ -1113,6 +1113,11 @@ def test_roots_of_exponentials_that_solve_nothing_are_no_manifolds(force):
     assert found.stability == "stable"
 
 
+@pytest.mark.parametrize("value", [x**2 + 10, sp.exp(-(x**2)) + 2, sp.exp(x) + 2])
+def test_an_inverse_function_that_is_always_out_of_its_range_has_no_branch(value):
+    assert not critical_manifolds(ap.System.smooth({x: -x}, {y: value - sp.asin(y)}, mu))
+
+
 @pytest.mark.slow
 def test_complex_numbers_in_a_broken_power_are_no_manifolds():
     rate = sp.sympify("x - y**(5/2)/(1 + y**(5/2))", {"x": x, "y": y}, rational=True)
