@@ -88,7 +88,8 @@ def require_continuous(kinetics: Kinetics, parts: tuple[sp.Expr, ...], what: str
             place = measured(phase)
             upper, lower = (on_sides(expr, ((phase, side),)) for side in ((1, -1) if place == phase else (0, -1)))
             q = next((q for q in sorted(place.free_symbols, key=str) if place.diff(q).is_nonzero), place)
-            if not vanishes((upper - lower).subs(q, sp.solve(place, q)[0] if q.is_Symbol else 0)):
+            rise = (upper - lower).subs(q, sp.solve(place, q)[0] if q.is_Symbol else 0)
+            if not rise.has(sp.nan, sp.zoo, sp.oo, -sp.oo) and not vanishes(rise):  # a motion to a pole ends there
                 where = f"{place} = 0" if place == phase else f"{place} is whole"
                 raise NotDerivable(f"{what} jumps where {where}, and velocities do not: round it off there")
 

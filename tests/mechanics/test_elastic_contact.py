@@ -277,6 +277,20 @@ def test_ground_with_steps_and_kinks_is_refused_where_the_reaction_or_the_constr
         block.rigid()
 
 
+def test_a_gap_with_a_real_cube_root_is_followed_beside_its_pole():
+    """Its slope is infinite at 0, where the gap was said to jump."""
+    x, y, u, v = sp.symbols("x y u v", real=True)
+    start, paths = {x: 1, y: sp.Rational(1, 10), u: 1, v: sp.Rational(1, 30)}, []
+    for height in (sp.sign(x) * sp.cbrt(sp.Abs(x)), sp.cbrt(x)):
+        ground = ap.Contact(y - height / 10, x, sp.Rational(3, 10), unilateral=True)
+        block = ap.Mechanism((x, y), (u, v), sp.eye(2), (0, -10), ground)
+        soft = block.elastic(compliance=c, damping=sp.Rational(1, 2))
+        scene = ap.Scene(system=soft, values={c: "1e-2"}, start=block.start(soft, start), until="1/2")
+        paths.append(ap.solve(scene))
+    assert paths[0].modes == paths[1].modes == ("slip_same", "stick")
+    assert paths[0].final == pytest.approx(paths[1].final, abs=1e-6)
+
+
 def test_a_belt_whose_velocity_jumps_is_refused_as_the_sliding_velocity_would_not():
     x, y, u, v, t = sp.symbols("x y u v t", real=True)
     belt = sp.Piecewise((1, t < 1), (2, True))
