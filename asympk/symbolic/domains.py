@@ -44,7 +44,7 @@ def positive_on(branch: sp.Dict, limits: Iterable[sp.Expr]) -> set[sp.Expr]:
     for g in limits:
         inside |= {_POSITIVE[type(f)](f.args[0]).subs(branch, simultaneous=True) for f in g.atoms(*_POSITIVE)
                    if f.has(*branch)}  # fmt: skip
-        inside |= {*_within_ranges(g, branch)}
+        inside |= {*_within_ranges(g, branch), *_within_turn(g, branch)}
     return inside | ({declared_sign(y) * h for y, h in branch.items() if y != h} - {0})
 
 
@@ -72,6 +72,19 @@ def _within_ranges(g, branch):
         yield from _root_within_range(g, base, {p for p in roots if p.base == base}, branch)
     for f in outer - roots if not is_implicit(branch) else ():
         yield from _inverse_within_range(g, f, branch)
+
+
+def _within_turn(g, branch):
+    """Yield what is positive where angles atan2(a, b) have the values w on a branch that g = 0, linear in each, gives.
+
+    With |w| < pi, a cos w = b sin w gives the angle or the opposite one, where a sin w + b cos w is negative.
+    """
+    for f in g.atoms(sp.atan2) if not (heavy(g) or is_implicit(branch)) else ():
+        told = g.xreplace({f: (w := sp.Dummy())})
+        if f.has(*branch) and not (slope := told.diff(w)).has(w):
+            value, a, b = (e.subs(branch, simultaneous=True) for e in (-told.subs(w, 0) / slope, *f.args))
+            yield sp.pi**2 - value**2
+            yield sp.trigsimp(a * sp.sin(value) + b * sp.cos(value))
 
 
 def _outermost(expr, branch):

@@ -1113,6 +1113,14 @@ def test_roots_of_exponentials_that_solve_nothing_are_no_manifolds(force):
     assert found.stability == "stable"
 
 
+@pytest.mark.parametrize("force", [sp.atan2(1, y) - x, sp.atan2(y, x) - x / 2, sp.atan2(y, -1) - x, sp.atan2(x, y) - 1])
+def test_an_angle_has_no_branch_where_it_is_the_opposite_one(force):
+    (found,) = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
+    for at in map(sp.Rational, (-4, -2, -1, 1, 2, 4)):
+        on_it = force.subs(found.branch).subs(x, at)
+        assert found.exists.subs(x, at) == (abs(sp.N(on_it)) < 1e-12)
+
+
 @pytest.mark.parametrize("value", [x**2 + 10, sp.exp(-(x**2)) + 2, sp.exp(x) + 2])
 def test_an_inverse_function_that_is_always_out_of_its_range_has_no_branch(value):
     assert not critical_manifolds(ap.System.smooth({x: -x}, {y: value - sp.asin(y)}, mu))
