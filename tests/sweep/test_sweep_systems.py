@@ -369,9 +369,10 @@ def test_an_elastic_mechanism_is_swept_over_from_coordinates_and_rates_as_its_sc
         assert [found[name][row] for name in path.names] == pytest.approx(path.final, rel=1e-12)
     with pytest.raises(InputError, match="no value for Y', theta; give all coordinates and rates"):
         parse_sweep(text.replace("\"Y'\" = 0\n", "").replace("theta = 1.1\n", ""))
+    falling = text.replace("\"Y'\" = 0", "\"Y'\" = -1")  # its damper pushes already
     with pytest.raises(InputError, match="the start is above the contact"):
-        parse_sweep(text.replace("Y = 0.8912", "Y = 0.8913"))
-    above = parse_sweep(text.replace("Y = 0.8912073600614353", "Y = [0.8912073600614353, 0.9]"))
+        parse_sweep(falling.replace("Y = 0.8912", "Y = 0.8913"))
+    above = parse_sweep(falling.replace("Y = 0.8912073600614353", "Y = [0.8912073600614353, 0.9]"))
     run_sweep(above, tmp_path / "above")
     assert [OUTCOMES[k] for k in _whole(tmp_path / "above")["outcome"]] == ["followed", "refused"]
 
