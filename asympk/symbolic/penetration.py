@@ -65,11 +65,11 @@ class PenetrationPower(sp.Function):
             return f"({printer.doprint(Penetration(b) ** e)})"
         return choice.format(b=printer.doprint(b), e=printer.doprint(e), power=printer.doprint(b**e))
 
-    _pythoncode = _mpmathcode = partialmethod(_print_as, "({power} if {b} > 0 else 0*({b}))")
     def _numpycode(self, printer: Any) -> str:
         b, e = map(printer.doprint, self.args)
-        return f"(({b} > 0)*numpy.where({b} > 0, {b}, 1.0)**({e}))"
+        return f"(({b} > 0)*numpy.where({b} <= 0, 1.0, {b})**({e}))"
 
+    _pythoncode = _mpmathcode = partialmethod(_print_as, "({power} if {b} > 0 else 0*({b}))")
     _ccode = partialmethod(_print_as, "({b} > 0 ? {power} : isnan({b}) ? {b} : 0.0)")
 
 

@@ -8,6 +8,7 @@ import sympy as sp
 from scipy.integrate import quad, solve_ivp
 
 import asympk as ap
+from asympk.errors import OutOfRange
 from asympk.symbolic.expansion import is_zero
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.penetration import Penetration, RootSlope, with_finite_powers, with_penetration
@@ -73,6 +74,14 @@ def test_an_infinite_slope_of_a_load_is_left_out_at_the_opening(target):
     assert [float(value) for value in load(-16)] == [2, -0.25, 2**-8]
     assert [float(value) for at in (0, 4) for value in load(at)] == [0] * 6
     assert "(-x > 0 ? " in lower((x,), 1 / sp.sqrt(depth), "c")
+
+
+@pytest.mark.parametrize("target", ["numpy", "math", "mpmath"])
+@pytest.mark.parametrize("power", [HERTZ, sp.Rational(1, 2), -sp.Rational(1, 2)])
+def test_a_power_of_a_penetration_that_is_no_number_is_refused(power, target):
+    """As 0 it would hide that a state is lost."""
+    with pytest.raises(OutOfRange, match="is not a finite real number at x = nan"):
+        lower((x,), (Penetration(-x) ** power,), target)(math.nan)
 
 
 def test_a_gap_beside_the_penetration_leaves_the_slope_of_a_load_finite_at_a_touch_down():
