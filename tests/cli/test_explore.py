@@ -123,10 +123,11 @@ def test_files_of_ones_own_are_explored_too(tmp_path, text, quantities):
     assert motion(turned(scene, {}, {}, "1/2"))["t"][-1] == 0.5
 
 
-def test_a_body_above_its_contact_has_the_rigid_one_alone(tmp_path):
+@pytest.mark.parametrize(("rate", "names"), [(0, ["elastic contact", "rigid"]), (-1, ["rigid"])])
+def test_a_body_that_comes_down_within_the_reach_of_its_damper_has_the_rigid_contact_alone(tmp_path, rate, names):
     file = tmp_path / "own.toml"
-    file.write_text(MECHANISM.replace("0.7833269", "0.8"))
-    assert [scene.name for scene in chosen_scenes(str(file))()] == ["rigid"]
+    file.write_text(MECHANISM.replace("0.7833269", "0.8").replace("\"Y'\" = 0", f"\"Y'\" = {rate}"))
+    assert [scene.name for scene in chosen_scenes(str(file))()] == names
 
 
 def test_the_compliance_leaves_its_name_to_a_parameter_of_a_further_contact(tmp_path):

@@ -384,6 +384,12 @@ def test_an_elastic_mechanism_in_a_scene_starts_from_its_coordinates_and_rates(t
     scene = ap.read_scene(file)
     told = {"X": 0, "Y": 0, "theta": 0, "x": 0, "theta'": -1, "y": 0, "z": 3}
     assert dict(zip(scene.names, scene.start, strict=True)) == told
+    file.write_text(above := ELASTIC.replace("Y = 0", "Y = 1"))
+    scene = ap.read_scene(file)
+    assert dict(zip(scene.names, scene.start, strict=True)) == {**told, "Y": 1, "x": -1000}
+    file.write_text(above.replace("\"Y'\" = -1", "\"Y'\" = -3"))
+    with pytest.raises(InputError, match="above the contact, g = 1, g' = -2, where its damper pushes already"):
+        ap.read_scene(file)
     file.write_text(ELASTIC.replace("\"X'\" = 3, ", ""))
     with pytest.raises(InputError, match="no value for X'; give all coordinates and rates, or the states X, Y"):
         ap.read_scene(file)
