@@ -15,7 +15,7 @@ from sympy.functions.elementary.hyperbolic import HyperbolicFunction
 from asympk.symbolic.conditions import declared_sign
 from asympk.symbolic.expansion import is_implicit, is_zero, is_zero_somewhere
 from asympk.symbolic.long import heavy
-from asympk.symbolic.roots import INVERSE, RANGE, fractional_powers, solutions_of
+from asympk.symbolic.roots import INVERSE, RANGE, fractional_powers, solutions_of, value_on
 
 _POSITIVE: dict[type, Callable] = {
     sp.log: lambda z: z, sp.acosh: lambda z: z - 1, **dict.fromkeys((sp.asin, sp.acos, sp.atanh), lambda z: 1 - z**2),
@@ -81,8 +81,8 @@ def _within_turn(g, branch):
     """
     for f in g.atoms(sp.atan2) if not (heavy(g) or is_implicit(branch)) else ():
         told = g.xreplace({f: (w := sp.Dummy())})
-        if f.has(*branch) and not (slope := told.diff(w)).has(w):
-            value, a, b = (e.subs(branch, simultaneous=True) for e in (-told.subs(w, 0) / slope, *f.args))
+        if f.has(*branch) and (value := value_on(branch, told, w)) is not None:
+            a, b = (e.subs(branch, simultaneous=True) for e in f.args)
             yield sp.pi**2 - value**2
             yield sp.trigsimp(a * sp.sin(value) + b * sp.cos(value))
 
@@ -149,12 +149,10 @@ def _inverse_within_range(g, f, branch):
     w, inside = sp.Dummy(real=True), f.args[0]
     others = {e: e.exp / inside for e in g.atoms(sp.exp)} if isinstance(f, sp.exp) else {f: sp.S.One}
     told = g.xreplace({e: w**power for e, power in others.items() if power.is_Integer})
-    slope, nested = told.diff(w), bool(_outermost(inside, branch))
-    if not slope.has(w) and is_zero_somewhere(slope.subs(branch, simultaneous=True)):
-        return
-    if not slope.has(w):
-        values = [sp.factor((-told.subs(w, 0) / slope).subs(branch, simultaneous=True))]
-    elif nested or (type(f) in _RANGE and not _has_whole_slopes(f, branch)):
+    value, nested = value_on(branch, told, w), bool(_outermost(inside, branch))
+    if value is not None:
+        values = [sp.factor(value)]
+    elif told.diff(w).has(w) and (nested or (type(f) in _RANGE and not _has_whole_slopes(f, branch))):
         values = _values(told, w, _INVERSE[type(f)](w) - inside.subs(branch, simultaneous=True), branch)
     else:
         return

@@ -5,7 +5,7 @@ are split, unknowns that others give are eliminated, sines are put in half angle
 W. It answers None where no short formula stands for every root.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from itertools import chain, product
 
 import sympy as sp
@@ -188,10 +188,21 @@ def is_zero_on(g: sp.Expr, solution: dict[sp.Symbol, sp.Expr]) -> bool:
         return False
     (f,), w = inverse, sp.Dummy()
     told, inside = g.xreplace({f: w}), f.args[0].subs(solution, simultaneous=True)
-    if told.has(*solution) or told.diff(w).has(w):
+    value, middle = (value_on(solution, line, w) for line in (told, RANGE[type(f)](w).diff(w)))
+    if value is None or told.has(*solution):
         return False
-    value, middle = (-line.subs(w, 0) / line.diff(w) for line in (told, RANGE[type(f)](w).diff(w)))
     return is_zero_somewhere(INVERSE[type(f)](value) - inside) and _may_vanish(value - middle)
+
+
+def value_on(branch: Mapping[sp.Symbol, sp.Expr], g: sp.Expr, w: sp.Symbol) -> sp.Expr | None:
+    """Return the value on a branch that g = 0 gives w; None where g is not linear in w, or does not contain it there.
+
+    A slope that vanishes on the branch is that of another factor of g.
+    """
+    slope = g.diff(w)
+    if slope.has(w) or is_zero_somewhere(slope.subs(branch, simultaneous=True)):
+        return None
+    return (-g.subs(w, 0) / slope).subs(branch, simultaneous=True)
 
 
 def _may_vanish(expr):

@@ -1121,6 +1121,14 @@ def test_an_angle_has_no_branch_where_it_is_the_opposite_one(force):
         assert found.exists.subs(x, at) == (abs(sp.N(on_it)) < 1e-12)
 
 
+def test_an_angle_tells_nothing_of_the_branch_of_another_factor():
+    """g has the factor y, too: its branch was told where sin(x) > 0 alone."""
+    zero, _ = sorted(critical_manifolds(ap.System.smooth({x: -x}, {y: y * (sp.atan2(1, y) - x)}, mu)),
+                     key=lambda found: len(str(found.branch)))  # fmt: skip
+    assert zero.branch[y] == 0
+    assert all(zero.exists.subs(x, at) is sp.true for at in (-4, -1, 1, 4))
+
+
 @pytest.mark.parametrize("value", [x**2 + 10, sp.exp(-(x**2)) + 2, sp.exp(x) + 2])
 def test_an_inverse_function_that_is_always_out_of_its_range_has_no_branch(value):
     assert not critical_manifolds(ap.System.smooth({x: -x}, {y: value - sp.asin(y)}, mu))
