@@ -67,18 +67,23 @@ class ExactEntries:
         slopes = (ball(int(name == other)) for other in self.sides)
         return self._family(hull(low, high), ball((low + high) / 2), *slopes)
 
+    def _whole(self):
+        """Return {symbol: its ball over the whole box}."""
+        return {s: family.whole[0, 0].real for s, family in self._symbols.items()}
+
     def _family(self, *parts):
         return Family((flint().acb_mat([[part]]) for part in parts), self.spans).tight()
 
     def _family_of(self, expr):
         """Return an expression in symbols that range; from the centre they move one by one, the last one first."""
         numbers = [{s: f.parts[k][0, 0].real for s, f in self._symbols.items()} for k in range(2 if self.spans else 1)]
+        found = [ball_of(expr, at) for at in numbers]  # refuses what has no enclosure before a slope is asked for
         at, rates = {**numbers[0]}, list[tuple[Ball, Family]]()
         for s, f in self._symbols.items() if self.spans else ():
             rates += [(ball_of(sp.diff(expr, s), at), f)] if s in expr.free_symbols else []
             at[s] = numbers[1][s]
         slopes = (sum((r * f.parts[k][0, 0] for r, f in rates), ball(0)) for k in range(2, 2 + len(self.spans)))
-        return self._family(*(ball_of(expr, found) for found in numbers), *slopes)
+        return self._family(*found, *slopes)
 
     def _placed(self, expr: sp.Expr) -> sp.Expr:
         expr = expr.subs(self.numbers)
@@ -89,7 +94,7 @@ class ExactEntries:
 
     def _sided(self, expr):
         """Return an expression on those sides of its switches on which the whole box certainly lies."""
-        at = {s: family.whole[0, 0].real for s, family in self._symbols.items()}
+        at = self._whole()
         found = ((phase, _side(phase, ball_of(measured(phase), at))) for phase in phases([expr], at))
         sided = on_sides(expr, tuple((phase, side) for phase, side in found if side is not None))
         return sided if sided == expr else self._sided(sided)
@@ -133,7 +138,7 @@ class ExactEntries:
 
     def require_least_at_corners(self, quantities: Iterable[sp.Expr]) -> None:
         """Raise ``Refused`` unless, on the box, quantities are monotone in every parameter, or positive."""
-        at = {s: family.whole[0, 0].real for s, family in self._symbols.items()}
+        at = self._whole()
         ends = {s: [sp.Rational(Fraction(end)) for end in self.sides[s.name]] for s in at if s.name in self.sides}
         moved = {s: low + sp.Dummy(nonnegative=True) if low >= 0 else high - sp.Dummy(nonnegative=True)
                  for s, (low, high) in ends.items() if low * high >= 0}  # fmt: skip
