@@ -218,9 +218,9 @@ class _Modes:
         known = {k: before.family.entry(k) for k, w in enumerate(exact) if w is not None}
         involved = [k for k, c in enumerate(guard.row[:-1]) if c]
         found = {involved[0]: -guard.row[-1] / guard.row[involved[0]]} if len(involved) == 1 else {}
-        for k in range(size) if time is not None else ():
+        for k in {*range(size)} - {*known} if time is not None else ():
             since, parts = self._polynomial(_unit(k, size), segment)
-            found |= {k: value_after(time - since, parts)} if parts and k not in known else {}
+            found |= {k: value_after(time - since, parts)} if parts else {}
         for k, value in found.items():
             exact[k], known[k] = value, self.field.family([[value]])
         null = (guard.row, *mode.kept, *(row for other in guards for row in other.null))
