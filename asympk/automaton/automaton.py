@@ -194,7 +194,7 @@ def _ranks(mode: NumericMode, edges: tuple[Edge, ...], choice: tuple, t: Any, st
 
     A sliding velocity that is set free on its edge 0 is on the side into which the mode slips.
     """
-    slips = dict(mode.mode.all_sides[len(mode.mode.sides) :])
+    slips = dict(mode.mode.slipping)
     ranks = [_rank(mode, edge.quantity, sign or slips.get(edge.phase, 0), t, state, slack)
              for edge, sign in zip(edges, choice, strict=False)]  # fmt: skip
     return ranks if not any(ranks) or mode.holds(t, state, slack) else [_NEVER]

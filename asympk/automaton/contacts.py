@@ -212,6 +212,13 @@ def feels_directions(system: System) -> bool:
     return contact_formulas(system, (None,) * len(system.frictions)) != contact_formulas(system)
 
 
+@lru_cache(maxsize=64)
+def turned_by_others(system: System) -> frozenset[int]:
+    """Return the contacts whose sliding velocity jumps with the direction in which another contact slips."""
+    told = range(len(system.frictions)) if feels_directions(system) else ()
+    return frozenset(k for k in told if atoms(system.frictions[k].velocity, sp.sign))
+
+
 def contact_point(system: System, place: Place, signs: Signs) -> ContactPoint:
     """Return the contacts at a place, in the numbers of this place: later operations then have the same rounding."""
     formulas, unknowns, _ = contact_formulas(system, signs)

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
-import sympy as sp
-
 from asympk.automaton.contacts import (
     ContactPoint,
     Numbers,
@@ -24,13 +22,13 @@ from asympk.automaton.contacts import (
     place_of,
     signs_at_rest,
     solved_forces,
+    turned_by_others,
 )
 from asympk.automaton.modes import mode_of
 from asympk.errors import InputError, NoMotion, UnboundedReaction
 from asympk.numbers import listed
 from asympk.symbolic import branches, sides
 from asympk.symbolic.branches import OPEN, Branch, Phase
-from asympk.symbolic.long import atoms
 from asympk.symbolic.system import System
 
 if TYPE_CHECKING:
@@ -103,7 +101,7 @@ class Junction:
 
     def jumped(self, branch: Branch) -> dict[int, int]:
         """Return the signs of sliding velocities that, in a branch, other contacts have made jump from 0 by turning."""
-        told = [k for k in self.resting if self.signs and atoms(self.system.frictions[k].velocity, sp.sign)]
+        told = self.resting & turned_by_others(self.system)
         points = self.points_in(branch) if told else []
         signs = {k: self.numbers.decided_sign([point.contacts[k].velocity for point in points]) for k in told}
         return {k: sign for k, sign in signs.items() if sign}
@@ -277,8 +275,8 @@ def _signs(system: System, expressions: tuple, at: Place, rounding: float, least
 def _closed(here: Junction, k: int) -> list[Phase]:
     was = here.before[k] if here.before else None
     contacts = [point.contacts[k] for point in here.points]
-    resting = (was is not None and was.mode == "stick") or ("velocity_zero", k) in here.lost
-    resting = resting or bool(here.signs and atoms(here.system.frictions[k].velocity, sp.sign))
+    turned = k in turned_by_others(here.system)
+    resting = turned or (was is not None and was.mode == "stick") or ("velocity_zero", k) in here.lost
     velocity = 0 if resting else here.numbers.decided_sign([c.velocity for c in contacts])
     sign = (was.load if was else 0) or 1  # where both signs of the load go on alike, the first is taken
     loads: tuple[int, ...] = (sign, -sign)

@@ -109,11 +109,15 @@ class GuardedMode:
 
     @cached_property
     def all_sides(self) -> Sides:
-        """The sides of the mode, and the signs of its sliding velocities as further sides."""
+        """The sides of the mode, and those on which it slips."""
+        return (*self.sides, *self.slipping)
+
+    @cached_property
+    def slipping(self) -> Sides:
+        """The signs of the sliding velocities of the mode as sides."""
         sliding = [(f.velocity, phase.velocity) for f, phase in zip(self.system.frictions, self.branch, strict=True)
                    if phase.velocity and not phase.either]  # fmt: skip
-        told = ((phase, factor * sign) for velocity, sign in sliding for phase, factor in [phase_of(velocity)])
-        return (*self.sides, *told)
+        return tuple((phase, factor * sign) for velocity, sign in sliding for phase, factor in [phase_of(velocity)])
 
     @cached_property
     def edges(self) -> tuple[sp.Expr, ...]:
