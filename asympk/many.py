@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 STICK = "stick"
-PHASES = (*MODES, "open")  # the phases of a friction
+PHASES = (*MODES, "open", "closed")  # the phases of a friction
 # the errors of a flow that does not reach the end of a trajectory, and the words for them
 REFUSALS = {
     errors.TooManyEvents: "too many events",

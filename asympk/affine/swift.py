@@ -18,7 +18,7 @@ from asympk.automaton.contacts import feels_directions
 from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import phases_of
 from asympk.errors import InputError, Undecided
-from asympk.symbolic.branches import Branch, Phase, most_at_rest, stands
+from asympk.symbolic.branches import Branch, Phase, is_smooth, most_at_rest, stands
 from asympk.symbolic.forces import determined
 from asympk.symbolic.sides import Sides
 
@@ -128,10 +128,11 @@ class Swift:
 def _beginning(system):
     """Return the branches that may begin; none with contacts that may open or feel the direction of sliding.
 
-    Nor are there any for 0 or over ``_MOST`` frictions.
+    Nor are there any for smooth contacts, or for 0 or over ``_MOST`` frictions.
     """
     opens = any(f.gap is not None for f in system.frictions)
-    if opens or feels_directions(system) or not 0 < len(system.frictions) <= _MOST:
+    smooth = any(is_smooth(system, k) for k in range(len(system.frictions)))
+    if opens or smooth or feels_directions(system) or not 0 < len(system.frictions) <= _MOST:
         return []
     return list(product([Phase(load, v) for load in (1, -1) for v in (0, 1, -1)], repeat=len(system.frictions)))
 

@@ -149,7 +149,7 @@ def _margins_at(
             bound = contact.static * phase.load * load
             found["slip_onset", k, False] = bound + solved.forces[friction.force]
             found["slip_onset", k, True] = bound - solved.forces[friction.force]
-        else:
+        elif phase.slips:
             if not branches.lifts(friction):
                 found["force_zero", k, False] = phase.load * load
             rate = row_at(point.rows[k], forces)

@@ -181,8 +181,8 @@ def _standing(here: Junction, tried: Tried) -> Branch | None:
     """Return a branch in which the system rests on contacts whose equations do not determine their forces, or None."""
     if not branches.stands(here.before or ()) and any(kind == "slip_onset" for kind, _ in here.lost):
         return None
-    for branch in branches.most_at_rest(b for b in tried if not any(phase.velocity for phase in b)):
-        loose = branches.at_rest(branch) and not here.is_determined(branch)
+    for branch in branches.most_at_rest(b for b in tried if not any(phase.slips for phase in b)):
+        loose = not here.is_determined(branch)
         standing = standing_branch(here, branch, partial(_margin_growth, here)) if loose else None
         if standing and (here.system.time is None or _lasts(here, standing)):
             if moves_in_several_ways(here, branch):

@@ -273,6 +273,8 @@ def _signs(system: System, expressions: tuple, at: Place, rounding: float, least
 
 
 def _closed(here: Junction, k: int) -> list[Phase]:
+    if branches.is_smooth(here.system, k):
+        return [branches.SMOOTH]
     was = here.before[k] if here.before else None
     contacts = [point.contacts[k] for point in here.points]
     turned = k in turned_by_others(here.system)

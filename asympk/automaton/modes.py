@@ -116,7 +116,7 @@ class GuardedMode:
     def slipping(self) -> Sides:
         """The signs of the sliding velocities of the mode as sides."""
         sliding = [(f.velocity, phase.velocity) for f, phase in zip(self.system.frictions, self.branch, strict=True)
-                   if phase.velocity and not phase.either]  # fmt: skip
+                   if phase.slips and not phase.either]  # fmt: skip
         return tuple((phase, factor * sign) for velocity, sign in sliding for phase, factor in [phase_of(velocity)])
 
     @cached_property

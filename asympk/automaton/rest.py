@@ -168,7 +168,7 @@ def _cone(system: System, branch: Branch, point: ContactPoint) -> list[tuple]:
     for friction, phase, contact in zip(system.frictions, branch, point.contacts, strict=True):
         push = dict(contact.pushed)
         load = (phase.load * contact.load, *(phase.load * push.get(j, 0) for j in range(1, 1 + len(unknowns))))
-        found += [load] if phase != OPEN and push else []
+        found += [load] if phase != OPEN and push and not (phase.smooth and friction.gap is None) else []
         if phase.mode == "stick":
             force = (0, *(int(u == friction.force) for u in unknowns))
             pairs = [*zip(load, force, strict=True)]

@@ -278,7 +278,7 @@ class _Modes:
         velocity = self._sign(friction.velocity, state)
         pushed = friction.load.free_symbols & {u for f in self.system.frictions for u in (f.force, f.normal)}
         load = None if pushed else self._sign(friction.load, state)
-        return [phase for phase in all_phases(self.system, k) if phase == OPEN or (
+        return [phase for phase in all_phases(self.system, k) if phase == OPEN or phase.smooth or (
             velocity in (None, 0, phase.velocity) and load in (None, 0, phase.load))]  # fmt: skip
 
     def _sign(self, expr, state):
@@ -328,7 +328,7 @@ class _Modes:
 
     def _slips_freely(self, branch, state):
         """Tell whether no contact slips that static friction would hold if every contact that may rest did."""
-        rest = tuple(p._replace(velocity=0) if p.velocity and not self._sign(f.velocity, state) else p
+        rest = tuple(p._replace(velocity=0) if p.slips and not self._sign(f.velocity, state) else p
                      for f, p in zip(self.system.frictions, branch, strict=True))  # fmt: skip
         slipping = branches.at_rest(rest) - branches.at_rest(branch)
         if not slipping or len(branches.at_rest(rest)) == 1 or not forces.determined(self.system, rest):
@@ -389,7 +389,7 @@ class _Modes:
             yield branch
         elif not carried and not any(
             sign_at(row, state) for row in self._kept(mode_of(self.system, branch))):  # fmt: skip
-            if any(phase.velocity for phase in branch) or self._moves_otherwise(branch):
+            if any(phase.slips for phase in branch) or self._moves_otherwise(branch):
                 if self._has_no_forces(branch, state):
                     return
                 raise Refused(f"rest: the forces of {branches.mode_name(branch)} are not determined")
@@ -436,13 +436,13 @@ class _Modes:
     def _margins(self, branch, state):
         """Yield what forces of a branch must not make negative: loads, edges of stick, rates of slip that begins."""
         for k, (friction, phase) in enumerate(zip(self.system.frictions, branch, strict=True)):
-            if phase == OPEN:
+            if phase == OPEN or (phase.smooth and friction.gap is None):
                 continue
             if friction.constraint is not None or (phase.velocity and not branches.lifts(friction)):
                 yield phase.load * friction.load
             if phase.mode == "stick":
                 yield from (margin.value for margin in forces.edges_of_stick(friction, phase, k))
-            elif self._sign(friction.velocity, state) == 0:
+            elif phase.slips and self._sign(friction.velocity, state) == 0:
                 yield phase.velocity * branches.rate_along(self.system, friction.velocity)
 
     def _on_sides(self, mode, state):

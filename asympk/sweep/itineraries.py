@@ -17,7 +17,7 @@ _BITS = 62
 
 @dataclass(frozen=True)
 class Alphabet:
-    """The letters for a number of ``frictions``; ``open`` tells whether the contact of one of them can open."""
+    """The letters for a number of ``frictions``; ``open`` tells whether one may be open, or ``closed``."""
 
     frictions: int = 1
     open: bool = False

@@ -24,6 +24,7 @@ from asympk.storage.tomlfile import require_keys, table_in
 from asympk.sweep.family import Axis, Followed, by_state, require_time
 from asympk.sweep.itineraries import Alphabet
 from asympk.sweep.rods import RodFamily
+from asympk.symbolic.branches import is_smooth
 from asympk.symbolic.system import System
 from asympk.symbolic.values import by_symbol
 from asympk.systems.catalogue import start_at
@@ -87,7 +88,8 @@ class SystemFamily:
     def alphabet(self) -> Alphabet:
         """The letters of its itineraries."""
         frictions = self.system.frictions
-        return Alphabet(len(frictions), any(f.gap is not None for f in frictions))
+        more = any(f.gap is not None or is_smooth(self.system, k) for k, f in enumerate(frictions))
+        return Alphabet(len(frictions), more)
 
     def given(self, table: Mapping[str, Any]) -> dict[str, Any]:
         """Return {field: entry} of a table; raises ``InputError`` unless its entries fit the system."""

@@ -35,10 +35,10 @@ if TYPE_CHECKING:
 class Phase(NamedTuple):
     """The signs of one friction's load and velocity; velocity 0 is stick, load 0 an open contact.
 
-    With ``either`` both signs may also be the opposite ones: the name of a mode gives only their product. With
-    ``still`` all that forces move is at rest on sticking contacts that have more forces than equations; ``still`` are
-    then the ``standing_rows`` that vanish and determine the forces. ``idle`` are the kinds of guards that stay 0 along
-    the motion and are therefore not watched.
+    With ``either`` both signs may also be the opposite ones: the name of a mode gives only their product. A ``smooth``
+    phase has no friction, and its signs say nothing. With ``still`` all that forces move is at rest on sticking
+    contacts that have more forces than equations; ``still`` are then the ``standing_rows`` that vanish and determine
+    the forces. ``idle`` are the kinds of guards that stay 0 along the motion and are therefore not watched.
     """
 
     load: int
@@ -46,16 +46,22 @@ class Phase(NamedTuple):
     either: bool = False
     still: tuple[int, ...] = ()
     idle: tuple[str, ...] = ()
+    smooth: bool = False
+
+    @property
+    def slips(self) -> bool:
+        """Whether the contact slips and friction acts on it."""
+        return bool(self.velocity) and not self.smooth
 
     @property
     def mode(self) -> str:
         """Return the name of the mode in which these signs hold."""
         if self.load == 0:
             return "open"
-        return ("slip_opposite", "stick", "slip_same")[1 + self.load * self.velocity]
+        return "closed" if self.smooth else ("slip_opposite", "stick", "slip_same")[1 + self.load * self.velocity]
 
 
-OPEN = Phase(0, 0)
+OPEN, SMOOTH = Phase(0, 0), Phase(1, 1, smooth=True)
 Branch = tuple[Phase, ...]
 
 
@@ -115,9 +121,11 @@ def most_at_rest(branches: Iterable[Branch], among: Iterable[int] | None = None)
     return [b for b in rest if not any(rest[b] < other for other in rest.values())]
 
 
-def one_per_mode(friction: "Friction", asked: bool = False) -> tuple[Phase, ...]:
+def one_per_mode(system: "System", k: int, asked: bool = False) -> tuple[Phase, ...]:
     """Return one phase per mode of a contact, ``either`` if signs are ``asked`` and the sign of the load is unknown."""
-    load = friction.load
+    if is_smooth(system, k):
+        return all_phases(system, k)
+    friction, load = system.frictions[k], system.frictions[k].load
     known = -1 if load.is_negative else 1 if load.is_positive or lifts(friction) else 0
     sign = known or 1
     closed = (Phase(sign, velocity, asked and not known) for velocity in (sign, -sign, 0))
@@ -127,7 +135,21 @@ def one_per_mode(friction: "Friction", asked: bool = False) -> tuple[Phase, ...]
 def all_phases(system: "System", k: int) -> tuple[Phase, ...]:
     """Return every phase of contact k: all signs of load and velocity, velocity 0, and open if it has a gap."""
     closed = (Phase(load, velocity) for velocity in (1, -1, 0) for load in signs_of_load(system, k))
-    return (*closed, *([OPEN] if system.frictions[k].gap is not None else []))
+    return (*([SMOOTH] if is_smooth(system, k) else closed), *([OPEN] if system.frictions[k].gap is not None else []))
+
+
+@lru_cache(maxsize=256)
+def is_smooth(system: "System", k: int) -> bool:
+    """Tell whether contact k is rigid and without friction, and no formula asks for the sign of its velocity or load.
+
+    Then it is closed in one phase, ``SMOOTH``, whether it slips or rests.
+    """
+    friction = system.frictions[k]
+    if friction.constraint is None or friction.kinetic != 0 or friction.static != 0:
+        return False
+    asked = {*put_sign(friction.velocity, sp.S.One), *put_sign(friction.load, sp.S.One)}
+    formulas = (*system.slow.values(), *system.fast.values(), *(p for f in system.frictions for p in f.parts.values()))
+    return not atoms(sp.Tuple(*formulas), sp.Abs, sp.sign) & asked
 
 
 @lru_cache(maxsize=256)
@@ -192,6 +214,8 @@ def with_signs(system: "System", branch: Branch, expr: sp.Expr) -> sp.Expr:
         return expr
     known: dict[sp.Basic, sp.Basic] = {}
     for friction, phase in zip(system.frictions, branch, strict=True):
+        if phase.smooth:
+            continue
         if not phase.either:
             known |= put_sign(friction.velocity, sp.Integer(phase.velocity)) if phase != OPEN else {}
             known |= put_sign(friction.load, sp.Integer(phase.load))

@@ -116,13 +116,14 @@ def _by_elimination(
     short_laws = _put_in(rows)
     others = [i for i in range(len(unknowns)) if i not in short_laws.values()]
     columns = [j for j in range(len(unknowns)) if j not in short_laws]
-    names, meaning = entries_named(rows[others, columns])
+    names, meaning = entries_named(rows[others, [*columns, len(unknowns)]])
+    names, known = names[:, :-1], names[:, -1]
     if (determinant := names.det(method="berkowitz")) == 0:
         raise _undetermined(branch)
-    solved = names.adjugate() * rows[others, -1] / determinant
+    solved = names.adjugate() * known / determinant
     found = dict(zip(columns, (replaced(value, meaning) for value in solved), strict=True))
     for j, i in short_laws.items():
-        found[j] = rows[i, -1] - sum(rows[i, k] * found[k] for k in columns)
+        found[j] = rows[i, -1] - sum(rows[i, k] * found[k] for k in columns if rows[i, k] != 0)  # 0 times long is slow
     return {u: found[j] for j, u in enumerate(unknowns)}
 
 
@@ -164,7 +165,7 @@ def standing_rows(system: "System", branch: Branch) -> tuple[tuple[sp.Expr, ...]
             continue
         zeros += [reaction_law(friction)] if friction.normal is not None else []
         zeros += [slope_by(friction.velocity, system.time)] if system.time else []
-        if friction.constraint is not None:
+        if friction.constraint is not None and not (phase.smooth and friction.gap is None):
             kind = "force_zero" if friction.gap is None else "lift_off"
             margins.append(Guard(kind, k, phase.load * friction.load))
         margins += edges_of_stick(friction, phase, k)
@@ -210,7 +211,7 @@ def moves_alike(system: "System", one: Branch, other: Branch) -> bool:
 
 def is_carried(system: "System", branch: Branch, k: int) -> bool:
     """Tell whether the velocity of a contact that slips in a branch is a combination of velocities that are 0 there."""
-    return bool(branch[k].velocity) and k in _dependent(system) and bool(_is_combination(system, at_rest(branch), k))
+    return branch[k].slips and k in _dependent(system) and bool(_is_combination(system, at_rest(branch), k))
 
 
 @lru_cache(maxsize=64)

@@ -54,7 +54,7 @@ def named_branches(system: "System") -> Iterator[Branch]:
     A stick is left out, for instance, where the force does not enter the rate of its velocity.
     """
     asked = _asks_for_signs(system)
-    choices = (one_per_mode(friction, asked) for friction in system.frictions)
+    choices = (one_per_mode(system, k, asked) for k in range(len(system.frictions)))
     return (branch for branch in product(*choices) if determined(system, branch))
 
 
@@ -71,7 +71,7 @@ def telling(system: "System") -> Iterator[Branch]:
     contacts that slip are singular, as at critical friction, these contacts are open or stick, all but one at a time.
     """
     asked = _asks_for_signs(system)
-    choices = [all_phases(system, k) if asked else one_per_mode(f) for k, f in enumerate(system.frictions)]
+    choices = [all_phases(system, k) if asked else one_per_mode(system, k) for k in range(len(system.frictions))]
     first = tuple(choice[0] for choice in choices)
     rigid = [k for k, friction in enumerate(system.frictions) if friction.constraint is not None]
     if rigid and not determined(system, first):
@@ -117,6 +117,8 @@ def where(system: "System", branch: Branch) -> sp.Basic:
             conditions.append(friction.gap > 0)
             continue
         conditions += [friction.gap <= 0] if friction.gap is not None else []
+        if phase.smooth:
+            continue
         if phase.velocity:
             conditions.append(v * load > 0 if phase.mode == "slip_same" else v * load < 0)
         else:
@@ -165,6 +167,8 @@ def _every_guard(system: "System", branch: Branch) -> tuple[Guard, ...]:
             continue
         if friction.gap is not None:
             found.append(Guard("lift_off", k, -friction.gap if friction.constraint is None else friction.normal))
+        if phase.smooth:
+            continue
         if phase.velocity:
             if not lifts(friction) and not never_negative(system, phase.load * load):
                 found.append(Guard("force_zero", k, phase.load * load))
@@ -195,9 +199,10 @@ def _unambiguous(system: "System", branch: Branch) -> list[Guard]:
 
     With one rigid contact the constraint is 0 = a + p N, and the motion is unique while p has the same sign as without
     friction (``unbounded``). A bilateral constraint also needs this of the p for the other sign of N (``several``).
-    With several rigid contacts p is the determinant of their equations, and second motions are sought at events only.
+    With several rigid contacts p is the determinant of their equations, and second motions are sought at events only;
+    those without friction do not count.
     """
-    rigid = [k for k, f in enumerate(system.frictions) if f.constraint is not None]
+    rigid = [k for k, f in enumerate(system.frictions) if f.constraint is not None and not branch[k].smooth]
     sliding = [k for k in rigid if branch[k].velocity]
     if not sliding:
         return []

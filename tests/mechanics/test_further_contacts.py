@@ -11,7 +11,8 @@ from mechanisms import chain, energy_of_chain
 from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
-from asympk.errors import InputError, NoMotion, NotDerivable, UnboundedReaction
+from asympk.certify import certify
+from asympk.errors import InputError, NoMotion, NotDerivable, TwoMotions, UnboundedReaction
 from asympk.mechanics.evaluation import evaluate
 from asympk.symbolic.branches import OPEN, Phase
 from asympk.symbolic.expansion import require_series
@@ -362,3 +363,73 @@ def test_a_push_that_grows_beyond_static_friction_ends_in_the_sharing_of_kinetic
     start = body.start(system, {"X": 0, "Y": 0, "X'": 0, "Y'": 0})
     with pytest.raises(UnboundedReaction, match=r"not determined at t = 0\.5, "):
         ap.solve(ap.Scene(system=system, values={"f": "1/10"}, start=start, until=1))
+
+
+@cache
+def _crank(jointed):
+    """Return a crank and its slider with a heavy rod, held by constraints at its ends, or placed by the two angles."""
+    angle, l = dynamicsymbols("alpha"), sp.Rational(3, 5)
+    end = sp.cos(angle) / 2 + l / 2 * sp.cos(THETA), sp.sin(angle) / 2 + l / 2 * sp.sin(THETA)
+    x, y = (X, Y) if jointed else end
+    guide = ap.Contact(y + l / 2 * sp.sin(THETA), x + l / 2 * sp.cos(THETA), f)
+    joints = [ap.Contact(X - end[0], Y - end[1], 0), ap.Contact(Y - end[1], X - end[0], 0)]
+    energy = (angle.diff(T) ** 2 / 10 + x.diff(T) ** 2 + y.diff(T) ** 2 + l**2 * THETA.diff(T) ** 2 / 12) / 2
+    own = {"coordinates": (angle, X, Y, THETA), "others": joints} if jointed else {"coordinates": (angle, THETA)}
+    return ap.Mechanism.from_lagrangian(energy, contact=guide, forces={angle: sp.Rational(1, 2)}, **own)
+
+
+def _turned(jointed, angle, rate, friction):
+    """Return the path of the crank from an angle and its rate on, or the path that an error leaves."""
+    crank, theta = _crank(jointed), -math.asin(math.sin(angle) / 1.2)
+    turning = -math.cos(angle) * rate / (1.2 * math.cos(theta))
+    start = {"alpha": angle, "theta": theta, "alpha'": rate, "theta'": turning}
+    if jointed:
+        start |= {"X": math.cos(angle) / 2 + 0.3 * math.cos(theta), "Y": math.sin(angle) / 2 + 0.3 * math.sin(theta)}
+        start |= {"X'": -math.sin(angle) / 2 * rate - 0.3 * math.sin(theta) * turning,
+                  "Y'": math.cos(angle) / 2 * rate + 0.3 * math.cos(theta) * turning}  # fmt: skip
+    system = crank.rigid()
+    return ap.Scene(system=system, values={"f": friction}, start=crank.start(system, start), until=1)
+
+
+@pytest.mark.parametrize(("angle", "rate", "friction"), [(2.7, 2, 1.2), (0.3, -2, 1.2)])
+def test_a_crank_with_joints_for_constraints_turns_as_in_its_two_angles(angle, rate, friction):
+    """Without friction a joint neither slips nor sticks: the two that hold each other's slip at 0 made a false stop."""
+    jointed, placed = (ap.solve(_turned(own, angle, rate, friction)) for own in (True, False))
+    assert jointed.modes == tuple(f"{mode}+closed+closed" for mode in placed.modes)
+    assert [event.t for event in jointed.events] == pytest.approx([event.t for event in placed.events], abs=1e-8)
+    assert jointed.final[0] == pytest.approx(placed.final[0], abs=1e-8)
+
+
+def test_joints_do_not_hide_that_a_second_motion_of_a_guide_comes_up():
+    times = []
+    for jointed in (True, False):
+        with pytest.raises(TwoMotions, match="a second motion of the contact comes up") as refused:
+            ap.solve(_turned(jointed, 2.7, -2, 1.2))
+        times.append(refused.value.t)
+    assert times[0] == pytest.approx(times[1], abs=1e-8)
+
+
+@pytest.mark.parametrize("two_sided", [False, True])
+def test_a_table_without_friction_slides_on_three_feet_whose_reactions_no_equation_shares_out(two_sided):
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 + THETA.diff(T) ** 2 / 6 - Y
+    feet = [ap.Contact(Y + place * THETA, X, 0, unilateral=not two_sided) for place in (-1, 0, 1)]
+    table = ap.Mechanism.from_lagrangian(energy, (X, Y, THETA), contact=feet[0], others=feet[1:])
+    system = table.rigid()
+    for velocity in (0, 1):
+        start = table.start(system, FLAT | {"Y": 0, "X'": velocity})
+        path = ap.solve(ap.Scene(system=system, start=start, until=2))
+        assert path.modes == ("closed+closed+closed",)
+        assert path.final == pytest.approx((2 * velocity, 0, 0, velocity, 0, 0))
+
+
+@pytest.mark.parametrize("method", ["exact", "dop853"])
+def test_a_weight_that_the_pull_takes_off_a_smooth_floor_lifts_off_and_its_motion_is_proven(method):
+    """Pulled by t against the weight 1, it leaves at t = 1 and has then risen by (t - 1)^3 / 6."""
+    block = ap.Mechanism.from_lagrangian((X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 - Y, (X, Y), forces={Y: T},
+                                         contact=ap.Contact(Y, X, 0, unilateral=True))  # fmt: skip
+    system = block.rigid()
+    scene = ap.Scene(system=system, start=block.start(system, {"X": 0, "Y": 0, "X'": -1, "Y'": 0}), until=2)
+    path = ap.solve(scene, method)
+    assert (path.modes, [event.kind for event in path.events]) == (("closed", "open"), ["lift_off"])
+    assert path.final == pytest.approx((-2, 1 / 6, -1, 1 / 2), abs=1e-8)
+    assert certify(scene).modes == path.modes

@@ -463,7 +463,7 @@ def test_an_itinerary_in_words_is_what_was_put_into_it(frictions, opens):
     alphabet = Alphabet(frictions, opens)
     random = np.random.default_rng(frictions)
     count = random.integers(0, alphabet.longest + 1, 50)
-    first = random.integers(0, 3 + opens, (frictions, 50)).astype(np.uint8)
+    first = random.integers(0, 3 + 2 * opens, (frictions, 50)).astype(np.uint8)
     kind = np.array(alphabet.kinds)[random.integers(0, len(alphabet.kinds), count.sum())]
     friction = random.integers(0, frictions, count.sum())
     codes, at = alphabet.codes(first, count, kind, friction), 0
