@@ -301,6 +301,8 @@ class Mechanism(ShownAsFormulas):
         if other := [str(q) for q in self.plain.coordinates if q not in system.states]:
             raise InputError(f"start: {other[0]} is no state of the system; give the mechanism's elastic() or rigid()")
         given = {self.plain.time: 0} | self.keyed(values, system.parameters)
+        for symbol, value in given.items():
+            exact_number(symbol, value)  # refuses what is no single number
         for contact, friction in zip(self.equations, system.frictions, strict=False):  # it may have more frictions
             if friction.gap_rate is not None:
                 require_closed(contact, given)

@@ -367,6 +367,15 @@ def test_a_start_of_the_system_of_another_mechanism_is_refused():
         _broken().start(ap.systems.painleve_klein.system(), {"q1": 0, "q2": 0, "u1": 1, "u2": 0})
 
 
+@pytest.mark.parametrize("changes", [{"theta": [1, 2]}, {"m": [1, 2]}, {"theta": (1,)}])
+def test_a_start_at_several_numbers_is_refused(changes):
+    rod, values = slender_rod(), {"m": 1, "l": 1, "g": 1, "f": 2}
+    at = {"X": 0, "Y": 1, "theta": 1, "X'": -1, "Y'": 0, "theta'": 0, **values, **changes}
+    for system in (rod.rigid(), rod.elastic(compliance=sp.Symbol("eps", positive=True) ** 2, damping=0)):
+        with pytest.raises(InputError, match=f"{min(changes)} = .*: it must be a number"):
+            rod.start(system, at)
+
+
 def test_a_determinant_of_polynomials_in_sines_is_that_of_the_symbols_written_out():
     a, b, c = sp.symbols("a b c", positive=True)
     border = sp.Matrix([[a + sp.sin(b) ** 2, sp.cos(b) / a, sp.sqrt(c)],
