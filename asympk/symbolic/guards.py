@@ -199,16 +199,17 @@ def _unambiguous(system: "System", branch: Branch) -> list[Guard]:
 
     With one rigid contact the constraint is 0 = a + p N, and the motion is unique while p has the same sign as without
     friction (``unbounded``). A bilateral constraint also needs this of the p for the other sign of N (``several``).
-    With several rigid contacts p is the determinant of their equations, and second motions are sought at events only;
-    those without friction do not count.
+    Open contacts do not count, nor joints without friction. With several contacts p is the determinant of their
+    equations, and second motions are sought at events only.
     """
-    rigid = [k for k, f in enumerate(system.frictions) if f.constraint is not None and not branch[k].smooth]
-    sliding = [k for k in rigid if branch[k].velocity]
+    rigid = [(k, f) for k, f in enumerate(system.frictions) if f.constraint is not None]
+    closed = [k for k, f in rigid if branch[k] != OPEN and not (branch[k].smooth and f.gap is None)]
+    sliding = [k for k in closed if branch[k].velocity]
     if not sliding:
         return []
     k, *_ = sliding
     found = [Guard("unbounded", k, _stiffness(system, branch))]
-    if len(rigid) == 1 and system.frictions[k].gap is None:
+    if len(closed) == 1 and system.frictions[k].gap is None:
         other = (*branch[:k], branch[k]._replace(load=-branch[k].load), *branch[k + 1 :])
         found.append(Guard("several", k, _stiffness(system, other)))
     return found

@@ -348,6 +348,19 @@ def test_a_crank_and_its_slider_with_the_rod_between_them_as_a_constraint_turn_a
     assert (path.final[0], path.final[3]) == pytest.approx(tuple(truth.y[:, -1]), abs=1e-8)
 
 
+@pytest.mark.parametrize("friction", [0, sp.Symbol("f")])
+def test_a_wall_far_off_does_not_hide_the_second_motion_of_a_guide(friction):
+    rod = slender_rod(unilateral=False)
+    wall = ap.Contact(100 - rod.coordinates[0], rod.coordinates[1], friction, unilateral=True)
+    stops = []
+    for mechanism in (rod, replace(rod, others=(wall,))):
+        system, values = mechanism.rigid(), {**GROUND, "f": 1.6}
+        with pytest.raises(TwoMotions, match="a second motion of the contact comes up") as stop:
+            ap.solve(ap.Scene(system=system, values=values, start=_start(1.45, -0.1, 5), until=3))
+        stops.append(stop.value.state)
+    assert stops[1] == pytest.approx(stops[0], abs=1e-8)
+
+
 @pytest.mark.parametrize("velocity", [9, "1/10", 0])
 def test_a_block_that_slides_beside_it_does_not_hide_the_second_motion_of_a_guide(velocity):
     rod, (w, G) = slender_rod(unilateral=False).rigid(), sp.symbols("w G", real=True)
