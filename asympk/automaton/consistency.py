@@ -126,15 +126,15 @@ def _margins(here: Junction, branch: Branch, group: tuple[int, ...]) -> dict[tup
     if is_open([own.determinant for own in found]):
         return None
     jumped = here.jumped(branch)
-    margins = [_margins_at(here, branch, jumped, group, *place) for place in zip(points, found, strict=True)]
+    margins = [_margins_at(here, branch, jumped, group, n, solved) for n, solved in enumerate(found)]
     return {key: [m[key] for m in margins] for key in margins[0]}
 
 
 def _margins_at(
-    here: Junction, branch: Branch, jumped: Collection[int], group: tuple[int, ...], point: ContactPoint, solved: Solved
+    here: Junction, branch: Branch, jumped: Collection[int], group: tuple[int, ...], n: int, solved: Solved
 ) -> dict[tuple, Any]:
-    """Return the values of the guards by ``Guard.key``; for a vanishing velocity the value is its rate."""
-    forces = (1, *solved.forces.values())
+    """Return the values of the guards at point ``n`` by ``Guard.key``; for a vanishing velocity it is its rate."""
+    point, forces = here.points_in(branch)[n], (1, *solved.forces.values())
     found: dict[tuple[str, int, bool], Any] = {}
     for k in group:
         friction, phase, contact = here.system.frictions[k], branch[k], point.contacts[k]
@@ -146,9 +146,9 @@ def _margins_at(
             reaction = solved.forces.get(friction.normal)
             found["lift_off", k, False] = -contact.gap if friction.constraint is None else reaction
         if phase.velocity == 0:
-            bound = contact.static * phase.load * load
-            found["slip_onset", k, False] = bound + solved.forces[friction.force]
-            found["slip_onset", k, True] = bound - solved.forces[friction.force]
+            for side, begun in zip((1, -1), here.beginning(branch, k, n), strict=True):
+                bound = begun.static * phase.load * begun.load_under(forces)
+                found["slip_onset", k, side < 0] = bound + side * solved.forces[friction.force]
         elif phase.slips:
             if not branches.lifts(friction):
                 found["force_zero", k, False] = phase.load * load

@@ -167,13 +167,15 @@ def contact_formulas(
     The rows are those of the loads, then those of a ``ContactPoint``. Sliding velocities that vanish have the given
     ``signs``, whatever rounding makes of them.
     """
-    unknowns, found = _unknowns(system), []
+    unknowns, found, loads = _unknowns(system), [], []
     normals = tuple(k for k, f in enumerate(system.frictions) if f.normal is not None)
-    for f in system.frictions:
-        found += [f.velocity, f.kinetic, f.static, sp.S.Zero if f.gap is None else f.gap]
+    for f, sign in zip(system.frictions, signs or repeat(0), strict=False):
+        *own, load = (e if sign is None else branches.with_direction(f, e, sign) for e in (f.kinetic, f.static, f.load))
+        found += [f.velocity, *own, sp.S.Zero if f.gap is None else f.gap]
+        loads.append(load)
     rates = (branches.rate_along(system, f.velocity) for f in system.frictions)
     laws = (forces.reaction_law(system.frictions[k]) for k in normals)
-    rows = in_forces(system, (*(f.load for f in system.frictions), *rates, *laws), signs)
+    rows = in_forces(system, (*loads, *rates, *laws), signs)
     return (*_told(system, found, signs), *rows), unknowns, normals
 
 

@@ -274,7 +274,7 @@ def _require_shared(here: Junction, branch: Branch, still: list[int]) -> None:
     guards = all_guards(mode_of(here.system, branch)) if still else ()
     named = {guards[j].friction for j in still if guards[j].kind == "velocity_zero"}
     for k in (k for k in named if not forces.rests_in_all_but_name(here.system, branch, k)):
-        static, kinetic = here.points[0].contacts[k].static, here.points[0].contacts[k].kinetic
+        _, kinetic, static, *_ = here.points_in(branch)[0].contacts[k]
         if static - kinetic > SAME * static:
             raise UnboundedReaction(
                 f"the forces of contacts at rest are not determined {here.in_words}: friction {k} rests where others "
@@ -305,8 +305,8 @@ def _why_none(here: Junction) -> str:
     """Return why no motion follows: a contact whose static friction is below the kinetic may neither hold nor slip."""
     ways = [*product(*here.phases)]
     for k in sorted(here.resting):
-        static = here.points[0].contacts[k].static
-        kinetic = max(here.points_in(way)[0].contacts[k].kinetic for way in ways)  # it may differ by the direction
+        contacts = [here.points_in(way)[0].contacts[k] for way in ways]  # both may differ by the direction
+        kinetic, static = max(((c.kinetic, c.static) for c in contacts), key=lambda pair: pair[0] - pair[1])
         if kinetic - static > SAME * kinetic:
             return (f"static friction {float(static):.6g} of friction {k} is below the kinetic one, "
                     f"{float(kinetic):.6g}; make it at least that")  # fmt: skip

@@ -9,6 +9,7 @@ from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 from asympk.automaton.contacts import (
+    ContactNumbers,
     ContactPoint,
     Numbers,
     Place,
@@ -94,10 +95,18 @@ class Junction:
 
     def points_in(self, branch: Branch) -> list[ContactPoint]:
         """Return the contacts at all places; sliding velocities that vanish have their signs in a branch."""
+        if not self.signs:
+            return self.points
         signs = tuple(s if s is None else phase.velocity for s, phase in zip(self.signs, branch, strict=False))
         if signs not in self._directed:
             self._directed[signs] = [contact_point(self.system, place, signs) for place in self.places]
         return self._directed[signs]
+
+    def beginning(self, branch: Branch, k: int, point: int) -> tuple[ContactNumbers, ContactNumbers]:
+        """Return contact k, at rest in a branch, as where it is about to slip forward and backward."""
+        ways = ((*branch[:k], branch[k]._replace(velocity=side), *branch[k + 1 :]) for side in (1, -1))
+        forward, backward = (self.points_in(way)[point].contacts[k] for way in ways)
+        return forward, backward
 
     def jumped(self, branch: Branch) -> dict[int, int]:
         """Return the signs of sliding velocities that, in a branch, other contacts have made jump from 0 by turning."""

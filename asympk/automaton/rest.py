@@ -21,6 +21,7 @@ from functools import lru_cache
 import sympy as sp
 
 from asympk.automaton.contacts import (
+    ContactNumbers,
     ContactPoint,
     Numbers,
     Place,
@@ -93,7 +94,7 @@ def _doubled(table: Table) -> Table:
 def _agreeing(here: Junction, branch: Branch) -> tuple[list[Table], list[Table]]:
     """Return, for each point, the rows that are 0 and the rows that are not negative if forces agree with a branch."""
     points = here.points_in(branch)
-    cones = [_cone(here.system, branch, p) + _parting(here, branch, p) for p in points]
+    cones = [_cone(here, branch, n) + _parting(here, branch, p) for n, p in enumerate(points)]
     return [contact_equations(here.system, branch, p, range(len(branch))) for p in points], cones
 
 
@@ -162,17 +163,21 @@ def _exchanged(table: Table, i: int, j: int) -> Table:
     return [own if k == i else moved(row) for k, row in enumerate(table)]
 
 
-def _cone(system: System, branch: Branch, point: ContactPoint) -> list[tuple]:
+def _cone(here: Junction, branch: Branch, n: int) -> list[tuple]:
     """Return the rows that must not be negative: loads of closed contacts that forces change, margins of stick."""
-    unknowns, found = contact_formulas(system)[1], []
-    for friction, phase, contact in zip(system.frictions, branch, point.contacts, strict=True):
+    unknowns, found = contact_formulas(here.system)[1], []
+
+    def load(contact: ContactNumbers, sign: int) -> tuple:
         push = dict(contact.pushed)
-        load = (phase.load * contact.load, *(phase.load * push.get(j, 0) for j in range(1, 1 + len(unknowns))))
-        found += [load] if phase != OPEN and push and not (phase.smooth and friction.gap is None) else []
+        return (sign * contact.load, *(sign * push.get(j, 0) for j in range(1, 1 + len(unknowns))))
+
+    for k, (phase, contact) in enumerate(zip(branch, here.points_in(branch)[n].contacts, strict=True)):
+        free = phase.smooth and here.system.frictions[k].gap is None
+        found += [load(contact, phase.load)] if phase != OPEN and contact.pushed and not free else []
         if phase.mode == "stick":
-            force = (0, *(int(u == friction.force) for u in unknowns))
-            pairs = [*zip(load, force, strict=True)]
-            found += [tuple(contact.static * a + side * b for a, b in pairs) for side in (1, -1)]
+            force = unit_row(unknowns.index(here.system.frictions[k].force), len(unknowns))
+            for side, begun in zip((1, -1), here.beginning(branch, k, n), strict=True):
+                found.append(plus_multiple(tuple(begun.static * a for a in load(begun, phase.load)), side, force))
     return found
 
 

@@ -236,6 +236,17 @@ def put_sign(quantity: sp.Expr, sign: sp.Expr) -> dict[sp.Basic, sp.Basic]:
     return {key: value for key, value in found.items() if isinstance(key, sp.Abs | sp.sign) and not quantity.has(key)}
 
 
+def with_direction(friction: "Friction", expr: sp.Expr, direction: int) -> sp.Expr:
+    """Return an expression of a contact as where it slips, or at rest is about to slip, in a direction, 1 or -1.
+
+    Another contact may have the same velocity, and rest.
+    """
+    if not atoms(expr, sp.sign):
+        return expr
+    signs = put_sign(friction.velocity, sp.Integer(direction))
+    return expr.subs({key: sign for key, sign in signs.items() if isinstance(key, sp.sign)})
+
+
 def without_squares(expr: sp.Expr, signs: Collection[sp.Expr]) -> sp.Expr:
     """Return ``expr`` with 1 for the square of every one of ``signs``."""
     return expr.replace(lambda e: e.is_Pow and e.exp.is_Integer and e.base in signs, lambda e: e.base ** (e.exp % 2))

@@ -27,6 +27,7 @@ from asympk.symbolic.branches import (
     rate_along,
     stands,
     still_rows,
+    with_direction,
     with_signs,
 )
 from asympk.symbolic.derivatives import slope_by
@@ -95,7 +96,9 @@ def _friction_law(system: "System", branch: Branch, k: int) -> sp.Expr:
         return friction.force
     if phase.velocity:
         coefficient = friction.static if rests_in_all_but_name(system, branch, k) else friction.kinetic
-        return friction.force + phase.load * phase.velocity * coefficient * friction.load
+        bound = coefficient * friction.load
+        bound = bound if phase.either else with_direction(friction, bound, phase.velocity)
+        return friction.force + phase.load * phase.velocity * bound
     return rate_along(system, friction.velocity)
 
 
@@ -189,7 +192,8 @@ def borne(system: "System") -> tuple[sp.Symbol, ...]:
 def edges_of_stick(friction: "Friction", phase: Phase, k: int) -> list[Guard]:
     """Return the guards of a contact that sticks, the friction forces left at the two edges of its cone."""
     bound = friction.static * phase.load * friction.load
-    return [Guard("slip_onset", k, bound + friction.force), Guard("slip_onset", k, bound - friction.force, True)]
+    margins = (with_direction(friction, bound, side) + side * friction.force for side in (1, -1))
+    return [Guard("slip_onset", k, margin, upper) for margin, upper in zip(margins, (False, True), strict=True)]
 
 
 def rests_in_all_but_name(system: "System", branch: Branch, k: int) -> bool:

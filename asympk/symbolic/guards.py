@@ -25,6 +25,7 @@ from asympk.symbolic.branches import (
     one_per_mode,
     stands,
     still_rows,
+    with_direction,
     with_powers,
     with_signs,
 )
@@ -124,7 +125,9 @@ def where(system: "System", branch: Branch) -> sp.Basic:
         else:
             drive, coupling = _sliding(system, friction)
             size, slope = (sp.Abs(part, evaluate=not heavy(part)) for part in (drive, coupling))
-            conditions.append(sp.And(sp.Eq(v, 0), size <= friction.static * sp.Abs(load) * slope))
+            up, down = (with_direction(friction, friction.static * sp.Abs(load), side) for side in (1, -1))
+            within = size <= up * slope if up == down else sp.And(drive <= up * slope, -down * slope <= drive)
+            conditions.append(sp.And(sp.Eq(v, 0), within))
     return sp.And(*conditions)
 
 

@@ -20,7 +20,7 @@ import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
 from asympk.shown import Card, ShownAsFormulas
-from asympk.symbolic.branches import rate_along
+from asympk.symbolic.branches import rate_along, with_direction
 from asympk.symbolic.conditions import with_implied_bounds
 from asympk.symbolic.long import heavy
 from asympk.symbolic.reading import spare
@@ -152,14 +152,14 @@ def friction_cone(system: System) -> Cone:
     rate, normal = rate_along(system, friction.velocity), friction.normal or sp.Dummy()
     free, coupling = rate.subs(friction.force, 0), _size(rate.diff(friction.force))
     drive, at_rest = free.subs(normal, friction.load), _at_rest(system)
-    for part in (free, coupling, friction.load, friction.static):
+    holds = [with_direction(friction, friction.static, side) for side in (1, -1)]
+    for part in (free, coupling, friction.load, *holds):
         if len({part.subs(at_rest), *_beside_rest(system, part)}) > 1:
             raise NotDerivable(f"{part!s:.60} jumps where the velocity vanishes, and regions need it continuous; "
                                "write the jump as a friction, or smooth it by tanh")  # fmt: skip
-    up, down = _beside_rest(system, friction.kinetic)
-    kinetic = up if up == down else sp.Piecewise((up, drive > 0), (down, True))
-    opened, bounds = free.subs(normal, 0), (kinetic * coupling, friction.static * coupling)
-    cone = Cone(drive, friction.load, *bounds, friction.gap, opened)
+    pairs = (_beside_rest(system, friction.kinetic), holds)
+    slip, hold = (up if up == down else sp.Piecewise((up, drive > 0), (down, True)) for up, down in pairs)
+    cone = Cone(drive, friction.load, slip * coupling, hold * coupling, friction.gap, free.subs(normal, 0))
     return cone.mapped(lambda part: part.subs(at_rest))
 
 

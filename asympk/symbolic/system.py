@@ -57,10 +57,10 @@ class Friction(ShownAsFormulas):
     r"""Dry friction: ``-kinetic |load| sign(velocity)`` in slip, at most ``static |load|`` in stick.
 
     ``velocity`` is an expression in the states and may contain the time, as on a moving belt; ``load``, ``kinetic`` and
-    ``static`` (by default ``kinetic``) are expressions in states, parameters and time, in which the sign of a sliding
-    velocity at rest is 0. The load may also be linear in
-    forces and normals of frictions: two directions of one contact share its reaction. A contact with a ``gap`` is open,
-    without load, while ``gap > 0``; a fractional power of -gap in the load is read as a power of the penetration
+    ``static`` (by default ``kinetic``) are expressions in states, parameters and time. In them sign(velocity) at rest
+    is 0, but in ``static |load|`` it is the direction of the slip that the force resists. The load may also be linear
+    in forces and normals of frictions: two directions of one contact share its reaction. A contact with a ``gap`` is
+    open, without load, while ``gap > 0``; a fractional power of -gap in the load is read as a power of the penetration
     ``Max(0, -gap)``, as in Hertz's contact. ``normal`` is the symbol, if any, under which the load enters the rates:
     ``load`` while the contact is closed and 0 while the contact is open. A ``constraint`` makes the contact rigid: an
     expression, linear in ``normal`` and the forces, that vanishes while the contact is closed and so determines the

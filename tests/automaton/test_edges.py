@@ -396,13 +396,40 @@ def test_a_block_stops_on_a_belt_that_stands_while_the_block_that_turns_it_rests
     assert ends(path, ("stick+slip_opposite", "stick+stick"), [0, -1 / 4, 0, 0])
 
 
+DIRECTED = sp.Rational(1, 2) + sp.sign(v) / 4  # 3/4 forward and 1/4 backward
+
+
 def test_static_friction_that_is_below_the_kinetic_one_of_one_direction_is_refused_as_that():
-    """Friction is 3/4 forward and 1/4 backward, and 1/2 at rest: a push of this size finds neither rest nor slip."""
-    law = sp.Rational(1, 2) + sp.sign(v) / 4
+    """A push forward that static friction 1/2 no longer holds finds neither rest nor slip; backward there is slip."""
+    contact = ap.Friction(velocity=v, force=F, load=1, kinetic=DIRECTED, static=sp.Rational(1, 2))
+    pushed = [ap.System.with_frictions({x: v, v: push + F}, {}, [contact], time=t) for push in (t, -t)]
     with pytest.raises(NoMotion, match=r"at t = 0\.5, .*static friction 0\.5 of friction 0 is below .* one, 0\.75"):
-        ap.solve(ap.Scene(system=block(t, law), start={x: 0, v: 0}, until=1))
-    path = ap.solve(ap.Scene(system=block(-t, law), start={x: 0, v: 0}, until=1))
+        ap.solve(ap.Scene(system=pushed[0], start={x: 0, v: 0}, until=1))
+    path = ap.solve(ap.Scene(system=pushed[1], start={x: 0, v: 0}, until=1))
     assert ends(path, ("stick", "slip_opposite"), [-5 / 96, -1 / 4])
+
+
+@pytest.mark.parametrize(("push", "held"), [(t, 3 / 4), (-t, 1 / 4)])
+@pytest.mark.parametrize(("kinetic", "load"), [(DIRECTED, 1), (1, DIRECTED)])
+def test_friction_that_differs_by_the_direction_holds_a_block_by_that_of_the_slip_it_resists(
+    push, held, kinetic, load, how
+):
+    """Then (t - held)^2/2 is gained. It was 1/2 either way: forward no motion was found, backward slip began late."""
+    contact = ap.Friction(velocity=v, force=F, load=load, kinetic=kinetic)
+    system = ap.System.with_frictions({x: v, v: push + F}, {}, [contact], time=t)
+    path = ap.solve(ap.Scene(system=system, start={x: 0, v: 0}, until=1), **how)
+    way = 1 if push == t else -1
+    modes = ("stick", "slip_same" if way > 0 else "slip_opposite")
+    assert ends(path, modes, [way * (1 - held) ** 3 / 6, way * (1 - held) ** 2 / 2])
+
+
+@pytest.mark.parametrize(("push", "held"), [(t, 5 / 4), (-t, 3 / 4)])
+def test_two_contacts_hold_a_block_by_the_sum_of_their_friction_in_the_direction_of_the_push(push, held):
+    contacts = [ap.Friction(velocity=v, force=F, load=1, kinetic=DIRECTED),
+                ap.Friction(velocity=v, force=sp.Symbol("G"), load=1, kinetic=sp.Rational(1, 2))]  # fmt: skip
+    system = ap.System.with_frictions({x: v, v: push + F + sp.Symbol("G")}, {}, contacts, time=t)
+    path = ap.solve(ap.Scene(system=system, start={x: 0, v: 0}, until=2))
+    assert [float(event.t) for event in path.events] == pytest.approx([held], abs=1e-13)
 
 
 def test_a_rest_that_needs_a_drag_by_the_sign_of_its_velocity_is_refused_as_that():
