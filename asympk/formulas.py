@@ -106,11 +106,11 @@ def _read(text: object, symbols: Mapping[str, sp.Expr], what: str) -> sp.Basic:
 
 
 def _degree(expr: sp.Expr) -> int:
-    """Return a bound on the degree of ``expr`` after expansion; a number or a function counts as 1."""
+    """Return a bound on the degree of ``expr`` after expansion; a function counts as 1, and so does a number alone."""
     if expr.is_Add:
         return max(map(_degree, expr.args))
     if expr.is_Mul:
-        return sum(map(_degree, expr.args))
+        return sum(_degree(factor) for factor in expr.args if not factor.is_number)
     if expr.is_Pow and expr.exp.is_Integer:
         return int(abs(expr.exp)) * _degree(expr.base)
     return 1
@@ -145,7 +145,7 @@ class _Reader:
             case ast.UnaryOp(op=ast.UAdd()):
                 return self.read(node.operand, depth + 1)
             case ast.BinOp():
-                return self._operation(node, depth)
+                return self._operations(node, depth)
             case ast.Call():
                 return self._call(node, depth)
             case ast.Compare():
@@ -174,8 +174,20 @@ class _Reader:
             hint = '; a system that depends on the time says so by time = "t"'
         raise self._refuse(f"the name {_as_written(name)} is unknown{hint}")
 
-    def _operation(self, node: ast.BinOp, depth: int) -> sp.Expr:
-        left, right = self._expression(node.left, depth + 1), self._expression(node.right, depth + 1)
+    def _operations(self, node: ast.AST, depth: int) -> sp.Expr:
+        """Read operations from left to right: a sum of many terms is no deeper than the deepest of them."""
+        following = []
+        while isinstance(node, ast.BinOp):
+            following.append(node)
+            node = node.left
+        value = self._expression(node, depth + 1)
+        for node in reversed(following):
+            value = self._operation(node, value, self._expression(node.right, depth + 1))
+        if _degree(value) > LARGEST_DEGREE:
+            raise self._refuse(f"a degree beyond {LARGEST_DEGREE}")
+        return value
+
+    def _operation(self, node: ast.BinOp, left: sp.Expr, right: sp.Expr) -> sp.Expr:
         if type(node.op) in _OPERATORS:
             return _OPERATORS[type(node.op)](left, right)
         if isinstance(node.op, ast.Div):

@@ -41,6 +41,17 @@ def test_a_formula_of_an_end_stop_takes_the_larger_of_two():
         read_formula("max(x)", {"x": x})
 
 
+def test_a_sum_is_read_however_many_terms_it_has_and_a_product_up_to_a_degree():
+    x = sp.Symbol("x", real=True)
+    waves = read_formula(" - ".join(f"sin({k}*x)/{k}^2" for k in range(1, 200)), {"x": x})
+    assert waves == 2 * sp.sin(x) - sp.Add(*(sp.sin(k * x) / k**2 for k in range(1, 200)))
+    assert read_formula("2*x^32*(x + 1)^32/3", {"x": x}) == 2 * x**32 * (x + 1) ** 32 / 3
+    with pytest.raises(InputError, match="a degree beyond 64"):
+        read_formula("*".join(["(x + 1)^64"] * 300), {"x": x})
+    with pytest.raises(InputError, match="nested deeper than 60"):
+        read_formula("sin(" * 61 + "x" + ")" * 61, {"x": x})
+
+
 @pytest.mark.parametrize(("text", "meant"), [
     ("Piecewise((2, x < 1), (x, True))", lambda x, y: 2 if x < 1 else x),
     ("Piecewise((1, (x < 1) & (y > 2)), (2, x >= 1 or y < 0), (3, not x > 5))",
