@@ -14,6 +14,7 @@ from bisect import bisect_left
 from contextlib import suppress
 from dataclasses import dataclass
 from math import ceil, inf, log10
+from sys import float_info
 from time import monotonic
 from typing import Any
 
@@ -89,7 +90,7 @@ def run(
     ``seconds``.
     """
     digits = whole("digits", digits, 1, MOST_DIGITS)
-    deadline, carried_digits = monotonic() + seconds, digits
+    deadline, carried_digits = monotonic() + seconds, max(digits, float_info.dig)  # by fewer, modes might be wrong
     while True:
         fine, error = _references(scene, carried_digits, events, deadline)
         segments = [s._replace(steps=(*((step.t, step.state) for step in s.samples), (s.t, s.state)))

@@ -12,7 +12,7 @@ from asympk.errors import OutOfRange
 from asympk.integrators import collocation
 from asympk.integrators.collocation import _solved
 
-x, v = sp.symbols("x v", real=True)
+x, v, F = sp.symbols("x v F", real=True)
 
 
 @pytest.mark.parametrize("digits", [20, pytest.param(60, marks=pytest.mark.slow)])
@@ -43,6 +43,17 @@ def test_a_state_that_stays_as_it_is_makes_no_reference_look_better():
     error, with_other = (ap.solve(ap.Scene(system=system, start=start, until=1), digits=8).error
                          for system, start in ((alone, [1]), (beside, [1, 0])))  # fmt: skip
     assert error == with_other > 0
+
+
+@pytest.mark.parametrize("digits", [1, 2, 3])
+def test_a_block_on_a_belt_is_followed_to_one_digit_as_to_many(digits):
+    """With one digit carried, two slips seemed possible where it leaves the belt."""
+    rough = ap.Friction(velocity=v - 1, force=F, load=1, kinetic=sp.Rational(4, 5) / (1 + sp.Abs(v - 1)), static=1)
+    block = ap.System.with_frictions({x: v, v: F - x}, {}, [rough])
+    scene = ap.Scene(system=block, start={x: 0, v: 1}, until=3)
+    few, many = ap.solve(scene, digits=digits), ap.solve(scene, digits=20)
+    assert few.modes == many.modes == ("stick", "slip_opposite")
+    assert few.final == pytest.approx(many.final, rel=10.0**-digits)
 
 
 def test_steps_grow_as_their_last_polynomials_allow_from_a_fast_time_to_a_slow_one():
