@@ -66,7 +66,8 @@ class GuardedMode:
 
     def _on_edges(self, sides: Sides) -> Sides:
         """Return sides with 0 for velocities at rest: a belt has its speed there, whichever side rules a force."""
-        rest = {phase_of(self.system.frictions[k].velocity)[0]: 0 for k in branches.at_rest(self.branch)}
+        at_rest = (self._told(self.system.frictions[k].velocity) for k in branches.at_rest(self.branch) if sides)
+        rest = {phase_of(on_sides(velocity, sides))[0]: 0 for velocity in at_rest}
         return tuple((phase, rest.get(phase, side)) for phase, side in sides)
 
     @cached_property
@@ -205,8 +206,11 @@ class GuardedMode:
     @cached_property
     def velocities(self) -> dict[int, sp.Expr]:
         """The sliding velocities of the closed frictions, by their numbers, with the signs and sides of the mode."""
-        told = {k: branches.with_signs(self.system, self.branch, f.velocity) for k, f in self.closed.items()}
-        return {k: on_sides(velocity, self._on_edges(self.all_sides)) for k, velocity in told.items()}
+        sides = self._on_edges(self.all_sides)
+        return {k: on_sides(self._told(friction.velocity), sides) for k, friction in self.closed.items()}
+
+    def _told(self, velocity: sp.Expr) -> sp.Expr:
+        return branches.with_signs(self.system, self.branch, velocity)
 
     @property
     def conditions(self) -> tuple[sp.Expr, ...]:

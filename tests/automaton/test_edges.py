@@ -438,6 +438,16 @@ def test_a_rest_that_needs_a_drag_by_the_sign_of_its_velocity_is_refused_as_that
         ap.solve(ap.Scene(system=system, start={x: "1/2", v: 0}, until=1))
 
 
+def test_of_blocks_that_turn_the_belts_of_each_other_one_that_rests_is_not_told_to_turn_the_other_belt(how):
+    """One rests at 1/4 on a belt that stands. The other, at w = -0.35, was told to slide as if v were negative."""
+    y, w, G = sp.symbols("y w G", real=True)
+    contacts = [ap.Friction(velocity=v - 2 * sp.Heaviside(w), force=F, load=1, kinetic=1, static=2),
+                ap.Friction(velocity=w - sp.sign(v), force=G, load=1, kinetic=sp.Rational(1, 4))]  # fmt: skip
+    system = ap.System.with_frictions({x: v, v: F - 4 * x - sp.S.Half, y: w, w: G - 1}, {}, contacts)
+    with pytest.raises(NotDerivable, match="stays on v = 0"):
+        ap.solve(ap.Scene(system=system, start={x: 0, v: 1, y: 0, w: 0}, until=1), **how)
+
+
 @pytest.mark.parametrize(("speed", "since"), [("-1/2", 0), (0, 1)])
 def test_a_belt_that_jumps_with_the_speed_of_its_block_and_drives_it_back_from_both_sides_is_refused(speed, since, how):
     """The sliding velocity is 1/2 at v = -1/2 and v - 1/2 below: friction is -1/2 above this speed and +1/2 below."""
