@@ -69,7 +69,7 @@ def enclose(
     modes = _Modes(system, values, sides, until)
     modes.field.require_least_at_corners(_not_negative(system))
     state = modes.begun(start)
-    mode, guards = modes.chosen([modes.every(state)], state, "start")
+    mode, guards = modes.first(state)
     t, names, size = modes.field.family([[0]]), [mode.mode.name], len(system.states)
     events: list[Event] = []
     while True:
@@ -174,18 +174,23 @@ class _Modes:
         self.field = ExactEntries(system, values, sides, entries)
 
     def begun(self, start):
-        """Return the ``EnclosedState`` at t = 0, where the values of the forcing are exact.
-
-        Raises ``Refused`` where a sliding velocity is not 0 exactly, but is to runs.
-        """
+        """Return the ``EnclosedState`` at t = 0, where the values of the forcing are exact."""
         waves = [Fraction(int(wave.power == 0 and not wave.sine)) for wave in self.waves]
         exact = (*start, *waves, Fraction(1))
         found = [self.field.family([[w]]) if w is not None else self.field.side(self.system.states[k].name)
                  for k, w in enumerate(exact)]  # fmt: skip
-        self.start = state = EnclosedState(stacked(found), exact, self.field, (), Fraction(0))
-        if any(self._is_rounding(friction.velocity, state) for friction in self.system.frictions):
-            raise Refused("edge: a sliding velocity at the start is rounding, which a run takes as 0; start with 0")
-        return state
+        self.start = EnclosedState(stacked(found), exact, self.field, (), Fraction(0))
+        return self.start
+
+    def first(self, state):
+        """Return (mode, its guards) at the start; raises ``Refused`` where a run rounds its sliding velocity to 0."""
+        mode, guards = self.chosen([self.every(state)], state, "start")
+        for row in (self._row(mode.mode, velocity) for velocity in mode.mode.velocities.values()):
+            terms = [w if w is None else c * w for c, w in zip(row, state.exact, strict=True) if c]
+            known = all(isinstance(term, int | Fraction) for term in terms)
+            if known and 0 < abs(sum(terms)) <= 4 * ROUNDING * sum(map(abs, terms)):
+                raise Refused("edge: a sliding velocity at the start is rounding, which a run takes as 0; start with 0")
+        return mode, guards
 
     def ends_motion(self, guard, segment):
         """Tell whether a guard is positive before ``until`` and falls through 0 exactly then (Lemma 16)."""
@@ -257,9 +262,9 @@ class _Modes:
 
     def _kept(self, mode):
         """Yield the rows that vanish in a mode: velocities of stick, gaps of closed rigid contacts and their rates."""
-        for friction, phase in zip(self.system.frictions, mode.branch, strict=True):
+        for k, (friction, phase) in enumerate(zip(self.system.frictions, mode.branch, strict=True)):
             if phase.mode == "stick":
-                yield self._row(mode, friction.velocity)
+                yield self._row(mode, mode.velocities[k])
             if friction.constraint is not None and friction.gap is not None and phase != OPEN:
                 yield self._row(mode, friction.gap)
                 yield self._row(mode, branches.rate_along(self.system, friction.gap))
@@ -289,15 +294,6 @@ class _Modes:
     def _plain_row(self, expr):
         """Return the row of an expression of the states alone, which is the same in every mode."""
         return self._row(mode_of(self.system, (Phase(1, 1),) * len(self.system.frictions)), expr)
-
-    def _is_rounding(self, expr, state):
-        """Tell whether an expression at a known state is not 0 exactly, but within what rounds its terms to doubles."""
-        with suppress(Refused):
-            row = self._plain_row(expr)
-            terms = [w if w is None else c * w for c, w in zip(row, state.exact, strict=True) if c]
-            known = all(isinstance(term, int | Fraction) for term in terms)
-            return known and 0 < abs(sum(terms)) <= 4 * ROUNDING * sum(map(abs, terms))
-        return False
 
     def chosen(self, tiers, state, what):
         """Return (mode, its guards from the state on) of the candidate that is proven to follow.
@@ -361,7 +357,7 @@ class _Modes:
 
     def _slips(self, mode, k, state):
         """Tell whether the velocity of contact k does not stay 0 in a mode."""
-        return leading_sign(self._row(mode, self.system.frictions[k].velocity), self.of(mode).matrix, state) != 0
+        return leading_sign(self._row(mode, mode.velocities[k]), self.of(mode).matrix, state) != 0
 
     def _verdicts(self, branch, state):
         """Return the verdicts of the modes of a branch that may hold; of corners, one that holds is enough."""
@@ -504,26 +500,42 @@ class _Modes:
     def event(self, before, after, guard, state):
         """Return the guard of the event between two modes, or None if the motion of no contact changes.
 
-        At a switch, unless a contact stops there, it is what the first mode loses on the new side.
+        At a switch it is the sliding velocity that jumps or, unless a contact stops there, what the first mode loses on
+        the new side. Of velocities that change together it is the first.
         """
         if forces.moves_alike(self.system, before.branch, after.branch):
             return None
-        if guard.kind != "velocity_zero" and NO_FRICTION in (guard.friction, *guard.others):
-            guard = self._lost_beyond(before, after, state)
+        if NO_FRICTION in (guard.friction, *guard.others):
+            still = dict(side for side in before.sides if not inside(*side))
+            sides = {**dict(before.sides), **dict(after.sides), **still}
+            beyond = mode_of(self.system, before.branch, (*sides.items(),))
+            if jumped := self._jumped(beyond, state):
+                return jumped
+            guard = guard if guard.kind == "velocity_zero" else self._lost(beyond, after, state)
         if guard.kind == "slip_onset" and after.branch[guard.friction].mode == "stick":
             freed = branches.at_rest(before.branch) - branches.at_rest(after.branch)
             if not freed:  # the load vanishes between both edges of its stick
                 return guard._replace(kind="force_zero")
             return guard._replace(friction=min(freed))
+        if guard.kind == "velocity_zero":
+            pairs = enumerate(zip(before.branch, after.branch, strict=True))
+            turned = [k for k, (a, b) in pairs if a.velocity and b != OPEN and a.velocity != b.velocity]
+            return guard._replace(friction=min(turned, default=guard.friction))
         return guard
 
-    def _lost_beyond(self, before, after, state):
-        """Return the guard that ``before``, of another branch, loses on the sides of ``after``."""
-        sides = {**dict(before.sides), **dict(after.sides)}
-        beyond = mode_of(self.system, before.branch, (*sides.items(),))  # a mode that the parameters may exclude there
+    def _jumped(self, beyond, state):
+        """Return the guard of a sliding velocity that has jumped away from 0, or to the other sign, or None."""
+        for k, velocity in beyond.jumping.items():
+            old = beyond.branch[k].velocity
+            if (sign_at(self._row(beyond, velocity), state) or old) != old:
+                return AffineGuard("velocity_zero" if old else "slip_onset", k, ())
+        return None
+
+    def _lost(self, beyond, after, state):
+        """Return the guard that a mode, which the parameters may exclude, loses on the sides of another branch."""
         form = affine_form(beyond, self.waves)
         matrix, rows = self.field.matrix(form), (tuple(map(self.field.exact, row)) for row in form.guards)
         guards = (AffineGuard(guard.kind, guard.friction, row) for guard, row in zip(beyond.guards, rows, strict=True))
         lost = (g for g in guards if g.kind != SWITCH and leading_sign(g.row, matrix, state) == -1)
-        changed = (k for k, (a, b) in enumerate(zip(before.branch, after.branch, strict=True)) if a != b)
+        changed = (k for k, (a, b) in enumerate(zip(beyond.branch, after.branch, strict=True)) if a != b)
         return next(lost, AffineGuard("slip_onset", next(changed), ()))

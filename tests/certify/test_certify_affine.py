@@ -759,6 +759,25 @@ def test_the_guard_of_a_load_that_is_positive_by_its_form_is_lost_where_the_othe
     assert guard.value == -1 - sp.Abs(x) / 2
 
 
+@pytest.mark.parametrize("sign", [sp.sign, lambda u: 2 * sp.Heaviside(u) - 1])
+def test_a_belt_that_another_block_turns_is_proven_to_keep_its_speed_until_then(sign):
+    frictions = [ap.Friction(v, F, load=1, kinetic=sp.S.Half), ap.Friction(w - sign(v) / 2, G, load=1, kinetic=k)]
+    system = ap.System.with_frictions({x: v, y: w, v: 1 + F, w: G - y}, {}, frictions)
+    scene = ap.Scene(system=system, values={"k": "1/4"}, start={"x": 0, "y": 0, "v": -1, "w": "-1/2"}, until=3)
+    proof = proven_as_followed(scene)
+    assert proof.modes[1:3] == ("slip_opposite+slip_same", "slip_same+slip_opposite")
+    assert certify(scene, {"k": ("0.2499", "0.2501")}).modes == proof.modes
+
+
+def test_a_contact_that_jumps_with_the_belt_of_another_that_stops_gives_the_event_its_name():
+    """The velocity of the first block vanishes, and at once that of the second one jumps to the other sign."""
+    frictions = [ap.Friction(v - 4 * sp.Heaviside(w), F, load=2, kinetic=sp.S.Half, static=sp.Rational(3, 4)),
+                 ap.Friction(w - sp.sign(v) / 2, G, load=1, kinetic=1)]  # fmt: skip
+    system = ap.System.with_frictions({v: F + sp.Rational(3, 4), w: G - sp.S.Half}, {}, frictions)
+    proof, path = (f(ap.Scene(system=system, start={v: "-1/2", w: "1/8"}, until=1)) for f in (certify, ap.solve))
+    assert [(e.kind, e.friction) for e in proof.events] == [(e.kind, e.friction) for e in path.events]
+
+
 def test_bad_boxes_are_refused_in_one_line():
     scene = ap.Scene(system=COULOMB, values={"k": 1}, start={"x": 3, "v": 0}, until=1)
     with pytest.raises(ValueError, match="no state"):
