@@ -713,6 +713,13 @@ def test_the_event_at_a_switch_is_of_what_its_new_side_frees_whatever_else_would
     assert [(event.kind, event.friction) for event in proof.events] == [("slip_onset", 0)]
 
 
+def test_the_time_at_which_a_growing_state_meets_an_edge_is_no_straight_line_over_a_box_of_starts():
+    """x' = x up to 1, then x' = 1: x(2) is 3 + log(x(0))."""
+    scene = ap.Scene(system=ap.System.smooth({x: sp.Min(x, 1)}, {}, None), start={x: "1/2"}, until=2)
+    (final,) = certify(scene, {"x": ("0.45", "0.55")}).final
+    assert all(final.lower() < 3 + math.log(start) < final.upper() for start in (0.45, 0.55))
+
+
 @pytest.mark.parametrize("law", [sp.sign(x - 1), sp.floor(x)])
 def test_a_box_of_starts_across_an_edge_has_no_proof(law):
     scene = block_under(-law, {"x": 1, "v": 1}, until=1)
