@@ -23,7 +23,7 @@ LONGEST = ("test_paper", "test_regeneration", "test_smooth_models", "test_manifo
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put the longest files first; the others stay in order. Mark as slow what ``few`` leaves out."""
+    """Put the longest files first; the others stay in order. Mark as further, and slow, what ``few`` leaves out."""
     place = {name: k for k, name in enumerate(LONGEST)}
     items.sort(key=lambda item: place.get(Path(item.path).stem, len(LONGEST)))
     cases = defaultdict(list)
@@ -33,6 +33,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for (_, count), found in cases.items():
         for item in Random(0).sample(found, len(found))[count:]:
             item.add_marker("slow")
+            item.add_marker("further")
 
 
 def pytest_collection_finish() -> None:
