@@ -329,4 +329,4 @@ def _loaded(system: System, branch: Branch, still: list[int]) -> Branch:
 
 def _in_words(branch: Branch) -> str:
     signs = {1: "velocity > 0", -1: "velocity < 0"}
-    return "+".join(f"{p.mode} ({signs[p.velocity]})" if p.velocity else p.mode for p in branch)
+    return "+".join(f"{p.mode} ({signs[p.velocity]})" if p.slips else p.mode for p in branch)

@@ -199,9 +199,9 @@ class GuardedMode:
 
     @cached_property
     def jumping(self) -> dict[int, sp.Expr]:
-        """The sliding velocities that switch, on the sides of the mode, by the numbers of the closed frictions."""
-        return {k: velocity for k, velocity in self.velocities.items()
-                if is_switched(self.system.frictions[k].velocity, self.moving)}  # fmt: skip
+        """The sliding velocities that switch, on the sides of the mode, by the numbers of the closed rough contacts."""
+        rough = {k: velocity for k, velocity in self.velocities.items() if not self.branch[k].smooth}
+        return {k: v for k, v in rough.items() if is_switched(self.system.frictions[k].velocity, self.moving)}
 
     @cached_property
     def velocities(self) -> dict[int, sp.Expr]:

@@ -438,6 +438,17 @@ def test_a_rest_that_needs_a_drag_by_the_sign_of_its_velocity_is_refused_as_that
         ap.solve(ap.Scene(system=system, start={x: "1/2", v: 0}, until=1))
 
 
+def test_a_smooth_contact_does_not_mind_the_belt_that_another_block_turns():
+    """The first block turns at t = pi, and with it the belt below the other, on which there is no friction."""
+    y, w, G, N = sp.symbols("y w G N", real=True)
+    contacts = [ap.Friction(velocity=v, force=F, load=1, kinetic=sp.S.Half),
+                ap.Friction(velocity=w - 3 * sp.sign(v), force=G, load=N, kinetic=0, normal=N, constraint=N - 1)]
+    system = ap.System.with_frictions({x: v, v: F - x, y: w, w: G - y}, {}, contacts)
+    path = ap.solve(ap.Scene(system=system, start={x: 2, v: 0, y: 0, w: 1}, until=5))
+    assert ends(path, ("slip_opposite+closed", "slip_same+closed"),
+                [-1 / 2 + math.cos(5) / 2, -math.sin(5) / 2, math.sin(5), math.cos(5)])  # fmt: skip
+
+
 def test_of_blocks_that_turn_the_belts_of_each_other_one_that_rests_is_not_told_to_turn_the_other_belt(how):
     """One rests at 1/4 on a belt that stands. The other, at w = -0.35, was told to slide as if v were negative."""
     y, w, G = sp.symbols("y w G", real=True)
