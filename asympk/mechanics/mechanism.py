@@ -244,7 +244,7 @@ class Mechanism(ShownAsFormulas):
     def least_critical_friction(self, coordinate: Any, values: dict[Any, Any] | None = None) -> LeastFriction:
         """Return the least critical friction over ``coordinate``, ``.friction``, at the place given by ``.where``.
 
-        Raises ``NotDerivable`` if the critical friction is not a rational function of the tangent of ``coordinate``.
+        Raises ``NotDerivable`` if the critical friction is not rational in the sine and cosine of ``coordinate``.
         """
         if not isinstance(coordinate, str | sp.Basic):
             raise InputError(f"coordinate = {short(coordinate)}: give one coordinate, by its name or its symbol")

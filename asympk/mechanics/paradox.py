@@ -1,6 +1,6 @@
 r"""The paradox of the rigid contact, friction load |G_NT| > G_NN: its condition, and the least critical friction.
 
-``least``, the hard function, minimises a quotient of polynomials in the tangent of a coordinate.
+``least``, the hard function, minimises a quotient of polynomials in the tangent of a coordinate, or of half of it.
 """
 
 from collections.abc import Callable
@@ -49,7 +49,7 @@ class LeastFriction:
 def least(
     kinetics: Kinetics, coordinate: sp.Symbol, values: dict[sp.Symbol, Any], own: Callable[[Any], Any]
 ) -> LeastFriction:
-    """Return the exact ``LeastFriction`` over ``coordinate``, if the critical friction is rational in its tangent.
+    """Return the exact ``LeastFriction`` over ``coordinate``, if the critical friction is rational in sine and cosine.
 
     ``values`` are exact numbers for parameters; all other parameters stay symbols, and a number of the coordinate is
     ignored. Raises ``NotDerivable`` if the critical friction is no such function, has no least value, or its least
@@ -58,9 +58,12 @@ def least(
     known = {key: exact_constant(str(key), value) for key, value in values.items() if key != coordinate}
     critical = critical_friction(kinetics).subs(known)
     name, tangent = own(coordinate), sp.Dummy("T", real=True)
-    turned = _in_tangent(critical.replace(sp.Abs, lambda inside: inside), coordinate, tangent)
+    signed = critical.replace(sp.Abs, lambda inside: inside)
+    quotients = ((part * name, _in_tangent(signed.subs(coordinate, coordinate / part), coordinate, tangent))
+                 for part in (sp.S.One, sp.S.Half))  # fmt: skip
+    angle, turned = next((found for found in quotients if found[1] is not None), (name, None))
     if turned is None:
-        raise NotDerivable(f"the critical friction {own(critical)} is no rational function of tan({name})")
+        raise NotDerivable(f"the critical friction {own(critical)} is no rational function of tan({name}/2)")
     if not turned.has(tangent):
         raise NotDerivable(f"the critical friction is {own(sp.Abs(turned))} at every {name}; take another coordinate")
     found = _extremes(turned, tangent, name)
@@ -68,7 +71,7 @@ def least(
         raise NotDerivable(f"the critical friction over {name} comes down to 0: there is no least one")
     for value, place in found.items():
         if value.is_positive and all(value == other or sp.simplify(other - value).is_nonnegative for other in found):
-            return LeastFriction(value, sp.Eq(sp.cos(name), 0) if place == sp.oo else sp.Eq(sp.tan(name), place))
+            return LeastFriction(value, sp.Eq(sp.cos(angle), 0) if place == sp.oo else sp.Eq(sp.tan(angle), place))
     raise NotDerivable(f"the least critical friction over {name} depends on parameters; give their values")
 
 

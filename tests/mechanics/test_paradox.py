@@ -79,6 +79,18 @@ def test_the_least_critical_friction_is_the_least_over_all_angles(name):
     assert float((least.where.lhs - least.where.rhs).subs(THETA, place)) == pytest.approx(0, abs=1e-3)
 
 
+def test_a_hoop_with_a_weight_on_its_rim_has_its_least_critical_friction_by_half_its_angle():
+    """(M + m - m cos) / (m |sin|) is least where cos = m / (M + m)."""
+    M, m, f = sp.symbols("M m f", positive=True)
+    rim = X + sp.sin(THETA), Y + sp.cos(THETA)
+    energy = (M * (X.diff() ** 2 + Y.diff() ** 2 + THETA.diff() ** 2) + m * sum(part.diff() ** 2 for part in rim)) / 2
+    hoop = ap.Mechanism.from_lagrangian(energy, (X, Y, THETA), contact=ap.Contact(Y - 1, X - THETA, f, unilateral=True))
+    least = hoop.least_critical_friction(THETA)
+    assert sp.simplify(least.friction - sp.sqrt(M * (M + 2 * m)) / m) == 0
+    assert sp.simplify(least.where.rhs - sp.sqrt(M / (M + 2 * m))) == 0
+    assert least.where.lhs == sp.tan(THETA / 2)
+
+
 def test_a_critical_friction_without_a_least_value_is_told():
     with pytest.raises(NotDerivable, match=r"is .* at every x1\(t\)"):
         masses_between_guides().least_critical_friction("x1")
