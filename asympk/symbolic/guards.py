@@ -213,7 +213,8 @@ def _unambiguous(system: "System", branch: Branch) -> list[Guard]:
     k, *_ = sliding
     found = [Guard("unbounded", k, _stiffness(system, branch))]
     if len(closed) == 1 and system.frictions[k].gap is None:
-        other = (*branch[:k], branch[k]._replace(load=-branch[k].load), *branch[k + 1 :])
+        turned = {j for j, f in enumerate(system.frictions) if system.frictions[k].normal in symbols_in(f.load)}
+        other = tuple(phase._replace(load=-phase.load) if j in turned else phase for j, phase in enumerate(branch))
         found.append(Guard("several", k, _stiffness(system, other)))
     return found
 

@@ -348,6 +348,21 @@ def test_a_crank_and_its_slider_with_the_rod_between_them_as_a_constraint_turn_a
     assert (path.final[0], path.final[3]) == pytest.approx(tuple(truth.y[:, -1]), abs=1e-8)
 
 
+def test_guides_that_share_a_reaction_have_a_second_motion_where_their_frictions_differ_by_two():
+    """Masses between two rough guides, by a rod at 45 degrees: 2 N -+ (x - 1/2) |N| = P, the first guide's friction x.
+
+    For N < 0 the loads of both guides turn.
+    """
+    x, v, w, N, F, G = sp.symbols("x v w N F G", real=True)
+    rates = {x: v, v: 1 + N + F, w: -N + G}
+    guides = [ap.Friction(v, F, N, x, normal=N, constraint=rates[v] - rates[w], gap_rate=v - w),
+              ap.Friction(w, G, N, sp.Rational(1, 2))]  # fmt: skip
+    system = ap.System.with_frictions(rates, {}, guides)
+    with pytest.raises(TwoMotions, match="a second motion of the contact comes up") as stop:
+        ap.solve(ap.Scene(system=system, start={"x": 1, "v": 5, "w": 5}, until=1))
+    assert stop.value.state[0] == pytest.approx(2.5, abs=1e-9)
+
+
 @pytest.mark.parametrize("friction", [0, sp.Symbol("f")])
 def test_a_wall_far_off_does_not_hide_the_second_motion_of_a_guide(friction):
     rod = slender_rod(unilateral=False)
