@@ -18,6 +18,7 @@ from asympk.integrators.stepwise import field_and_start, follow_steps
 
 CLASSES = {"rk45": "RK45", "dop853": "DOP853", "radau": "Radau", "bdf": "BDF", "lsoda": "LSODA"}
 EXPLICIT = ("rk45", "dop853")
+RESTARTS = 8  # of LSODA in one mode
 
 
 def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float, settings: Settings) -> Segment:
@@ -37,13 +38,13 @@ def _solver(mode, t, state, until, settings):
     if isinstance(atol, tuple):  # guards that depend on the time are states as well, of an unknown size
         atol = (*atol, *[min(atol)] * (n - len(atol)))
     rates = Rates(field, p, t, start, told=settings.method == "lsoda")
-    solver = getattr(integrate, CLASSES[settings.method])(
-        rates, t, start, until, rtol=settings.rtol, atol=atol, max_step=settings.longest, **jac
-    )
+    options = {"rtol": settings.rtol, "atol": atol, "max_step": settings.longest, **jac}
+    solver = getattr(integrate, CLASSES[settings.method])(rates, t, start, until, **options)
+    step = solver.step
     if settings.method == "lsoda":
-        integrator = solver._lsoda_solver._integrator
-        integrator.messages = Reasons(integrator.messages)
-    solver.step = partial(_stepped, solver, solver.step, rates)
+        _with_reasons(solver)
+        step = partial(_restarting, solver, step, partial(solver.__init__, rates, t_bound=until, **options), [])
+    solver.step = partial(_stepped, solver, step, rates)
     solver.made = 1
     if hasattr(solver, "solve_lu"):
         solver.lu, solver.solve_lu = _by_lapack()
@@ -85,6 +86,30 @@ def _stepped(solver, step, rates):
         if solver.status == "failed" or math.isnan(rates(solver.t, solver.y)[0]):
             raise ValueError(reason)
     return reason
+
+
+def _restarting(solver, step, begin, restarts):
+    """Make one step, or begin anew where LSODA tries a step to where the rates are no finite real numbers.
+
+    Beyond its guard a mode may grow without bound, as friction with exp(-|v|/c) does. Raises if the new beginning does
+    not help, or after ``RESTARTS``.
+    """
+    try:
+        return step()
+    except (ArithmeticError, ValueError):
+        if len(restarts) == RESTARTS or solver.t in restarts:
+            raise
+    restarts.append(solver.t)
+    spent = solver.nfev, solver.njev
+    begin(t0=solver.t, y0=solver.y)
+    _with_reasons(solver)
+    solver.nfev, solver.njev = (new + old for new, old in zip((solver.nfev, solver.njev), spent, strict=True))
+    return _restarting(solver, step, begin, restarts)
+
+
+def _with_reasons(solver):
+    integrator = solver._lsoda_solver._integrator
+    integrator.messages = Reasons(integrator.messages)
 
 
 class GaveUp(Exception):

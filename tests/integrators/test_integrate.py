@@ -220,6 +220,18 @@ def test_the_edges_of_stick_in_numbers_are_those_of_the_derived_system():
     assert (sp.expand(1 / lower), 1 / upper) == modes.cone(sigma0)
 
 
+@pytest.mark.parametrize("reach", ["1/300", "1/1000"])
+def test_a_block_stops_on_its_belt_though_its_law_is_beyond_all_doubles_a_little_farther(reach):
+    """Friction is 1/10 + 8/10 exp(-|w|/reach): continued beyond w = 0 it overflows. LSODA was said to do so, too."""
+    x, v, force = sp.symbols("x v F", real=True)
+    law = sp.Rational(1, 10) + sp.Rational(8, 10) * sp.exp(-sp.Abs(v - 1) / sp.Rational(reach))
+    belt = ap.Friction(velocity=v - 1, force=force, load=1, kinetic=law)
+    scene = ap.Scene(system=ap.System.with_frictions({x: v, v: force - x}, {}, [belt]), start={x: 0, v: 1}, until=10)
+    path, other = ap.solve(scene), ap.solve(scene, method="dop853", rtol=1e-11, atol=1e-13)
+    assert path.modes == other.modes == ("stick", "slip_opposite", "stick", "slip_opposite")
+    assert [event.t for event in path.events] == pytest.approx([event.t for event in other.events], abs=1e-6)
+
+
 def dipping(load, time=None):
     """Return a system whose load is positive but for a while: u' = 1, and friction slows down v."""
     u, v, force = sp.symbols("u v F", real=True)
