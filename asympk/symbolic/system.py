@@ -101,6 +101,9 @@ class Friction(ShownAsFormulas):
                 raise InputError(f"friction: {name} = None: a friction needs one, an expression or a number")
             _put(self, name, getattr(self, name))
         _put(self, "static", static)
+        steps = {sp.Heaviside(side * self.velocity): (1 + side * sp.sign(self.velocity)) / 2 for side in (1, -1)}
+        for name in ("load", "kinetic", "static"):
+            _put(self, name, getattr(self, name).xreplace(steps))
         if isinstance(self.gap, sp.Expr) and self.gap.free_symbols and self.constraint is None:
             for name in ("load", "kinetic", "static"):
                 _put(self, name, with_penetration(getattr(self, name), self.gap))
