@@ -46,7 +46,7 @@ from asympk.path import Event
 from asympk.symbolic import branches, forces
 from asympk.symbolic.branches import OPEN, Phase, all_phases
 from asympk.symbolic.guards import NEVER_IDLE, unused_rows
-from asympk.symbolic.sides import inside, is_whole, measured, phase_of
+from asympk.symbolic.sides import inside, is_switched, is_whole, measured, phase_of
 from asympk.symbolic.system import System
 
 MOST_EVENTS, MOST_CORNERS = 200, 200
@@ -357,7 +357,8 @@ class _Modes:
 
     def _slips(self, mode, k, state):
         """Tell whether the velocity of contact k does not stay 0 in a mode."""
-        return leading_sign(self._row(mode, mode.velocities[k]), self.of(mode).matrix, state) != 0
+        velocity = mode.velocities.get(k, self.system.frictions[k].velocity)
+        return leading_sign(self._row(mode, velocity), self.of(mode).matrix, state) != 0
 
     def _verdicts(self, branch, state):
         """Return the verdicts of the modes of a branch that may hold; of corners, one that holds is enough."""
@@ -443,7 +444,7 @@ class _Modes:
 
     def _on_sides(self, mode, state):
         """Yield a mode on every combination of sides of its switches on which a state may lie."""
-        opened = mode.open_phases
+        opened = [p for p in mode.open_phases if not is_switched(measured(p), mode.moving)] or mode.open_phases
         for choice in product(*(self._possible(mode, phase, state) for phase in opened)):
             sided = mode_of(self.system, mode.branch, (*mode.sides, *zip(opened, choice, strict=True)))
             if sided.is_finite or not self._resting(sided):  # on its edge u/|u| has no law

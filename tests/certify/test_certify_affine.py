@@ -547,6 +547,7 @@ SWITCHED = {
     "rest where the force jumps": block_under(-2 * sp.sign(x), {"x": 0, "v": 0}, until=2),
     "a push off the edge of a stop": block_under(t / 4 - 8 * sp.Max(0, x), {"x": 0, "v": 0}, until=3),
     "a gentler push off the edge": block_under(k + t**3 - sp.Max(0, x), {"x": 0, "v": 0}, until=1),
+    "a load with a gap between two times": block_under(0, {"x": 2, "v": 1}, load=1 + sp.Max(0, sp.Abs(t - 2) - 1)),
     "a load that is reversed": block_under(0, {"x": 2, "v": 1}, until=2, load=sp.Piecewise((2, t < 1), (-1, True)) / 2),
 }
 
@@ -718,6 +719,13 @@ def test_the_time_at_which_a_growing_state_meets_an_edge_is_no_straight_line_ove
     scene = ap.Scene(system=ap.System.smooth({x: sp.Min(x, 1)}, {}, None), start={x: "1/2"}, until=2)
     (final,) = certify(scene, {"x": ("0.45", "0.55")}).final
     assert all(final.lower() < 3 + math.log(start) < final.upper() for start in (0.45, 0.55))
+
+
+def test_a_body_that_rests_on_rigid_ground_is_proven_to_stay_where_its_weight_is_taken_off_for_good():
+    weight = sp.Max(0, 1 - t)
+    ground = ap.Friction(v, F, load=N, kinetic=1, gap=y, normal=N, constraint=N - weight)
+    system = ap.System.with_frictions({x: v, v: F, y: w, w: N - weight}, {}, [ground], time=t)
+    assert proven_as_followed(ap.Scene(system=system, start=dict.fromkeys((x, v, y, w), 0), until=2)).events == ()
 
 
 @pytest.mark.parametrize("law", [sp.sign(x - 1), sp.floor(x)])
