@@ -247,6 +247,26 @@ def with_direction(friction: "Friction", expr: sp.Expr, direction: int) -> sp.Ex
     return expr.subs({key: sign for key, sign in signs.items() if isinstance(key, sp.sign)})
 
 
+def by_direction(velocity: sp.Expr, expr: sp.Expr) -> sp.Expr:
+    """Return an expression with sign(velocity) for ``Heaviside`` and ``Piecewise`` that have a step at its zero.
+
+    Whether such a step is written with > or >= says nothing of rest. A third value, at the zero alone, does, and stays.
+    """
+    steps: dict[sp.Basic, sp.Expr] = {}
+    for atom in atoms(expr, sp.Heaviside, sp.Piecewise):
+        ahead, behind, part = sp.S.One, sp.S.Zero, atom.args[0]
+        if isinstance(atom, sp.Piecewise):
+            (ahead, condition), (behind, other) = atom.args[0], atom.args[-1]
+            if len(atom.args) > 2 or other != sp.true or not isinstance(condition, sp.Gt | sp.Ge | sp.Lt | sp.Le):
+                continue
+            part = condition.gts - condition.lts
+        ratio = sp.cancel(part / velocity)
+        if ratio.is_positive or ratio.is_negative:
+            change = (ahead - behind) * sp.sign(ratio) * sp.sign(velocity)
+            steps[atom] = (ahead + behind + change) / 2
+    return by_direction(velocity, expr.xreplace(steps)) if steps else expr
+
+
 def without_squares(expr: sp.Expr, signs: Collection[sp.Expr]) -> sp.Expr:
     """Return ``expr`` with 1 for the square of every one of ``signs``."""
     return expr.replace(lambda e: e.is_Pow and e.exp.is_Integer and e.base in signs, lambda e: e.base ** (e.exp % 2))

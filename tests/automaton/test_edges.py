@@ -411,12 +411,15 @@ def test_static_friction_that_is_below_the_kinetic_one_of_one_direction_is_refus
 
 
 @pytest.mark.parametrize(("push", "held"), [(t, 3 / 4), (-t, 1 / 4)])
-@pytest.mark.parametrize(("kinetic", "load"), [(DIRECTED, 1), (1, DIRECTED), (sp.Heaviside(v) / 2 + HALF / 2, 1)])
-@pytest.mark.few(6)
+@pytest.mark.parametrize(("kinetic", "load"), [
+    (DIRECTED, 1), (1, DIRECTED), (sp.Heaviside(v) / 2 + HALF / 2, 1), (1, sp.Heaviside(v, 1) / 2 + HALF / 2),
+    *((sp.Piecewise((1 - HALF / 2, ahead), (HALF / 2, True)), 1) for ahead in (v > 0, v >= 0)),
+])  # fmt: skip
+@pytest.mark.few(12)
 def test_friction_that_differs_by_the_direction_holds_a_block_by_that_of_the_slip_it_resists(
     push, held, kinetic, load, how
 ):
-    """Then (t - held)^2/2 is gained. It was 1/2 either way: forward no motion was found, backward slip began late."""
+    """Then (t - held)^2/2 is gained. By sign(v) it was 1/2 either way, and by v >= 0 3/4: slip began late backward."""
     contact = ap.Friction(velocity=v, force=F, load=load, kinetic=kinetic)
     system = ap.System.with_frictions({x: v, v: push + F}, {}, [contact], time=t)
     path = ap.solve(ap.Scene(system=system, start={x: 0, v: 0}, until=1), **how)

@@ -191,7 +191,9 @@ def test_friction_that_is_less_one_way_is_ambiguous_where_that_way_crosses():
 
 def test_rest_reaches_as_far_as_the_friction_of_the_slip_that_would_follow():
     """Friction is 3/4 where the block slips up, and 1/4 where it slips down; x pulls it to 0."""
-    regions = ap.stick_regions(_block(sp.Rational(1, 2) + sp.sign(2 * v - 1) / 4))
+    law = sp.Rational(1, 2) + sp.sign(2 * v - 1) / 4
+    assert _block(law) == _block(sp.Piecewise((3, v > sp.Rational(1, 2)), (1, True)) / 4)
+    regions = ap.stick_regions(_block(law))
     told = {place: [r.contains({x: place, v: "1/2"}) for r in (regions.up, regions.stick, regions.down)]
             for place in ("-4/5", "-7/10", "1/5", "3/10")}  # fmt: skip
     assert [told[place].index(True) for place in told] == [0, 1, 1, 2]
@@ -199,7 +201,8 @@ def test_rest_reaches_as_far_as_the_friction_of_the_slip_that_would_follow():
 
 @pytest.mark.parametrize(
     "block",
-    [_block(1, rate=-x - sp.sign(2 * v - 1) + F), _block(sp.Piecewise((1, v > sp.Rational(1, 2)), (2, True)))],
+    [_block(1, rate=-x - sp.sign(2 * v - 1) + F),
+     _block(1, rate=-x + sp.Piecewise((F, v > sp.Rational(1, 2)), (2 * F, True)))],
 )
 def test_what_jumps_where_the_velocity_vanishes_has_no_stick_regions(block):
     with pytest.raises(NotDerivable, match="jumps where the velocity vanishes"):
