@@ -19,7 +19,7 @@ from asympk.scene import Scene
 from asympk.symbolic.critical import critical_manifolds
 from asympk.symbolic.expansion import is_implicit, over_fast
 from asympk.symbolic.lowering import lower
-from asympk.symbolic.stick import friction_cone
+from asympk.symbolic.stick import at_rest, friction_cone
 from asympk.symbolic.system import System
 from asympk.systems.automata import automaton_of
 from asympk.systems.painleve_klein.units import scene_in_units
@@ -144,16 +144,13 @@ def _stick(plane: _Plane, grids: list[np.ndarray]) -> list[Curve]:
 @cache
 def _rest(system: System) -> tuple[int, Any] | None:
     """Return the index of a state in v, and a function that returns its value where v = 0, and 1 where v = 0 sticks."""
-    friction = system.friction
-    if friction is None:
+    try:
+        rule, ((state, rest),) = friction_cone(system).rule("stick"), at_rest(system).items()
+    except NotDerivable:
         return None
-    velocity, cone = friction.velocity, friction_cone(system)
-    state = next(s for s in reversed(system.states) if velocity.has(s))
-    rest = -velocity.subs(state, 0) / velocity.diff(state)
-    sticks = _holds(cone.rule("stick"))
-    if sticks.has(*(s for s in (friction.normal, friction.force) if s is not None)):  # a rigid contact's, unknown
+    if not rule.free_symbols <= {*system.states, *system.parameters, system.time}:  # a reaction is not known here
         return None
-    return system.states.index(state), _lowered(system, [rest, sticks])
+    return system.states.index(state), _lowered(system, [rest, _holds(rule)])
 
 
 def _lowered(system: System, outputs: list[sp.Expr]) -> Any:

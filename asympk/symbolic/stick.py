@@ -151,21 +151,21 @@ def friction_cone(system: System) -> Cone:
     _require_order(friction, system.assumptions)
     rate, normal = rate_along(system, friction.velocity), friction.normal or sp.Dummy()
     free, coupling = rate.subs(friction.force, 0), _size(rate.diff(friction.force))
-    drive, at_rest = free.subs(normal, friction.load), _at_rest(system)
+    drive, still = free.subs(normal, friction.load), at_rest(system)
     holds = [with_direction(friction, friction.static, side) for side in (1, -1)]
     for part in (free, coupling, friction.load, *holds):
-        if len({part.subs(at_rest), *_beside_rest(system, part)}) > 1:
+        if len({part.subs(still), *_beside_rest(system, part)}) > 1:
             raise NotDerivable(f"{part!s:.60} jumps where the velocity vanishes, and regions need it continuous; "
                                "write the jump as a friction, or smooth it by tanh")  # fmt: skip
     pairs = (_beside_rest(system, friction.kinetic), holds)
     slip, hold = (up if up == down else sp.Piecewise((up, drive > 0), (down, True)) for up, down in pairs)
     cone = Cone(drive, friction.load, slip * coupling, hold * coupling, friction.gap, free.subs(normal, 0))
-    return cone.mapped(lambda part: part.subs(at_rest))
+    return cone.mapped(lambda part: part.subs(still))
 
 
 def _beside_rest(system, expr):
     """Return the limits of an expression where the velocity vanishes, from above and from below."""
-    up, down = (on_side(expr, system.friction.velocity, side).subs(_at_rest(system)) for side in (1, -1))
+    up, down = (on_side(expr, system.friction.velocity, side).subs(at_rest(system)) for side in (1, -1))
     return up, down
 
 
@@ -178,9 +178,12 @@ def drive_of_load(system: System) -> tuple[sp.Symbol, sp.Expr]:
     return reduced.load, reduced.drive
 
 
-def _at_rest(system):
-    """Return {state: its value on v = 0} for one state, if possible one in which the velocity is linear."""
-    velocity = system.friction.velocity
+def at_rest(system: System) -> dict[sp.Symbol, sp.Expr]:
+    """Return {state: its value on v = 0} for one state, if possible one in which the velocity v of friction is linear.
+
+    Raises ``NotDerivable`` where v vanishes at no value of the state, or at several.
+    """
+    velocity = system.frictions[0].velocity
     states = [s for s in reversed(system.states) if velocity.has(s)]
     state = next((s for s in states if not velocity.diff(s).has(s)), states[0])
     zeros = _real_zeros(velocity, state)
@@ -245,7 +248,7 @@ def _linear(reduced):
 
 def _plane(system, cone, reduced, moving):
     friction = system.friction
-    kinetic, static = (bound.subs(_at_rest(system)) for bound in (friction.kinetic, friction.static))
+    kinetic, static = (bound.subs(at_rest(system)) for bound in (friction.kinetic, friction.static))
     pairs = ((static, kinetic), (kinetic, sp.S.Zero))
     ordered = [sp.Ge(a, b) for a, b in pairs if not (a - b).free_symbols & moving]
     allowed = sp.And(system.assumptions, *(r for r in ordered if r.free_symbols))

@@ -223,6 +223,27 @@ def test_a_cubic_manifold_is_drawn_over_its_fast_state_with_its_folds_as_ends():
     assert [u for u, v in points] == pytest.approx([v**3 / 3 - v for v in places])
 
 
+@pytest.mark.parametrize("velocity_first", [False, True])
+def test_the_part_that_sticks_lies_on_the_switching_surface_whatever_the_order_of_the_states(velocity_first):
+    """With the velocity first the surface was drawn where a velocity linear in the position would vanish."""
+    x, v, force = sp.symbols("x v F", real=True)
+    rough = ap.Friction(velocity=v - x**2, force=force, load=1, kinetic=sp.S.Half)
+    rates = {x: v, v: force - x}
+    system = ap.System.with_frictions({s: rates[s] for s in ((v, x) if velocity_first else (x, v))}, {}, [rough])
+    scene = ap.Scene(system=system, start={"x": 0.3, "v": 1}, until=3)
+    places = [k / 100 for k in range(-100, 101)]
+    (curve,) = surroundings(scene, ["x", "v"], places, places)
+    assert [v for x, v in curve["points"]] == pytest.approx([x**2 for x, v in curve["points"]])
+    assert [x for x, v in curve["points"]] == pytest.approx([k for k in places if abs(2 * k**3 + k) <= 0.5])
+
+
+def test_around_a_rigid_contact_stands_nothing():
+    """What each mode rests on is not known, and a refusal stood in place of why the motion ends."""
+    rigid = ap.systems.painleve_rod.scenes()[-1]
+    assert rigid.system.friction.constraint is not None
+    assert surroundings(rigid, knobs_of(rigid)["pair"], [0, 1], [0, 1]) == []
+
+
 def test_around_a_single_state_stands_nothing():
     x = ap.systems.painleve_klein.x
     scene = ap.Scene(system=ap.System.smooth({x: -x}, {}, None), values={}, start={"x": 1}, until=1)
