@@ -134,7 +134,8 @@ def within(first: Any, last: Any, until: Any) -> bool:
 def require_within(first: Any, last: Any, until: Any) -> None:
     """Raise ``InputError`` where times from ``first`` to ``last`` leave [0, until]."""
     if not within(first, last, until):
-        raise InputError(f"t = {last if first >= 0 else first}: it must be from 0 to until = {until}")
+        wrong = float(last if first >= 0 else first)
+        raise InputError(f"t = {wrong}: it must be from 0 to until = {float(until)}")
 
 
 def times_within(t: Any, until: Any) -> "np.ndarray":

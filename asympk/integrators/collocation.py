@@ -388,7 +388,7 @@ class CollocationDense:
         until = self.joined.last.t
         t = in_context(until.context, t)
         if not within(t, t, until):
-            raise OutOfRange(f"t = {float(t):g} is outside the run; ask within [0, {float(until):g}]")
+            raise OutOfRange(f"t = {float(t)} is outside the run; ask within [0, {float(until)}]")
         if not steps:
             return _rounded(self.joined.last.state, self.digits)
         step = steps[max(0, bisect_left([s.t for s in steps], t) - 1)]

@@ -204,7 +204,7 @@ class SteppedDense:
         times, where = np.unique(t, return_inverse=True)
         if times.size and not (times[0] >= 0 and times[-1] <= self.reached):
             wrong = times[-1] if times[0] >= 0 else times[0]
-            raise OutOfRange(f"t = {wrong:g} is outside the run; ask within [0, {self.reached:g}]")
+            raise OutOfRange(f"t = {wrong} is outside the run; ask within [0, {self.reached}]")
         later = times[times > 0].tolist()
         states = [self.start] * (len(times) - len(later)) + (list(self.sample(later)) if later else [])
         n = len(self.start)

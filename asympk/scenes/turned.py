@@ -51,8 +51,7 @@ def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: An
     begun = {name: number(f"start {name}", value) for name, value in start.items()}
     placed, horizon, origin = scene.start, scene.until, scene.origin
     if scene.rod is not None:  # whose start and horizon are kept as they were given, exactly
-        quantities = dict(scene.rod.quantities)
-        *placed, horizon = (quantities[name] for name in STATE)
+        placed, horizon = shown.start, shown.until
     if is_off_contact(scene) and not begun.keys() >= {*scene.names}:
         placed, origin = _derived(scene, values, begun)
     begin = tuple(begun.get(name, value) for name, value in zip(shown.names, placed, strict=True))

@@ -18,6 +18,7 @@ import asympk as ap
 from asympk.__main__ import main
 from asympk.errors import InputError, MissingPackage, UnknownName
 from asympk.formulas import read_formula
+from asympk.numbers import number
 from asympk.pictures.trace import trace
 from asympk.scenes import scenefile
 from asympk.scenes.scenefile import changed_scene, scene_text
@@ -140,6 +141,27 @@ def test_physical_digits_survive_the_way_back(tmp_path):
     found = scenefile.read_scene(_file(tmp_path, ROD))
     coarse, fine = (ap.solve(found, digits=d).physical().final[0] for d in (40, 60))
     assert 0 <= abs(coarse - fine) < abs(fine) * mpmath.mpf(10) ** -38
+
+
+@pytest.mark.parametrize("digits", [None, 30])
+def test_a_physical_path_is_that_of_its_scene_at_every_time_and_ends_where_it_ends(tmp_path, digits):
+    """Beyond its end it had the state at the end, and with digits between events those of doubles alone."""
+    found = scenefile.read_scene(_file(tmp_path, ROD))
+    path = ap.solve(found, digits=digits)
+    told, units = path.physical(), found.rod.units
+    assert (told.end, told.scene.start) == (Fraction("0.03"), (1, -3, Fraction("-0.1")))
+    for t in (0, Fraction(1, 70), "0.02", "3/100"):
+        wanted = units.state(*(Fraction(number("state", v)) for v in path(min(Fraction(t) / units.time, found.until))))
+        for value, exact in zip(told(t), wanted, strict=True):
+            assert abs(Fraction(number("state", value)) - exact) <= abs(exact) / 10 ** ((digits or 15) - 2)
+    assert told([[0, "0.02"]]).shape == (3, 1, 2)
+    assert told([]).shape == (3, 0)
+    assert hash(told) == hash(ap.solve(found, digits=digits).physical())
+    for beyond in (0.030001, 5, math.inf, math.nan, -1):
+        with pytest.raises(InputError, match=r"it must be from 0 to until = 0\.03$"):
+            told(beyond)
+    with pytest.raises(InputError, match=r"it must be from 0 to until = 3\.0$"):
+        path(-1)
 
 
 @pytest.mark.parametrize("name", scenefile.scene_names())

@@ -6,7 +6,7 @@ l, stiffness k and damping h, in any consistent units (SI: kg, N, 1, 1, rad, m, 
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cache, partial
 from typing import Any, ClassVar
@@ -15,8 +15,8 @@ import sympy as sp
 
 from asympk.errors import InputError
 from asympk.multiprecision import private_context
-from asympk.numbers import Number, number, short
-from asympk.path import Path
+from asympk.numbers import Number, number, short, unread
+from asympk.path import Path, times_within
 from asympk.scene import Scene, triple
 from asympk.shown import Card, ShownAsTable
 from asympk.shown import number_as_text as shown
@@ -109,7 +109,7 @@ class PhysicalScene(ShownAsTable):
     start: tuple[Any, ...]
     until: Any
     delay: float
-    units: dict[str, str]
+    units: dict[str, str] = field(hash=False)
 
     @property
     def combinations(self) -> tuple[tuple[str, tuple], ...]:
@@ -207,8 +207,9 @@ def scene(given: dict[str, Any], start: Any, until: Any, name: str = "", words: 
 
 def scene_in_units(scene: Scene) -> PhysicalScene:
     """Return the scene of a physical rod in its physical units, as a ``PhysicalScene``."""
-    units, unit = scene.rod.units, scene.rod.unit
-    return PhysicalScene(scene.name, units.state(*scene.start), units.moment(scene.until), float(units.time), unit)
+    quantities, delay = dict(scene.rod.quantities), float(scene.rod.units.time)
+    *start, until = (quantities[name] for name in STATE)
+    return PhysicalScene(scene.name, tuple(start), until, delay, scene.rod.unit)
 
 
 def physical(path: Path) -> Path:
@@ -227,8 +228,14 @@ def _states(path, units, t):
     """Return (R_1, R_1', u) of a path at physical times, an array of shape ``(3,) + t.shape``."""
     import numpy as np
 
-    moments = np.minimum(np.asarray(t) / float(units.time), float(path.end))
-    return np.stack(units.state(*path(moments)))
+    times = times_within(t, float(units.moment(path.end)))
+    if not hasattr(path.final[0], "_mpf_"):
+        return np.stack(units.state(*path(np.minimum(times / float(units.time), float(path.end)))))
+    end = number("end", path.end)
+    moments = [min(number("t", time) / units.time, end) for time in unread("t", t).ravel()]
+    states = [units.state(*state) for state in path(moments).T]
+    size = len(path.final)
+    return np.array(states, dtype=object).reshape(times.size, size).T.reshape(size, *times.shape)
 
 
 def _times(value, scale):
