@@ -19,7 +19,7 @@ from asympk.scene import Scene
 from asympk.symbolic.critical import critical_manifolds
 from asympk.symbolic.expansion import is_implicit, over_fast
 from asympk.symbolic.lowering import lower
-from asympk.symbolic.stick import at_rest, friction_cone
+from asympk.symbolic.stick import friction_cone, plane_of_rest
 from asympk.symbolic.system import System
 from asympk.systems.automata import automaton_of
 from asympk.systems.painleve_klein.units import scene_in_units
@@ -145,7 +145,7 @@ def _stick(plane: _Plane, grids: list[np.ndarray]) -> list[Curve]:
 def _rest(system: System) -> tuple[int, Any] | None:
     """Return the index of a state in v, and a function that returns its value where v = 0, and 1 where v = 0 sticks."""
     try:
-        rule, ((state, rest),) = friction_cone(system).rule("stick"), at_rest(system).items()
+        rule, ((state, rest),) = friction_cone(system).rule("stick"), plane_of_rest(system).items()
     except NotDerivable:
         return None
     if not rule.free_symbols <= {*system.states, *system.parameters, system.time}:  # a reaction is not known here

@@ -151,7 +151,7 @@ def friction_cone(system: System) -> Cone:
     _require_order(friction, system.assumptions)
     rate, normal = rate_along(system, friction.velocity), friction.normal or sp.Dummy()
     free, coupling = rate.subs(friction.force, 0), _size(rate.diff(friction.force))
-    drive, still = free.subs(normal, friction.load), at_rest(system)
+    drive, still = free.subs(normal, friction.load), plane_of_rest(system)
     holds = [with_direction(friction, friction.static, side) for side in (1, -1)]
     for part in (free, coupling, friction.load, *holds):
         if len({part.subs(still), *_beside_rest(system, part)}) > 1:
@@ -165,7 +165,7 @@ def friction_cone(system: System) -> Cone:
 
 def _beside_rest(system, expr):
     """Return the limits of an expression where the velocity vanishes, from above and from below."""
-    up, down = (on_side(expr, system.friction.velocity, side).subs(at_rest(system)) for side in (1, -1))
+    up, down = (on_side(expr, system.friction.velocity, side).subs(plane_of_rest(system)) for side in (1, -1))
     return up, down
 
 
@@ -178,7 +178,7 @@ def drive_of_load(system: System) -> tuple[sp.Symbol, sp.Expr]:
     return reduced.load, reduced.drive
 
 
-def at_rest(system: System) -> dict[sp.Symbol, sp.Expr]:
+def plane_of_rest(system: System) -> dict[sp.Symbol, sp.Expr]:
     """Return {state: its value on v = 0} for one state, if possible one in which the velocity v of friction is linear.
 
     Raises ``NotDerivable`` where v vanishes at no value of the state, or at several.
@@ -248,7 +248,7 @@ def _linear(reduced):
 
 def _plane(system, cone, reduced, moving):
     friction = system.friction
-    kinetic, static = (bound.subs(at_rest(system)) for bound in (friction.kinetic, friction.static))
+    kinetic, static = (bound.subs(plane_of_rest(system)) for bound in (friction.kinetic, friction.static))
     pairs = ((static, kinetic), (kinetic, sp.S.Zero))
     ordered = [sp.Ge(a, b) for a, b in pairs if not (a - b).free_symbols & moving]
     allowed = sp.And(system.assumptions, *(r for r in ordered if r.free_symbols))
