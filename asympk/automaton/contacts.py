@@ -170,8 +170,9 @@ def contact_formulas(
     unknowns, found, loads = _unknowns(system), [], []
     normals = tuple(k for k, f in enumerate(system.frictions) if f.normal is not None)
     for f, sign in zip(system.frictions, signs or repeat(0), strict=False):
-        *own, load = (e if sign is None else branches.with_direction(f, e, sign) for e in (f.kinetic, f.static, f.load))
-        found += [f.velocity, *own, sp.S.Zero if f.gap is None else f.gap]
+        law = (f.kinetic, f.static, f.load)
+        *bounds, load = law if sign is None else (branches.with_direction(f.velocity, e, sign) for e in law)
+        found += [f.velocity, *bounds, sp.S.Zero if f.gap is None else f.gap]
         loads.append(load)
     rates = (branches.rate_along(system, f.velocity) for f in system.frictions)
     laws = (forces.reaction_law(system.frictions[k]) for k in normals)

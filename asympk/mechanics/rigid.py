@@ -21,6 +21,7 @@ from asympk.mechanics.evaluation import ROUNDING, evaluate_ahead
 from asympk.mechanics.kinetics import Kinetics
 from asympk.naming import named
 from asympk.numbers import common_shape, unread
+from asympk.symbolic.branches import by_direction, with_direction
 
 MOTIONS = ("slip", "stick", "lift_off")
 
@@ -83,16 +84,19 @@ def motion_map(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> MotionMap:
 
 @dataclass(frozen=True)
 class _Terms:
-    """The terms of the contact's equations as arrays of one shape; ``kinetic`` and ``static`` contain the load."""
+    """The terms of the contact's equations as arrays of one shape.
 
+    ``kinetic`` and ``static`` contain the load; both are mappings from the direction of slip, 1 or -1.
+    """
+
+    kinetic: dict[int, Any]
+    static: dict[int, Any]
     G_NN: Any
     G_NT: Any
     G_TT: Any
     a_N: Any
     a_T: Any
     slip: Any
-    kinetic: Any
-    static: Any
 
 
 def _terms(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> _Terms:
@@ -100,19 +104,22 @@ def _terms(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> _Terms:
 
     parts = (kinetics.slip.diff(s) * s for s in (*kinetics.coordinates, *kinetics.velocities))
     size = sp.Add(*map(sp.Abs, parts))
-    G, bounds = kinetics.delassus, (kinetics.friction * kinetics.load, kinetics.static * kinetics.load)
-    exprs = (G[0, 0], G[0, 1], G[1, 1], *kinetics.free, kinetics.slip, *bounds, size)
+    G, slip = kinetics.delassus, kinetics.slip
+    laws = (by_direction(slip, law * kinetics.load) for law in (kinetics.friction, kinetics.static))
+    bounds = (with_direction(slip, law, side) for law in laws for side in (1, -1))
+    exprs = (*bounds, G[0, 0], G[0, 1], G[1, 1], *kinetics.free, slip, size)
     require_positive_mass(kinetics, values)  # before its inverse: that may not exist
     found = evaluate_ahead(kinetics, exprs, values)
     shape = common_shape(values, values.values())  # also of values that the equations do not contain
     *arrays, size = (np.array(np.broadcast_to(a, shape), dtype=float) for a in found)
-    terms = _Terms(*arrays)
+    kinetic, static = (dict(zip((1, -1), pair, strict=True)) for pair in (arrays[:2], arrays[2:4]))
+    terms = _Terms(kinetic, static, *arrays[4:])
     if not np.all(terms.G_NN):
         raise InputError("the gap has no slope at these values, G_NN = 0: no reaction of its contact is determined; "
                          "write it as a distance, which grows evenly")  # fmt: skip
-    if (least := terms.kinetic.min(initial=0)) < 0:
+    if (least := min(kinetic[side].min(initial=0) for side in kinetic)) < 0:
         raise InputError(f"friction times its load is {least:g} at these values; it must not be negative")
-    if np.any(terms.static < terms.kinetic):
+    if any(np.any(static[side] < kinetic[side]) for side in kinetic):
         raise InputError("static friction is below the kinetic one at these values; make it at least that")
     terms.slip[np.abs(terms.slip) <= ROUNDING * size] = 0.0
     return terms
@@ -125,9 +132,10 @@ def _slip(terms: _Terms, direction: int, sign: int, held: Any) -> Branch:
     """
     import numpy as np
 
-    reaction, exists = _reaction(terms, terms.kinetic, direction, sign)
-    static_reaction, onset = _reaction(terms, terms.static, direction, sign)
-    for bound, needed in ((terms.kinetic, reaction), (terms.static, static_reaction)):
+    kinetic, static = terms.kinetic[direction], terms.static[direction]
+    reaction, exists = _reaction(terms, kinetic, direction, sign)
+    static_reaction, onset = _reaction(terms, static, direction, sign)
+    for bound, needed in ((kinetic, reaction), (static, static_reaction)):
         onset = onset & _starts(terms, bound, needed, direction, sign, held)
     exists = exists & np.where(terms.slip == 0, onset, np.sign(terms.slip) == direction)
     return Branch("slip", exists, np.where(exists, reaction, 0.0))
@@ -170,7 +178,7 @@ def _stick(terms: _Terms, unilateral: bool) -> Branch:
 
     power = np.frexp(np.maximum(terms.G_NN, terms.G_TT))[1]
     G_NN, G_NT, G_TT = (np.ldexp(G, -power) for G in (terms.G_NN, terms.G_NT, terms.G_TT))  # products keep their range
-    coupling = terms.static * abs(G_NT)
+    coupling = np.maximum(terms.static[1], terms.static[-1]) * abs(G_NT)
     singular, alike = _difference(G_NN * G_TT, G_NT**2) == 0, _difference(G_NN * terms.a_T, G_NT * terms.a_N) == 0
     idle = singular & ((coupling == 0) | ((terms.a_N == 0) & (coupling < G_NN)))
     leaves = unilateral & (terms.a_N > 0) & (coupling <= G_NN)
@@ -181,7 +189,7 @@ def _stick(terms: _Terms, unilateral: bool) -> Branch:
     divisor = np.where(divisor == 0, 1.0, divisor)
     reaction = np.where(idle, -terms.a_N, G_NT * terms.a_T - G_TT * terms.a_N) / divisor + 0.0
     friction = np.where(idle, 0.0, G_NT * terms.a_N - G_NN * terms.a_T) / divisor
-    bound = terms.static * np.abs(reaction)
+    bound = np.where(friction < 0, terms.static[1], terms.static[-1]) * np.abs(reaction)
     size = bound + np.where(idle, 0.0, np.abs(G_NT * terms.a_N) + np.abs(G_NN * terms.a_T)) / abs(divisor)
     exists = possible & (terms.slip == 0) & (np.abs(friction) <= bound + ROUNDING * size)
     if unilateral:

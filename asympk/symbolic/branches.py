@@ -236,14 +236,14 @@ def put_sign(quantity: sp.Expr, sign: sp.Expr) -> dict[sp.Basic, sp.Basic]:
     return {key: value for key, value in found.items() if isinstance(key, sp.Abs | sp.sign) and not quantity.has(key)}
 
 
-def with_direction(friction: "Friction", expr: sp.Expr, direction: int) -> sp.Expr:
+def with_direction(velocity: sp.Expr, expr: sp.Expr, direction: int) -> sp.Expr:
     """Return an expression of a contact as where it slips, or at rest is about to slip, in a direction, 1 or -1.
 
     Another contact may have the same velocity, and rest.
     """
     if not atoms(expr, sp.sign):
         return expr
-    signs = put_sign(friction.velocity, sp.Integer(direction))
+    signs = put_sign(velocity, sp.Integer(direction))
     return expr.subs({key: sign for key, sign in signs.items() if isinstance(key, sp.sign)})
 
 

@@ -97,7 +97,7 @@ def _friction_law(system: "System", branch: Branch, k: int) -> sp.Expr:
     if phase.velocity:
         coefficient = friction.static if rests_in_all_but_name(system, branch, k) else friction.kinetic
         bound = coefficient * friction.load
-        bound = bound if phase.either else with_direction(friction, bound, phase.velocity)
+        bound = bound if phase.either else with_direction(friction.velocity, bound, phase.velocity)
         return friction.force + phase.load * phase.velocity * bound
     return rate_along(system, friction.velocity)
 
@@ -192,7 +192,7 @@ def borne(system: "System") -> tuple[sp.Symbol, ...]:
 def edges_of_stick(friction: "Friction", phase: Phase, k: int) -> list[Guard]:
     """Return the guards of a contact that sticks, the friction forces left at the two edges of its cone."""
     bound = friction.static * phase.load * friction.load
-    margins = (with_direction(friction, bound, side) + side * friction.force for side in (1, -1))
+    margins = (with_direction(friction.velocity, bound, side) + side * friction.force for side in (1, -1))
     return [Guard("slip_onset", k, margin, upper) for margin, upper in zip(margins, (False, True), strict=True)]
 
 

@@ -125,7 +125,7 @@ def where(system: "System", branch: Branch) -> sp.Basic:
         else:
             drive, coupling = _sliding(system, friction)
             size, slope = (sp.Abs(part, evaluate=not heavy(part)) for part in (drive, coupling))
-            up, down = (with_direction(friction, friction.static * sp.Abs(load), side) for side in (1, -1))
+            up, down = (with_direction(friction.velocity, friction.static * sp.Abs(load), side) for side in (1, -1))
             within = size <= up * slope if up == down else sp.And(drive <= up * slope, -down * slope <= drive)
             conditions.append(sp.And(sp.Eq(v, 0), within))
     return sp.And(*conditions)

@@ -152,7 +152,7 @@ def friction_cone(system: System) -> Cone:
     rate, normal = rate_along(system, friction.velocity), friction.normal or sp.Dummy()
     free, coupling = rate.subs(friction.force, 0), _size(rate.diff(friction.force))
     drive, still = free.subs(normal, friction.load), plane_of_rest(system)
-    holds = [with_direction(friction, friction.static, side) for side in (1, -1)]
+    holds = [with_direction(friction.velocity, friction.static, side) for side in (1, -1)]
     for part in (free, coupling, friction.load, *holds):
         if len({part.subs(still), *_beside_rest(system, part)}) > 1:
             raise NotDerivable(f"{part!s:.60} jumps where the velocity vanishes, and regions need it continuous; "

@@ -120,6 +120,17 @@ def test_static_friction_holds_what_kinetic_friction_would_let_go():
         assert Mechanism(q, u, sp.eye(2), (push, -1), doubled).motions({"U": 0}) == ((motion, 1.0),)
 
 
+@pytest.mark.parametrize(("push", "name"), [("7/10", "stick"), ("4/5", "slip"), ("-1/5", "stick"), ("-3/10", "slip")])
+@pytest.mark.parametrize("typed", ["sign", "at least"])
+def test_a_block_is_held_by_the_friction_of_the_direction_in_which_it_would_slip(push, name, typed):
+    """Friction is 3/4 forward and 1/4 backward; it was taken at the velocity 0: 1/2 or 3/4, either way."""
+    (x, y), (u, w), quarter = sp.symbols("X Y"), sp.symbols("U V", real=True), sp.Rational(1, 4)
+    stepped = sp.Piecewise((3 * quarter, u >= 0), (quarter, True))
+    law = quarter * (2 + sp.sign(u)) if typed == "sign" else stepped
+    ground = ap.Contact(y, x, law, unilateral=True)
+    assert ap.Mechanism((x, y), (u, w), sp.eye(2), (sp.Rational(push), -1), ground).motions({"U": 0}) == ((name, 1.0),)
+
+
 @pytest.mark.parametrize("unilateral", [True, False])
 def test_a_block_on_an_incline_at_the_angle_of_friction_rests_though_doubles_round_its_pull(unilateral):
     x, y = dynamicsymbols("x y")
