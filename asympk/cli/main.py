@@ -5,6 +5,7 @@ import errno
 import os
 import re
 import sys
+import traceback
 from collections.abc import Sequence
 from contextlib import suppress
 from importlib import import_module
@@ -38,7 +39,7 @@ def _run(whole, arguments):
         return 141
     except (AsympkError, OSError) as error:
         if options.debug:
-            raise
+            _complain(traceback.format_exc())
         _complain(f"asympk: {_one_line(error)}")
         return 2
     except AttributeError:

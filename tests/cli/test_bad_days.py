@@ -137,7 +137,7 @@ def test_debug_shows_where_a_bad_scene_was_found(place):
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     command = [sys.executable, "-m", "asympk", "--debug", "solve", "typo.toml"]
     told = subprocess.run(command, capture_output=True, text=True, cwd=place, env=environment)
-    assert told.returncode != 0
+    assert told.returncode == 2
     assert "Traceback" in told.stderr
     assert "InputError" in told.stderr
 
