@@ -316,7 +316,8 @@ def _kind(mode: NumericMode, hits: tuple[int, ...], after: Branch) -> tuple[str,
 
     Of velocities that vanish together, the event has the lowest friction number, whichever of them rounding lets vanish
     first. If a contact has reached the edge of its cone and yet sticks, the event is either the ``slip_onset`` of
-    another contact at the same time, or ``force_zero``: the load vanishes at the tip of the cone.
+    another contact at the same time, or ``force_zero``: the load vanishes at the tip of the cone. Where forces at rest
+    are not determined, the edge is of no one contact, and the event has the lowest friction number of those that slip.
     """
     phases = [*zip(bare(mode.branch), bare(after), strict=True)]
     freed = at_rest(mode.branch) - at_rest(after)
@@ -326,7 +327,7 @@ def _kind(mode: NumericMode, hits: tuple[int, ...], after: Branch) -> tuple[str,
         moving = {k for k, phase in enumerate(mode.branch) if phase.velocity and kind not in phase.idle}
         stopped = {k for k in moving if OPEN not in phases[k] and phases[k][0].velocity != phases[k][1].velocity}
         return kind, min(stopped, default=friction)
-    if kind != "slip_onset" or after[friction].mode != "stick":
+    if kind != "slip_onset" or (after[friction].mode != "stick" and not stands(mode.branch)):
         return kind, friction
     return ("slip_onset", min(freed)) if freed else ("force_zero", friction)
 

@@ -513,7 +513,8 @@ class _Modes:
             if jumped := self._jumped(beyond, state):
                 return jumped
             guard = guard if guard.kind == "velocity_zero" else self._lost(beyond, after, state)
-        if guard.kind == "slip_onset" and after.branch[guard.friction].mode == "stick":
+        undetermined = branches.stands(before.branch)
+        if guard.kind == "slip_onset" and (undetermined or after.branch[guard.friction].mode == "stick"):
             freed = branches.at_rest(before.branch) - branches.at_rest(after.branch)
             if not freed:  # the load vanishes between both edges of its stick
                 return guard._replace(kind="force_zero")

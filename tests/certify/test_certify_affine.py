@@ -728,6 +728,16 @@ def test_a_body_that_rests_on_rigid_ground_is_proven_to_stay_where_its_weight_is
     assert proven_as_followed(ap.Scene(system=system, start=dict.fromkeys((x, v, y, w), 0), until=2)).events == ()
 
 
+def test_the_slip_of_a_body_whose_forces_at_rest_are_not_determined_is_that_of_its_first_contact():
+    """The two feet bear any shares of the push; the guard that is lost may be that of either."""
+    feet = [ap.Friction(v, F, load=1, kinetic=sp.Rational(1, 4)), ap.Friction(v, G, load=1, kinetic=sp.S.Half)]
+    system = ap.System.with_frictions({x: v, v: F + G - 4 * t}, {}, feet, time=t)
+    for order in (feet, feet[::-1]):
+        scene = ap.Scene(system=replace(system, frictions=tuple(order)), start={x: 0, v: 0}, until=1)
+        assert [[(e.kind, e.friction) for e in found(scene).events] for found in (certify, ap.solve)] == [
+            [("slip_onset", 0)]] * 2
+
+
 @pytest.mark.parametrize("law", [sp.sign(x - 1), sp.floor(x)])
 def test_a_box_of_starts_across_an_edge_has_no_proof(law):
     scene = block_under(-law, {"x": 1, "v": 1}, until=1)
