@@ -16,6 +16,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a worker to a core; more t
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # tests start many processes, and each would compile the package anew
 sys.dont_write_bytecode = False
 
+MOST = 4  # the number of cases of a test marked ``few`` beyond which cases are left to a command of their own
+
 # these come first, so that no worker ends alone on one of them
 LONGEST = ("test_paper", "test_regeneration", "test_smooth_models", "test_manifold", "test_affine_scenes",
            "test_friction_models", "test_asymptotic", "test_cli", "test_shown", "test_global_state")  # fmt: skip
@@ -23,7 +25,10 @@ LONGEST = ("test_paper", "test_regeneration", "test_smooth_models", "test_manifo
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put the longest files first; the others stay in order. Mark as further, and slow, what ``few`` leaves out."""
+    """Put the longest files first; the others stay in order. Mark as slow what ``few`` leaves out.
+
+    Cases beyond ``MOST`` are further ones.
+    """
     place = {name: k for k, name in enumerate(LONGEST)}
     items.sort(key=lambda item: place.get(Path(item.path).stem, len(LONGEST)))
     cases = defaultdict(list)
@@ -31,8 +36,10 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         if (few := item.get_closest_marker("few")) and not item.get_closest_marker("slow"):
             cases[item.nodeid.partition("[")[0], *few.args].append(item)
     for (_, count), found in cases.items():
-        for item in Random(0).sample(found, len(found))[count:]:
+        drawn = Random(0).sample(found, len(found))
+        for item in drawn[count:]:
             item.add_marker("slow")
+        for item in drawn[max(count, MOST) :]:
             item.add_marker("further")
 
 

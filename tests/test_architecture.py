@@ -18,6 +18,7 @@ ARROW = list(parts_in_order(PACKAGE.parent))
 MODULES = modules()
 
 
+@pytest.mark.slow
 def test_imports_go_one_way_along_the_arrow():
     places = {name: ARROW.index(part_of(name, ARROW)) for name in MODULES}
     imports = [(name, other) for name, file in MODULES.items() for other in imported_modules(file) if other]
@@ -40,6 +41,7 @@ def test_the_drawing_has_an_arc_for_every_import_and_all_lead_upwards():
     assert all(arc.height > 0 for arc in axes.patches)
 
 
+@pytest.mark.slow
 def test_no_function_has_more_than_forty_lines_and_half_of_them_have_at_most_six():
     trees = [parsed(file.read_text()) for file in MODULES.values()]
     functions = [node for tree in trees for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]

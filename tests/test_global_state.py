@@ -78,7 +78,7 @@ def _longest_as_slow(calls):
 
 
 @pytest.mark.parametrize("call", _longest_as_slow(CALLS))
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_mpmaths_own_precision_is_never_set(call, tmp_path):
     with precisions_set() as found:
         CALLS[call](tmp_path)

@@ -25,6 +25,7 @@ def desk(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(("name", "least"), [("howto", 10), ("own", 10)])
+@pytest.mark.few(1)
 def test_the_sessions_of_a_page_print_what_it_says(name, least, desk):
     session = "\n".join(re.findall(r"```pycon\n(.*?)```", PAGES[name], re.DOTALL))
     test = doctest.DocTestParser().get_doctest(session, {}, name, f"{name}.md", 0)
@@ -50,6 +51,7 @@ def test_the_commands_of_the_pages_run(desk, capsys):
 
 
 @pytest.mark.parametrize("line", NEXT)
+@pytest.mark.few(1)
 def test_what_the_main_job_says_to_try_next_runs(line, desk):
     command = line.partition("  ")[0].split()
     assert command[0] == "asympk"

@@ -81,7 +81,7 @@ def test_a_path_of_any_method_survives_pickling_with_its_dense_output(path):
     assert np.all(again(times) == path(times))
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(1)
 def test_a_path_tells_itself_in_a_few_lines(path):
     lines = repr(path).splitlines()
     assert repr(path.model) in lines[0]
@@ -170,7 +170,7 @@ def test_shades_tell_combinations_of_modes_apart_and_depend_on_the_name_alone():
     assert shade("slip_same+slip_same") == shade("slip_same") == (1, 1, 1)
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(2)
 def test_a_frame_has_the_states_by_name_and_passes_through_the_events(path):
     frame = path.frame()
     assert list(frame.columns) == ["t", *path.names, *(name for name, _ in path.scene.combinations), "mode"]
@@ -317,6 +317,7 @@ def nouns():
     return [*_nouns()]
 
 
+@pytest.mark.slow
 def test_every_noun_of_formulas_is_tried(nouns):
     assert len(nouns) == NOUNS
 
@@ -399,7 +400,7 @@ def test_itineraries_of_an_array_are_those_of_its_scenes_one_by_one():
 
 
 @pytest.mark.parametrize("shape", [(), (5,), (3, 4), (2, 3, 2), (0,)])
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_arrays_of_any_shape_tell_and_draw_themselves(shape, tmp_path):
     many = ap.solve_many(1, 1e-2, 0, np.full(shape, 0.2), -1, 1)
     assert len(repr(many)) < 1200

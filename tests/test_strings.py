@@ -172,6 +172,7 @@ def test_what_a_string_spells_is_taken_exactly_wherever_a_number_is(text):
     assert series({(1, 0): 2})(text) == 1
 
 
+@pytest.mark.slow
 def test_no_module_hands_text_to_sympy_or_to_the_interpreter():
     package = Path(ap.__file__).parent
     for path in package.rglob("*.py"):

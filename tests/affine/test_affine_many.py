@@ -280,6 +280,7 @@ TWIST = ap.System.with_frictions(
 )
 
 
+@pytest.mark.slow
 def test_a_trajectory_that_is_not_followed_has_an_outcome_and_costs_no_other_its_own():
     start, until = {"x": np.linspace(1, 2, 8), "v": 0.0}, np.array([1.0, 99.0, *[1.0] * 6])
     many = ap.solve_many(system=TWIST, values={}, start=start, until=until)

@@ -471,6 +471,7 @@ def test_a_load_that_dies_away_within_a_layer_is_followed_without_a_word():
     assert path.final == pytest.approx([0, 2.2997], abs=1e-15)
 
 
+@pytest.mark.slow
 def test_modes_that_rounding_alone_makes_consistent_are_told_apart_by_more_digits():
     # the load falls through 0 with a rate of order 1, which is 1/mu times a sum that cancels to 3e-14
     x, u, w, v, y = sp.symbols("x u w v y", real=True)

@@ -130,6 +130,7 @@ def test_a_block_that_friction_just_holds_stops_for_good_however_often_it_is_ask
 
 
 @pytest.mark.parametrize("digits", [None, 30])
+@pytest.mark.few(1)
 def test_a_block_that_friction_just_holds_for_ever_rests_beside_one_whose_drive_swings(digits):
     """Both drives are at the static bound 2: y stays there, and 2 cos 2t comes back to it at pi / 2 and goes on."""
     x, v, y, w, F, G, t = sp.symbols("x v y w F G t", real=True)
@@ -231,6 +232,7 @@ def test_a_block_rides_on_a_shaken_table_along_a_rough_wall_that_both_velocities
 
 
 @pytest.mark.parametrize("digits", [None, 20, 30])
+@pytest.mark.few(2)
 def test_a_block_that_a_shaken_table_leaves_at_rest_on_a_wall_has_no_velocity_at_all(digits):
     """Table and wall stop at pi/2; from then on the wall's two frictions, 6/5 in all, hold 3/5 and a push below 1/2."""
     frictions = [ap.Friction(v, F, 1, f), ap.Friction(v, G, 1, fs), ap.Friction(v - sp.cos(t), N, 1, zeta)]
@@ -242,6 +244,7 @@ def test_a_block_that_a_shaken_table_leaves_at_rest_on_a_wall_has_no_velocity_at
 
 
 @pytest.mark.parametrize("friction", ["0.3", "1.5"])
+@pytest.mark.few(1)
 def test_a_box_on_two_rigid_feet_that_a_wave_drives_moves_as_a_block_on_one(friction):
     """At f = 3/2 a foot alone would have no determined reaction, 3 - 2 f = 0; both together have theirs."""
     y, w, a, o, M = sp.symbols("y w a o M", real=True)
@@ -291,6 +294,7 @@ RELAYS = {
 
 
 @pytest.mark.parametrize("name", RELAYS)
+@pytest.mark.few(1)
 def test_relay_cycles_have_the_period_of_their_fixed_point_equation(name):
     matrix, guess = RELAYS[name]
     states = sp.symbols("y1:4", real=True)

@@ -33,7 +33,7 @@ def test_an_oscillator_of_two_stiffnesses_returns_after_half_a_period_of_each():
 
 
 @pytest.mark.parametrize("spring", SPRINGS)
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_closed_forms_joined_at_the_edges_of_sides_are_what_steps_that_end_there_give(spring):
     system = ap.System.with_frictions({x: v, v: SPRINGS[spring] + F}, {}, [RUB], time=t)
     scene = ap.Scene(system=system, start={x: -3, v: 0}, until=20)
@@ -122,6 +122,7 @@ def test_frictions_of_one_velocity_hold_a_block_together_until_one_of_them_turns
 
 
 @pytest.mark.parametrize("static", ["1/5", "1/4"])
+@pytest.mark.few(1)
 def test_three_frictions_hold_two_blocks_until_their_bounds_are_used_up_although_one_turns_later(static):
     """The third joins the blocks until t = 1 and then rubs on the second: they rest until 3 t/2 is twice ``static``."""
     w, G, H = sp.symbols("w G H", real=True)
@@ -140,7 +141,7 @@ def test_three_frictions_hold_two_blocks_until_their_bounds_are_used_up_although
 
 
 @pytest.mark.parametrize("power", [12, 13, 14, 20, 24])
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_a_push_that_is_a_high_power_of_the_time_is_integrated_exactly(power):
     system = ap.System.with_frictions({x: v, v: t**power}, {}, [], time=t)
     path = ap.solve(ap.Scene(system=system, start={x: 0, v: 0}, until=2))

@@ -27,6 +27,7 @@ def beside_an_oscillator(load, drive):
 
 
 @pytest.mark.parametrize(("start", "digits"), [((0, 1), None), ((3, 0), 25), ((0, 5), None)])
+@pytest.mark.few(1)
 def test_a_block_that_has_stuck_to_its_belt_touches_the_speed_of_the_belt_ever_after(start, digits):
     """It leaves at x = 1/2 with the speed 1, and so returns to both, without sticking, after every turn."""
     path = ap.solve(ap.Scene(system=on_a_belt("1/2"), start=start, until=40), digits=digits)
@@ -92,6 +93,7 @@ def test_a_velocity_that_touches_zero_where_the_drive_grows_goes_on():
 @pytest.mark.parametrize(
     ("until", "static", "after"), [(1, "1/2", ()), (1, "3/5", ("stick",)), ("1/3", "3/5", ("stick",))]
 )
+@pytest.mark.few(2)
 def test_a_velocity_that_touches_zero_just_where_the_run_ends_is_met(until, static, after):
     """v = (1 - x)^2 at the time x of a clock that the run stops at 1."""
     friction = ap.Friction(velocity=v, force=F, load=sp.S.One, kinetic=sp.S.Half, static=sp.Rational(static))
@@ -105,6 +107,7 @@ def test_a_velocity_that_touches_zero_just_where_the_run_ends_is_met(until, stat
 
 
 @pytest.mark.parametrize(("sigma0", "stops"), [(0, ()), ("1/2", ("stick", "slip_opposite"))])
+@pytest.mark.few(1)
 def test_a_velocity_that_touches_zero_as_a_cubic_goes_on_or_sticks(sigma0, stops):
     start = dict(zip("xyz", ("-1/2", "-1", "1/3"), strict=True))
     rod = ap.systems.painleve_klein.system()
@@ -126,6 +129,7 @@ def test_a_block_rests_on_where_both_edges_of_its_cone_meet_at_the_tip_and_part_
     ("drive", "start", "modes"),
     [(sp.cos(t), (0, 1, 0, 0), {"stick+stick"}), (-y, (0, 2, 0, 0), {"stick+slip_opposite", "stick+stick"})],
 )
+@pytest.mark.few(1)
 def test_two_blocks_are_followed_past_a_time_at_which_the_drive_of_one_touches_its_bound(drive, start, modes):
     """The drive cos(t) comes to -1 at pi, where the other's does so too, or it comes to rest from y = 1 + cos(t)."""
     blocks = [ap.Friction(velocity=rate, force=force, load=sp.S.One, kinetic=1) for rate, force in ((v, F), (w, G))]
@@ -173,6 +177,7 @@ def pushed(drive, start=0, static=1, until=5, **options):
         (1 - sp.sin(t) ** 3, math.pi, math.cos(5) - math.cos(5) ** 3 / 3 + 2 / 3),
     ],
 )
+@pytest.mark.few(1)
 def test_a_block_slips_where_its_drive_passes_the_bound_of_stick_at_a_multiple_root(drive, onset, end):
     path = pushed(drive)
     assert path.modes == ("stick", "slip_same")
@@ -180,6 +185,7 @@ def test_a_block_slips_where_its_drive_passes_the_bound_of_stick_at_a_multiple_r
 
 
 @pytest.mark.parametrize("power", [3, 4])
+@pytest.mark.few(1)
 def test_a_velocity_that_vanishes_as_a_power_at_an_irrational_time_is_met_there(power):
     """It is (2 - t^2)^n, and the block sticks until its drive reaches 2 or -2."""
     path = pushed(sp.diff((2 - t**2) ** power, t) + 1, 2**power, 2, 1.5)

@@ -60,7 +60,7 @@ def test_error_over_first_omitted_terms_tends_to_one(sigma, start, order):
 @pytest.mark.parametrize("sigma", SIGMAS)
 @pytest.mark.parametrize("start", STARTS)
 @pytest.mark.parametrize("order", [0, 1])
-@pytest.mark.few(6)
+@pytest.mark.few(2)
 def test_error_is_bounded_by_powers_of_mu_log(sigma, start, order):
     for mu in MUS[1:]:
         small = mpmath.mpf(mu) * mpmath.log(1 / mpmath.mpf(mu))
@@ -77,6 +77,7 @@ def test_order_one_is_right_to_eight_digits_at_a_millionth(sigma, start):
 
 @pytest.mark.parametrize("sigma", SIGMAS)
 @pytest.mark.parametrize("start", STARTS)
+@pytest.mark.few(4)
 def test_modes_and_events_are_those_of_the_exact_flow(sigma, start):
     for mu in MUS[1:5]:
         found, truth = model(sigma, mu, start, 1), exact(sigma, mu, start)
@@ -148,13 +149,14 @@ def test_the_predicted_error_bounds_the_measured_one(method, order, wild):
     ids=["a coincidence makes the second term small", "large x", "the second term vanishes"],
 )
 @pytest.mark.parametrize("order", range(5))
-@pytest.mark.few(3)
+@pytest.mark.few(1)
 def test_the_prediction_allows_for_series_that_converge_slowly(scene, order):
     path = ap.solve(scene, "jump", order=order)
     assert relative(path.final, ap.solve(scene, digits=30).final) <= path.error + 2e-15
 
 
 @pytest.mark.parametrize("order", range(5))
+@pytest.mark.few(2)
 def test_where_the_limit_misleads_the_series_is_refused_to_every_order(order):
     # sigma < 4 mu; and mu/sigma = 0.14, where a series with amplitudes 1/sigma has z' = 104 at the start, not -1/4
     slow = ap.Scene(0.00052, 0.00232, (0.79, -2.8, 0.00049), 0.196)
@@ -188,6 +190,7 @@ def _follows(scene):
         return False
 
 
+@pytest.mark.slow
 def test_a_higher_order_predicts_and_has_a_smaller_error():
     scene = ap.Scene(1, "1e-4", (0, "1/5", -1), 1)
     truth = ap.solve(scene, digits=40)
@@ -380,7 +383,7 @@ def test_arrays_broadcast_and_every_refusal_has_its_words_in_one_line():
 
 
 @pytest.mark.parametrize(("method", "order"), [("jump", 0), ("jump", 1), ("jump", 4), ("slow", 1), ("rigid", 0)])
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_the_predicted_error_bounds_the_measured_one_on_ten_thousand_scenes(method, order):
     rng, n = np.random.default_rng(1991), 10000
     x, y, z = rng.choice([-1, 1], (3, n)) * 10 ** rng.uniform(-4, 2, (3, n))
@@ -394,6 +397,7 @@ def test_the_predicted_error_bounds_the_measured_one_on_ten_thousand_scenes(meth
 
 
 @pytest.mark.parametrize("method", ["jump", "slow", "rigid"])
+@pytest.mark.few(1)
 def test_no_scene_and_many_scenes_are_as_good_as_one(method):
     assert ap.solve_many(1, 1e-3, 0, np.zeros((0, 4)), 1, 5, method=method).final.shape == (3, 0, 4)
     many = ap.solve_many(-0.5, 1e-4, np.linspace(0, 1, 70000), 0.2, -1.0, 2, method="jump")

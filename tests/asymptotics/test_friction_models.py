@@ -134,6 +134,7 @@ def test_the_impulses_followed_in_numbers_are_those_of_the_jump_law():
 
 
 @pytest.mark.parametrize("example", [arm, brake_shoe], ids=["arm", "brake shoe"])
+@pytest.mark.few(1)
 def test_the_limit_of_a_mechanism_whose_joints_turn_is_wrong_by_mu_log_mu(example):
     # squares of the speed c y at which the gap changes are in all rates; where y is of order 1/c they are of order 1
     (scene, *_), constants = example.scenes(), []
@@ -214,6 +215,7 @@ def test_higher_orders_take_several_frictions_and_a_belt_that_swings():
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])
+@pytest.mark.few(1)
 def test_a_block_that_stops_with_a_shaken_table_rests_exactly_in_models_too(order):
     """Table and block stop at pi/2, of which the cosine is no 0 in doubles; a wall's two frictions hold the block."""
     y, v, F1, F2, F3, t = sp.symbols("y v F1 F2 F3 t", real=True)
@@ -316,6 +318,7 @@ def test_a_load_whose_slow_state_is_measured_in_units_that_are_too_large_is_foll
 
 
 @pytest.mark.parametrize("order", [1, 2, 3])
+@pytest.mark.few(1)
 def test_a_box_that_slides_towards_its_corner_is_followed_to_where_it_stops_on_its_manifold(order):
     """Its manifold is steep in the angle, which stays 0: the line of the reaction goes through its centre."""
     depth, ahead = Y - sp.cos(THETA) - sp.sin(THETA), X + sp.sin(THETA) - sp.cos(THETA)
@@ -371,6 +374,7 @@ def _two_frictions():
 
 
 @pytest.mark.parametrize("second", ["3/2", 0, "1/1000"])
+@pytest.mark.few(1)
 def test_a_jump_at_one_friction_while_another_slips_sticks_or_stops_is_known_to_every_order(second):
     start = {"a": 0, "b": "1/5", "z1": -1, "z2": second}
     for order in (0, 1, 2):
@@ -554,6 +558,7 @@ def test_a_load_that_slow_motion_brings_to_zero_grows_on_the_other_side_of_it(sm
 
 
 @pytest.mark.parametrize("small", ["1e-2", "1e-4", "1e-6"])
+@pytest.mark.few(2)
 def test_terms_of_order_mu_tell_where_stick_ends_on_a_divide_in_the_limit(small):
     # where stick ends friction is that of slip, and so is rest, from which slip backward repels
     x, v, y = sp.symbols("x v y", real=True)
@@ -567,6 +572,7 @@ def test_terms_of_order_mu_tell_where_stick_ends_on_a_divide_in_the_limit(small)
 
 
 @pytest.mark.parametrize("small", ["1e-9", "1e-12", "1e-14"])
+@pytest.mark.few(1)
 def test_a_jump_of_tiny_compliance_is_followed_as_rightly_as_any_other(small):
     # its fast state is of order 1/c, and errors of that size along the flow are but ones in time
     (scene, *_) = ap.systems.held_rod.scenes()
@@ -647,7 +653,7 @@ def test_the_units_of_mass_length_and_time_do_not_decide_whether_a_mechanism_is_
 
 @pytest.mark.parametrize("order", [0, 1])
 @pytest.mark.parametrize("powers", [(6, 0, 0), (-9, 0, 0), (0, 0, 6), (0, 0, -6), (-9, -6, 3), (-9, -6, 0)])
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_the_error_that_an_order_predicts_bounds_its_own_in_any_units_of_mass_length_and_time(powers, order):
     scene, sizes = _stopped(*(sp.Integer(10) ** power for power in powers))
     own, own_sizes = _stopped(1, 1, 1)
@@ -764,6 +770,7 @@ EDGES = {
 
 
 @pytest.mark.parametrize("name", EDGES)
+@pytest.mark.few(1)
 def test_models_pass_edges_of_what_the_state_switches_to_every_order(name):
     slow, fast, load, start = EDGES[name]
     held = ap.Friction(velocity=w, force=F, load=load, kinetic=sp.Rational(1, 4), static=sp.Rational(1, 2))

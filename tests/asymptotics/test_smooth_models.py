@@ -105,7 +105,7 @@ def test_the_composite_is_wrong_by_mu_to_the_next_power_uniformly(name, order):
 
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("order", [0, 1, 2])
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_the_predicted_error_bounds_the_error_and_tends_to_it(name, order):
     path, truth = _path(name, "1/200", 0.5, order=order), _truth(name, "1/200", 0.5)(0.5)
     error = np.abs(np.array(path.final) - truth).max() / max(1, np.abs(truth).max())
@@ -298,6 +298,7 @@ def test_functions_of_parameters_need_no_series_of_their_own(order):
 
 
 @pytest.mark.parametrize("order", [1, 2, 3])
+@pytest.mark.few(1)
 def test_the_predicted_error_depends_on_no_unit_of_the_small_parameter(order):
     """Henri's enzyme: in a unit of 1e-6 the error of order 2, 8e-9, was predicted as 5e-6."""
     errors = []
@@ -326,7 +327,7 @@ APART = {
 
 
 @pytest.mark.parametrize("name", APART)
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_rates_that_are_far_apart_are_followed_as_rightly_as_others(name):
     slow, fast, start = APART[name]
     small = "1e-7" if u in slow else "1e-4"
@@ -338,6 +339,7 @@ def test_rates_that_are_far_apart_are_followed_as_rightly_as_others(name):
 
 
 @pytest.mark.parametrize("small", ["1/200", "1/2000"])
+@pytest.mark.few(1)
 def test_a_layer_whose_parts_are_as_far_apart_as_140_is_followed_to_the_highest_order(small):
     """A burst of Hindmarsh and Rose: accuracy, not stability, keeps explicit steps to order 4 short for 20000 steps."""
     burst = ap.System.smooth({w: 4 * x + 6 - w}, {x: y - x**3 + 3 * x**2 - w, y: 1 - 5 * x**2 - y}, mu)
@@ -649,6 +651,7 @@ def test_a_layer_that_is_followed_roughly_stands_still_as_near_to_its_branch_as_
     ("1711/500000", ("5237/10000", "443/10000", "2603/10000", "-137/200"), "17/200"),
     ("597/50000", ("849/1250", "459/2500", "-29/100", "-13/20"), "2931/10000"),
 ])  # fmt: skip
+@pytest.mark.few(1)
 def test_the_composite_is_right_where_its_layer_is_just_over(small, start, until):
     # the layer is followed twice, for its base point and for itself, and the two runs end at times of their own
     scene = ap.Scene(system=FOUR, values={mu: small}, start=start, until=until)
@@ -687,6 +690,7 @@ def test_what_is_predicted_bounds_the_error_where_omitted_terms_are_small_by_cha
 @pytest.mark.parametrize("order", [0, 1, 2])
 @pytest.mark.parametrize("drive", [10 * T**3 - 15 * T**4 + 6 * T**5, 35 * T**4 - 84 * T**5 + 70 * T**6 - 20 * T**7])
 @pytest.mark.parametrize("kind", ["smooth", "switched", "friction"])
+@pytest.mark.few(2)
 def test_terms_that_vanish_together_as_a_drive_comes_to_rest_are_told_from_those_before(kind, drive, order):
     """At T = 1 the first 2 or 3 derivatives of the drive are 0: an error of 6e-5 was predicted as 5e-12."""
     if kind == "friction":
@@ -718,6 +722,7 @@ def test_equal_lags_in_a_row_remember_the_terms_of_all_their_delays(lags):
 
 @pytest.mark.parametrize(("flat", "small", "order", "most"),
                          [(7, "1/20", 1, 6), (9, "1/50", 0, 40), (11, "1/50", 2, 8)])  # fmt: skip
+@pytest.mark.few(1)
 def test_terms_that_are_rounding_where_a_drive_comes_to_rest_do_not_hide_those_before(flat, small, order, most):
     """The first 7 derivatives of the drive are 0 at T = 1: an error of 6e-4 was predicted as 1e-6 to order 1."""
     drive, m = sp.integrate((T * (1 - T)) ** flat, T), sp.Rational(small)
@@ -731,6 +736,7 @@ def test_terms_that_are_rounding_where_a_drive_comes_to_rest_do_not_hide_those_b
 @pytest.mark.parametrize("order", [0, 1, 2])
 @pytest.mark.parametrize("height", [1, 2])
 @pytest.mark.parametrize("until", ["1001/1000", "101/100", "11/10"])
+@pytest.mark.few(3)
 def test_what_terms_that_vanish_at_a_switch_left_out_shortly_before_is_told_until_it_has_faded(until, height, order):
     """A drive that has come to rest at x = 1 stays there or jumps: after it 2e-5 was predicted as 5e-7 to order 0."""
     drive = sp.Piecewise((10 * x**3 - 15 * x**4 + 6 * x**5, x < 1), (height, True))
@@ -774,7 +780,7 @@ def test_high_powers_of_the_small_parameter_that_the_rates_only_imply_are_among_
     (sp.exp(50 * x * mu) - 1) ** 6, (sp.sin(50 * mu) * x) ** 6, sp.sinc(10**7 * mu**4), sp.sinc(50 * x * mu),
     x * (sp.exp(10**5 * mu**3) - 1) / (10**5 * mu**3),
 ])  # fmt: skip
-@pytest.mark.few(4)
+@pytest.mark.few(2)
 def test_terms_whose_first_powers_of_the_small_parameter_vanish_are_among_what_is_predicted(term, order):
     """x = e^-t; a term of orders above n + 2 alone was left out of the prediction to order n."""
     system = ap.System.smooth({x: -x}, {y: x - y + term}, mu)
@@ -875,7 +881,7 @@ CROSSINGS = {
 @pytest.mark.parametrize("order", [0, 1, 2])
 @pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow) if name in ("forced kink", "saturated")
                                   else name for name in CROSSINGS])  # fmt: skip
-@pytest.mark.few(3)
+@pytest.mark.few(1)
 def test_a_motion_through_edges_is_as_right_as_it_says(name, order):
     errors = []
     for small in ("1/1000", "1/10000"):
@@ -915,7 +921,7 @@ RECORDS = {
 
 
 @pytest.mark.parametrize("name", RECORDS)
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_steps_teeth_and_records_by_the_time_are_passed_as_rightly_as_it_is_said(name):
     system = ap.System.smooth({x: -x + y}, {y: RECORDS[name] - y - x * y / 4}, mu, time=T)
     scene = ap.Scene(system=system, values={mu: "1/1000"}, start={x: 1, y: 2}, until="4/5")
@@ -995,6 +1001,7 @@ def test_states_that_stay_small_without_slow_ones_settle_on_their_own_branch():
 
 
 @pytest.mark.parametrize(("damping", "turning", "most"), [(0.1, 10, 1e-8), (0.02, 5, 2e-8)])
+@pytest.mark.few(1)
 def test_a_fast_oscillation_whose_damping_is_a_hundredth_is_followed_until_it_has_settled(damping, turning, most):
     """With a damping of 0.02 the layer was given up before it was near its branch, the only one there is."""
     k, r = sp.Rational(str(damping)), turning
@@ -1017,6 +1024,7 @@ def test_the_error_of_a_small_state_counts_by_its_size_beside_a_large_one(order,
 
 
 @pytest.mark.parametrize("method", ["jump", "slow"])
+@pytest.mark.few(1)
 def test_the_terms_of_a_layer_count_where_those_of_its_slow_motion_do_not_fall(method):
     """u fades like exp(-t/3mu): at mu = 1/5 its layer drives x and y long after both would rest on their manifold."""
     slow = {x: -6 * u - x * y / 2, y: 5 * u - 3 * x * y}

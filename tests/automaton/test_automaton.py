@@ -78,6 +78,7 @@ def test_a_rate_that_is_clearly_no_multiple_of_a_velocity_at_rest_is_not_expande
 
 
 @pytest.mark.parametrize("name", ["bead_rod", "held_rod"])
+@pytest.mark.few(1)
 def test_derivatives_through_shared_parts_are_those_of_the_expressions_written_out(name):
     system, numbers, rng = getattr(ap.systems, name).system(), carrier_context(40), random.Random(1)
     for branch in named_branches(system):
@@ -195,6 +196,7 @@ def test_a_mechanism_without_weight_slides_on_an_elastic_contact_without_frictio
         {"X": 2 + 2 * velocity, "Y": 0, "x": 0, "y": 0, "z": 2 + velocity})  # fmt: skip
 
 
+@pytest.mark.slow
 def test_what_rounding_makes_of_a_difference_is_known_whichever_states_it_is_of():
     """The load is that of two states which nearly cancel, and falls; the push is all that it holds, but for 6e-16."""
     states = v, *others = sp.symbols("v s0:5", real=True)
@@ -282,6 +284,7 @@ def test_a_reaction_that_grows_beyond_all_bounds_ends_the_run_by_name():
         follow(system, {"v": -90}, 3)
 
 
+@pytest.mark.slow
 def test_a_reaction_that_grows_beyond_all_bounds_after_hundreds_of_swings_of_another_body_is_found_by_steps():
     """v' = 1 + (t - 1)/(2 - t): v is log(2/p) - 90 where p = 2 - t has fallen to 2e-8."""
     friction = ap.Friction(velocity=v, force=F, load=N, kinetic=t, normal=N, constraint=1 - 2 * N + F)
@@ -639,6 +642,7 @@ def test_a_rate_may_hold_powers_of_a_constant(way):
 
 
 @pytest.mark.parametrize("way", [{}, {"digits": 10}, {"method": "radau"}, {"method": "rk45", "rtol": 1e-8}])
+@pytest.mark.few(2)
 def test_no_tooth_of_a_sine_is_stepped_over_however_fast_it_is_passed(way):
     """The force jumps between 1/20 and 9/20 at every half, and is constant between: steps see no need to be short."""
     teeth = sp.Rational(1, 4) - sp.sign(sp.sin(2 * sp.pi * x)) / 5
@@ -771,7 +775,7 @@ def test_a_slip_of_our_own_is_not_told_as_a_rate_that_is_no_finite_real_number()
 
 @pytest.mark.parametrize("way", [{}, {"digits": 20}, {"method": "radau"}])
 @pytest.mark.parametrize("rough", [True, False])
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_a_load_that_no_equation_determines_is_refused_where_its_friction_moves_the_body(rough, way):
     """What one contact holds at rest keeps the gap of another, sliding one closed, whatever the load of that."""
     exactly = sp.Rational
@@ -799,6 +803,7 @@ def test_a_load_that_no_equation_determines_is_refused_where_its_friction_moves_
 
 
 @pytest.mark.parametrize("way", [{}, {"method": "radau"}, {"method": "jump", "order": 2}])
+@pytest.mark.few(1)
 def test_a_load_that_decays_beside_friction_of_the_velocity_loses_no_contact_by_rounding(way):
     stribeck = [1 + 1 / (1 + v**2), 2 + 2 / (1 + (w - x / 4) ** 2)]
     brakes = [ap.Friction(v, F, load=w, kinetic=stribeck[0], static=2),

@@ -263,7 +263,7 @@ def test_a_push_that_is_the_friction_itself_until_it_rises_moves_a_block_as_soon
     assert ends(path, ("stick", "slip_same"), (speed * (2 - math.pi / 6), speed))
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_a_tank_is_empty_once_its_water_has_run_out(how):
     """By Torricelli's law x = (1 - t/2)^2 until t = 2; a second tank, half as wide, is empty some time after that."""
     y = sp.Symbol("y", real=True)
@@ -371,6 +371,7 @@ def test_a_contact_at_rest_feels_that_another_one_turns(push, load, net, how):
 
 @pytest.mark.parametrize("sign", [sp.sign, lambda u: 2 * sp.Heaviside(u) - 1,
                                   lambda u: sp.Piecewise((1, u > 0), (-1, True))])  # fmt: skip
+@pytest.mark.few(3)
 def test_a_block_on_a_belt_that_turns_with_another_block_slips_until_it_has_the_new_speed(sign, how):
     """The other one turns at pi, the belt from -1/2 to 1/2: friction 1/2 takes 2 to follow. It took 1, from rest."""
     y, u, G = sp.symbols("y u G", real=True)
@@ -483,7 +484,7 @@ def test_a_belt_that_begins_somewhere_carries_a_block_along_by_friction_that_jus
     assert [float(w) for w in path.final] == pytest.approx((2.0625, 0.5), abs=1e-5)
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_a_touch_at_the_very_jump_of_a_sawtooth_leaves_the_larger_of_both(how):
     """The sine touches 1 at t = 3, where the sawtooth falls from 1 to 0: the larger is 1 from t = 1 to t = 5."""
     rate = sp.Max(sp.floor(2 * sp.sin(sp.pi * t / 6)), t - sp.floor(t))
@@ -497,7 +498,7 @@ def test_a_touch_at_the_very_jump_of_a_sawtooth_leaves_the_larger_of_both(how):
     (t + sum((-1) ** k * sp.Max(0, t - sp.Rational(k, 5)) for k in range(1, 21)), (4.2, 2)),
     (sp.Piecewise((t * (1 - t) ** sp.Rational(3, 2), t < 1), (0, True)), (4 / 35, 0)),  # real only until it stops
 ])  # fmt: skip
-@pytest.mark.few(3)
+@pytest.mark.few(1)
 def test_a_belt_whose_speed_has_kinks_takes_a_block_along_without_any_slip(belt, end, how):
     friction = ap.Friction(velocity=v - belt, force=F, load=1, kinetic=2)
     block = ap.System.with_frictions({x: v, v: F}, {}, [friction], time=t)
@@ -599,6 +600,7 @@ def over(step):
 
 @pytest.mark.parametrize("step", STEPS)
 @pytest.mark.parametrize("off", ["0", "-1e-40", "-1e-8"])
+@pytest.mark.few(4)
 def test_a_body_at_the_edge_of_a_stair_falls_from_the_height_it_has_above_the_side_it_moves_to(step, off, how):
     """At 1/2 above the lower step, the steps of both sides are as far away as one another: it used to slide there."""
     for height in (Fraction(1, 2), 1):
@@ -685,6 +687,7 @@ def test_a_drag_that_begins_with_the_slip_holds_no_block_that_static_friction_do
 
 
 @pytest.mark.parametrize("how", [{}, {"method": "dop853"}])
+@pytest.mark.few(1)
 def test_a_body_that_bounces_with_a_drag_that_jumps_with_its_velocity_does_what_a_further_friction_makes_it_do(how):
     """It used to leave rest too early, to move backwards while said to slide forwards, and end at v = 0.72173."""
     further = ap.Friction(velocity=v, force=sp.Symbol("G", real=True), load=1, kinetic=ROUGH)

@@ -27,6 +27,7 @@ def turning(second, push=0):
 
 
 @pytest.mark.parametrize("second", [2 + p, 2 - r])  # r = -p
+@pytest.mark.few(1)
 def test_two_frictions_whose_shares_nothing_determines_hold_a_body_that_does_not_turn_under_equal_loads(second):
     path = ap.solve(turning(second))
     assert (path.events, path.final[:3]) == ((), (0, 0, 0))
@@ -34,6 +35,7 @@ def test_two_frictions_whose_shares_nothing_determines_hold_a_body_that_does_not
 
 
 @pytest.mark.parametrize(("second", "push"), [(2 + p, p**5), (2 - r + p**9, 0), (2 + p, (p + r) * s + q**2 + p**7)])
+@pytest.mark.few(1)
 def test_a_symmetry_that_a_high_power_breaks_is_not_kept(second, push):
     with pytest.raises(UnboundedReaction, match=r"stick\+stick has equations that are singular"):
         ap.solve(turning(second, push))
@@ -53,6 +55,7 @@ def block(friction, height):
     (0, sp.Rational(1, 4), sp.Rational(1, 20)),
     pytest.param(sp.Rational(1, 5), sp.Rational(1, 4), sp.Rational(1, 20), marks=pytest.mark.slow),
 ])  # fmt: skip
+@pytest.mark.slow
 def test_a_block_on_two_elastic_legs_that_starts_or_lands_flat_stays_flat(friction, height, drop):
     """It is an oscillator, c x'' = 1 - 2 (x + h x'), from where its dampers begin to push, x + h x' = 0."""
     mechanism, system = block(friction, height)

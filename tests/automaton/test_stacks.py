@@ -65,6 +65,7 @@ def test_of_two_contacts_that_reach_their_bounds_at_once_the_event_is_that_of_th
 
 @pytest.mark.parametrize("until", [2, "13/3"])
 @pytest.mark.parametrize("digits", [None, 30])
+@pytest.mark.few(2)
 def test_an_event_at_the_very_end_is_met_and_one_a_little_later_is_not(digits, until):
     masses, bounds = ([1, 1], [2, 9]) if until == 2 else ([1, 1, "1/3"], [2, 9, 4])
     path = ap.solve(stack(masses, bounds, bounds, exactly(until)), digits=digits)
@@ -144,7 +145,7 @@ def test_two_pads_hold_what_their_static_bounds_add_up_to(way, static):
 
 @pytest.mark.parametrize("digits", [None, 20])
 @pytest.mark.parametrize("factor", [1, -2, exactly(1, 2)])
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_frictions_whose_velocities_are_multiples_are_one_of_the_sum_of_their_bounds(factor, digits):
     x, v, one, other = sp.symbols("x v F_1 F_2", real=True)
     slip, first, second = v - exactly(1, 5), (exactly(1, 2), exactly(4, 5)), (exactly(1, 4), exactly(3, 4))
@@ -360,6 +361,7 @@ def test_a_force_that_is_not_finite_later_does_not_stay_0(push):
 
 
 @pytest.mark.parametrize("power", [6, 7, 20])
+@pytest.mark.few(2)
 def test_a_body_on_the_ground_stays_there_under_a_belt_that_starts_at_any_power_of_the_time(power):
     v, F, G = sp.symbols("v F G", real=True)
     velocities = ((v, F), (v - t**power, G))

@@ -335,6 +335,7 @@ def test_the_command_shows_the_events_that_solve_shows_in_as_many_rows(capsys):
         assert one[:-1] == pytest.approx(other[:-1], rel=1e-7)
 
 
+@pytest.mark.slow
 def test_the_command_tells_a_proof_from_a_refusal(capsys, tmp_path):
     assert main(["certify", "backward", "--json"]) == 0
     (told,) = json.loads(capsys.readouterr().out)

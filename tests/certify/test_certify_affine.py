@@ -108,6 +108,7 @@ def inside(proof, path, rounding=1e-14):
     return all(abs(float(ball.mid()) - end) <= float(ball.rad()) + rounding for ball, end in pairs)
 
 
+@pytest.mark.slow
 def test_a_box_of_parameters_contains_what_its_points_do():
     random, half = np.random.default_rng(7), 0.00003
     for _ in range(4):
@@ -553,7 +554,7 @@ SWITCHED = {
 
 
 @pytest.mark.parametrize("name", SWITCHED)
-@pytest.mark.few(4)
+@pytest.mark.few(2)
 def test_what_the_state_or_the_time_switches_is_proven_side_by_side(name):
     proven_as_followed(SWITCHED[name])
 
@@ -899,7 +900,7 @@ RESTS = {
 
 
 @pytest.mark.parametrize("name", RESTS)
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_rest_on_contacts_whose_forces_are_not_determined_is_proven_for_as_long_as_some_forces_hold_it(name):
     system, start = RESTS[name]
     values = {s.name: "1/2" for s in system.parameters}
@@ -1017,6 +1018,7 @@ def test_a_box_in_which_a_block_may_stick_and_may_slip_has_no_proof():
         ("stick",), ("slip_same",)]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_mode_that_lasts_for_thousands_of_near_events_is_proven():
     """The drive of two incommensurable waves comes again and again within 1e-5 of what friction holds."""
     drive = sp.sin(t) + (1 + sp.Rational(1, 10**5)) * sp.cos(sp.sqrt(2) * t)
@@ -1055,6 +1057,7 @@ def test_two_blocks_that_happen_to_stop_together_are_refused_as_simultaneous_in_
 
 
 @pytest.mark.parametrize("second", [3, -3])
+@pytest.mark.few(1)
 def test_two_blocks_that_always_stop_together_by_their_symmetry_are_proven(second):
     scene = pair_of_blocks((y - 2 * x, x - 2 * y), second)
     assert len(proven_as_followed(scene).events) >= 2

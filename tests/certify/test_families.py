@@ -121,6 +121,7 @@ def contained(proof, path):
         return proof.modes == path.modes and all(near)
 
 
+@pytest.mark.slow
 def test_the_held_rod_is_proven_for_frictions_that_range_over_five_percent():
     scene = read_scene("held_rod")
     found = cover(scene, {"f": ("2", "2.1")}, 4)
@@ -173,7 +174,7 @@ PUSHED, BESIDE = sp.cos(t) - a * x, sp.Rational(1, 50) * (y - x)
     ],
     ids=["resonance", "beside resonance", "beat", "no spring", "critical", "twice critical"],
 )
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_a_box_around_eigenvalues_that_meet_is_about_as_wide_as_what_its_points_do(rates, until, width):
     system = ap.System.with_frictions(rates, {}, [ap.Friction(v, F, load=1, kinetic=sp.Rational(1, 5))], time=t)
     start = {x: 2, v: 1} if y not in rates else {x: 2, v: 1, y: -1, w: 0}

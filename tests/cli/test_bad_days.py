@@ -142,6 +142,7 @@ def test_debug_shows_where_a_bad_scene_was_found(place):
     assert "InputError" in told.stderr
 
 
+@pytest.mark.slow
 def test_whoever_stops_reading_is_not_told_of_it():
     command = f"{sys.executable} -m asympk scenes | head -1"
     told = subprocess.run(command, shell=True, capture_output=True, text=True)
@@ -150,6 +151,7 @@ def test_whoever_stops_reading_is_not_told_of_it():
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no device that is full")
+@pytest.mark.slow
 def test_a_full_place_of_the_output_is_one_line():
     with open("/dev/full", "w") as full:
         command = [sys.executable, "-m", "asympk", "scenes"]
@@ -236,6 +238,7 @@ WORDS = st.sampled_from(
 
 @settings(max_examples=300)
 @given(st.sampled_from(["solve", "scenes", "certify", "sweep", "nonsense"]), st.lists(WORDS, max_size=9))
+@pytest.mark.slow
 def test_no_command_line_ends_in_a_traceback(tmp_path_factory, first, rest):
     place = tmp_path_factory.mktemp("fuzz")
     (place / "good.toml").write_text(SWEEP)

@@ -76,6 +76,7 @@ def test_above_a_path_are_the_numbers_of_its_scene_and_what_its_states_are(capsy
 
 
 @pytest.mark.parametrize("words", ["arm --start {}", "--start {} arm"])
+@pytest.mark.few(1)
 def test_start_takes_a_number_for_each_state_before_or_after_the_scene(capsys, words):
     told = ("1", "0.9", "0", "0.1", "-0.2")
     given = run(capsys, "solve", *words.format(" ".join(told)).split(), "--until", "1e-3", "--json")[1]
@@ -178,6 +179,7 @@ def test_a_scene_in_numbers_is_certified(capsys):
 
 
 @pytest.mark.parametrize("scene", ["backward", "held_rod"])
+@pytest.mark.few(1)
 def test_a_rung_that_does_not_apply_names_a_method_as_python_and_the_command_line_spell_it(capsys, scene):
     out = " ".join(run(capsys, "least", scene)[1].split())
     assert "use method 'jump'" in out
@@ -200,7 +202,7 @@ def test_negative_numbers_of_every_form_are_values(capsys):
 
 
 @pytest.mark.parametrize("words", ["scenes", "claims C11 C23", "mechanism painleve_rod", "solve painleve_rod"])
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_no_line_is_longer_than_the_terminal_is_wide_and_no_word_is_lost(capsys, monkeypatch, words):
     texts = {}
     for width in (80, 500):
@@ -379,6 +381,7 @@ def test_a_name_that_is_none_is_refused_with_the_nearest(ask, meant):
         ask()
 
 
+@pytest.mark.slow
 def test_debug_shows_the_traceback():
     command = [sys.executable, "-m", "asympk", "--debug", "claims", "C99"]
     assert "Traceback" in subprocess.run(command, capture_output=True, text=True).stderr

@@ -282,6 +282,7 @@ def test_an_answer_that_takes_too_long_is_ended_and_the_next_question_is_answere
         worker.close()
 
 
+@pytest.mark.slow
 def test_an_error_of_the_process_comes_back_as_one_line():
     worker = Worker(_wrong_answer, _known(None), seconds=START)
     try:
@@ -576,6 +577,7 @@ def test_the_page_shows_what_a_parameter_changes_of_the_start_but_not_what_was_g
     assert window.complaints() == []
 
 
+@pytest.mark.slow
 def test_logarithmic_axes_of_the_page_and_of_figures_begin_a_decade_from_0(server, window):
     window.open(server.address)
     script = Path(questions.__file__).with_name("page").joinpath("explore.js").read_text(encoding="utf-8")

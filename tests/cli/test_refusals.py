@@ -30,6 +30,7 @@ def _asympk(*arguments, **options):
 
 
 @pytest.mark.parametrize("method", here("heyoka", "cvode"))
+@pytest.mark.few(1)
 def test_what_a_solver_prints_itself_is_not_in_the_output(method):
     beyond = "--sigma", "1", "--mu", "1e-300", "--start", "1e200", "0", "1", "--until", "5"
     run = _asympk("solve", *beyond, "--method", method)
@@ -132,6 +133,7 @@ def test_a_start_beside_a_list_of_planes_is_refused(tmp_path):
         ap.read_scene(tmp_path / "near.toml")
 
 
+@pytest.mark.slow
 def test_a_backend_that_matplotlib_does_not_know_is_one_line(tmp_path):
     run = _asympk(*LINE, "--plot", str(tmp_path / "a.png"), env={**os.environ, "MPLBACKEND": "nonsense"})
     assert "unset MPLBACKEND" in _in_one_line(run)
@@ -145,6 +147,7 @@ def test_help_prints_in_any_character_set():
 
 
 @pytest.mark.parametrize("closed", ["2>&-", pytest.param("2>/dev/full", marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_the_work_is_done_and_the_status_right_where_stderr_takes_nothing(tmp_path, closed):
     (tmp_path / "sweep.toml").write_text(SWEEP)
     for line, status in ((" ".join(LINE), 0), (" ".join(LINE) + " --mu -1", 2), ("solve --nope", 2),
@@ -156,7 +159,7 @@ def test_the_work_is_done_and_the_status_right_where_stderr_takes_nothing(tmp_pa
 
 
 @pytest.mark.parametrize("address", ["nope", "http://x", "", "tcp://127.0.0.1:1", "nope:99999"])
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_a_scheduler_that_is_not_there_is_one_line_at_once(tmp_path, address):
     """At once is less than the 30 seconds that a dask client waits; a busy machine takes 5 for the imports alone."""
     pytest.importorskip("distributed")

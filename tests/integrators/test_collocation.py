@@ -28,6 +28,7 @@ def test_a_pendulum_comes_back_after_its_period_to_all_digits(digits):
 
 
 @pytest.mark.parametrize("potential", [sp.gamma(x + 3), sp.besselj(0, x), sp.LambertW(x + 2)])
+@pytest.mark.few(1)
 def test_a_force_by_a_function_that_mpmath_alone_has_keeps_the_energy_to_the_digits_asked_for(potential):
     system = ap.System.smooth({x: v, v: -potential.diff(x)}, {}, small=None)
     scene = ap.Scene(system=system, start={x: 1, v: 0}, until=1)
@@ -66,6 +67,7 @@ def test_steps_grow_as_their_last_polynomials_allow_from_a_fast_time_to_a_slow_o
     assert path.final == pytest.approx(ap.solve(scene, "jump", order=1).final, abs=1e-11)
 
 
+@pytest.mark.slow
 def test_a_pendulum_that_turns_too_often_is_refused_before_all_steps_are_spent():
     q, p = sp.symbols("q p", real=True)
     heavy = ap.System.smooth({q: p, p: -(10**30) * sp.sin(q)}, {}, None)
@@ -74,6 +76,7 @@ def test_a_pendulum_that_turns_too_often_is_refused_before_all_steps_are_spent()
 
 
 @pytest.mark.parametrize("static", ["1/2", "3/5"])
+@pytest.mark.few(1)
 def test_a_block_on_a_stiffening_spring_touches_the_speed_of_its_belt_after_every_turn(static):
     """It leaves with the belt's speed where x + x^3 is the static bound, and keeps its energy while it slips.
 
@@ -111,6 +114,7 @@ def on_a_belt(phase):
 
 
 @pytest.mark.parametrize(("start", "digits"), [((2, 1), 18), ((3, 0), 10)], ids=["onset at x = 0", "a step too long"])
+@pytest.mark.few(1)
 def test_a_block_on_a_belt_in_digits_moves_as_in_doubles(start, digits):
     path = ap.solve(on_a_belt(start), digits=digits)
     doubles = ap.solve(on_a_belt(start), "dop853", rtol=1e-11, atol=1e-12)
@@ -129,6 +133,7 @@ def test_stiff_states_that_grow_large_are_followed_in_long_steps():
     assert path.final == pytest.approx((math.exp(10), math.exp(20) / 1.01), rel=1e-14)
 
 
+@pytest.mark.slow
 def test_what_sticks_is_not_moved_where_the_time_ends_its_rest():
     """The spring x^3 moves the edge of stick near x = 0 by so little that x was moved by 7e-14 onto it."""
     x, v, t, F = sp.symbols("x v t F", real=True)

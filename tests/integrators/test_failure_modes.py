@@ -87,6 +87,7 @@ def test_with_both_cares_a_stiff_solver_follows_every_scene():
     assert successes(directed=True, snap=True, names=SCENES) == 18
 
 
+@pytest.mark.slow
 def test_events_without_direction_chatter_in_every_scene_and_we_do_not():
     assert successes(directed=False, snap=True, names=SCENES) == 0
     assert all(right(ap.solve(scene(name, mu))) for name in SCENES for mu in ("1e-2", "1e-4", "1e-6"))
@@ -233,6 +234,7 @@ def test_methods_that_start_explicitly_leave_the_unstable_plane_as_we_do(method,
 
 
 @pytest.mark.parametrize("method", here("rk45", "dop853", "heyoka"))
+@pytest.mark.few(1)
 def test_explicit_methods_are_right_at_a_cost_that_grows_as_one_over_mu_and_ours_does_not(method):
     steps = []
     for mu in ("1e-2", "1e-3"):

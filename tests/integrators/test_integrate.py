@@ -579,7 +579,7 @@ def test_a_run_whose_steps_gain_no_more_time_is_given_up_long_before_all_are_spe
 
 
 @pytest.mark.parametrize("method", ["rk45", "dop853", "radau", "bdf", "lsoda"])
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_a_try_of_a_step_beyond_where_rates_have_values_is_made_shorter(method):
     """y'/100 = x - y^(3/2) begins at y = 0, below which no rate is real."""
     x, y = sp.symbols("x y", real=True)

@@ -40,6 +40,7 @@ def test_the_name_of_a_claim_is_no_progress():
         ledger.claims("C23")
 
 
+@pytest.mark.slow
 def test_every_claim_has_a_verdict(claims):
     assert list(claims) == IDENTIFIERS
     assert {claim.verdict for claim in claims.values()} == set(verdicts.VERDICTS)

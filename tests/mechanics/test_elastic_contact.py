@@ -80,6 +80,7 @@ def test_a_coordinate_called_x_keeps_its_name():
 
 
 @pytest.mark.parametrize("make", EACH)
+@pytest.mark.few(1)
 def test_the_system_follows_the_contact_as_newtons_law_in_numbers_does(make):
     rod, parameters, terms, friction, (q, u) = make()
     stiffness, until = 1e3, 0.02
@@ -221,6 +222,7 @@ def test_gap_plus_compliance_times_reaction_is_an_invariant_of_every_mechanism_o
     assert np.all(np.abs(sum(parts)) < 1e-12 * sum(map(np.abs, parts)))
 
 
+@pytest.mark.slow
 def test_the_condition_of_the_jump_law_is_that_of_the_paradox_in_symbols():
     """|P_T| < friction load |P_N| is friction load |G_NT| > G_NN: the impulses' ratio is G_NN / |G_NT| identically."""
     for make in MECHANISMS:

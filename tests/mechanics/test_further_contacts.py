@@ -45,6 +45,7 @@ def _leant(friction, until):
     return ap.solve(ap.Scene(system=system, values={"f": friction}, start=start, until=until))
 
 
+@pytest.mark.slow
 def test_a_smooth_ladder_leaves_the_wall_where_its_top_has_fallen_by_a_third():
     """With both ends held, energy gives theta'^2 = 3 (s0 - s), and the wall pushes with -X'' = 0 at s = 2/3 s0."""
     path = _leant(0, "3/2")
@@ -69,6 +70,7 @@ def _elastic_ladder(compliance):
     return ap.Scene(system=system, values=values, start=ladder.start(system, LEANT), until="2/5")
 
 
+@pytest.mark.slow
 def test_an_elastic_ladder_differs_from_the_rigid_one_by_its_compliance_times_a_constant():
     rigid, found = _leant("1/10", "2/5"), []
     for compliance in ("1/10000", "1/100000"):
@@ -84,6 +86,7 @@ def test_an_elastic_ladder_differs_from_the_rigid_one_by_its_compliance_times_a_
     assert np.abs(found[1]).min() > 0.01  # none of them is 0
 
 
+@pytest.mark.slow
 def test_jumps_onto_two_contacts_at_once_have_errors_of_the_next_order():
     """Order 1 errs by c^2 times a constant, order 2 by c^3."""
     scenes = [_elastic_ladder(compliance) for compliance in ("1/1000", "1/2000")]
@@ -156,6 +159,7 @@ def test_a_parameter_of_a_further_gap_alone_is_given_to_its_start_and_to_the_mot
 
 
 @pytest.mark.parametrize(("friction", "tips"), [(0.49, False), (0.51, True)])
+@pytest.mark.few(1)
 def test_a_sliding_block_on_two_legs_tips_if_its_friction_exceeds_half_its_width_over_its_height(friction, tips):
     energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 + THETA.diff(T) ** 2 / 5 - Y
     rear, front = (
@@ -170,6 +174,7 @@ def test_a_sliding_block_on_two_legs_tips_if_its_friction_exceeds_half_its_width
 
 
 @pytest.mark.parametrize("n", [pytest.param(2, marks=pytest.mark.slow), 5])
+@pytest.mark.slow
 def test_rates_and_constraints_of_two_contacts_are_those_of_newtons_law_in_numbers(n):
     """M q'' = Q + sum W p over both contacts, and g'' is the rate of g' along q' and q''."""
     angles = dynamicsymbols(f"q1:{n + 1}")
@@ -199,6 +204,7 @@ def _on_tip_and_knee():
     return replace(chain(3), others=(knee,)).elastic(sp.Symbol("c", positive=True), sp.Symbol("h", positive=True))
 
 
+@pytest.mark.slow
 def test_rates_stay_finite_as_the_compliance_vanishes_where_two_penetrations_move_a_slip():
     """The slip of a joint contains c y and c y2, whose rates are of order 1: of c y' in v' = 0 nothing is divided."""
     for mode in _on_tip_and_knee().modes:
@@ -289,6 +295,7 @@ def test_elastic_supports_of_a_beam_share_its_weight_by_their_stiffness():
     assert final["X'"] == pytest.approx(0.7)
 
 
+@pytest.mark.slow
 def test_jumps_onto_more_supports_than_degrees_of_freedom_have_errors_of_the_next_order():
     beam = _beam()
     system = beam.elastic(compliance=sp.Symbol("c", positive=True), damping=1)

@@ -101,6 +101,7 @@ def _errors(make, c):
 
 
 @pytest.mark.parametrize("make", EACH)
+@pytest.mark.few(1)
 def test_errors_of_the_jump_law_over_c_log_c_tend_to_constants(make):
     """Coordinates, every velocity and x: error = c (A log(1/c) + B + ..), so error / (c log(1/c)) settles as 1/log."""
     rod, parameters, _, _, (q, u) = make()
@@ -113,6 +114,7 @@ def test_errors_of_the_jump_law_over_c_log_c_tend_to_constants(make):
 
 
 @pytest.mark.parametrize("make", EACH)
+@pytest.mark.few(1)
 def test_impulses_lie_in_the_cone_exactly_where_there_is_a_paradox(make):
     rod, parameters, _, _, (q, u) = make()
     law, rng = rod.jump_law(), np.random.default_rng(3)
@@ -164,6 +166,7 @@ def _rod_on_the_ground(theta, friction, rate=0.2):
 
 
 @pytest.mark.parametrize(("theta", "friction", "ratio"), [(1.1, 2.0, 1), (0.9, 3.0, 0), (1.2, 1.8, 4)])
+@pytest.mark.few(1)
 def test_impact_without_collision_rebounds_as_the_law_says(theta, friction, ratio):
     """The gap rate and the change of theta' of the stiff contact tend to the law's like 1/kappa."""
     terms, q, u, values = _rod_on_the_ground(theta, friction)
@@ -244,6 +247,7 @@ def test_an_impact_balances_momentum_and_is_written_without_the_fractions_of_the
     assert max(part.count_ops() for part in impact) < 50
 
 
+@pytest.mark.slow
 def test_the_squares_of_sine_and_cosine_in_a_factor_of_a_law_add_up_to_1():
     X, Y, phi = dynamicsymbols("X Y phi")
     a, b, m, f = sp.symbols("a b m f", positive=True)
@@ -299,6 +303,7 @@ def _leaning(law):
 
 
 @pytest.mark.parametrize(("law", "stops"), [(LOWER_WHEN_SLOW, False), (1 + sp.exp(-w), True)])
+@pytest.mark.few(1)
 def test_the_law_of_friction_by_the_speed_is_told_where_that_cannot_fall_before_the_stop(law, stops):
     rod, start = _leaning(law)
     c = sp.Symbol("c", positive=True)

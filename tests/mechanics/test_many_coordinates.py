@@ -47,6 +47,7 @@ def _start(n):
     return q, u
 
 
+@pytest.mark.slow
 def test_a_joint_of_a_chain_may_have_a_friction_of_its_own_beside_that_of_the_end():
     n, torque, angles = 4, sp.Symbol("torque", real=True), dynamicsymbols("q1:5")
     energy, (x, y) = energy_of_chain(angles)
@@ -108,6 +109,7 @@ def test_a_mass_matrix_of_twelve_coordinates_is_singular_where_many_digits_leave
     assert not _is_singular((moved * moved.T + light).as_immutable())
 
 
+@pytest.mark.slow
 def test_a_coordinate_that_only_adds_to_another_makes_the_mass_of_ten_links_singular():
     (*angles, last), moved = dynamicsymbols("q1:11"), dynamicsymbols("s")
     ground = ap.Contact(gap=angles[0], slip=angles[1], friction=1)
@@ -116,6 +118,7 @@ def test_a_coordinate_that_only_adds_to_another_makes_the_mass_of_ten_links_sing
                                      contact=ground)  # fmt: skip
 
 
+@pytest.mark.slow
 def test_the_motions_of_a_chain_of_eight_links_have_the_reactions_of_newtons_law():
     n = 8
     q, u = _start(n)

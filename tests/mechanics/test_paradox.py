@@ -231,6 +231,7 @@ def test_no_set_is_given_where_a_mass_is_negative(over, given):
 
 
 @pytest.mark.parametrize("more", [{}, {"f": (0.5, 3)}])
+@pytest.mark.few(1)
 def test_the_set_is_shown_in_a_few_lines_and_drawn_as_far_as_its_edges(tmp_path, more):
     pytest.importorskip("matplotlib")
     fixed = {"f": 2, "l": 1, "m": 1, "g": 1}
@@ -307,6 +308,7 @@ def test_the_elliptic_pendulum_has_a_paradox_above_a_friction_that_is_least_at_a
     assert (least.friction, least.where.rhs) == (sp.Rational(4, 3), sp.Rational(1, 2))
 
 
+@pytest.mark.slow
 def test_the_pull_of_a_swinging_pendulum_turns_the_load_of_its_slider_where_newtons_equations_say():
     pendulum, numbers = elliptic_pendulum(), {"m1": 1, "m2": 3, "l": 1, "g": 1, "f": "6/5"}
     place = {"x": 0, "y": 0, "theta": "0.9", "x'": 1, "y'": 0, "theta'": 3}

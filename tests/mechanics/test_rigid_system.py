@@ -86,6 +86,7 @@ def _on_an_edge(friction, sliding, turning=0, **options):
 
 
 @pytest.mark.parametrize("options", [{}, {"method": "dop853"}, {"digits": 20}])
+@pytest.mark.few(1)
 def test_a_rod_that_falls_onto_an_edge_beyond_which_there_is_no_motion_has_none(options):
     """Friction 1/5 lets it fall, or slows it, to where friction 2 has no motion while the rod slides back."""
     for behind, turning in (("theta < 11/10", 0), (f"{END} + t < 0", sp.Rational(1, 4))):
@@ -95,7 +96,7 @@ def test_a_rod_that_falls_onto_an_edge_beyond_which_there_is_no_motion_has_none(
 
 @pytest.mark.parametrize("options", [{}, {"method": "dop853"}, {"digits": 20}])
 @pytest.mark.parametrize(("rough", "alike"), [(f"{END} < 0", 2), (f"{END} > 0", "1/5")])
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_a_rod_at_rest_on_the_edge_of_a_patch_is_held_if_it_would_slide_onto_it_and_slides_off_else(
     rough, alike, options
 ):
@@ -165,6 +166,7 @@ def test_a_run_that_ends_before_the_singular_point_is_not_stopped_by_it():
     assert path.info["reached"] == 0.6
 
 
+@pytest.mark.slow
 def test_no_singular_point_is_looked_for_without_end_in_a_motion_that_turns_too_often():
     start, values = _start(1.1, 0, -1), {**GROUND, "g": "1e300", "f": "1/2"}
     with pytest.raises(Unfinished, match="stalled"):
@@ -306,6 +308,7 @@ def _turning(theta, rate, numbers):
      ((2.281091964789678, 1.892571396628294, 2.4714851332250576, 1.7283835618892578, 1.308658141988356),
       (3.170039086236588, -0.602016886811747), 0.5)],
 )  # fmt: skip
+@pytest.mark.few(1)
 def test_a_crank_passes_the_dead_centre_of_its_slider(numbers, start, until):
     """The slider stops there whatever the friction, its sliding velocity no longer depends on that of the crank."""
     (theta, rate), (_, _, l, _, _) = start, numbers
@@ -317,6 +320,7 @@ def test_a_crank_passes_the_dead_centre_of_its_slider(numbers, start, until):
     assert (path.final[0], path.final[2]) == pytest.approx(tuple(truth.y[:, -1]), abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_crank_and_its_slider_with_the_rod_between_them_as_a_constraint_turn_as_in_the_angle_alone():
     """Y' is the sliding velocity of the rod and the gap rate of the guide: it stays 0, though no expansion shows it."""
     J, M, W, L, friction, until = 2, 1, 10, 1.5, 0.5, 0.5
@@ -446,6 +450,7 @@ def test_a_block_that_starts_on_a_kink_of_its_ground_hits_the_side_it_moves_to_o
 
 
 @pytest.mark.parametrize("method", [{}, {"method": "dop853"}, {"digits": 15}])
+@pytest.mark.few(1)
 def test_a_block_rests_at_the_foot_of_a_ramp_until_a_pull_moves_it_on_the_flat_or_up_the_ramp(method):
     """On the flat U' = t - 1/4 follows; on the ramp N = 1 + U' and U' = t - 5 N/4, that is 9 U'/4 = t - 5/4."""
     for pull, onset in ((0, []), (-1, [0.25]), (1, [1.25])):
@@ -471,6 +476,7 @@ def test_a_block_that_flies_hits_a_step_of_its_ground_though_it_rises_and_passes
 
 
 @pytest.mark.parametrize("method", [{}, {"method": "dop853"}, {"digits": 15}])
+@pytest.mark.few(2)
 def test_a_block_slides_on_where_its_ground_begins_to_rise_smoothly(method):
     X, Y, U, V = sp.symbols("X Y U V", real=True)
     ramp = sp.Max(0, X - 1) ** 2 / 2
@@ -629,6 +635,7 @@ def test_a_ladder_slides_on_two_contacts_as_its_one_equation_says_until_it_leave
     assert (event.state[2], event.state[5]) == pytest.approx(tuple(truth.y[:, -1]), abs=1e-8)
 
 
+@pytest.mark.slow
 def test_a_block_on_two_feet_rests_as_long_as_some_forces_hold_it_and_slides_to_rest():
     X, Y, h, U, V, W, N1, N2, F1, F2 = sp.symbols("X Y h U V W N1 N2 F1 F2", real=True)
     f, push = sp.symbols("f P", positive=True)
@@ -690,6 +697,7 @@ def _body(feet, normals, push=None):
         pytest.param([(0, 1)] * 5, marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.slow
 def test_a_body_on_many_feet_rests_where_a_linear_program_finds_forces_that_hold_it(normals):
     feet = [(sp.Rational(k), 0) for k in range(len(normals))]
     body, start = _body(feet, normals)
@@ -726,7 +734,7 @@ def _flat_block(pull, others=None):
 @pytest.mark.parametrize(("friction", "event", "final"), [
     ("1/10", ("slip_onset", 0.1), [0.9**3 / 6, 0, 0]),
     ("1/2", ("lift_off", 0.25), [0.75**3 / 6 * 16 / 25, 0.75**3 / 6 * 4 / 25, -(0.75**3) / 6 * 16 / 25])])  # fmt: skip
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_a_block_rests_on_both_feet_under_a_pull_that_grows_until_it_slides_or_tips(friction, event, final, way):
     """About its foot the block has the moment of inertia 1/2 + 1 + 1/16 = 25/16, and tips by the moment t - 1/4."""
     t = sp.Symbol("t", real=True)
@@ -773,7 +781,7 @@ def test_a_ladder_holds_a_climber_up_to_the_height_of_limit_analysis():
 
 @pytest.mark.parametrize("two_sided", [False, True])
 @pytest.mark.parametrize(("push", "velocity"), [(1, 0), (0, 1)])
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_a_body_that_slides_on_three_feet_is_refused_for_the_forces_of_its_slip(push, velocity, two_sided):
     body, _ = _body([(sp.Rational(k), 0) for k in (-1, 0, 1)], [(0, 1)] * 3)
     if two_sided:
@@ -808,7 +816,7 @@ def test_feet_that_coincide_bear_what_no_equation_shares_out():
 
 @pytest.mark.parametrize("method", [{}, {"digits": 20}, {"method": "radau"}, {"method": "lsoda"}])
 @pytest.mark.parametrize("half", ["1/2", pytest.param("3/10", marks=pytest.mark.slow)])
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_a_block_that_only_just_does_not_tip_slides_to_rest_though_a_foot_bears_nothing(half, method):
     half = sp.Rational(half)
     block, _ = _body([(-half, -1), (half, -1)], [(0, 1)] * 2)
@@ -819,6 +827,7 @@ def test_a_block_that_only_just_does_not_tip_slides_to_rest_though_a_foot_bears_
 
 
 @pytest.mark.parametrize("method", [{}, {"digits": 15}])
+@pytest.mark.few(1)
 def test_a_block_that_only_just_does_not_tip_swings_on_a_spring_as_one_that_cannot(method):
     half, X = sp.Rational(1, 10), sp.Symbol("X", real=True)
     block, _ = _body([(-half, -1), (half, -1)], [(0, 1)] * 2, push=-X)
@@ -880,6 +889,7 @@ def test_a_slide_in_two_guides_whose_coefficients_are_whole_numbers_rests_as_lon
     assert path.final == pytest.approx((9 / 4, 0, 0, 9 / 4, 0, 0))  # F1 + F2 = -2 in slip, with N1 = 8/7
 
 
+@pytest.mark.slow
 def test_a_slide_in_two_guides_comes_to_rest_though_these_keep_its_velocity_across_at_zero_to_rounding_alone():
     """A spring and a swinging weight: the slide turns and stops as one mass with the friction f |weight| does."""
     t, X = sp.symbols("t X", real=True)

@@ -91,6 +91,7 @@ def test_straight_line_code_gives_the_coefficients_of_the_series():
             assert all(abs(a - b) < 1e-12 * (1 + abs(b)) for a, b in pairs)
 
 
+@pytest.mark.slow
 def test_straight_line_code_takes_the_sign_of_the_velocity_from_its_argument():
     # a long Stribeck law, whose manifold of order 0 is known: the load is (1 + rate) / (2 + f (1 + exp(-|z|)))
     x, y, z, q, f, small, force = sp.symbols("x y z q f mu F", real=True)
@@ -288,6 +289,7 @@ def test_what_has_no_stick_regions_is_exported_without_their_edges(tmp_path):
 
 
 @pytest.mark.parametrize("velocity", [1 + u**2, u + sp.tanh(u) - 2, u**2 - 1])
+@pytest.mark.few(2)
 def test_a_system_without_one_plane_of_rest_is_exported_without_edges(velocity, tmp_path):
     friction = ap.Friction(velocity=velocity, force=F, load=1, kinetic=1)
     system = ap.System.with_frictions({u: v, v: F - u}, {}, [friction])

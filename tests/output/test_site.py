@@ -234,6 +234,7 @@ def test_the_small_parameter_stands_on_one_side_of_an_equation(name, equation):
     assert equation in " ".join(system_equations(name))
 
 
+@pytest.mark.slow
 def test_the_script_of_a_system_and_what_it_prints_fit_on_a_page(tmp_path, monkeypatch, capsys):
     pytest.importorskip("matplotlib")
     monkeypatch.chdir(tmp_path)
@@ -253,6 +254,7 @@ def test_without_a_checkout_one_line_says_where_to_run(tmp_path):
         site.build_site(tmp_path, tmp_path / "out")
 
 
+@pytest.mark.slow
 def test_a_page_with_a_dead_link_is_refused_by_name(tmp_path):
     pytest.importorskip("sphinx", reason="the extra site is not installed")
     (tmp_path / "conf.py").write_text("extensions = ['myst_parser']\n")

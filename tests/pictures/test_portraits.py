@@ -80,12 +80,13 @@ def test_the_arrow_of_imports_is_legible():
 
 
 @pytest.mark.parametrize("name", scene_names())
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_the_path_of_every_scene_that_ships_is_legible(name):
     assert flaws(solve(read_scene(name)).plot()) == []
 
 
 @pytest.mark.parametrize("mu", ["1e-9", "1e-15", "1e-300"])
+@pytest.mark.few(1)
 def test_a_picture_of_a_jump_of_any_shortness_is_legible(mu):
     assert flaws(solve(Scene(sigma=1, mu=mu, start=(0, "0.2", -1), until=5)).plot()) == []
 
@@ -141,7 +142,7 @@ def test_the_same_picture_has_the_same_bytes(name, kind, tmp_path):
 
 
 @pytest.mark.parametrize("name", PICTURES)
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_every_picture_is_as_wide_as_a_column(name, figures):
     assert figures[name].get_size_inches()[0] == 3.4
 

@@ -181,6 +181,7 @@ def test_the_map_of_failures_counts_every_run_that_did_not_end_right(few):
     assert sum(int(text.get_text()) for ax in drawn.axes for text in ax.texts) == len(lost) > 0
 
 
+@pytest.mark.slow
 def test_every_run_is_a_mark_in_the_picture_whatever_became_of_it(few):
     pytest.importorskip("matplotlib")
     work, _ = few

@@ -495,6 +495,7 @@ HOSTILE = ["__import__('os').system('touch evaluated')", "9**9**9", "1e99999999"
 
 @pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
 @pytest.mark.parametrize("place", ["w - y", "2 + x/4", "k + 1/4", '[0.25, 0.5, 1]', "1e-3", "{{ uniform = [-2, 2] }}"])
+@pytest.mark.few(4)
 def test_a_hostile_string_is_refused_at_once_in_one_line(tmp_path, monkeypatch, place, text):
     monkeypatch.chdir(tmp_path)
     put = text if place in ("w - y", "2 + x/4", "k + 1/4") else json.dumps(text)

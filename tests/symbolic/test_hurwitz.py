@@ -24,7 +24,7 @@ def kind(coefficients):
 
 
 @pytest.mark.parametrize("degree", [1, 2, 3, 4, 5])
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_conditions_on_symbols_tell_the_sides_of_the_roots_at_random_values(degree):
     rng = random.Random(degree)
     symbols = sp.symbols(f"c0:{degree}", real=True)

@@ -150,6 +150,7 @@ def test_the_critical_manifolds_of_a_long_mechanism_are_solved_for_and_its_serie
 
 
 @pytest.mark.parametrize(("slow", "fast", "branch"), [PAIR, ROOTS])
+@pytest.mark.few(1)
 def test_two_fast_variables_are_expanded_together(slow, fast, branch):
     manifold = ap.slow_manifold(ap.System.smooth(slow, fast, mu), branch, order=2)
     assert {*manifold.coefficients[1]} == {y, z} == {*manifold.expr}
@@ -192,7 +193,7 @@ def test_the_expansion_of_a_named_branch_equals_that_of_the_same_branch_written_
         ["u - v - v*w/(1 + v**2)", "v - w/(1 + v) - w**2"],
     ],
 )
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_branches_that_no_radicals_give_are_carried_by_their_values(forces):
     u, v, w = sp.symbols("u v w", real=True)
     fast = [sp.sympify(force, {"u": u, "v": v, "w": w}) for force in forces]
@@ -267,6 +268,7 @@ def test_the_coefficients_of_a_linear_mode_are_catalan_numbers():
 
 
 @pytest.mark.parametrize("manifold", [PI1, PI2], ids=["Pi1", "Pi2"])
+@pytest.mark.few(1)
 def test_the_closed_form_is_invariant_and_its_series_is_the_expansion(manifold):
     mode = PK.mode(manifold.mode)
     residual = (mu * manifold.closed.diff(x) * mode.slow[x] - mode.fast[y]).subs(y, manifold.closed)
@@ -286,6 +288,7 @@ def test_a_linear_mode_with_every_coefficient_has_an_exact_line():
     assert start == 0
 
 
+@pytest.mark.slow
 def test_a_linear_mode_without_a_rest_state_has_an_exact_line_too():
     system = ap.System.smooth({u: v + 1}, {v: 2 - v}, mu)
     line = ap.slow_manifold(ap.System.smooth({u: u + v + 3}, {v: u + v + 1}, mu), {v: -u - 1}).closed
@@ -325,6 +328,7 @@ def test_the_integral_curves_on_pi1_are_those_of_the_paper():
 
 
 @pytest.mark.parametrize("manifold", [PI1, PI2], ids=["Pi1", "Pi2"])
+@pytest.mark.few(1)
 def test_integral_curves_are_tangent_to_the_reduced_flow_to_the_order_known(manifold):
     flow, curve = reduced_flow(manifold), integral_curves(manifold)[z].replace(sp.Abs, lambda e: e)
     defect = curve.diff(x) * flow[x] - flow[z]
@@ -473,7 +477,7 @@ def test_inverse_functions_are_of_what_theirs_give_and_complex_branches_are_none
     (sp.cos(2 * y) - x * sp.sin(2 * y), 2, 1), ((sp.sin(y) ** 2 - 1) * (x - sp.sin(y)), 4, 2), (x - sp.tan(y), 1, 1),
     (sp.sin(y) * sp.cos(y) - x, 2, 1), (x * sp.cos(y) ** 2 - sp.sin(y) ** 2, 2, 1),
 ])  # fmt: skip
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_the_branches_of_an_angle_are_all_those_in_a_turn_and_each_once(force, count, turn):
     """Where g is a polynomial in tan(y/2), y = pi is a root, too, if its degree falls."""
     at, found = sp.Rational(1, 3), critical_manifolds(ap.System.smooth({x: -y}, {y: force}, mu))
@@ -509,7 +513,7 @@ def test_a_state_beside_its_own_sine_has_an_implicit_branch_without_a_search(for
                                    2 * x - sp.atan(y) ** 2, 2 * x - sp.asin(y) ** 2,
                                    x - sp.LambertW(y), x * sp.atan(y) - 1, (y - 1) * (x - sp.sqrt(y)),
                                    (y - 1) * (x - sp.atan(y)), (y - 2) * (x - sp.acosh(y))])  # fmt: skip
-@pytest.mark.few(4)
+@pytest.mark.few(2)
 def test_a_branch_exists_just_where_it_is_a_root_and_not_one_beyond_the_values_of_a_function(force):
     """Squaring adds roots: y = x**2 solves x = -sqrt(y), too, and y = tan(x) solves x = atan(y) + pi."""
     for branch in critical_manifolds(ap.System.smooth({x: -y}, {y: force}, mu)):
@@ -523,7 +527,7 @@ def test_a_branch_exists_just_where_it_is_a_root_and_not_one_beyond_the_values_o
 @pytest.mark.parametrize(("force", "count"), [
     (lambda s: s - y - sp.exp(y), 1), (lambda s: s - y + sp.exp(y), 2), (lambda s: s - y + 2 * sp.exp(y / 2), 2),
 ])  # fmt: skip
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_both_branches_of_lamberts_function_exist_where_they_are_real_and_have_signs(s, force, count):
     """SymPy takes real values of the lower one to be complex, and does not compare them: it ended in its TypeError."""
     found = [c for c in critical_manifolds(ap.System.smooth({s: -y}, {y: force(s)}, mu)) if c.exists != sp.false]
@@ -564,7 +568,7 @@ def test_a_polynomial_of_a_root_or_exponential_of_the_state_has_an_implicit_bran
     (x - y ** sp.Rational(5, 2) - 1, (x - 1) ** sp.Rational(2, 5)), (x - sp.tanh(y), sp.log((-x - 1) / (x - 1)) / 2),
     (sp.sqrt(y - 1) * (x - y), x), (x - sp.cosh(y) * sp.sinh(y), sp.log(2 * x + sp.sqrt(4 * x**2 + 1)) / 2),
 ])  # fmt: skip
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_a_branch_that_several_powers_of_a_root_or_exponential_give_is_found_once(force, branch):
     """Of (y - 1)**(5/2) = x SymPy sought the five roots for seconds; of tanh(y) = x it lists one twice."""
     found = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
@@ -581,7 +585,7 @@ def test_a_branch_that_several_powers_of_a_root_or_exponential_give_is_found_onc
     (x - 1000 - sp.asin(y), sp.sin(x - 1000), (x > 1000 - sp.pi / 2) & (x < 1000 + sp.pi / 2)),
     (1000 - x - sp.acos(y), sp.cos(x - 1000), (x > 1000 - sp.pi) & (x < 1000)),
 ])  # fmt: skip
-@pytest.mark.few(3)
+@pytest.mark.few(2)
 def test_a_branch_that_exists_over_few_places_or_far_away_is_found(force, branch, exists):
     """It was tried at places of the order of 1 alone, and no slow manifold was found."""
     (found,) = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
@@ -598,7 +602,7 @@ def test_a_branch_that_exists_over_few_places_or_far_away_is_found(force, branch
     x + sp.sqrt(y) - sp.root(y, 4), (x - sp.root(y, 4)) ** 2 - 1, x - sp.sin(sp.root(y, 4)),
     x - sp.cosh(y / 2), x - sp.exp(y / 2) + sp.exp(y), x - sp.sqrt(y) + sp.sqrt(y + 1),
 ])  # fmt: skip
-@pytest.mark.few(4)
+@pytest.mark.few(1)
 def test_a_branch_exists_just_where_it_solves_g_by_the_values_of_odd_and_nested_roots(force):
     """Only one root or inverse function, linear in g, was looked at: cosh(y/2) = x was told to have branches at -2."""
     found = critical_manifolds(ap.System.smooth({x: 1}, {y: force}, mu))
@@ -835,7 +839,7 @@ def test_rest_states_lie_on_implicit_branches_too_but_not_at_their_folds():
         rest_state(neuron)
 
 
-@pytest.mark.few(1)
+@pytest.mark.slow
 @pytest.mark.parametrize("side", [-1, 1])
 def test_a_law_with_the_speed_in_it_has_the_manifold_of_each_side_of_no_speed(side):
     """k/(1 + |z|) is k/(1 + z) for z > 0 and k/(1 - z) for z < 0, and a load of either sign keeps both in one mode."""
@@ -994,7 +998,7 @@ def test_rates_without_a_series_in_mu_have_no_slow_manifold(singular):
     (-x, mu / ((sp.exp(mu) - 1) / mu - 1), 2 - 2 * mu / 3 + mu**2 / 18), (-x, sp.sinc(mu), 1 - mu**2 / 6),
 ])  # fmt: skip
 @pytest.mark.parametrize("place", ["slow", "fast"])
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_a_quotient_that_is_singular_by_its_form_alone_has_the_manifolds_of_its_series(drift, quotient, series, place):
     def systems(force):
         for factor in (quotient, series):
@@ -1053,6 +1057,7 @@ def test_a_manifold_folds_where_the_determinant_vanishes_and_not_at_its_poles():
     assert (manifold.folds, manifold.exists) == (sp.Eq(x, 0), sp.Ne(x, 0) & sp.Ne(x, -1))
 
 
+@pytest.mark.slow
 def test_roots_of_a_cubic_are_carried_beside_a_fast_state_that_the_others_give():
     s, q, r = sp.symbols("s q r", real=True)
     rates = {q: r - q**3 + 3 * q**2 - s + 2, r: 1 - 5 * q**2 - r}
@@ -1096,6 +1101,7 @@ def test_a_state_may_be_an_exponent():
 
 @pytest.mark.parametrize(("force", "stable"), [(x - y - sp.log(10**6 * y + 1), [True]),
                                                (x - y * sp.log(y), [True, False])])  # fmt: skip
+@pytest.mark.few(1)
 def test_a_logarithm_beside_linear_terms_has_the_branches_of_lambert(force, stable):
     """SymPy takes a root of the order of the coefficient in the logarithm, which does not end."""
     found, at = ap.slow_manifolds(ap.System.smooth({x: -x}, {y: force}, mu), order=0), {x: sp.Rational(-1, 5)}
@@ -1114,6 +1120,7 @@ def test_roots_of_exponentials_that_solve_nothing_are_no_manifolds(force):
 
 
 @pytest.mark.parametrize("force", [sp.atan2(1, y) - x, sp.atan2(y, x) - x / 2, sp.atan2(y, -1) - x, sp.atan2(x, y) - 1])
+@pytest.mark.few(1)
 def test_an_angle_has_no_branch_where_it_is_the_opposite_one(force):
     (found,) = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
     for at in map(sp.Rational, (-4, -2, -1, 1, 2, 4)):
@@ -1130,6 +1137,7 @@ def test_an_angle_tells_nothing_of_the_branch_of_another_factor():
 
 
 @pytest.mark.parametrize("value", [x**2 + 10, sp.exp(-(x**2)) + 2, sp.exp(x) + 2])
+@pytest.mark.few(2)
 def test_an_inverse_function_that_is_always_out_of_its_range_has_no_branch(value):
     assert not critical_manifolds(ap.System.smooth({x: -x}, {y: value - sp.asin(y)}, mu))
 

@@ -103,7 +103,7 @@ def test_a_place_is_in_the_region_that_the_friction_cone_tells_pointwise(name):
 
 
 @pytest.mark.parametrize("name", SYSTEMS)
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_arrays_of_states_and_names_tell_what_single_exact_states_do(name):
     system, rng = SYSTEMS[name], random.Random(4)
     region = ap.stick_regions(system).stick
@@ -115,7 +115,7 @@ def test_arrays_of_states_and_names_tell_what_single_exact_states_do(name):
 
 
 @pytest.mark.parametrize("name", ["guide_and_spring", "two_supports", "belt", "oscillating_support"])
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_the_spectrum_of_a_linear_mode_is_that_of_its_jacobian(name):
     system, rng = SYSTEMS[name], random.Random(5)
     for spectrum, mode in zip(ap.eigenvalues(system), system.modes, strict=True):
@@ -194,6 +194,7 @@ def test_without_damping_a_mode_of_many_states_is_a_centre():
     assert (pair.kind(b=0, k=1, mu=1), pair.hyperbolic) == ("centre", sp.Ne(b, 0))
 
 
+@pytest.mark.slow
 def test_the_spectrum_on_a_branch_is_that_of_the_jacobian_there():
     system, rng = SYSTEMS["pendulum_on_a_guide"], random.Random(7)
     for manifold in ap.slow_manifolds(system, order=0):
@@ -326,6 +327,7 @@ def test_static_friction_below_the_kinetic_one_is_refused():
 
 
 @pytest.mark.parametrize("name", ["guide_and_spring", "pendulum_on_a_guide", "two_supports"])
+@pytest.mark.few(1)
 def test_spans_whose_ends_depend_on_other_states_hold_the_places_that_the_region_contains(name):
     system, rng, met = SYSTEMS[name], random.Random(8), set()
     regions, load = ap.stick_regions(system), system.friction.load
@@ -369,6 +371,7 @@ def test_a_number_of_sympy_keeps_its_digits_in_a_scene():
     assert short == 2**0.5
 
 
+@pytest.mark.slow
 def test_a_chain_of_quadratic_fast_states_has_the_eigenvalues_on_its_diagonal():
     """With y_0 = x, mu y_k' = y_(k-1) - a_k y_k - y_k^2/10 attracts where a_k + y_k/5 > 0.
 
@@ -386,6 +389,7 @@ def test_a_chain_of_quadratic_fast_states_has_the_eigenvalues_on_its_diagonal():
 
 
 @pytest.mark.parametrize(("count", "sign", "branches"), [(5, "positive", 1), (3, "real", 8)])
+@pytest.mark.few(1)
 def test_the_branches_of_competing_species_are_those_of_every_choice_of_species(count, sign, branches):
     """y_i' = y_i (r_i - (A y)_i): those that live have A y = r; of five together SymPy had found none in a minute."""
     states = sp.symbols(f"y1:{count + 1}", **{sign: True})

@@ -99,6 +99,7 @@ def lift_off():
 
 
 @pytest.mark.parametrize(("how", "tolerance"), [({}, 1e-8), ({"method": "radau"}, 1e-5), ({"digits": 10}, 1e-10)])
+@pytest.mark.few(2)
 def test_a_ball_on_hertz_s_law_bounces_as_the_quadrature_of_its_energy_says(how, tolerance):
     path = ap.solve(ap.Scene(system=ball(1000 * (-x) ** HERTZ), start={x: 1, v: 0, y: 1}, until=4), **how)
     assert path.modes == ("open", "slip_same", "open")
@@ -144,6 +145,7 @@ def test_what_follows_a_touch_down_is_told_though_load_and_push_vanish_there(pus
 
 
 @pytest.mark.parametrize("start", [0, 1])
+@pytest.mark.few(1)
 def test_a_body_that_lands_at_rest_stays_at_rest_whether_its_friction_falls_with_the_velocity_or_not(start):
     """The body hangs on a slack spring; derivatives of the load that are infinite at touch-down stand over 5 + y^2."""
     load, finals = 1000 * (-x) ** HERTZ * (1 - v / 5), []
@@ -205,7 +207,7 @@ def test_a_law_of_bouc_and_wen_begins_at_rest(way):
 
 
 @pytest.mark.parametrize("way", WAYS)
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_a_friction_that_falls_with_the_root_of_the_velocity_ends_where_its_energy_does(way):
     """It slides v dv/dx = -(1 + exp(-sqrt(v)))/2 and stops, its root having no slope there."""
     rough = ap.Friction(velocity=v, force=F, load=1, kinetic=(1 + sp.exp(-sp.sqrt(sp.Abs(v)))) / 2, static=1)

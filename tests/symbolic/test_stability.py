@@ -123,6 +123,7 @@ SQUARES_AND_BOUNDS = {
 
 
 @pytest.mark.parametrize("name", SQUARES_AND_BOUNDS)
+@pytest.mark.few(2)
 def test_a_kind_is_told_just_where_numbers_tell_it_squares_and_closed_bounds_included(name):
     (_, *coefficients), assumptions = SQUARES_AND_BOUNDS[name]
     states = sp.symbols(f"x:{len(coefficients)}")

@@ -64,6 +64,7 @@ def test_what_is_no_table_stays():
 
 
 @pytest.mark.parametrize("how", [{}, {"method": "radau"}, {"digits": 20}])
+@pytest.mark.few(1)
 def test_a_block_slides_on_ground_that_moves_by_a_record(how):
     """Its velocity is the integral of what is recorded, straight lines between readings, less that of friction."""
     step = sp.Rational(1, 20)

@@ -41,7 +41,7 @@ def screen(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("name", [name for name in MECHANISMS if name != "painleve_klein"])  # which has no places
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_a_mechanism_gains_the_kinetic_energy_that_its_forces_and_its_contact_give(name):
     """d/dt (u'M u/2) = u'(Q + W_N R + W_T F) + u'M'u/2, by Gauss's rule on steps that are short beside events."""
     module = import_module(f"asympk.systems.{name}")
@@ -360,6 +360,7 @@ def test_a_mechanism_and_a_scene_are_not_taken_for_each_other(tmp_path, monkeypa
     ('compliance = "c"\ndamping = "1/2"', "f = 2, c = 1e-6", ("slip_opposite", "stick")),
     ('contact = "rigid"', "f = 1", ("slip_opposite",)),
 ])  # fmt: skip
+@pytest.mark.few(1)
 def test_the_file_of_a_mechanism_with_an_end_is_a_scene_that_starts_from_its_state(
     tmp_path, capsys, contact, values, modes
 ):
@@ -386,7 +387,7 @@ def test_where_slip_and_gap_do_not_couple_there_is_no_critical_friction(screen):
 @pytest.mark.parametrize(
     "change", [("theta = [0.05", "X = [0.05"), ("f = 2", "f = 0"), ("theta", "angle"), ("theta", "q1")]
 )
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_a_map_is_drawn_over_any_name_and_around_any_friction(change, tmp_path, capsys):
     file = tmp_path / "rod.toml"
     file.write_text(ROD.replace(*change))

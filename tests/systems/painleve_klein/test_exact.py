@@ -65,12 +65,14 @@ def in_doubles_and(digits, scene, solve=ap.solve):
 
 @theorem
 @given(sigmas, mus, starts, horizons, statics)
+@pytest.mark.slow
 def test_doubles_agree_with_forty_digits(sigma, mu, start, until, more):
     in_doubles_and(40, scene_of(sigma, mu, start, until, more), solved)
 
 
 @theorem
 @given(sigmas, mus, st.tuples(sizes, sizes, sizes), st.floats(-6, 6).map(lambda p: 10.0**p), statics)
+@pytest.mark.slow
 def test_doubles_agree_with_forty_digits_over_the_whole_domain(sigma, mu, start, until, more):
     assume(mu > 1e-280)  # below, y may leave the range of doubles
     in_doubles_and(40, scene_of(sigma, mu, start, until, more), solved)

@@ -45,6 +45,7 @@ def test_what_is_trusted_is_right():
     assert max(true for _, true in accounts) <= TRUSTED
 
 
+@pytest.mark.slow
 def test_an_estimate_is_seldom_below_the_error_and_never_far():
     pairs = [found for found in (account(case) for case in cases(200, 2, widest=2)) if found]
     assert all(true <= 3 * estimated + 2.0**-52 for estimated, true in pairs if true < float("inf"))
