@@ -265,7 +265,8 @@ class Mechanism(ShownAsFormulas):
 
         A run of this system raises ``NoMotion`` or ``TwoMotions`` at a state from which no motion or several continue.
         With static friction above kinetic friction a contact that stops may rest or slide back. The rigid contact then
-        rests; the elastic one may slide back, as its reaction is still that of the slip before.
+        rests; the elastic one may slide back, as its reaction is still that of the slip before. A contact at rest that
+        may stay or lift off stays, as a jam does that is pressed; the elastic one that starts unpressed lifts off.
         """
         return rigid_system.rigid_system(self.equations)
 

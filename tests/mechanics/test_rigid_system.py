@@ -1101,3 +1101,19 @@ def test_a_stop_at_which_the_rigid_contact_rests_may_throw_the_elastic_one_back(
     assert returns.modes == ("slip_opposite", "slip_same")
     stop, back = rests.events[0].t, 2.5 + (0.75 - 1.1 * 1.25) * 9.5 / (3.75 - 1.1 * 0.75)
     assert returns.final[returns.names.index("z")] == pytest.approx(back * (0.2 - stop), rel=1e-4)
+
+
+def test_a_jam_at_rest_stays_where_it_is_pressed_though_it_may_lift_off_as_well():
+    """Of its three motions the rigid contact takes rest, the elastic one rest if pressed, and lift-off if not."""
+    eps, pull = sp.Symbol("eps", positive=True), (12 * X + 7 * Y + 6 * THETA) / 8
+    jam = ap.Contact(X + Y - 3 * THETA, 5 * Y - 5 * X - 16 * THETA, 2, unilateral=True)
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 + THETA.diff(T) ** 2 / 6
+    wedge = ap.Mechanism.from_lagrangian(energy - pull, (X, Y, THETA), contact=jam)
+    rest = dict.fromkeys(("X", "Y", "theta", "X'", "Y'", "theta'"), 0)
+    assert [name for name, _ in wedge.motions(rest)] == ["slip", "stick", "lift_off"]
+    system, soft = wedge.rigid(), wedge.elastic(eps**2, eps / 2)
+    scenes = [ap.Scene(system=system, start=wedge.start(system, rest), until="1/10")]
+    for depth in (0, wedge.motions(rest)[1].reaction * 1e-6):
+        start = wedge.start(soft, {**rest, "X": -depth, "eps": "1/1000"})
+        scenes.append(ap.Scene(system=soft, values={"eps": "1/1000"}, start=start, until="1/10"))
+    assert [ap.solve(scene).modes for scene in scenes] == [("stick",), ("open",), ("stick",)]
