@@ -1,5 +1,7 @@
 """The knobs of a scene: the numbers that the page lets one change, each with its range."""
 
+from math import ulp
+from sys import float_info
 from typing import Any
 
 from asympk.scene import Scene
@@ -7,7 +9,8 @@ from asympk.scenes.turned import in_own_units, scene_parameters, static_friction
 from asympk.systems.painleve_klein.units import Degrees
 
 DECADES, DECADES_OF_SMALL = 1, 3  # the range on either side of a positive parameter, and of a small parameter
-MOST_DEGREES = 89
+LEAST_DEGREES, MOST_DEGREES = 1, 89
+LEAST, MOST = ulp(0.0), float_info.max  # beyond 0 and below infinity, which JSON has not
 
 
 def knobs_of(scene: Scene) -> dict[str, Any]:
@@ -35,9 +38,10 @@ def _knob(scene: Scene, name: str, value: Any) -> dict[str, Any]:
 
 def _range(scene: Scene, name: str, value: Any) -> dict[str, Any]:
     if isinstance(value, Degrees):
-        return {**_linear(name, float(value.value)), "low": 1, "high": MOST_DEGREES}
+        given = float(value.value)
+        return {**_linear(name, given), "low": min(LEAST_DEGREES, given), "high": max(MOST_DEGREES, given)}
     if scene.system is None and name in ("sigma", "sigma0"):
-        return {**_linear(name, float(value)), "low": -1.9}
+        return {**_linear(name, float(value)), "low": min(-1.9, (float(value) - 2) / 2)}  # above -2
     small = scene.system.small if scene.system is not None else None
     symbols = {s.name: s for s in scene.system.parameters} if scene.system is not None else {}
     if float(value) > 0 and (scene.system is None or symbols[name].is_positive):
@@ -48,11 +52,12 @@ def _range(scene: Scene, name: str, value: Any) -> dict[str, Any]:
 
 def _linear(name: str, value: float) -> dict[str, Any]:
     reach = 3 * max(1.0, abs(value))
-    return {"name": name, "value": value, "low": value - reach, "high": value + reach, "log": False}
+    return {"name": name, "value": value, "low": max(-MOST, value - reach), "high": min(MOST, value + reach), "log": False}
 
 
 def _logarithmic(name: str, value: float, decades: int) -> dict[str, Any]:
-    return {"name": name, "value": value, "low": value / 10**decades, "high": value * 10**decades, "log": True}
+    low, high = max(LEAST, value / 10**decades), min(MOST, value * 10**decades)
+    return {"name": name, "value": value, "low": low, "high": high, "log": True}
 
 
 def _pair(scene: Scene, quantities: list[str]) -> tuple[str, str]:

@@ -92,6 +92,21 @@ def test_a_physical_rod_is_turned_and_drawn_in_its_own_units():
     assert found["final"][:3] == pytest.approx([*map(float, own.final)], rel=1e-12)
 
 
+@pytest.mark.parametrize("given", [
+    {"sigma": "-1.95", "mu": 1e307, "start": (1e307, 0, -1), "until": 1e-308}, {"sigma": -1.9999999, "sigma0": 1e307},
+    {"alpha": "89.5 deg", "k": 1e300}, {"alpha": "1/2 deg"},
+])  # fmt: skip
+def test_a_knob_holds_the_number_that_it_starts_from_and_is_finite(given):
+    """The angle 89.5 deg and sigma = -1.95 were beyond the ends, and a number of 1e307 left the page without knobs."""
+    rod = {"m": 1, "P": 1, "f": 3, "l": 1, "k": 1, "h": 1, "start": (0, 0, -1), "until": 1}
+    plain = {"sigma": 1, "mu": 1, "start": (0, 0, -1), "until": 1}
+    scene = ap.Scene.physical(**{**rod, **given}) if "alpha" in given else ap.Scene(**{**plain, **given})
+    told = json.loads(questions.as_json(knobs_of(scene)))
+    for knob in (*told["parameters"], *told["start"], told["until"]):
+        assert knob["low"] <= knob["value"] <= knob["high"]
+        assert knob["name"] != "sigma" or knob["low"] > -2
+
+
 def test_a_start_beside_a_slow_line_stays_beside_it_while_parameters_turn():
     near = ap.Scene.near("Pi2", sigma=1, mu="1e-3", x=0, offset="1e-300", z=1, until=2)
     assert turned(near, {"sigma": 2}, {}, None).near_to == near.near_to
