@@ -52,7 +52,8 @@ def _range(scene: Scene, name: str, value: Any) -> dict[str, Any]:
 
 def _linear(name: str, value: float) -> dict[str, Any]:
     reach = 3 * max(1.0, abs(value))
-    return {"name": name, "value": value, "low": max(-MOST, value - reach), "high": min(MOST, value + reach), "log": False}
+    low, high = max(-MOST, value - reach), min(MOST, value + reach)
+    return {"name": name, "value": value, "low": low, "high": high, "log": False}
 
 
 def _logarithmic(name: str, value: float, decades: int) -> dict[str, Any]:
