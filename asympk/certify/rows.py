@@ -100,9 +100,11 @@ class ExactEntries:
         return sided if sided == expr else self._sided(sided)
 
     def exact(self, expr: sp.Expr) -> Any:
-        """Return an expression in the parameters as an exact entry."""
+        """Return an expression in the parameters as an exact entry; raises ``Refused`` if not made of known parts."""
         if expr not in self._exact:
             placed = replaced(self._placed(expr), self.ranging)
+            if placed.free_symbols - self._symbols.keys() or not is_rational(placed):
+                raise Refused(f"irrational: {expr!s:.80} is not made of the parts of the rates and guards")
             exact = self.field.from_sympy(placed) if self.field else Fraction(int(placed.p), int(placed.q))
             self._exact[expr] = exact
         return self._exact[expr]

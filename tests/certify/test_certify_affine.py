@@ -739,6 +739,14 @@ def test_the_slip_of_a_body_whose_forces_at_rest_are_not_determined_is_that_of_i
             [("slip_onset", 0)]] * 2
 
 
+def test_a_load_whose_formula_is_written_otherwise_in_the_rates_hides_no_proof():
+    """The friction is (1 - cos(2 c))/(2 + 2 c^2) in the rates."""
+    frictions = [ap.Friction(v, F, load=1, kinetic=1), ap.Friction(w, G, load=sp.sin(c) ** 2, kinetic=1 / (1 + c**2))]
+    system = ap.System.with_frictions({v: F, w: G + 2 * t}, {}, frictions, time=t)
+    proof = proven_as_followed(ap.Scene(system=system, values={c: 1}, start={v: 1, w: 0}, until="0.7"))
+    assert proof.modes == ("slip_same+stick", "slip_same+slip_same")
+
+
 @pytest.mark.parametrize("law", [sp.sign(x - 1), sp.floor(x)])
 def test_a_box_of_starts_across_an_edge_has_no_proof(law):
     scene = block_under(-law, {"x": 1, "v": 1}, until=1)
