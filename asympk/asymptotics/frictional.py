@@ -19,8 +19,8 @@ from asympk.asymptotics import matched
 from asympk.asymptotics.impact import LimitLayers, NoLaw
 from asympk.asymptotics.landing import abscissa
 from asympk.asymptotics.matched import MatchedPath, Stretch, Task
-from asympk.asymptotics.reduced import FORGOTTEN
-from asympk.asymptotics.smooth import ROUNDING, predicted_error, tolerance
+from asympk.asymptotics.reduced import FORGOTTEN, LOST, ROUNDING
+from asympk.asymptotics.smooth import FINEST, REDUCED, overgrown, predicted_error, tolerance
 from asympk.errors import OutOfRange
 from asympk.path import Path, times_within
 
@@ -59,8 +59,24 @@ def _to_order(scene: Any, method: str, order: int, units: Any) -> Path:
 
     ``path.info["omitted"]`` is the change of the states at ``until`` by the next order.
     """
-    mu = matched.small_number(scene)
-    rtol = min(tolerance(mu, order, FINER), COARSEST)
+    rtol = min(tolerance(matched.small_number(scene), order, FINER), COARSEST)
+    while True:
+        path, error, rounding, omitted = _followed(scene, method, order, units, rtol)
+        if not (ROUNDING * rtol * np.max(units) < rounding > error / 2 and rtol > FINEST):
+            break
+        rtol = max(FINEST, rtol * REDUCED * (error / rounding - 1))
+    if not error < 1:
+        raise OutOfRange(overgrown(rtol, path.t) if rounding > 1 / 2 else
+                         f"the terms that order {order} omits amount to {error:.3g} of the states: "
+                         f"mu = {matched.small_number(scene):.3g} is not small here; use an exact method")  # fmt: skip
+    return Path(scene, method, path.state, path.events, path.modes, StretchedDense(path, float(scene.until)), error,
+                {"omitted": tuple(omitted.tolist())})  # fmt: skip
+
+
+def _followed(
+    scene: Any, method: str, order: int, units: Any, rtol: float
+) -> tuple[MatchedPath, float, float, np.ndarray]:
+    """Return a path, its predicted error, the part of it that the tolerance makes up, and the first omitted terms."""
     task = Task.of(scene, order, rtol)
     begun = matched.begun(task.automaton, scene.start)
     landed = matched.through_layer(replace(task, order=order + 1), begun)
@@ -71,14 +87,20 @@ def _to_order(scene: Any, method: str, order: int, units: Any) -> Path:
     apart = order > 0 or len(path.stretches) == len(landed.stretches) + 1  # orders 0 and 1 meet guards by the same y
     falls = apart and np.abs(omitted * units).max() < SLIGHT * scale and matched.decay(scene, path, order) <= FALLING
     last = beyond + TAKEN * omitted if falls else matched.end_to(order + 2, task, landed, path)
-    error = predicted_error(np.array((final, beyond, last)) * units, rtol=rtol * np.max(units),
-                            lately=_omitted_lately(path, order, mu, units))  # fmt: skip
-    error += _of_layer(task, path, scale, units)
-    if not error < 1:
-        raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states: mu = {mu:.3g} is "
-                         "not small here; use an exact method")  # fmt: skip
-    return Path(scene, method, path.state, path.events, path.modes, StretchedDense(path, task.until), error,
-                {"omitted": tuple(omitted.tolist())})  # fmt: skip
+    rounding = np.max(units) * max(ROUNDING * rtol, _grown(path, rtol) / scale)
+    error = predicted_error(np.array((final, beyond, last)) * units, rounding=rounding,
+                            lately=_omitted_lately(path, order, task.mu, units))  # fmt: skip
+    return path, error + _of_layer(task, path, scale, units), rounding, omitted
+
+
+def _grown(path: MatchedPath, rtol: float) -> float:
+    """Return the errors at the end of a path whose slow motions are to ``rtol``, as if layers passed them on."""
+    found = 0.0
+    for slowly in (stretch.slowly for stretch in path.stretches if stretch.slowly is not None):
+        kept = float(np.abs(slowly.grown.kept).sum(axis=1).max(initial=0.0))
+        found *= kept if found < LOST else max(1.0, kept)
+        found += float(slowly.errors(rtol).max(initial=0.0))
+    return found
 
 
 def _omitted_lately(path: MatchedPath, order: int, mu: float, units: Any) -> float:

@@ -439,13 +439,12 @@ def end_to(order: int, task: Task, landed: MatchedPath, path: MatchedPath) -> np
     their difference is added to the states of ``path``. The errors of their common steps nearly cancel in the
     difference, so these steps may be long.
     """
-    slow = slow_of(landed.mode)
-    if len(path.stretches) != len(landed.stretches) + 1:
+    slow, slowly = slow_of(landed.mode), path.stretches[-1].slowly if path.stretches else None
+    if len(path.stretches) != len(landed.stretches) + 1 or slowly is None:
         return np.array(onward(replace(task, order=order, whole=True), landed).state)
     start, left, within = _begin(task, slow, landed)
-    found = reduced.side_by_side(
-        slow.formulas, (task.order, order), (start, start), task.mu, slow.values, left, task.rtol, landed.t, within
-    )
+    found = reduced.side_by_side(slow.formulas, (task.order, order), (start, start), task.mu, slow.values, left,
+                                 task.rtol, landed.t, within, growth=slowly.grown.most)  # fmt: skip
     first, second = found.states(found.end)[:, list(slow.places)]
     return np.array(path.state) + second - first
 

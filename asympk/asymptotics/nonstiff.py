@@ -149,6 +149,13 @@ def at_shares(step: Step) -> np.ndarray:
     return _ON_CUBIC @ ends
 
 
+def at_middle(step: Step) -> tuple:
+    """Return the state in the middle of a step by the same cubic."""
+    eighth = (step.after - step.t) / 8
+    ends = zip(step.state, step.end, step.stages[0], step.stages[-1], strict=True)
+    return tuple([(v + w) / 2 + eighth * (f - g) for v, w, f, g in ends])
+
+
 def _cubic(share):
     """Return the weights of the states and, over the span, of the rates at both ends of a step."""
     left = 1 - share

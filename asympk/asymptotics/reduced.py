@@ -15,31 +15,47 @@ size of a matrix is sqrt(sum |m_ij m_ji|), so that no condition depends on the u
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import lru_cache, partial
+from functools import cached_property, lru_cache, partial
 from itertools import starmap
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import expm
 
 from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.landing import ROOT, newton, rightmost, root
-from asympk.asymptotics.nonstiff import EXPONENT, SHARES, Trajectory, at_shares, price, rates, steps
+from asympk.asymptotics.nonstiff import EXPONENT, SHARES, Trajectory, at_middle, at_shares, price, rates, steps
 from asympk.asymptotics.stiff import jacobian
 from asympk.asymptotics.watching import watched
+from asympk.automaton.exponentials import exponentials
 from asympk.automaton.numericmode import LOOKS
 from asympk.errors import NotNormallyHyperbolic, OutOfRange
 from asympk.numbers import listed
 
 STEPS = 20000  # the most steps of a slow motion, in explicit ones
 FAR = 1e12
+ROUNDING = 50  # the error of the integrations in units of their tolerance, where errors do not grow
 SIDE_BY_SIDE = 1e-6  # the least tolerance of slow motions to several orders in common steps
 MEETING = 4  # mu y' = g, linear, and x' = y have real eigenvalues as long as 4 mu |h_x f_y| < |g_y|
 LATELY = 2  # relaxation times before an end, at which omitted terms are first looked at again
 FORGOTTEN = 1e-5  # the share of a term, as the error that it is at a later time, that counts as 0
 LONG = 1 / 32  # the share of a run beyond which the manifold is looked at within a step
+LOST = 0.5  # the error relative to a state from which it does not fade as a small one does
 AGAIN = math.sqrt(27 / 4)  # with x'' = y, as long as mu sqrt(27 |h_x f_x f_y| / 4) < |g_y|
+
+
+class Grown(NamedTuple):
+    """The errors of a motion whose start and steps are wrong by 1 plus the states.
+
+    ``kept`` is the matrix by which an error of the start grows to the end, ``made`` has the errors there, and ``most``
+    is the largest one at any time, in units of 1 plus the state.
+    """
+
+    kept: np.ndarray
+    made: np.ndarray
+    most: float
 
 
 @dataclass(frozen=True)
@@ -104,10 +120,68 @@ class Reduced:
         changes = np.abs(terms - terms[0])
         return np.abs(terms[0]), shares @ np.maximum(changes[:-1], changes[1:]).ravel()
 
+    def errors(self, rtol: float) -> np.ndarray:
+        """Return the errors of x and y at the end of a single motion whose start and steps are right to ``rtol``.
+
+        They are 0 where errors never grow to more than ``ROUNDING`` times those of a step. Errors that were as large as
+        the states at a time before need not fade as small ones do.
+        """
+        _, made, most = self.grown
+        if most <= ROUNDING:
+            return np.zeros(len(self.formulas.slow_states) + len(self.formulas.fast_states))
+        at, p = self.trajectory.state_at(self.end), (self.mu, *self.values)
+        off = rtol * np.maximum(made, most if rtol * most > LOST else 0.0)
+        height, slow = self.formulas.height(0), len(self.formulas.slow_states)
+        try:
+            y = height(*at, *p)
+            moved = [height(*at[:k], at[k] + w, *at[k + 1 :], *p) for k, w in enumerate(off.tolist())]
+        except (ArithmeticError, ValueError):
+            return np.full(slow + len(self.formulas.fast_states), math.inf)
+        found = np.array([*off[:slow], *(sum(abs(v[i] - w) for v in moved) for i, w in enumerate(y))])
+        return np.nan_to_num(found, nan=math.inf)
+
+    @cached_property
+    def grown(self) -> "Grown":
+        """The growth of the errors of the point (x, b) along a single motion.
+
+        An error e obeys e' = J e, with J the Jacobian matrix of the flow: over a step h it grows by exp(J h), J in the
+        middle, and that of a single state as its rate. Errors of several steps add in squares.
+        """
+        steps, sizes = self.trajectory.steps, 1 + np.abs(self.trajectory.start)
+        if len(sizes) == 1 and all(step.stages[0][0] for step in steps):
+            return _grown_singly(steps, float(sizes[0]))
+        kept, squares, most = np.eye(len(sizes)), np.diag(sizes**2), 1.0
+        with np.errstate(all="ignore"):
+            for step, part in zip(steps, self._growths(), strict=True):
+                sizes = 1 + np.abs(step.end)
+                kept, squares = part @ kept, part @ squares @ part.T + np.diag(sizes**2)
+                most = max(most, float((np.sqrt(np.diag(squares)) / sizes).max()))
+        return Grown(kept, np.sqrt(np.diag(squares)), most)
+
+    def _growths(self):
+        """Return exp(J h) for every step, or 1 where a rate has no derivative."""
+        flow, p = self.formulas.complexes.flow(*_kinds(self.orders, self.whole)[0]), (self.mu, *self.values)
+        steps, width = self.trajectory.steps, len(self.trajectory.start)
+        moved = np.zeros((len(steps), width, width))
+        with suppress(ArithmeticError, ValueError):
+            for k, step in enumerate(steps):
+                moved[k] = (min(step.after, self.end) - step.t) * jacobian(lambda w: flow(*w, *p), at_middle(step))
+        return exponentials(moved) if moved.size else moved
+
     def parts(self, motion: Any) -> list[Any]:
         """Return the points (x, b) of the motions to every order, of which ``motion`` consists."""
         width = len(motion) // len(self.orders)
         return [motion[k * width : (k + 1) * width] for k in range(len(self.orders))]
+
+
+def _grown_singly(steps, size):
+    """Return the growth of errors of a single state, which grow as its rate."""
+    kept, made, most = 1.0, size, 1.0
+    for step in steps:
+        part, size = abs(step.stages[-1][0] / step.stages[0][0]), 1 + abs(step.end[0])
+        kept, made = kept * part, math.hypot(made * part, size)
+        most = max(most, made / size)
+    return Grown(np.array([[kept]]), np.array([made]), most)
 
 
 def follow_reduced_flow(
@@ -137,15 +211,17 @@ def follow_reduced_flow(
 
 def side_by_side(
     formulas: Formulas, orders: tuple[int, ...], starts: Sequence[np.ndarray], mu: float, values: tuple, until: float,
-    rtol: float, began: float = 0.0, within: float = math.inf, span: float | None = None,
+    rtol: float, began: float = 0.0, within: float = math.inf, span: float | None = None, growth: float = 1.0,
 ) -> Reduced:  # fmt: skip
     """Integrate the flows to several orders in common steps, each from its point of ``starts``.
 
-    The errors of the steps nearly cancel in the differences of the flows, so that ``SIDE_BY_SIDE`` bounds the tolerance
-    from below. The last flow has all powers of mu. The flow to the first order has been followed: it is not watched
-    again. ``span`` is a length of its steps to ``rtol``. Raises ``OutOfRange`` where the states grow beyond bounds.
+    The errors of the steps nearly cancel in the differences of the flows, so that ``SIDE_BY_SIDE`` over ``growth``, by
+    which errors grow, bounds the tolerance from below. The last flow has all powers of mu. The flow to the first order
+    has been followed: it is not watched again. ``span`` is a length of its steps to ``rtol``. Raises ``OutOfRange``
+    where the states grow beyond bounds.
     """
-    first, size, rough = tuple(float(v) for start in starts for v in start), len(starts[0]), max(rtol, SIDE_BY_SIDE)
+    first, size = tuple(float(v) for start in starts for v in start), len(starts[0])
+    rough = max(rtol, SIDE_BY_SIDE / max(1.0, growth / ROUNDING))
     longer = span and span * (rtol / rough) ** EXPONENT
     found = [*_steps(formulas, _kinds(orders, True), first, mu, values, until, rough, within, longer)]
     if first:

@@ -9,11 +9,12 @@ where S is the slow motion, X_k and Y_k are the terms of the layer, and S_k and 
 ``landing`` finds the layer and the base point, ``reduced`` follows S, and ``layered_motion`` puts the two together.
 
 The hard functions are ``_expected`` and ``predicted_error``, which predict the error of a path from the terms of orders
-n + 1 and n + 2 at ``until``. Terms that do not decrease may be small at ``until`` by chance. The known distance
-by which the composite of order n + 2 misses the start covers this case. Terms that vanish together at ``until``, as
-where what drives the fast states comes to rest smoothly, are judged by those shortly before. Near a fold the terms do
-not decrease, and their sum is far above the error. There ``_continued`` takes the composites of orders n + 1 and n + 2
-from a time at which they still did on to ``until`` by the full equations.
+n + 1 and n + 2 at ``until``, and from errors of the integrations as they have grown. Terms that do not decrease may be
+small at ``until`` by chance. The known distance by which the composite of order n + 2 misses the start covers this
+case. Terms that vanish together at ``until``, as where what drives the fast states comes to rest smoothly, are judged
+by those shortly before. Near a fold the terms do not decrease, and their sum is far above the error. There
+``_continued`` takes the composites of orders n + 1 and n + 2 from a time at which they still did on to ``until``
+by the full equations.
 """
 
 import math
@@ -27,7 +28,7 @@ import numpy as np
 from asympk.asymptotics import matched, reduced
 from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.landing import Landing, land, root
-from asympk.asymptotics.reduced import Reduced
+from asympk.asymptotics.reduced import ROUNDING, Reduced
 from asympk.automaton.modes import has_switches
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import OutOfRange
@@ -43,7 +44,7 @@ FINEST, COARSEST = 1e-13, 1e-7  # bounds of the tolerance of the integrations
 FINER = 1e-5  # the tolerance of the integrations in units of mu^(n + 1)
 ROUGH = 1e-6  # the tolerance of the motion that tells the branch at the given mu, and the distance between branches
 WATCHED = 1e-9  # the tolerance of the motion that tells whether a switching surface is crossed
-ROUNDING = 50  # the error of the integrations in units of their tolerance
+REDUCED = FINER * ROUNDING  # the error of the integrations repeated, in units of the terms omitted
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,8 @@ class LayeredMotion:
 
     ``reduced`` is the slow motion to order n. ``beside`` has the slow motions to every order in common, longer steps:
     only their differences are used, in which the errors nearly cancel. ``sums`` sums the terms of a layer: the row of
-    order m is 1, mu, ..., mu^m, 0, ..., 0.
+    order m is 1, mu, ..., mu^m, 0, ..., 0. ``errors`` are those of the states at the end that the tolerance ``rtol`` of
+    the integrations makes up.
     """
 
     landing: Landing
@@ -61,6 +63,7 @@ class LayeredMotion:
     sums: np.ndarray
     rtol: float
     kept: tuple[int, ...]
+    errors: np.ndarray
 
     def states(self, t: Any) -> np.ndarray:
         """Return the slow motion to order n at the array ``t`` of times: (states,) + t.shape."""
@@ -112,6 +115,8 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: An
     if error >= 1 > _expected(motion, True, until, slow, layer, units)[0]:
         raise OutOfRange(f"at t = {until:.6g} the motion is still in its layer, which method 'slow' leaves out: take "
                          "method 'jump', or a later until")  # fmt: skip
+    if not error < 1 and (motion.errors * units).max() > 1 / 2:
+        raise OutOfRange(overgrown(motion.rtol, until))
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states at t = {until:.6g}: "
                          f"{scene.system.small} = {mu:.3g} is not small here; use an exact method")  # fmt: skip
@@ -134,7 +139,13 @@ def _followed(
         error, rounding = _expected(motion, layered, until, slow, layer, units)
         if not (error < 2 * rounding and rtol > FINEST):
             return motion, slow, layer, error
-        rtol = max(FINEST, rtol * FINER * ROUNDING * (error / rounding - 1))
+        rtol = max(FINEST, rtol * REDUCED * (error / rounding - 1))
+
+
+def overgrown(rtol: float, t: float) -> str:
+    """Return the words for a motion to the tolerance ``rtol`` whose errors have grown too large by ``t``."""
+    return (f"errors of {rtol:.0e} grow as large as the states by t = {t:.6g}: the slow motion keeps to a repelling "
+            "set for long, or is chaotic; take a smaller until, or an exact method with digits")  # fmt: skip
 
 
 def _continued(
@@ -220,8 +231,8 @@ def layered_motion(
     starts = [reduced.branch_at(known, base, landing.branch, values, begin[0]) for base in bases]
     motion = reduced.follow_reduced_flow(known, order, starts[0], mu, values, until, rtol)
     span = max((step.span for step in motion.trajectory.steps), default=None)
-    beside = reduced.side_by_side(known, orders, starts, mu, values, until, rtol, span=span)
-    return LayeredMotion(landing, motion, beside, sums, rtol, kept)
+    beside = reduced.side_by_side(known, orders, starts, mu, values, until, rtol, span=span, growth=motion.grown.most)
+    return LayeredMotion(landing, motion, beside, sums, rtol, kept, motion.errors(rtol)[list(kept)])
 
 
 def _expected(motion, layered, t, slow, layer, units, ends=None, least=STEADY):
@@ -240,9 +251,10 @@ def _expected(motion, layered, t, slow, layer, units, ends=None, least=STEADY):
     told = [slow + layer, *[slow] * bool(second > STALLED * first)]
     if ends is not None:
         told = [np.vstack([told[0][:1], ends * units])]
-    left, rounding = (0.0 if layered else np.abs(layer[0]).max()), motion.rtol * scales.max()
+    left, grown = (0.0 if layered else np.abs(layer[0]).max()), (motion.errors * scales).max()
+    rounding = max(ROUNDING * motion.rtol * scales.max(), float(grown / max(1.0, np.abs(slow[0] + layer[0]).max())))
     lately = _terms(told[0])[0] + float((recalled * scales[fast]).max())
-    return max(predicted_error(terms, left, rounding, misses, lately, least) for terms in told), ROUNDING * rounding
+    return max(predicted_error(terms, left, rounding, misses, lately, least) for terms in told), rounding
 
 
 def tolerance(mu: float, order: int, finer: float = FINER) -> float:
@@ -251,15 +263,15 @@ def tolerance(mu: float, order: int, finer: float = FINER) -> float:
 
 
 def predicted_error(
-    composites: np.ndarray, left: float = 0.0, rtol: float = 0.0, misses: np.ndarray | None = None,
+    composites: np.ndarray, left: float = 0.0, rounding: float = 0.0, misses: np.ndarray | None = None,
     lately: float = 0.0, least: float = STEADY,
 ) -> float:  # fmt: skip
     """Return the predicted error of the first of three composites, relative to the largest of 1 and the true states.
 
-    The composites are of successive orders. ``left`` is the size of the layer where the first leaves it out, ``rtol``
-    the tolerance of the integrations, ``misses`` the difference of each composite from the start, if known, and
-    ``lately`` what the error remembers of terms omitted until then: those at the end may be small by chance. ``least``
-    is a bound from below of the ratio of successive omitted terms from which the rest of them is estimated.
+    The composites are of successive orders. ``left`` is the size of the layer where the first leaves it out,
+    ``rounding`` the relative error of the integrations, ``misses`` the difference of each composite from the start, if
+    known, and ``lately`` what the error remembers of terms omitted until then: those at the end may be small by chance.
+    ``least`` is a bound from below of the ratio of successive omitted terms from which the rest is estimated.
     """
     first, second = _terms(composites)
     ratio = min(STALLED, max(least, second / first)) if first > 0 else STALLED
@@ -267,7 +279,7 @@ def predicted_error(
     if misses is not None:
         error += _beyond(max(first, second), misses)
     scale = max(1.0, np.abs(composites[0]).max() - error)  # of the true states, which the error leaves uncertain
-    return float(error / scale + ROUNDING * rtol)
+    return float(error / scale + rounding)
 
 
 def _terms(motions: np.ndarray) -> list[float]:

@@ -18,6 +18,7 @@ import numpy as np
 
 from asympk.automaton.automaton import ROUNDED, Automaton
 from asympk.automaton.contacts import nudges
+from asympk.automaton.exponentials import exponentials
 from asympk.automaton.loop import Segment
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import Undecided
@@ -187,7 +188,7 @@ def _passed(part: Linearised, after: Linearised | None, scales: np.ndarray) -> l
     moving = [np.array(mode.rhs(*here), dtype=float) != 0 if 0 in here[1] else ones for here in at]
     sizes = np.maximum(scales, np.abs(states)) * ((states != 0) | moving) * mode.movable
     means = slopes * np.diff(times)[:, None, None]
-    found = list(zip(_exponentials(means * np.array(mode.movable)), sizes[:-1], states[:-1], times[1:], strict=True))
+    found = list(zip(exponentials(means * np.array(mode.movable)), sizes[:-1], states[:-1], times[1:], strict=True))
     if after is not None and segment.hit is not None and after.mode is not mode:
         jump = _saltation(mode, after.mode, segment.hit, *after.segment.steps[0])
         found.append((jump, 0 * sizes[-1], states[-1], times[-1]))
@@ -198,28 +199,3 @@ def _saltation(mode: NumericMode, after: NumericMode, hit: int, t: float, state:
     gradient, rate = mode.guard_gradient(hit, t, state), mode.guard_rates(t, state)[hit]
     change = np.subtract(after.rhs(t, state), mode.rhs(t, state))
     return np.eye(len(state)) + (np.outer(change, gradient) / rate if change.any() else 0)  # a guard may only touch 0
-
-
-def _exponentials(matrices: np.ndarray) -> np.ndarray:
-    """Return the exponentials of many matrices by scaling and squaring of their Taylor series.
-
-    The matrices are balanced together before: else large entries in one row, as in other units, hide the others.
-    """
-    from scipy.linalg import matrix_balance
-
-    largest = np.abs(matrices).max(axis=0, initial=0.0)
-    if np.isfinite(largest).all():
-        _, (units, _) = matrix_balance(largest, permute=False, separate=True)
-    else:
-        units = np.ones(len(largest))
-    matrices = matrices * units / units[:, None]
-    size = np.abs(matrices).sum(axis=2).max(initial=0.5)
-    halvings = max(0, int(np.ceil(np.log2(size))) + 1) if np.isfinite(size) else 0
-    part = matrices / 2.0**halvings
-    term = total = np.broadcast_to(np.eye(matrices.shape[-1]), matrices.shape)
-    for k in range(1, 13):
-        term = term @ part / k
-        total = total + term
-    for _ in range(halvings):
-        total = total @ total
-    return total * units[:, None] / units

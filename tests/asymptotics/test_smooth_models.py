@@ -826,6 +826,24 @@ def test_near_a_fold_the_predicted_error_is_the_error_though_the_terms_do_not_fa
     assert wrong < path.error < 1.2 * wrong
 
 
+@pytest.mark.parametrize("order", [1, 3])
+@pytest.mark.parametrize(("more", "begun", "until"), [(0, "1e-9", 21), (sp.Max(0, x - sp.S.Half) / 4, "1e-8", 20)])
+def test_errors_that_grow_as_a_slow_motion_leaves_what_repels_it_are_predicted(more, begun, until, order):
+    system = ap.System.smooth({x: y - x**3 - more}, {y: x - y}, mu)  # those of a step grow as much as the start does
+    field = sp.lambdify((x, y), (y - x**3 - more, 100 * (x - y)))
+    truth = solve_ivp(lambda _, q: field(*q), (0, until), (float(begun), 0), "DOP853", rtol=3e-14, atol=1e-40).y[:, -1]
+    path = _solved(system, {mu: "1/100"}, {x: begun, y: 0}, until, order=order)
+    assert np.abs(path.final - truth).max() < path.error < 10.0 ** -(order + 1)
+
+
+@pytest.mark.parametrize("more", [0, sp.Max(0, x - 1)])
+def test_a_slow_motion_that_starts_within_its_own_errors_of_what_repels_it_is_refused_as_that(more):
+    third = sp.Rational(1, 3)
+    system = ap.System.smooth({x: (y - third) * (1 - (y - third) ** 2) - more}, {y: x - y}, mu)
+    with pytest.raises(OutOfRange, match=r"errors of 1e-13 grow as large .* keeps to a repelling set"):
+        _solved(system, {mu: "1/100"}, {x: third + sp.Rational(1, 10**15), y: third}, 40, order=2)
+
+
 def test_what_a_composite_misses_of_the_start_is_what_it_is_wrong_by_there():
     path = _path("cubic", "1/10", "1/2", order=0)
     wrong = [path(0.0)[1] - 2, *(_path("cubic", "1/10", "1/2", order=k)(0.0)[1] - 2 for k in (1, 2))]

@@ -1,0 +1,28 @@
+"""The exponentials of many small matrices at once, by which errors grow over the steps of a run."""
+
+import numpy as np
+
+
+def exponentials(matrices: np.ndarray) -> np.ndarray:
+    """Return the exponentials of many matrices by scaling and squaring of their Taylor series.
+
+    The matrices are balanced together before: else large entries in one row, as in other units, hide the others.
+    """
+    from scipy.linalg import matrix_balance
+
+    largest = np.abs(matrices).max(axis=0, initial=0.0)
+    if np.isfinite(largest).all():
+        _, (units, _) = matrix_balance(largest, permute=False, separate=True)
+    else:
+        units = np.ones(len(largest))
+    matrices = matrices * units / units[:, None]
+    size = np.abs(matrices).sum(axis=2).max(initial=0.5)
+    halvings = max(0, int(np.ceil(np.log2(size))) + 1) if np.isfinite(size) else 0
+    part = matrices / 2.0**halvings
+    term = total = np.broadcast_to(np.eye(matrices.shape[-1]), matrices.shape)
+    for k in range(1, 13):
+        term = term @ part / k
+        total = total + term
+    for _ in range(halvings):
+        total = total @ total
+    return total * units[:, None] / units
