@@ -248,23 +248,26 @@ def with_direction(velocity: sp.Expr, expr: sp.Expr, direction: int) -> sp.Expr:
 
 
 def by_direction(velocity: sp.Expr, expr: sp.Expr) -> sp.Expr:
-    """Return an expression with sign(velocity) for ``Heaviside`` and ``Piecewise`` that have a step at its zero.
+    """Return an expression with sign(velocity) in ``Heaviside`` and in a ``Piecewise`` of two that step at its zero.
 
     Whether such a step is written with > or >= says nothing of rest. A third value, at the zero alone, does, and stays.
     """
-    steps: dict[sp.Basic, sp.Expr] = {}
+    steps: dict[sp.Basic, sp.Basic] = {}
     for atom in atoms(expr, sp.Heaviside, sp.Piecewise):
-        ahead, behind, part = sp.S.One, sp.S.Zero, atom.args[0]
-        if isinstance(atom, sp.Piecewise):
-            (ahead, condition), (behind, other) = atom.args[0], atom.args[-1]
-            if len(atom.args) > 2 or other != sp.true or not isinstance(condition, sp.Gt | sp.Ge | sp.Lt | sp.Le):
-                continue
-            part = condition.gts - condition.lts
-        ratio = sp.cancel(part / velocity)
-        if ratio.is_positive or ratio.is_negative:
-            change = (ahead - behind) * sp.sign(ratio) * sp.sign(velocity)
-            steps[atom] = (ahead + behind + change) / 2
-    return by_direction(velocity, expr.xreplace(steps)) if steps else expr
+        condition = atom.args[0][1] if isinstance(atom, sp.Piecewise) and len(atom.args) == 2 else None
+        if isinstance(condition, sp.Gt | sp.Ge | sp.Lt | sp.Le):
+            if side := _side(condition.gts - condition.lts, velocity):
+                strict = isinstance(condition, sp.Gt | sp.Lt)
+                steps[condition] = (sp.Gt if strict else sp.Ge)(side * sp.sign(velocity), 0)
+        elif isinstance(atom, sp.Heaviside) and (side := _side(atom.args[0], velocity)):
+            steps[atom] = (1 + side * sp.sign(velocity)) / 2
+    return expr.xreplace(steps)
+
+
+def _side(part: sp.Expr, velocity: sp.Expr) -> int:
+    """Return the sign of the factor if a part is a multiple of a velocity, else 0."""
+    ratio = sp.cancel(part / velocity)
+    return int(sp.sign(ratio)) if ratio.is_number and ratio.is_real else 0
 
 
 def without_squares(expr: sp.Expr, signs: Collection[sp.Expr]) -> sp.Expr:

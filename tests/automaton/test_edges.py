@@ -429,6 +429,14 @@ def test_friction_that_differs_by_the_direction_holds_a_block_by_that_of_the_sli
     assert ends(path, modes, [way * (1 - held) ** 3 / 6, way * (1 - held) ** 2 / 2])
 
 
+@pytest.mark.parametrize("speed", [2, -2])
+def test_a_law_for_each_direction_is_asked_for_the_direction_of_slip_alone(speed, how):
+    """Each root is of no real number the other way; from |v| = 2 the rates are those of the one law."""
+    law = sp.Piecewise((sp.sqrt(v), v >= 0), (sp.sqrt(-v), True))
+    path = ap.solve(ap.Scene(system=block(0, law), start={x: 0, v: speed}, until=1), **how)
+    assert abs(float(path.final[1])) == pytest.approx((math.sqrt(2) - 1 / 2) ** 2, abs=1e-9)
+
+
 @pytest.mark.parametrize(("push", "held"), [(t, 5 / 4), (-t, 3 / 4)])
 def test_two_contacts_hold_a_block_by_the_sum_of_their_friction_in_the_direction_of_the_push(push, held):
     contacts = [ap.Friction(velocity=v, force=F, load=1, kinetic=DIRECTED),
