@@ -11,7 +11,6 @@ from asympk.scenes.scenefile import is_file, known_name, read_scene, scene_names
 from asympk.storage.tomlfile import read_table
 from asympk.systems.catalogue import example_scene, example_scenes
 
-FIRST = "backward"
 COMPLIANCE, DAMPING, UNTIL = "1e-4", "1/2", 1  # for a mechanism's file without these
 
 
@@ -23,8 +22,7 @@ def chosen_scenes(word: str | None) -> Callable[[], tuple[Scene, ...]]:
     mechanism that cannot be followed.
     """
     if word is None:
-        names = FIRST, *(name for name in scene_names() if name != FIRST)
-        return lambda: tuple(map(read_scene, names))
+        return lambda: tuple(map(read_scene, scene_names()))
     if is_file(word):
         table = read_table(word)
         alone = describes_mechanism(table) and "until" not in table

@@ -184,6 +184,19 @@ def test_a_file_of_no_scene_is_refused_before_there_is_a_page(tmp_path):
         chosen_scenes(str(tmp_path / "empty.toml"))
 
 
+def test_the_file_of_a_mechanism_with_a_horizon_is_explored_as_the_scene_that_it_is(tmp_path):
+    file = tmp_path / "ball.toml"
+    file.write_text(FALLING_BALL)
+    assert chosen_scenes(str(file))() == (ap.read_scene(file),)
+
+
+@pytest.mark.parametrize(("scene", "model"), [
+    (ROD, "exact"), (ap.systems.nonlinear_rod.scenes()[0], "lsoda"),
+])  # fmt: skip
+def test_a_draft_is_in_closed_form_where_there_is_one(scene, model):
+    assert motion(turned(scene, {}, {}, "1/10"), draft=True)["model"] == model
+
+
 def test_an_unknown_scene_is_refused_with_the_nearest():
     with pytest.raises(UnknownName, match="'backward'"):
         chosen_scenes("bakward")
