@@ -46,7 +46,7 @@ from asympk.path import Event
 from asympk.symbolic import branches, forces
 from asympk.symbolic.branches import OPEN, Phase, all_phases
 from asympk.symbolic.guards import NEVER_IDLE, unused_rows
-from asympk.symbolic.sides import inside, is_switched, is_whole, measured, phase_of
+from asympk.symbolic.sides import inside, is_switched, is_whole, measured, on_sides, phase_of, phases
 from asympk.symbolic.system import System
 
 MOST_EVENTS, MOST_CORNERS = 200, 200
@@ -128,6 +128,11 @@ def _own_sides(mode):
     """Return the sides of a mode that its branch does not tell, as the signs of sliding velocities while closed."""
     told = {phase_of(friction.velocity)[0] for friction in mode.closed.values()}
     return tuple(side for side in mode.sides if side[0] not in told)
+
+
+def _to_place(opened, mode):
+    """Return those of some phases of a mode that do not switch themselves; these follow on the sides of the others."""
+    return [phase for phase in opened if not is_switched(measured(phase), mode.moving)] or opened
 
 
 def _unit(k, size):
@@ -414,15 +419,22 @@ class _Modes:
         for chosen in _determining(rows.subs(self.field.numbers), len(laws), branches.mode_name(branch)):
             yield tuple(p if p == OPEN else p._replace(still=chosen) for p in branch)
 
-    def _has_no_forces(self, branch, state):
-        """Tell whether at every corner of the forces of a branch a law or a margin is violated (Lemma 10)."""
+    def _has_no_forces(self, branch, state, sides=()):
+        """Tell whether at every corner of the forces of a branch a law or a margin is violated (Lemma 10).
+
+        This must be so on all sides of switches on which the state may lie.
+        """
         unknowns, laws, right = forces.force_equations(self.system, branch)
         margins = [branches.with_signs(self.system, branch, m) for m in self._margins(branch, state)]
         rows, constants = sp.linear_eq_to_matrix(margins, unknowns)
         rows, right = laws.col_join(rows).subs(self.field.numbers), right.col_join(constants)
         if not all(c.is_Rational for c in rows) or rows.rank() < len(unknowns):
             return False
-        mode = mode_of(self.system, branch)
+        mode = mode_of(self.system, branch, sides)
+        found = phases((on_sides(value, sides) for value in right), self.system.states, self.system.time)
+        if opened := _to_place(found, mode):
+            choices = product(*(self._possible(mode, phase, state) for phase in opened))
+            return all(self._has_no_forces(branch, state, (*sides, *zip(opened, c, strict=True))) for c in choices)
         for chosen in map(list, _determining(rows, laws.rows, branches.mode_name(branch))):
             values = (rows * rows[chosen, :].inv() * right[chosen, :] - right).expand()
             signs = [sign_at(self._row(mode, value), state) for value in values]
@@ -444,11 +456,17 @@ class _Modes:
 
     def _on_sides(self, mode, state):
         """Yield a mode on every combination of sides of its switches on which a state may lie."""
-        opened = [p for p in mode.open_phases if not is_switched(measured(p), mode.moving)] or mode.open_phases
+        opened = self._opened(mode)
         for choice in product(*(self._possible(mode, phase, state) for phase in opened)):
             sided = mode_of(self.system, mode.branch, (*mode.sides, *zip(opened, choice, strict=True)))
             if sided.is_finite or not self._resting(sided):  # on its edge u/|u| has no law
                 yield from self._on_sides(sided, state) if opened else (mode,)
+
+    def _opened(self, mode):
+        """Return the phases of a mode that are to be placed next; where it stands, also of what holds it at rest."""
+        laws, margins = unused_rows(mode.sided, mode.branch) if branches.stands(mode.branch) else ((), ())
+        held = (on_sides(expr, mode.sides) for expr in (*laws, *(margin.value for margin in margins)))
+        return _to_place(mode.open_phases or phases(held, self.system.states, self.system.time), mode)
 
     def _possible(self, mode, phase, state):
         """Return the sides of a phase on which a state may lie: where the phase vanishes exactly, both and its edge."""

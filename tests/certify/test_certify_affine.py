@@ -747,6 +747,26 @@ def test_a_load_whose_formula_is_written_otherwise_in_the_rates_hides_no_proof()
     assert proof.modes == ("slip_same+stick", "slip_same+slip_same")
 
 
+@pytest.mark.parametrize(("push", "mode"), [("3/16", "stick"), ("1/2", "slip_opposite")])
+def test_what_a_body_at_rest_on_two_rigid_feet_does_is_proven_under_a_push_that_the_state_switches(push, mode):
+    lift, turn = N + H - 1, 3 * (N - H)
+    quarter = sp.Rational(1, 4)
+    feet = [ap.Friction(v, F, load=N, kinetic=quarter, gap=y + c, normal=N, constraint=lift + turn),
+            ap.Friction(v, G, load=H, kinetic=quarter, gap=y - c, normal=H, constraint=lift - turn)]  # fmt: skip
+    rates = {x: v, v: F + G - sp.Rational(push) * sp.sign(x + 2), y: w, w: lift, c: V, V: turn}
+    scene = ap.Scene(system=ap.System.with_frictions(rates, {}, feet), start=dict.fromkeys(rates, 0), until=2)
+    assert proven_as_followed(scene).modes == (f"{mode}+{mode}",)
+
+
+def test_that_no_forces_agree_with_a_slip_is_seen_on_all_sides_of_a_switch_on_which_the_state_may_lie():
+    """Rest of the first two blocks bears no push upon one of them, which falls on one side of x = 0 alone."""
+    contacts = [ap.Friction(v, F, 1, 2), ap.Friction(w, G, 1, 2), ap.Friction(y, H, 1, 1)]
+    rates = {v: F - G - H + sp.Heaviside(x, 0), w: G - F + H, y: H, x: -1}
+    scene = ap.Scene(system=ap.System.with_frictions(rates, {}, contacts), start={v: 0, w: 0, y: 2, x: 2}, until=1)
+    proven_as_followed(scene)
+    assert certify(replace(scene, start={v: 0, w: 0, y: 2, x: 0})).obstacle == "rest"
+
+
 @pytest.mark.parametrize("law", [sp.sign(x - 1), sp.floor(x)])
 def test_a_box_of_starts_across_an_edge_has_no_proof(law):
     scene = block_under(-law, {"x": 1, "v": 1}, until=1)
