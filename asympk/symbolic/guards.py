@@ -202,19 +202,21 @@ def _unambiguous(system: "System", branch: Branch) -> list[Guard]:
 
     With one rigid contact the constraint is 0 = a + p N, and the motion is unique while p has the same sign as without
     friction (``unbounded``). A bilateral constraint also needs this of the p for the other sign of N (``several``).
-    Open contacts do not count, nor joints without friction. With several contacts p is the determinant of their
-    equations, and second motions are sought at events only.
+    A contact slides where any friction does whose load contains its reaction, as in one direction of two. Open contacts
+    do not count, nor joints without such a friction. With several contacts p is the determinant of their equations, and
+    second motions are sought at events only.
     """
-    rigid = [(k, f) for k, f in enumerate(system.frictions) if f.constraint is not None]
-    closed = [k for k, f in rigid if branch[k] != OPEN and not (branch[k].smooth and f.gap is None)]
-    sliding = [k for k in closed if branch[k].velocity]
+    rigid = [k for k, f in enumerate(system.frictions) if f.constraint is not None and branch[k] != OPEN]
+    rubs = {k: {j for j, f in enumerate(system.frictions) if system.frictions[k].normal in symbols_in(f.load)
+                and not branch[j].smooth} for k in rigid}  # fmt: skip
+    closed = [k for k in rigid if rubs[k] or system.frictions[k].gap is not None]
+    sliding = [k for k in closed if any(branch[j].slips for j in rubs[k])]
     if not sliding:
         return []
     k, *_ = sliding
     found = [Guard("unbounded", k, _stiffness(system, branch))]
     if len(closed) == 1 and system.frictions[k].gap is None:
-        turned = {j for j, f in enumerate(system.frictions) if system.frictions[k].normal in symbols_in(f.load)}
-        other = tuple(phase._replace(load=-phase.load) if j in turned else phase for j, phase in enumerate(branch))
+        other = tuple(p._replace(load=-p.load) if j in rubs[k] else p for j, p in enumerate(branch))
         found.append(Guard("several", k, _stiffness(system, other)))
     return found
 

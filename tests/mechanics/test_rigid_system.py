@@ -367,6 +367,32 @@ def test_guides_that_share_a_reaction_have_a_second_motion_where_their_frictions
     assert stop.value.state[0] == pytest.approx(2.5, abs=1e-9)
 
 
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_smooth_guide_whose_reaction_presses_a_rough_one_has_the_second_motion_of_that_one(order):
+    """Backwards 2 N - (4 - x) |N| = -1: N = -1/(6 - x) and, below x = 2, N = 1/(2 - x)."""
+    x, v, w, N, F, G = sp.symbols("x v w N F G", real=True)
+    rates = {x: v, v: 1 + N + F, w: -N + G}
+    guides = [ap.Friction(v, F, N, 0, normal=N, constraint=rates[v] - rates[w], gap_rate=v - w),
+              ap.Friction(w, G, N, 4 - x)]  # fmt: skip
+    system = ap.System.with_frictions(rates, {}, guides[::order])
+    with pytest.raises(TwoMotions, match="a second motion of the contact comes up") as stop:
+        ap.solve(ap.Scene(system=system, start={"x": 3, "v": -5, "w": -5}, until=1))
+    assert stop.value.state[0] == pytest.approx(2, abs=1e-9)
+
+
+@pytest.mark.parametrize(("push", "error"), [(1, TwoMotions), (-1, UnboundedReaction)])
+def test_a_guide_that_rests_in_one_direction_has_the_paradox_of_its_slip_in_the_other(push, error):
+    """push + N - x |N|/2 = 0 in slip: N > 0 agrees with push = 1 beyond x = 2, and grows without bounds of -1."""
+    x, v, w, u, N, F, G = sp.symbols("x v w u N F G", real=True)
+    rates = {x: w, v: F, w: x * N + G, u: push + N + x * G}
+    half = sp.Rational(1, 2)
+    guide = [ap.Friction(v, F, N, half, normal=N, constraint=rates[u], gap_rate=u), ap.Friction(w, G, N, half)]
+    system = ap.System.with_frictions(rates, {}, guide)
+    with pytest.raises(error) as stop:
+        ap.solve(ap.Scene(system=system, start={"x": 1, "v": 0, "w": 5, "u": 0}, until=1))
+    assert stop.value.state[0] == pytest.approx(2, abs=1e-6)
+
+
 @pytest.mark.parametrize("friction", [0, sp.Symbol("f")])
 def test_a_wall_far_off_does_not_hide_the_second_motion_of_a_guide(friction):
     rod = slender_rod(unilateral=False)
