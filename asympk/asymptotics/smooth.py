@@ -156,16 +156,17 @@ def _continued(
     The composites are those at ``until``. The ratio is that of the second omitted term to the first at this time, in
     the state in which it is largest, if that falls less than ``FALLING``: in the others the second may just pass
     through 0, as before terms grow. Near a fold the fast motion is hardly faster than the slow one, so that these are
-    soon integrated. None is returned where terms fell at none of the times ``FELL``, or these are not near, or the
-    integrations make up the error.
+    soon integrated. At a single time terms may fall by chance, so they must also fall twice as long before ``until``.
+    None is returned where they do at none of the times ``FELL``, or these are not near, or the integrations make up the
+    error.
     """
     if error < 2 * ROUNDING * motion.rtol:
         return None
     finely = replace(task, rtol=min(ROUGH, error * FINER))
     for share in FELL:
-        t = (1 - share) * task.until
-        composites = motion.states_to_each(t) + motion.layer(t)
-        if _falls(composites):
+        before, t = ((1 - part) * task.until for part in (2 * share, share))
+        earlier, composites = (motion.states_to_each(at) + motion.layer(at) for at in (before, t))
+        if _falls(composites) and _falls(earlier):
             ends = [matched.to_the_end(finely, slowly, replace(begun, t=t, state=tuple(state)), SOON)
                     for state in composites[1:].tolist()]  # fmt: skip
             first, second = np.abs(np.diff(composites, axis=0))

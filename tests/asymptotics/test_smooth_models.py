@@ -844,6 +844,17 @@ def test_a_slow_motion_that_starts_within_its_own_errors_of_what_repels_it_is_re
         _solved(system, {mu: "1/100"}, {x: third + sp.Rational(1, 10**15), y: third}, 40, order=2)
 
 
+def test_terms_that_fall_at_a_single_time_by_chance_do_not_tell_the_error_at_a_later_one():
+    slow = -7 * v * x**2 / 5 - 9 * x**2 / 5 - x / 2 - 13 * sp.cos(u + x) / 10
+    fast = (2 * v / (5 * (v**2 + 1)) - 4 * u**3 / 5 - 13 * u / 5,
+            9 * u * v**2 / 5 - v**3 / 2 - 3 * v / 2 + 8 * sp.tanh(u) / 5)  # fmt: skip
+    field = sp.lambdify((x, u, v), (slow, *(4 * rate for rate in fast)))
+    truth = solve_ivp(lambda _, q: field(*q), (0, 0.1), (1.3, -1.6, 2), "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    system, start = ap.System.smooth({x: slow}, dict(zip((u, v), fast, strict=True)), mu), ("1.3", "-1.6", 2)
+    path = _solved(system, {mu: "1/4"}, dict(zip((x, u, v), start, strict=True)), "1/10", order=2)
+    assert np.abs(path.final - truth).max() < path.error < 0.02
+
+
 def test_what_a_composite_misses_of_the_start_is_what_it_is_wrong_by_there():
     path = _path("cubic", "1/10", "1/2", order=0)
     wrong = [path(0.0)[1] - 2, *(_path("cubic", "1/10", "1/2", order=k)(0.0)[1] - 2 for k in (1, 2))]
