@@ -94,13 +94,24 @@ def _followed(
 
 
 def _grown(path: MatchedPath, rtol: float) -> float:
-    """Return the errors at the end of a path whose slow motions are to ``rtol``, as if layers passed them on."""
-    found = 0.0
-    for slowly in (stretch.slowly for stretch in path.stretches if stretch.slowly is not None):
-        kept = float(np.abs(slowly.grown.kept).sum(axis=1).max(initial=0.0))
-        found *= kept if found < LOST else max(1.0, kept)
-        found += float(slowly.errors(rtol).max(initial=0.0))
-    return found
+    """Return the errors at the end of a path whose slow motions are to ``rtol``, as if layers passed them on.
+
+    They are 0 where errors never grow to more than ``ROUNDING`` times those of a step.
+    """
+    squares, found, lost, most = np.zeros((len(path.state) + 1,) * 2), 0.0, 0.0, 1.0  # of the states and the time
+    for stretch in path.stretches:
+        if (slowly := stretch.slowly) is None:
+            continue
+        sources, kept = matched.slow_of(stretch.mode).sources, slowly.grown.kept
+        at = np.ix_(*[sources[: kept.shape[1]]] * 2)
+        with np.errstate(all="ignore"):
+            reached = kept @ squares[at] @ kept.T + np.diag(slowly.made(rtol) ** 2)
+            squares[at] = reached[: kept.shape[1], : kept.shape[1]]
+        off, sizes = np.sqrt(np.diag(reached)), rtol * slowly.grown.sizes
+        most = max(most, slowly.grown.most, *(off[sizes > 0] / sizes[sizes > 0]))
+        found = float(slowly.spread(off).max(initial=0.0))
+        lost = max(lost, found * (found > LOST))
+    return max(found, lost) if most > ROUNDING else 0.0
 
 
 def _omitted_lately(path: MatchedPath, order: int, mu: float, units: Any) -> float:

@@ -43,19 +43,21 @@ LATELY = 2  # relaxation times before an end, at which omitted terms are first l
 FORGOTTEN = 1e-5  # the share of a term, as the error that it is at a later time, that counts as 0
 LONG = 1 / 32  # the share of a run beyond which the manifold is looked at within a step
 LOST = 0.5  # the error relative to a state from which it does not fade as a small one does
+TWICE = 2 ** (-1 / EXPONENT)  # the ratio of the errors of steps twice as long
 AGAIN = math.sqrt(27 / 4)  # with x'' = y, as long as mu sqrt(27 |h_x f_x f_y| / 4) < |g_y|
 
 
 class Grown(NamedTuple):
-    """The errors of a motion whose start and steps are wrong by 1 plus the states.
+    """The errors of a motion whose start and steps are wrong by the largest moduli of the states, ``sizes``.
 
-    ``kept`` is the matrix by which an error of the start grows to the end, ``made`` has the errors there, and ``most``
-    is the largest one at any time, in units of 1 plus the state.
+    ``kept`` is the matrix by which an error of x at the start grows to the end, ``made`` has the errors there, and
+    ``most`` is the largest one at any time, in units of ``sizes``.
     """
 
     kept: np.ndarray
     made: np.ndarray
     most: float
+    sizes: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -123,14 +125,25 @@ class Reduced:
     def errors(self, rtol: float) -> np.ndarray:
         """Return the errors of x and y at the end of a single motion whose start and steps are right to ``rtol``.
 
-        They are 0 where errors never grow to more than ``ROUNDING`` times those of a step. Errors that were as large as
-        the states at a time before need not fade as small ones do.
+        They are 0 where errors never grow to more than ``ROUNDING`` times those of a step.
         """
-        _, made, most = self.grown
-        if most <= ROUNDING:
+        if self.grown.most <= ROUNDING:
             return np.zeros(len(self.formulas.slow_states) + len(self.formulas.fast_states))
+        return self.spread(self.made(rtol))
+
+    def made(self, rtol: float) -> np.ndarray:
+        """Return the errors of the point (x, b) at the end of a single motion whose start and steps are to ``rtol``.
+
+        Errors that were as large as the states at a time before need not fade as small ones do. Those of many steps
+        that err alike, as the phase of an oscillation drifts, are told by a motion of steps twice as long.
+        """
+        _, made, most, sizes = self.grown
+        drift = self._drift(rtol) if most > ROUNDING else 0.0
+        return rtol * np.maximum(made, most * sizes if rtol * most > LOST else 0.0) + drift
+
+    def spread(self, off: np.ndarray) -> np.ndarray:
+        """Return the errors of x and y at the end of a single motion where those of the point (x, b) are ``off``."""
         at, p = self.trajectory.state_at(self.end), (self.mu, *self.values)
-        off = rtol * np.maximum(made, most if rtol * most > LOST else 0.0)
         height, slow = self.formulas.height(0), len(self.formulas.slow_states)
         try:
             y = height(*at, *p)
@@ -140,23 +153,45 @@ class Reduced:
         found = np.array([*off[:slow], *(sum(abs(v[i] - w) for v in moved) for i, w in enumerate(y))])
         return np.nan_to_num(found, nan=math.inf)
 
+    def _drift(self, rtol: float) -> np.ndarray:
+        """Return the change of the end of a single motion by steps twice as long, over the ratio of both errors.
+
+        It is 0 where these do not reach the end.
+        """
+        at, within = self.trajectory.state_at(self.end), 2 * max(step.after - step.t for step in self.trajectory.steps)
+        kinds, start, rough = _kinds(self.orders, self.whole), self.trajectory.start, rtol * TWICE
+        found = [*_steps(self.formulas, kinds, start, self.mu, self.values, self.end, rough, within)]
+        reached = found[-1].end if found and found[-1].after >= self.end else at
+        return np.abs(np.subtract(reached, at)) / TWICE
+
     @cached_property
     def grown(self) -> "Grown":
         """The growth of the errors of the point (x, b) along a single motion.
 
         An error e obeys e' = J e, with J the Jacobian matrix of the flow: over a step h it grows by exp(J h), J in the
-        middle, and that of a single state as its rate. Errors of several steps add in squares.
+        middle, and that of a single state as its rate, as long as each step moves it by more than its errors. Errors
+        of several steps add in squares.
         """
-        steps, sizes = self.trajectory.steps, 1 + np.abs(self.trajectory.start)
-        if len(sizes) == 1 and all(step.stages[0][0] for step in steps):
-            return _grown_singly(steps, float(sizes[0]))
-        kept, squares, most = np.eye(len(sizes)), np.diag(sizes**2), 1.0
+        steps = self.trajectory.steps
+        sizes = np.abs([self.trajectory.start, *(step.end for step in steps)]).max(axis=0)
+        if len(sizes) == 1 and _moves(steps):
+            return _grown_singly(steps, sizes)
+        kept, squares, most = self._on_branch(), np.diag(sizes**2), 1.0
         with np.errstate(all="ignore"):
-            for step, part in zip(steps, self._growths(), strict=True):
-                sizes = 1 + np.abs(step.end)
+            for part in self._growths():
                 kept, squares = part @ kept, part @ squares @ part.T + np.diag(sizes**2)
-                most = max(most, float((np.sqrt(np.diag(squares)) / sizes).max()))
-        return Grown(kept, np.sqrt(np.diag(squares)), most)
+                most = max(most, float((np.sqrt(np.diag(squares)) / sizes).max(initial=0.0, where=sizes > 0)))
+        return Grown(kept, np.sqrt(np.diag(squares)), most, sizes)
+
+    def _on_branch(self):
+        """Return the derivatives of the point (x, b) by x at the start, on the branch: 1 and -g_y^-1 g_x."""
+        slow, first = len(self.formulas.slow_states), self.trajectory.start
+        found = np.eye(len(first), slow)
+        with suppress(ArithmeticError, ValueError):
+            if len(first) > slow:
+                slopes = jacobian(lambda w: self.formulas.complexes.force(*w, *self.values), first)
+                found[slow:] = -np.linalg.solve(slopes[:, slow:], slopes[:, :slow])
+        return found
 
     def _growths(self):
         """Return exp(J h) for every step, or 1 where a rate has no derivative."""
@@ -174,14 +209,19 @@ class Reduced:
         return [motion[k * width : (k + 1) * width] for k in range(len(self.orders))]
 
 
-def _grown_singly(steps, size):
+def _moves(steps):
+    """Tell whether every step moves a single state by more than its errors."""
+    return all(abs(step.end[0] - step.state[0]) > steps[0].rtol * (1 + abs(step.end[0])) for step in steps)
+
+
+def _grown_singly(steps, sizes):
     """Return the growth of errors of a single state, which grow as its rate."""
-    kept, made, most = 1.0, size, 1.0
+    kept = made = most = 1.0
     for step in steps:
-        part, size = abs(step.stages[-1][0] / step.stages[0][0]), 1 + abs(step.end[0])
-        kept, made = kept * part, math.hypot(made * part, size)
-        most = max(most, made / size)
-    return Grown(np.array([[kept]]), np.array([made]), most)
+        part = abs(step.stages[-1][0] / step.stages[0][0])
+        kept, made = kept * part, math.hypot(made * part, 1.0)
+        most = max(most, made)
+    return Grown(np.array([[kept]]), made * sizes, most, sizes)
 
 
 def follow_reduced_flow(

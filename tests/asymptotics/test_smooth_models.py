@@ -9,7 +9,7 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
-from scipy.special import airy
+from scipy.special import airy, ellipj
 
 import asympk as ap
 from asympk.asymptotics import landing, reduced
@@ -33,6 +33,7 @@ FOUR = ap.System.smooth(
     small=mu,
 )
 VAN_DER_POL = ap.System.smooth(slow={x: -y}, fast={y: x + y - y**3 / 3}, small=mu)
+PENDULUM = ap.System.smooth(slow={x: v, v: -sp.sin(x)}, fast={y: x - y}, small=mu)
 SCENES = {
     "enzyme": (ENZYME, {kappa: 1, lambda_: "1/2"}, {x: 1, y: 0}),
     "cubic": (CUBIC, {}, {x: 1, y: 2}),
@@ -842,6 +843,44 @@ def test_a_slow_motion_that_starts_within_its_own_errors_of_what_repels_it_is_re
     system = ap.System.smooth({x: (y - third) * (1 - (y - third) ** 2) - more}, {y: x - y}, mu)
     with pytest.raises(OutOfRange, match=r"errors of 1e-13 grow as large .* keeps to a repelling set"):
         _solved(system, {mu: "1/100"}, {x: third + sp.Rational(1, 10**15), y: third}, 40, order=2)
+
+
+def test_errors_of_steps_that_err_alike_are_told_by_steps_twice_as_long():
+    """The phase of a pendulum drifts, as its steps change its energy always the same way: sin(x/2) = k sn(t, k)."""
+    known, k, until, rtol = formulas(PENDULUM.modes[0], mu, ()), 0.9, 1000.0, 1e-9
+    found = reduced.follow_reduced_flow(known, 0, np.array([0, 2 * k]), 1e-5, (), until, rtol)
+    sn, cn, _, _ = ellipj(until, k**2)
+    wrong = np.abs(np.subtract(found.trajectory.state_at(until), (2 * np.arcsin(k * sn), 2 * k * cn)))
+    assert (wrong[:2] < found.errors(rtol)[:2]).all()
+    assert found.errors(rtol)[:2].max() < 20 * wrong.max()
+
+
+def test_steps_at_rest_do_not_make_errors_grow():
+    """There a rate is rounding: by it errors were said to grow by 3e4."""
+    known = formulas(ap.System.smooth({x: sp.S.One / 3 - sp.tanh(3 * y)}, {y: x - y}, mu).modes[0], mu, ())
+    assert reduced.follow_reduced_flow(known, 1, np.array([2.0]), 0.01, (), 50.0, 1e-9).grown.most < 5
+
+
+def test_errors_at_the_start_grow_on_a_branch_that_is_integrated_as_motions_from_beside_it_part():
+    system = ap.System.smooth({x: y - x / 3, v: x * v / 5 - sp.sin(y)}, {y: x + v - y - y**3 / 3}, mu)
+    known = formulas(system.modes[0], mu, ())
+
+    def follow(*begun):
+        return reduced.follow_reduced_flow(known, 2, reduced.branch_at(known, begun, (0.3,), ()), 0.01, (), 5.0)
+
+    ends = [[follow(1 + off, 0.5).trajectory.state_at(5.0), follow(1, 0.5 + off).trajectory.state_at(5.0)]
+            for off in (1e-5, -1e-5)]  # fmt: skip
+    slopes = np.subtract(*ends).T / 2e-5
+    assert follow(1, 0.5).grown.kept == pytest.approx(slopes, abs=0.01)
+
+
+def test_edges_that_an_oscillation_crosses_do_not_multiply_its_errors():
+    """By t = 60 errors of 1e-13 were said to be as large as the states."""
+    force = -sp.sin(x) - sp.Max(0, x - 1)
+    system, field = ap.System.smooth({x: v, v: force}, {y: x - y}, mu), sp.lambdify((x, v), (v, force))
+    path = _solved(system, {mu: "1e-5"}, {x: 0, v: "9/5", y: 0}, 60, order=2)
+    truth = solve_ivp(lambda _, q: field(*q), (0, 60), (0, 1.8), "DOP853", rtol=3e-14, atol=1e-15).y[:, -1]
+    assert np.abs(path.final[:2] - truth).max() < path.error < 1e-9
 
 
 def test_terms_that_fall_at_a_single_time_by_chance_do_not_tell_the_error_at_a_later_one():
