@@ -105,7 +105,8 @@ def _terms(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> _Terms:
     parts = (kinetics.slip.diff(s) * s for s in (*kinetics.coordinates, *kinetics.velocities))
     size = sp.Add(*map(sp.Abs, parts))
     G, slip = kinetics.delassus, kinetics.slip
-    laws = (by_direction(slip, law * kinetics.load) for law in (kinetics.friction, kinetics.static))
+    laws = (by_direction(slip, law * kinetics.load, part)
+            for part, law in (("kinetic", kinetics.friction), ("static", kinetics.static)))  # fmt: skip
     bounds = (with_direction(slip, law, side) for law in laws for side in (1, -1))
     exprs = (*bounds, G[0, 0], G[0, 1], G[1, 1], *kinetics.free, slip, size)
     require_positive_mass(kinetics, values)  # before its inverse: that may not exist

@@ -236,38 +236,42 @@ def put_sign(quantity: sp.Expr, sign: sp.Expr) -> dict[sp.Basic, sp.Basic]:
     return {key: value for key, value in found.items() if isinstance(key, sp.Abs | sp.sign) and not quantity.has(key)}
 
 
-def with_direction(velocity: sp.Expr, expr: sp.Expr, direction: int) -> sp.Expr:
+def with_direction(velocity: sp.Expr, expr: sp.Expr, direction: int | sp.Symbol) -> sp.Expr:
     """Return an expression of a contact as where it slips, or at rest is about to slip, in a direction, 1 or -1.
 
     Another contact may have the same velocity, and rest.
     """
     if not atoms(expr, sp.sign):
         return expr
-    signs = put_sign(velocity, sp.Integer(direction))
+    signs = put_sign(velocity, sp.sympify(direction, strict=True))
     return expr.subs({key: sign for key, sign in signs.items() if isinstance(key, sp.sign)})
 
 
-def by_direction(velocity: sp.Expr, expr: sp.Expr) -> sp.Expr:
-    """Return an expression with sign(velocity) in ``Heaviside`` and in a ``Piecewise`` of two that step at its zero.
+def by_direction(velocity: sp.Expr, expr: sp.Expr, part: str = "load") -> sp.Expr:
+    """Return a part of a friction with sign(velocity) for the steps at its zero: signs, ``Heaviside``, ``Piecewise``.
 
-    Whether such a step is written with > or >= says nothing of rest. A third value, at the zero alone, does, and stays.
+    Whether a step is written with > or >= says nothing of rest. A third value, at the zero alone, does: it is that of
+    the part ``static``, and never that of ``kinetic``.
     """
-    steps: dict[sp.Basic, sp.Basic] = {}
-    for atom in atoms(expr, sp.Heaviside, sp.Piecewise):
-        condition = atom.args[0][1] if isinstance(atom, sp.Piecewise) and len(atom.args) == 2 else None
-        if isinstance(condition, sp.Gt | sp.Ge | sp.Lt | sp.Le):
-            if side := _side(condition.gts - condition.lts, velocity):
-                strict = isinstance(condition, sp.Gt | sp.Lt)
-                steps[condition] = (sp.Gt if strict else sp.Ge)(side * sp.sign(velocity), 0)
-        elif isinstance(atom, sp.Heaviside) and (side := _side(atom.args[0], velocity)):
-            steps[atom] = (1 + side * sp.sign(velocity)) / 2
-    return expr.xreplace(steps)
+    sides = {atom: side for atom in atoms(expr, sp.sign, sp.Heaviside, sp.Rel) if (side := _side(atom, velocity))}
+    ordered = {atom: sides.pop(atom) for atom in [*sides] if isinstance(atom, sp.Rel)}
+    signs = {atom: side * sp.sign(velocity) for atom, side in sides.items()}
+
+    def directed(law: sp.Piecewise) -> sp.Expr:
+        named, rest, *ways = (law.xreplace({atom: atom.func(side * way, 0) for atom, side in ordered.items()})
+                              for way in (sp.sign(velocity), *map(sp.Integer, (0, 1, -1))))  # fmt: skip
+        return named if rest in ways else {"kinetic": named, "static": rest}.get(part, law)
+
+    expr = expr.replace(lambda e: isinstance(e, sp.Piecewise), directed) if ordered else expr
+    return expr.xreplace({atom: (1 + s) / 2 if isinstance(atom, sp.Heaviside) else s for atom, s in signs.items()})
 
 
-def _side(part: sp.Expr, velocity: sp.Expr) -> int:
-    """Return the sign of the factor if a part is a multiple of a velocity, else 0."""
-    ratio = sp.cancel(part / velocity)
-    return int(sp.sign(ratio)) if ratio.is_number and ratio.is_real else 0
+def _side(atom: sp.Basic, velocity: sp.Expr) -> int:
+    """Return the sign of the factor if an atom steps at the zero of a multiple of a velocity, else 0."""
+    part = atom.lhs - atom.rhs if isinstance(atom, sp.Rel) else atom.args[0]
+    ratio = part / velocity if symbols_in(part) & symbols_in(velocity) else sp.S.Zero
+    ratio = ratio if ratio.is_number or heavy(ratio) else sp.cancel(ratio)
+    return 1 if ratio.is_positive else -1 if ratio.is_negative else 0
 
 
 def without_squares(expr: sp.Expr, signs: Collection[sp.Expr]) -> sp.Expr:

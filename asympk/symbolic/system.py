@@ -59,13 +59,13 @@ class Friction(ShownAsFormulas):
     ``velocity`` is an expression in the states and may contain the time, as on a moving belt; ``load``, ``kinetic`` and
     ``static`` (by default ``kinetic``) are expressions in states, parameters and time. In them sign(velocity) at rest
     is 0, but in ``static |load|`` it is the direction of the slip that the force resists; so is the branch of a
-    ``Piecewise`` with one for each direction. The load may also be linear in forces and normals of frictions: two
-    directions of one contact share its reaction. A contact with a ``gap`` is open, without load, while ``gap > 0``; a
-    fractional power of -gap in the load is read as a power of the penetration ``Max(0, -gap)``, as in Hertz's contact.
-    ``normal`` is the symbol, if any, under which the load enters the rates: ``load`` while the contact is closed and 0
-    while the contact is open. A ``constraint`` makes the contact rigid: an
-    expression, linear in ``normal`` and the forces, that vanishes while the contact is closed and so determines the
-    reaction ``normal``, to which ``load`` is linear. With a gap g the constraint is g'', and ``normal``,
+    ``Piecewise`` with one for each direction, while a value at the zero of the velocity alone is static. The load may
+    also be linear in forces and normals of frictions: two directions of one contact share its reaction. A contact with
+    a ``gap`` is open, without load, while ``gap > 0``; a fractional power of -gap in the load is read as a power of the
+    penetration ``Max(0, -gap)``, as in Hertz's contact. ``normal`` is the symbol, if any, under which the load enters
+    the rates: ``load`` while the contact is closed and 0 while the contact is open. A ``constraint`` makes the contact
+    rigid: an expression, linear in ``normal`` and the forces, that vanishes while the contact is closed and so
+    determines the reaction ``normal``, to which ``load`` is linear. With a gap g the constraint is g'', and ``normal``,
     which only pushes, enters it with a positive coefficient. Of a rigid contact that holds both ways, without a gap,
     ``gap_rate`` is g', the integral of the constraint, which a run then keeps at 0 to the last digit.
     """
@@ -103,7 +103,7 @@ class Friction(ShownAsFormulas):
             _put(self, name, getattr(self, name))
         _put(self, "static", static)
         for name in ("kinetic", "static", *(["load"] if self.normal is None else [])):
-            _put(self, name, branches.by_direction(self.velocity, getattr(self, name)))
+            _put(self, name, branches.by_direction(self.velocity, getattr(self, name), name))
         if isinstance(self.gap, sp.Expr) and self.gap.free_symbols and self.constraint is None:
             for name in ("load", "kinetic", "static"):
                 _put(self, name, with_penetration(getattr(self, name), self.gap))

@@ -397,6 +397,7 @@ def test_a_block_stops_on_a_belt_that_stands_while_the_block_that_turns_it_rests
     assert ends(path, ("stick+slip_opposite", "stick+stick"), [0, -1 / 4, 0, 0])
 
 
+k = sp.Symbol("k", positive=True)
 HALF = sp.Rational(1, 2)
 DIRECTED = HALF + sp.sign(v) / 4  # 3/4 forward and 1/4 backward
 
@@ -415,8 +416,11 @@ def test_static_friction_that_is_below_the_kinetic_one_of_one_direction_is_refus
 @pytest.mark.parametrize(("kinetic", "load"), [
     (DIRECTED, 1), (1, DIRECTED), (sp.Heaviside(v) / 2 + HALF / 2, 1), (1, sp.Heaviside(v, 1) / 2 + HALF / 2),
     *((sp.Piecewise((1 - HALF / 2, ahead), (HALF / 2, True)), 1) for ahead in (v > 0, v >= 0)),
+    *((sp.Piecewise((1, v > 1), (1 - HALF / 2, ahead), (HALF / 2, True)), 1) for ahead in (v > 0, v >= 0)),
+    (sp.Piecewise((1 - HALF / 2, sp.And(v >= 0, v < 1)), (HALF, v >= 1), (HALF / 2, True)), 1),
+    (sp.Piecewise((1 - HALF / 2, v >= 0), (HALF / 2, t < 2), (HALF, True)), 1),
 ])  # fmt: skip
-@pytest.mark.few(12)
+@pytest.mark.few(20)
 def test_friction_that_differs_by_the_direction_holds_a_block_by_that_of_the_slip_it_resists(
     push, held, kinetic, load, how
 ):
@@ -427,6 +431,28 @@ def test_friction_that_differs_by_the_direction_holds_a_block_by_that_of_the_sli
     way = 1 if push == t else -1
     modes = ("stick", "slip_same" if way > 0 else "slip_opposite")
     assert ends(path, modes, [way * (1 - held) ** 3 / 6, way * (1 - held) ** 2 / 2])
+
+
+@pytest.mark.parametrize(("slip", "ahead"), [(k * v - k, v >= 1), (2 * v - 2, sp.sign(v - 1) >= 0),
+                                             (v - 1 / k, sp.Heaviside(k * v - 1, 1) > HALF)])  # fmt: skip
+def test_a_step_at_the_zero_of_a_multiple_of_the_sliding_velocity_is_one_by_the_direction(ahead, slip):
+    """Of v >= 1 under the velocity k (v - 1) the value 3/4 of forward slip held a block backward, of signs the mean."""
+    contact = ap.Friction(velocity=slip, force=F, load=1, kinetic=sp.Piecewise((1 - HALF / 2, ahead), (HALF / 2, True)))
+    system = ap.System.with_frictions({x: v, v: F - t}, {}, [contact], time=t)
+    values = dict.fromkeys(system.parameters, 1)
+    path = ap.solve(ap.Scene(system=system, values=values, start={x: 0, v: 1}, until=1))
+    assert [float(event.t) for event in path.events] == pytest.approx([1 / 4], abs=1e-13)
+
+
+@pytest.mark.parametrize("rest", [sp.Ne(v, 0), sp.Or(v > 0, v < 0)])
+@pytest.mark.parametrize(("push", "held"), [(t, 9 / 8), (-t, 7 / 8)])
+@pytest.mark.few(4)
+def test_a_value_of_friction_at_the_zero_of_its_velocity_alone_is_the_static_one(push, held, rest, how):
+    """Radau stalled where the block broke loose, and with a law by sign(v) beside it no event was decided."""
+    law = sp.Piecewise((HALF, rest), (1, True)) + sp.sign(v) / 8
+    path = ap.solve(ap.Scene(system=block(push, law), start={x: 0, v: 0}, until=2), **how)
+    assert [float(event.t) for event in path.events] == pytest.approx([held], abs=1e-13)
+    assert abs(float(path.final[1])) == pytest.approx(2 - held**2 / 2 - (held - HALF) * (2 - held), abs=1e-9)
 
 
 @pytest.mark.parametrize("speed", [2, -2])

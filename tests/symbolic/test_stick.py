@@ -190,7 +190,9 @@ def test_friction_that_is_less_one_way_is_ambiguous_where_that_way_crosses():
 
 
 @pytest.mark.parametrize("law", [sp.Rational(1, 2) + sp.sign(2 * v - 1) / 4,
-                                 sp.Piecewise((3, v > sp.Rational(1, 2)), (1, True)) / 4])  # fmt: skip
+                                 sp.Rational(1, 2) + sp.sign(v - sp.Rational(1, 2)) / 4,
+                                 sp.Piecewise((3, v > sp.Rational(1, 2)), (1, True)) / 4,
+                                 sp.Piecewise((6, v > 1), (3, 2 * v >= 1), (1, True)) / 4])  # fmt: skip
 def test_rest_reaches_as_far_as_the_friction_of_the_slip_that_would_follow(law):
     """Friction is 3/4 where the block slips up, and 1/4 where it slips down; x pulls it to 0."""
     regions = ap.stick_regions(_block(law))
