@@ -15,10 +15,11 @@ from typing import NamedTuple
 import sympy as sp
 
 from asympk.numbers import sign_of
+from asympk.symbolic.branches import with_direction
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.long import atoms, modulus, replaced, symbols_in
 from asympk.symbolic.penetration import Penetration
-from asympk.symbolic.system import System
+from asympk.symbolic.system import Friction, System
 
 Sides = tuple[tuple[sp.Expr, int], ...]  # pairs: a phase and its sign, 0 if it vanishes; for floor(u) its value
 MOST = 64  # phases of one mode; with more, as in a long table, the kinks are so gentle that steps may cross them
@@ -148,15 +149,26 @@ class Edge(NamedTuple):
 
 @lru_cache(maxsize=512)
 def system_on_sides(system: System, sides: Sides) -> System:
-    """Return a system with its rates and frictions as on the given ``sides`` of its phases: itself if they are so."""
+    """Return a system with its rates and frictions as on the given ``sides`` of its phases: itself if they are so.
+
+    A law of friction keeps the sign of its own velocity: its branch tells it, and at rest both directions count.
+    """
     if not sides:
         return system
     on = partial(on_sides, sides=sides)
     slow, fast = ({s: on(rate) for s, rate in rates.items()} for rates in (system.slow, system.fast))
-    found = [(f, {name: on(part) for name, part in f.parts.items()}) for f in system.frictions]
-    contacts = (replace(f, **parts) for f, parts in found)
-    sided = replace(system, slow=sp.Dict(slow), fast=sp.Dict(fast), frictions=tuple(contacts))
+    contacts = tuple(_friction_on(f, on) for f in system.frictions)
+    sided = replace(system, slow=sp.Dict(slow), fast=sp.Dict(fast), frictions=contacts)
     return system if sided == system else sided  # an equal one would be compared by its formulas, again and again
+
+
+def _friction_on(friction: Friction, on: Callable[[sp.Expr], sp.Expr]) -> Friction:
+    own, velocity = sp.Dummy(), on(friction.velocity)
+    laws = {name: friction.parts[name] for name in ("kinetic", "static", "load")}
+    directed = {name: on(with_direction(friction.velocity, law, own)) for name, law in laws.items()}
+    back = {own: sp.sign(velocity)}
+    others = {name: on(part) for name, part in friction.parts.items() if name not in laws}
+    return replace(friction, **others, **{name: law.xreplace(back) for name, law in directed.items()})
 
 
 def on_sides(expr: sp.Expr, sides: Sides) -> sp.Expr:

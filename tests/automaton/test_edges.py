@@ -455,6 +455,14 @@ def test_a_value_of_friction_at_the_zero_of_its_velocity_alone_is_the_static_one
     assert abs(float(path.final[1])) == pytest.approx(2 - held**2 / 2 - (held - HALF) * (2 - held), abs=1e-9)
 
 
+@pytest.mark.parametrize("drag", [-sp.Max(0, v), -sp.Piecewise((v, v > 0), (2 * v, True)), -sp.Max(v, 2 * v)])
+@pytest.mark.few(3)
+def test_a_drag_that_differs_by_the_direction_leaves_friction_at_rest_that_of_each_direction(drag, how):
+    """On the edge v = 0 of the drag, sign(v) was 0 in the friction, too: where the block breaks loose was undecided."""
+    path = ap.solve(ap.Scene(system=block(drag - t, DIRECTED), start={x: 0, v: 0}, until=1), **how)
+    assert [float(event.t) for event in path.events] == pytest.approx([1 / 4], abs=1e-13)
+
+
 @pytest.mark.parametrize("speed", [2, -2])
 def test_a_law_for_each_direction_is_asked_for_the_direction_of_slip_alone(speed, how):
     """Each root is of no real number the other way; from |v| = 2 the rates are those of the one law."""
