@@ -18,7 +18,7 @@ from asympk.integrators.stepwise import field_and_start, follow_steps
 
 CLASSES = {"rk45": "RK45", "dop853": "DOP853", "radau": "Radau", "bdf": "BDF", "lsoda": "LSODA"}
 EXPLICIT = ("rk45", "dop853")
-RESTARTS = 8  # of LSODA in one mode
+RESTARTS = 16  # of LSODA in one mode
 
 
 def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float, settings: Settings) -> Segment:
@@ -43,7 +43,8 @@ def _solver(mode, t, state, until, settings):
     step = solver.step
     if settings.method == "lsoda":
         _with_reasons(solver)
-        step = partial(_restarting, solver, step, partial(solver.__init__, rates, t_bound=until, **options), [])
+        begin = partial(solver.__init__, rates, t_bound=until, **options)
+        step = partial(_restarting, solver, step, begin, rates, [settings.longest])
     solver.step = partial(_stepped, solver, step, rates)
     solver.made = 1
     if hasattr(solver, "solve_lu"):
@@ -58,14 +59,15 @@ class Rates:
     these two cases an error is raised (``told``: for LSODA). ``left`` records that the rates were nan.
     """
 
-    __slots__ = ("field", "left", "nowhere", "p", "start", "told")
+    __slots__ = ("field", "left", "nowhere", "p", "start", "told", "tried")
 
     def __init__(self, field: Callable[..., tuple], p: tuple, t: float, start: tuple, told: bool):
         self.field, self.p, self.start, self.told = field, p, (t, *start), told
-        self.nowhere, self.left = (math.nan,) * len(start), False
+        self.nowhere, self.left, self.tried = (math.nan,) * len(start), False, t
 
     def __call__(self, t: float, state: np.ndarray) -> tuple:
         """Return the rates, or nan where they are no finite real numbers."""
+        self.tried = t
         try:
             return self.field(t, *state.tolist(), *self.p)
         except (ArithmeticError, ValueError):
@@ -88,23 +90,23 @@ def _stepped(solver, step, rates):
     return reason
 
 
-def _restarting(solver, step, begin, restarts):
-    """Make one step, or begin anew where LSODA tries a step to where the rates are no finite real numbers.
+def _restarting(solver, step, begin, rates, longest):
+    """Make one step, or begin anew, with steps up to a quarter, where LSODA tries one to where rates are not finite.
 
-    Beyond its guard a mode may grow without bound, as friction with exp(-|v|/c) does. Raises if the new beginning does
-    not help, or after ``RESTARTS``.
+    Beyond its guard a mode may grow without bound, as friction with exp(-|v|/c) does. ``longest`` are the longest steps
+    so far. Raises if the tried step gains no time, or after ``RESTARTS``.
     """
     try:
         return step()
     except (ArithmeticError, ValueError):
-        if len(restarts) == RESTARTS or solver.t in restarts:
+        if len(longest) > RESTARTS or rates.tried <= solver.t:
             raise
-    restarts.append(solver.t)
+    longest.append(min(longest[-1], (rates.tried - solver.t) / 4))
     spent = solver.nfev, solver.njev
-    begin(t0=solver.t, y0=solver.y)
+    begin(t0=solver.t, y0=solver.y, max_step=longest[-1])
     _with_reasons(solver)
     solver.nfev, solver.njev = (new + old for new, old in zip((solver.nfev, solver.njev), spent, strict=True))
-    return _restarting(solver, step, begin, restarts)
+    return _restarting(solver, step, begin, rates, longest)
 
 
 def _with_reasons(solver):
