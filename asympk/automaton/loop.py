@@ -168,7 +168,7 @@ def mode_after(
     contact changes. ``since`` is None, or the time at which ``mode`` ended just before a switch by the time, with ``t``
     just after this switch. ``fixed`` and the errors are those of ``mode_on_sides``; ``Automaton.next`` raises, too.
     """
-    before, (crossed, left) = mode, _crossed(mode, hits)
+    before, leaping, (crossed, left) = mode, set[tuple](), _crossed(mode, hits)
     switches, doubt = bool(crossed), slack
     if since is not None:  # the guards of a side that has ended are those of no motion
         crossed, left, doubt = [*automaton.edges_at(t, state, mode.beside)], left * (not switches), mode.beside
@@ -177,15 +177,14 @@ def mode_after(
     if switches and (mode.mode.jumping or not stops):
         mode = mode_on_sides(automaton, awake(mode.branch), digits, t, state, crossed, fixed)
         leaping = {("velocity_zero", k) for k in mode.mode.jumping if _leaps(k, ((before, start), (mode, t)), state)}
-        left, stops = [key for key in left if key[:2] not in leaping], stops and not leaping
+        left, stops = [key for key in left if key[:2] not in leaping], stops and _may_rest(mode, left, leaping, crossed)
     if switches and stops:  # what stops or lands on an edge may rest there
         mode, hits = before, tuple(hit for hit in hits if before.kinds[hit][0] != SWITCH)
     elif switches:
         later = mode.moved_on(t, state, SHORTLY * doubt * t)
         entered = tuple(side for side in mode.mode.sides if {phase_of(edge)[0] for edge in inside(*side)} & {*crossed})
         hits = _lost_beyond(mode, left, (t, state), later)
-    places = (before, start), (mode, t)
-    event = _left_by_ground(*places[0], mode, t, state) or _torn(places, state)
+    event = _left_by_ground(before, start, mode, t, state) or _torn(((before, start), (mode, t)), state)
     if event is None and (switches or not hits):  # a velocity at rest whose slope jumps is 0 on the new side, too
         state = mode.settled(t, state)
     if event is not None:
@@ -194,13 +193,29 @@ def mode_after(
         branch, event = _passed(automaton, mode, hits, *later, doubt, entered)
     else:
         return mode, state, None
-    crossed = [*crossed, *automaton.edges_at(*later, doubt)]
-    after = _followed_by(automaton, mode, branch, digits, t, state, crossed, fixed)
+    after = _following(automaton, mode, branch, digits, t, state, [*crossed, *automaton.edges_at(*later, doubt)], fixed)
+    if leaping and stops:
+        event = _torn(((before, start), (_beyond(automaton, before, after, digits), t)), state) or event
     state, alike = after.settled(t, state), moves_alike(automaton.system, branch, mode.branch)
     return after, state, None if alike else event._replace(t=t, state=state)
 
 
-def _followed_by(
+def _beyond(automaton: Automaton, before: NumericMode, after: NumericMode, digits: int | None) -> NumericMode:
+    """Return a mode on the sides of the next one, but for the edges on which it rests."""
+    still = dict(side for side in before.mode.sides if not inside(*side))
+    return automaton.mode(before.branch, digits, tuple((dict(after.mode.sides) | still).items()))
+
+
+def _may_rest(mode: NumericMode, lost: list[tuple], leaping: set[tuple], crossed: list[sp.Expr]) -> bool:
+    """Tell whether what stops or lands may rest on an edge, also where sliding velocities would leap beyond it.
+
+    An edge of the time alone is crossed whatever stops.
+    """
+    stops = any(key[0] in ("velocity_zero", "touch_down") and key[:2] not in leaping for key in lost)
+    return not leaping or (stops and any(phase.free_symbols & {*mode.mode.system.states} for phase in crossed))
+
+
+def _following(
     automaton: Automaton, mode: NumericMode, branch: Branch, digits: int | None, t: Any, state: tuple,
     crossed: list[sp.Expr], fixed: bool,
 ) -> NumericMode:  # fmt: skip

@@ -497,14 +497,28 @@ def test_a_smooth_contact_does_not_mind_the_belt_that_another_block_turns():
                 [-1 / 2 + math.cos(5) / 2, -math.sin(5) / 2, math.sin(5), math.cos(5)])  # fmt: skip
 
 
-def test_of_blocks_that_turn_the_belts_of_each_other_one_that_rests_is_not_told_to_turn_the_other_belt(how):
+def test_of_blocks_that_turn_the_belts_of_each_other_one_that_rests_does_not_turn_the_other_belt(how):
     """One rests at 1/4 on a belt that stands. The other, at w = -0.35, was told to slide as if v were negative."""
     y, w, G = sp.symbols("y w G", real=True)
     contacts = [ap.Friction(velocity=v - 2 * sp.Heaviside(w), force=F, load=1, kinetic=1, static=2),
                 ap.Friction(velocity=w - sp.sign(v), force=G, load=1, kinetic=sp.Rational(1, 4))]  # fmt: skip
     system = ap.System.with_frictions({x: v, v: F - 4 * x - sp.S.Half, y: w, w: G - 1}, {}, contacts)
-    with pytest.raises(NotDerivable, match="stays on v = 0"):
-        ap.solve(ap.Scene(system=system, start={x: 0, v: 1, y: 0, w: 0}, until=1), **how)
+    path = ap.solve(ap.Scene(system=system, start={x: 0, v: 1, y: 0, w: 0}, until=1), **how)
+    assert path.modes == ("slip_same+slip_opposite", "stick+slip_opposite")
+    assert [float(w) for w in path.final] == pytest.approx([1 / 4, 0, -3 / 8, -3 / 4], abs=1e-5)
+
+
+@pytest.mark.parametrize("push", [0, 1])
+def test_a_block_that_stops_where_it_would_turn_the_belt_of_another_turns_it_only_if_it_goes_on(push, how):
+    """It was told to turn the belt though it rests, so that the other one slipped, or no motion was found."""
+    u, G = sp.symbols("u G", real=True)
+    contacts = [ap.Friction(velocity=v - 1 + sp.sign(t + 1), force=F, load=1, kinetic=sp.S.Half),
+                ap.Friction(velocity=u - 2 * sp.Heaviside(v, 0), force=G, load=1, kinetic=1)]  # fmt: skip
+    system = ap.System.with_frictions({x: v, v: F + push, u: G - sp.S.Half}, {}, contacts, time=t)
+    path = ap.solve(ap.Scene(system=system, start={x: 0, v: "-1/2", u: 0}, until=2), **how)
+    expected = ("slip_same+slip_opposite", [11 / 18, 5 / 6, 5 / 6]) if push else ("stick+stick", [-1 / 4, 0, 0])
+    assert path.modes == ("slip_opposite+stick", expected[0])
+    assert [float(w) for w in path.final] == pytest.approx(expected[1], abs=1e-5)
 
 
 @pytest.mark.parametrize(("speed", "since"), [("-1/2", 0), (0, 1)])
