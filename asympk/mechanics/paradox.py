@@ -14,6 +14,8 @@ from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import shortest, tidy, vanishes
 from asympk.symbolic.reading import exact_constant
 
+DIGITS = 50  # at which extreme values are told apart
+
 
 def critical_friction(kinetics: Kinetics) -> sp.Expr:
     """Return G_NN / (load |G_NT|), or oo if G_NT vanishes identically."""
@@ -53,7 +55,7 @@ def least(
 
     ``values`` are exact numbers for parameters; all other parameters stay symbols, and a number of the coordinate is
     ignored. Raises ``NotDerivable`` if the critical friction is no such function, has no least value, or its least
-    value depends on signs that are not known.
+    value depends on signs that are not known or is a root of a polynomial whose coefficients are not rational numbers.
     """
     known = {key: exact_constant(str(key), value) for key, value in values.items() if key != coordinate}
     critical = critical_friction(kinetics).subs(known)
@@ -70,9 +72,15 @@ def least(
     if 0 in found:
         raise NotDerivable(f"the critical friction over {name} comes down to 0: there is no least one")
     for value, place in found.items():
-        if value.is_positive and all(value == other or sp.simplify(other - value).is_nonnegative for other in found):
+        if value.is_positive and all(_is_least(value, other) for other in found):
             return LeastFriction(value, sp.Eq(sp.cos(angle), 0) if place == sp.oo else sp.Eq(sp.tan(angle), place))
     raise NotDerivable(f"the least critical friction over {name} depends on parameters; give their values")
+
+
+def _is_least(value: sp.Expr, other: sp.Expr) -> bool:
+    """Tell whether a value is known to be no greater than another."""
+    known = value == other or sp.Le(value, other) is sp.true  # of roots of polynomials, too, without a long search
+    return known or bool(sp.simplify(other - value).is_nonnegative)
 
 
 def _extremes(turned: sp.Expr, tangent: sp.Symbol, name: Any) -> dict[sp.Expr, sp.Expr]:
@@ -81,17 +89,39 @@ def _extremes(turned: sp.Expr, tangent: sp.Symbol, name: Any) -> dict[sp.Expr, s
     if max(above.degree(), below.degree()) == 2:
         return _of_quadratics(above, below, name)
     slope = above.diff() * below - above * below.diff()
-    roots = sp.roots(slope)
-    complete = sum(roots.values()) == slope.degree() and all(root.is_real is not None for root in roots)
-    if not complete and slope.free_symbols_in_domain:
-        raise NotDerivable(f"the least critical friction over {name} depends on parameters; give their values")
-    candidates = *sp.roots(above), *(roots if complete else slope.real_roots())
-    places = [root for root in candidates if root.is_real and below.eval(root) != 0]
-    found: dict[sp.Expr, sp.Expr] = {}
-    for root in sorted(places, key=lambda root: root.is_positive is not True):
-        found.setdefault(sp.simplify(sp.Abs(turned.subs(tangent, root))), root)
+    if all(part.domain.is_ZZ or part.domain.is_QQ for part in (above, below)):
+        found = _in_numbers(above, below, slope)
+    else:
+        roots = sp.roots(slope)
+        if sum(roots.values()) < slope.degree() or any(root.is_real is None for root in roots):
+            why = ("depends on parameters; give their values" if slope.free_symbols_in_domain else
+                   "is a root of a polynomial with irrational numbers; give rational ones")  # fmt: skip
+            raise NotDerivable(f"the least critical friction over {name} {why}")
+        places = [root for root in (*sp.roots(above), *roots) if root.is_real and below.eval(root) != 0]
+        found = {}
+        for root in sorted(places, key=lambda root: root.is_positive is not True):
+            found.setdefault(sp.simplify(sp.Abs(turned.subs(tangent, root))), root)
     if (degree := below.degree()) >= above.degree():
         found.setdefault(sp.cancel(sp.Abs(above.nth(degree) / below.nth(degree))), sp.oo)
+    return found
+
+
+def _in_numbers(above: sp.Poly, below: sp.Poly, slope: sp.Poly) -> dict[sp.Expr, sp.Expr]:
+    """Return {absolute value: tangent} of the zeros and stationary points of a quotient s with rational numbers.
+
+    At a stationary point above - s below has a double root, so that s is a root of its discriminant.
+    """
+    if zeros := above.real_roots():
+        return {sp.S.Zero: zeros[0]}
+    s = sp.Dummy("s")
+    discriminant = sp.Poly((above.as_expr() - s * below.as_expr()).as_poly(above.gen).discriminant(), s)
+    either = discriminant * discriminant.compose(sp.Poly(-s, s))
+    values = [value for value in dict.fromkeys(either.real_roots()) if value.is_positive]
+    found: dict[sp.Expr, sp.Expr] = {}
+    for root in reversed(slope.quo(slope.gcd(below)).real_roots()):
+        near = root.evalf(DIGITS)
+        size = abs(above.eval(near) / below.eval(near))
+        found.setdefault(min(values, key=lambda value: abs(value.evalf(DIGITS) - size)), root)
     return found
 
 

@@ -1,5 +1,7 @@
 """Where the paradox is: critical friction, its least value, and the configurations that have one."""
 
+import math
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -89,6 +91,29 @@ def test_a_hoop_with_a_weight_on_its_rim_has_its_least_critical_friction_by_half
     assert sp.simplify(least.friction - sp.sqrt(M * (M + 2 * m)) / m) == 0
     assert sp.simplify(least.where.rhs - sp.sqrt(M / (M + 2 * m))) == 0
     assert least.where.lhs == sp.tan(THETA / 2)
+
+
+@pytest.mark.slow
+def test_a_least_critical_friction_that_no_radicals_give_is_the_root_of_a_polynomial():
+    """A cam with a weight beside its middle; its least critical friction took minutes for want of such a root."""
+    weight = X + sp.sin(THETA) / 2, Y + sp.cos(THETA) / 2
+    energy = (X.diff() ** 2 + Y.diff() ** 2 + THETA.diff() ** 2 + sum(part.diff() ** 2 for part in weight)) / 2
+    gap, slip = Y - 1 - sp.sin(2 * THETA) / 4, X - THETA + sp.sin(THETA)
+    cam = ap.Mechanism.from_lagrangian(energy, (X, Y, THETA), contact=ap.Contact(gap, slip, 1, unilateral=True))
+    least, angles = cam.least_critical_friction(THETA), np.linspace(-np.pi, np.pi, 200001)
+    over = np.abs(sp.lambdify(THETA, cam.critical_friction)(angles))
+    assert isinstance(least.friction, sp.CRootOf)
+    assert float(least.friction) == pytest.approx(over.min(), rel=1e-7)
+    assert 2 * math.atan(least.where.rhs) == pytest.approx(angles[over.argmin()], abs=1e-4)
+
+
+@pytest.mark.slow
+def test_a_least_critical_friction_with_irrational_numbers_that_no_radicals_give_is_refused_by_name():
+    gap = Y - sp.cos(THETA) / 3 - sp.sin(2 * THETA) / 4
+    energy = (X.diff() ** 2 + Y.diff() ** 2 + sp.sqrt(2) * THETA.diff() ** 2) / 2
+    cam = ap.Mechanism.from_lagrangian(energy, (X, Y, THETA), contact=ap.Contact(gap, X - THETA, 1, unilateral=True))
+    with pytest.raises(NotDerivable, match="polynomial with irrational numbers; give rational ones"):
+        cam.least_critical_friction(THETA)
 
 
 def test_a_critical_friction_without_a_least_value_is_told():
