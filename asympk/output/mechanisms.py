@@ -135,7 +135,8 @@ def _least(rod, name, tied):
     except NotDerivable:
         return []
     where = str(least.where.lhs).replace("(t)", "")
-    return [f"least           friction {least.friction} where {where} = {least.where.rhs}"]
+    friction, place = (_short(n) if n.has(sp.CRootOf) else n for n in (least.friction, least.where.rhs))
+    return [f"least           friction {friction} where {where} = {place}"]
 
 
 def motion_lines(described: Described) -> list[str]:

@@ -363,6 +363,27 @@ def test_version_is_that_of_the_package(capsys):
     assert run(capsys, "--version") == (0, f"asympk {asympk.__version__}\n", "")
 
 
+CAM = """
+coordinates = ["X", "Y", "theta"]
+lagrangian = "(X'^2 + Y'^2 + theta'^2 + (X' + theta'*cos(theta)/2)^2 + (Y' - theta'*sin(theta)/2)^2)/2 - Y"
+gap = "Y - 1 - sin(2*theta)/4"
+slip = "X - theta + sin(theta)"
+friction = "f"
+unilateral = true
+values = {f = 2}
+state = {X = 0, Y = 1, theta = 0, "X'" = -1, "Y'" = 0, "theta'" = 0}
+over = {theta = [0.05, 3]}
+"""
+
+
+@pytest.mark.slow
+def test_a_least_critical_friction_that_no_radicals_give_is_printed_in_decimals(capsys, tmp_path):
+    (tmp_path / "cam.toml").write_text(CAM)
+    status, out, _ = run(capsys, "mechanism", str(tmp_path / "cam.toml"))
+    assert status == 0
+    assert re.search(r"least +friction 0\.920379 where tan\(theta/2\) = -20\.8928\n", out)
+
+
 @pytest.mark.parametrize("arguments", [["solve", "backward", "--method", "LSODA"], ["claims", "c16"],
                                        ["mechanism", "Butenin"]])  # fmt: skip
 def test_names_are_read_in_any_case(capsys, arguments):
