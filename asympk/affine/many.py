@@ -356,7 +356,7 @@ def _chosen(modes, candidates, t, w, velocities, loads):
     for candidate in candidates:
         possible = np.ones(len(t), dtype=bool)
         for k, phase in enumerate(candidate):
-            if phase == OPEN or phase.smooth:
+            if phase == OPEN:
                 continue
             possible &= (loads[k] == 0) | (np.sign(loads[k]) == phase.load)
             possible &= (velocities[k] == 0) if phase.velocity == 0 else (velocities[k] * phase.velocity >= 0)
