@@ -293,8 +293,8 @@ def _require_reached(formulas, order, first, found, mu, values, end, rtol, guard
         later = guards and (lambda span, at: guards(t + span, at))
         follow_reduced_flow(formulas, 0, np.array(last), mu, values, end - t, rtol, later, began + t)
     where = _place(formulas, last, formulas.height(0)(*last, mu, *values), began + t)
-    raise OutOfRange(f"the reduced flow ends near {where}: its states grow beyond bounds, or its steps become too "
-                     "small")  # fmt: skip
+    raise OutOfRange(f"the reduced flow ends near {where}: its states grow beyond bounds, its steps become too small, "
+                     "or it takes too many of them")  # fmt: skip
 
 
 def _kinds(orders, whole):
