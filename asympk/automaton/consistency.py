@@ -186,13 +186,13 @@ def _opening(here: Junction, k: int, point: ContactPoint, forces: tuple) -> Any:
     """Return the value that must be positive for a contact to be open: its gap, or g'' for a rigid one that touches.
 
     g'' is taken without the reaction of this contact, but with the forces of the others. Where the reaction has just
-    vanished, the value is 0, so that ``signs_of_derivatives`` decides by g'''.
+    vanished, and has not jumped past 0, the value is 0, so that ``signs_of_derivatives`` decides by g'''.
     """
     if here.system.frictions[k].constraint is None:
         return point.contacts[k].gap
     if k not in here.touching:
         return abs(point.contacts[k].gap)
-    return 0 if here.touching[k] else row_at(gap_row(here.system, k, point), forces)
+    return 0 if here.touching[k] and not here.pulls(k) else row_at(gap_row(here.system, k, point), forces)
 
 
 def staying(here: Junction, mode: GuardedMode, keys: list[tuple]) -> list[int] | None:

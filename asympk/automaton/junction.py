@@ -15,6 +15,7 @@ from asympk.automaton.contacts import (
     Place,
     Signs,
     Solved,
+    clear_sign,
     contact_point,
     coupled,
     gap_row,
@@ -127,6 +128,12 @@ class Junction:
         if key not in self._known:
             self._known[key] = solved_forces(self.system, branch, self.points_in(branch)[point], self.numbers, group)
         return self._known[key]
+
+    def pulls(self, k: int) -> bool:
+        """Tell whether contact k would clearly pull in the branch before: its reaction has jumped past 0 at an edge."""
+        group = next(group for group in coupled(self.system) if k in group)
+        found = [self.before and self.solved(self.before, group, n) for n in range(len(self.points))]
+        return all(found) and clear_sign([own.forces[self.system.frictions[k].normal] for own in found if own]) < 0
 
     def is_determined(self, branch: Branch) -> bool:
         """Tell whether the equations of a branch determine its forces."""

@@ -455,6 +455,19 @@ def test_a_value_of_friction_at_the_zero_of_its_velocity_alone_is_the_static_one
     assert abs(float(path.final[1])) == pytest.approx(2 - held**2 / 2 - (held - HALF) * (2 - held), abs=1e-9)
 
 
+def test_a_contact_whose_reaction_jumps_past_zero_on_an_edge_does_not_open_to_fall_into_the_ground(how):
+    """What would lift it while it sticks does not while it slips: open, its gap falls as -|t - 1|, two were told."""
+    gap, w, N = sp.symbols("g w N", real=True)
+    press = F + N - sp.Abs(t - 1)
+    belt = ap.Friction(velocity=v - 1, force=F, load=N, kinetic=2, gap=gap, normal=N, constraint=press)
+    rates = {x: v, gap: w, v: F - 3 * sp.sign(x - HALF) / 2, w: press}
+    system = ap.System.with_frictions(rates, {}, [belt], time=t)
+    path = ap.solve(ap.Scene(system=system, start={x: 0, gap: 0, v: 0, w: 0}, until=1), **how)
+    left = 107 / 144  # it sticks from t = 1/2, at x = 37/144, to the edge x = 1/2
+    assert path.modes == ("slip_opposite", "stick", "slip_opposite")
+    assert float(path.final[2]) == pytest.approx(1 + (1 - left) ** 2 / 3 - 3 / 2 * (1 - left), abs=1e-9)
+
+
 @pytest.mark.parametrize("drag", [-sp.Max(0, v), -sp.Piecewise((v, v > 0), (2 * v, True)), -sp.Max(v, 2 * v)])
 @pytest.mark.few(3)
 def test_a_drag_that_differs_by_the_direction_leaves_friction_at_rest_that_of_each_direction(drag, how):
