@@ -323,6 +323,7 @@ def test_every_noun_of_formulas_is_tried(nouns):
 
 
 @pytest.mark.parametrize("k", range(NOUNS))
+@pytest.mark.few(3)
 def test_a_noun_of_formulas_tells_itself_briefly_and_as_latex(nouns, k):
     noun = nouns[k]
     assert len(repr(noun)) < 1200

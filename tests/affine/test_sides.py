@@ -50,6 +50,7 @@ def test_a_motion_that_only_touches_a_stop_is_not_turned_by_it():
     assert path.final == pytest.approx([math.cos(20), -math.sin(20)], abs=1e-15)
 
 
+@pytest.mark.slow
 def test_any_number_of_stops_is_followed_in_closed_form_as_each_block_is_alone():
     """Seven stops have 128 choices of sides, and no law feels more than one."""
     blocks = [(*sp.symbols(f"x{k} v{k}", real=True), k) for k in range(1, 8)]

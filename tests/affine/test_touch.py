@@ -116,6 +116,7 @@ def test_a_velocity_that_touches_zero_as_a_cubic_goes_on_or_sticks(sigma0, stops
 
 
 @pytest.mark.parametrize("digits", [None, 30])
+@pytest.mark.few(1)
 def test_a_block_rests_on_where_both_edges_of_its_cone_meet_at_the_tip_and_part_again(digits):
     """The load 1 - sin t vanishes at pi/2 and comes back, and with it what friction may hold on either side."""
     x, v, F, t = sp.symbols("x v F t", real=True)
@@ -177,7 +178,7 @@ def pushed(drive, start=0, static=1, until=5, **options):
         (1 - sp.sin(t) ** 3, math.pi, math.cos(5) - math.cos(5) ** 3 / 3 + 2 / 3),
     ],
 )
-@pytest.mark.few(1)
+@pytest.mark.few(0)
 def test_a_block_slips_where_its_drive_passes_the_bound_of_stick_at_a_multiple_root(drive, onset, end):
     path = pushed(drive)
     assert path.modes == ("stick", "slip_same")

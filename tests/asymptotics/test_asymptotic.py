@@ -156,7 +156,7 @@ def test_the_prediction_allows_for_series_that_converge_slowly(scene, order):
 
 
 @pytest.mark.parametrize("order", range(5))
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_where_the_limit_misleads_the_series_is_refused_to_every_order(order):
     # sigma < 4 mu; and mu/sigma = 0.14, where a series with amplitudes 1/sigma has z' = 104 at the start, not -1/4
     slow = ap.Scene(0.00052, 0.00232, (0.79, -2.8, 0.00049), 0.196)

@@ -134,7 +134,7 @@ def test_the_impulses_followed_in_numbers_are_those_of_the_jump_law():
 
 
 @pytest.mark.parametrize("example", [arm, brake_shoe], ids=["arm", "brake shoe"])
-@pytest.mark.few(1)
+@pytest.mark.few(0)
 def test_the_limit_of_a_mechanism_whose_joints_turn_is_wrong_by_mu_log_mu(example):
     # squares of the speed c y at which the gap changes are in all rates; where y is of order 1/c they are of order 1
     (scene, *_), constants = example.scenes(), []

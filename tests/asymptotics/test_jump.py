@@ -58,7 +58,7 @@ def test_the_layer_of_a_rod_that_all_of_several_assumptions_make_shallow_does_no
 
 
 @pytest.mark.parametrize("range_", [sp.And(sigma > 3, sigma < 40), sigma > 7, sp.Or(sigma > 5, sp.Eq(sigma, 4))])
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_a_layer_has_its_law_in_every_range_of_parameters_that_the_assumptions_allow(range_):
     def limit(assumptions):
         steep = System.with_friction({x: y}, {y: 1 - 2 * (x + y) + F}, velocity={z: 1 - (x + y) + F}, force=F,
@@ -171,6 +171,7 @@ def test_domains_are_the_quadrants_of_the_phase_space():
     assert above == sp.And(sigma > 0, z > 0, x + y < 0, -sigma * (x + y) - 1 > 0)
 
 
+@pytest.mark.slow
 def test_the_shallow_rod_sticks_on_arrival_above_minus_three_halves_and_crosses_below():
     ways = {s: jump_map(SYSTEM, 0, {sigma: sp.Rational(s)}, arrival="slip_opposite").itinerary
             for s in ("-1/2", "-6/5", "-149/100", "-151/100", "-17/10")}
@@ -212,7 +213,7 @@ def test_errors_of_event_times_and_states_tend_to_their_first_omitted_terms(way)
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])
-@pytest.mark.few(1)
+@pytest.mark.few(0)
 def test_the_events_of_the_model_in_numbers_are_those_of_the_map_cut_at_its_order(order):
     jump, start, mu = jump_map(pk.system(), order=2, start={pk.sigma: 1}), (0, Fraction(1, 5), -1), Fraction(1, 1000)
     path = ap.solve(ap.Scene(1, mu, start, 1), method="jump", order=order)

@@ -27,6 +27,7 @@ def same(a, b):
 
 @settings(max_examples=100)
 @given(some, some, some)
+@pytest.mark.slow
 def test_addition_and_multiplication_are_those_of_a_commutative_ring(a, b, c):
     assert same(a + b, b + a)
     assert same(a * b, b * a)

@@ -829,6 +829,7 @@ def test_near_a_fold_the_predicted_error_is_the_error_though_the_terms_do_not_fa
 
 @pytest.mark.parametrize("order", [1, 3])
 @pytest.mark.parametrize(("more", "begun", "until"), [(0, "1e-9", 21), (sp.Max(0, x - sp.S.Half) / 4, "1e-8", 20)])
+@pytest.mark.few(2)
 def test_errors_that_grow_as_a_slow_motion_leaves_what_repels_it_are_predicted(more, begun, until, order):
     system = ap.System.smooth({x: y - x**3 - more}, {y: x - y}, mu)  # those of a step grow as much as the start does
     field = sp.lambdify((x, y), (y - x**3 - more, 100 * (x - y)))
@@ -971,6 +972,7 @@ def _through_edges(name, small):
     return scene, truth
 
 
+@pytest.mark.slow
 def test_the_path_through_pulses_is_right_at_all_times_and_in_its_layers_too():
     pulse = sp.Piecewise((1, T < 1), (-1, T < 2), (sp.sin(T), True))
     system = ap.System.smooth({x: y - x}, {y: pulse - y - x * y / 4}, mu, time=T)
@@ -989,7 +991,7 @@ RECORDS = {
 
 
 @pytest.mark.parametrize("name", RECORDS)
-@pytest.mark.few(1)
+@pytest.mark.few(0)
 def test_steps_teeth_and_records_by_the_time_are_passed_as_rightly_as_it_is_said(name):
     system = ap.System.smooth({x: -x + y}, {y: RECORDS[name] - y - x * y / 4}, mu, time=T)
     scene = ap.Scene(system=system, values={mu: "1/1000"}, start={x: 1, y: 2}, until="4/5")

@@ -420,7 +420,7 @@ def test_static_friction_that_is_below_the_kinetic_one_of_one_direction_is_refus
     (sp.Piecewise((1 - HALF / 2, sp.And(v >= 0, v < 1)), (HALF, v >= 1), (HALF / 2, True)), 1),
     (sp.Piecewise((1 - HALF / 2, v >= 0), (HALF / 2, t < 2), (HALF, True)), 1),
 ])  # fmt: skip
-@pytest.mark.few(20)
+@pytest.mark.few(4)
 def test_friction_that_differs_by_the_direction_holds_a_block_by_that_of_the_slip_it_resists(
     push, held, kinetic, load, how
 ):
@@ -679,6 +679,7 @@ def test_a_body_at_the_edge_of_a_stair_falls_from_the_height_it_has_above_the_si
 
 
 @pytest.mark.parametrize("step", STEPS)
+@pytest.mark.few(4)
 def test_a_body_on_the_edge_of_a_stair_slides_on_the_step_it_moves_to_and_starts_below_none(step, how):
     def run(height, speed):
         start = {"x": 1, "y": height, "u": 0, "v": speed}

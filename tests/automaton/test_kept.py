@@ -35,7 +35,7 @@ def test_two_frictions_whose_shares_nothing_determines_hold_a_body_that_does_not
 
 
 @pytest.mark.parametrize(("second", "push"), [(2 + p, p**5), (2 - r + p**9, 0), (2 + p, (p + r) * s + q**2 + p**7)])
-@pytest.mark.few(1)
+@pytest.mark.few(0)
 def test_a_symmetry_that_a_high_power_breaks_is_not_kept(second, push):
     with pytest.raises(UnboundedReaction, match=r"stick\+stick has equations that are singular"):
         ap.solve(turning(second, push))

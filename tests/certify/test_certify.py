@@ -104,6 +104,7 @@ def _random_scene(rnd):
     return ap.Scene(sigma, mu, (x, y, z), 5, sigma + excess)
 
 
+@pytest.mark.slow
 def test_certificates_hold_on_random_scenes_against_sixty_digits():
     rnd = random.Random(20)
     for _ in range(120):

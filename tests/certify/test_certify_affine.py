@@ -748,6 +748,7 @@ def test_a_load_whose_formula_is_written_otherwise_in_the_rates_hides_no_proof()
 
 
 @pytest.mark.parametrize(("push", "mode"), [("3/16", "stick"), ("1/2", "slip_opposite")])
+@pytest.mark.few(1)
 def test_what_a_body_at_rest_on_two_rigid_feet_does_is_proven_under_a_push_that_the_state_switches(push, mode):
     lift, turn = N + H - 1, 3 * (N - H)
     quarter = sp.Rational(1, 4)
@@ -814,6 +815,7 @@ def test_the_guard_of_a_load_that_is_positive_by_its_form_is_lost_where_the_othe
 
 
 @pytest.mark.parametrize("sign", [sp.sign, lambda u: 2 * sp.Heaviside(u) - 1])
+@pytest.mark.few(1)
 def test_a_belt_that_another_block_turns_is_proven_to_keep_its_speed_until_then(sign):
     frictions = [ap.Friction(v, F, load=1, kinetic=sp.S.Half), ap.Friction(w - sign(v) / 2, G, load=1, kinetic=k)]
     system = ap.System.with_frictions({x: v, y: w, v: 1 + F, w: G - y}, {}, frictions)
@@ -1085,7 +1087,7 @@ def test_two_blocks_that_happen_to_stop_together_are_refused_as_simultaneous_in_
 
 
 @pytest.mark.parametrize("second", [3, -3])
-@pytest.mark.few(1)
+@pytest.mark.few(0)
 def test_two_blocks_that_always_stop_together_by_their_symmetry_are_proven(second):
     scene = pair_of_blocks((y - 2 * x, x - 2 * y), second)
     assert len(proven_as_followed(scene).events) >= 2

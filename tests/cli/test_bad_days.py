@@ -185,6 +185,7 @@ def _full(*_, **__):
 @pytest.mark.parametrize(
     "line", ["sweep good.toml --out o", "solve backward --csv p.csv", "solve backward --plot p.png"]
 )
+@pytest.mark.few(2)
 def test_a_full_disk_is_one_line_and_leaves_nothing_half_written(place, capsys, monkeypatch, line):
     monkeypatch.setattr("asympk.storage.files.os.replace", _full)
     status, out, err = run(capsys, *line.split())
@@ -276,6 +277,7 @@ def test_any_table_is_read_or_refused_in_one_sentence(table, good, kind):
 
 @settings(max_examples=300)
 @given(raw=st.one_of(st.binary(max_size=200), st.text(max_size=200).map(lambda s: s.encode("utf-8", "replace"))))
+@pytest.mark.slow
 def test_any_bytes_are_read_or_refused(raw):
     from asympk.storage.tomlfile import parse_table
 

@@ -593,6 +593,7 @@ def test_a_slider_moves_the_picture_and_a_drag_moves_the_start(server, window, w
     assert window.complaints() == []
 
 
+@pytest.mark.slow
 def test_the_page_shows_what_a_parameter_changes_of_the_start_but_not_what_was_given(server, window):
     window.open(server.address)
     window.wait(PATH)

@@ -30,7 +30,7 @@ def _asympk(*arguments, **options):
 
 
 @pytest.mark.parametrize("method", here("heyoka", "cvode"))
-@pytest.mark.few(1)
+@pytest.mark.few(0)
 def test_what_a_solver_prints_itself_is_not_in_the_output(method):
     beyond = "--sigma", "1", "--mu", "1e-300", "--start", "1e200", "0", "1", "--until", "5"
     run = _asympk("solve", *beyond, "--method", method)
@@ -159,7 +159,7 @@ def test_the_work_is_done_and_the_status_right_where_stderr_takes_nothing(tmp_pa
 
 
 @pytest.mark.parametrize("address", ["nope", "http://x", "", "tcp://127.0.0.1:1", "nope:99999"])
-@pytest.mark.few(1)
+@pytest.mark.few(0)
 def test_a_scheduler_that_is_not_there_is_one_line_at_once(tmp_path, address):
     """At once is less than the 30 seconds that a dask client waits; a busy machine takes 5 for the imports alone."""
     pytest.importorskip("distributed")

@@ -47,6 +47,7 @@ def test_a_state_that_stays_as_it_is_makes_no_reference_look_better():
 
 
 @pytest.mark.parametrize("digits", [1, 2, 3])
+@pytest.mark.few(2)
 def test_a_block_on_a_belt_is_followed_to_one_digit_as_to_many(digits):
     """With one digit carried, two slips seemed possible where it leaves the belt."""
     rough = ap.Friction(velocity=v - 1, force=F, load=1, kinetic=sp.Rational(4, 5) / (1 + sp.Abs(v - 1)), static=1)

@@ -93,6 +93,7 @@ def test_events_without_direction_chatter_in_every_scene_and_we_do_not():
     assert all(right(ap.solve(scene(name, mu))) for name in SCENES for mu in ("1e-2", "1e-4", "1e-6"))
 
 
+@pytest.mark.slow
 def test_directed_events_without_snapped_states_fail_wherever_there_is_stick_and_we_do_not():
     assert successes(directed=True, snap=False, names=("ii", "iii")) == 0
     assert all(right(ap.solve(scene(name, mu))) for name in ("ii", "iii") for mu in ("1e-2", "1e-4", "1e-6"))

@@ -46,6 +46,7 @@ def test_every_claim_has_a_verdict(claims):
     assert {claim.verdict for claim in claims.values()} == set(verdicts.VERDICTS)
 
 
+@pytest.mark.slow
 def test_every_check_says_in_words_what_it_asks(claims):
     """A check that is given its words for its condition always holds."""
     checks = [check for claim in claims.values() for check in claim.evidence]

@@ -57,6 +57,7 @@ def test_a_smooth_ladder_leaves_the_wall_where_its_top_has_fallen_by_a_third():
 
 
 @pytest.mark.parametrize(("off", "mode"), [(1e-6, "stick+stick"), (-1e-6, "slip_opposite+slip_opposite")])
+@pytest.mark.few(1)
 def test_a_ladder_rests_on_as_much_friction_as_statics_says(off, mode):
     """Floor and wall hold it if tan(theta) >= (1 - f^2) / (2 f), so if f >= tan(pi/4 - theta/2)."""
     assert _leant(math.tan(math.pi / 4 - 0.6) + off, "1/100").modes == (mode,)
@@ -399,6 +400,7 @@ def _turned(jointed, angle, rate, friction):
 
 
 @pytest.mark.parametrize(("angle", "rate", "friction"), [(2.7, 2, 1.2), (0.3, -2, 1.2)])
+@pytest.mark.few(1)
 def test_a_crank_with_joints_for_constraints_turns_as_in_its_two_angles(angle, rate, friction):
     """Without friction a joint neither slips nor sticks: the two that hold each other's slip at 0 made a false stop."""
     jointed, placed = (ap.solve(_turned(own, angle, rate, friction)) for own in (True, False))

@@ -128,6 +128,7 @@ def test_the_motions_of_a_chain_of_eight_links_have_the_reactions_of_newtons_law
     assert motion.reaction == pytest.approx(_accelerations(q, u, np.sign(np.cos(q) @ u))[1], rel=1e-12)
 
 
+@pytest.mark.slow
 def test_an_impact_on_a_chain_of_eight_links_changes_gap_rate_and_slip_by_what_it_is_to():
     n = 8
     kinetics, (q, u) = chain(n).plain, _start(n)
@@ -208,6 +209,7 @@ def test_the_layer_and_the_slow_motion_of_a_chain_of_four_take_no_derivative_of_
     assert callable(fibre.flow(1))
 
 
+@pytest.mark.slow
 def test_the_squares_of_euler_angles_add_up_in_the_inertia_of_a_body_in_space():
     turning, angles = spatial_body().plain.mass[3:, 3:], sp.symbols("a b c", real=True)
     A, B, C = sp.symbols("A B C", positive=True)

@@ -196,6 +196,7 @@ def test_edges_over_several_turns_are_those_of_one_turn_repeated():
     assert np.reshape(four, (4, -1)) - 2 * np.pi * np.arange(-1, 3)[:, None] == pytest.approx(np.tile(once, (4, 1)))
 
 
+@pytest.mark.slow
 def test_an_interval_between_two_samples_is_found_without_a_polynomial_too():
     """The slider-crank's rod angle is tied by an arcsine: a sliver just above the least critical friction."""
     crank = ap.systems.crank_slider

@@ -308,7 +308,7 @@ def _turning(theta, rate, numbers):
      ((2.281091964789678, 1.892571396628294, 2.4714851332250576, 1.7283835618892578, 1.308658141988356),
       (3.170039086236588, -0.602016886811747), 0.5)],
 )  # fmt: skip
-@pytest.mark.few(1)
+@pytest.mark.few(0)
 def test_a_crank_passes_the_dead_centre_of_its_slider(numbers, start, until):
     """The slider stops there whatever the friction, its sliding velocity no longer depends on that of the crank."""
     (theta, rate), (_, _, l, _, _) = start, numbers
@@ -842,7 +842,7 @@ def test_feet_that_coincide_bear_what_no_equation_shares_out():
 
 @pytest.mark.parametrize("method", [{}, {"digits": 20}, {"method": "radau"}, {"method": "lsoda"}])
 @pytest.mark.parametrize("half", ["1/2", pytest.param("3/10", marks=pytest.mark.slow)])
-@pytest.mark.few(1)
+@pytest.mark.few(0)
 def test_a_block_that_only_just_does_not_tip_slides_to_rest_though_a_foot_bears_nothing(half, method):
     half = sp.Rational(half)
     block, _ = _body([(-half, -1), (half, -1)], [(0, 1)] * 2)
@@ -853,7 +853,7 @@ def test_a_block_that_only_just_does_not_tip_slides_to_rest_though_a_foot_bears_
 
 
 @pytest.mark.parametrize("method", [{}, {"digits": 15}])
-@pytest.mark.few(1)
+@pytest.mark.few(0)
 def test_a_block_that_only_just_does_not_tip_swings_on_a_spring_as_one_that_cannot(method):
     half, X = sp.Rational(1, 10), sp.Symbol("X", real=True)
     block, _ = _body([(-half, -1), (half, -1)], [(0, 1)] * 2, push=-X)

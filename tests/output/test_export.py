@@ -289,7 +289,7 @@ def test_what_has_no_stick_regions_is_exported_without_their_edges(tmp_path):
 
 
 @pytest.mark.parametrize("velocity", [1 + u**2, u + sp.tanh(u) - 2, u**2 - 1])
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_a_system_without_one_plane_of_rest_is_exported_without_edges(velocity, tmp_path):
     friction = ap.Friction(velocity=velocity, force=F, load=1, kinetic=1)
     system = ap.System.with_frictions({u: v, v: F - u}, {}, [friction])

@@ -142,7 +142,7 @@ def test_the_same_picture_has_the_same_bytes(name, kind, tmp_path):
 
 
 @pytest.mark.parametrize("name", PICTURES)
-@pytest.mark.few(1)
+@pytest.mark.few(0)
 def test_every_picture_is_as_wide_as_a_column(name, figures):
     assert figures[name].get_size_inches()[0] == 3.4
 

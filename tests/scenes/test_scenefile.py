@@ -42,6 +42,7 @@ def test_a_formula_of_an_end_stop_takes_the_larger_of_two():
         read_formula("max(x)", {"x": x})
 
 
+@pytest.mark.slow
 def test_a_sum_is_read_however_many_terms_it_has_and_a_product_up_to_a_degree():
     x = sp.Symbol("x", real=True)
     waves = read_formula(" - ".join(f"sin({k}*x)/{k}^2" for k in range(1, 200)), {"x": x})

@@ -80,6 +80,7 @@ def test_a_run_that_did_not_finish_has_a_status_and_no_errors(exact):
     assert status_of(path, {}) == path.info["status"]
 
 
+@pytest.mark.slow
 def test_work_grows_and_errors_fall_with_the_tolerance():
     found = workprec(scene(), "radau", (1e-3, 1e-6, 1e-9), repeats=1)
     assert [row["rtol"] for row in found] == [1e-3, 1e-6, 1e-9]

@@ -57,7 +57,7 @@ def _told(job, out):
 
 @pytest.mark.parametrize("file", [MANIFEST, "summary.json", chunks.file_name(SWEEP, 0), *(
     pytest.param(chunks.file_name(SWEEP, k), marks=pytest.mark.slow) for k in (1, 2))])  # fmt: skip
-@pytest.mark.few(1)
+@pytest.mark.few(0)
 def test_a_flipped_bit_is_an_error_in_a_line_or_changes_nothing(whole, copy, file):
     expected, path = _values(whole), copy / file
     kept = path.read_bytes()

@@ -42,7 +42,7 @@ def unraised(monkeypatch):
 
 
 @pytest.mark.parametrize("kind", ["writing", "reading"])
-@pytest.mark.few(1)
+@pytest.mark.few(0)
 def test_an_interruption_at_any_line_stays_one(tmp_path, unraised, kind):
     path = tmp_path / "chunk.npz"
     path.write_bytes(stored.content(COLUMNS, {}, "npz"))

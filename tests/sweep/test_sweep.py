@@ -334,6 +334,7 @@ def whole(tmp_path_factory):
 
 
 @pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="there are no masks of signals")
+@pytest.mark.slow
 def test_a_worker_does_not_hear_ctrl_c_even_before_it_can_ignore_it():
     before = signal.pthread_sigmask(signal.SIG_BLOCK, ())
     workers = Processes(1)

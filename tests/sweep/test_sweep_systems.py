@@ -566,6 +566,7 @@ def test_itineraries_that_do_not_fit_are_refused_unless_they_are_not_asked_for()
     assert parse_sweep("itineraries = false\n" + text).total == 1
 
 
+@pytest.mark.slow
 def test_the_picture_of_a_summary_names_every_state_and_is_legible(plain, tmp_path, capsys):
     pytest.importorskip("matplotlib")
     from legibility import flaws

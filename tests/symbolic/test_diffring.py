@@ -54,6 +54,7 @@ def test_roots_sines_and_integers_obey_their_relations():
 
 @settings(max_examples=30)
 @given(*[st.lists(st.integers(-4, 4), min_size=3, max_size=3)] * 2, st.integers(0, 2), st.integers(0, 2))
+@pytest.mark.slow
 def test_sums_products_and_derivatives_agree_with_sympy(p, q, m, n):
     left = sp.Poly(p, x).as_expr() / (x + a) ** m
     right = sp.Poly(q, x).as_expr() / (1 - 2 * x) ** n

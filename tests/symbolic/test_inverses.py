@@ -18,6 +18,7 @@ WRITTEN_OUT = (sp.Matrix([LEFT]) * MATRIX.adjugate() * sp.Matrix(RIGHT))[0] / MA
 PLACE = (0.4, -0.7, 0.9)
 
 
+@pytest.mark.slow
 def test_a_form_has_the_values_and_the_derivatives_of_the_inverse_written_out():
     at = {s: sp.Float(k, 40) / 7 for k, s in enumerate((a, b, c), 1)}
     slopes = [(FORM.diff(s), WRITTEN_OUT.diff(s)) for s in (a, b)]

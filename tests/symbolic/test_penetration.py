@@ -99,7 +99,7 @@ def lift_off():
 
 
 @pytest.mark.parametrize(("how", "tolerance"), [({}, 1e-8), ({"method": "radau"}, 1e-5), ({"digits": 10}, 1e-10)])
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_a_ball_on_hertz_s_law_bounces_as_the_quadrature_of_its_energy_says(how, tolerance):
     path = ap.solve(ap.Scene(system=ball(1000 * (-x) ** HERTZ), start={x: 1, v: 0, y: 1}, until=4), **how)
     assert path.modes == ("open", "slip_same", "open")

@@ -41,7 +41,7 @@ def screen(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("name", [name for name in MECHANISMS if name != "painleve_klein"])  # which has no places
-@pytest.mark.few(1)
+@pytest.mark.few(0)
 def test_a_mechanism_gains_the_kinetic_energy_that_its_forces_and_its_contact_give(name):
     """d/dt (u'M u/2) = u'(Q + W_N R + W_T F) + u'M'u/2, by Gauss's rule on steps that are short beside events."""
     module = import_module(f"asympk.systems.{name}")
