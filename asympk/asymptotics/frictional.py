@@ -20,7 +20,7 @@ from asympk.asymptotics.impact import LimitLayers, NoLaw
 from asympk.asymptotics.landing import abscissa
 from asympk.asymptotics.matched import MatchedPath, Stretch, Task
 from asympk.asymptotics.reduced import FORGOTTEN, LOST, ROUNDING
-from asympk.asymptotics.smooth import FINEST, REDUCED, overgrown, predicted_error, tolerance
+from asympk.asymptotics.smooth import FINEST, finer, overgrown, predicted_error, tolerance
 from asympk.errors import OutOfRange
 from asympk.path import Path, times_within
 
@@ -64,7 +64,7 @@ def _to_order(scene: Any, method: str, order: int, units: Any) -> Path:
         path, error, rounding, omitted = _followed(scene, method, order, units, rtol)
         if not (ROUNDING * rtol * np.max(units) < rounding > error / 2 and rtol > FINEST):
             break
-        rtol = max(FINEST, rtol * REDUCED * (error / rounding - 1))
+        rtol = finer(rtol, error, rounding)
     if not error < 1:
         raise OutOfRange(overgrown(rtol, path.t) if rounding > 1 / 2 else
                          f"the terms that order {order} omits amount to {error:.3g} of the states: "

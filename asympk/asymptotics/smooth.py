@@ -21,6 +21,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -44,7 +45,6 @@ FINEST, COARSEST = 1e-13, 1e-7  # bounds of the tolerance of the integrations
 FINER = 1e-5  # the tolerance of the integrations in units of mu^(n + 1)
 ROUGH = 1e-6  # the tolerance of the motion that tells the branch at the given mu, and the distance between branches
 WATCHED = 1e-9  # the tolerance of the motion that tells whether a switching surface is crossed
-REDUCED = FINER * ROUNDING  # the error of the integrations repeated, in units of the terms omitted
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,12 @@ def _followed(
         error, rounding = _expected(motion, layered, until, slow, layer, units)
         if not (error < 2 * rounding and rtol > FINEST):
             return motion, slow, layer, error
-        rtol = max(FINEST, rtol * REDUCED * (error / rounding - 1))
+        rtol = finer(rtol, error, rounding)
+
+
+def finer(rtol: float, error: float, rounding: float) -> float:
+    """Return a tolerance at which the part ``rounding`` of an error, made up by ``rtol``, is small beside the rest."""
+    return max(FINEST, rtol * FINER * ROUNDING * (error / rounding - 1))
 
 
 def overgrown(rtol: float, t: float) -> str:
@@ -163,9 +168,9 @@ def _continued(
     if error < 2 * ROUNDING * motion.rtol:
         return None
     finely = replace(task, rtol=min(ROUGH, error * FINER))
-    for share in FELL:
-        before, t = ((1 - part) * task.until for part in (2 * share, share))
-        earlier, composites = (motion.states_to_each(at) + motion.layer(at) for at in (before, t))
+    times = [(1 - share) * task.until for share in (*FELL, 1.0)]
+    looks = ((t, motion.states_to_each(t) + motion.layer(t)) for t in times)
+    for (t, composites), (_, earlier) in pairwise(looks):
         if _falls(composites) and _falls(earlier):
             ends = [matched.to_the_end(finely, slowly, replace(begun, t=t, state=tuple(state)), SOON)
                     for state in composites[1:].tolist()]  # fmt: skip
