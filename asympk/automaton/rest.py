@@ -34,7 +34,7 @@ from asympk.automaton.contacts import (
     unit_row,
 )
 from asympk.automaton.junction import Junction
-from asympk.symbolic.branches import OPEN, Branch, Guard
+from asympk.symbolic.branches import OPEN, Branch, Guard, is_joint
 from asympk.symbolic.forces import determined, standing_rows
 from asympk.symbolic.system import System
 
@@ -172,8 +172,8 @@ def _cone(here: Junction, branch: Branch, n: int) -> list[tuple]:
         return (sign * contact.load, *(sign * push.get(j, 0) for j in range(1, 1 + len(unknowns))))
 
     for k, (phase, contact) in enumerate(zip(branch, here.points_in(branch)[n].contacts, strict=True)):
-        free = phase.smooth and here.system.frictions[k].gap is None
-        found += [load(contact, phase.load)] if phase != OPEN and contact.pushed and not free else []
+        free = phase == OPEN or is_joint(here.system.frictions[k], phase)
+        found += [load(contact, phase.load)] if contact.pushed and not free else []
         if phase.mode == "stick":
             force = unit_row(unknowns.index(here.system.frictions[k].force), len(unknowns))
             for side, begun in zip((1, -1), here.beginning(branch, k, n), strict=True):

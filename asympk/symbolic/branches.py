@@ -138,6 +138,11 @@ def all_phases(system: "System", k: int) -> tuple[Phase, ...]:
     return (*([SMOOTH] if is_smooth(system, k) else closed), *([OPEN] if system.frictions[k].gap is not None else []))
 
 
+def is_joint(friction: "Friction", phase: Phase) -> bool:
+    """Tell whether a contact holds both ways without friction, so that its reaction may have either sign."""
+    return phase.smooth and friction.gap is None
+
+
 @lru_cache(maxsize=256)
 def is_smooth(system: "System", k: int) -> bool:
     """Tell whether contact k is rigid and without friction, and no formula asks for the sign of its velocity or load.

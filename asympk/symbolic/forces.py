@@ -23,6 +23,7 @@ from asympk.symbolic.branches import (
     at_rest,
     awake,
     bare,
+    is_joint,
     mode_name,
     rate_along,
     stands,
@@ -168,7 +169,7 @@ def standing_rows(system: "System", branch: Branch) -> tuple[tuple[sp.Expr, ...]
             continue
         zeros += [reaction_law(friction)] if friction.normal is not None else []
         zeros += [slope_by(friction.velocity, system.time)] if system.time else []
-        if friction.constraint is not None and not (phase.smooth and friction.gap is None):
+        if friction.constraint is not None and not is_joint(friction, phase):
             kind = "force_zero" if friction.gap is None else "lift_off"
             margins.append(Guard(kind, k, phase.load * friction.load))
         margins += edges_of_stick(friction, phase, k)
