@@ -105,8 +105,6 @@ class Junction:
 
     def beginning(self, branch: Branch, k: int, point: int) -> tuple[ContactNumbers, ContactNumbers]:
         """Return contact k, at rest in a branch, as where it is about to slip forward and backward."""
-        if not self.signs:  # no law feels the direction
-            return (self.points[point].contacts[k],) * 2
         ways = ((*branch[:k], branch[k]._replace(velocity=side), *branch[k + 1 :]) for side in (1, -1))
         forward, backward = (self.points_in(way)[point].contacts[k] for way in ways)
         return forward, backward
