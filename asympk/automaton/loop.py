@@ -4,7 +4,7 @@
 ``Segment``. ``mode_after``, the hard function, returns the mode that follows a lost guard or a switch by the time.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from itertools import pairwise
 from math import ulp
 from typing import Any, NamedTuple
@@ -173,7 +173,7 @@ def mode_after(
     if since is not None:  # the guards of a side that has ended are those of no motion
         crossed, left, doubt = [*automaton.edges_at(t, state, mode.beside)], left * (not switches), mode.beside
     later, entered, start = (t, state), tuple[Any, ...](), t if since is None else since
-    stops = any(kind in ("velocity_zero", "touch_down") for kind, *_ in left)
+    stops = _stops(left)
     if switches and (mode.mode.jumping or not stops):
         mode = mode_on_sides(automaton, awake(mode.branch), digits, t, state, crossed, fixed)
         leaping = {("velocity_zero", k) for k in mode.mode.jumping if _leaps(k, ((before, start), (mode, t)), state)}
@@ -201,9 +201,11 @@ def mode_after(
 
 
 def _beyond(automaton: Automaton, before: NumericMode, after: NumericMode, digits: int | None) -> NumericMode:
-    """Return a mode on the sides of the next one, but for the edges on which it rests."""
-    still = dict(side for side in before.mode.sides if not inside(*side))
-    return automaton.mode(before.branch, digits, tuple((dict(after.mode.sides) | still).items()))
+    return automaton.mode(before.branch, digits, before.mode.sides_beyond(after.mode))
+
+
+def _stops(lost: Iterable[tuple]) -> bool:
+    return any(kind in ("velocity_zero", "touch_down") for kind, *_ in lost)
 
 
 def _may_rest(mode: NumericMode, lost: list[tuple], leaping: set[tuple], crossed: list[sp.Expr]) -> bool:
@@ -211,7 +213,7 @@ def _may_rest(mode: NumericMode, lost: list[tuple], leaping: set[tuple], crossed
 
     An edge of the time alone is crossed whatever stops.
     """
-    stops = any(key[0] in ("velocity_zero", "touch_down") and key[:2] not in leaping for key in lost)
+    stops = _stops(key for key in lost if key[:2] not in leaping)
     return not leaping or (stops and any(phase.free_symbols & {*mode.mode.system.states} for phase in crossed))
 
 

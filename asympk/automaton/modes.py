@@ -120,6 +120,11 @@ class GuardedMode:
                    if phase.slips and not phase.either]  # fmt: skip
         return tuple((phase, factor * sign) for velocity, sign in sliding for phase, factor in [phase_of(velocity)])
 
+    def sides_beyond(self, after: "GuardedMode") -> Sides:
+        """Return the sides on which a motion would go on as in this mode: those of ``after``, and edges of rest."""
+        still = dict(side for side in self.sides if not inside(*side))
+        return tuple({**dict(self.sides), **dict(after.sides), **still}.items())
+
     @cached_property
     def edges(self) -> tuple[sp.Expr, ...]:
         """The quantities that are positive on the sides of the mode and vary: the values of its last guards.

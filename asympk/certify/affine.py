@@ -445,7 +445,7 @@ class _Modes:
     def _margins(self, branch, state):
         """Yield what forces of a branch must not make negative: loads, edges of stick, rates of slip that begins."""
         for k, (friction, phase) in enumerate(zip(self.system.frictions, branch, strict=True)):
-            if phase == OPEN or (phase.smooth and friction.gap is None):
+            if phase == OPEN or branches.is_joint(friction, phase):
                 continue
             if friction.constraint is not None or (phase.velocity and not branches.lifts(friction)):
                 yield phase.load * friction.load
@@ -525,9 +525,7 @@ class _Modes:
         if forces.moves_alike(self.system, before.branch, after.branch):
             return None
         if NO_FRICTION in (guard.friction, *guard.others):
-            still = dict(side for side in before.sides if not inside(*side))
-            sides = {**dict(before.sides), **dict(after.sides), **still}
-            beyond = mode_of(self.system, before.branch, (*sides.items(),))
+            beyond = mode_of(self.system, before.branch, before.sides_beyond(after))
             if jumped := self._jumped(beyond, state):
                 return jumped
             guard = guard if guard.kind == "velocity_zero" else self._lost(beyond, after, state)
