@@ -260,23 +260,30 @@ def by_direction(velocity: sp.Expr, expr: sp.Expr, part: str = "load") -> sp.Exp
     """
     sides = {atom: side for atom in atoms(expr, sp.sign, sp.Heaviside, sp.Rel) if (side := _side(atom, velocity))}
     ordered = {atom: sides.pop(atom) for atom in [*sides] if isinstance(atom, sp.Rel)}
+    one_way = {atom: side.replace(sp.sign, lambda _: sp.S.One) for atom, side in ordered.items()}
     signs = {atom: side * sp.sign(velocity) for atom, side in sides.items()}
 
     def directed(law: sp.Piecewise) -> sp.Expr:
-        named, rest, *ways = (law.xreplace({atom: atom.func(side * way, 0) for atom, side in ordered.items()})
-                              for way in (sp.sign(velocity), *map(sp.Integer, (0, 1, -1))))  # fmt: skip
+        named = law.xreplace({atom: atom.func(side * sp.sign(velocity), 0) for atom, side in ordered.items()})
+        rest, *ways = (law.xreplace({atom: atom.func(side * way, 0) for atom, side in one_way.items()})
+                       for way in map(sp.Integer, (0, 1, -1)))  # fmt: skip
         return named if rest in ways else {"kinetic": named, "static": rest}.get(part, law)
 
     expr = expr.replace(lambda e: isinstance(e, sp.Piecewise), directed) if ordered else expr
     return expr.xreplace({atom: (1 + s) / 2 if isinstance(atom, sp.Heaviside) else s for atom, s in signs.items()})
 
 
-def _side(atom: sp.Basic, velocity: sp.Expr) -> int:
-    """Return the sign of the factor if an atom steps at the zero of a multiple of a velocity, else 0."""
+def _side(atom: sp.Basic, velocity: sp.Expr) -> sp.Expr:
+    """Return the sign of the factor if an atom steps at the zero of a multiple of a velocity, else 0.
+
+    The factor may be any expression of other quantities, such as a parameter or a place.
+    """
     part = atom.lhs - atom.rhs if isinstance(atom, sp.Rel) else atom.args[0]
     ratio = part / velocity if symbols_in(part) & symbols_in(velocity) else sp.S.Zero
     ratio = ratio if ratio.is_number or heavy(ratio) else sp.cancel(ratio)
-    return 1 if ratio.is_positive else -1 if ratio.is_negative else 0
+    if ratio.is_positive or ratio.is_negative or not symbols_in(ratio) & symbols_in(velocity):
+        return sp.Mul(*(sp.sign(factor) for side in sp.fraction(ratio) for factor in sp.Mul.make_args(side)))
+    return sp.S.Zero
 
 
 def without_squares(expr: sp.Expr, signs: Collection[sp.Expr]) -> sp.Expr:

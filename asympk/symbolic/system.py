@@ -102,7 +102,7 @@ class Friction(ShownAsFormulas):
                 raise InputError(f"friction: {name} = None: a friction needs one, an expression or a number")
             _put(self, name, getattr(self, name))
         _put(self, "static", static)
-        for name in ("kinetic", "static", *(["load"] if self.normal is None else [])):
+        for name in ("load", "kinetic", "static"):
             _put(self, name, branches.by_direction(self.velocity, getattr(self, name), name))
         if isinstance(self.gap, sp.Expr) and self.gap.free_symbols and self.constraint is None:
             for name in ("load", "kinetic", "static"):

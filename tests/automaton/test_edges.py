@@ -419,13 +419,14 @@ def test_static_friction_that_is_below_the_kinetic_one_of_one_direction_is_refus
     *((sp.Piecewise((1, v > 1), (1 - HALF / 2, ahead), (HALF / 2, True)), 1) for ahead in (v > 0, v >= 0)),
     (sp.Piecewise((1 - HALF / 2, sp.And(v >= 0, v < 1)), (HALF, v >= 1), (HALF / 2, True)), 1),
     (sp.Piecewise((1 - HALF / 2, v >= 0), (HALF / 2, t < 2), (HALF, True)), 1),
+    (1, sp.Piecewise((1 - HALF / 2, v >= 0), (HALF / 2, True))),
 ])  # fmt: skip
 @pytest.mark.few(4)
 def test_friction_that_differs_by_the_direction_holds_a_block_by_that_of_the_slip_it_resists(
     push, held, kinetic, load, how
 ):
     """Then (t - held)^2/2 is gained. By sign(v) it was 1/2 either way, and by v >= 0 3/4: slip began late backward."""
-    contact = ap.Friction(velocity=v, force=F, load=load, kinetic=kinetic)
+    contact = ap.Friction(velocity=v, force=F, load=load, kinetic=kinetic, normal=sp.Symbol("N"))
     system = ap.System.with_frictions({x: v, v: push + F}, {}, [contact], time=t)
     path = ap.solve(ap.Scene(system=system, start={x: 0, v: 0}, until=1), **how)
     way = 1 if push == t else -1
@@ -442,6 +443,19 @@ def test_a_step_at_the_zero_of_a_multiple_of_the_sliding_velocity_is_one_by_the_
     values = dict.fromkeys(system.parameters, 1)
     path = ap.solve(ap.Scene(system=system, values=values, start={x: 0, v: 1}, until=1))
     assert [float(event.t) for event in path.events] == pytest.approx([1 / 4], abs=1e-13)
+
+
+@pytest.mark.parametrize("factor", [x, k - 1])
+@pytest.mark.parametrize("law", [lambda u: HALF + sp.sign(u) / 4, lambda u: HALF / 2 + sp.Heaviside(u, 1) / 2,
+                                 *(lambda u, ahead=ahead: sp.Piecewise((1 - HALF / 2, ahead(u, 0)), (HALF / 2, True))
+                                   for ahead in (sp.Gt, sp.Ge))])  # fmt: skip
+@pytest.mark.few(4)
+def test_a_step_at_the_zero_of_the_velocity_times_any_factor_is_one_by_the_direction(factor, law, how):
+    """Back to 0 friction is 1/4, about which the block swings once; held by the mean 1/2, it rested at 2/5."""
+    path = ap.solve(ap.Scene(system=block(-x, law(factor * v)), values={"k": 2} if factor.has(k) else {},
+                             start={x: "2/5", v: 0}, until=4), **how)  # fmt: skip
+    assert path.modes == ("slip_opposite", "stick")
+    assert float(path.final[0]) == pytest.approx(1 / 10, abs=1e-6)
 
 
 @pytest.mark.parametrize("rest", [sp.Ne(v, 0), sp.Or(v > 0, v < 0)])
