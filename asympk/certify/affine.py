@@ -160,7 +160,12 @@ def _note(guards, guard, matrix, state):
 
 
 def _determining(rows, laws, name):
-    """Yield every choice of rows of a matrix, of which the first ones are laws, that determines the unknowns."""
+    """Yield every choice of rows of a matrix, of which the first ones are laws, that determines the unknowns.
+
+    Raises ``Refused`` where there are too many, or none.
+    """
+    if rows.rank() < rows.cols:
+        raise Refused(f"rest: the forces of {name} are not determined")
     kept: list[int] = []
     for k in range(laws):
         kept += [k] if rows[[*kept, k], :].rank() > len(kept) else []
@@ -428,7 +433,7 @@ class _Modes:
         margins = [branches.with_signs(self.system, branch, m) for m in self._margins(branch, state)]
         rows, constants = sp.linear_eq_to_matrix(margins, unknowns)
         rows, right = laws.col_join(rows).subs(self.field.numbers), right.col_join(constants)
-        if not all(c.is_Rational for c in rows) or rows.rank() < len(unknowns):
+        if not all(c.is_Rational for c in rows):
             return False
         mode = mode_of(self.system, branch, sides)
         found = phases((on_sides(value, sides) for value in right), self.system.states, self.system.time)

@@ -328,8 +328,9 @@ def _enclosed(matrix, scales, vectors, held):
 
     The equation is ``M V = S V B`` with S = diag(``scales``). V changes by X_0 and B by X_h, the rows of X in the place
     of the held ones. With the ``_operator`` L the equation is ``R + L X - S X_0 X_h = 0``. If
-    ``-Y R + (1 - Y L) X + Y S X_0 X_h`` lies in the box X for all matrices, X contains a solution, and so does this
-    image of X; where all is real, the solution is real. Raises ``ValueError`` where no such box is found.
+    ``-Y R + (1 - Y L) X + Y S X_0 X_h`` lies inside the box X for all matrices, Y is invertible and X contains a
+    solution, as does this image of X; where all is real, the solution is real. Raises ``ValueError`` where no such box
+    is found.
     """
     size, acb_mat, real = vectors.nrows(), flint().acb_mat, all(entry.imag.is_zero() for entry in vectors.entries())
     moved = matrix * vectors
@@ -348,13 +349,19 @@ def _enclosed(matrix, scales, vectors, held):
     for _ in range(_INFLATIONS):
         box = _inflated(box, real)
         image = image_of(box)
-        if all(box[i, 0].contains(image[i, 0]) for i in range(box.nrows())):
+        if all(map(_surrounds, box.entries(), image.entries())):
             for _ in range(NARROWINGS):
                 image = image_of(image)
             still, held_part = _split(image, size, held)
             return vectors + still, block + held_part
         box = image
     raise ValueError("no enclosure")
+
+
+def _surrounds(outer, inner):
+    """Tell whether a complex ball lies in the interior of another, or a real one in that of a real one."""
+    aside = outer.imag.is_zero() and inner.imag.is_zero()
+    return outer.real.contains_interior(inner.real) and (aside or outer.imag.contains_interior(inner.imag))
 
 
 def _inflated(box, real):
