@@ -159,19 +159,23 @@ def _note(guards, guard, matrix, state):
     guards.append(guard)
 
 
-def _determining(rows, laws, name):
+def _undetermined(branch):
+    return Refused(f"rest: the forces of {branches.mode_name(branch)} are not determined")
+
+
+def _determining(rows, laws, branch):
     """Yield every choice of rows of a matrix, of which the first ones are laws, that determines the unknowns.
 
     Raises ``Refused`` where there are too many, or none.
     """
     if rows.rank() < rows.cols:
-        raise Refused(f"rest: the forces of {name} are not determined")
+        raise _undetermined(branch)
     kept: list[int] = []
     for k in range(laws):
         kept += [k] if rows[[*kept, k], :].rank() > len(kept) else []
     choices = [*islice(combinations(range(laws, rows.rows), rows.cols - len(kept)), MOST_CORNERS + 1)]
     if len(choices) > MOST_CORNERS:
-        raise Refused(f"rest: the forces of {name} have more than {MOST_CORNERS} corners")
+        raise Refused(f"rest: the forces of {branches.mode_name(branch)} have more than {MOST_CORNERS} corners")
     yield from ((*kept, *more) for more in choices if rows[[*kept, *more], :].rank() == rows.cols)
 
 
@@ -320,10 +324,13 @@ class _Modes:
                 if any(verdict > 0 and branches.stands(mode.branch) for mode, (verdict, _) in verdicts.items()):
                     break  # no other candidate has more frictions at rest
             holding = {mode: guards for mode, (verdict, guards) in verdicts.items() if verdict > 0}
-            best = branches.most_at_rest(m.branch for m in holding)
+            best = self._apart(branches.most_at_rest(m.branch for m in holding), holding, state)
             if verdicts and all(self._slips_freely(b, state) for b in best):
                 break
-        open_ones = [mode for mode in verdicts if mode not in holding]
+        open_ones = [m for m in verdicts if m not in holding and not self._is_told(m.branch, holding)]
+        for mode in open_ones:
+            if self._is_shared(mode.branch):
+                raise _undetermined(mode.branch)
         if open_ones or len(best) != 1 or len({*map(_own_sides, holding)}) != 1:
             names = ", ".join(sorted({m.name for m in (*open_ones, *holding)})) or "none"
             raise Refused(f"edge: which mode follows after {what} is not certain; candidates: {names}")
@@ -331,6 +338,22 @@ class _Modes:
         self._require_one_way(found.branch, state, what)
         self._require_within_limit(found, holding, state, what)
         return self.of(found), holding[found]
+
+    def _apart(self, best, holding, state):
+        """Return the branches whose motions differ: of those that are one motion, as runs do, the first alone."""
+        first, *others = [self.of(next(m for m in holding if m.branch == b)).matrix for b in best] or [()]
+        rows = [pair for other in others for pair in zip(first, other, strict=True)]
+        apart = (tuple(a - b for a, b in zip(*pair, strict=True)) for pair in rows)
+        return best[:1] if all(leading_sign(row, first, state) == 0 for row in apart) else best
+
+    def _is_shared(self, branch):
+        """Tell whether contacts of a branch, one of which may slip, share their forces in ways not determined."""
+        return not (branches.stands(branch) or forces.determined(self.system, branch))
+
+    def _is_told(self, branch, holding):
+        """Tell whether a branch ``_is_shared`` and moves as one that holds, where a force has its bound (Lemma 10)."""
+        alike = (not m.sides and forces.moves_alike(self.system, branch, m.branch) for m in holding)
+        return self._is_shared(branch) and any(alike)
 
     def _slips_freely(self, branch, state):
         """Tell whether no contact slips that static friction would hold if every contact that may rest did."""
@@ -374,6 +397,8 @@ class _Modes:
         """Return the verdicts of the modes of a branch that may hold; of corners, one that holds is enough."""
         found: dict = {}
         for met in self._met(branch, state):
+            if self._is_shared(met):
+                return {mode_of(self.system, met): (0, ())}
             modes = [*self._on_sides(mode_of(self.system, met), state)]
             for mode in modes:
                 verdict, guards = self._verdict(mode, state)
@@ -384,23 +409,24 @@ class _Modes:
         return {mode: (verdict, guards) for mode, verdict, guards in found.values()}
 
     def _met(self, branch, state):
-        """Yield a branch whose forces are determined, or the corners of one at rest (Lemma 10).
+        """Yield a branch whose forces are determined, or change no rate, or the corners of one at rest (Lemma 10).
 
-        Raises ``Refused`` where some forces agree with the branch and are not determined, while a contact slips or a
-        rate depends on them.
+        Raises ``Refused`` where some forces agree with the branch and are not determined, and a rate depends on them.
         """
         carried = {k for k in range(len(branch)) if forces.is_carried(self.system, branch, k)}
         if forces.determined(self.system, branch):
             if carried and self._moves_otherwise(branch, carried):
-                raise Refused(f"rest: the forces of {branches.mode_name(branch)} are not determined")
+                raise _undetermined(branch)
             yield branch
-        elif not carried and not any(
-            sign_at(row, state) for row in self._kept(mode_of(self.system, branch))):  # fmt: skip
-            if any(phase.slips for phase in branch) or self._moves_otherwise(branch):
+        elif not carried and not self._leaves(branch, state):
+            slips = any(phase.slips for phase in branch)
+            if slips or self._moves_otherwise(branch):
                 if self._has_no_forces(branch, state):
                     return
-                raise Refused(f"rest: the forces of {branches.mode_name(branch)} are not determined")
-            if all(phase in self._phases(k, state) for k, phase in enumerate(branch)):
+                if not slips or self._moves_freely(branch):
+                    raise _undetermined(branch)
+                yield branch
+            elif all(phase in self._phases(k, state) for k, phase in enumerate(branch)):
                 yield from self._corners(branch)
 
     def _moves_otherwise(self, branch, carried=()):
@@ -409,11 +435,15 @@ class _Modes:
         An equation without forces leaves them to later derivatives, and then no other motion stays at rest.
         """
         rest = tuple(p._replace(velocity=0) if k in carried else p for k, p in enumerate(branch))
-        unknowns, matrix, _ = forces.force_equations(self.system, rest)
+        _, matrix, _ = forces.force_equations(self.system, rest)
+        without = any(row.is_zero_matrix for row in map(matrix.subs(self.field.numbers).row, range(matrix.rows)))
+        return not without and self._moves_freely(rest)
+
+    def _moves_freely(self, branch):
+        """Tell whether forces that the equations of a branch leave free change a rate."""
+        unknowns, matrix, _ = forces.force_equations(self.system, branch)
         matrix, rates = (m.subs(self.field.numbers) for m in (
             matrix, sp.linear_eq_to_matrix([*self.system.rates.values()], unknowns)[0]))  # fmt: skip
-        if any(matrix[i, :].is_zero_matrix for i in range(matrix.rows)):
-            return False
         return any(not (rates * free).expand().is_zero_matrix for free in matrix.nullspace())
 
     def _corners(self, branch):
@@ -421,10 +451,25 @@ class _Modes:
         unknowns, *_ = forces.force_equations(self.system, branch)
         laws, margins = forces.standing_rows(self.system, branch)
         rows = sp.linear_eq_to_matrix([*laws, *(margin.value for margin in margins)], unknowns)[0]
-        for chosen in _determining(rows.subs(self.field.numbers), len(laws), branches.mode_name(branch)):
+        for chosen in _determining(rows.subs(self.field.numbers), len(laws), branch):
             yield tuple(p if p == OPEN else p._replace(still=chosen) for p in branch)
 
-    def _has_no_forces(self, branch, state, sides=()):
+    def _leaves(self, branch, state):
+        """Tell whether what a branch keeps at 0 is not 0, on all sides of switches on which the state may lie."""
+        mode = mode_of(self.system, branch)
+        kept = (*mode.velocities.values(), *mode.kept_gaps.values())
+        return all(any(sign_at(row, state) for row in self._kept(mode)) for mode in self._placed(branch, kept, state))
+
+    def _placed(self, branch, expressions, state, sides=()):
+        """Yield a mode on all sides, of the switches of some expressions, on which a state may lie."""
+        mode = mode_of(self.system, branch, sides)
+        found = phases((on_sides(expr, sides) for expr in expressions), self.system.states, self.system.time)
+        opened = _to_place(found, mode)
+        for choice in product(*(self._possible(mode, phase, state) for phase in opened)):
+            placed = (*sides, *zip(opened, choice, strict=True))
+            yield from self._placed(branch, expressions, state, placed) if opened else (mode,)
+
+    def _has_no_forces(self, branch, state):
         """Tell whether at every corner of the forces of a branch a law or a margin is violated (Lemma 10).
 
         This must be so on all sides of switches on which the state may lie.
@@ -435,17 +480,14 @@ class _Modes:
         rows, right = laws.col_join(rows).subs(self.field.numbers), right.col_join(constants)
         if not all(c.is_Rational for c in rows):
             return False
-        mode = mode_of(self.system, branch, sides)
-        found = phases((on_sides(value, sides) for value in right), self.system.states, self.system.time)
-        if opened := _to_place(found, mode):
-            choices = product(*(self._possible(mode, phase, state) for phase in opened))
-            return all(self._has_no_forces(branch, state, (*sides, *zip(opened, c, strict=True))) for c in choices)
-        for chosen in map(list, _determining(rows, laws.rows, branches.mode_name(branch))):
-            values = (rows * rows[chosen, :].inv() * right[chosen, :] - right).expand()
+        chosen = [*_determining(rows, laws.rows, branch)]
+        at_corners = [(rows * rows[c, :].inv() * right[c, :] - right).expand() for c in map(list, chosen)]
+
+        def is_violated(mode, values):
             signs = [sign_at(self._row(mode, value), state) for value in values]
-            if not any(signs[: laws.rows]) and -1 not in signs[laws.rows :]:
-                return False
-        return True
+            return any(signs[: laws.rows]) or -1 in signs[laws.rows :]
+
+        return all(is_violated(mode, values) for mode in self._placed(branch, right, state) for values in at_corners)
 
     def _margins(self, branch, state):
         """Yield what forces of a branch must not make negative: loads, edges of stick, rates of slip that begins."""

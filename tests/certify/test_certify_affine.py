@@ -1177,3 +1177,21 @@ def test_the_proof_of_a_box_holds_what_the_file_does_with_other_numbers(tmp_path
     proof = certify(ap.read_scene(tmp_path / "own.toml"), {name: ends})
     assert proven(proof)
     assert all(inside(proof, ap.solve(changed_scene(str(tmp_path / "own.toml"), {name: end})[0])) for end in ends)
+
+
+def test_contacts_of_one_velocity_are_proven_where_the_belt_of_one_switches():
+    belt = sp.Piecewise((1, t < 1), (0, True))
+    on_a_belt = ap.Friction(v - belt, F, load=1, kinetic=sp.Rational(3, 2), static=2)
+    on_ground = ap.Friction(v, G, load=2 + x / 4, kinetic=sp.Rational(1, 2))
+    system = ap.System.with_frictions({x: v, v: F + G}, {}, [on_a_belt, on_ground], time=t)
+    proof = proven_as_followed(ap.Scene(system=system, values={}, start={"x": "-1/4", "v": 0}, until=3))
+    assert proof.modes[0] == "slip_opposite+slip_same"
+
+
+def test_a_motion_that_two_signs_of_a_force_tell_alike_is_proven_under_the_name_of_the_run():
+    without_load = ap.System.with_frictions({x: v, v: F - x}, {}, [ap.Friction(v + 1, F, load=x, kinetic=1)])
+    proven_as_followed(ap.Scene(system=without_load, values={}, start={"x": 0, "v": 0}, until=3))
+    # the first foot holds what the second does not, whatever the sign of that; y pushes nothing
+    feet = [ap.Friction(v, F, load=1, kinetic=1, static=2), ap.Friction(v, G, load=x, kinetic=1)]
+    system = ap.System.with_frictions({x: v, v: F + G - x, y: w, w: H - y}, {}, [*feet, ap.Friction(w, H, 1, 1)])
+    proven_as_followed(ap.Scene(system=system, values={}, start={"x": 1, "v": -1, "y": 2, "w": 0}, until=1))
