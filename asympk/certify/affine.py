@@ -84,7 +84,7 @@ def enclose(
             raise Refused(f"horizon: {guard.kind} at the end itself, until = {float(until):.10g}")
         time = modes.instant(guard, segment) if found else Fraction(until)
         state, t = modes.struck(segment.at(guard, dt), guard, segment, guards, time), (t + dt).tight()
-        mode, guards = modes.chosen([_after(mode.mode, guard), modes.every(state)], state, guard.kind)
+        mode, guards = modes.next(mode.mode, guard, state)
         if guard := modes.event(segment.mode.mode, mode.mode, guard, state):
             names.append(mode.mode.name)
             events.append(Event(guard.kind, t.numbers()[0], tuple(state.balls[:size]), guard.friction))
@@ -111,6 +111,17 @@ def _margin(condition):
     return abs(condition.lhs - condition.rhs) * (-1) ** isinstance(condition, sp.Eq) if condition.args else sp.S.Zero
 
 
+def _first(names, before, held):
+    """Return the branch by which a run names a motion after a branch ``before``: contacts ``held`` go on to rest.
+
+    Each load keeps its sign if it can, the first contact rests rather than the second, and slips rather forward.
+    """
+    loads = [phase.load for phase in before] or [1] * len(names[0])
+    order = {b: [(p == OPEN, p.load != load, abs(p.velocity), -p.velocity) for p, load in zip(b, loads, strict=True)]
+             for b in branches.most_at_rest(names, held)}  # fmt: skip
+    return min(order, key=order.get)
+
+
 def _together(lost):
     """Return the first of the guards that vanish at one time, with the frictions of the others."""
     _, *others = (k for guard in lost for k in (guard.friction, *guard.others))
@@ -118,8 +129,11 @@ def _together(lost):
 
 
 def _after(mode, guard):
-    """Return the branches that may follow a mode: any branch at a switch, else any phase of the guard's friction."""
-    free = guard.kind == SWITCH or branches.stands(mode.branch)
+    """Return the branches that may follow a mode: any phase of the guard's friction, with any phases of the others at a
+    switch, where it stands and where a contact slips in name only.
+    """
+    named = any(forces.is_carried(mode.system, mode.branch, k) for k in range(len(mode.branch)))
+    free = guard.kind == SWITCH or branches.stands(mode.branch) or named
     lost = range(len(mode.branch)) if free else (guard.friction, *guard.others)
     return product(*(all_phases(mode.system, k) if k in lost else (phase,) for k, phase in enumerate(mode.branch)))
 
@@ -205,6 +219,11 @@ class _Modes:
             if known and 0 < abs(sum(terms)) <= 4 * ROUNDING * sum(map(abs, terms)):
                 raise Refused("edge: a sliding velocity at the start is rounding, which a run takes as 0; start with 0")
         return mode, guards
+
+    def next(self, mode, guard, state):
+        """Return (mode, its guards) of what follows a mode at the event of a guard."""
+        held = branches.at_rest(mode.branch) - {guard.friction, *guard.others}
+        return self.chosen([_after(mode, guard), self.every(state)], state, guard.kind, mode.branch, held)
 
     def ends_motion(self, guard, segment):
         """Tell whether a guard is positive before ``until`` and falls through 0 exactly then (Lemma 16)."""
@@ -309,7 +328,7 @@ class _Modes:
         """Return the row of an expression of the states alone, which is the same in every mode."""
         return self._row(mode_of(self.system, (Phase(1, 1),) * len(self.system.frictions)), expr)
 
-    def chosen(self, tiers, state, what):
+    def chosen(self, tiers, state, what, before=(), held=frozenset()):
         """Return (mode, its guards from the state on) of the candidate that is proven to follow.
 
         ``tiers`` are lists of candidates, and the first tier with a candidate that may hold decides. A later tier is
@@ -324,13 +343,13 @@ class _Modes:
                 if any(verdict > 0 and branches.stands(mode.branch) for mode, (verdict, _) in verdicts.items()):
                     break  # no other candidate has more frictions at rest
             holding = {mode: guards for mode, (verdict, guards) in verdicts.items() if verdict > 0}
-            best = self._apart(branches.most_at_rest(m.branch for m in holding), holding, state)
+            best = branches.most_at_rest(m.branch for m in holding)
+            best = [_first(best, before, held)] if best and self._are_one(best, holding, state) else best
             if verdicts and all(self._slips_freely(b, state) for b in best):
                 break
-        open_ones = [m for m in verdicts if m not in holding and not self._is_told(m.branch, holding)]
-        for mode in open_ones:
-            if self._is_shared(mode.branch):
-                raise _undetermined(mode.branch)
+        open_ones = [m for m in verdicts if m not in holding and not self._is_told(m.branch, holding, state)]
+        if shared := [m.branch for m in open_ones if self._is_shared(m.branch)]:
+            raise _undetermined(shared[0])
         if open_ones or len(best) != 1 or len({*map(_own_sides, holding)}) != 1:
             names = ", ".join(sorted({m.name for m in (*open_ones, *holding)})) or "none"
             raise Refused(f"edge: which mode follows after {what} is not certain; candidates: {names}")
@@ -339,21 +358,26 @@ class _Modes:
         self._require_within_limit(found, holding, state, what)
         return self.of(found), holding[found]
 
-    def _apart(self, best, holding, state):
-        """Return the branches whose motions differ: of those that are one motion, as runs do, the first alone."""
-        first, *others = [self.of(next(m for m in holding if m.branch == b)).matrix for b in best] or [()]
-        rows = [pair for other in others for pair in zip(first, other, strict=True)]
+    def _are_one(self, best, holding, state):
+        """Tell whether the motions of branches that hold do not differ."""
+        first, *others = [self.of(next(m for m in holding if m.branch == b)).matrix for b in best]
+        rows = (pair for other in others for pair in zip(first, other, strict=True))
         apart = (tuple(a - b for a, b in zip(*pair, strict=True)) for pair in rows)
-        return best[:1] if all(leading_sign(row, first, state) == 0 for row in apart) else best
+        return all(leading_sign(row, first, state) == 0 for row in apart)
 
     def _is_shared(self, branch):
         """Tell whether contacts of a branch, one of which may slip, share their forces in ways not determined."""
         return not (branches.stands(branch) or forces.determined(self.system, branch))
 
-    def _is_told(self, branch, holding):
+    def _is_told(self, branch, holding, state):
         """Tell whether a branch ``_is_shared`` and moves as one that holds, where a force has its bound (Lemma 10)."""
-        alike = (not m.sides and forces.moves_alike(self.system, branch, m.branch) for m in holding)
-        return self._is_shared(branch) and any(alike)
+        alike = (m for m in holding if forces.moves_alike(self.system, branch, m.branch))
+        return self._is_shared(branch) and any(self._stays_on_sides(mode, state) for mode in alike)
+
+    def _stays_on_sides(self, mode, state):
+        """Tell whether on all other sides on which the state may lie a mode crosses an edge at once."""
+        others = [self.of(m) for m in self._on_sides(mode_of(self.system, mode.branch), state) if m.sides != mode.sides]
+        return all(m and any(leading_sign(edge, m.matrix, state) == -1 for edge in m.edges) for m in others)
 
     def _slips_freely(self, branch, state):
         """Tell whether no contact slips that static friction would hold if every contact that may rest did."""
@@ -575,7 +599,9 @@ class _Modes:
             beyond = mode_of(self.system, before.branch, before.sides_beyond(after))
             if jumped := self._jumped(beyond, state):
                 return jumped
-            guard = guard if guard.kind == "velocity_zero" else self._lost(beyond, after, state)
+            if guard.kind != "velocity_zero":
+                self._require_no_stop(before.branch, after.branch)
+                guard = self._lost(beyond, after, state)
         undetermined = branches.stands(before.branch)
         if guard.kind == "slip_onset" and (undetermined or after.branch[guard.friction].mode == "stick"):
             freed = branches.at_rest(before.branch) - branches.at_rest(after.branch)
@@ -584,7 +610,8 @@ class _Modes:
             return guard._replace(friction=min(freed))
         if guard.kind == "velocity_zero":
             pairs = enumerate(zip(before.branch, after.branch, strict=True))
-            turned = [k for k, (a, b) in pairs if a.velocity and b != OPEN and a.velocity != b.velocity]
+            turned = [k for k, (a, b) in pairs if a.velocity and b != OPEN and a.velocity != b.velocity
+                      and not forces.is_carried(self.system, before.branch, k)]  # fmt: skip
             return guard._replace(friction=min(turned, default=guard.friction))
         return guard
 
@@ -595,6 +622,12 @@ class _Modes:
             if (sign_at(self._row(beyond, velocity), state) or old) != old:
                 return AffineGuard("velocity_zero" if old else "slip_onset", k, ())
         return None
+
+    def _require_no_stop(self, before, after):
+        """Raise ``Refused`` where a contact rests whose sliding velocity has jumped to 0: it might slip on in name."""
+        for k in branches.at_rest(after) - branches.at_rest(before):
+            if before[k].slips and not forces.is_carried(self.system, before, k):
+                raise Refused(f"edge: the sliding velocity of contact {k} jumps to 0")
 
     def _lost(self, beyond, after, state):
         """Return the guard that a mode, which the parameters may exclude, loses on the sides of another branch."""
