@@ -208,6 +208,12 @@ def test_coincidences_are_refused_by_name(obstacle, start, until):
     assert refused.final == ()
 
 
+def test_an_event_is_refused_that_only_some_points_of_a_box_have_before_the_end():
+    # after an event whose time ranges, too, the end of the motion comes sooner or later in this mode
+    at_end = certify(ap.Scene(1, "1e-2", (0, "0.2", -1), "0.0913"), {"y": ("0.2", "0.21")})
+    assert at_end.obstacle == "horizon"
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("sigma", [1, 2, 5])
 def test_a_start_on_the_unstable_plane_is_refused(sigma):

@@ -1195,3 +1195,9 @@ def test_a_motion_that_two_signs_of_a_force_tell_alike_is_proven_under_the_name_
     feet = [ap.Friction(v, F, load=1, kinetic=1, static=2), ap.Friction(v, G, load=x, kinetic=1)]
     system = ap.System.with_frictions({x: v, v: F + G - x, y: w, w: H - y}, {}, [*feet, ap.Friction(w, H, 1, 1)])
     proven_as_followed(ap.Scene(system=system, values={}, start={"x": 1, "v": -1, "y": 2, "w": 0}, until=1))
+
+
+def test_a_second_event_is_refused_that_only_some_points_of_a_box_have_before_the_end():
+    for until, obstacle in (("3.178", ""), ("3.183", "horizon")):
+        turns = ap.Scene(system=COULOMB, values={"k": "0.35"}, start={"x": "2.3", "v": "0.1"}, until=until)
+        assert certify(turns, {"v": ("0.1", "0.12")}).obstacle == obstacle
