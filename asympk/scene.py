@@ -49,6 +49,7 @@ class Scene(ShownAsTable):
         put = object.__setattr__
         if not isinstance(self.name, str):
             raise InputError(f"name = {short(self.name)}: it must be a string")
+        _require_made(self)
         if self.system is not None:
             self._place()
             return
@@ -146,6 +147,18 @@ class Scene(ShownAsTable):
         rows = [(name, shown(value)) for name, value in given.items()]
         rows = [*few(rows, ROWS - 2), ("start", start), ("until", shown(self.until))]
         return Card(f"Scene {self.name + ' ' if self.name else ''}{kind}", tuple(rows))
+
+
+def _require_made(scene: Scene) -> None:
+    """Raise ``InputError`` for a value that only a function makes, where it is not one of that function."""
+    made = {
+        "near_to": ("Scene.near", isinstance(scene.near_to, tuple) and len(scene.near_to) == 2),
+        "rod": ("Scene.physical", hasattr(scene.rod, "numbers")),
+        "origin": ("read_scene", isinstance(scene.origin, tuple) and len(scene.origin) in (3, 4)),
+    }
+    for name, (maker, fits) in made.items():
+        if getattr(scene, name) is not None and not fits:
+            raise InputError(f"{name} = {short(getattr(scene, name))}: only ap.{maker} sets it; leave it out")
 
 
 def _is_near(scene: Scene, manifold: str, offset: Any) -> bool:

@@ -42,6 +42,8 @@ NEEDED = ("coordinates", "gap", "slip", "friction")
 KEYS = ("coordinates", "lagrangian", "mass", *OF_CONTACT, "others", "forces")
 EXAMPLE = ("about", "values", "state", "over")
 CONTACT = ("contact", "compliance", "damping")  # keys of a file that is also a scene
+SWEEP = ("seed", "count", "chunk", "format", "itineraries")  # of a sweep's file alone
+NUMBERS = {"values", "state", "start"}  # tables
 FILE = (*KEYS, *EXAMPLE, *CONTACT, "until")
 _NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
@@ -123,6 +125,7 @@ def read_mechanism(path: Any) -> Described:
 
 def mechanism_of_table(table: dict[str, Any], where: Any) -> Described:
     """Return the ``Described`` mechanism of the table in a file; raises ``InputError`` if the table describes none."""
+    refuse_sweep(table, where)
     if "until" in table and not describes_mechanism(table):
         raise InputError(f"{where}: it is a scene, followed by asympk solve; a mechanism has coordinates")
     refuse_unknown(table, FILE, where)
@@ -131,6 +134,15 @@ def mechanism_of_table(table: dict[str, Any], where: Any) -> Described:
     if idle := [name for name in found.values if not names_in(name) <= used]:
         raise InputError(f"{where}: values: {idle[0]:.60} is in no formula{did_you_mean(idle[0], used)}")
     return found
+
+
+def refuse_sweep(table: Mapping[str, Any], where: Any) -> None:
+    """Raise ``InputError`` for the table of a sweep: one with a setting of a sweep, or with many numbers for one."""
+    parts = [table[key] for key in table if key in NUMBERS and isinstance(table[key], dict)]
+    many = (f"{k} = {v!r:.60}" for part in parts for k, v in part.items() if isinstance(v, list | dict))
+    if found := [*(key for key in table if key in SWEEP), *many]:
+        raise InputError(f"{where}: {found[0]} is of a sweep, which asympk sweep follows; "
+                         "elsewhere each quantity has one number")  # fmt: skip
 
 
 def described_by(table: Any, parameters: Any) -> Described:

@@ -28,7 +28,7 @@ from typing import Any
 
 from asympk import systems
 from asympk.errors import InputError
-from asympk.mechanics.described import describes_mechanism, scene_table
+from asympk.mechanics.described import NUMBERS, describes_mechanism, refuse_sweep, scene_table
 from asympk.naming import named
 from asympk.scene import Scene
 from asympk.scenes.systemfile import read_system_scene
@@ -40,9 +40,7 @@ COMMON = ("name", "about", "start", "until")
 SYSTEM = ("system", "values")
 NONDIMENSIONAL = ("sigma", "mu", "sigma0", "near")
 PHYSICAL = ("m", "P", "f", "f0", "alpha", "l", "k", "h")
-SWEEP = ("seed", "count", "chunk", "format", "itineraries")  # of a sweep's file alone
 UNITS = "units"  # of physical quantities: the names of those of mass, force, length and time
-_NUMBERS = {"values", "state", "start"}  # tables
 _NEAR = ("manifold", "x", "offset", "z")
 
 
@@ -73,7 +71,7 @@ def changed_scene(where: str, changes: dict[str, Any]) -> tuple[Scene, dict[str,
     if not is_file(where):
         return _changed_example(read_scene(where), known_name(where), changes)
     table = read_table(where)
-    own = {name for key in _NUMBERS & table.keys() if isinstance(table[key], dict) for name in table[key]}
+    own = {name for key in NUMBERS & table.keys() if isinstance(table[key], dict) for name in table[key]}
     return scene_of_table(table, where, changes), {name: v for name, v in changes.items() if name not in own}
 
 
@@ -152,8 +150,7 @@ def scene_of_table(table: dict[str, Any], where: str, changes: Mapping[str, Any]
 
     Raises ``InputError``.
     """
-    if settings := [key for key in table if key in SWEEP]:
-        raise InputError(f"{where}: {settings[0]} is of a sweep, which asympk sweep follows; a scene has none")
+    refuse_sweep(table, where)
     if describes_mechanism(table):
         table = scene_table(table, where)
     refuse_unknown(table, (*COMMON, *NONDIMENSIONAL, *PHYSICAL, UNITS, *SYSTEM), where)

@@ -27,9 +27,9 @@ import numpy as np
 
 from asympk import systems
 from asympk.errors import InputError
-from asympk.mechanics.described import describes_mechanism, scene_table
+from asympk.mechanics.described import SWEEP, describes_mechanism, scene_table
 from asympk.numbers import number, short, whole
-from asympk.scenes.scenefile import NONDIMENSIONAL, PHYSICAL, SWEEP, SYSTEM, UNITS, keys_of, scene_names
+from asympk.scenes.scenefile import NONDIMENSIONAL, PHYSICAL, SYSTEM, UNITS, keys_of, scene_names
 from asympk.storage.tomlfile import parse_table, read_table, refuse_unknown, word
 from asympk.sweep.family import Axis
 from asympk.sweep.rods import PhysicalRodFamily, RodFamily

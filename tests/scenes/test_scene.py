@@ -95,6 +95,9 @@ BAD = [
     ({"name": 5}, "name = 5: it must be a string"),
     ({"near_to": ("Pi9", 0)}, "manifold = 'Pi9': it must be one of Pi1, Pi2"),
     ({"near_to": ("Pi1", "far")}, "offset = 'far': it must be a decimal"),
+    ({"near_to": 5}, "near_to = 5: only ap.Scene.near sets it"),
+    ({"rod": 5}, "rod = 5: only ap.Scene.physical sets it"),
+    ({"origin": 5}, "origin = 5: only ap.read_scene sets it"),
 ]
 
 

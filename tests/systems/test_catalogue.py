@@ -356,6 +356,15 @@ def test_a_mechanism_and_a_scene_are_not_taken_for_each_other(tmp_path, monkeypa
     assert "scene.toml: it is a scene, followed by asympk solve" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("command", ["mechanism", "solve", "explore"])
+@pytest.mark.parametrize("line", ["seed = 1", "values.f = [1, 2]", "values.f = { uniform = [1, 2] }"])
+def test_the_file_of_a_sweep_is_told_from_that_of_one_motion(line, command, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "rod.toml").write_text(f"until = 1\n{line}\n{SLENDER_ROD}")
+    assert main([command, "rod.toml"]) == 2
+    assert "is of a sweep, which asympk sweep follows" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(("contact", "values", "modes"), [
     ('compliance = "c"\ndamping = "1/2"', "f = 2, c = 1e-6", ("slip_opposite", "stick")),
     ('contact = "rigid"', "f = 1", ("slip_opposite",)),
