@@ -44,13 +44,9 @@ def rod_law() -> Iterator[Check]:
     yield numeric("for Delta l = sin(3 t)/50 at t = 2/7", *negligible(residual))
 
 
-@claim(
-    "C09",
-    "2",
-    "(2.4) holds with R1 tan^2 a / k dropped beside 1 as k -> oo",
-    "the dropped term is of order mu itself, and friction in (2.5) drops R1 / k too: corrections of order"
-    " mu within this model are as large as what the small angle costs",
-)
+@claim("C09", "2", "(2.4) holds with R1 tan^2 a / k dropped beside 1 as k -> oo",
+       "the dropped term is of order mu itself, and friction in (2.5) drops R1 / k too: corrections of order"
+       " mu within this model are as large as what the small angle costs")  # fmt: skip
 def dropped_term() -> Iterator[Check]:
     elastic = rod.elastic_rod()
     written = rod.m * rod.l / (rod.k * sp.cos(rod.alpha)) * rod.ddR1 - rod.P - rod.F + 2 * rod.R * sp.cos(rod.alpha)
@@ -92,9 +88,8 @@ def slip_equations() -> Iterator[Check]:
         acceleration,
     )
     turned = [expr.subs(rod.f, -rod.f) for expr in elastic.slip(1)]
-    yield symbolic(
-        "u < 0 is f -> -f", all(sp.expand(a - b) == 0 for a, b in zip(turned, elastic.slip(-1), strict=True))
-    )
+    yield symbolic("u < 0 is f -> -f",
+                   all(sp.expand(a - b) == 0 for a, b in zip(turned, elastic.slip(-1), strict=True)))  # fmt: skip
     work = [(-direction * friction * direction, {**_NUMBERS, rod.R: R}) for direction in (1, -1) for R in (2, -2)]
     power = [value_at(*pair) for pair in work]
     yield numeric("friction takes energy for both signs of u and of R", all(p < 0 for p in power))
@@ -104,9 +99,8 @@ def slip_equations() -> Iterator[Check]:
 def stick_equation() -> Iterator[Check]:
     elastic = rod.elastic_rod()
     written = rod.m * rod.l / (rod.k * sp.cos(rod.alpha)) * rod.ddR1 + rod.R * sp.cos(rod.alpha)
-    yield symbolic(
-        "eliminating F from (2.4) with u' = 0 gives (2.6)", sp.expand(elastic.stick() - written) == 0, written
-    )
+    yield symbolic("eliminating F from (2.4) with u' = 0 gives (2.6)", sp.expand(elastic.stick() - written) == 0,
+                   written)  # fmt: skip
     (holding,) = sp.solve(elastic.acceleration, rod.F)
     at = {**_NUMBERS, rod.R: 2, rod.ddR1: -3}
     residual = value_at(elastic.balance.subs(rod.F, holding) - written, at)

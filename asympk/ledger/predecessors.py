@@ -82,11 +82,8 @@ def hypothesis_of_a_stop() -> Iterator[Check]:
     yield left_out.numeric("x on leaving tends to 1, from x = 0", all(abs(x - 1) < 0.1 for x in gained))
 
 
-@claim(
-    "C36",
-    "1",
-    "Le Suan An: a criterion of the paradoxes for n degrees of freedom; in the example it agrees with the others",
-)
+@claim("C36", "1",
+       "Le Suan An: a criterion of the paradoxes for n degrees of freedom; in the example it agrees with the others")
 def criterion_for_any_mechanism() -> Iterator[Check]:
     masses = pk.mechanism()
     border = 2 * sp.Abs(sp.cos(rod.alpha)) / sp.sin(rod.alpha)

@@ -20,12 +20,8 @@ _S = pk.x + pk.y
 _BELOW = (0, Fraction(1, 5), -1)
 
 
-@claim(
-    "C37",
-    "2",
-    "cos a > 0 is no loss of generality",
-    "but for cos a = 0: a rod across the guides is not compressed to first order, and mu is infinite",
-)
+@claim("C37", "2", "cos a > 0 is no loss of generality",
+       "but for cos a = 0: a rod across the guides is not compressed to first order, and mu is infinite")  # fmt: skip
 def sign_of_the_cosine() -> Iterator[Check]:
     balance, acceleration = rod.elastic_rod().slip(1)
     turned = {rod.alpha: sp.pi - rod.alpha, rod.R: -rod.R, rod.ddR1: -rod.ddR1}
@@ -171,12 +167,8 @@ def _load_at_stop(mu):
     return (stop.x + stop.y) * -precise(sigma)
 
 
-@claim(
-    "C42",
-    "3",
-    "Shallow rod: motion on Pi1 approaches the line x = 1/5, y = 0 (1/s in the scan)",
-    "the line is x = 1/(sigma + 4), y = 0; 1/5 is that of sigma = 1, which is steep: a misprint or a misreading",
-)
+@claim("C42", "3", "Shallow rod: motion on Pi1 approaches the line x = 1/5, y = 0 (1/s in the scan)",
+       "the line is x = 1/(sigma + 4), y = 0; 1/5 is that of sigma = 1, which is steep: a misprint or a misreading")
 def line_of_the_shallow_rod() -> Iterator[Check]:
     at_rest: Any = rest_state(slow_manifolds(pk.system(), order=0)[0])
     rest = at_rest.state[pk.x]
@@ -190,12 +182,8 @@ def line_of_the_shallow_rod() -> Iterator[Check]:
     yield instead.numeric("where they do end", all(negligible(gap)[0] for gap in away.values()))
 
 
-@claim(
-    "C43",
-    "2",
-    "The task is to solve (2.8)-(2.10) as mu -> 0",
-    "a misprint: (2.10)-(2.12) are the modes at sigma = 1; (2.10) beside (2.8) and (2.9) holds for no other sigma",
-)
+@claim("C43", "2", "The task is to solve (2.8)-(2.10) as mu -> 0",
+       "a misprint: (2.10)-(2.12) are the modes at sigma = 1; (2.10) beside (2.8) and (2.9) holds for no other sigma")
 def equations_to_be_solved() -> Iterator[Check]:
     same = pk.system().mode("slip_same").fast[pk.y]
     written = 1 - 5 * _S

@@ -52,9 +52,7 @@ def ratios(
     return [precise(measure(mu)) / precise(predicted(mu)) for mu in mus]
 
 
-def distances_from(
-    plane: SlowManifold, sigma: Number, state: Callable[[Fraction], Sequence[Number]]
-) -> list[Number]:
+def distances_from(plane: SlowManifold, sigma: Number, state: Callable[[Fraction], Sequence[Number]]) -> list[Number]:
     """Return the distance in s of ``state(mu)`` from a slow plane at mu = 0, over its term of order mu, for each mu."""
     level, first = (expr.subs(pk.sigma, sigma) for expr in (pk.x + plane.coefficient(0), plane.coefficient(1)))
 

@@ -30,16 +30,9 @@ def undamped_system() -> System:
     elastic = rod.elastic_rod(rod.R1)
     forces = {rod.R: rod.P * s / sp.cos(rod.alpha), rod.F: rod.P * phi, rod.ddR1: 0}
     balance, acceleration = (expr.subs(forces) for expr in (elastic.balance, elastic.acceleration))
-    return System.with_friction(
-        slow={},
-        fast={s: w, w: sp.expand(-balance / rod.P)},
-        velocity={v: sp.expand(rod.m * acceleration / rod.P)},
-        force=phi,
-        load=s,
-        kinetic=sigma + 2,
-        static=sigma + 2,
-        small=epsilon,
-    )
+    return System.with_friction(slow={}, fast={s: w, w: sp.expand(-balance / rod.P)},
+                                velocity={v: sp.expand(rod.m * acceleration / rod.P)}, force=phi, load=s,
+                                kinetic=sigma + 2, static=sigma + 2, small=epsilon)  # fmt: skip
 
 
 def fast_eigenvalues(mode: str) -> set[sp.Expr]:
