@@ -79,9 +79,7 @@ class CollocationStep:
     rates: list[FixedPoint]
 
 
-def run(
-    scene: Any, method: str = "collocation", *, digits: int = 30, events: int = 1000, seconds: float = inf
-) -> Path:
+def run(scene: Any, method: str = "collocation", *, digits: int = 30, events: int = 1000, seconds: float = inf) -> Path:
     """Follow ``scene`` to an accuracy of ``digits`` digits (1 to 200), by two runs of different order.
 
     ``path.error`` is the difference of the two runs, relative to the largest of 1 and the states. If errors grow along

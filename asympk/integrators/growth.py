@@ -72,9 +72,7 @@ def _steps(segment: Segment) -> tuple[np.ndarray, np.ndarray]:
     return np.array(times, dtype=float), np.array(states, dtype=float)
 
 
-def growth(
-    parts: Sequence[Linearised], scales: Sequence[float], sizes: Sequence[float], tolerance: float
-) -> float:
+def growth(parts: Sequence[Linearised], scales: Sequence[float], sizes: Sequence[float], tolerance: float) -> float:
     """Return the growth of errors to the end of a run: the largest sum of the errors of one state from all steps.
 
     At its step an error is relative to the state, or to the state's entry of ``scales`` if this is larger; at the end

@@ -96,15 +96,9 @@ class Advance(Protocol):
 
 
 def run(
-    scene: Scene,
-    method: str,
-    *,
-    rtol: float = 1e-6,
-    atol: float | None = None,
-    steps: int = STEPS,
-    seconds: float = 60.0,
-    events: int = 1000,
-) -> Path:
+    scene: Scene, method: str, *, rtol: float = 1e-6, atol: float | None = None, steps: int = STEPS,
+    seconds: float = 60.0, events: int = 1000,
+) -> Path:  # fmt: skip
     """Follow ``scene`` with a general-purpose integrator and return a ``Path``.
 
     ``atol`` is ``rtol`` by default; ``steps``, ``seconds`` and ``events`` bound the work. A run that does not reach

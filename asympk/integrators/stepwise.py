@@ -48,9 +48,7 @@ class Solver(Protocol):
 
 
 @np.errstate(all="ignore")  # the step control of scipy divides by errors that may be zero
-def follow_steps(
-    solver: Solver, mode: NumericMode, t: float, state: tuple[float, ...], settings: Settings
-) -> Segment:
+def follow_steps(solver: Solver, mode: NumericMode, t: float, state: tuple[float, ...], settings: Settings) -> Segment:
     """Follow ``mode`` by the steps of ``solver`` until a guard is lost or the solver is at its end."""
     watch, n, times = Watch(mode, t, state), len(state), settings.times
     steps, idle, short, hit = 0, 0, "", None

@@ -193,13 +193,8 @@ def _elastic_rod(law):
     second_order = m * displacement.subs(R1, ddR1)
     balance = second_order - relative.subs(beta, 0)
     angle = turn.subs(delta, displacement)
-    return ElasticRod(
-        law,
-        balance,
-        turned[a1].subs(beta, 0),
-        _tangent(-_relative_change(sp.cos) * angle),
-        _tangent(_relative_change(sp.sin) * angle),
-    )
+    return ElasticRod(law, balance, turned[a1].subs(beta, 0), _tangent(-_relative_change(sp.cos) * angle),
+                      _tangent(_relative_change(sp.sin) * angle))  # fmt: skip
 
 
 def _relative_change(function):

@@ -265,15 +265,9 @@ def _slip(b):
 
 
 def follow_itineraries(
-    p: Setting,
-    x: Number,
-    y: Number,
-    z: Number,
-    until: Number,
-    final: np.ndarray,
-    count: np.ndarray,
+    p: Setting, x: Number, y: Number, z: Number, until: Number, final: np.ndarray, count: np.ndarray,
     note: Callable | None = None,
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Follow the trajectories on common itineraries; write final states and numbers of events to ``final``, ``count``.
 
     Return (rows of no common itinerary, rows that do not fit the itinerary that their start suggests). ``note(kind,

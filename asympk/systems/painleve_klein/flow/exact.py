@@ -43,12 +43,9 @@ class RodNumbers(NamedTuple):
 
 
 def run(
-    scene: Scene,
-    method: str = "exact",
-    *,
-    digits: int | None = None,
+    scene: Scene, method: str = "exact", *, digits: int | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> Path:
+) -> Path:  # fmt: skip
     """Follow ``scene`` in closed form: in doubles, or on mpmath numbers right to ``digits`` digits (1 to 1000).
 
     The ``error`` of the path is an estimate in doubles; with ``digits`` it is the distance to a run of less precision.

@@ -14,13 +14,9 @@ PATIENCE = 24  # steps after which a long bracket is cut
 
 
 def smooth_root(
-    m: Arithmetic,
-    value_and_slope: Callable[[Number], tuple[Number, Number]],
-    lo: Number,
-    hi: Number,
-    sign_hi: Number,
+    m: Arithmetic, value_and_slope: Callable[[Number], tuple[Number, Number]], lo: Number, hi: Number, sign_hi: Number,
     guess: Number | None = None,
-) -> Number:
+) -> Number:  # fmt: skip
     """Return the root in (lo, hi) of a function that has the sign ``sign_hi`` at ``hi``."""
     if guess is None:
         value, slope = value_and_slope(lo)
