@@ -56,9 +56,7 @@ def _by_motion(total: sp.Add, fixed: Collection[sp.Symbol]) -> dict[sp.Expr, lis
     return found
 
 
-def _gathered(
-    exprs: Sequence[sp.Expr], fixed: Collection[sp.Symbol], names: dict[sp.Expr, sp.Symbol]
-) -> sp.Tuple:
+def _gathered(exprs: Sequence[sp.Expr], fixed: Collection[sp.Symbol], names: dict[sp.Expr, sp.Symbol]) -> sp.Tuple:
     """Return expressions with names for the coefficients that are scattered over their sums."""
     told = {}
     for total in _sums(exprs) if any(part.is_Add for part in names) else ():

@@ -169,19 +169,13 @@ class CriticalManifold(ShownAsFormulas):
         given = {symbol: as_exact(value, symbol) for symbol, value in values.items()}
         if self.assumptions.subs(given) == sp.false:
             raise InputError(f"{equations(given)} is outside the range of this system, {self.assumptions}")
-        mode = replace(
-            self.dynamics,
-            where=self.dynamics.where.subs(given),
-            slow=_put(self.dynamics.slow, given),
-            fast=_put(self.dynamics.fast, given),
-        )
+        mode = replace(self.dynamics, where=self.dynamics.where.subs(given), slow=_put(self.dynamics.slow, given),
+                       fast=_put(self.dynamics.fast, given))  # fmt: skip
         branch, assumptions = _put(self.branch, given), self.assumptions.subs(given)
         found = replace(self, dynamics=mode, branch=branch, assumptions=assumptions)
         if found.exists == sp.false:
-            raise NotNormallyHyperbolic(
-                f"{found.degeneracy(self.branch)} ({equations(given)}); "
-                f"{self.name} exists only for {_text(self.exists)}"
-            )
+            raise NotNormallyHyperbolic(f"{found.degeneracy(self.branch)} ({equations(given)}); "
+                                        f"{self.name} exists only for {_text(self.exists)}")  # fmt: skip
         return found
 
     def _card(self) -> Card:
@@ -288,10 +282,8 @@ def checked_branch(branch: Any, mode: Mode, small: sp.Symbol) -> sp.Dict:
     for y, g in mode.fast.items():
         residual = limit_of(g, small).subs(branch, simultaneous=True)
         if not is_zero(residual):
-            raise BranchError(
-                f"{equations(branch)} does not solve the critical equation of {mode.name!r}: "
-                f"there {small} {y}' = {sp.factor(residual)}, not 0"
-            )
+            raise BranchError(f"{equations(branch)} does not solve the critical equation of {mode.name!r}: "
+                              f"there {small} {y}' = {sp.factor(residual)}, not 0")  # fmt: skip
     return branch
 
 

@@ -339,12 +339,8 @@ def _derivatives(ring, start, names, order, at):
     for degree in range(order + 1):
         for a, element in level.items():
             found[a] = ring.expr(element).subs(at, simultaneous=True) / prod(map(factorial, a))
-        level = {
-            tuple(n + (i == j) for i, n in enumerate(a)): ring.diff(element, name)
-            for a, element in level.items()
-            for j, name in enumerate(names)
-            if degree < order and not any(a[j + 1 :])
-        }
+        level = {tuple(n + (i == j) for i, n in enumerate(a)): ring.diff(element, name) for a, element in level.items()
+                 for j, name in enumerate(names) if degree < order and not any(a[j + 1 :])}  # fmt: skip
         level = {a: element for a, element in level.items() if element.numerator}
     return found
 

@@ -102,10 +102,8 @@ def _fields(system: "System", branch: Branch) -> tuple[Rates, Rates]:
         return slow, fast
     solved = forces(system, branch)
     resting = held(system, branch)
-    slow, fast = (
-        {s: sp.S.Zero if s in resting else _put(system, branch, rate, solved) for s, rate in rates.items()}
-        for rates in (system.slow, system.fast)
-    )
+    slow, fast = ({s: sp.S.Zero if s in resting else _put(system, branch, rate, solved) for s, rate in rates.items()}
+                  for rates in (system.slow, system.fast))  # fmt: skip
     return slow, fast
 
 

@@ -101,10 +101,8 @@ def _no_negative_root(poly, assumptions):
         return sp.Or(complex_pair, conjunction([(lead * rest[1], 1), (-lead * rest[0], 1)], assumptions))
     if not poly.free_symbols_in_domain:
         return sp.sympify(poly.count_roots(None, 0) == 0, strict=True)
-    raise NotDerivable(
-        f"{2 * len(rest)} eigenvalues lie in pairs of opposite sign; put numbers in for "
-        f"{in_words(poly.free_symbols_in_domain)} to tell centres from saddles"
-    )
+    raise NotDerivable(f"{2 * len(rest)} eigenvalues lie in pairs of opposite sign; put numbers in for "
+                       f"{in_words(poly.free_symbols_in_domain)} to tell centres from saddles")  # fmt: skip
 
 
 def _determinants(coefficients):

@@ -280,9 +280,7 @@ def _dot(u: Iterable[Any], x: Iterable[Any]) -> Any:
     return sum(a * b for a, b in zip(u, x, strict=True))
 
 
-def _solution(
-    factors: tuple[list[list[sp.Expr]], list[sp.Expr]], v: Sequence[sp.Expr], less: Less
-) -> list[sp.Expr]:  # fmt: skip
+def _solution(factors: tuple[list[list[sp.Expr]], list[sp.Expr]], v: Sequence[sp.Expr], less: Less) -> list[sp.Expr]:
     """Return M^-1 v by forward and backward substitution."""
     lower, inverted = factors
     found: list[sp.Expr] = []

@@ -108,12 +108,9 @@ class RestState:
 
 @of_system
 def slow_manifold(
-    system: System,
-    branch: Mapping[sp.Symbol, sp.Expr] | None = None,
-    order: int = 1,
-    mode: str | None = None,
+    system: System, branch: Mapping[sp.Symbol, sp.Expr] | None = None, order: int = 1, mode: str | None = None,
     name: str = "Pi",
-) -> SlowManifold:
+) -> SlowManifold:  # fmt: skip
     r"""Expand ``y = h(x, mu)`` from ``mu h_x x' = g(x, h, mu)``; ``branch`` is {y: h_0}, a root of g(x, y, 0).
 
     Without ``branch`` the branch stays implicit, {y: y}: the coefficients and the conditions for stability and folds
@@ -202,10 +199,8 @@ def branch_slopes(manifold: SlowManifold) -> dict[sp.Symbol, dict[sp.Symbol, sp.
     g = sp.Matrix([limit_of(g, small) for g in mode.fast.values()])
     slopes = -(fast_jacobian(mode, small).inv() * g.jacobian(list(mode.slow)))
     at = {**manifold.branch, **over}
-    return {
-        y: {x: sp.cancel(slopes[i, j].subs(at, simultaneous=True)) for j, x in enumerate(mode.slow)}
-        for i, y in enumerate(mode.fast)
-    }
+    return {y: {x: sp.cancel(slopes[i, j].subs(at, simultaneous=True)) for j, x in enumerate(mode.slow)}
+            for i, y in enumerate(mode.fast)}  # fmt: skip
 
 
 def integral_curves(manifold: SlowManifold) -> sp.Dict:

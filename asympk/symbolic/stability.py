@@ -117,12 +117,9 @@ class Eigenvalues(Spectrum):
 
 @of_system
 def eigenvalues(
-    system: System,
-    *,
-    on: CriticalManifold | Mapping | None = None,
-    at: RestState | Mapping | None = None,
+    system: System, *, on: CriticalManifold | Mapping | None = None, at: RestState | Mapping | None = None,
     mode: str | None = None,
-) -> tuple[Spectrum, ...]:
+) -> tuple[Spectrum, ...]:  # fmt: skip
     """Return the ``Spectrum`` of every mode, as ``Eigenvalues`` where one slow and one fast eigenvalue are active.
 
     ``on`` is a manifold, or a branch {fast state: expression}, on which the Jacobian is taken; ``at`` is a rest state,
@@ -268,13 +265,10 @@ def _pair(spectrum, inertia, damping, stiffness):
     meeting = _meeting(sp.cancel(damping**2 - 4 * inertia * stiffness), spectrum.small)
     if meeting is None:
         return spectrum
-    return Eigenvalues(
-        **{f.name: getattr(spectrum, f.name) for f in fields(spectrum)},
-        slow=-2 * sp.cancel(stiffness / damping) / (1 + root),
-        fast=-sp.cancel(damping / (2 * inertia)) * (1 + root),
-        coalescence=meeting,
-        radius=sp.Abs(meeting),
-    )
+    return Eigenvalues(**{f.name: getattr(spectrum, f.name) for f in fields(spectrum)},
+                       slow=-2 * sp.cancel(stiffness / damping) / (1 + root),
+                       fast=-sp.cancel(damping / (2 * inertia)) * (1 + root), coalescence=meeting,
+                       radius=sp.Abs(meeting))  # fmt: skip
 
 
 def _meeting(discriminant, small):

@@ -128,9 +128,8 @@ def stick_regions(system: System) -> StickRegions:
     plane = _plane(system, cone, reduced, moving)
     linear = reduced is not None and _linear(reduced)
     shown = cone if reduced is None else reduced
-    stick, up, down, ambiguous = (
-        Region(name, shown.rule(name), plane, _cells(name, reduced, plane) if linear else ()) for name in _RULES
-    )
+    stick, up, down, ambiguous = (Region(name, shown.rule(name), plane, _cells(name, reduced, plane) if linear else ())
+                                  for name in _RULES)  # fmt: skip
     return StickRegions(stick, up, down, ambiguous, edges=_zeros(reduced, reduced.hold) if linear else ())
 
 

@@ -158,13 +158,9 @@ class System(ShownAsFormulas):
 
     @classmethod
     def smooth(
-        cls,
-        slow: Mapping[sp.Symbol, Any],
-        fast: Mapping[sp.Symbol, Any],
-        small: sp.Symbol | None,
-        assumptions: sp.Basic = sp.true,
-        time: sp.Symbol | None = None,
-    ) -> "System":
+        cls, slow: Mapping[sp.Symbol, Any], fast: Mapping[sp.Symbol, Any], small: sp.Symbol | None,
+        assumptions: sp.Basic = sp.true, time: sp.Symbol | None = None,
+    ) -> "System":  # fmt: skip
         """Build a one-mode system ``x' = slow[x]``, ``small y' = fast[y]``.
 
         >>> import sympy as sp
@@ -214,14 +210,9 @@ class System(ShownAsFormulas):
 
     @classmethod
     def with_frictions(
-        cls,
-        slow: Mapping[sp.Symbol, Any],
-        fast: Mapping[sp.Symbol, Any],
-        frictions: Iterable[Friction],
-        small: sp.Symbol | None = None,
-        time: sp.Symbol | None = None,
-        assumptions: sp.Basic = sp.true,
-    ) -> "System":
+        cls, slow: Mapping[sp.Symbol, Any], fast: Mapping[sp.Symbol, Any], frictions: Iterable[Friction],
+        small: sp.Symbol | None = None, time: sp.Symbol | None = None, assumptions: sp.Basic = sp.true,
+    ) -> "System":  # fmt: skip
         """Build a system with any number of frictions; ``slow`` and ``fast`` hold all states, sliding velocities too.
 
         A block on a spring, with Coulomb friction:
