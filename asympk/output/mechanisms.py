@@ -74,12 +74,10 @@ def contact_lines(described: Described) -> list[str]:
     rod = described.mechanism
     G = [rod.evaluate(rod.delassus[i], described.numbers) for i in (0, 1, 3)]
     a = [rod.evaluate(part, described.numbers) for part in rod.free]
-    return [
-        f"contact         {rod.contact.side}; sliding velocity "
-        f"{_short(rod.evaluate(rod.sliding_velocity, described.numbers))}",
-        f"Delassus        G_NN = {_short(G[0])}, G_NT = {_short(G[1])}, G_TT = {_short(G[2])}",
-        f"free            a_N = {_short(a[0])}, a_T = {_short(a[1])}",
-    ]
+    return [f"contact         {rod.contact.side}; sliding velocity "
+            f"{_short(rod.evaluate(rod.sliding_velocity, described.numbers))}",
+            f"Delassus        G_NN = {_short(G[0])}, G_NT = {_short(G[1])}, G_TT = {_short(G[2])}",
+            f"free            a_N = {_short(a[0])}, a_T = {_short(a[1])}"]  # fmt: skip
 
 
 def _paradox(described):
@@ -164,12 +162,10 @@ def jump_lines(described: Described) -> list[str]:
                       for name, rate in zip(rod.plain.velocities, rates, strict=True))  # fmt: skip
     c, h = rod.plain.spare("c"), rod.plain.spare("h")
     beyond = "from beyond the divide of the two motions, " if rod.motions(described.numbers) else ""
-    lines = [
-        f"jump            {beyond}impulses P_N = {_short(normal)}, P_T = {_short(tangential)} stop the contact",
-        f"time            of order {c} log(1/{c}) with the compliance {c} of the contact",
-        f"velocities      {after}",
-        f"reaction        x gains P_N / {h} = {_short(normal)} / {h} with the damping time {h}",
-    ]
+    lines = [f"jump            {beyond}impulses P_N = {_short(normal)}, P_T = {_short(tangential)} stop the contact",
+             f"time            of order {c} log(1/{c}) with the compliance {c} of the contact",
+             f"velocities      {after}",
+             f"reaction        x gains P_N / {h} = {_short(normal)} / {h} with the damping time {h}"]  # fmt: skip
     if described.undamped is not None:
         lines[1] = "time            of order eps log(1/eps) with the compliance eps^2 of the contact"
         lines[-1] = "undamped        the contact rings on; --plot draws its plane (R, R')"

@@ -146,8 +146,7 @@ def system_equations(name: str) -> list[str]:
 def _motion(name: str, out: Path) -> list[str]:
     script = SCRIPT.format(name=name, which=SHOWN.get(name, 0))
     return [*_heading("A motion", "-"), *_block("python", script.splitlines()),
-            *_block("text", _printed(script, out).splitlines()),
-            *_figure(f"{name}-motion.svg", "The states over time"),
+            *_block("text", _printed(script, out).splitlines()), *_figure(f"{name}-motion.svg", "The states over time"),
             *_figure(f"{name}-phase.svg", "The phase picture of the motion")]  # fmt: skip
 
 

@@ -60,14 +60,8 @@ def manifolds_table() -> Table:
 
 
 def _manifold_row(plane, where, passage):
-    return (
-        Cell(rf"$\Pi_{plane.name[-1]}$", plane.name),
-        where,
-        sp.Eq(_S, sp.cancel(pk.x + plane.coefficient(0))),
-        sp.factor(plane.coefficient(1)),
-        *_place(passage),
-        rest_state(plane).drift[pk.z],
-    )
+    return (Cell(rf"$\Pi_{plane.name[-1]}$", plane.name), where, sp.Eq(_S, sp.cancel(pk.x + plane.coefficient(0))),
+            sp.factor(plane.coefficient(1)), *_place(passage), rest_state(plane).drift[pk.z])  # fmt: skip
 
 
 def _place(passage):
@@ -94,13 +88,9 @@ def _regime_row(regime):
     second, stick = regime.passages[1], RegionCell(sp.true, regime.stick).put({pk.sigma0: pk.sigma}).spans
     reached = {"stick": "the stick region", "edge": "the edge of stick", "up": "upward crossing",
                "down": "downward crossing", None: "--"}  # fmt: skip
-    return (
-        values_of(regime.sigma, regime.values),
-        Cell(f"${latex_union(stick)}$", spans_in_words(stick)),
-        ", ".join(_place(second)) if second.side else "does not exist",
-        reached[second.meets],
-        _from_below(second.side),
-    )
+    return (values_of(regime.sigma, regime.values), Cell(f"${latex_union(stick)}$", spans_in_words(stick)),
+            ", ".join(_place(second)) if second.side else "does not exist", reached[second.meets],
+            _from_below(second.side))  # fmt: skip
 
 
 def _from_below(side):

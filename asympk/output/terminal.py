@@ -52,11 +52,8 @@ def path_as_json(path: Path, digits: int | None = None) -> str:
     Where a system has several frictions, an event has the index of its ``friction``.
     """
     several = path.scene.system is not None and len(path.scene.system.frictions) > 1
-    events = [
-        {"kind": event.kind, "t": _plain(event.t, digits), "state": [_plain(v, digits) for v in event.state],
-         **({"friction": event.friction} if several else {})}
-        for event in path.events
-    ]  # fmt: skip
+    events = [{"kind": event.kind, "t": _plain(event.t, digits), "state": [_plain(v, digits) for v in event.state],
+               **({"friction": event.friction} if several else {})} for event in path.events]  # fmt: skip
     entries = {
         "names": list(path.names),
         "final": [_plain(value, digits) for value in path.final],

@@ -40,9 +40,8 @@ def save(figure: "Figure", path: str | Path) -> Path:
 
 @contextmanager
 def sheet(
-    body: float, rows: int = 1, columns: int = 1, *, entries: int = 0, per_line: int = 3, note: str = "",
-    **options: Any,
-) -> "Iterator[tuple[Figure, np.ndarray]]":  # fmt: skip
+    body: float, rows: int = 1, columns: int = 1, *, entries: int = 0, per_line: int = 3, note: str = "", **options: Any
+) -> "Iterator[tuple[Figure, np.ndarray]]":
     """Yield (figure, axes), a column wide: ``body`` inches of axes above a legend of ``entries`` entries and a note."""
     words = fill(note, NOTE_WIDTH)
     note_height = NOTE_LINE * (words.count("\n") + 1) + 0.05 if words else 0.0

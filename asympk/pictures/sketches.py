@@ -123,8 +123,7 @@ def _crank(ax: Any) -> None:
         pen.mass(ax, place, None, radius=0.03)
     pen.angle(ax, shaft, 0.2, 0, tilt, r"$\theta$", 0.29)
     pen.angle(ax, slider, 0.4, pi - 0.36, pi, r"$\varphi$", 0.5)
-    for place, name in (((0.52, 0.95), "$r$"), ((1.25, 1.0), "$l$"), ((2.02, 0.7), "$m$"),
-                        ((0.36, 0.62), "$J$")):  # fmt: skip
+    for place, name in (((0.52, 0.95), "$r$"), ((1.25, 1.0), "$l$"), ((2.02, 0.7), "$m$"), ((0.36, 0.62), "$J$")):
         pen.text(ax, place, name)
 
 

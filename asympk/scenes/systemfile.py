@@ -123,10 +123,8 @@ def read_system(table: Any, parameters: Any) -> System:
     slow, fast = (table_in(table, key, "system.") for key in ("slow", "fast"))
     frictions = tables_in(table, "frictions", "system.")
     symbols = _symbols(table, [*slow, *fast], frictions, parameters)
-    slow_rates, fast_rates = (
-        {symbols[s]: read_formula(rate, symbols, f"the rate of {s}") for s, rate in part.items()}
-        for part in (slow, fast)
-    )
+    slow_rates, fast_rates = ({symbols[s]: read_formula(rate, symbols, f"the rate of {s}") for s, rate in part.items()}
+                              for part in (slow, fast))  # fmt: skip
     small, time = (symbols[table[key]] if key in table else None for key in ("small", "time"))
     assumed = [read_relation(a, symbols) for a in _list(table.get("assumptions", []), "system.assumptions")]
     found = [_friction(f, symbols, k) for k, f in enumerate(frictions)]

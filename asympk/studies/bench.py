@@ -76,10 +76,8 @@ def rod_in_general_clothes() -> ap.System:
     """Return the system of the rod under other names, under which its kernel does not apply."""
     p, q, w, force = sp.symbols("p q w force", real=True)
     eps, k, k0 = sp.symbols("eps k k0")
-    return ap.System.with_friction(
-        slow={p: q}, fast={q: 1 - 2 * (p + q) + force}, velocity={w: 1 - (p + q) + force}, force=force, load=p + q,
-        kinetic=k + 2, static=k0 + 2, small=eps,
-    )  # fmt: skip
+    return ap.System.with_friction(slow={p: q}, fast={q: 1 - 2 * (p + q) + force}, velocity={w: 1 - (p + q) + force},
+                                   force=force, load=p + q, kinetic=k + 2, static=k0 + 2, small=eps)  # fmt: skip
 
 
 def beside_the_kernel(name: str, mu: float) -> tuple[ap.Scene, float, float, float]:

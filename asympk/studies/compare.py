@@ -29,16 +29,9 @@ MEASURED = ("final_error", "time_error", "path_error", "same_modes", "calls", "s
 
 
 def workprec(
-    scene: Any,
-    method: str,
-    tolerances: Iterable[float | None],
-    *,
-    reference: Path | None = None,
-    repeats: int = 5,
-    label: str | None = None,
-    follow: Callable[..., Path] = solve,
-    **options: Any,
-) -> list[Row]:
+    scene: Any, method: str, tolerances: Iterable[float | None], *, reference: Path | None = None, repeats: int = 5,
+    label: str | None = None, follow: Callable[..., Path] = solve, **options: Any,
+) -> list[Row]:  # fmt: skip
     """Return rows, one for each tolerance: work against precision of ``method`` on ``scene``.
 
     A row is of one run; a column of ``MEASURED`` that does not apply is None. ``ratio`` is the CPU time in units of

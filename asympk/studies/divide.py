@@ -140,10 +140,8 @@ def _delay(system, mode):
     field, (l0, lx, ly) = numbers.fields[mode], numbers.load
     slow, fast = slow_and_fast_rate(field, 2)
     up, down, (at_x, at_y) = slope_of(field, fast), slope_of(field, slow), rest_of(field)
-    parts = (
-        slow, fast, series(l0 + lx * at_x + ly * at_y), (lx + ly * down) * (x - at_x),
-        ly * (up - down) / (lx + ly * up),
-    )
+    parts = (slow, fast, series(l0 + lx * at_x + ly * at_y), (lx + ly * down) * (x - at_x),
+             ly * (up - down) / (lx + ly * up))  # fmt: skip
     slow, fast, rest, part, share = (part.map(exact.expr) for part in parts)
 
     def step(time):

@@ -62,20 +62,10 @@ def least_model(scene: Any, rtol: float = 1e-3, seconds: float | None = None) ->
 
 
 def atlas(
-    sigma: Any = None,
-    mu: Any = None,
-    x: Any = None,
-    y: Any = None,
-    z: Any = None,
-    until: Any = None,
-    rtol: float = 1e-3,
-    sigma0: Any = None,
-    progress: Callable[[float], None] | None = None,
-    *,
-    system: Any = None,
-    values: Mapping | None = None,
-    start: Mapping | None = None,
-) -> Any:
+    sigma: Any = None, mu: Any = None, x: Any = None, y: Any = None, z: Any = None, until: Any = None,
+    rtol: float = 1e-3, sigma0: Any = None, progress: Callable[[float], None] | None = None, *, system: Any = None,
+    values: Mapping | None = None, start: Mapping | None = None,
+) -> Any:  # fmt: skip
     """Return the least model for parameters and starts that broadcast, as an integer array of rung numbers from 0.
 
     The array has the shape to which the arguments broadcast. For a map over two of the arguments, give these as

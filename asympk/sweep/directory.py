@@ -32,17 +32,13 @@ from asympk.sweep.sweepfile import Sweep, from_description
 MANIFEST = "sweep.json"
 LARGEST = 100_000_000  # bytes of the manifest: seven grids of 10^5 exact values
 VERSIONS = ("asympk", "numpy")
-_UNFINISHED = re.compile(
-    r"\.(chunk-\d{8,}\.(npz|parquet)|sweep\.json|summary\.json)\.[0-9a-f]{16}\.part", re.ASCII)
+_UNFINISHED = re.compile(r"\.(chunk-\d{8,}\.(npz|parquet)|sweep\.json|summary\.json)\.[0-9a-f]{16}\.part", re.ASCII)
 _AHEAD = 32  # chunks submitted at once to an executor other than this process
 _MOST_LOSSES = 160  # dead workers while no chunk is finished: five times _AHEAD
 
 
 def run_sweep(
-    sweep: Sweep,
-    out: str | Path,
-    executor: Executor | None = None,
-    progress: Callable[[int, bool], None] | None = None,
+    sweep: Sweep, out: str | Path, executor: Executor | None = None, progress: Callable[[int, bool], None] | None = None
 ) -> int:
     """Compute the missing or damaged chunks of ``sweep`` into the directory ``out`` and return their number.
 

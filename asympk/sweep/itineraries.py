@@ -40,9 +40,7 @@ class Alphabet:
             raise InputError(f"the itineraries of {self.frictions} frictions do not fit; set itineraries = false")
         return left
 
-    def codes(
-        self, first: np.ndarray, count: np.ndarray, kind: np.ndarray, friction: np.ndarray
-    ) -> np.ndarray:
+    def codes(self, first: np.ndarray, count: np.ndarray, kind: np.ndarray, friction: np.ndarray) -> np.ndarray:
         """Return the itineraries of trajectories as numbers.
 
         ``first`` (frictions, n) are indices in ``PHASES``, and ``count`` (n,) the numbers of events. ``kind`` and

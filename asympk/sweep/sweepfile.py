@@ -155,16 +155,10 @@ def _sweep(table):
     given = family.given(table)
     axes = {field: _axis(family, field, given[field]) for field in family.fields if field in given}
     family.check(axes)
-    sweep = Sweep(
-        family,
-        axes,
-        whole("count", table.get("count", 1), 1, _MOST),
-        whole("seed", table.get("seed", 0), 0, 2**64 - 1),
-        whole("chunk", table.get("chunk", family.chunk(axes)), 1, 2**24),
-        word(table, "format", "npz"),
-        table.get("itineraries", True),
-        word(table, "name"),
-    )
+    sweep = Sweep(family, axes, whole("count", table.get("count", 1), 1, _MOST),
+                  whole("seed", table.get("seed", 0), 0, 2**64 - 1),
+                  whole("chunk", table.get("chunk", family.chunk(axes)), 1, 2**24), word(table, "format", "npz"),
+                  table.get("itineraries", True), word(table, "name"))  # fmt: skip
     _check(sweep, table)
     return sweep
 
