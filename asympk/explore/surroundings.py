@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from asympk.automaton.compiled import function
 from asympk.errors import NotDerivable, NotNormallyHyperbolic, UnknownName
 from asympk.numbers import short
 from asympk.scene import Scene
 from asympk.symbolic.critical import critical_manifolds
 from asympk.symbolic.expansion import is_implicit, over_fast
-from asympk.symbolic.lowering import lower
 from asympk.symbolic.stick import friction_cone, plane_of_rest
 from asympk.symbolic.system import System
 from asympk.systems.automata import automaton_of
@@ -93,14 +93,14 @@ def _slow(plane: _Plane, grids: list[np.ndarray]) -> list[Curve]:
     if len(system.fast) != 1 or system.small is None:
         return []
     curves = []
-    for name, state, function in _manifolds(system):
+    for name, state, graph in _manifolds(system):
         given = system.states.index(state)
         if (over := plane.over(given)) is None:
             continue
         part = plane.pair[over][given] * (plane.placed(1 - over, grids[1 - over])[given] - plane.start[given])
         ends = grids[over].min(), grids[over].max()  # of the quantity, of which the state is a part
         states = plane.placed(over, np.interp(grids[over], ends, (ends[0] - part.max(), ends[1] - part.min())))
-        values = np.broadcast_arrays(*_run(function, states, plane.values), states[0])[:3]
+        values = np.broadcast_arrays(*_run(graph, states, plane.values), states[0])[:3]
         on = states.copy()
         on[given] = values[0]
         kinds = np.where(values[1] > 0, np.where(values[2] < 0, "stable", "unstable"), "")
@@ -120,24 +120,19 @@ def _manifolds(system: System) -> tuple[tuple[str, sp.Symbol, Any], ...]:
         return ()
     seen = (m for m in found if not m.name.startswith("Lambda") and m.domain != sp.false)
     graphs = ((m, over_fast(m.dynamics, m.small, m.branch) if is_implicit(m.branch) else m.branch) for m in seen)
-    return tuple(
-        (m.name, state, _lowered(system, [height, _holds(m.dynamics.where.subs(graph)), m.jacobian[0, 0]]))
-        for m, graph in graphs for state, height in graph.items()
-    )  # fmt: skip
+    outputs = ((m.name, state, (height, _holds(m.dynamics.where.subs(graph)), m.jacobian[0, 0]))
+               for m, graph in graphs for state, height in graph.items())  # fmt: skip
+    return tuple((name, state, function(system, exprs, "numpy", np)) for name, state, exprs in outputs)
 
 
 def _stick(plane: _Plane, grids: list[np.ndarray]) -> list[Curve]:
     """Return the parts that stick of the switching surface v = 0, which is a line in the picture."""
-    friction = _rest(plane.system)
-    if friction is None:
+    if (rest := _rest(plane.system)) is None or (over := plane.over(rest[0])) is None:
         return []
-    state, function = friction
-    over = plane.over(state)
-    if over is None:
-        return []
+    state, line = rest
     states = plane.placed(over, grids[over])
-    rest, sticks = np.broadcast_arrays(*_run(function, states, plane.values), states[0])[:2]
-    states[state] = rest
+    height, sticks = np.broadcast_arrays(*_run(line, states, plane.values), states[0])[:2]
+    states[state] = height
     return _pieces("stick", np.where(sticks > 0, "stick", ""), plane.seen(states))
 
 
@@ -150,24 +145,16 @@ def _rest(system: System) -> tuple[int, Any] | None:
         return None
     if not rule.free_symbols <= {*system.states, *system.parameters, system.time}:  # a reaction is not known here
         return None
-    return system.states.index(state), _lowered(system, [rest, _holds(rule)])
-
-
-def _lowered(system: System, outputs: list[sp.Expr]) -> Any:
-    """Return expressions as a function of arrays of the states and of the parameters, at the time 0."""
-    own = (*system.states, *system.parameters)
-    plain = sp.symbols(f"w:{len(own)}", real=True)
-    known = dict(zip(own, plain, strict=True)) | ({system.time: sp.S.Zero} if system.time else {})
-    return lower(plain, [output.xreplace(known) for output in outputs], branching=True)
+    return system.states.index(state), function(system, (rest, _holds(rule)), "numpy", np)
 
 
 def _holds(condition: sp.Basic) -> sp.Expr:
     return sp.Piecewise((1, condition), (0, True))
 
 
-def _run(function: Any, states: np.ndarray, values: list[float]) -> Any:
+def _run(at: Any, states: np.ndarray, values: list[float]) -> Any:
     with np.errstate(all="ignore"):
-        return function.compiled(*states, *values)
+        return at(0.0, *states, *values)
 
 
 def _pieces(name: str, kinds: np.ndarray, points: np.ndarray) -> list[Curve]:
