@@ -9,7 +9,6 @@ The size of a result is bounded before anything is computed.
 import ast
 import re
 from collections.abc import Mapping
-from difflib import get_close_matches
 from fractions import Fraction
 from operator import add, mul, sub
 from unicodedata import normalize
@@ -17,6 +16,7 @@ from unicodedata import normalize
 import sympy as sp
 
 from asympk.errors import InputError
+from asympk.naming import nearest
 from asympk.numbers import short
 
 
@@ -166,9 +166,9 @@ class _Reader:
             return self.symbols[name]
         if name in CONSTANTS:
             return CONSTANTS[name]
-        near = get_close_matches(name, [*self.symbols, *CONSTANTS], 1)
+        near = nearest(name, [*self.symbols, *CONSTANTS])
         had = ", ".join(map(_as_written, self.symbols)) or "none"
-        hint = f"; did you mean {_as_written(near[0])}?" if near else f"; it has {had}"
+        hint = f"; did you mean {_as_written(near)}?" if near else f"; it has {had}"
         hint += "; a parameter needs a number under [values]"
         if name == "t":
             hint = '; a system that depends on the time says so by time = "t"'
@@ -210,8 +210,8 @@ class _Reader:
     def _call(self, node: ast.Call, depth: int) -> sp.Expr:
         name = node.func.id if isinstance(node.func, ast.Name) else ""
         if name not in FUNCTIONS:
-            near = get_close_matches(name, FUNCTIONS, 1)
-            hint = f"did you mean {near[0]}? " if near else ""
+            near = nearest(name, FUNCTIONS)
+            hint = f"did you mean {near}? " if near else ""
             raise self._refuse(f"the function {name or '?'} is unknown; {hint}there are {', '.join(FUNCTIONS)}")
         if FUNCTIONS[name] is sp.Piecewise:
             return sp.Piecewise(*(self._piece(piece, depth + 1) for piece in [*node.args, *node.keywords] or [node]))

@@ -1,6 +1,6 @@
 """The reader of a name from a list of known names (methods, targets, mechanisms, claims), in upper or lower case."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from typing import Any
 
 from asympk.errors import UnknownName
@@ -20,8 +20,13 @@ def named(kind: str, word: Any, known: Collection[str], beyond: str = "") -> str
     folded = {name.lower(): name for name in known}
     if isinstance(word, str) and word.lower() in folded:
         return folded[word.lower()]
+    near = nearest(str(word).lower(), folded)
+    hint = f"did you mean {folded[near]!r}? " if near else ""
+    raise UnknownName(f"{kind} {short(word)} is unknown; {hint}choose one of {', '.join(known)}{beyond}")
+
+
+def nearest(word: str, known: Iterable[str], alike: float = 0.6) -> str:
+    """Return the one of ``known`` that is spelt most like ``word``, or "" where none is ``alike``, from 0 to 1."""
     from difflib import get_close_matches
 
-    near = get_close_matches(str(word)[:60].lower(), folded, 1)
-    hint = f"did you mean {folded[near[0]]!r}? " if near else ""
-    raise UnknownName(f"{kind} {short(word)} is unknown; {hint}choose one of {', '.join(known)}{beyond}")
+    return next(iter(get_close_matches(word[:60], known, 1, alike)), "")

@@ -32,9 +32,10 @@ from asympk.errors import InputError
 from asympk.formulas import names_in, read_formula, read_relation
 from asympk.mechanics.described import CONTACT, contact_law, described_by
 from asympk.mechanics.mechanism import Mechanism
+from asympk.naming import nearest
 from asympk.scene import Scene
 from asympk.scenes.turned import static_frictions, with_changes
-from asympk.storage.tomlfile import nearest, refuse_unknown, require_keys, table_in, tables_in
+from asympk.storage.tomlfile import refuse_unknown, require_keys, table_in, tables_in
 from asympk.symbolic.system import Friction, System
 from asympk.symbolic.values import did_you_mean, in_words
 from asympk.systems.catalogue import described_mechanism, start_at
@@ -170,7 +171,8 @@ def _with_contact(mechanism: Mechanism, table: dict, parameters: Any) -> System:
 
 def _catalogued(name: str) -> System:
     if name not in systems.__all__:
-        raise InputError(f"system {name!r:.60} is unknown; the nearest is {nearest(name, systems.__all__)!r}")
+        near = nearest(name.lower(), systems.__all__, 0)
+        raise InputError(f"system {name!r:.60} is unknown; the nearest is {near!r}")
     return import_module(f"asympk.systems.{name}").system()
 
 

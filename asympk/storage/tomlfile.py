@@ -3,11 +3,11 @@
 import tomllib
 from collections.abc import Iterable, Mapping
 from decimal import Decimal
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from asympk.errors import InputError
+from asympk.naming import nearest
 from asympk.storage.files import read_bytes
 
 LARGEST = 1_000_000  # bytes of a file
@@ -41,7 +41,8 @@ def refuse_unknown(table: Mapping[str, Any], known: Iterable[str], where: str | 
     """Raise ``InputError`` for the first key of ``table`` that is not ``known``, naming the nearest known key."""
     for key in table:
         if key not in known:
-            raise InputError(f"{where}: key {key!r:.60} is unknown; the nearest known one is {nearest(key, known)!r}")
+            near = nearest(key.lower(), known, 0)
+            raise InputError(f"{where}: key {key!r:.60} is unknown; the nearest known one is {near!r}")
 
 
 def require_keys(table: Mapping[str, Any], keys: Iterable[str], where: str | Path = "") -> None:
@@ -51,11 +52,6 @@ def require_keys(table: Mapping[str, Any], keys: Iterable[str], where: str | Pat
         below = [f"{key} is below [{name}]" for key in missing for name, part in parts if key in part]
         hint = f"; {below[0]} and must be above the first table" if below else ""
         raise InputError(f"{where}{': ' if where else ''}{', '.join(missing)} missing{hint}")
-
-
-def nearest(word: str, known: Iterable[str]) -> str:
-    """Return the one of ``known`` that is spelt most like ``word``."""
-    return get_close_matches(word[:60].lower(), [*known], n=1, cutoff=0)[0]
 
 
 def word(table: Mapping[str, Any], key: str, default: str = "") -> str:

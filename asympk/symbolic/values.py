@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping
 from decimal import Decimal
-from difflib import get_close_matches
 from fractions import Fraction
 from numbers import Integral
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError
+from asympk.naming import nearest
 from asympk.numbers import short
 from asympk.symbolic.reading import exact_value
 
@@ -75,8 +75,8 @@ def in_words(symbols: Iterable) -> str:
 
 def did_you_mean(word: Any, known: Iterable) -> str:
     """Return ``; did you mean ...?`` with the entry of ``known`` spelt most like ``word``, or an empty string."""
-    close = get_close_matches(str(word)[:60], [str(k) for k in known], n=1)
-    return f"; did you mean {close[0]}?" if close else ""
+    close = nearest(str(word), map(str, known))
+    return f"; did you mean {close}?" if close else ""
 
 
 def _unknown(key, symbols, owner, kind):
