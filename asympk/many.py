@@ -2,6 +2,7 @@
 
 from abc import abstractmethod
 from collections import Counter
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -124,6 +125,16 @@ class Many(ShownAsTable):
             rows += [(name, f"from {values.min():.6g} to {values.max():.6g} at the end")
                      for name, values in zip(self.names, final, strict=True)]  # fmt: skip
         return Card(f"{size} {'trajectory' if size == 1 else 'trajectories'}", tuple(rows))
+
+
+def by_trajectory(empty: Iterable[Any], blocks: Iterable[Sequence[Any]]) -> list[Any]:
+    """Return the arrays of ``blocks`` of events joined to ``empty`` ones and sorted by the first, the trajectory.
+
+    In the blocks the events of each trajectory are in order of time already.
+    """
+    joined = [np.concatenate(parts, axis=-1) for parts in zip(empty, *blocks, strict=True)]
+    order = np.argsort(joined[0], kind="stable")
+    return [part[..., order] for part in joined]
 
 
 def require_mappings(**given: Any) -> None:

@@ -18,7 +18,7 @@ from asympk.affine.run import affine, flows, run
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.compiled import function
 from asympk.errors import InputError, OutOfRange
-from asympk.many import PHASES, REFUSALS, Many, axes_of, outcome_of, require_mappings
+from asympk.many import PHASES, REFUSALS, Many, axes_of, by_trajectory, outcome_of, require_mappings
 from asympk.numbers import common_shape, numbers, require_finite, short, unread
 from asympk.scene import Scene
 from asympk.symbolic.branches import OPEN, all_phases, at_rest
@@ -135,11 +135,12 @@ def _blank(system, total, strict=False):
 
 
 def _ensemble(system, result, shape, given):
-    names, events = tuple(s.name for s in system.states), _in_order(result.notes, len(system.states))
+    names, number = tuple(s.name for s in system.states), np.zeros(0, np.intp)
+    none = number, np.zeros(0, "U16"), np.zeros(0), np.zeros((len(names), 0)), number
     final, first = (part.reshape(len(part), *shape) for part in (result.final, result.first))
     given = {str(key): value for key, value in given.items()}
-    return AffineEnsemble(names, final, result.n_events.reshape(shape), first, len(result.alone), result.left, events,
-                          given)  # fmt: skip
+    return AffineEnsemble(names, final, result.n_events.reshape(shape), first, len(result.alone), result.left,
+                          SystemEvents(*by_trajectory(none, result.notes)), given)  # fmt: skip
 
 
 def _broadcast(system, values, start, until):
@@ -387,11 +388,3 @@ def _alone(follow, system, values, start, until, row, result):
         kinds, times, states, frictions = zip(*path.events, strict=True)
         rows = np.full(len(kinds), row)
         result.notes.append((rows, np.array(kinds), np.array(times), np.array(states).T, np.array(frictions)))
-
-
-def _in_order(notes, size):
-    """Join blocks of events into ``SystemEvents``; the events of each trajectory are in order of time already."""
-    empty = np.zeros(0, np.intp), np.zeros(0, "U16"), np.zeros(0), np.zeros((size, 0)), np.zeros(0, np.intp)
-    parts = [np.concatenate(column, axis=-1) for column in zip(empty, *notes, strict=True)]
-    order = np.argsort(parts[0], kind="stable")
-    return SystemEvents(*(part[..., order] for part in parts))

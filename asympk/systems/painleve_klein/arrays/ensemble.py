@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided
-from asympk.many import Many, axes_of, outcome_of
+from asympk.many import Many, axes_of, by_trajectory, outcome_of
 from asympk.numbers import Number, require_finite
 from asympk.path import KINDS
 from asympk.systems.painleve_klein.arrays import itineraries, safeguarded
@@ -236,7 +236,5 @@ def _put(segments, row, result):
 def _in_order(notes):
     """Return the ``Events`` from blocks that already have the events of each trajectory in order of time."""
     empty = [np.zeros(0, np.intp), np.zeros(0, np.intp), *([np.zeros(0)] * 4)]
-    blocks = [empty, *(np.broadcast_arrays(*block) for block in notes)]
-    trajectory, kind, *state = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
-    order = np.argsort(trajectory, kind="stable")
-    return Events(trajectory[order], _KINDS[kind[order]], *(v[order] for v in state))
+    trajectory, kind, *state = by_trajectory(empty, (np.broadcast_arrays(*block) for block in notes))
+    return Events(trajectory, _KINDS[kind], *state)

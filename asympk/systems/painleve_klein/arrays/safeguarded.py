@@ -10,18 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from asympk.many import by_trajectory
 from asympk.numbers import Number
 from asympk.path import KINDS
 from asympk.systems.painleve_klein.arrays.motions import Segments, SeparateSegments, SmoothSegments
 from asympk.systems.painleve_klein.flow.segments import MOST_EVENTS
-from asympk.systems.painleve_klein.modes import (
-    MODES,
-    coefficients,
-    grip,
-    inverse_edges,
-    leaving,
-    signs_after,
-)
+from asympk.systems.painleve_klein.modes import MODES, coefficients, grip, inverse_edges, leaving, signs_after
 
 FORCE_ZERO, VELOCITY_ZERO, SLIP_ONSET, NOTHING = range(4)
 AGREED = 2e-14  # relative distance between both precisions up to which the finer result is accepted
@@ -185,10 +179,7 @@ class _Flight:
 
     def events(self):
         """Return the arrays (trajectory, kind, t, x, y, z) in order of trajectory and time."""
-        empty = [np.zeros(0, np.intp), np.zeros(0, np.intp), *([self.until[:0]] * 4)]
-        joined = [np.concatenate(parts) for parts in zip(empty, *self.blocks, strict=True)]
-        order = np.argsort(joined[0], kind="stable")
-        return tuple(v[order] for v in joined)
+        return tuple(by_trajectory([np.zeros(0, np.intp), np.zeros(0, np.intp), *([self.until[:0]] * 4)], self.blocks))
 
 
 def edges(sigma0: Number, s: Number) -> tuple[np.ndarray, np.ndarray]:
