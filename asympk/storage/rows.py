@@ -20,6 +20,7 @@ from asympk.storage.files import csv_text, write_text
 
 Row: TypeAlias = dict[str, Any]  # a result: its columns by name
 PACKAGES = ("numpy", "scipy", "sympy", "mpmath", "heyoka", "scikit-sundae", "diffrax", "jax")
+KEPT = 6  # digits of a number that depends, in further ones, on the machine
 _READ: dict[str, Callable] = {"float": float, "int": int, "str": str, "bool": lambda word: word == "true"}
 
 
@@ -66,6 +67,11 @@ def provenance(**parameters: Any) -> dict[str, Any]:
         except PackageNotFoundError:
             versions[package] = "not installed"
     return {**parameters, "versions": versions}
+
+
+def in_kept_digits(numbers: Row) -> Row:
+    """Return numbers with the ``KEPT`` digits that a row keeps of them; None stays None."""
+    return {name: None if value is None else float(f"{float(value):.{KEPT}g}") for name, value in numbers.items()}
 
 
 def _kind(name, values):

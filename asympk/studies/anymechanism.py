@@ -17,7 +17,7 @@ from asympk.mechanics import paradox
 from asympk.mechanics.kinetics import Kinetics
 from asympk.methods import solve
 from asympk.scene import Scene
-from asympk.storage.rows import StoredRows
+from asympk.storage.rows import KEPT, StoredRows, in_kept_digits
 from asympk.systems import MECHANISMS, painleve_rod
 from asympk.systems.catalogue import c, described_mechanism, eps, example_scene, h
 
@@ -29,7 +29,6 @@ RATIOS = tuple(10 ** (k / 8) for k in range(-16, 17))
 FOLLOWED = RATIOS[:25:4]  # for larger ratios the rebound is not large against the effect of a_N on the gap
 STIFF = 1e-4  # eps of the contact whose rebound is followed
 BETA = sp.Symbol("beta", positive=True)  # b = h / sqrt(c) of the ground
-KEPT = 6  # digits of a row
 LONG = 130  # letters in LaTeX from which on a critical friction is shown in a shorter form
 
 
@@ -46,7 +45,7 @@ def _formulas(name):
     return {
         "mechanism": name, "coordinates": len(kinetics.coordinates), "unilateral": kinetics.unilateral,
         **{f"{of}_latex": sp.latex(part, fold_func_brackets=True) for of, part in formulas.items()},
-        **{of: _kept(rod.evaluate(part, described.numbers)) for of, part in parts.items()},
+        **in_kept_digits({of: rod.evaluate(part, described.numbers) for of, part in parts.items()}),
     }  # fmt: skip
 
 
@@ -92,8 +91,8 @@ def _error(name, small):
     after = _after(described, scene)
     worst = max(after, key=lambda state: abs(found[state] - after[state]))
     error = found[worst] - after[worst]
-    return {"mechanism": name, "compliance": number, "worst": worst, "error": _kept(error),
-            "ratio": _kept(error / layer)}  # fmt: skip
+    return {"mechanism": name, "compliance": number, "worst": worst,
+            **in_kept_digits({"error": error, "ratio": error / layer})}  # fmt: skip
 
 
 def _after(described: Any, scene: Scene) -> dict[str, float]:
@@ -114,8 +113,7 @@ def _rebound(theta, friction, ratio):
     followed = _followed(numbers, ratio) if ratio in FOLLOWED else None
     found = {"ratio": ratio, "law": law, "followed": followed, "undamped": undamped,
              "overdamped": abs(mixed) / (D * ratio**2)}  # fmt: skip
-    kept = {name: _kept(value) for name, value in found.items()}
-    return {"theta": theta, "friction": float(sp.Rational(friction)), **kept}
+    return {"theta": theta, "friction": float(sp.Rational(friction)), **in_kept_digits(found)}
 
 
 def _sliding(theta, friction):
@@ -137,10 +135,6 @@ def _followed(numbers, ratio):
     scene = example_scene(painleve_rod.mechanism(), _stiff_ground(), values, state, repr(until), "rebound")
     opened = next(event for event in solve(scene).events if event.kind == "lift_off")
     return -STIFF * float(opened.state[scene.names.index("y")])
-
-
-def _kept(value):
-    return None if value is None else float(f"{float(value):.{KEPT}g}")
 
 
 def formula_rows() -> StoredRows:

@@ -17,14 +17,13 @@ from itertools import groupby, pairwise
 
 from asympk.methods import solve
 from asympk.scene import Scene
-from asympk.storage.rows import StoredRows
+from asympk.storage.rows import KEPT, StoredRows, in_kept_digits
 
 SIGMAS = ("-17/10", "-6/5", "-1/2", "1/2", "1", "3")
 MUS = tuple(f"1e-{k}" for k in range(2, 13))
 UNTIL = 3
 ORDERS = (0, 1, 2)
 DIGITS = 80
-KEPT = 6  # digits of a row
 
 
 @dataclass(frozen=True)
@@ -92,8 +91,8 @@ def _rows(name, case, sigma, mu):
             error, omitted = truth[quantity] - now, next_ - now
             numbers = {"error": error, "omitted": omitted, "excess": error / omitted - 1,
                        "expected": (last - next_) / omitted}  # fmt: skip
-            kept = {of: float(f"{float(v):.{KEPT}g}") for of, v in numbers.items()}
-            yield {"expansion": name, "sigma": sigma, "order": n, "quantity": quantity, "mu": float(mu), **kept}
+            place = {"expansion": name, "sigma": sigma, "order": n, "quantity": quantity, "mu": float(mu)}
+            yield place | in_kept_digits(numbers)
 
 
 def _quantities(path):

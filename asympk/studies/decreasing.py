@@ -16,7 +16,7 @@ from sympy.physics.mechanics import dynamicsymbols
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.methods import solve
 from asympk.scene import Scene
-from asympk.storage.rows import StoredRows
+from asympk.storage.rows import KEPT, StoredRows, in_kept_digits
 from asympk.symbolic.system import System
 from asympk.systems import nonlinear_rod
 
@@ -24,7 +24,6 @@ MUS = ("1/32", "1/100", "1/320", "1/1000", "1/3200", "1/10000")
 ORDERS = (0, 1, 2)
 DIGITS = 18  # of the reference
 LEAST = 1e-11  # rows with a smaller measure are left out
-KEPT = 6  # digits of a row
 
 x, y, u, v, w = sp.symbols("x y u v w", real=True)
 mu = sp.Symbol("mu", positive=True)
@@ -106,6 +105,5 @@ def _rows(name, family, mus):
             k = max(range(len(errors)), key=lambda i: abs(measures[i] if of_terms else errors[i]))
             if abs(measures[k]) > LEAST:
                 found = {"error": errors[k], "measure": measures[k], "ratio": errors[k] / measures[k]}
-                kept = {of: float(f"{value:.{KEPT}g}") for of, value in found.items()}
                 yield {"system": name, "with_friction": friction, "order": order, "state": path.names[k], "mu": number,
-                       **kept}  # fmt: skip
+                       **in_kept_digits(found)}  # fmt: skip
