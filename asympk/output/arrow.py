@@ -72,8 +72,7 @@ def arrow_drawing(parts: list[str]) -> Any:
     from matplotlib.textpath import TextPath
 
     height = STEP * (len(parts) + 1)
-    with style.matplotlib().rc_context(style.RC):
-        figure, ax = pen.canvas(style.COLUMN, height)
+    with pen.canvas(style.COLUMN, height) as (figure, ax):
         names = MARGIN + max(TextPath((0, 0), part).get_extents().x1 / 72 for part in parts)  # inches
         level = {part: height - STEP * (k + 1) for k, part in enumerate(parts)}
         for part, y in level.items():

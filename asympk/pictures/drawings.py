@@ -16,8 +16,7 @@ STEEP = 1.02  # the angle at which rods are drawn, radians
 
 def draw_system() -> "Figure":
     """Draw the system in four panels: the masses on their guides, the elastic rod, the small turn, the friction law."""
-    with style.matplotlib().rc_context(style.RC):
-        figure, ax = pen.canvas(WIDTH, HEIGHT)
+    with pen.canvas(WIDTH, HEIGHT) as (figure, ax):
         half = WIDTH / 2
         for name, panel, x, y in (
             ("a", masses, 0, 1.62), ("b", rod, half, 1.62), ("c", small_turn, 0, 0), ("d", friction_law, half, 0)

@@ -1,21 +1,27 @@
 """What drawings of mechanisms are made with: lines, masses, guides, springs, forces and angles; lengths are inches."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from math import cos, pi, sin
 from typing import Any
+
+from asympk.pictures import style
 
 Point = tuple[float, float]
 THICK, THIN = 1.1, 0.6
 GREY = "0.55"
 
 
-def canvas(width: float, height: float) -> tuple[Any, Any]:
-    """Return a figure of ``width`` x ``height`` inches and its axes, whose unit is the inch."""
-    from matplotlib.figure import Figure
+@contextmanager
+def canvas(width: float, height: float) -> Iterator[tuple[Any, Any]]:
+    """Yield a figure of ``width`` x ``height`` inches and its axes, whose unit is the inch, in the common style."""
+    with style.matplotlib().rc_context(style.RC):
+        from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width, height))
-    ax = figure.add_axes((0, 0, 1, 1), xlim=(0, width), ylim=(0, height))
-    ax.set_axis_off()
-    return figure, ax
+        figure = Figure(figsize=(width, height))
+        ax = figure.add_axes((0, 0, 1, 1), xlim=(0, width), ylim=(0, height))
+        ax.set_axis_off()
+        yield figure, ax
 
 
 def text(ax: Any, place: Point, words: str, **options: Any) -> None:

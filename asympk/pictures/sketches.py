@@ -5,7 +5,7 @@ from functools import partial
 from math import cos, pi, sin
 from typing import Any, NamedTuple
 
-from asympk.pictures import drawings, pen, style
+from asympk.pictures import drawings, pen
 from asympk.pictures.pen import GREY, THICK, THIN
 
 WIDTH, HEIGHT = 2.4, 1.8
