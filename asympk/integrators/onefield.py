@@ -17,6 +17,7 @@ from asympk.path import Path
 from asympk.scene import Scene
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.reading import exact_constant
+from asympk.symbolic.system import System
 from asympk.systems.automata import automaton_of
 
 
@@ -94,8 +95,13 @@ def _functions(system, width):
 
     if any(f.gap is not None or f.constraint is not None for f in system.frictions):
         raise InputError("one right-hand side has no contacts that open; use a method with events, such as 'lsoda'")
-    forces = {f.force: -f.kinetic * sp.Abs(f.load) * direction(f.velocity) for f in system.frictions}
-    forces |= {f.normal: f.load for f in system.frictions if f.normal is not None}
-    rates = tuple(system.rates[s].subs(forces) for s in system.states)
+    rates = slipping_rates(system, direction)
     jacobian = tuple(slope_by(rate, s) for rate in rates for s in system.states)
     return function(system, rates, "math", math), function(system, jacobian, "math", math)
+
+
+def slipping_rates(system: System, direction: Callable[[sp.Expr], sp.Expr]) -> tuple[sp.Expr, ...]:
+    """Return the rates of a system with F = -kinetic |load| direction(v), and the loads for reactions."""
+    forces = {f.force: -f.kinetic * sp.Abs(f.load) * direction(f.velocity) for f in system.frictions}
+    forces |= {f.normal: f.load for f in system.frictions if f.normal is not None}
+    return tuple(rate.subs(forces) for rate in system.rates.values())

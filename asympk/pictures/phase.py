@@ -9,6 +9,7 @@ import sympy as sp
 
 from asympk.automaton.compiled import function
 from asympk.errors import InputError, UnknownName
+from asympk.integrators.onefield import slipping_rates
 from asympk.methods import solve
 from asympk.numbers import number, short
 from asympk.path import Path
@@ -116,10 +117,8 @@ def _field(axis: Any, system: System, parameters: tuple, window: Any, pair: tupl
         _zeros(axis, across, down, values, style.BLACK, "-")
     if any(f.gap is not None or f.constraint is not None for f in system.frictions):
         return
-    forces = {f.force: -f.kinetic * sp.Abs(f.load) * sp.sign(f.velocity) for f in system.frictions}
-    forces |= {f.normal: f.load for f in system.frictions if f.normal is not None}
-    rates = tuple(rate.subs(forces) for rate in system.rates.values())
-    flow = dict(zip(system.states, _evaluated(system, rates, points, parameters), strict=True))
+    rates = _evaluated(system, slipping_rates(system, sp.sign), points, parameters)
+    flow = dict(zip(system.states, rates, strict=True))
     named = {s.name: rate for s, rate in flow.items()}
     axis.streamplot(across, down, named[pair[0]], named[pair[1]], color="0.75", linewidth=0.5, arrowsize=0.5,
                     density=0.9)  # fmt: skip
