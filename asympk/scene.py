@@ -181,7 +181,7 @@ def _slow_y(manifold: str, sigma: Any, mu: Any, x: Any) -> float:
     return slow_root * float(x - 1 / Fraction(b))
 
 
-def in_doubles(scene: Scene) -> tuple[float, float, float]:
+def in_doubles(scene: Any) -> tuple[float, float, float]:
     """Return (sigma, sigma0, mu) as doubles; raises ``InputError`` where they round to a value out of their ranges."""
     sigma, sigma0, mu = float(scene.sigma), float(scene.sigma0), float(scene.mu)
     if sigma == -2 or mu == 0:

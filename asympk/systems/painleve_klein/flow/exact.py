@@ -12,10 +12,10 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from asympk.arithmetic import LARGEST_DOUBLE, MOST_DIGITS, UNIT, Doubles, agreed, flow_context, set_digits
-from asympk.errors import InputError, Undecided
+from asympk.errors import Undecided
 from asympk.numbers import Arithmetic, Number, whole
 from asympk.path import ClosedForm, Event, Path
-from asympk.scene import Scene
+from asympk.scene import Scene, in_doubles
 from asympk.systems.painleve_klein.flow.rounding import calm, estimated_error, largest_state
 from asympk.systems.painleve_klein.flow.segments import RodFlow, SolvedSegment, follow_rod
 from asympk.systems.painleve_klein.flow.starts import beginning
@@ -88,8 +88,6 @@ def _to_doubles(solved):
 
 @lru_cache(maxsize=64)
 def _flow_in_doubles(sigma, sigma0, mu):
-    if sigma == -2 or mu == 0:
-        raise InputError(f"sigma and mu: as doubles they are {sigma} and {mu}, out of range; ask for more digits")
     return RodFlow(Doubles, sigma, sigma0, mu)
 
 
@@ -104,8 +102,8 @@ def segments_of(
     m: Arithmetic, case: RodNumbers, known: Sequence[SolvedSegment] | None = None, on_event: Any = None
 ) -> list[SolvedSegment]:
     """Return the segments of the solution of ``case`` in the numbers of ``m``; ``follow_rod`` has the other options."""
-    parameters = m.number(case.sigma), m.number(case.sigma0), m.number(case.mu)
-    flow = _flow_in_doubles(*parameters) if m is Doubles else RodFlow(m, *parameters)
+    flow = (_flow_in_doubles(*in_doubles(case)) if m is Doubles
+            else RodFlow(m, m.number(case.sigma), m.number(case.sigma0), m.number(case.mu)))  # fmt: skip
     start, deviation = beginning(flow, case)
     return follow_rod(flow, start, m.number(case.until), deviation, known, on_event)
 
