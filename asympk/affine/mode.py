@@ -194,8 +194,7 @@ class ClosedSegment:
 
     def __init__(
         self, flow: AffineFlow, start: Sequence[Number] | np.ndarray,
-        sizes: Sequence[Number] | np.ndarray | None = None, snapped: bool = True,
-        zeros: Sequence[int] = (),
+        sizes: Sequence[Number] | np.ndarray | None = None, snapped: bool = True, zeros: Sequence[int] = (),
     ):  # fmt: skip
         m = self.m = flow.m
         self.flow, self.functions = flow, len(flow.rate)

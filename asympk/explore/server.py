@@ -57,8 +57,7 @@ class Server(ThreadingHTTPServer):
         self.scenes: Future[tuple[Scene, ...]] = Future()
         page = files("asympk").joinpath("explore", "page")
         self.parts = {name: (page.joinpath(file).read_bytes(), kind) for name, (file, kind) in PAGE.items()}
-        self.workers = {name: Worker(q, self.scenes, q.seconds, q.modules)
-                        for name, q in QUESTIONS.items()}  # fmt: skip
+        self.workers = {name: Worker(q, self.scenes, q.seconds, q.modules) for name, q in QUESTIONS.items()}
         try:
             super().__init__((HOST, port), _Handler)
         except OSError as reason:

@@ -64,11 +64,8 @@ def dropped_term() -> Iterator[Check]:
         not share.has(rod.k) and share != 0,
         share,
     )
-    yield left_out.symbolic(
-        "in (2.5) friction loses a term of that order too, sin(a + beta) = sin a (1 + R1 / k)",
-        sp.cancel(elastic.dropped_friction - rod.R1 / rod.k) == 0,
-        elastic.dropped_friction,
-    )
+    yield left_out.symbolic("in (2.5) friction loses a term of that order too, sin(a + beta) = sin a (1 + R1 / k)",
+                            sp.cancel(elastic.dropped_friction - rod.R1 / rod.k) == 0, elastic.dropped_friction)
 
 
 @claim("C10", "2", "(2.5) for u > 0; for u < 0 replace f by -f")
@@ -77,16 +74,10 @@ def slip_equations() -> Iterator[Check]:
     friction = rod.f * sp.Abs(rod.R) * sp.sin(rod.alpha)
     inertia = rod.m * rod.l / (rod.k * sp.cos(rod.alpha)) * rod.ddR1
     balance, acceleration = elastic.slip(1)
-    yield symbolic(
-        "F = -f |R| sin a in (2.4) gives the first equation",
-        sp.expand(balance - (inertia + friction + 2 * rod.R * sp.cos(rod.alpha) - rod.P)) == 0,
-        balance,
-    )
-    yield symbolic(
-        "and the second",
-        sp.expand(rod.m * acceleration - (rod.P - friction - rod.R * sp.cos(rod.alpha))) == 0,
-        acceleration,
-    )
+    yield symbolic("F = -f |R| sin a in (2.4) gives the first equation",
+                   sp.expand(balance - (inertia + friction + 2 * rod.R * sp.cos(rod.alpha) - rod.P)) == 0, balance)
+    yield symbolic("and the second",
+                   sp.expand(rod.m * acceleration - (rod.P - friction - rod.R * sp.cos(rod.alpha))) == 0, acceleration)
     turned = [expr.subs(rod.f, -rod.f) for expr in elastic.slip(1)]
     yield symbolic("u < 0 is f -> -f",
                    all(sp.expand(a - b) == 0 for a, b in zip(turned, elastic.slip(-1), strict=True)))  # fmt: skip

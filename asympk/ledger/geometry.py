@@ -60,11 +60,8 @@ def stick_half_planes() -> Iterator[Check]:
     written = sp.Union(sp.Interval.open(-sp.oo, sp.Rational(-1, 2)), sp.Interval.open(sp.Rational(1, 4), sp.oo))
     yield symbolic("the friction cone at sigma = 1 has this interior", found.interior == written, found)
     yield numeric("runs from the edges +- 1e-30 stick or not as it says, at every mu", *_edges_decide())
-    yield left_out.symbolic(
-        "the cone does not depend on mu: the half-planes are exact, not a limit",
-        not drive_of_load(pk.system())[1].has(pk.mu),
-        f"edges {', '.join(map(str, regions.edges))}",
-    )
+    yield left_out.symbolic("the cone does not depend on mu: the half-planes are exact, not a limit",
+                            not drive_of_load(pk.system())[1].has(pk.mu), f"edges {', '.join(map(str, regions.edges))}")
     counts = {value: len(regions.stick.spans(sigma=value)) for value in ("1", "-1", "-3/2")}
     yield left_out.symbolic("G2 exists for sigma0 > -1 only; below, G1 is a bounded strip",
                             counts == {"1": 2, "-1": 1, "-3/2": 1} and regions.down.contains(3, sigma="-3/2"),

@@ -23,11 +23,8 @@ _BELOW = (0, 0, -1)
 @claim("C33", "1", "Pfeiffer, no damping: as k -> oo, for x1' < 0, R -> oo and the motion stops at once")
 def reaction_without_bound() -> Iterator[Check]:
     growing = undamped.fast_eigenvalues("slip_opposite")
-    yield symbolic(
-        "in z < 0 with R > 0 the load grows at the rate sqrt(sigma)/epsilon",
-        growing == {sp.sqrt(undamped.sigma), -sp.sqrt(undamped.sigma)},
-        sorted(map(str, growing)),
-    )
+    yield symbolic("in z < 0 with R > 0 the load grows at the rate sqrt(sigma)/epsilon",
+                   growing == {sp.sqrt(undamped.sigma), -sp.sqrt(undamped.sigma)}, sorted(map(str, growing)))
     stops = {small: undamped.precise_undamped_path(_BELOW, small, _past_the_stop(small)).events[0] for small in _SMALLS}
     loads = ratios(lambda small: stops[small].state[0], lambda small: 1 / (2 * precise(small)), _SMALLS)
     yield numeric("load at the stop over sqrt(sigma)/((sigma + 1) epsilon), from v = -1", *tends_to_one(loads))

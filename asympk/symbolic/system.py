@@ -176,20 +176,11 @@ class System(ShownAsFormulas):
 
     @classmethod
     def with_friction(
-        cls,
-        slow: Mapping[sp.Symbol, Any],
-        fast: Mapping[sp.Symbol, Any],
-        velocity: Mapping[sp.Symbol, Any],
-        force: sp.Symbol,
-        load: Any,
-        kinetic: Any,
-        static: Any = None,
-        small: sp.Symbol | None = None,
-        assumptions: sp.Basic = sp.true,
-        time: sp.Symbol | None = None,
-        gap: Any = None,
+        cls, slow: Mapping[sp.Symbol, Any], fast: Mapping[sp.Symbol, Any], velocity: Mapping[sp.Symbol, Any],
+        force: sp.Symbol, load: Any, kinetic: Any, static: Any = None, small: sp.Symbol | None = None,
+        assumptions: sp.Basic = sp.true, time: sp.Symbol | None = None, gap: Any = None,
         normal: sp.Symbol | None = None,
-    ) -> "System":
+    ) -> "System":  # fmt: skip
         """Build a system with one friction whose sliding velocity is the state of ``velocity = {z: z'}``.
 
         The rates may contain ``force`` linearly, with any coefficient. The order of the states is slow, fast, z.

@@ -19,14 +19,7 @@ from asympk.numbers import Arithmetic, Number, sign_of
 from asympk.systems.painleve_klein.flow import shortcut
 from asympk.systems.painleve_klein.flow.fastslow import FastSlow, FastSlowSegment
 from asympk.systems.painleve_klein.flow.superposition import SmoothMode, SmoothSegment, slope
-from asympk.systems.painleve_klein.modes import (
-    MODES,
-    coefficients,
-    first_signs,
-    grip,
-    inverse_edges,
-    signs_after,
-)
+from asympk.systems.painleve_klein.modes import MODES, coefficients, first_signs, grip, inverse_edges, signs_after
 
 RodMode: TypeAlias = FastSlow | SmoothMode
 RodSegment: TypeAlias = FastSlowSegment | SmoothSegment
