@@ -16,8 +16,7 @@ def sketch(name: str) -> Any:
 
     Raises ``MissingPackage`` where matplotlib is not installed.
     """
-    with style.matplotlib().rc_context(style.RC):
-        figure, ax = pen.canvas(WIDTH, HEIGHT)
+    with pen.canvas(WIDTH, HEIGHT) as (figure, ax):
         SKETCHES[name].draw(ax)
     return figure
 
