@@ -40,6 +40,10 @@ class Tableau:
         """Return the Legendre coefficients of the polynomials through stage derivatives."""
         return [fixed_point(self.ctx, [dot(self.ctx, row, column) for row in self.legendre]) for column in slopes]
 
+    def values(self, t: Any) -> FixedPoint:
+        """Return the Legendre polynomials of [0, 1] at t, whose weights ``coefficients`` are."""
+        return FixedPoint(*_legendre_multiples(2 * t - 1, len(self.nodes)))
+
     def integrals(self, t: Any) -> FixedPoint:
         """Return the integrals from 0 to t of the Legendre polynomials."""
         values, exponent = _legendre_multiples(2 * t - 1, len(self.nodes) + 1)

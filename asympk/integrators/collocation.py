@@ -177,11 +177,15 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
             h, grow = h * SHRINK, 1
             continue
         step = CollocationStep(t, state, h, scheme.tableau.coefficients(slopes))
-        if met := _lost(scheme, step, before):
-            at, k = met
-            end = _without_rounding(_at(scheme.tableau, step, at), state, scheme.tolerance * SLACK)
-            together = lost_with(mode, k, t + at, end, scheme.tolerance * SLACK)
-            return Segment(t + at, end, k, samples=(*steps, step), together=together)
+        at, hit = _lost(scheme, step, before) or (0 * h, None)
+        end = state if hit is None else _at(scheme.tableau, step, at)
+        if (hit is not None or not steps) and _misses_rates(scheme, step, at, end):
+            h, grow = h * SHRINK, 1
+            continue
+        if hit is not None:
+            end = _without_rounding(end, state, scheme.tolerance * SLACK)
+            together = lost_with(mode, hit, t + at, end, scheme.tolerance * SLACK)
+            return Segment(t + at, end, hit, samples=(*steps, step), together=together)
         steps.append(step)
         t, state = (until if last else t + h), _at(scheme.tableau, step, h)
         if last:
@@ -206,6 +210,18 @@ def _left_out(scheme: Scheme, t: Any, state: tuple, slopes: list[FixedPoint], h:
     rates = [mode.guard_rates(t + h * c, stage) for c, stage in zip(tableau.nodes, stages, strict=True)]
     sizes = map(abs, mode.guard_values(t, state))
     return float(max(found, _tail(_by_state(h.context, rates), tableau, h) / (RESOLVED * max(1, *sizes))))
+
+
+def _misses_rates(scheme: Scheme, step: CollocationStep, at: Any, end: tuple) -> bool:
+    """Tell whether the slope of a step, at an event or the start of a mode, is not that of the rates there.
+
+    Between its nodes the step has then passed over what changes the rates near this state, ``end``.
+    """
+    allowed, weights = scheme.tolerance * SLACK * max(1, *map(abs, end)), scheme.tableau.values(at / step.h)
+    with suppress(ArithmeticError, TypeError, ValueError):
+        pairs = zip(step.rates, scheme.mode.rhs(step.t + at, end), strict=True)
+        return any(step.h * abs(dot(step.h.context, weights, own) - rate) > allowed for own, rate in pairs)
+    return False
 
 
 def _without_rounding(end: tuple, before: tuple, slack: Any) -> tuple:

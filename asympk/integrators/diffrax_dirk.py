@@ -42,7 +42,7 @@ class KvaernoSteps:
     """The steps of Kvaerno5 to ``until``, several in a call, as a solver of ``stepwise``."""
 
     nfev = njev = made = 0
-    status = "running"
+    status, again = "running", None
 
     def __init__(self, mode: NumericMode, t: float, state: tuple[float, ...], until: float, settings: Settings):
         import jax

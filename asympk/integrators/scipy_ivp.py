@@ -1,7 +1,7 @@
 """RK45, DOP853, Radau, BDF and LSODA of SciPy, stepped one by one.
 
-Three things differ from SciPy: rates without a value are nan (``Rates``), LSODA raises its reason instead of printing
-it (``Reasons``), and linear systems go to LAPACK without checks.
+Four things differ from SciPy: rates without a value are nan (``Rates``), LSODA raises its reason instead of printing
+it (``Reasons``), linear systems go to LAPACK without checks, and a step may be made again (``ScipySteps``).
 """
 
 import math
@@ -19,6 +19,7 @@ from asympk.integrators.stepwise import field_and_start, follow_steps
 CLASSES = {"rk45": "RK45", "dop853": "DOP853", "radau": "Radau", "bdf": "BDF", "lsoda": "LSODA"}
 EXPLICIT = ("rk45", "dop853")
 RESTARTS = 16  # of LSODA in one mode
+PARTS = 8  # the least number of steps into which one is divided
 
 
 def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float, settings: Settings) -> Segment:
@@ -38,18 +39,9 @@ def _solver(mode, t, state, until, settings):
     if isinstance(atol, tuple):  # guards that depend on the time are states as well, of an unknown size
         atol = (*atol, *[min(atol)] * (n - len(atol)))
     rates = Rates(field, p, t, start, told=settings.method == "lsoda")
-    options = {"rtol": settings.rtol, "atol": atol, "max_step": settings.longest, **jac}
-    solver = getattr(integrate, CLASSES[settings.method])(rates, t, start, until, **options)
-    step = solver.step
-    if settings.method == "lsoda":
-        _with_reasons(solver)
-        begin = partial(solver.__init__, rates, t_bound=until, **options)
-        step = partial(_restarting, solver, step, begin, rates, [settings.longest])
-    solver.step = partial(_stepped, solver, step, rates)
-    solver.made = 1
-    if hasattr(solver, "solve_lu"):
-        solver.lu, solver.solve_lu = _by_lapack()
-    return solver
+    options = {"rtol": settings.rtol, "atol": atol, **jac}
+    begin = partial(getattr(integrate, CLASSES[settings.method]), rates, t_bound=until, **options)
+    return ScipySteps(begin, rates, t, np.array(start, dtype=float), settings.longest)
 
 
 class Rates:
@@ -77,41 +69,77 @@ class Rates:
             return self.nowhere
 
 
-def _stepped(solver, step, rates):
-    """Make one step; raises ``ValueError`` if the step fails because of nan rates, or ends where the rates are nan."""
-    try:
-        reason = step()
-    except GaveUp as why:
-        solver.status, reason = "failed", str(why)
-    if rates.left:
-        rates.left = False
-        if solver.status == "failed" or math.isnan(rates(solver.t, solver.y)[0]):
-            raise ValueError(reason)
-    return reason
+class ScipySteps:
+    """The steps of a solver of SciPy, as a solver of ``stepwise``, which begins anew where it needs shorter ones."""
 
+    made = 1
 
-def _restarting(solver, step, begin, rates, longest):
-    """Make one step, or begin anew, with steps up to a quarter, where LSODA tries one to where rates are not finite.
+    def __init__(self, begin: Callable, rates: Rates, t: float, start: np.ndarray, longest: float):
+        self.make, self.rates, self.longest, self.restarts = begin, rates, longest, 0
+        self.spent = [0, 0]
+        self._begin(t, start, longest)
 
-    Beyond its guard a mode may grow without bound, as friction with exp(-|v|/c) does. ``longest`` are the longest steps
-    so far. Raises if the tried step gains no time, or after ``RESTARTS``.
-    """
-    try:
-        return step()
-    except (ArithmeticError, ValueError):
-        if len(longest) > RESTARTS or rates.tried <= solver.t:
-            raise
-    longest.append(min(longest[-1], (rates.tried - solver.t) / 4))
-    spent = solver.nfev, solver.njev
-    begin(t0=solver.t, y0=solver.y, max_step=longest[-1])
-    _with_reasons(solver)
-    solver.nfev, solver.njev = (new + old for new, old in zip((solver.nfev, solver.njev), spent, strict=True))
-    return _restarting(solver, step, begin, rates, longest)
+    def _begin(self, t: float, state: np.ndarray, longest: float, due: float = math.inf) -> None:
+        """Begin at a time and state with steps up to ``longest``, and from the time ``due`` on with longer ones."""
+        if hasattr(self, "solver"):
+            self.spent = [self.nfev, self.njev]
+        self.solver, self.due = self.make(t0=t, y0=state, max_step=longest), due
+        if self.rates.told:
+            integrator = self.solver._lsoda_solver._integrator
+            integrator.messages = Reasons(integrator.messages)
+        if hasattr(self.solver, "solve_lu"):
+            self.solver.lu, self.solver.solve_lu = _by_lapack()
+        self.dense_output = self.solver.dense_output
+        self._update()
 
+    def _update(self) -> None:
+        self.t_old, self.t, self.y, self.status = (getattr(self.solver, name) for name in ("t_old", "t", "y", "status"))
 
-def _with_reasons(solver):
-    integrator = solver._lsoda_solver._integrator
-    integrator.messages = Reasons(integrator.messages)
+    @property
+    def nfev(self) -> int:
+        """The calls of the field so far."""
+        return self.spent[0] + self.solver.nfev
+
+    @property
+    def njev(self) -> int:
+        """The calls of the Jacobian so far."""
+        return self.spent[1] + self.solver.njev
+
+    def step(self) -> str | None:
+        """Make one step; raises ``ValueError`` if the step fails because of nan rates, or ends where these are nan."""
+        if self.t >= self.due:
+            self._begin(self.t, self.y, self.longest)
+        self.before, rates = (self.t, self.y.copy()), self.rates
+        reason = self._made()
+        self._update()
+        if rates.left:
+            rates.left = False
+            if self.status == "failed" or math.isnan(rates(self.t, self.y)[0]):
+                raise ValueError(reason)
+        return reason
+
+    def _made(self) -> str | None:
+        """Make one step, or begin anew, with steps up to a quarter, where LSODA tries one to where rates have no value.
+
+        Beyond its guard a mode may grow without bound, as friction with exp(-|v|/c) does. Raises if the tried step
+        gains no time, or after ``RESTARTS``.
+        """
+        try:
+            return self.solver.step()
+        except GaveUp as why:
+            self.solver.status = "failed"
+            return str(why)
+        except (ArithmeticError, ValueError):
+            ahead = self.rates.tried - self.t
+            if not self.rates.told or self.restarts == RESTARTS or ahead <= 0:
+                raise
+        self.restarts, self.longest = self.restarts + 1, min(self.longest, ahead / 4)
+        self._begin(self.t, self.y, self.longest)
+        return self._made()
+
+    def again(self) -> None:
+        """Go back to before the last step, to make it in eight or more."""
+        self._begin(*self.before, longest=(self.t - self.before[0]) / PARTS, due=self.t)
 
 
 class GaveUp(Exception):

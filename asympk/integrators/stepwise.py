@@ -4,6 +4,7 @@
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from math import isfinite
 from time import monotonic
@@ -19,6 +20,8 @@ from asympk.integrators.watch import Look, first_lost, suspects
 STEP_LIMIT = "step limit reached"
 PATIENCE = 500  # steps near a zero of a divisor after which a run that has gained no time of ``LONG`` is given up
 IDLE = 100  # steps without any gain in time after which a run is given up
+COARSE = 1000  # multiple of its allowed error by which a step may miss the rates at an event
+BESIDE = 2.0**-13  # part of a step to each side of an event within which its slope there is taken
 UNBOUNDED = 1e-8  # part of the first value of p in R = -a / p at which R counts as infinite: no step reaches p = 0
 
 
@@ -30,6 +33,7 @@ class Solver(Protocol):
     3. ``status`` is "running", "finished" or "failed".
     4. ``dense_output()`` returns the state as a function of the time within the last step.
     5. ``nfev`` and ``njev`` count the calls of the field and of its Jacobian so far.
+    6. ``again()`` goes back to before the last step, to make it in shorter ones; None where a method cannot.
     """
 
     t_old: float
@@ -46,15 +50,17 @@ class Solver(Protocol):
     def dense_output(self) -> Callable[[float], np.ndarray]:
         """Return the state as a function of the time within the last step."""
 
+    @property
+    def again(self) -> Callable[[], None] | None:
+        """The function that goes back to before the last step, to make it in shorter ones, or None."""
+
 
 @np.errstate(all="ignore")  # the step control of scipy divides by errors that may be zero
 def follow_steps(solver: Solver, mode: NumericMode, t: float, state: tuple[float, ...], settings: Settings) -> Segment:
     """Follow ``mode`` by the steps of ``solver`` until a guard is lost or the solver is at its end."""
     watch, n, times = Watch(mode, t, state), len(state), settings.times
     steps, idle, short, hit = 0, 0, "", None
-    together: tuple[int, ...] = ()
-    samples: list[tuple[float, ...]] = []
-    passed = [(t, state)] if settings.keep else []
+    samples, passed = list[tuple[float, ...]](), [(t, state)] * settings.keep
     start, halfway, poles = t, t, mode.pole_values(t, state)
     divisors = poles
     near: list[float] = []  # the times of consecutive steps at which a divisor has nearly vanished
@@ -67,9 +73,12 @@ def follow_steps(solver: Solver, mode: NumericMode, t: float, state: tuple[float
         if idle > IDLE:
             short = f"stalled (the last {idle} steps gained nothing)"
         if not short and (met := watch.lost(solver, t, state)):
-            t, hit = met
-            state = tuple(solver.dense_output()(t)[:n].tolist())
-            together = lost_with(mode, hit, t, state)
+            t, state = met[0], tuple((within := solver.dense_output())(met[0])[:n].tolist())
+            if solver.again and _misses_rates(mode, within, t, state, solver.t - solver.t_old, settings):
+                watch.last = watch.before
+                solver.again()
+                continue
+            hit = met[1]
         if poles and not short:
             poles = mode.require_one_side(poles, t, state, near[0] if near else None)
             divisor = mode.vanishing(divisors, poles)
@@ -78,13 +87,12 @@ def follow_steps(solver: Solver, mode: NumericMode, t: float, state: tuple[float
                 short = _divided(divisor)
         elif poles and solver.status == "failed":
             short = _divided(mode.vanishing(divisors, mode.pole_values(t, state))) or short
-        if settings.keep:
-            passed.append((t, state))
+        passed += [(t, state)] * settings.keep
         while len(samples) < len(times) and times[len(samples)] <= t and not short:
             samples.append(tuple(solver.dense_output()(times[len(samples)])[:n].tolist()))
     if short == STEP_LIMIT and 10 * (t - halfway) < halfway - start:
         short = f"stalled (the last {steps // 2} steps gained {t - halfway:.1g})"
-    work = Work(int(solver.nfev), steps, int(solver.njev))
+    work, together = Work(int(solver.nfev), steps, int(solver.njev)), lost_with(mode, hit, t, state)
     return Segment(t, state, hit, work, short, tuple(samples), together, tuple(passed))
 
 
@@ -102,13 +110,14 @@ class Watch:
         values = [v if sign > 0 else 0.0 for v, sign in zip(found, signs, strict=True)]
         self.floors = [v * UNBOUNDED * (kind == "unbounded") for v, (kind, _) in zip(values, mode.kinds, strict=True)]
         self.floored = any(self.floors)
-        self.last = Look(t, self._above(values), mode.guard_rates(t, state))
+        self.before = self.last = Look(t, self._above(values), mode.guard_rates(t, state))
 
     def lost(self, solver: Solver, t: float, state: tuple[float, ...]) -> tuple[float, int] | None:
         """Return (time, guard) of the first guard lost in the step that ends at (t, state), or None."""
         if not self.floors:
             return None
-        before, begin = self.last, solver.t_old
+        self.before = before = self.last
+        begin = solver.t_old
         self.last = Look(t, self._above(self.mode.guard_values(t, state)), self.mode.guard_rates(t, state))
         one_step = before.t == begin
         if one_step and not suspects(before, self.last):
@@ -137,6 +146,21 @@ def _bracketed(function, low, high):
     if ends[0] * ends[1] >= 0:
         return low if abs(ends[0]) <= abs(ends[1]) else high
     return brentq(function, low, high, xtol=1e-300, rtol=9e-16, maxiter=10_000)  # roots may be multiple
+
+
+def _misses_rates(mode, within, t, state, h, settings):
+    """Tell whether the slope of a step of length h, ``within(t)``, at an event is not that of the rates there.
+
+    The step has then passed over what changes the rates near the event, such as friction that rises within a narrow
+    range of velocities. Errors that a stiff mode damps do not count.
+    """
+    n, allowed = len(state), COARSE * (np.array(settings.atol) + settings.rtol * abs(np.array(state)))
+    with suppress(ArithmeticError, ValueError):
+        slope = (within(t + BESIDE * h) - within(t - BESIDE * h))[:n] / (2 * BESIDE)
+        missed = slope - h * np.array(mode.rhs(t, state))
+        if (abs(missed) > allowed).any():
+            return bool((abs(np.linalg.solve(np.eye(n) - h * np.array(mode.jac(t, state)), missed)) > allowed).any())
+    return False
 
 
 def field_and_start(

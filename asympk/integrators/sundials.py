@@ -22,7 +22,7 @@ def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float,
 class CvodeSteps:
     """The steps of CVODE to ``until``, as a solver of ``stepwise``."""
 
-    made = 1
+    made, again = 1, None
 
     def __init__(self, mode: NumericMode, t: float, state: tuple[float, ...], until: float, settings: Settings):
         try:

@@ -709,3 +709,20 @@ def test_events_that_recur_at_one_time_are_said_to_be_rounding_and_not_to_be_too
                      until=20)  # fmt: skip
     with pytest.raises(Undecided, match="rounding hides whether there is a velocity_zero"):
         ap.solve(scene, method="lsoda")
+
+
+@pytest.mark.parametrize(("how", "width"), [
+    *(({"method": name, "rtol": 1e-9}, "1/100") for name in ("lsoda", "radau", "dop853", "bdf")),
+    ({}, "1/100"), ({}, "1/100000"), ({"digits": 15}, "1/100000"),
+])  # fmt: skip
+@pytest.mark.parametrize(("push", "speed"), [(0, 3), (2, 0)])
+def test_a_narrow_rise_of_friction_is_not_stepped_over_where_slip_ends_or_begins(how, width, push, speed):
+    """The time from speed to speed is that of a quadrature; of the width 1/100 a stop came 1/100 late."""
+    (x, v, F), width = sp.symbols("x v F", real=True), sp.Rational(width)
+    law = (1 + sp.exp(-((v / width) ** 2))) / 2
+    contact = ap.Friction(velocity=v, force=F, load=1, kinetic=law)
+    system = ap.System.with_frictions({x: v, v: push + F}, {}, [contact])
+    path = ap.solve(ap.Scene(system=system, start={x: 0, v: speed}, until=3 if push else 7), **how)
+    end, begun = (path.final[1], path.end) if push else (speed, path.events[0].t)
+    slowness = sp.lambdify(v, 1 / abs(push - law), "mpmath")
+    assert float(begun) == pytest.approx(float(mp.quad(slowness, [0, width, 9 * width, 1, end])), abs=1e-7)
