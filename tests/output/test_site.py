@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import sys
 from html.parser import HTMLParser
+from importlib import import_module
 from pathlib import Path
 from time import monotonic, sleep
 from urllib.parse import unquote, urlsplit
@@ -219,6 +220,27 @@ def test_the_page_and_the_pictures_of_a_system_are_the_same_each_time(built, tmp
     first, second = contents(tmp_path), contents(built.parent / "source" / "systems")
     assert len(first) == 5
     assert [name for name in first if first[name] != second[name]] == []
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_the_page_of_a_system_begins_with_its_mechanics_and_not_with_its_code(name):
+    about = import_module(f"asympk.systems.{name}").__doc__
+    assert not re.search(r"\b(module|package|kernel)s?\b|->", about), about
+
+
+def test_code_on_the_site_is_as_legible_as_its_text():
+    chosen = re.search(r'^pygments_style = "(.+?)"', (ROOT / "docs" / "conf.py").read_text(encoding="utf-8"), re.M)[1]
+    style = pytest.importorskip("pygments.styles", reason="the extra site is not installed").get_style_by_name(chosen)
+    ground = _luminance(style.background_color.removeprefix("#"))
+    inks = {_luminance(drawn["color"]) for _, drawn in style if drawn["color"]}
+    assert all((max(ink, ground) + 0.05) / (min(ink, ground) + 0.05) >= 4.5 for ink in inks)  # WCAG 2, level AA
+
+
+def _luminance(colour):
+    """Return the relative luminance of WCAG 2 of a colour in hexadecimal digits."""
+    parts = (int(colour[k : k + 2], 16) / 255 for k in (0, 2, 4))
+    linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
 def test_every_system_of_the_catalogue_has_a_sketch_and_a_title():

@@ -1,12 +1,12 @@
-"""The Painlevé-Klein rod: its mechanics, its equations (2.7)-(2.9), its units, and a flow in closed form of its own.
+"""The Painlevé-Klein rod: two masses on parallel guides, one of them rough, joined by a rod at the angle alpha.
 
-    rod -> equations -> units        in symbols, from first principles
-    modes -> flow -> arrays          in numbers: the kernel that ``systems.kernels`` plugs in
-
-The package offers the names of ``equations``, and loads that module at their first use, since the kernel follows a
-scene without symbols. Source: N. A. Fufaev, Dynamics of the system in the Painlevé-Klein example, Mechanics of Solids
-(1991), in Russian.
+P pushes the rough mass. There is a paradox for f tan(alpha) > 2: the rigid rod has no motion backward, and two forward.
+The elastic, damped rod has the scaled reaction x, its rate y and the velocity z of the rough mass, (2.7)-(2.9). Source:
+N. A. Fufaev, Dynamics of the system in the Painlevé-Klein example, Mechanics of Solids (1991), in Russian.
 """
+
+# rod -> equations -> units in symbols, modes -> flow -> arrays in numbers: the kernel that systems.kernels plugs in
+# the names of equations are loaded at their first use, since the kernel follows a scene without symbols
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
