@@ -85,8 +85,9 @@ def force_equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], 
         equations = [rows[k] for k in still_rows(branch)]
     equations = [with_signs(system, branch, e) for e in equations]
     matrix = sp.Matrix(len(equations), len(unknowns), [slope_by(e, u) for e in equations for u in unknowns])
-    if symbols_in(matrix.as_immutable()) & {*unknowns}:
-        raise InputError(f"mode {mode_name(branch)}: the forces must enter rates, loads and bounds linearly")
+    if found := symbols_in(matrix.as_immutable()) & {*unknowns}:
+        raise InputError(f"mode {mode_name(branch)}: the forces must enter rates, loads and bounds linearly, and "
+                         f"{min(map(str, found))} does not; write that rate, load or bound without it")  # fmt: skip
     zero = dict.fromkeys(unknowns, sp.S.Zero)
     return unknowns, matrix, sp.Matrix([-replaced(e, zero) for e in equations])
 

@@ -37,6 +37,11 @@ def test_each_mode_is_the_field_with_its_own_friction_force():
         assert mode.slow[x] == y
 
 
+def test_a_load_that_is_not_linear_in_its_own_force_is_refused_by_the_name_of_the_force():
+    with pytest.raises(InputError, match=r"slip_same: the forces must enter .* linearly, and F does not"):
+        _oscillator(load=sp.Abs(F)).mode("slip_same")
+
+
 def test_stick_has_no_acceleration_and_slip_opposes_the_velocity():
     system = _oscillator()
     assert system.mode("stick").slow[z] == 0
