@@ -129,11 +129,8 @@ def _together(lost):
 
 
 def _after(mode, guard):
-    """Return the branches that may follow a mode: any phase of the guard's friction, with any phases of the others at a
-    switch, where it stands and where a contact slips in name only.
-    """
-    named = any(forces.is_carried(mode.system, mode.branch, k) for k in range(len(mode.branch)))
-    free = guard.kind == SWITCH or branches.stands(mode.branch) or named
+    """Return the branches that may follow a mode: any branch at a switch, else any phase of the guard's friction."""
+    free = guard.kind == SWITCH or branches.stands(mode.branch)
     lost = range(len(mode.branch)) if free else (guard.friction, *guard.others)
     return product(*(all_phases(mode.system, k) if k in lost else (phase,) for k, phase in enumerate(mode.branch)))
 
@@ -221,9 +218,14 @@ class _Modes:
         return mode, guards
 
     def next(self, mode, guard, state):
-        """Return (mode, its guards) of what follows a mode at the event of a guard."""
+        """Return (mode, its guards) of what follows a mode at the event of a guard.
+
+        Where a contact slips in name only, the name of any may change.
+        """
         held = branches.at_rest(mode.branch) - {guard.friction, *guard.others}
-        return self.chosen([_after(mode, guard), self.every(state)], state, guard.kind, mode.branch, held)
+        named = any(forces.is_carried(self.system, mode.branch, k) for k in range(len(mode.branch)))
+        tiers = [self.every(state)] if named else [_after(mode, guard), self.every(state)]
+        return self.chosen(tiers, state, guard.kind, mode.branch, held)
 
     def ends_motion(self, guard, segment):
         """Tell whether a guard is positive before ``until`` and falls through 0 exactly then (Lemma 16)."""
@@ -344,7 +346,8 @@ class _Modes:
                     break  # no other candidate has more frictions at rest
             holding = {mode: guards for mode, (verdict, guards) in verdicts.items() if verdict > 0}
             best = branches.most_at_rest(m.branch for m in holding)
-            best = [_first(best, before, held)] if best and self._are_one(best, holding, state) else best
+            if best and self._are_one(best, holding, state):
+                best = [before if what == SWITCH and before in best else _first(best, before, held)]
             if verdicts and all(self._slips_freely(b, state) for b in best):
                 break
         open_ones = [m for m in verdicts if m not in holding and not self._is_told(m.branch, holding, state)]
@@ -496,7 +499,8 @@ class _Modes:
     def _has_no_forces(self, branch, state):
         """Tell whether at every corner of the forces of a branch a law or a margin is violated (Lemma 10).
 
-        This must be so on all sides of switches on which the state may lie.
+        This must be so on all sides of switches on which the state may lie: at the state, or shortly afterwards where a
+        branch that moves alike, with a force at its bound, tells the motion.
         """
         unknowns, laws, right = forces.force_equations(self.system, branch)
         margins = [branches.with_signs(self.system, branch, m) for m in self._margins(branch, state)]
@@ -507,11 +511,22 @@ class _Modes:
         chosen = [*_determining(rows, laws.rows, branch)]
         at_corners = [(rows * rows[c, :].inv() * right[c, :] - right).expand() for c in map(list, chosen)]
 
+        alike = None if self._moves_freely(branch) else self._at_bound(branch)
+        modes = self._on_sides(mode_of(self.system, alike), state) if alike else self._placed(branch, right, state)
+
         def is_violated(mode, values):
-            signs = [sign_at(self._row(mode, value), state) for value in values]
+            matrix = self.field.matrix(affine_form(mode, self.waves)) if alike else ()
+            rows = (self._row(mode, value) for value in values)
+            signs = [leading_sign(row, matrix, state) if alike else sign_at(row, state) for row in rows]
             return any(signs[: laws.rows]) or -1 in signs[laws.rows :]
 
-        return all(is_violated(mode, values) for mode in self._placed(branch, right, state) for values in at_corners)
+        return all(is_violated(mode, values) for mode in modes for values in at_corners)
+
+    def _at_bound(self, branch):
+        """Return a branch that moves as one ``_is_shared`` does, and whose forces are determined, or None."""
+        ways = product(*(all_phases(self.system, k) if p.mode == "stick" else (p,) for k, p in enumerate(branch)))
+        return next((way for way in ways if forces.determined(self.system, way)
+                     and forces.moves_alike(self.system, branch, way)), None)  # fmt: skip
 
     def _margins(self, branch, state):
         """Yield what forces of a branch must not make negative: loads, edges of stick, rates of slip that begins."""

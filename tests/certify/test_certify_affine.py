@@ -1197,6 +1197,15 @@ def test_a_motion_that_two_signs_of_a_force_tell_alike_is_proven_under_the_name_
     proven_as_followed(ap.Scene(system=system, values={}, start={"x": 1, "v": -1, "y": 2, "w": 0}, until=1))
 
 
+def test_feet_that_share_their_friction_beside_a_body_that_moves_slip_once_both_have_all_they_can_bear():
+    feet = [ap.Friction(v, F, load=1, kinetic=1), ap.Friction(v, G, load=1, kinetic=sp.Rational(1, 2))]
+    beside = ap.Friction(w, H, load=1, kinetic=1)
+    system = ap.System.with_frictions({x: v, v: F + G - t, y: w, w: H - y}, {}, [*feet, beside], time=t)
+    proof = proven_as_followed(ap.Scene(system=system, values={}, start={"x": 0, "v": 0, "y": 2, "w": 0}, until=2))
+    assert [event.kind for event in proof.events] == ["slip_onset"]
+    assert proof.events[0].t.overlaps(hull(Fraction(3, 2), Fraction(3, 2)))
+
+
 def test_a_second_event_is_refused_that_only_some_points_of_a_box_have_before_the_end():
     for until, obstacle in (("3.178", ""), ("3.183", "horizon")):
         turns = ap.Scene(system=COULOMB, values={"k": "0.35"}, start={"x": "2.3", "v": "0.1"}, until=until)
