@@ -335,8 +335,9 @@ class _Modes:
 
         ``tiers`` are lists of candidates, and the first tier with a candidate that may hold decides. A later tier is
         needed where a force that jumps at one contact releases another, or lets it rest no more than static friction
-        would. Of several candidates that hold, the one with the most frictions at rest follows. Raises ``Refused``
-        where the verdict on a candidate is not certain, or where no single candidate is left.
+        would. Of several candidates that hold, the one with the most frictions at rest follows; ``before`` and the
+        contacts ``held`` from before the event name a motion that several tell alike. Raises ``Refused`` where the
+        verdict on a candidate is not certain, or where no single candidate is left.
         """
         verdicts: dict = {}
         for candidates in tiers:
