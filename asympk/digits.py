@@ -26,7 +26,7 @@ def carrier_context(digits: int) -> Any:
     found = multiprecision.private_context(max(digits, LEAST))
     members = {"__slots__": (), "context": found, "digits": digits, "__reduce__": _reduce,
             "__repr__": lambda self: f"mpf('{self}')", "__str__": lambda self: self.context.nstr(self, self.digits),
-            "__hash__": mpmath.mpf.__hash__}  # fmt: skip
+            "__hash__": mpmath.mpf.__hash__}
     carrier: Any = type("mpf", (mpmath.mpf,), members | {name: _reflected(name) for name in _REFLECTED})
     carrier._ctxdata = [carrier, object.__new__, found._prec_rounding]
     found.mpf, found.types = carrier, [carrier, found.mpc, found.constant]
@@ -55,7 +55,7 @@ def fixed_point(ctx: Any, values: Iterable) -> FixedPoint:
     lowest = max((exponent + bits for _, mantissa, exponent, bits in parts if mantissa), default=0)
     lowest -= ctx.prec + GUARD_BITS
     return FixedPoint(tuple(-_shifted(m, e - lowest) if sign else _shifted(m, e - lowest) for sign, m, e, _ in parts),
-                      lowest)  # fmt: skip
+                      lowest)
 
 
 def dot(ctx: Any, left: FixedPoint, right: FixedPoint) -> Any:
@@ -84,7 +84,7 @@ def double(value: Any) -> float:
     rounded = float(value)
     if abs(rounded) == float("inf"):
         raise TooLarge(f"the path reaches 1e{int(value.context.log10(abs(value)))}, beyond the range of doubles: "
-                       "ask for more digits, or a smaller until")  # fmt: skip
+                       "ask for more digits, or a smaller until")
     return rounded
 
 

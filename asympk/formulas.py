@@ -95,7 +95,7 @@ def _read(text: object, symbols: Mapping[str, sp.Expr], what: str) -> sp.Basic:
     plain = {_plain(normalize("NFKC", name)): name for name in symbols}  # as Python spells names
     for name in sorted(symbols.keys() - plain.values()):
         raise InputError(f"{what}: a formula cannot tell {name} from {plain[_plain(normalize('NFKC', name))]}, which "
-                         "has the same letters in other signs; rename one")  # fmt: skip
+                         "has the same letters in other signs; rename one")
     source = _plain(text.replace("^", "**")).strip()
     try:
         tree = ast.parse(source, mode="eval")

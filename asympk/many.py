@@ -92,7 +92,7 @@ class Many(ShownAsTable):
         ends = np.cumsum(flat)
         rest = self._at_rest().ravel()
         told = [(*kinds[end - count : end].tolist(), *[STICK] * bool(still))
-                for end, count, still in zip(ends.tolist(), flat.tolist(), rest.tolist(), strict=True)]  # fmt: skip
+                for end, count, still in zip(ends.tolist(), flat.tolist(), rest.tolist(), strict=True)]
         found = Counter(told)
         order = sorted(found, key=lambda sequence: (-found[sequence], len(sequence), sequence))
         place = {sequence: k for k, sequence in enumerate(order)}
@@ -123,7 +123,7 @@ class Many(ShownAsTable):
             events, final = self.n_events.ravel()[followed], self.final.reshape(len(self.names), -1)[:, followed]
             rows += [("events", f"{events.min()} to {events.max()}, {events.sum()} in all")]
             rows += [(name, f"from {values.min():.6g} to {values.max():.6g} at the end")
-                     for name, values in zip(self.names, final, strict=True)]  # fmt: skip
+                     for name, values in zip(self.names, final, strict=True)]
         return Card(f"{size} {'trajectory' if size == 1 else 'trajectories'}", tuple(rows))
 
 
@@ -150,7 +150,7 @@ def axes_of(shape: tuple[int, ...], arguments: dict[str, Any]) -> tuple[tuple[st
     for k, size in enumerate(shape):
         wide = tuple(size if axis == k else 1 for axis in range(len(shape)))
         told = (name for name, values in arguments.items()
-                if (1,) * (len(shape) - values.ndim) + values.shape == wide and size > 1)  # fmt: skip
+                if (1,) * (len(shape) - values.ndim) + values.shape == wide and size > 1)
         name = next(told, None)
         found.append((name, arguments[name].ravel()) if name else (f"axis {k}", np.arange(size)))
     return tuple(found)

@@ -46,7 +46,7 @@ def solve(scene: Scene, method: str = "exact", **options: Any) -> Path:
     if not METHODS[name]:
         limit = "; the rigid limit is method 'slow' with order = 0" if name == "rigid" else ""
         raise InputError(f"method {name!r} follows the Painlevé-Klein rod alone; for a system choose one of "
-                         f"{', '.join(n for n, module in METHODS.items() if module)}{limit}")  # fmt: skip
+                         f"{', '.join(n for n, module in METHODS.items() if module)}{limit}")
     if name != "exact":
         return _run(METHODS[name], name, scene, options)
     if reason := _found("affine.run", "obstacle")(scene.system):
@@ -67,7 +67,7 @@ def solve_many(
     sigma: Any = None, mu: Any = None, x: Any = None, y: Any = None, z: Any = None, until: Any = None,
     sigma0: Any = None, method: str = "exact", *, system: Any = None, values: Any = None, start: Any = None,
     **options: Any,
-) -> Any:  # fmt: skip
+) -> Any:
     """Follow trajectories from (x, y, z) to ``until``; all arguments broadcast. Results equal those of ``solve``.
 
     ``method="exact"`` returns a ``RodEnsemble`` with ``final`` (3, ...), ``n_events``, ``events()`` and ``outcome``,
@@ -90,7 +90,7 @@ def solve_many(
         return run(system=system, values=values, start=start, until=until, **options)
     if method not in FOR_ARRAYS:
         raise UnknownName(f"method {short(method)} does not follow arrays; choose one of {', '.join(FOR_ARRAYS)}, "
-                          "or solve scene by scene")  # fmt: skip
+                          "or solve scene by scene")
     given = {"sigma": sigma, "mu": mu, "x": x, "y": y, "z": z, "until": until}
     if missing := [name for name, value in given.items() if value is None]:
         raise InputError(f"{', '.join(missing)} = None: give numbers or arrays, or system=, values=, start=, until=")

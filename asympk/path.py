@@ -119,9 +119,9 @@ class Path(ShownAsTable):
         title = f"Path of {self.scene.name or 'a scene'} by {self.model!r}: {count}"
         begins = [("start", 0), *((event.kind, event.t) for event in self.events)]
         rows = [(f"t = {float(t):.8g}", f"{kind} -> {mode}")
-                for (kind, t), mode in zip(begins, self.modes, strict=True)]  # fmt: skip
+                for (kind, t), mode in zip(begins, self.modes, strict=True)]
         final = [(f"{name}({float(self.end):.6g})", number_as_text(value))
-                 for name, value in zip(self.names, self.final, strict=True)]  # fmt: skip
+                 for name, value in zip(self.names, self.final, strict=True)]
         why = [("not exact", self.info["why"])] if "why" in self.info else []
         return Card(title, (*why, *few(rows, 5), *few(final, 4)))
 

@@ -49,7 +49,7 @@ class Tableau:
         values, exponent = _legendre_multiples(2 * t - 1, len(self.nodes) + 1)
         first = (values[0] + values[1]) // 2
         return FixedPoint((first, *((after - before) // (2 * (2 * k + 1)) for k, (before, after) in
-                                    enumerate(zip(values, values[2:], strict=False), start=1))), exponent)  # fmt: skip
+                                    enumerate(zip(values, values[2:], strict=False), start=1))), exponent)
 
 
 def _legendre(u: Any, count: int) -> list:

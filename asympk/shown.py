@@ -168,4 +168,4 @@ def _text(words: str) -> str:
     """
     parts = re.split(r"(->|[<>]=?|[|{}$&#_%])", re.sub(r"[\\^~]", " ", words))
     return "".join(_RELATIONS.get(part, rf"\{part}") if k % 2 else rf"\text{{{part}}}"
-                   for k, part in enumerate(parts) if part) or r"\text{}"  # fmt: skip
+                   for k, part in enumerate(parts) if part) or r"\text{}"

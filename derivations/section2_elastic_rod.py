@@ -27,7 +27,7 @@ forward, backward, stick = elastic.slip(1), elastic.slip(-1), elastic.stick()
 # velocity. What then multiplies rho'' is mu; the coefficient of the load in (2.8) is sigma.
 groups = pk.groups()
 units = {group.symbol: rod.dimension(group.definition.subs({sp.Symbol("t", real=True): rod.h * rod.l,
-         sp.Symbol("x_1", real=True): rod.l})) for group in groups}  # fmt: skip
+         sp.Symbol("x_1", real=True): rod.l})) for group in groups}
 
 # %% The nondimensional system
 # One field with the friction force in it, and three modes from the friction law: (2.7), (2.8), (2.9).

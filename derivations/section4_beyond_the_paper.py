@@ -32,7 +32,7 @@ catalan = {
     plane.name: tuple(sp.cancel(-plane.coefficient(k) * level[plane.name] ** k / (pk.x - 1 / level[plane.name]))
                       for k in range(6))
     for plane in planes
-}  # fmt: skip
+}
 
 # %% Where the shallow rod meets z = 0
 # Pi2 reaches z = 0 at s = -1/sigma: above the edge 1/(sigma + 3) of the stick region and so in it for sigma > -3/2,

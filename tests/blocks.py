@@ -19,5 +19,5 @@ def sliding_blocks(count):
     """Return the tables of blocks with the velocities v0, v1, ..., each slowed down by its own friction of 1."""
     rates = "".join(f'v{k} = "F{k}"\n' for k in range(count))
     frictions = "".join(f'[[system.frictions]]\nvelocity = "v{k}"\nforce = "F{k}"\nload = 1\nkinetic = 1\n'
-                        for k in range(count))  # fmt: skip
+                        for k in range(count))
     return f"[system.slow]\n{rates}{frictions}"

@@ -66,7 +66,7 @@ class Browser:
     def complaints(self):
         """Return what the page's console holds of errors."""
         return [entry["message"] for entry in self._call("POST", "/se/log", {"type": "browser"})
-                if entry["level"] == "SEVERE"]  # fmt: skip
+                if entry["level"] == "SEVERE"]
 
     def close(self):
         """Close the window."""

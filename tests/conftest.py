@@ -20,7 +20,7 @@ MOST = 4  # the number of cases of a test marked ``few`` beyond which cases are 
 
 # these come first, so that no worker ends alone on one of them
 LONGEST = ("test_paper", "test_regeneration", "test_smooth_models", "test_manifold", "test_affine_scenes",
-           "test_friction_models", "test_asymptotic", "test_cli", "test_shown", "test_global_state")  # fmt: skip
+           "test_friction_models", "test_asymptotic", "test_cli", "test_shown", "test_global_state")
 
 
 @pytest.hookimpl(tryfirst=True)

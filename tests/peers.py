@@ -11,4 +11,4 @@ def here(*methods):
     """Parametrise over methods, skipping those whose package is not installed; those that are compiled are slow."""
     lacking, reason = absent(), "the extra 'peers' is not installed"
     return [pytest.param(m, marks=[pytest.mark.skipif(m in lacking, reason=f"{m}: {reason}"),
-                                   *[pytest.mark.slow] * (m in COMPILED)]) for m in methods]  # fmt: skip
+                                   *[pytest.mark.slow] * (m in COMPILED)]) for m in methods]

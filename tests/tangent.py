@@ -93,7 +93,7 @@ def at_coalescence(rng):
         sigma, mu = -1.5, 0.625
     sigma0 = rng.choice((sigma, sigma + 0.5))
     state = rng.choice(((rng.uniform(-2, 2), rng.uniform(-2, 2), _side(rng)), (0.0, 0.0, _side(rng)),
-                        (1 / mu, -1 / mu, 1.0), (_edge(rng, sigma0), 0.0, 0.0)))  # fmt: skip
+                        (1 / mu, -1 / mu, 1.0), (_edge(rng, sigma0), 0.0, 0.0)))
     return sigma, sigma0, mu, *state, rng.uniform(0.1, 4)
 
 
@@ -170,7 +170,7 @@ def _story(numbers):
 
 FAMILIES = (between_two_stories, on_s_zero_without_rate, on_an_edge, beside_an_edge, on_a_slow_line,
             beside_a_slow_line, at_coalescence, touching_s_zero, touching_z_zero, touching_an_edge,
-            meeting_the_corner, on_all_planes, ending_at_an_event)  # fmt: skip
+            meeting_the_corner, on_all_planes, ending_at_an_event)
 
 
 def _parameters(rng):

@@ -53,7 +53,7 @@ def test_no_function_has_more_than_forty_lines_and_half_of_them_have_at_most_six
 def test_derivations_import_the_package_and_never_the_reverse():
     for path in PACKAGE.rglob("*.py"):
         assert "derivations" not in [name for node in ast.walk(parsed(path.read_text()))
-                                     if isinstance(node, ast.ImportFrom) for name in [node.module]]  # fmt: skip
+                                     if isinstance(node, ast.ImportFrom) for name in [node.module]]
 
 
 def _loaded(code):

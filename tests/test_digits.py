@@ -18,7 +18,7 @@ def test_a_scalar_product_is_right_to_the_digits_of_the_largest_numbers(digits):
     rng, ctx = random.Random(1), carrier_context(digits)
     for _ in range(50):
         left, right = ([ctx.mpf(rng.uniform(-1, 1)) / 3 * ctx.mpf(10) ** rng.randint(-60, 60) for _ in range(9)]
-                       for _ in range(2))  # fmt: skip
+                       for _ in range(2))
         exact = sum(_exact(a) * _exact(b) for a, b in zip(left, right, strict=True))
         found = _exact(dot(ctx, fixed_point(ctx, left), fixed_point(ctx, right)))
         largest = max(abs(_exact(a)) for a in left) * max(abs(_exact(b)) for b in right)

@@ -14,7 +14,7 @@ OLD = {  # word that once stood for a noun -> the noun
     "course": "itinerary", "courses": "itineraries", "job": "scene", "problem": "automaton", "case": "scene",
     "cases": "scenes", "careful": "the methods by name", "nouns": "the nouns by name",
     "told": "in words", "finals": "final states", "replay": "compiled layers", "pieces": "segments", "stories": "paths",
-}  # fmt: skip
+}
 
 
 SHARED = {  # what several modules define, for all of them the same
@@ -24,7 +24,7 @@ SHARED = {  # what several modules define, for all of them the same
     "run": "runs a command, or follows a scene by a method", "scene": "built from numbers",
     "scenes": "of a system of the catalogue", "solve_many": "follows many trajectories",
     "system": "of a file of the catalogue or of a study",
-}  # fmt: skip
+}
 
 
 def names_in(source):

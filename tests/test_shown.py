@@ -37,9 +37,9 @@ ROD = ap.Scene(sigma=1, mu="1e-3", start=(0, "0.2", -1), until=2)
 SPRING = ap.Scene(system=BLOCK, values={}, start={"x": 3, "v": 0}, until=5)
 MU = sp.Symbol("mu", positive=True)
 LAYER = ap.Scene(system=ap.System.smooth({x: v - x}, {v: x - v - v**3}, MU), values={MU: "1e-3"},
-                 start={"x": 1, "v": 0}, until=2)  # fmt: skip
+                 start={"x": 1, "v": 0}, until=2)
 CHALK = {"m": "0.01", "P": 1, "f": "3/2", "alpha": "70 deg", "l": "0.08", "k": 50000, "h": "0.05",
-         "start": (0, 0, "-0.02"), "until": "0.05"}  # fmt: skip
+         "start": (0, 0, "-0.02"), "until": "0.05"}
 WAYS = [
     (ROD, {}),
     (ROD, {"digits": 50}),
@@ -235,7 +235,7 @@ def test_units_are_four_words(tmp_path, wrong):
 
 @pytest.mark.parametrize(("given", "said"), [
     ("kg N mm s", "1 kg mm/s^2 is 0.001 N"), ("t kN m ms", "1 t m/ms^2 is 1e+06 kN"), ("g N cm s", "is 1e-05 N"),
-])  # fmt: skip
+])
 def test_units_whose_force_is_not_mass_times_acceleration_are_refused_in_scenes_and_sweeps(tmp_path, given, said):
     file = _written(tmp_path / "wrong.toml", f"units = {given.split()}")
     for read in (ap.read_scene, read_sweep):
@@ -274,7 +274,7 @@ def test_a_physical_scene_with_another_number_is_no_longer_physical():
     ("wrong", "said"),
     [({"m": 0}, "m = 0"), ({"alpha": "95 deg"}, "between 0 and 90"), ({"start": 1}, "three numbers"),
      ({"start": (1, 2)}, "three numbers"), ({"until": -1}, "until = -1"), ({"k": "stiff"}, "k = 'stiff'")],
-)  # fmt: skip
+)
 def test_what_is_no_physical_scene_is_refused_by_name(wrong, said):
     with pytest.raises(InputError, match=said):
         ap.Scene.physical(**{**CHALK, **wrong})
@@ -359,7 +359,7 @@ def test_a_formula_in_a_table_is_no_markup():
 @pytest.mark.parametrize(("value", "told"), [
     (Fraction(1, 5), "0.2"), (Fraction(1, 10**7), "1e-7"), (10**9, "1000000000"), (0, "0"), (-50000, "-50000"),
     (Fraction(1, 3), "1/3"), (Fraction(10**400, 3), "3.333333333e+399"), (0.1, "0.1"),
-])  # fmt: skip
+])
 def test_a_number_is_told_as_the_decimal_that_it_is_whatever_its_size(value, told):
     assert number_as_text(value) == told
 
@@ -441,7 +441,7 @@ def test_a_map_of_itineraries_names_the_arguments_that_vary():
     [(SPRING, {}, ("x", "v")), (ROD, {}, ("s", "z")), (ROD, {"x": "x", "y": "y"}, ("x", "y")),
      (VAN_DER_POL, {"values": {"mu": "0.1"}}, ("x", "v")),
      (ap.solve(ap.read_scene("chalk")).physical(), {}, ("R (N)", "u (m/s)"))],
-)  # fmt: skip
+)
 @pytest.mark.few(2)
 def test_a_phase_picture_is_over_the_states_that_are_chosen(what, options, labels, tmp_path):
     (axis,) = ap.phase(what, **options, file=tmp_path / "phase.svg").axes
@@ -454,7 +454,7 @@ def test_a_phase_picture_is_over_the_states_that_are_chosen(what, options, label
     [(3, {}, "not int"), (SPRING, {"x": "q"}, "'q' is no state"), (SPRING, {"window": 3}, "window = 3"),
      (SPRING, {"window": ((1, 0), (0, 1))}, "lower ends"), (VAN_DER_POL, {}, "mu is missing"),
      (ROD_SYSTEM, {"values": {"mu": 1, "sigma": 1, "sigma0": 1}}, "3 states"), (SPRING, {"file": "a.gif"}, "one of")],
-)  # fmt: skip
+)
 def test_what_is_no_phase_picture_is_refused_by_name(what, options, said):
     with pytest.raises(ap.AsympkError, match=said):
         ap.phase(what, **options)

@@ -28,7 +28,7 @@ HOSTILE = [
     "__import__('pathlib').Path('evaluated').touch()", "open('evaluated', 'w')", "9**9**9", "1e99999999", "1e-99999999",
     "1/0", "1/3/4", "nan", "inf", "oo", "zoo", "1j", "pi", "sqrt(2)", "x", "0x10", "1_0", "", "1" * 1_000_000,
     "1e99999999/3", "lambda: 0",
-]  # fmt: skip
+]
 
 SYSTEM = pk.system()
 X, Y, MU = sp.symbols("x y mu")
@@ -122,12 +122,12 @@ CALLS = {
     "units angle": lambda text: units.quantity("alpha", f"{text} deg"),
     "trace": lambda text: trace(PATH, samples=text),
     "sweep": lambda text: parse_sweep(f'sigma = """{text}"""\nmu = 1e-3\nstart = [0, 0.2, -1]\nuntil = 5'),
-}  # fmt: skip
+}
 
 # whatever else is public takes no number
 WITHOUT = {"AsympkError", "Mode", "phase", "Mechanism", "Path", "Event", "System", "critical_manifolds",
            "reduced_flow", "integral_curves", "rest_state", "read_scene", "claims", "systems", "errors",
-           "stick_regions", "eigenvalues"}  # fmt: skip
+           "stick_regions", "eigenvalues"}
 
 
 @contextmanager

@@ -70,7 +70,7 @@ WRONG = {
     "a tuple": (1, 2), "a range": range(3), "a truth": True, "infinity in every direction": sp.zoo,
     "a time with a unit": np.timedelta64(5, "ms"), "a matrix of symbols": sp.eye(2), "a scene": SCENE,
     "a friction": ap.Friction(**FRICTION),
-}  # fmt: skip
+}
 
 
 def refusal(name, argument, value):

@@ -302,7 +302,7 @@ class Guards:
         if self.m is Doubles and size < _NOTHING:
             raise OverflowError
         raise TooLarge(f"the state grows like exp({float(rate):.6g} t) for a time of {float(last):.6g}, beyond the "
-                       "numbers in use: take a smaller until")  # fmt: skip
+                       "numbers in use: take a smaller until")
 
     @np.errstate(all="ignore")
     def _suspects(self, window):
@@ -482,7 +482,7 @@ def _closer_verdicts(guards, left, right):
     bent = guards.bending(left.t, right.t)
     verdicts = _verdicts(guards, left, right, [bending.area for bending in bent])
     return [_bent_verdict(guards, q, left, right, bent[q]) if verdict == "unknown" else verdict
-            for q, verdict in zip(guards.every, verdicts, strict=True)]  # fmt: skip
+            for q, verdict in zip(guards.every, verdicts, strict=True)]
 
 
 def _bent_verdict(guards, q, left, right, bending):

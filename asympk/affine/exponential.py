@@ -82,7 +82,7 @@ def exponential(entries: tuple[tuple[Fraction, ...], ...], digits: int, rounded:
             if _solves(found, whole, denominator, right):
                 return found
     raise Undecided(f"eigenvalues of a mode are too near to one another for {bits} bits: give parameters at which "
-                    "they are equal, or differ more")  # fmt: skip
+                    "they are equal, or differ more")
 
 
 def _parted(pieces, whole, denominator, rounded):
@@ -96,7 +96,7 @@ def _parted(pieces, whole, denominator, rounded):
     for k, (decay, turn, _) in enumerate(blocks):
         near = [places for places in sets if any(
             max(abs(decay - blocks[i].decay), abs(turn - blocks[i].turn)) <= max(moves[k], moves[i])
-            for i in places)]  # fmt: skip
+            for i in places)]
         sets = [*(places for places in sets if places not in near), [k, *chain(*near)]]
     told = [(places, min(2 * blocks[k].turn for k in places) <= max(moves[k] for k in places)) for places in sets]
     return [(places, real) for places, real in told if len(places) > 1 or (real and blocks[places[0]].turn)]

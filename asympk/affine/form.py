@@ -118,6 +118,6 @@ def placed(form: Form, values: tuple, digits: int) -> tuple[AffineMode, tuple[tu
     moving = tuple(k for k, row in enumerate(guards) if any(row[:-1]))
     if never := [k for k, row in enumerate(guards) if k not in moving and row[-1] < 0]:
         raise InputError(f"guard {never[0]} is {guards[never[0]][-1]} at these parameters whatever the state and the "
-                         "time: its mode is never entered; give other parameters")  # fmt: skip
+                         "time: its mode is never entered; give other parameters")
     rounded = None if all(map(is_rational, chain(*form.matrix))) else digits
     return AffineMode(rows, tuple(guards[k] for k in moving), rounded), waves, moving

@@ -140,7 +140,7 @@ def _ensemble(system, result, shape, given):
     final, first = (part.reshape(len(part), *shape) for part in (result.final, result.first))
     given = {str(key): value for key, value in given.items()}
     return AffineEnsemble(names, final, result.n_events.reshape(shape), first, len(result.alone), result.left,
-                          SystemEvents(*by_trajectory(none, result.notes)), given)  # fmt: skip
+                          SystemEvents(*by_trajectory(none, result.notes)), given)
 
 
 def _broadcast(system, values, start, until):

@@ -83,7 +83,7 @@ class Mesh:
 
     def _step(self, t):
         fastest = max((speed * math.exp(min(decay * t / 4, 0.0)) for decay, speed in self._speeds
-                       if decay * t < MOST_EXPONENT), default=0.0)  # fmt: skip
+                       if decay * t < MOST_EXPONENT), default=0.0)
         grown = t + self._first
         return _PART / fastest if fastest * grown > _PART else grown
 

@@ -140,7 +140,7 @@ def _flow(m, mode, exact):
 
 def _blocks(m, exact):
     return tuple(block._replace(decay=_number(m, block.decay, exact.bits), turn=_number(m, block.turn, exact.bits))
-                 for block in exact.blocks)  # fmt: skip
+                 for block in exact.blocks)
 
 
 def _weights(rows, matrix, bits):
@@ -195,7 +195,7 @@ class ClosedSegment:
     def __init__(
         self, flow: AffineFlow, start: Sequence[Number] | np.ndarray,
         sizes: Sequence[Number] | np.ndarray | None = None, snapped: bool = True, zeros: Sequence[int] = (),
-    ):  # fmt: skip
+    ):
         m = self.m = flow.m
         self.flow, self.functions = flow, len(flow.rate)
         whole = np.array([*start, m.number(1)], dtype=flow.tables.dtype)

@@ -136,7 +136,7 @@ def _simple_roots(m, factor, found):
 def _starts(m, factor, found):
     """Return as many distinct starts as the factor has roots: the estimates with the smallest Newton steps."""
     spread = [(m.mpc(z) * found.largest or m.mpc(1e-12, 1e-12) * found.denominator) * (1 + m.mpc(1e-9, 1e-9) * k)
-              for k, z in enumerate(found.estimates)]  # fmt: skip
+              for k, z in enumerate(found.estimates)]
 
     def moved(z):
         value, slope = m.polyval(factor[::-1], z, derivative=True)

@@ -220,7 +220,7 @@ def _followed(m, case):
         end = end if m.margin else segment.without_rounding(span, end)
         if (size := max(map(abs, end))) > m.largest:
             raise TooLarge(f"the path reaches 1e{int(m.log(size) / m.log(10))} at t = {float(t + span):.6g}, beyond "
-                           "the numbers in use: take a smaller until")  # fmt: skip
+                           "the numbers in use: take a smaller until")
         reached, lost = (min(t + span, until), kept[hit]) if found else (until, None)
         timed = TimedSegment(t, segment, span, hit)
         return loop.Segment(reached, tuple(end[: len(state)]), lost, timed, together=tuple(kept[q] for q in hits[1:]))
@@ -230,7 +230,7 @@ def _followed(m, case):
     joined = loop.follow(automaton, first, start, until, advance, case.events, digits, m.slack)
     if joined.last.short:
         raise TooManyEvents(f"{joined.last.short} at t = {float(joined.last.t):.6g} of until = {float(until):.6g}; "
-                            "take a smaller until, or allow more events")  # fmt: skip
+                            "take a smaller until, or allow more events")
     return joined if until else _standing(joined, automaton, digits, advance)
 
 
@@ -243,7 +243,7 @@ def _vanishing(mode, t, state, segments):
     before, jumping = segments[-1].branch if segments else mode.branch, mode.mode.jumping
     turned = {k for k, (was, now) in enumerate(zip(before, mode.branch, strict=True))
               if OPEN not in (was, now) and was.velocity != now.velocity
-              and not (k in jumping and mode.signs((jumping[k],), t, state)[0])}  # fmt: skip
+              and not (k in jumping and mode.signs((jumping[k],), t, state)[0])}
     return [k for k, (kind, friction) in enumerate(mode.kinds) if kind == "velocity_zero" and friction in turned]
 
 

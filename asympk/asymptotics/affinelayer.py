@@ -65,7 +65,7 @@ def terms(formulas: Formulas, order: int) -> Terms:
     (rate,) = evaluated(formulas.slopes, {**values, **start}, tape)
     found = layer_coefficients(formulas, (order, order), tape, values, start, rate)
     entries = [(k, i, *power, c) for i, s in enumerate(states) for k in range(order + 1)
-               for power, c in _powers(found[s].get((k, 0), 0)).items()]  # fmt: skip
+               for power, c in _powers(found[s].get((k, 0), 0)).items()]
     places = np.array([entry[:-1] for entry in entries])
     return Terms(places, tape.function((rate, *(entry[-1] for entry in entries)), formulas.functions))
 
@@ -73,7 +73,7 @@ def terms(formulas: Formulas, order: int) -> Terms:
 def layer_coefficients(
     formulas: Formulas, orders: tuple[int, int], tape: Any, values: dict, start: dict, rate: Any,
     tidied: Callable[[Any], Any] = lambda c: c,
-) -> dict:  # fmt: skip
+) -> dict:
     """Return {state: {(k, 0): X_k or Y_k}}, the slow and the fast states to ``orders``.
 
     ``values`` are those of the parameters on ``tape``, ``start`` those of the states, and ``rate`` is a. ``tidied`` is

@@ -44,7 +44,7 @@ class FinalStates(ShownAsTable):
 def solve_many(
     sigma: Any, mu: Any, x: Any, y: Any, z: Any, until: Any, sigma0: Any = None, method: str = "jump", *,
     order: int | None = None,
-) -> FinalStates:  # fmt: skip
+) -> FinalStates:
     """Return the ``FinalStates`` of ``"jump"``, ``"slow"`` or ``"rigid"`` at ``until`` for arguments that broadcast.
 
     Raises ``InputError`` and ``OrderError``. For a start at which ``solve`` would raise, ``reason`` names the error.

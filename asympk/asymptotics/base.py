@@ -48,7 +48,7 @@ class BasePoint:
         """
         if self.states is None:
             raise NotDerivable("a base point has a closed form where g is affine and f polynomial in the fast states, "
-                               "with several of them to order 1; use .at(values, start) for numbers")  # fmt: skip
+                               "with several of them to order 1; use .at(values, start) for numbers")
         found = {s.name: series for s, series in self.states.items()}
         if str(state) not in found:
             raise UnknownName(f"{state!s:.60} is not a slow state; the base point has {', '.join(found)}")
@@ -96,7 +96,7 @@ def base_point(system: System, order: int = 1) -> BasePoint:
     return BasePoint(system, order, {
         x: Series({(k, 0): sp.factor(c) for k, c in enumerate((x, *terms))}, (order + 1, 0), system.small)
         for x, terms in found
-    })  # fmt: skip
+    })
 
 
 def _require_settling(mode, small):
@@ -104,7 +104,7 @@ def _require_settling(mode, small):
     slopes = fast_jacobian(mode, small)
     if is_zero(slopes.det()):
         raise NotDerivable("g_y is singular everywhere: no layer settles on a slow manifold; give every fast state a "
-                           "rate that depends on it")  # fmt: skip
+                           "rate that depends on it")
     if slopes.trace().is_nonnegative:
         raise NotDerivable(f"g_y has the trace {slopes.trace()}: the slow manifold repels, and no layer settles on it")
 
@@ -119,7 +119,7 @@ def _of_one_fast_state(mode, small, order):
     orders = order, order - 1
     tape = SimpleNamespace(node=lambda name: getattr(sp, name), call=lambda name, value: getattr(sp, name)(value))
     found = affinelayer.layer_coefficients(known, orders, tape, values, start, rate,
-                                           lambda c: sp.expand(sp.sympify(c, strict=True)))  # fmt: skip
+                                           lambda c: sp.expand(sp.sympify(c, strict=True)))
     return {x: [found[x][k, 0].terms[0, 0].subs(rate, known_rate) for k in range(1, order + 1)] for x in mode.slow}
 
 

@@ -83,7 +83,7 @@ def _numbers(layers, slowly, order, value):
         return LayerSegment(p.mode, relative(p.began), relative(p.slow), relative(p.fast), *states)
 
     turns = [EventNumbers(t.kind, relative(t.t), *map(absolute, t[2:5]), _spread(t.growth, value))
-             for t in layers.turns]  # fmt: skip
+             for t in layers.turns]
     return LayerNumbers(tuple(map(segment, layers.segments)), tuple(turns), segment(slowly))
 
 

@@ -61,7 +61,7 @@ def composite_motions(
         (t, left), (slow_t, _) = _arrival(finer, m), _arrival(layer, m)
         places = [(u, *state_of(layer.landing, u, m)) for u in (t, slow_t)]
         there, slowly = (EventNumbers("velocity_zero", u, x_there, y_there, 0 * u, left)
-                         for u, x_there, y_there, _ in places)  # fmt: skip
+                         for u, x_there, y_there, _ in places)
         later = second(sigma, sigma0, mu, large, there.x, 0, 0, m.log)[k]
         onward = second(sigma, sigma0, mu, large, slowly.x, 0, 0, m.log)[k].landing
         segments = [p._replace(began=p.began + t) for p in later.segments]

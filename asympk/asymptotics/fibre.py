@@ -63,7 +63,7 @@ class Formulas:
         for state, rate in (*mode.slow.items(), *mode.fast.items()):
             if switching := rate.atoms(sp.Piecewise, *SWITCHING):
                 raise InputError(f"the rate of {state} switches too often, by {max(switching, key=str)!s:.60}, to "
-                                 "have a series on every side; use an exact method")  # fmt: skip
+                                 "have a series on every side; use an exact method")
         self.formal = {rate for rate in (*self.drift, *self.full_force) if is_singular(rate, small)}
         drift, force = (self.to_degree(rates, 0) for rates in (self.drift, self.full_force))
         slow, fast = (sp.Dict(dict(zip(*both, strict=True))) for both in ((mode.slow, drift), (mode.fast, force)))

@@ -68,9 +68,9 @@ def _to_order(scene: Any, method: str, order: int, units: Any) -> Path:
     if not error < 1:
         raise OutOfRange(overgrown(rtol, path.t) if rounding > 1 / 2 else
                          f"the terms that order {order} omits amount to {error:.3g} of the states: "
-                         f"mu = {matched.small_number(scene):.3g} is not small here; use an exact method")  # fmt: skip
+                         f"mu = {matched.small_number(scene):.3g} is not small here; use an exact method")
     return Path(scene, method, path.state, path.events, path.modes, StretchedDense(path, float(scene.until)), error,
-                {"omitted": tuple(omitted.tolist())})  # fmt: skip
+                {"omitted": tuple(omitted.tolist())})
 
 
 def _followed(
@@ -89,7 +89,7 @@ def _followed(
     last = beyond + TAKEN * omitted if falls else matched.end_to(order + 2, task, landed, path)
     rounding = np.max(units) * max(ROUNDING * rtol, _grown(path, rtol) / scale)
     error = predicted_error(np.array((final, beyond, last)) * units, rounding=rounding,
-                            lately=_omitted_lately(path, order, task.mu, units))  # fmt: skip
+                            lately=_omitted_lately(path, order, task.mu, units))
     return path, error + _of_layer(task, path, scale, units), rounding, omitted
 
 

@@ -63,7 +63,7 @@ def run(scene: Any, method: str = "jump", *, order: int | None = None) -> Path:
         raise
     except (ArithmeticError, ValueError) as reason:
         raise OutOfRange(f"the layer or the slow motion from {listed(scene.names, scene.start)} has no finite value "
-                         f"({_without_series(scene) or reason}); use method 'exact'") from None  # fmt: skip
+                         f"({_without_series(scene) or reason}); use method 'exact'") from None
     return replace(path, scene=scene, at=SolvedAgain(path.at, run, scene, {"method": method, "order": order}))
 
 
@@ -103,7 +103,7 @@ def _lowered(system: System, small: sp.Symbol, highest: int) -> tuple[System, di
         known[part] = spare(small.name, (*system.states, *system.parameters, *rests))
         rests[known[part]] = part
     slow, fast = (sp.Dict({s: replaced(replaced(rate, told), known) for s, rate in of.items()})
-                  for of in (system.slow, system.fast))  # fmt: skip
+                  for of in (system.slow, system.fast))
     return (replace(system, slow=slow, fast=fast), rests) if rests else None
 
 
@@ -245,17 +245,17 @@ def _in(units: tuple[int, ...], scene: Any) -> Any:
     """Return a scene with its states and its small parameter in ``units``, which are written into their names."""
     system, small = scene.system, scene.system.small
     told = {s: (sp.Integer(10) ** u, sp.Symbol(f"{s.name}/{10.0**u:.0e}", real=True) if u else s)
-            for s, u in zip((*system.states, small), units, strict=True)}  # fmt: skip
+            for s, u in zip((*system.states, small), units, strict=True)}
     meant = {s: u * name for s, (u, name) in told.items()}
     slow, fast = ({told[s][1]: rate.xreplace(meant) / (told[s][0] * unit) for s, rate in rates.items()}
-                  for rates, unit in ((system.slow, 1), (system.fast, told[small][0])))  # fmt: skip
+                  for rates, unit in ((system.slow, 1), (system.fast, told[small][0])))
     frictions = tuple(replace(f, **{part: expr.xreplace(meant) for part, expr in f.parts.items()})
-                      for f in system.frictions)  # fmt: skip
+                      for f in system.frictions)
     *states, least = (name for _, name in told.values())
     inside = replace(system, slow=sp.Dict(slow), fast=sp.Dict(fast), states=(*states,), small=least,
-                     frictions=frictions)  # fmt: skip
+                     frictions=frictions)
     values, start = ({told.get(s, (1, s))[1]: _divided(v, told.get(s, (1, s))[0]) for s, v in zip(of, at, strict=True)}
-                     for of, at in ((system.parameters, scene.values), (system.states, scene.start)))  # fmt: skip
+                     for of, at in ((system.parameters, scene.values), (system.states, scene.start)))
     return replace(scene, system=inside, values=values, start=start)
 
 

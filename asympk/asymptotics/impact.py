@@ -157,7 +157,7 @@ class LimitLayers:
             if t > 0:
                 raise NoLaw
             raise OutOfRange(f"y = {y:.6g} is on the repelling manifold of {mode.name}, a divide of two motions; move "
-                             "the start off it")  # fmt: skip
+                             "the start off it")
         return edges[0] if edges else y - rest
 
     def _guards(self, mode: Any, t: float, state: tuple) -> tuple[np.ndarray, np.ndarray]:
@@ -176,7 +176,7 @@ class LimitLayers:
     ) -> tuple[float, int | None]:
         direction = math.copysign(1, target - y)
         met = [(abs(v / s), k) for k, (v, s) in enumerate(zip(values, slopes, strict=True))
-               if s * direction < 0 and v > 0 and abs(v / s) < abs(target - y)]  # fmt: skip
+               if s * direction < 0 and v > 0 and abs(v / s) < abs(target - y)]
         if not met:
             return target, None
         distance, guard = min(met)
@@ -217,7 +217,7 @@ class LimitLayers:
         unit = _needed(level, first, slopes)
         least = 1e-12 * np.maximum(np.abs(first), unit * np.abs(slopes)) + sys.float_info.min
         found = solve_ivp(lambda at, w: unit * np.array(rates(at, w)), (0, REACH), first, "DOP853", rtol=1e-11,
-                          atol=least, events=events)  # fmt: skip
+                          atol=least, events=events)
         ends = [end for ends in found.y_events for end in ends]
         if not ends:
             raise OutOfRange(f"the load grows without bounds at t = {t:.6g} in mode {mode.name}: nothing stops it")

@@ -29,7 +29,7 @@ class Inlined:
 def inlined(
     function: Callable, prefix: str, before: Sequence[str], states: Sequence[str], parameters: Sequence[str],
     longest: int = LONGEST,
-) -> Inlined:  # fmt: skip
+) -> Inlined:
     """Return the text of ``function(*before, *states, *parameters)`` in variables of these names.
 
     All other names in the text begin with ``prefix``. A function that carries its source as ``text``, of at most

@@ -92,7 +92,7 @@ def itinerary(line: LoadLine, load: Any, velocity: Any, sign: Callable[[Any], in
             side = 0 if far else side
             if far and any(earlier.event == "velocity_zero" for earlier in steps):
                 raise NotDerivable(f"{step.mode}: the velocity, of order mu since it left rest, vanishes again at a "
-                                   "time that is no series in mu and log(1/mu)")  # fmt: skip
+                                   "time that is no series in mu and log(1/mu)")
         steps.append(step)
     return tuple(steps)
 

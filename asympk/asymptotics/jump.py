@@ -147,7 +147,7 @@ def jump_map(
     if not system.frictions:
         return base_point(system, order)
     order = known_order(order, HIGHEST_ORDER, "solve(scene, method='jump', order=n) takes higher orders in numbers; "
-                        "in symbols the jump map is derived to orders")  # fmt: skip
+                        "in symbols the jump map is derived to orders")
     model = linear(system)
     for mode in filter(None, (arrival, near)):
         system.mode(mode)

@@ -69,7 +69,7 @@ def land(
     if formulas.affine and not (largest := abscissa(formulas, x, y, values)) < 0:
         raise OutOfRange(f"the branch{_at(formulas, x)} does not attract, so no layer fades there: "
                          f"the largest real part of an eigenvalue of g_y is {largest + 0.0:.6g} for all fast states"
-                         f"{_advice(formulas, '')}")  # fmt: skip
+                         f"{_advice(formulas, '')}")
     if len(y) == 1 and affinelayer.is_affine(formulas.mode):
         rate, table = affinelayer.terms(formulas, order).at((*x, *y), values)
         if np.abs(table).max() <= FAR * max(1, *map(abs, (*x, *y, table[0, -1, 0, 0]))):
@@ -198,7 +198,7 @@ def _settled(formulas, first, x, y, values, order, tolerances):
     ahead = steps(
         (partial(formulas.layer(order), *x),), values, first, math.inf, *tolerances,
         slopes=lambda at: jacobian(lambda w: formulas.complexes.layer(order)(*x, *w, *values), at),
-    )  # fmt: skip
+    )
     mode, spent, words = formulas.mode, 0, UNBOUNDED
     while spent < (STEPS if known or formulas.affine else SEARCHING):
         scale = max(1, *map(abs, now))
@@ -219,9 +219,9 @@ def _settled(formulas, first, x, y, values, order, tolerances):
         words = "does not settle on an attracting branch"
         if goal := known or (formulas.affine and root(formulas, x, now, values)):
             words = (f"takes too many steps to settle on {listed(mode.fast, goal)}: it decays too slowly beside the "
-                     "fastest rate in g_y")  # fmt: skip
+                     "fastest rate in g_y")
     raise OutOfRange(f"the layer from {listed(mode.fast, y)}{_at(formulas, x)} {words}: after {len(found)} steps, "
-                     f"at tau = {_reached(found):.6g}, it is at {listed(mode.fast, now)}")  # fmt: skip
+                     f"at tau = {_reached(found):.6g}, it is at {listed(mode.fast, now)}")
 
 
 def approached(formulas: Formulas, x: tuple, now: tuple, scale: float, values: tuple) -> tuple[tuple | None, float]:
@@ -237,7 +237,7 @@ def approached(formulas: Formulas, x: tuple, now: tuple, scale: float, values: t
     if branch and size < 1e-14 * scale and rate <= 0:
         raise OutOfRange(f"the start, or where its layer comes to, {listed(formulas.mode.fast, now)}, lies on a branch "
                          "that does not attract: the largest real part of an eigenvalue of g_y is "
-                         f"{0.0 - rate:.6g} there{_advice(formulas, '; move it off')}")  # fmt: skip
+                         f"{0.0 - rate:.6g} there{_advice(formulas, '; move it off')}")
     return (branch if rate > 0 else None), rate
 
 

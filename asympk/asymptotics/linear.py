@@ -77,7 +77,7 @@ def linear(system: System) -> Linear:
         raise NotDerivable("the system has no dry friction: its layers do not jump; use slow_manifold")
     if system.friction is None or system.small is None:
         raise NotDerivable(f"{len(system.frictions)} frictions, small parameter {system.small}: a jump is derived for "
-                           f"one friction and a small parameter; {IN_NUMBERS}")  # fmt: skip
+                           f"one friction and a small parameter; {IN_NUMBERS}")
     f = system.friction
     law = sp.Tuple(*system.slow.values(), *system.fast.values(), f.velocity, f.load, f.kinetic, f.static)
     if system.time is not None and law.has(system.time):
@@ -85,12 +85,12 @@ def linear(system: System) -> Linear:
     z = f.velocity
     if z not in system.slow:
         raise NotDerivable(f"the sliding velocity {z!s:.60} is no slow state of its own: a jump is derived for one; "
-                           f"{IN_NUMBERS}")  # fmt: skip
+                           f"{IN_NUMBERS}")
     slow = [v for v in system.modes[0].slow if v != z]
     fast = list(system.modes[0].fast)
     if len(slow) != 1 or len(fast) != 1:
         raise NotDerivable(f"slow states {slow} and fast states {fast}: a jump is derived for one of each; the limit "
-                           f"of an elastic contact is jump_law() of its mechanism, {IN_NUMBERS}")  # fmt: skip
+                           f"of an elastic contact is jump_law() of its mechanism, {IN_NUMBERS}")
     states = (*slow, *fast, z)
     fields = {
         m.name: LinearField(*(_affine(e, states) for e in (m.slow[states[0]], m.fast[states[1]], m.slow[z])))

@@ -121,7 +121,7 @@ class MatchedPath:
         automaton = task.automaton
         if len(self.stretches) == STRETCHES:
             raise TooManyEvents(f"more than {STRETCHES} layers and slow motions by t = {t:.6g}, at "
-                                f"{listed(automaton.system.states, state)}")  # fmt: skip
+                                f"{listed(automaton.system.states, state)}")
         at, seen = told or (t, state)
         hits = (guard, *lost_with(self.mode, guard, at, seen, task.late))
         for hit in hits:
@@ -182,7 +182,7 @@ def _formulas(mode: GuardedMode, coefficients: tuple[sp.Expr, ...]) -> tuple[For
     kept = tuple(k for k, part in enumerate((*parameters, *coefficients)) if not part.has(small))
     still = tuple(part for part in coefficients if not part.has(small))
     slow, fast = (sp.Dict(dict(zip(rates, with_names(mode.system, (*rates.values(),), still), strict=True)))
-                  for rates in (bare.slow, bare.fast))  # fmt: skip
+                  for rates in (bare.slow, bare.fast))
     names = (*(p for p in parameters if p != small), *map(name_of, still))
     return formulas(replace(bare, slow=slow, fast=fast), small, names), kept
 
@@ -297,14 +297,14 @@ def _watched_steps(
     if system.time is not None:
         flow, now = _timed(mode), (*path.state, path.t)
     along = steps((flow,), mode.p, now, task.until - path.t, rtol, (*atol, rtol)[: len(now)], late=task.late,
-                  longest=task.mu / _fastest(slow, path.t, path.state), slopes=partial(_slopes, mode))  # fmt: skip
+                  longest=task.mu / _fastest(slow, path.t, path.state), slopes=partial(_slopes, mode))
     return watched(along, lambda span, state: mode.guard_values(path.t + span, state), len(atol))
 
 
 def _unsettled(mode: NumericMode, began: float, t: float, state: tuple, words: str) -> OutOfRange:
     """Return the error for a layer that begins at ``began`` and is followed to (t, state)."""
     return OutOfRange(f"the layer of {mode.name} from t = {began:.6g} {words}: at t = {t:.6g} it is at "
-                      f"{listed(mode.mode.system.states, state)}")  # fmt: skip
+                      f"{listed(mode.mode.system.states, state)}")
 
 
 def _slopes(mode, now):
@@ -426,7 +426,7 @@ def onward(task: Task, path: MatchedPath, layer: Callable = through_layer, limit
         if any(path.mode is mode for mode in at_once):
             small = f"{task.automaton.system.small} = {task.mu:.3g}"
             raise OutOfRange(f"the slow motion in {path.mode.name} goes on from its edge at t = {path.t:.6g} onto the "
-                             f"same: rounding, over {small}, decides; use an exact method")  # fmt: skip
+                             f"same: rounding, over {small}, decides; use an exact method")
         if path.t < task.until:
             path = layer(task, path)
     return path
@@ -444,7 +444,7 @@ def end_to(order: int, task: Task, landed: MatchedPath, path: MatchedPath) -> np
         return np.array(onward(replace(task, order=order, whole=True), landed).state)
     start, left, within = _begin(task, slow, landed)
     found = reduced.side_by_side(slow.formulas, (task.order, order), (start, start), task.mu, slow.values, left,
-                                 task.rtol, landed.t, within, growth=slowly.grown.most)  # fmt: skip
+                                 task.rtol, landed.t, within, growth=slowly.grown.most)
     first, second = found.states(found.end)[:, list(slow.places)]
     return np.array(path.state) + second - first
 
@@ -456,7 +456,7 @@ def decay(scene: Any, path: MatchedPath, order: int) -> float:
         slow = slow_of(stretch.mode)
         for at in stretch.points:
             known = [(*slow.formulas.height(k)(*at, mu, *slow.values), *slow.formulas.flow(k)(*at, mu, *slow.values))
-                     for k in range(order, order + 3)]  # fmt: skip
+                     for k in range(order, order + 3)]
             first, second = (max(abs(a - b) for a, b in zip(*pair, strict=True)) for pair in pairwise(known))
             worst = max(worst, second / first if first > 0 else math.inf if second > 0 else 0.0)
     return worst

@@ -55,7 +55,7 @@ class ExplicitStep:
         if t in (self.t, self.after):
             return self.state if t == self.t else self.end
         return _step_of(self.flows, self.parameters, len(self.state))(
-            t - self.t, self.state, self.stages[0], self.rtol, self.atol, 0.0)[0]  # fmt: skip
+            t - self.t, self.state, self.stages[0], self.rtol, self.atol, 0.0)[0]
 
     def __call__(self, t: Any) -> np.ndarray:
         """Return the states at the array ``t`` of times within the step, to the accuracy of a step."""
@@ -72,7 +72,7 @@ class ExplicitStep:
             return ()
         _, last, *_ = take(half, middle, first[-1], self.rtol, self.atol, 0.0)
         return (replace(self, span=half, after=t, end=middle, stages=first),
-                replace(self, t=t, span=self.after - t, state=middle, stages=last))  # fmt: skip
+                replace(self, t=t, span=self.after - t, state=middle, stages=last))
 
     def _interpolated(self, t: Any) -> np.ndarray:
         """Return the states at the array ``t`` of times within the step: (states,) + t.shape."""
@@ -274,10 +274,10 @@ def _compiled(
     lines = [f"    {_names('w', every)} = w", f"    {_names('k0_', every)} = k0"]
     *before, parameters = [[f"g{g}_{i}" for i in range(count)] for g, count in enumerate(given)]
     lines += [f"    {''.join(f'{name}, ' for name in names)} = given[{g}]"
-              for g, names in enumerate([*before, parameters]) if names]  # fmt: skip
+              for g, names in enumerate([*before, parameters]) if names]
     shares = [range(g * size // len(functions), (g + 1) * size // len(functions)) for g in range(len(functions))]
     flows = [inlined(function, f"f{g}_", first, [f"v{i}" for i in share], parameters, longest)
-             for g, (function, first, share) in enumerate(zip(functions, before, shares, strict=True))]  # fmt: skip
+             for g, (function, first, share) in enumerate(zip(functions, before, shares, strict=True))]
     for flow in flows:
         space |= flow.names
         lines += [f"    {line}" for line in flow.once]
@@ -289,7 +289,7 @@ def _compiled(
     lines += _error_lines(size, timeless)
     stages = ", ".join(f"({_names(f'k{stage}_', every)})" for stage in range(STAGES + 1))
     text = ["def take(given, h, w, k0, rtol, atol, late):", *lines,
-            f"    return ({_names('v', every)}), ({stages}), square"]  # fmt: skip
+            f"    return ({_names('v', every)}), ({stages}), square"]
     exec("\n".join(text), space)
     return space["take"]
 

@@ -122,7 +122,7 @@ class Ratios:
             above, below = map(self._ring.from_expr, sp.fraction(sp.together(expr)))
         except ValueError:
             raise NotDerivable(f"{short(expr)} is not rational in the parameters: put a parameter of its own for every "
-                               "root, function or constant such as pi") from None  # fmt: skip
+                               "root, function or constant such as pi") from None
         return Ratio(above) / Ratio(below)
 
     def log(self, ratio: Ratio) -> Ratio:

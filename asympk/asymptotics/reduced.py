@@ -89,7 +89,7 @@ class Reduced:
             spread = partial(np.broadcast_to, shape=t.size)
         slow, kinds = len(self.formulas.slow_states), _kinds(self.orders, self.whole)
         found = [[*point[:slow], *map(spread, known.height(*kind)(*point, self.mu, *self.values))]
-                 for kind, point in zip(kinds, self.parts(motion), strict=True)]  # fmt: skip
+                 for kind, point in zip(kinds, self.parts(motion), strict=True)]
         return np.array(found).reshape(len(found), len(found[0]), *t.shape)
 
     def memory(self, t: float) -> tuple[list[tuple], np.ndarray]:
@@ -227,7 +227,7 @@ def _grown_singly(steps, sizes):
 def follow_reduced_flow(
     formulas: Formulas, order: int, start: np.ndarray, mu: float, values: tuple, until: float, rtol: float = 1e-12,
     guards: Callable | None = None, began: float = 0.0, within: float = math.inf, whole: bool = False,
-) -> Reduced:  # fmt: skip
+) -> Reduced:
     """Integrate the flow to ``order`` from ``start``, the point (x, b) of ``Formulas.on_branch``.
 
     ``guards(t, point)`` returns the guards of a mode at a point (x, b); the integration ends where a guard becomes
@@ -252,7 +252,7 @@ def follow_reduced_flow(
 def side_by_side(
     formulas: Formulas, orders: tuple[int, ...], starts: Sequence[np.ndarray], mu: float, values: tuple, until: float,
     rtol: float, began: float = 0.0, within: float = math.inf, span: float | None = None, growth: float = 1.0,
-) -> Reduced:  # fmt: skip
+) -> Reduced:
     """Integrate the flows to several orders in common steps, each from its point of ``starts``.
 
     The errors of the steps nearly cancel in the differences of the flows, so that ``SIDE_BY_SIDE`` over ``growth``, by
@@ -294,7 +294,7 @@ def _require_reached(formulas, order, first, found, mu, values, end, rtol, guard
         follow_reduced_flow(formulas, 0, np.array(last), mu, values, end - t, rtol, later, began + t)
     where = _place(formulas, last, formulas.height(0)(*last, mu, *values), began + t)
     raise OutOfRange(f"the reduced flow ends near {where}: its states grow beyond bounds, its steps become too small, "
-                     "or it takes too many of them")  # fmt: skip
+                     "or it takes too many of them")
 
 
 def _kinds(orders, whole):
@@ -319,7 +319,7 @@ def branch_at(
         b = root(formulas, x, near, values) if begun is None else _carried(formulas, begun, x, near, values)
     if b is None:
         raise OutOfRange(f"the base point {listed(formulas.mode.slow, x)} is off the branch that the layer settles on; "
-                         "the small parameter is not small here")  # fmt: skip
+                         "the small parameter is not small here")
     return np.array(formulas.on_branch(x, b))
 
 
@@ -428,10 +428,10 @@ def _check(formulas, mu, values, guards, began, step, high, state):
     y, largest = _attraction(formulas, state, mu, values)
     small, turns = formulas.small, "a Hopf point" if largest.imag else "a fold"
     why = (f"it attracts at the rate {-largest.real / mu:.6g}, and changes, or the motion on it does, about as fast, "
-           f"as before {turns}, or where {small} is not small")  # fmt: skip
+           f"as before {turns}, or where {small} is not small")
     why = why if largest.real < 0 else "it does not attract"
     raise NotNormallyHyperbolic(f"the slow manifold is lost at {_place(formulas, state, y, began + t)}: {why}; take a "
-                                f"smaller until, or a smaller {small}")  # fmt: skip
+                                f"smaller until, or a smaller {small}")
 
 
 def _place(formulas, state, y, t):

@@ -86,7 +86,7 @@ class LayeredMotion:
         """Return composite - start of the fast states at t = 0, for every order: (orders, fast states)."""
         flows, known = self.beside, self.beside.formulas
         begun = [known.height(order)(*start, flows.mu, *flows.values)
-                 for order, start in zip(flows.orders, flows.parts(flows.trajectory.start), strict=True)]  # fmt: skip
+                 for order, start in zip(flows.orders, flows.parts(flows.trajectory.start), strict=True)]
         return np.array(begun) - self.sums @ self.landing.rest
 
 
@@ -114,15 +114,15 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: An
     now, next_, _ = composites
     if error >= 1 > _expected(motion, True, until, slow, layer, units)[0]:
         raise OutOfRange(f"at t = {until:.6g} the motion is still in its layer, which method 'slow' leaves out: take "
-                         "method 'jump', or a later until")  # fmt: skip
+                         "method 'jump', or a later until")
     if not error < 1 and (motion.errors * units).max() > 1 / 2:
         raise OutOfRange(overgrown(motion.rtol, until))
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states at t = {until:.6g}: "
-                         f"{scene.system.small} = {mu:.3g} is not small here; use an exact method")  # fmt: skip
+                         f"{scene.system.small} = {mu:.3g} is not small here; use an exact method")
     final = now if layered else slow[0]
     return Path(scene, method, tuple(final.tolist()), (), begun.modes, LayeredDense(motion, layered, until, begun.mode),
-                error, {"omitted": tuple((next_ - now).tolist())})  # fmt: skip
+                error, {"omitted": tuple((next_ - now).tolist())})
 
 
 def _followed(
@@ -150,7 +150,7 @@ def finer(rtol: float, error: float, rounding: float) -> float:
 def overgrown(rtol: float, t: float) -> str:
     """Return the words for a motion to the tolerance ``rtol`` whose errors have grown too large by ``t``."""
     return (f"errors of {rtol:.0e} grow as large as the states by t = {t:.6g}: the slow motion keeps to a repelling "
-            "set for long, or is chaotic; take a smaller until, or an exact method with digits")  # fmt: skip
+            "set for long, or is chaotic; take a smaller until, or an exact method with digits")
 
 
 def _continued(
@@ -173,7 +173,7 @@ def _continued(
     for (t, composites), (_, earlier) in pairwise(looks):
         if _falls(composites) and _falls(earlier):
             ends = [matched.to_the_end(finely, slowly, replace(begun, t=t, state=tuple(state)), SOON)
-                    for state in composites[1:].tolist()]  # fmt: skip
+                    for state in composites[1:].tolist()]
             first, second = np.abs(np.diff(composites, axis=0))
             ratio = np.max(second[first > 0] / first[first > 0], initial=STEADY)
             return None if None in ends else (t, np.array(ends), ratio if ratio > FALLING else STEADY)
@@ -207,7 +207,7 @@ def _require_branch(
         fast = known.mode.fast
         raise OutOfRange(f"the layer leads to {listed(fast, reached)} at t = {path.t:.6g}, and in the limit to "
                          f"{listed(fast, expected)}: {task.automaton.system.small} = {task.mu:.3g} is not small "
-                         "so near the edge of a basin; use an exact method")  # fmt: skip
+                         "so near the edge of a basin; use an exact method")
 
 
 def leaves_its_sides(scene: Any, order: int) -> bool:
@@ -228,7 +228,7 @@ def leaves_its_sides(scene: Any, order: int) -> bool:
 def layered_motion(
     known: Formulas, order: int, begin: tuple[tuple, tuple], mu: float, values: tuple, until: float,
     kept: tuple[int, ...], rtol: float,
-) -> LayeredMotion:  # fmt: skip
+) -> LayeredMotion:
     """Return the ``LayeredMotion`` from ``begin`` = (x, y) to ``order`` and the ``EXTRA`` orders beyond it."""
     landing = land(known, order + EXTRA, *begin, values, rtol, mu)
     orders, powers = tuple(range(order, order + EXTRA + 1)), [mu**k for k in range(order + EXTRA + 1)]
@@ -271,7 +271,7 @@ def tolerance(mu: float, order: int, finer: float = FINER) -> float:
 def predicted_error(
     composites: np.ndarray, left: float = 0.0, rounding: float = 0.0, misses: np.ndarray | None = None,
     lately: float = 0.0, least: float = STEADY,
-) -> float:  # fmt: skip
+) -> float:
     """Return the predicted error of the first of three composites, relative to the largest of 1 and the true states.
 
     The composites are of successive orders. ``left`` is the size of the layer where the first leaves it out,

@@ -59,7 +59,7 @@ class StiffStep:
 def stiff_steps(
     flow: Callable[[tuple], tuple], slopes: Slopes, state: tuple, t: float, until: float, rtol: float, atol: tuple,
     span: float, within: float,
-) -> Iterator[StiffStep]:  # fmt: skip
+) -> Iterator[StiffStep]:
     """Yield the steps of state' = flow(state) from ``t`` to ``until``.
 
     The first step is at most ``span``, every step at most ``within``. The error of a step is held below ``atol`` plus

@@ -22,12 +22,12 @@ from asympk.symbolic.inverses import in_order, without_inverses
 from asympk.symbolic.penetration import Penetration
 
 FUNCTIONS = ("exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan", "asinh", "acosh",
-             "atanh", "sqrt")  # fmt: skip
+             "atanh", "sqrt")
 CONSTANTS = (sp.pi, sp.E, sp.GoldenRatio, sp.TribonacciConstant, sp.EulerGamma, sp.Catalan)
 _QUOTIENTS = {
     sp.sec: lambda a: 1 / sp.cos(a), sp.csc: lambda a: 1 / sp.sin(a), sp.cot: lambda a: sp.cos(a) / sp.sin(a),
     sp.sech: lambda a: 1 / sp.cosh(a), sp.csch: lambda a: 1 / sp.sinh(a), sp.coth: lambda a: 1 / sp.tanh(a),
-}  # fmt: skip
+}
 U = sp.Symbol("u", positive=True)
 
 
@@ -148,13 +148,13 @@ def _function(expr, values, tape):
     if _is_zero(at[0, 0]):
         _require_regular(expr, derivatives)
     return _geometric(rest, [at_number(d, at[0, 0], tape) * Fraction(1, factorial(i))
-                             for i, d in enumerate(derivatives)])  # fmt: skip
+                             for i, d in enumerate(derivatives)])
 
 
 def _require_regular(expr, derivatives):
     if any(d.subs(U, 0).has(*INFINITE) for d in derivatives):
         raise InputError(f"{expr!s:.60} has no series in the small parameter, as it is singular where that is 0; make "
-                         "it a parameter of its own, of that value")  # fmt: skip
+                         "it a parameter of its own, of that value")
 
 
 @lru_cache(maxsize=256)

@@ -77,7 +77,7 @@ class Automaton:
     def next(
         self, branch: Branch | None, hits: tuple[int, ...], t: Any, state: State, slack: Any = ROUNDED,
         sides: Sides = (),
-    ) -> Branch:  # fmt: skip
+    ) -> Branch:
         """Return the branch that follows ``branch``, whose guards ``hits`` vanish at ``state``.
 
         With ``branch`` None the branch before is unknown. ``slack`` is the relative error of the state: a sign that
@@ -156,7 +156,7 @@ def _follow_on(
 def _on_edges(
     automaton: Automaton, edges: tuple[Edge, ...], sides: Sides, before: Branch | None, hits: tuple[int, ...], t: Any,
     state: State, slack: Any,
-) -> Branch:  # fmt: skip
+) -> Branch:
     """Return the branch that follows by the law on edges; raises ``NotDerivable`` where it does not hold there."""
     branch = _by_law_of(automaton, sides, before, hits, t, state, slack)
     if sides and not automaton.mode(branch, decide.digits_of(state), sides).holds(t, state, slack):
@@ -196,7 +196,7 @@ def _ranks(mode: NumericMode, edges: tuple[Edge, ...], choice: tuple, t: Any, st
     """
     slips = dict(mode.mode.slipping)
     ranks = [_rank(mode, edge.quantity, sign or slips.get(edge.phase, 0), t, state, slack)
-             for edge, sign in zip(edges, choice, strict=False)]  # fmt: skip
+             for edge, sign in zip(edges, choice, strict=False)]
     return ranks if not any(ranks) or mode.holds(t, state, slack) else [_NEVER]
 
 
@@ -233,7 +233,7 @@ def _led_to(automaton: Automaton, edges: tuple[Edge, ...], t: Any, state: State,
     forces = {symbol for f in system.frictions for symbol in (f.force, f.normal)}
     rates = {edge: rate_along(system, edge.quantity) for edge in edges}
     own = {edge: rate for edge, rate in rates.items()
-           if not rate.free_symbols & forces and not is_switched(rate, (*system.states, system.time))}  # fmt: skip
+           if not rate.free_symbols & forces and not is_switched(rate, (*system.states, system.time))}
     signs = decide.signs_at(automaton, tuple(own.values()), t, state, slack)
     return tuple((edge.phase, edge.side(sign)) for edge, sign in zip(own, signs, strict=True) if sign)
 
@@ -257,7 +257,7 @@ def _same(automaton: Automaton, sided: Automaton, branch: Branch | None, hits: t
 def mode_on_sides(
     automaton: Automaton, branch: Branch, digits: int | None, t: Any, state: State, crossed: Collection[sp.Expr] = (),
     fixed: bool = False,
-) -> NumericMode:  # fmt: skip
+) -> NumericMode:
     """Return the mode of a branch on the sides that the motion enters; ``crossed`` are phases that vanish at the state.
 
     With ``fixed`` the mode is also put on sides of the phases of parameters and time alone. Raises ``NotDerivable``
@@ -272,7 +272,7 @@ def mode_on_sides(
 def _entered(
     automaton: Automaton, mode: NumericMode, digits: int | None, opened: tuple[sp.Expr, ...], t: Any, state: State,
     crossed: Collection[sp.Expr],
-) -> NumericMode:  # fmt: skip
+) -> NumericMode:
     """Return a mode on the sides of its phases ``opened`` into which the motion leads by the rates on these sides."""
     values = mode.values(tuple(map(measured, opened)), t, state)
     choices = [_choices(phase, value, mode, crossed) for phase, value in zip(opened, values, strict=True)]
@@ -284,7 +284,7 @@ def _entered(
     def led_to(choice: tuple) -> list[int]:
         found = chosen(choice)
         return [found.departure(measured(phase), t, state) if len(sides) > 1 and found.mode.is_finite else 0
-                for phase, sides in zip(opened, choices, strict=True)]  # fmt: skip
+                for phase, sides in zip(opened, choices, strict=True)]
 
     fitting, resting = [], []  # modes on sides that the motion enters; modes on sides by whose law it rests on an edge
     for choice in _likely_first(choices, led_to) if max(map(len, choices)) > 1 else product(*choices):
@@ -310,9 +310,9 @@ def lost_on(edges: Collection[sp.Expr], t: Any, bounded: bool = True) -> NotDeri
     where = ", ".join(f"{edge} = 0" for edge in edges)
     if not bounded:
         return NotDerivable(f"the motion reaches {where} at t = {float(t):.6g}, beyond which a rate has no value; end "
-                            "its Piecewise with a piece that always holds")  # fmt: skip
+                            "its Piecewise with a piece that always holds")
     return NotDerivable(f"the motion stays on {where} from t = {float(t):.6g} on, where the rates jump; write what "
-                        "jumps there as a friction, or smooth it by tanh")  # fmt: skip
+                        "jumps there as a friction, or smooth it by tanh")
 
 
 def _likely_first(choices: list, led_to: Callable[[tuple], list[int]]) -> Iterator[tuple]:

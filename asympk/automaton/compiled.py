@@ -29,7 +29,7 @@ _POWER = re.compile(r"(?<![\w.])([A-Za-z_]\w*)\*\*([2-9])\b")
 def function(
     system: System, outputs: tuple[sp.Expr, ...], target: str, functions: Any, directions: tuple[Direction, ...] = (),
     products: bool = False, coefficients: tuple[sp.Expr, ...] = (),
-) -> Callable[..., tuple]:  # fmt: skip
+) -> Callable[..., tuple]:
     """Return ``f(t, *state, *p)``, which returns the tuple of ``outputs`` on the numbers of ``functions``.
 
     The parameters p are followed by the values of the ``coefficients``.
@@ -56,7 +56,7 @@ def function(
 def source(
     system: System, outputs: tuple[sp.Expr, ...], target: str, directions: tuple[Direction, ...] = (),
     coefficients: tuple[sp.Expr, ...] = (),
-) -> str:  # fmt: skip
+) -> str:
     """Return the text of ``f(t, *state, *p)``; for ``"math"``, integer powers of symbols are written as products."""
     plain, time = _plain(system, coefficients)
     fixed = (*system.parameters, *map(name_of, coefficients))
@@ -84,7 +84,7 @@ class _Products(ast.NodeTransformer):
 @lru_cache(maxsize=512)
 def _in_plain_symbols(
     system: System, exprs: tuple[sp.Expr, ...], coefficients: tuple[sp.Expr, ...]
-) -> tuple[sp.Expr, ...]:  # fmt: skip
+) -> tuple[sp.Expr, ...]:
     """Return expressions in plain symbols; the rates of a mode are asked for with every derivative along its field."""
     plain, _ = _plain(system, coefficients)
     changed = {s: name for s, name in plain.items() if s != name}

@@ -105,7 +105,7 @@ class Place(NamedTuple):
     def values(self, system: System, outputs: tuple, directions: tuple = ()) -> tuple:
         """Return the values of expressions here, or their derivatives along directions."""
         found = function(system, outputs, self.numbers.target, self.numbers.functions, directions,
-                         coefficients=self.coefficients)  # fmt: skip
+                         coefficients=self.coefficients)
         return found(self.t, *self.state, *self.p)
 
     def later(self, span: Any) -> "Place":
@@ -118,7 +118,7 @@ class Place(NamedTuple):
         p = tuple(map(numbers.convert, self.p))
         moved = nudges(self.t, self.state, slack, least)
         return (self, *(Place(numbers, numbers.convert(t), tuple(map(numbers.convert, w)), p, self.coefficients)
-                        for t, w in moved))  # fmt: skip
+                        for t, w in moved))
 
 
 def place_of(automaton: "Automaton", numbers: Numbers, t: Any, state: tuple) -> Place:
@@ -250,7 +250,7 @@ def coupled(system: System) -> tuple[tuple[int, ...], ...]:
     count = len(system.frictions)
     formulas, unknowns, normals = contact_formulas(system, (None,) * count)
     owner = {u: k for k, f in enumerate(system.frictions)
-             for u in (f.force, f.normal, sp.sign(f.velocity), sp.sign(-f.velocity))}  # fmt: skip
+             for u in (f.force, f.normal, sp.sign(f.velocity), sp.sign(-f.velocity))}
     rows = [*zip((*range(count), *range(count), *normals), linear_rows(formulas[4 * count :], unknowns), strict=True)]
     pairs = [(k, owner[u]) for k, (_, *row) in rows for u, entry in zip(unknowns, row, strict=True) if entry != 0]
     rows += ((k // 4, (number,)) for k, number in enumerate(formulas[: 4 * count]))

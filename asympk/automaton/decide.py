@@ -110,7 +110,7 @@ def nearest_edges(
     found = _values_near(automaton, tuple(map(sides.measured, phases)), t, state, slack)
     wholes = (round(v[0]) if sides.is_whole(p) else 0 for p, v in zip(phases, found, strict=True))
     return tuple((sides.Edge(p, n), clear_sign([value - n for value in values]))
-                 for p, n, values in zip(phases, wholes, found, strict=True))  # fmt: skip
+                 for p, n, values in zip(phases, wholes, found, strict=True))
 
 
 def _values_near(automaton: "Automaton", exprs: tuple, t: Any, state: tuple, slack: Any) -> list[tuple]:
@@ -174,7 +174,7 @@ def _idle(here: Junction, branch: Branch, still: list[int]) -> Branch:
     idle = [mode.guards[k] for k in still if k < len(mode.guards) and stays(here, mode, k)]
     kinds = (tuple(g.kind for g in idle if g.friction == k) for k in range(len(branch)))
     return tuple(phase if phase == OPEN else phase._replace(idle=kind)
-                 for phase, kind in zip(branch, kinds, strict=True))  # fmt: skip
+                 for phase, kind in zip(branch, kinds, strict=True))
 
 
 def _standing(here: Junction, tried: Tried) -> Branch | None:
@@ -241,14 +241,14 @@ def _undetermined(here: Junction, branch: Branch) -> UnboundedReaction:
     if forces.determined(here.system, branch):
         why = "has equations that are singular in this state only; start beside it"
     return UnboundedReaction(f"the forces of contacts are not determined {here.in_words}: "
-                             f"{branches.mode_name(branch)} {why}", here.at.t, here.at.state)  # fmt: skip
+                             f"{branches.mode_name(branch)} {why}", here.at.t, here.at.state)
 
 
 def _require_one_way(here: Junction, branch: Branch, tried: Tried) -> None:
     """Raise ``TwoMotions`` if a contact at rest in a branch may as well slip in either direction, all else alike."""
     for k in branches.at_rest(branch):
         ways = {b[k].velocity: b for b, keys in tried.items() if keys is not None and b[k].velocity
-                and b[:k] + b[k + 1 :] == branch[:k] + branch[k + 1 :]}  # fmt: skip
+                and b[:k] + b[k + 1 :] == branch[:k] + branch[k + 1 :]}
         if len(ways) > 1 and all(_leaves_rest(here, b, tried[b], k) for b in ways.values()):
             raise _several(here, (branch, *ways.values()))
 
@@ -279,7 +279,7 @@ def _require_shared(here: Junction, branch: Branch, still: list[int]) -> None:
             raise UnboundedReaction(
                 f"the forces of contacts at rest are not determined {here.in_words}: friction {k} rests where others "
                 "do, and what its static friction adds is not known; merge frictions of the same velocity, or put "
-                "compliance between them", here.at.t, here.at.state)  # fmt: skip
+                "compliance between them", here.at.t, here.at.state)
 
 
 def _chosen(here: Junction, left: dict[Branch, list[int]]) -> Branch:
@@ -298,7 +298,7 @@ def _chosen(here: Junction, left: dict[Branch, list[int]]) -> Branch:
 def _several(here: Junction, consistent: Iterable[Branch]) -> TwoMotions:
     names = " and ".join(sorted({*map(_in_words, consistent)}))
     return TwoMotions(f"several motions go on {here.in_words}: {names} are all consistent; the model needs compliance "
-                      "there", here.at.t, here.at.state)  # fmt: skip
+                      "there", here.at.t, here.at.state)
 
 
 def _why_none(here: Junction) -> str:
@@ -309,7 +309,7 @@ def _why_none(here: Junction) -> str:
         kinetic, static = max(((c.kinetic, c.static) for c in contacts), key=lambda pair: pair[0] - pair[1])
         if kinetic - static > SAME * kinetic:
             return (f"static friction {float(static):.6g} of friction {k} is below the kinetic one, "
-                    f"{float(kinetic):.6g}; make it at least that")  # fmt: skip
+                    f"{float(kinetic):.6g}; make it at least that")
     jumps = sides.phases(here.system.rates.values(), here.system.states, here.system.time)
     for k, (friction, choice) in enumerate(zip(here.system.frictions, here.phases, strict=True)):
         for name in ("load", "velocity"):
@@ -324,7 +324,7 @@ def _loaded(system: System, branch: Branch, still: list[int]) -> Branch:
     guards, kinds = all_guards(mode_of(system, branch)), ("lift_off", "force_zero")
     open_, idle = ({guards[k].friction for k in still if guards[k].kind == kind} for kind in kinds)
     return tuple(OPEN if k in open_ else phase._replace(load=1) if k in idle else phase
-                 for k, phase in enumerate(branch))  # fmt: skip
+                 for k, phase in enumerate(branch))
 
 
 def _in_words(branch: Branch) -> str:

@@ -50,9 +50,9 @@ def _agreed(system, outputs, arguments, digits):
         needed = digits + 10 + sum(abs(size) for size in sizes if isinstance(size, int)) * 3 // 10
         if needed > _MOST_WORKING:
             raise OutOfRange(f"a coefficient of the system has parts so large or small that it takes {needed} digits "
-                             f"at these parameters, beyond {_MOST_WORKING}: give others")  # fmt: skip
+                             f"at these parameters, beyond {_MOST_WORKING}: give others")
         agree = [working >= needed and b and abs(a - b) * 10**digits <= abs(b)
-                 for a, b in zip(before, numbers, strict=False)]  # fmt: skip
+                 for a, b in zip(before, numbers, strict=False)]
         if all(agree):
             break
         before, working = numbers[: len(outputs)], max(2 * working, needed)

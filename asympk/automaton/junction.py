@@ -172,7 +172,7 @@ def _require_directions(system: System, touching: dict[int, bool], points: list[
         if all(map(is_open, columns)):
             raise UnboundedReaction(f"the gap of friction {k} has no slope {_place_in_words(system, at)}, so that no "
                                     "reaction of its contact is determined; write it as a distance, which grows evenly",
-                                    at.t, at.state)  # fmt: skip
+                                    at.t, at.state)
 
 
 def _settled(automaton: "Automaton", before: Branch | None, hits: tuple, place: Place, slack: Any) -> Place:
@@ -235,7 +235,7 @@ def _touching(system: System, before: Branch | None, lost: set, at: Place) -> di
         if ("touch_down", k) in lost or gap == 0:
             if min(gap, rate) < 0:
                 raise NoMotion(f"the contact is hit {_place_in_words(system, at)}: the rigid model has no law of "
-                               "impact, the model needs compliance there", at.t, at.state)  # fmt: skip
+                               "impact, the model needs compliance there", at.t, at.state)
             if rate == 0:
                 found[k] = False
     return found

@@ -68,7 +68,7 @@ Advance = Callable[[NumericMode, Any, tuple, list[Segment]], Segment]
 def follow(
     automaton: Automaton, first: Branch, start: tuple, until: Any, advance: Advance, events: int,
     digits: int | None = None, slack: Any = ROUNDED,
-) -> Run:  # fmt: skip
+) -> Run:
     """Follow the automaton from ``start`` in the mode ``first`` to ``until``; ``advance`` follows one mode.
 
     ``advance(mode, t, state, segments)`` returns the next ``Segment``; ``events`` bounds the number of events. The
@@ -161,7 +161,7 @@ def lost_with(mode: NumericMode, hit: int | None, t: Any, state: tuple, near: An
 def mode_after(
     automaton: Automaton, mode: NumericMode, t: Any, state: tuple, hits: tuple[int, ...], digits: int | None = None,
     slack: Any = ROUNDED, since: Any = None, fixed: bool = False,
-) -> tuple[NumericMode, tuple, Event | None]:  # fmt: skip
+) -> tuple[NumericMode, tuple, Event | None]:
     """Return the mode that follows the loss of the guards ``hits``, the state at its start, and the event or None.
 
     In this state velocities at rest and gaps of closed rigid contacts vanish. The event is None if the motion of no
@@ -220,7 +220,7 @@ def _may_rest(mode: NumericMode, lost: list[tuple], leaping: set[tuple], crossed
 def _following(
     automaton: Automaton, mode: NumericMode, branch: Branch, digits: int | None, t: Any, state: tuple,
     crossed: list[sp.Expr], fixed: bool,
-) -> NumericMode:  # fmt: skip
+) -> NumericMode:
     """Return the mode of the branch that follows; raises ``NotDerivable`` where a sliding velocity jumps back there."""
     after = mode_on_sides(automaton, branch, digits, t, state, crossed, fixed)
     if _torn(((mode, t), (after, t)), state):
@@ -239,7 +239,7 @@ def _left_by_ground(before: NumericMode, t0: Any, mode: NumericMode, t: Any, sta
         leap = next((new - old for new, old in zip(now, then, strict=True) if abs(new - old) > least), 0)
         if leap < 0:
             raise NoMotion(f"the contact is hit at t = {float(t):.6g} by a step or a kink of its ground: the rigid "
-                           "model has no law of impact, the model needs compliance there", t, state)  # fmt: skip
+                           "model has no law of impact, the model needs compliance there", t, state)
         if leap > 0:
             return Event("lift_off", t, state, k)
     return None
@@ -364,7 +364,7 @@ def _require_progress(segments: list[Segment], mode: NumericMode, ends: list) ->
         kind = mode.kinds[hit][0]
         at = listed(mode.mode.system.states, last[-1].state, 8)
         raise Undecided(f"rounding hides whether there is a {kind} at t = {float(last[-1].t):.12g}, {at}, in mode "
-                        f"{mode.name}; ask for more digits, or move the start")  # fmt: skip
+                        f"{mode.name}; ask for more digits, or move the start")
 
 
 def _require_apart(ends: list, state: tuple, system: System) -> None:
@@ -385,4 +385,4 @@ def _require_apart(ends: list, state: tuple, system: System) -> None:
 def _accumulation(limit: Any, count: int, gap: Any, state: tuple, system: System) -> Accumulation:
     at = listed(system.states, state, 8)
     return Accumulation(f"events accumulate at t = {float(limit):.12g}, {at}: {count} so far, the last "
-                        f"{float(gap):.1g} apart; no run passes infinitely many, end it before")  # fmt: skip
+                        f"{float(gap):.1g} apart; no run passes infinitely many, end it before")

@@ -117,7 +117,7 @@ class GuardedMode:
     def slipping(self) -> Sides:
         """The signs of the sliding velocities of the mode as sides."""
         sliding = [(f.velocity, phase.velocity) for f, phase in zip(self.system.frictions, self.branch, strict=True)
-                   if phase.slips and not phase.either]  # fmt: skip
+                   if phase.slips and not phase.either]
         return tuple((phase, factor * sign) for velocity, sign in sliding for phase, factor in [phase_of(velocity)])
 
     def sides_beyond(self, after: "GuardedMode") -> Sides:
@@ -200,7 +200,7 @@ class GuardedMode:
     def grounds(self) -> dict[int, tuple[sp.Expr, sp.Expr]]:
         """The gap and gap rate, on the sides of the mode, of closed rigid contacts whose gap switches; by friction."""
         return {k: (on_sides(gap, self.sides), on_sides(branches.rate_along(self.system, gap), self.sides))
-                for k, gap in self.kept_gaps.items() if is_switched(gap, self.moving)}  # fmt: skip
+                for k, gap in self.kept_gaps.items() if is_switched(gap, self.moving)}
 
     @cached_property
     def jumping(self) -> dict[int, sp.Expr]:

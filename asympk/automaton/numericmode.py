@@ -117,11 +117,11 @@ class NumericMode:
                 raise OutOfRange(f"the rates of mode {self.name} are divided by {expr!s:.120}, of which only errors "
                                  f"of the states are left by t = {float(t):.8g}; end the run before it, or take the "
                                  "logarithm of a state that dies out, or its ratio to another, for the state"
-                                 )  # fmt: skip
+                                 )
             if a * b < 0:
                 raise Pole(f"the rates of mode {self.name} have a pole, which the motion has passed before t = "
                            f"{float(t):.8g}: {expr!s:.120} = 0; end the run before it, or take other states, of an "
-                           "elastic contact by another order of three or more coordinates", t, state)  # fmt: skip
+                           "elastic contact by another order of three or more coordinates", t, state)
         return after
 
     def vanishing(self, first: tuple, now: tuple) -> sp.Expr | None:
@@ -142,7 +142,7 @@ class NumericMode:
         """Raise ``NotDerivable`` where the time alone switches the mode before ``until``."""
         if self.mode.switches and (end := self._before(switches_of(self.mode.system), t, until)) < until:
             raise NotDerivable(f"mode {self.name} switches at t = {float(end):.6g}: this model follows no switch; use "
-                               "an exact method, or end the run before it")  # fmt: skip
+                               "an exact method, or end the run before it")
 
     def longest_step(self, span: Any) -> Any:
         """Return the longest step within a span; a motion that the time drives may stand still between two pulses."""
@@ -275,7 +275,7 @@ class NumericMode:
         farthest = FARTHEST * max(map(abs, state))
         _, later = self.moved_on(t, state, self.beside * t)  # where all states are 0, an error in time is their error
         near = all(abs(new - old) <= max(farthest, abs(then - old))
-                   for new, old, then in zip(moved, state, later, strict=True))  # fmt: skip
+                   for new, old, then in zip(moved, state, later, strict=True))
         return moved if near else self.settled(t, state)
 
     def time_of_fall(self, guard: int, t: Any, state: State, coarse: "NumericMode") -> Any:
@@ -376,7 +376,7 @@ class NumericMode:
 
     def _compiled(self, outputs: tuple, directions: tuple = ()) -> Callable[..., tuple]:
         return function(self.mode.system, outputs, self.target, self.functions, directions,
-                        coefficients=self.coefficients)  # fmt: skip
+                        coefficients=self.coefficients)
 
 
 def _across(direction: list, basis: list[list]) -> list:

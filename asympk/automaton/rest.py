@@ -55,7 +55,7 @@ def standing_branch(here: Junction, branch: Branch, growth: Growth) -> Branch | 
 
     parts = ([table[: len(zeros)] for table in tables], [table[len(zeros) :] for table in tables])
     rows = _corner(*parts, here.numbers, len(here.system.states),
-                   lambda rows, row: growth(standing(rows), margins[row - len(zeros)]))  # fmt: skip
+                   lambda rows, row: growth(standing(rows), margins[row - len(zeros)]))
     return None if rows is None else standing(rows)
 
 
@@ -101,7 +101,7 @@ def _agreeing(here: Junction, branch: Branch) -> tuple[list[Table], list[Table]]
 def _corner(
     zeros: list[Table], cones: list[Table], numbers: Numbers, first: int = 0,
     grown: Callable[[set[int], int], int] = lambda rows, row: 0,
-) -> set[int] | None:  # fmt: skip
+) -> set[int] | None:
     """Return the rows that vanish at a corner at which all rows of ``zeros`` are 0 and no row of ``cones`` negative.
 
     Rows are counted through both tables; the ``first`` ones are solved before the others. None means that there is no

@@ -118,7 +118,7 @@ def _first(names, before, held):
     """
     loads = [phase.load for phase in before] or [1] * len(names[0])
     order = {b: [(p == OPEN, p.load != load, abs(p.velocity), -p.velocity) for p, load in zip(b, loads, strict=True)]
-             for b in branches.most_at_rest(names, held)}  # fmt: skip
+             for b in branches.most_at_rest(names, held)}
     return min(order, key=order.get)
 
 
@@ -203,7 +203,7 @@ class _Modes:
         waves = [Fraction(int(wave.power == 0 and not wave.sine)) for wave in self.waves]
         exact = (*start, *waves, Fraction(1))
         found = [self.field.family([[w]]) if w is not None else self.field.side(self.system.states[k].name)
-                 for k, w in enumerate(exact)]  # fmt: skip
+                 for k, w in enumerate(exact)]
         self.start = EnclosedState(stacked(found), exact, self.field, (), Fraction(0))
         return self.start
 
@@ -319,7 +319,7 @@ class _Modes:
         pushed = friction.load.free_symbols & {u for f in self.system.frictions for u in (f.force, f.normal)}
         load = None if pushed else self._sign(friction.load, state)
         return [phase for phase in all_phases(self.system, k) if phase == OPEN or phase.smooth or (
-            velocity in (None, 0, phase.velocity) and load in (None, 0, phase.load))]  # fmt: skip
+            velocity in (None, 0, phase.velocity) and load in (None, 0, phase.load))]
 
     def _sign(self, expr, state):
         """Return the sign of an expression at a state, or None where it is not certain, or depends on a switch."""
@@ -386,7 +386,7 @@ class _Modes:
     def _slips_freely(self, branch, state):
         """Tell whether no contact slips that static friction would hold if every contact that may rest did."""
         rest = tuple(p._replace(velocity=0) if p.slips and not self._sign(f.velocity, state) else p
-                     for f, p in zip(self.system.frictions, branch, strict=True))  # fmt: skip
+                     for f, p in zip(self.system.frictions, branch, strict=True))
         slipping = branches.at_rest(rest) - branches.at_rest(branch)
         if not slipping or len(branches.at_rest(rest)) == 1 or not forces.determined(self.system, rest):
             return True
@@ -395,7 +395,7 @@ class _Modes:
             mode.require_certain()
         return all(found) and all(slipping <= {
             g.friction for g in mode.guards if g.kind == "slip_onset" and leading_sign(g.row, mode.matrix, state) == -1}
-            for mode in found)  # fmt: skip
+            for mode in found)
 
     def _require_one_way(self, branch, state, what):
         """Raise ``Refused`` where a contact at rest in a branch may slip either way as well, all else alike."""
@@ -409,7 +409,7 @@ class _Modes:
         rest, at_limit = branches.at_rest(mode.branch), not all(self.of(mode).conditions)
         if at_limit and any(self._slips(m, k, state) for m in holding for k in rest - branches.at_rest(m.branch)):
             raise Refused(f"edge: after {what}, equality holds in a condition on the parameters of {mode.name}, which "
-                          "may slip as well")  # fmt: skip
+                          "may slip as well")
 
     def _may_leave_rest(self, branch, k, state):
         """Tell whether a branch may hold in which contact k slips, and not in name only, as others hold it."""
@@ -471,7 +471,7 @@ class _Modes:
         """Tell whether forces that the equations of a branch leave free change a rate."""
         unknowns, matrix, _ = forces.force_equations(self.system, branch)
         matrix, rates = (m.subs(self.field.numbers) for m in (
-            matrix, sp.linear_eq_to_matrix([*self.system.rates.values()], unknowns)[0]))  # fmt: skip
+            matrix, sp.linear_eq_to_matrix([*self.system.rates.values()], unknowns)[0]))
         return any(not (rates * free).expand().is_zero_matrix for free in matrix.nullspace())
 
     def _corners(self, branch):
@@ -527,7 +527,7 @@ class _Modes:
         """Return a branch that moves as one ``_is_shared`` does, and whose forces are determined, or None."""
         ways = product(*(all_phases(self.system, k) if p.mode == "stick" else (p,) for k, p in enumerate(branch)))
         return next((way for way in ways if forces.determined(self.system, way)
-                     and forces.moves_alike(self.system, branch, way)), None)  # fmt: skip
+                     and forces.moves_alike(self.system, branch, way)), None)
 
     def _margins(self, branch, state):
         """Yield what forces of a branch must not make negative: loads, edges of stick, rates of slip that begins."""
@@ -627,7 +627,7 @@ class _Modes:
         if guard.kind == "velocity_zero":
             pairs = enumerate(zip(before.branch, after.branch, strict=True))
             turned = [k for k, (a, b) in pairs if a.velocity and b != OPEN and a.velocity != b.velocity
-                      and not forces.is_carried(self.system, before.branch, k)]  # fmt: skip
+                      and not forces.is_carried(self.system, before.branch, k)]
             return guard._replace(friction=min(turned, default=guard.friction))
         return guard
 

@@ -209,7 +209,7 @@ def _sides_of_system(scene, box):
     turned = {name: ends for name, ends in sides.items() if name not in scene.names}
     if behind := _behind_start(scene, sides):
         raise InputError(f"box: the reaction or the sliding velocity of the start follows from {', '.join(behind)}; "
-                         "let others range, or give the start in states")  # fmt: skip
+                         "let others range, or give the start in states")
     for corner in product(*turned.values()):
         found = _values(scene, dict(zip(turned, corner, strict=True)))
         values = dict(zip(scene.system.parameters, found, strict=True))

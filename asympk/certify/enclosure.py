@@ -206,7 +206,7 @@ def first_event(
         elif roots and (first := _first(roots)) is not None:
             return unproven[first], roots[first]
         elif {*verdicts} <= {"positive", "ends"} or not (hi - lo > hi * finest and hi > _SOONEST) or (
-                roots and all(root.rad() < hi * finest for root in roots)):  # fmt: skip
+                roots and all(root.rad() < hi * finest for root in roots)):
             raise _refused(segment, unproven, roots[0].upper() if roots else hi, left)
         else:
             pieces.append(_cut(segment, guards, lo, hi))

@@ -62,7 +62,7 @@ class Family:
     def __truediv__(self, other: "Family") -> "Family":
         whole, *rest = (1 / part[0, 0] for part in other.parts[:2])
         return self * Family([flint().acb_mat([[part]]) for part in (
-            whole, *rest, *(-slope[0, 0] * whole * rest[0] for slope in other.parts[2:]))], self.spans)  # fmt: skip
+            whole, *rest, *(-slope[0, 0] * whole * rest[0] for slope in other.parts[2:]))], self.spans)
 
     def inverse(self) -> "Family":
         """Return the inverse matrix."""
@@ -84,7 +84,7 @@ class Family:
         heads = [part.exp() for part in self.parts[:2]]
         upper, lower = (part.tolist() for part in (self.parts * 2)[:2])
         both = [acb_mat([[*a, *b] for a, b in zip(upper, s.tolist(), strict=True)]
-                        + [[*(0 for _ in size), *a] for a in lower]) for s in self.parts[2:]]  # fmt: skip
+                        + [[*(0 for _ in size), *a] for a in lower]) for s in self.parts[2:]]
         slopes = [acb_mat([row[len(size):] for row in found.exp().tolist()[:len(size)]]) for found in both]
         return Family((*heads, *slopes), self.spans)
 
@@ -101,7 +101,7 @@ class Family:
         sizes = zip(*(family.tight().whole.real.entries() for family in (self, other)), strict=True)
         kept = [mine.rad() < its.rad() for mine, its in sizes]
         slopes = (flint().acb_mat([a if mine else b for a, b, mine in zip(p.tolist(), q.tolist(), kept, strict=True)])
-                  for p, q in pairs[2:])  # fmt: skip
+                  for p, q in pairs[2:])
         return Family((*(shared(*pair) for pair in pairs[:2]), *slopes), self.spans)
 
     def numbers(self) -> list[Ball]:

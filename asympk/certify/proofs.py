@@ -71,7 +71,7 @@ def inequalities() -> tuple[Inequality, ...]:
                    {sigma0: (-1 + _TINY, _LARGE)}),
         Inequality("C16", "for sigma0 < -1 it sticks between two positive edges", (-leading, high, low - high),
                    {sigma0: (-2 + _TINY, -1 - _TINY)}),
-    )  # fmt: skip
+    )
 
 
 def _load(pk, manifold):

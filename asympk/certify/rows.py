@@ -47,12 +47,12 @@ class ExactEntries:
     def __init__(
         self, system: System, values: tuple[Number, ...], sides: Mapping[str, tuple[Number, Number]],
         entries: Iterable[sp.Expr],
-    ):  # fmt: skip
+    ):
         named, self.sides = dict(zip(system.parameters, values, strict=True)), sides
         middles = {name: (Fraction(low) + Fraction(high)) / 2 for name, (low, high) in sides.items()}
         self.spans = tuple(hull(*(end - middles[name] for end in ends)) for name, ends in sides.items())
         self.numbers = {s: sp.Symbol(s.name, real=True, positive=s.is_positive) if s.name in sides
-                        else sp.Rational(Fraction(v)) for s, v in named.items()}  # fmt: skip
+                        else sp.Rational(Fraction(v)) for s, v in named.items()}
         self._symbols = {self.numbers[s]: self.side(s.name) for s in named if s.name in sides}
         placed = (self._placed(entry) for entry in entries if not is_rational(entry) or entry.has(*_LARGEST))
         self.ranging = {atom: sp.Dummy() for atom in sorted({a for e in placed for a in _irrational(e)}, key=str)}
@@ -143,7 +143,7 @@ class ExactEntries:
         at = self._whole()
         ends = {s: [sp.Rational(Fraction(end)) for end in self.sides[s.name]] for s in at if s.name in self.sides}
         moved = {s: low + sp.Dummy(nonnegative=True) if low >= 0 else high - sp.Dummy(nonnegative=True)
-                 for s, (low, high) in ends.items() if low * high >= 0}  # fmt: skip
+                 for s, (low, high) in ends.items() if low * high >= 0}
 
         def never_falls(slope: sp.Expr) -> bool:
             return slope.subs(moved).is_nonnegative or ball_of(slope, at) >= 0
@@ -303,7 +303,7 @@ def falls_to_zero(coefficients: list[Any], end: Fraction, field: ExactEntries) -
     """Tell whether a polynomial is positive before a time at which it falls through 0, by Bernstein (Lemma 16)."""
     size = range(len(coefficients))
     parts = [sum(c * end**k * Fraction(comb(j, k), comb(size[-1], k)) for k, c in enumerate(coefficients[: j + 1]))
-             for j in size]  # fmt: skip
+             for j in size]
     positive = [certain_sign(field.ball(part)) > 0 for part in parts]
     return positive[-2] and not parts[-1] and all(sure or not part for sure, part in zip(positive, parts, strict=True))
 

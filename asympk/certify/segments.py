@@ -84,7 +84,7 @@ class EnclosedSegment:
         units = [tuple(int(i == k) for i in places) for k in places]
         known = field.family([sharpened(unit, state) for unit in units])
         columns = [part * known * state.family * (1 if group.mean.whole[0, 0].imag.is_zero() else 2)
-                   for group in mode.spectrum for part in group.residues]  # fmt: skip
+                   for group in mode.spectrum for part in group.residues]
         self.terms = abreast(columns).tight()
         self.bends = [group.bend for group in mode.spectrum]
         roots = [group.mean for group in mode.spectrum]
@@ -107,7 +107,7 @@ class EnclosedSegment:
         """Return the matrix that turns the weights of a quantity, a row, into those of its derivative."""
         size, places = range(len(self.places)), self.places
         return diagonal(self.bends) + rates.linear(
-            lambda m: flint().acb_mat([[m[places[i], 0] if i == j else 0 for j in size] for i in size]))  # fmt: skip
+            lambda m: flint().acb_mat([[m[places[i], 0] if i == j else 0 for j in size] for i in size]))
 
     @cached_property
     def central(self) -> "EnclosedSegment":
@@ -126,7 +126,7 @@ class EnclosedSegment:
             return found
         columns = [(bend * t).exponential().linear(lambda part: flint().acb_mat([row[:1] for row in part.tolist()]))
                    * found.entry(place) if bend.whole.nrows() > 1 else found.entry(place)
-                   for place, bend in enumerate(self.bends)]  # fmt: skip
+                   for place, bend in enumerate(self.bends)]
         return stacked(columns)
 
     def moment(self, guard: AffineGuard, time: Ball) -> Family:
@@ -191,7 +191,7 @@ class EnclosedSegment:
         alone, fixed = self.central, weights.central
         near, centre = (alone._functions(time.whole[0, 0].real, alone.rates) for time in (t, t.central))
         centre, rate = ((row * then).linear(real).whole for row, then in (
-            (fixed, centre), (fixed * alone._matrix(alone.rates), near)))  # fmt: skip
+            (fixed, centre), (fixed * alone._matrix(alone.rates), near)))
         moved = (slope + rate * dt[0, 0] for slope, dt in zip(found.parts[2:], t.parts[2:], strict=True))
         return Family((found.whole, centre, *moved), t.spans).tight()
 
@@ -211,7 +211,7 @@ class EnclosedSegment:
         column = self.terms.linear(lambda part: flint().acb_mat([[row[widest]] for row in part.tolist()]))
         found = self.terms - column * (weights / weights.entry(0, widest))
         return found.linear(lambda part: flint().acb_mat([[0 if k == widest else c for k, c in enumerate(row)]
-                                                          for row in part.tolist()]))  # fmt: skip
+                                                          for row in part.tolist()]))
 
     def _weights(self, guard):
         """Return the weights of the jets of a guard: a row for the guard and each of its derivatives."""

@@ -100,7 +100,7 @@ def _is_real(matrix):
 def seen_in(basis: Family, spectrum: Spectrum, inverse: Family) -> Spectrum:
     """Return the spectrum of M from that of ``T M T^-1``; ``basis`` is T, ``inverse`` is ``T^-1``."""
     return tuple(group._replace(residues=tuple((inverse * part * basis).tight() for part in group.residues))
-                 for group in spectrum)  # fmt: skip
+                 for group in spectrum)
 
 
 def _group(block, right, left):
@@ -151,7 +151,7 @@ def _group_of_zero(matrix, part, pattern, core, outside, vanishing):
         drives = any(pattern[i, j] for i in outside for j in core)
         none = {*product(core if drives else places, core)}
         part = part.linear(lambda p: flint().acb_mat([[0 if (i, j) in none else p[i, j] for j in places]
-                                                      for i in places]))  # fmt: skip
+                                                      for i in places]))
         within = np.linalg.matrix_power(pattern[np.ix_(core, core)] | np.eye(len(core), dtype=bool), len(core))
         through = pattern[np.ix_(outside, core)] @ within @ pattern[np.ix_(core, outside)]
         step, linked, polynomial = pattern[np.ix_(outside, outside)] | through, np.eye(len(outside), dtype=bool), []
@@ -297,7 +297,7 @@ def _split(column, size, held):
     rows = [entries[i::size] for i in range(size)]
     none = [0] * len(held)
     return (flint().acb_mat([none if i in held else row for i, row in enumerate(rows)]),
-            flint().acb_mat([rows[i] for i in held]))  # fmt: skip
+            flint().acb_mat([rows[i] for i in held]))
 
 
 def _moved(matrix, scales, heads, held):
@@ -320,7 +320,7 @@ def _moved(matrix, scales, heads, held):
 def _scaled(scales, matrix):
     """Return a matrix with its rows multiplied by ``scales``."""
     return flint().acb_mat([[scale * c for c in row]
-                            for scale, row in zip(scales.entries(), matrix.tolist(), strict=True)])  # fmt: skip
+                            for scale, row in zip(scales.entries(), matrix.tolist(), strict=True)])
 
 
 def _enclosed(matrix, scales, vectors, held):

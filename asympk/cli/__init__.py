@@ -6,4 +6,4 @@
 
 # in the order of --help; asympk without a command runs ``everything``
 COMMANDS = ("derive", "claims", "tables", "chart", "paper", "report", "export", "scenes", "solve", "least", "sweep",
-            "certify", "mechanism", "explore", "bench")  # fmt: skip
+            "certify", "mechanism", "explore", "bench")

@@ -13,7 +13,7 @@ def arguments(parser: ArgumentParser) -> None:
     add_scene(parser)
     parser.add_argument("--box", nargs=3, action="append", metavar=("NAME", "LOW", "HIGH"),
                         help="let a parameter, a state of the start, or the rod's until range from LOW to HIGH; may be "
-                             "repeated")  # fmt: skip
+                             "repeated")
     parser.add_argument("--pieces", type=whole_number, default=64, help="cut the box into at most so many pieces (64)")
     parser.add_argument("--digits", type=whole_number, default=15, help="digits of the final state (15)")
     parser.add_argument("--claims", action="store_true", help="instead, prove the claims that are inequalities")

@@ -11,7 +11,7 @@ HEARD = 0.5  # seconds: the longest delay of Ctrl-C
 def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("scene", nargs="?", help="a scene that ships, a system of the catalogue, or a TOML file "
-                                                 "(all scenes that ship)")  # fmt: skip
+                                                 "(all scenes that ship)")
     parser.add_argument("--port", type=whole_number, default=0, help="listen on this port (any that is free)")
     parser.add_argument("--no-browser", action="store_true", help="print the address and open no browser")
 

@@ -16,17 +16,17 @@ _REQUIRED = ("sigma", "mu", "start", "until")
 def add_root(parser: ArgumentParser) -> None:
     """Add the option that names the checkout, which may stand before and after the command."""
     parser.add_argument("--root", type=place_name, default=SUPPRESS, metavar="DIR",
-                        help="the checkout with derivations/ and paper/ (here)")  # fmt: skip
+                        help="the checkout with derivations/ and paper/ (here)")
 
 
 def add_scene(parser: ArgumentParser) -> None:
     """Add the options that give a scene, by its name, its file or its numbers."""
     parser.add_argument("scene", nargs="?", help="a scene that ships, a system of the catalogue (asympk scenes lists "
-                                                 "both), or a TOML file")  # fmt: skip
+                                                 "both), or a TOML file")
     parser.add_argument("--sigma", help="friction parameter f tan(alpha) - 2, above -2")
     parser.add_argument("--mu", help="scaled compliance of the rod, above 0")
     parser.add_argument("--start", nargs="+", metavar="NUMBER", help="a number for each state of the start; of the rod "
-                                                                  "x, y, z")  # fmt: skip
+                                                                  "x, y, z")
     parser.add_argument("--until", help="horizon, in the scene's unit of time; for the rod, h l")
     parser.add_argument("--sigma0", help="static friction parameter f0 tan(alpha) - 2 (by default sigma)")
     add_settings(parser, "another number for a parameter or a state of the start, as in f=2.5")

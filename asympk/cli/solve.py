@@ -27,7 +27,7 @@ def arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--csv", type=place_name, metavar="FILE", help="write the path as CSV")
     parser.add_argument("--plot", type=place_name, metavar="FILE", help="draw the path into a .pdf, .svg or .png file")
     parser.add_argument("--method", default="exact", help="exact (default), rigid, slow, jump, or an integrator such "
-                                                          "as lsoda; an unknown name lists all")  # fmt: skip
+                                                          "as lsoda; an unknown name lists all")
     parser.add_argument("--digits", type=whole_number, help="compute with that many decimal digits, and print them")
     parser.add_argument("--order", type=whole_number, help="order in mu (asymptotic models)")
     parser.add_argument("--rtol", help="relative tolerance (integrators)")

@@ -11,7 +11,7 @@ def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("file", help="TOML: a scene in which any number may be a list, a grid or random")
     parser.add_argument("--out", type=place_name, required=True, metavar="DIR",
-                        help="directory of the chunks; the same command resumes")  # fmt: skip
+                        help="directory of the chunks; the same command resumes")
     parser.add_argument("--plot", type=place_name, metavar="FILE", help="draw the summary (.pdf, .svg, .png)")
     parser.add_argument("--workers", type=whole_number, metavar="N", help="compute in N processes")
     parser.add_argument("--dask", metavar="ADDRESS", help="compute on the dask cluster with this scheduler")

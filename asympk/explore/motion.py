@@ -69,7 +69,7 @@ def _drawn(path: Path, samples: int) -> dict[str, Any]:
         "events": [{"kind": event.kind, "t": float(event.t), "state": _listed(_with(path, event.state))}
                    for event in path.events],
         "final": _listed(_with(path, path.final)),
-    }  # fmt: skip
+    }
 
 
 def _with(path: Path, state: tuple) -> np.ndarray:

@@ -121,7 +121,7 @@ def _manifolds(system: System) -> tuple[tuple[str, sp.Symbol, Any], ...]:
     seen = (m for m in found if not m.name.startswith("Lambda") and m.domain != sp.false)
     graphs = ((m, over_fast(m.dynamics, m.small, m.branch) if is_implicit(m.branch) else m.branch) for m in seen)
     outputs = ((m.name, state, (height, _holds(m.dynamics.where.subs(graph)), m.jacobian[0, 0]))
-               for m, graph in graphs for state, height in graph.items())  # fmt: skip
+               for m, graph in graphs for state, height in graph.items())
     return tuple((name, state, function(system, exprs, "numpy", np)) for name, state, exprs in outputs)
 
 

@@ -92,7 +92,7 @@ def run(scene: Any, method: str = "collocation", *, digits: int = 30, events: in
     while True:
         fine, error = _references(scene, carried_digits, events, deadline)
         segments = [s._replace(steps=(*((step.t, step.state) for step in s.samples), (s.t, s.state)))
-                    for s in fine.segments]  # fmt: skip
+                    for s in fine.segments]
         n, largest = len(scene.start), max(1.0, *(abs(float(w)) for w in fine.last.state))
         lost = growth(linearised(automaton_of(scene), segments), [1.0] * n, [largest] * n, 10.0**-carried_digits)
         needed = digits + ceil(log10(max(1, min(lost, LARGEST))))
@@ -118,7 +118,7 @@ def _references(scene: Scene, digits: int, events: int, deadline: float) -> tupl
     contexts = [carrier_context(digits + SPARE + times * lost + extra) for times, (_, extra) in enumerate(ORDERS, 1)]
     first = automaton.first(scene.start, scene.until, contexts[0].dps)
     rough, fine = (_follow(automaton, first, scene, ctx, stages + more, digits + extra, events, deadline)
-                   for ctx, (more, extra) in zip(contexts, ORDERS, strict=True))  # fmt: skip
+                   for ctx, (more, extra) in zip(contexts, ORDERS, strict=True))
     if fine.last.short:
         raise TooManyEvents(f"{fine.last.short} at t = {float(fine.last.t):.6g}; take a smaller until, or more events")
     if rough.modes != fine.modes:

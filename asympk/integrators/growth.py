@@ -31,9 +31,9 @@ CARRIED = 1e180  # growth of errors that more digits can compensate
 def grown(factor: float, t: Any) -> Undecided:
     """Return the error for a run whose errors have grown by ``factor`` at its end."""
     times, advice = (f"{factor:.0e}-fold", "ask for 20 digits") if factor < CARRIED else (
-        "beyond all bounds", "end the run before")  # fmt: skip
+        "beyond all bounds", "end the run before")
     return Undecided(f"errors of the run grow {times} to its end at t = {float(t):.6g}: the motion keeps to "
-                     f"a repelling set, or is chaotic; {advice}")  # fmt: skip
+                     f"a repelling set, or is chaotic; {advice}")
 
 
 class Linearised(NamedTuple):
@@ -132,7 +132,7 @@ def without_rounding(automaton: Automaton, segments: Sequence[Segment]) -> Seque
     while still.any():
         try:
             cleaned = [s._replace(steps=tuple((t, tuple(np.where(still, 0.0, w).tolist())) for t, w in s.steps))
-                       for s in segments]  # fmt: skip
+                       for s in segments]
             rates = [automaton.mode(s.branch, sides=s.sides).rhs(*step) for s in cleaned for step in s.steps]
         except (ArithmeticError, ValueError, TypeError):  # as in ``growth``
             break

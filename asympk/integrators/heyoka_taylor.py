@@ -62,7 +62,7 @@ def _compiled(method, mode, coefficients, tol):
     arguments = (hy.time, *states, *(hy.par[k] for k in range(count)))
     try:
         rates, guards = (function(system, outputs, "math", _functions(), (), True, coefficients)(*arguments)
-                         for outputs in (mode.rates, mode.guard_values))  # fmt: skip
+                         for outputs in (mode.rates, mode.guard_values))
     except (AttributeError, TypeError) as reason:
         raise InputError(f"method {method!r}: the system has a function that heyoka lacks ({reason})") from None
     events = [hy.t_event(g + hy.par[count + k], direction=hy.event_direction.negative) for k, g in enumerate(guards)]
@@ -79,5 +79,5 @@ def _functions():
     import heyoka as hy
 
     names = ("sqrt", "exp", "log", "erf", "sin", "cos", "tan", "asin", "acos", "atan", "atan2",
-             "sinh", "cosh", "tanh", "asinh", "acosh", "atanh")  # fmt: skip
+             "sinh", "cosh", "tanh", "asinh", "acosh", "atanh")
     return namespace(pi=math.pi, e=math.e, pow=operator.pow, **{name: getattr(hy, name) for name in names})

@@ -41,7 +41,7 @@ PEERS = {  # method -> (module, package) where it needs one of the extra ``peers
 }
 FINISHED = "finished"
 AT_REST = ("dry friction in a plane, -f v/|v|, stops there: end the run before, or write the speed |v| as "
-           "sqrt(v**2 + e**2) with a small e")  # fmt: skip
+           "sqrt(v**2 + e**2) with a small e")
 ADVICE = {  # beginning of the status of a run that stops early -> advice for the user
     "step limit": "allow more steps, or take another method",
     "time limit": "allow more seconds, or take another method",
@@ -98,7 +98,7 @@ class Advance(Protocol):
 def run(
     scene: Scene, method: str, *, rtol: float = 1e-6, atol: float | None = None, steps: int = STEPS,
     seconds: float = 60.0, events: int = 1000,
-) -> Path:  # fmt: skip
+) -> Path:
     """Follow ``scene`` with a general-purpose integrator and return a ``Path``.
 
     ``atol`` is ``rtol`` by default; ``steps``, ``seconds`` and ``events`` bound the work. A run that does not reach
@@ -168,7 +168,7 @@ def _samples(scene, method, options, times):
 def finished(
     scene: Scene, method: str, last: Segment, events: tuple, modes: tuple, sample: Callable, options: Mapping[str, Any],
     counts: Mapping[str, int] | None = None,
-) -> Path:  # fmt: skip
+) -> Path:
     """Return the path of a run that ends with ``last``, or raise ``Unfinished`` with this path if it stopped early.
 
     ``sample`` is as in ``SteppedDense``. ``path.info`` has the status of the run in words, the time reached, the work,
@@ -213,7 +213,7 @@ def endpoints(scene: Scene) -> tuple[tuple[float, ...], float]:
         )
     if 0 < scene.until < LEAST_UNTIL:
         raise InputError(f"until = {carried(scene.until, 6)}: integrators square their steps; give at least "
-                         f"{LEAST_UNTIL}, another unit of time, or method 'exact' with more digits")  # fmt: skip
+                         f"{LEAST_UNTIL}, another unit of time, or method 'exact' with more digits")
     try:
         return tuple(float(v) for v in scene.start), float(scene.until)
     except OverflowError:

@@ -28,7 +28,7 @@ COUNTED = {0: "steps without solution", 2: "steps with two solutions", 3: "steps
 def run(
     scene: Scene, method: str = "moreau", *, rtol: float = 1e-3, atol: float | None = None, step: float | None = None,
     prefer: str = "present", steps: int = 100_000, seconds: float = 60.0,
-) -> Path:  # fmt: skip
+) -> Path:
     """Follow ``scene`` with steps h = ``step`` (by default ``rtol``: the scheme is of first order).
 
     If a step has several solutions, ``prefer="present"`` chooses the present mode and ``prefer="stick"`` chooses stick.

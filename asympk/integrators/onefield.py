@@ -45,7 +45,7 @@ class OneField:
 def sign(
     scene: Scene, method: str = "sign", *, rtol: float = 1e-6, atol: float | None = None, solver: str = "lsoda",
     steps: int = 20_000, seconds: float = 60.0,
-) -> Path:  # fmt: skip
+) -> Path:
     """Follow ``scene`` with F = -kinetic |load| sign(v), which is right until stick begins, where the sign chatters."""
     return _follow(scene, method, None, solver, rtol, atol, steps, seconds)
 
@@ -53,7 +53,7 @@ def sign(
 def tanh(
     scene: Scene, method: str = "tanh", *, rtol: float = 1e-6, atol: float | None = None, eps: float | None = None,
     solver: str = "radau", steps: int = 20_000, seconds: float = 60.0,
-) -> Path:  # fmt: skip
+) -> Path:
     """Follow ``scene`` with F = -kinetic |load| tanh(v / eps); ``eps`` is ``rtol`` by default.
 
     Stick becomes a creep with |v| < eps, an error that no tolerance of the solver removes.

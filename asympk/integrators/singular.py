@@ -70,7 +70,7 @@ def approach(mode: NumericMode, guard: int, t: float, state: tuple, until: float
     try:
         with np.errstate(all="ignore"):
             found = solve_ivp(field, (0, 1e6 / first), [t, *state], method="LSODA", rtol=1e-12, atol=1e-14,
-                              events=[*levels, within, left])  # fmt: skip
+                              events=[*levels, within, left])
     except (ArithmeticError, ValueError):
         return None
     near, *last = found.y_events[: len(LEVELS)]

@@ -26,7 +26,7 @@ UNBOUNDED = 1e12  # seconds: in effect no limit
 def run(
     scene: Any, method: str = "exact", *, digits: int | None = None, steps: int = integrate.STEPS, events: int = 1000,
     seconds: float = UNBOUNDED,
-) -> Path:  # fmt: skip
+) -> Path:
     """Follow ``scene`` by LSODA with rtol = atol = 1e-10, or, with ``digits``, by collocation to that accuracy.
 
     If a state stays small relative to 1, as in too large a unit, the run is repeated with atol relative to its size,

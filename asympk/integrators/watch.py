@@ -57,7 +57,7 @@ def first_lost(
 def suspects(before: Look, after: Look) -> list[int]:
     """Return the guards that may be lost between two looks."""
     return [k for k in range(len(after.values))
-            if _crosses(before, after, k) or (before.values[k] > 0 and near(before, after, k))]  # fmt: skip
+            if _crosses(before, after, k) or (before.values[k] > 0 and near(before, after, k))]
 
 
 def _crosses(before: Look, after: Look, k: int) -> bool:

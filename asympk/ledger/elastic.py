@@ -14,7 +14,7 @@ from asympk.systems.painleve_klein import rod
 _NUMBERS = {
     rod.m: sp.Rational(3, 2), rod.P: 7, rod.f: 3, rod.l: 2, rod.k: 1000, rod.h: sp.Rational(1, 5),
     rod.alpha: sp.Rational(9, 10),
-}  # fmt: skip
+}
 _TINY = [sp.Rational(1, 10**n) for n in (2, 4, 6, 8)]
 
 
@@ -46,7 +46,7 @@ def rod_law() -> Iterator[Check]:
 
 @claim("C09", "2", "(2.4) holds with R1 tan^2 a / k dropped beside 1 as k -> oo",
        "the dropped term is of order mu itself, and friction in (2.5) drops R1 / k too: corrections of order"
-       " mu within this model are as large as what the small angle costs")  # fmt: skip
+       " mu within this model are as large as what the small angle costs")
 def dropped_term() -> Iterator[Check]:
     elastic = rod.elastic_rod()
     written = rod.m * rod.l / (rod.k * sp.cos(rod.alpha)) * rod.ddR1 - rod.P - rod.F + 2 * rod.R * sp.cos(rod.alpha)
@@ -80,7 +80,7 @@ def slip_equations() -> Iterator[Check]:
                    sp.expand(rod.m * acceleration - (rod.P - friction - rod.R * sp.cos(rod.alpha))) == 0, acceleration)
     turned = [expr.subs(rod.f, -rod.f) for expr in elastic.slip(1)]
     yield symbolic("u < 0 is f -> -f",
-                   all(sp.expand(a - b) == 0 for a, b in zip(turned, elastic.slip(-1), strict=True)))  # fmt: skip
+                   all(sp.expand(a - b) == 0 for a, b in zip(turned, elastic.slip(-1), strict=True)))
     work = [(-direction * friction * direction, {**_NUMBERS, rod.R: R}) for direction in (1, -1) for R in (2, -2)]
     power = [value_at(*pair) for pair in work]
     yield numeric("friction takes energy for both signs of u and of R", all(p < 0 for p in power))
@@ -91,7 +91,7 @@ def stick_equation() -> Iterator[Check]:
     elastic = rod.elastic_rod()
     written = rod.m * rod.l / (rod.k * sp.cos(rod.alpha)) * rod.ddR1 + rod.R * sp.cos(rod.alpha)
     yield symbolic("eliminating F from (2.4) with u' = 0 gives (2.6)", sp.expand(elastic.stick() - written) == 0,
-                   written)  # fmt: skip
+                   written)
     (holding,) = sp.solve(elastic.acceleration, rod.F)
     at = {**_NUMBERS, rod.R: 2, rod.ddR1: -3}
     residual = value_at(elastic.balance.subs(rod.F, holding) - written, at)

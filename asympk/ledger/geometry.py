@@ -42,7 +42,7 @@ def quadrants() -> Iterator[Check]:
     expected = {"O1": "slip_same", "O2": "slip_opposite", "O3": "slip_same", "O4": "slip_opposite"}
     yield symbolic("the sign of friction, -sgn z |s|, decides the mode so", found == expected, found)
     first = [precise_path((load, 0, velocity), Fraction(1, 100), Fraction(1, 10**6)).modes[0]
-             for load, velocity in octants.values()]  # fmt: skip
+             for load, velocity in octants.values()]
     yield numeric("runs from (s, z) = (+-1, +-1) begin in it", first == list(expected.values()), ", ".join(first))
 
 
@@ -53,7 +53,7 @@ def _mode_at(where, load, velocity):
 
 @claim("C16", "3", "G1: x + y > 1/4, G2: x + y < -1/2 (sigma = 1); for general sigma, and with f0",
        "exact at every mu; in general s >= 1/(sigma0 + 3) or s <= -1/(sigma0 + 1) for sigma0 > -1, s >= 1/2 "
-       "at -1, and one strip 1/(sigma0 + 3) <= s <= -1/(sigma0 + 1) below")  # fmt: skip
+       "at -1, and one strip 1/(sigma0 + 3) <= s <= -1/(sigma0 + 1) below")
 def stick_half_planes() -> Iterator[Check]:
     regions = stick_regions(pk.system())
     found = sp.Union(*(span.as_set().subs(pk.sigma0, 1) for span in regions.stick.spans(sigma=1)))
@@ -65,7 +65,7 @@ def stick_half_planes() -> Iterator[Check]:
     counts = {value: len(regions.stick.spans(sigma=value)) for value in ("1", "-1", "-3/2")}
     yield left_out.symbolic("G2 exists for sigma0 > -1 only; below, G1 is a bounded strip",
                             counts == {"1": 2, "-1": 1, "-3/2": 1} and regions.down.contains(3, sigma="-3/2"),
-                            regions.stick.spans(sigma="-3/2")[0].as_set())  # fmt: skip
+                            regions.stick.spans(sigma="-3/2")[0].as_set())
 
 
 def _edges_decide():
@@ -143,7 +143,7 @@ def approach_to_the_half_line() -> Iterator[Check]:
         return M.log(after / before) + 1
 
     yield numeric("the measured rate plus 1 over -mu/5, the slow eigenvalue's next term",
-                  *tends_to_one(ratios(rate, lambda mu: -precise(mu) / 5)))  # fmt: skip
+                  *tends_to_one(ratios(rate, lambda mu: -precise(mu) / 5)))
 
 
 @claim("C22", "3", "Pi2: x + y = -1, z > 0 is unstable and only divides the fast motions by direction")
@@ -165,7 +165,7 @@ def second_plane() -> Iterator[Check]:
 
 @claim("C28", "3", "f0 > f: only Gamma1, Gamma2 shift; the strip between G1 and G2 narrows; nothing else changes",
        "between the kinetic and the static edges resting and crossing are both motions of the model (here: "
-       "at rest stays at rest), and on leaving the edge the acceleration jumps")  # fmt: skip
+       "at rest stays at rest), and on leaving the edge the acceleration jumps")
 def static_friction() -> Iterator[Check]:
     regions = stick_regions(pk.system())
     upper, lower = regions.edges
@@ -191,11 +191,11 @@ def shallow_second_plane() -> Iterator[Check]:
     shallow = [regime.passages[1] for regime in regimes(pk.system())[:-1]]
     alive = [passage for passage in shallow if passage.side]
     yield symbolic("on every range below sigma = 0 it has z < 0 and attracts",
-                   all(p.side < 0 and p.stable for p in alive))  # fmt: skip
+                   all(p.side < 0 and p.stable for p in alive))
     yield symbolic("at sigma = 0 it does not exist", len(alive) == len(shallow) - 1)
     found = distances_from(_planes()["Pi2"], -1, lambda mu: precise_path((0, 0, -4), mu, sigma=-1).final)
     yield numeric("a run's distance from it at sigma = -1, t = 1, over the slow manifold's first term",
-                  *tends_to_one(found))  # fmt: skip
+                  *tends_to_one(found))
 
 
 @claim("C31", "3", "Cause of the paradoxes: for sigma > 0, z > 0 holds a stable and an unstable slow plane, z < 0 none")
@@ -222,13 +222,13 @@ def planes_and_rigid_motions() -> Iterator[Check]:
     loads = {name: sp.cancel(pk.x + plane.coefficient(0)) for name, plane in planes.items()}
     rigid_loads = {sp.cancel(motion.load.subs(rod.steepness, position)) for motion in rod.rigid_motions()}
     yield symbolic("the two rigid loads R cos a / P are x + y on the two planes", {*loads.values()} == rigid_loads,
-                   "1/(sigma + 4), -1/sigma")  # fmt: skip
+                   "1/(sigma + 4), -1/sigma")
     for regime in regimes(pk.system()):
         sample = _inside(regime.condition)
         rigid = _rigid_loads(position.subs(pk.sigma, sample))
         elastic = {(p.side, loads[p.name].subs(pk.sigma, sample)) for p in regime.passages if p.side}
         yield symbolic(f"same side of z = 0 and same load for {regime.condition}", rigid == elastic,
-                       sorted(map(str, elastic)))  # fmt: skip
+                       sorted(map(str, elastic)))
     rates = {name: plane.dynamics.slow[pk.z].subs(plane.branch) for name, plane in planes.items()}
     same = all(sp.cancel(rates[name] - loads[name]) == 0 for name in planes)
     yield symbolic("z' on a plane is the rigid acceleration R cos a / P", same, rates)

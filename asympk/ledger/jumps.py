@@ -111,7 +111,7 @@ def _stick_to_edge(start, s, edge):
         return precise(mu * (s - edge)) - precise(start[0]) * time(mu)
 
     return (ratios(lambda mu: precise_path(start, mu).events[0].t, time),
-            ratios(lambda mu: precise_path(start, mu).events[0].x - precise(start[0]), shift))  # fmt: skip
+            ratios(lambda mu: precise_path(start, mu).events[0].x - precise(start[0]), shift))
 
 
 def _gain_in_stick():
@@ -140,7 +140,7 @@ def jump_from_below() -> Iterator[Check]:
     landing = jump.events[0]
     height = landing.y.coefficient(-1)
     yield symbolic("mu y on landing tends to a positive limit, so the point lands in G1", _positive_below(height),
-                   height)  # fmt: skip
+                   height)
     gained = "x grows by -z/(sigma + 1): y is of order 1/mu for a time of order mu log(1/mu)"
     yield from _of_x(True, _limit(landing.x), -pk.z / (pk.sigma + 1), gained)
     starts = (_FROM_BELOW, (0, -2, -1))
@@ -160,13 +160,13 @@ def _positive_below(expr):
 
 
 @claim("C24", "3", "Then it makes “a jump to the edge Gamma1, then a jump to the half-plane Pi1”, where it stays",
-       "in all z -> 0 and x -> x - z; where mu |x| is not small the point comes back to z = 0")  # fmt: skip
+       "in all z -> 0 and x -> x - z; where mu |x| is not small the point comes back to z = 0")
 def jump_to_the_first_plane() -> Iterator[Check]:
     first = regimes(pk.system())[-1].passages[0]
     yield symbolic("Pi1 attracts and its motions never come back to z = 0", first.stable and first.meets is None)
     jump = _jump(_FROM_BELOW)
     yield symbolic("the layer is slip_opposite, stick, slip_same and ends on Pi1",
-                   jump.itinerary[1:] == ("stick", "slip_same"))  # fmt: skip
+                   jump.itinerary[1:] == ("stick", "slip_same"))
     sequences = modes(_FROM_BELOW) + modes((0, -2, -1))
     expected = [jump.itinerary, ("slip_same", *jump.itinerary)]
     yield numeric("runs from s = 1/5 and -2, z = -1 do so", sequences == expected, listing(sequences))
@@ -176,7 +176,7 @@ def jump_to_the_first_plane() -> Iterator[Check]:
     yield left_out.numeric("x on leaving Gamma1 less x - z, over the terms mu log(1/mu) and mu", *leaves)
     again = [precise_path((0, Fraction(1, 5), -_FAR / mu), mu, until=9).modes.count("stick") for mu in MUS]
     yield left_out.numeric(f"where mu |x| is not small there are further collisions: from z = -{_FAR}/mu",
-                           set(again) == {2}, again)  # fmt: skip
+                           set(again) == {2}, again)
 
 
 _FAR = 10
@@ -198,7 +198,7 @@ def jump_from_beyond_the_divide() -> Iterator[Check]:
     yield from _of_x(True, _limit(landing.x), -pk.z / (pk.sigma + 1), "x falls by z/(sigma + 1) on landing")
     sequences = modes(_FROM_ABOVE)
     yield numeric("runs from s = -3, z = 1 stick in G2, leave at Gamma2 and end on Pi1", sequences == [jump.itinerary],
-                  listing(sequences))  # fmt: skip
+                  listing(sequences))
     yield instead.symbolic("and by z in all: z -> 0, x -> x - z", (_limit(jump.x), _limit(jump.z)) == (pk.x - pk.z, 0))
     found = _over_first_terms(lambda path: path.events[0].x, _FROM_ABOVE, landing.x)
     yield instead.numeric("x on landing less that, over the terms mu log(1/mu) and mu", *found)
@@ -208,7 +208,7 @@ def jump_from_beyond_the_divide() -> Iterator[Check]:
 
 @claim("C30", "3", "Shallow rod: from z < 0 the point jumps to Pi2, moves along it to z = 0, then jumps to Pi1",
        "for -3/2 < sigma < 0 the point sticks for a time mu log((sigma + 3)/(-sigma)) before it jumps to Pi1; below "
-       "-3/2 it crosses at once, and at -3/2 it does so where x > 2/3")  # fmt: skip
+       "-3/2 it crosses at once, and at -3/2 it does so where x > 2/3")
 def shallow_rod() -> Iterator[Check]:
     shallow = regimes(pk.system())[:-1]
     seconds = {regime.condition: regime.passages[1] for regime in shallow if regime.passages[1].side}

@@ -15,7 +15,7 @@ from asympk.systems import painleve_klein as pk
 
 
 @claim("C25", "3", "From O5 (x + y > -1, z > 0) it jumps straight to Pi1",
-       "from z = O(mu), s < -1/(sigma + 1) the point can first land in G2")  # fmt: skip
+       "from z = O(mu), s < -1/(sigma + 1) the point can first land in G2")
 def jump_from_above_the_divide() -> Iterator[Check]:
     stable = [passage.stable for passage in regimes(pk.system())[-1].passages]
     yield symbolic("Pi2 repels and Pi1 attracts, both in z > 0", stable == [True, False])

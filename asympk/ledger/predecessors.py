@@ -49,7 +49,7 @@ def one_limit_is_unstable() -> Iterator[Check]:
     yield symbolic("a saddle where s v < 0", {sp.sign(root.subs(undamped.sigma, 1)) for root in saddle} == {1, -1})
     tiny = Fraction(1, 10**20)
     left = ratios(lambda small: undamped.precise_undamped_path((tiny - 1, 0, 1), small, 100 * small).events[0].t,
-                  lambda small: undamped.growth_time(small, 2 * 10**20), _SMALLS)  # fmt: skip
+                  lambda small: undamped.growth_time(small, 2 * 10**20), _SMALLS)
     near = all(abs(ratio - 1) < M.mpf(10) ** -15 for ratio in left)
     yield numeric("from s = -1 + 1e-20, v = 1 the load turns after epsilon log(2e20)", near)
     turning = {sp.re(root.subs(undamped.sigma, 1)) for root in centre} == {0}

@@ -21,7 +21,7 @@ _BELOW = (0, Fraction(1, 5), -1)
 
 
 @claim("C37", "2", "cos a > 0 is no loss of generality",
-       "but for cos a = 0: a rod across the guides is not compressed to first order, and mu is infinite")  # fmt: skip
+       "but for cos a = 0: a rod across the guides is not compressed to first order, and mu is infinite")
 def sign_of_the_cosine() -> Iterator[Check]:
     balance, acceleration = rod.elastic_rod().slip(1)
     turned = {rod.alpha: sp.pi - rod.alpha, rod.R: -rod.R, rod.ddR1: -rod.ddR1}
@@ -91,7 +91,7 @@ def separation_needs_damping() -> Iterator[Check]:
     x, y, _ = precise_path(start, small, 20 * small).final
     settled = abs(x + y - M.mpf(1) / 5) < M.mpf(1) / 1000
     yield numeric("from s = 3/10, after 20 epsilon and 20 mu: amplitude kept without, load at 1/5 with it",
-                  undamped.rings_on(start, small) and settled)  # fmt: skip
+                  undamped.rings_on(start, small) and settled)
 
 
 def _has_no_scales():
@@ -116,7 +116,7 @@ def stick_region_by_stability() -> Iterator[Check]:
     yield symbolic("z' = 0 in the two slip modes at the edges of the cone", zeros == edges, sorted(map(str, edges)))
     back = [_returns(load) for load in (Fraction(26, 100), -2, Fraction(24, 100), Fraction(-1, 4))]
     yield numeric("from z = +-1e-12 off s = 0.26 and -2 runs come back, off s = 0.24 and -1/4 not",
-                  back == [True, True, False, False])  # fmt: skip
+                  back == [True, True, False, False])
     load = Fraction(1, 5)
     held = regions.ambiguous.contains("1/5", sigma=1, sigma0=3)
     yield left_out.symbolic("at sigma0 = 3 rest is possible at s = 1/5, outside the kinetic cone", held)
@@ -148,7 +148,7 @@ def fast_motions_below() -> Iterator[Check]:
     yield numeric("at sigma = -1 it stays up to O(mu log(1/mu))", all(stays), decimals(shifts[-1]))
     loads = [_load_at_stop(mu) for mu in MUS]
     yield left_out.numeric("at sigma = -sqrt(mu)/10 the mass stops before the load is half that on Pi2",
-                           all(load < 0.5 for load in loads), decimals(loads))  # fmt: skip
+                           all(load < 0.5 for load in loads), decimals(loads))
 
 
 def _layer(mu):
@@ -193,5 +193,5 @@ def equations_to_be_solved() -> Iterator[Check]:
     fields = {mode.name: sp.expand(mode.fast[pk.y].subs(pk.sigma, 1)) for mode in pk.system().modes}
     three = {"slip_same": 1 - 5 * _S, "slip_opposite": 1 + _S, "stick": -_S}
     yield instead.symbolic("(2.10)-(2.12) are the three modes at sigma = 1",
-                           all(sp.expand(fields[name] - field) == 0 for name, field in three.items()))  # fmt: skip
+                           all(sp.expand(fields[name] - field) == 0 for name, field in three.items()))
     yield instead.numeric("at sigma = 1 both say the same", (same - written).subs({pk.sigma: 1, pk.x: 1, pk.y: 0}) == 0)

@@ -46,7 +46,7 @@ def shallow_rod_moves_uniquely() -> Iterator[Check]:
     for velocity in (1, -1):
         one, other = (motion.positions for motion in _motions(velocity))
         yield symbolic(f"for sgn x1' = {velocity:+d} exactly one sign of mu satisfies (1.1) on |w| > 1",
-                       _SHALLOW.is_subset(one | other) and (one & other & _SHALLOW) is sp.S.EmptySet)  # fmt: skip
+                       _SHALLOW.is_subset(one | other) and (one & other & _SHALLOW) is sp.S.EmptySet)
     counts = {rod.count_motions(v, sp.Rational(w, 10)) for v in (1, 0, -1) for w in (-30, -11, 11, 30)}
     yield numeric("one motion at w = +-1.1, +-3, also from rest", counts == {1})
 
@@ -58,7 +58,7 @@ def steep_rod_turns_the_reaction() -> Iterator[Check]:
         yield symbolic(f"mu R < 0 on all of |w| < 1 for mu = {motion.sign:+d} f", _STEEP.is_subset(opposite), opposite)
     found = rod.rigid_reaction()
     products = [_value((found * rod.kappa).subs(rod.kappa, sign * 4), angle) for sign in (1, -1)
-                for angle in (sp.Rational(6, 5), sp.pi - sp.Rational(6, 5))]  # fmt: skip
+                for angle in (sp.Rational(6, 5), sp.pi - sp.Rational(6, 5))]
     yield numeric("mu R < 0 at f = 4, a = 6/5 and pi - 6/5", all(p < 0 for p in products), decimals(products))
 
 

@@ -32,7 +32,7 @@ def undamped_system() -> System:
     balance, acceleration = (expr.subs(forces) for expr in (elastic.balance, elastic.acceleration))
     return System.with_friction(slow={}, fast={s: w, w: sp.expand(-balance / rod.P)},
                                 velocity={v: sp.expand(rod.m * acceleration / rod.P)}, force=phi, load=s,
-                                kinetic=sigma + 2, static=sigma + 2, small=epsilon)  # fmt: skip
+                                kinetic=sigma + 2, static=sigma + 2, small=epsilon)
 
 
 def fast_eigenvalues(mode: str) -> set[sp.Expr]:

@@ -44,7 +44,7 @@ class Claim(ShownAsTable):
     def _card(self) -> Card:
         rows = [("says", self.statement)] + [("but", self.finding)] * bool(self.finding)
         rows += [(f"{check.role}, {check.kind}", f"{'holds' if check.holds else 'fails'}: {check.what}")
-                 for check in self.evidence]  # fmt: skip
+                 for check in self.evidence]
         return Card(f"Claim {self.id} (section {self.where}): {self.verdict}", tuple(rows))
 
     def as_dict(self) -> dict[str, Any]:

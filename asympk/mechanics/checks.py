@@ -78,7 +78,7 @@ def require_positive_mass(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> N
     sizes = np.sqrt(np.where(diagonal == 0, 1, diagonal))[..., None]  # units do not matter
     if (np.linalg.eigvalsh(mass / sizes / sizes.swapaxes(-1, -2)) < -n * ROUNDING).any():
         raise InputError("the mass matrix is not positive at these values: every motion must have a positive kinetic "
-                         "energy; mend the signs of masses and moments of inertia")  # fmt: skip
+                         "energy; mend the signs of masses and moments of inertia")
 
 
 def require_continuous(kinetics: Kinetics, parts: tuple[sp.Expr, ...], what: str) -> None:

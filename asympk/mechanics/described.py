@@ -142,7 +142,7 @@ def refuse_sweep(table: Mapping[str, Any], where: Any) -> None:
     many = (f"{k} = {v!r:.60}" for part in parts for k, v in part.items() if isinstance(v, list | dict))
     if found := [*(key for key in table if key in SWEEP), *many]:
         raise InputError(f"{where}: {found[0]} is of a sweep, which asympk sweep follows; "
-                         "elsewhere each quantity has one number")  # fmt: skip
+                         "elsewhere each quantity has one number")
 
 
 def described_by(table: Any, parameters: Any) -> Described:
@@ -171,7 +171,7 @@ def scene_table(table: dict[str, Any], where: Any) -> dict[str, Any]:
     require_keys(table, NEEDED, where)
     if "until" not in table:
         raise InputError(f"{where}: it is a mechanism, for asympk mechanism; with until, and compliance and "
-                         "damping of its contact, or contact = \"rigid\", it is also a scene")  # fmt: skip
+                         "damping of its contact, or contact = \"rigid\", it is also a scene")
     if "state" not in table:
         raise InputError(f"{where}: [state] is missing; give the coordinates and rates from which the motion starts")
     mechanism, contact = ({key: table[key] for key in keys if key in table} for keys in (KEYS, CONTACT))

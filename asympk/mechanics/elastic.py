@@ -82,7 +82,7 @@ def scaling(compliance: Any, damping: Any) -> Scaling:
     small = compliance.base if compliance.is_Pow and compliance.exp == 2 else None
     if not isinstance(small, sp.Symbol):
         raise InputError(f"compliance = {short(compliance)}: it must be a Symbol or the square of one; put numbers in "
-                         "a Scene")  # fmt: skip
+                         "a Scene")
     ratio = sp.cancel(damping / small)
     if ratio.has(small):
         raise InputError(f"damping = {damping} with compliance = {compliance}: give 0 or a multiple of {small}")
@@ -123,14 +123,14 @@ def _closings(contacts: Sequence[Kinetics], basis: "Basis", names: Sequence[sp.S
         found[k] = -tidy(replaced(contacts[k].gap_rate, rates).subs(still))
         if not vanishes(found[k].subs(dict.fromkeys(names, 0))):
             raise NotDerivable(f"the gap of contact {k + 1} depends on the gaps before, and moves with the time while "
-                               "these are held: its reaction has no limit as the compliance vanishes")  # fmt: skip
+                               "these are held: its reaction has no limit as the compliance vanishes")
     return found
 
 
 def _friction(
     kinetics: Kinetics, reaction: sp.Expr, slip: sp.Expr, names: tuple[sp.Symbol, ...],
     put: Callable[[sp.Expr], sp.Expr],
-) -> Friction:  # fmt: skip
+) -> Friction:
     normal, force = names
     kinetic, static = (put(tidy(part * kinetics.load)) for part in (kinetics.friction, kinetics.static))
     opening = {"gap": -reaction, "normal": normal} if kinetics.unilateral else {}
@@ -155,7 +155,7 @@ def pressed(
         which = f"contact {k + 1}" if k else "the contact"
         if small is None:
             raise InputError(f"the start is off {which}, {off_by}; give {system.small} among the values, from "
-                             "which the reaction follows, or coordinates and rates with g = g' = 0")  # fmt: skip
+                             "which the reaction follows, or coordinates and rates with g = g' = 0")
         c: Any = system.small
         scale = number(str(c), small, lambda value: value > 0, "positive")
         placed = {kinetics.time: 0} | values | {c: scale}
@@ -169,7 +169,7 @@ def pressed(
         pushes = exactly_at(replaced(-system.frictions[k].gap, exact), {contacts[k].time: 0} | values)
         if pushes > -BY_HAND * exact[x]:  # where it begins to push is known to six digits
             raise InputError(f"the start is above {where}, where its damper pushes already; start it where it "
-                             "touches, or give compliance=eps**2")  # fmt: skip
+                             "touches, or give compliance=eps**2")
     return found
 
 

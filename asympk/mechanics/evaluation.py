@@ -40,12 +40,12 @@ def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) ->
     try:
         found = iter(function(*given.values()))
         return tuple(next(found) if low else _constant(e, given, shape)
-                     for e, low in zip(expressions, lowered, strict=True))  # fmt: skip
+                     for e, low in zip(expressions, lowered, strict=True))
     except OutOfRange:
         k = _first_out_of_range(function, [value.ravel() for value in given.values()])
         place = ", ".join(f"{symbol} = {value.flat[k]:g}" for symbol, value in given.items())
         raise OutOfRange(f"an equation of the contact is not finite at {place}, or beside it; give other numbers: "
-                         "a mass or a length by which it divides may be 0") from None  # fmt: skip
+                         "a mass or a length by which it divides may be 0") from None
 
 
 def _first_out_of_range(function: Callable[..., Any], arrays: Sequence[Any]) -> int:

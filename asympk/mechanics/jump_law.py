@@ -84,7 +84,7 @@ def jump_law(
         raise InputError("ratio: a two-sided constraint never opens; the rebound needs Contact(unilateral=True)")
     if (grows := _grows_to_the_stop(kinetics)) == sp.false:
         raise NotDerivable("where friction falls as the contact slows down it may slide on, and the law is that of one "
-                           "that stops; follow the elastic contact")  # fmt: skip
+                           "that stops; follow the elastic contact")
     condition = sp.And(paradox.condition(kinetics), grows)
     if kinetics.unilateral:
         condition = sp.And(condition, kinetics.slip * kinetics.delassus[0, 1] > 0)
@@ -132,7 +132,7 @@ def rebound(kinetics: Kinetics, ratio: sp.Expr) -> sp.Expr:
     G, bound = kinetics.delassus, kinetics.friction * kinetics.load
     if bound.free_symbols & {*kinetics.velocities}:
         raise NotDerivable("friction depends on the velocity, and the rebound is known where it does not: follow the "
-                           "elastic contact")  # fmt: skip
+                           "elastic contact")
     p = G[0, 0] - bound * modulus(G[0, 1])
     p_stick = kinetics.determinant / G[1, 1]
     q = bound * G[1, 1] - modulus(G[0, 1])
@@ -174,4 +174,4 @@ def _law(
     velocities = {own(u): own(u + gain) for u, gain in zip(kinetics.velocities, gains, strict=True)}
     reaction = sp.S.Zero if damping is None else normal / damping
     return JumpLaw((own(normal), own(tangential)), sp.Dict(velocities), own(reaction), own(condition),
-                   own(kinetics.friction * kinetics.load), own(gap_rate))  # fmt: skip
+                   own(kinetics.friction * kinetics.load), own(gap_rate))

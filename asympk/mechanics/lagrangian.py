@@ -58,7 +58,7 @@ def lagranges_equations(
     if mass.has(*u) or any(part.has(*u) for part in atoms(sp.Tuple(*momenta), sp.Function)):  # as sign(u), of |u|
         bent = next((term for term in sp.Add.make_args(energy) if sp.hessian(term, u).has(*u)), energy)
         raise InputError(f"{short(bent.xreplace(own))} in the Lagrangian is not quadratic in the rates, and the mass "
-                         "matrix would depend on them; friction and the like are forces=")  # fmt: skip
+                         "matrix would depend on them; friction and the like are forces=")
     if any(is_longer(entry, LONG) for entry in mass):
         energy, momenta, mass = _shortened(energy, momenta, mass, u)
     moved = {t: sp.S.One, **dict(zip(q, u, strict=True))}
@@ -69,7 +69,7 @@ def lagranges_equations(
 
 def _shortened(
     energy: sp.Expr, momenta: list[sp.Expr], mass: sp.Matrix, u: tuple[sp.Symbol, ...]
-) -> tuple[sp.Expr, list[sp.Expr], sp.Matrix]:  # fmt: skip
+) -> tuple[sp.Expr, list[sp.Expr], sp.Matrix]:
     """Return energy, momenta and mass matrix with normal forms in the matrix: most squares of Euler angles add up."""
     still, rates = dict.fromkeys(u, 0), sp.Matrix(u)
     mass, drift = mass.applyfunc(in_normal_form), sp.Matrix(momenta).xreplace(still)
@@ -84,7 +84,7 @@ def _require_first_order(lagrangian: Any, coordinates: tuple) -> None:
     for rest in sorted(found, key=str):
         if isinstance(rest, sp.Derivative) and rest.expr in known:
             raise InputError(f"{rest} in the Lagrangian: it is to have first derivatives alone; where one of second "
-                             "order enters linearly, integrate by parts, as X*X'' to -X'**2")  # fmt: skip
+                             "order enters linearly, integrate by parts, as X*X'' to -X'**2")
         raise InputError(f"{rest} in the Lagrangian is no coordinate or velocity; list it, or write it out")
 
 
@@ -104,7 +104,7 @@ def _forces(forces: Any, coordinates: tuple) -> list:
     if isinstance(forces, dict):
         if unknown := forces.keys() - {*coordinates}:
             raise InputError(f"forces: {', '.join(sorted(map(short, unknown)))} is no coordinate; these are "
-                             f"{', '.join(map(str, coordinates))}")  # fmt: skip
+                             f"{', '.join(map(str, coordinates))}")
         return [expression(f"the force on {q}", forces.get(q, 0)) for q in coordinates]
     given = entries_of("forces", forces, "one for each coordinate, or a dict")
     if len(given) != len(coordinates):

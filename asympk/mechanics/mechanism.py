@@ -161,7 +161,7 @@ class Mechanism(ShownAsFormulas):
             kinetics = Kinetics(
                 coordinates, velocities, mass, forces, translate(contact.gap), slip, translate(contact.friction),
                 translate(contact.static), translate(contact.load), contact.unilateral, self.time,
-            )  # fmt: skip
+            )
             found.append(kinetics if slip.free_symbols & {*velocities} else replace(kinetics, slip=kinetics.rate(slip)))
         return tuple(found)
 
@@ -172,7 +172,7 @@ class Mechanism(ShownAsFormulas):
             if not other.unilateral:
                 raise NotDerivable(f"others[{k}] holds both ways and never opens, so that the motions of the contact "
                                    "alone are none of the mechanism's: choose coordinates that keep the gap "
-                                   f"{other.gap!s:.60} at 0, or follow rigid() or elastic()")  # fmt: skip
+                                   f"{other.gap!s:.60} at 0, or follow rigid() or elastic()")
         return self.plain
 
     @property
@@ -285,7 +285,7 @@ class Mechanism(ShownAsFormulas):
         """
         if compliance is None or damping is None:
             raise InputError("an elastic contact needs compliance= and damping=: a Symbol c and a time h, or eps**2 "
-                             "and a multiple of eps, 0 included")  # fmt: skip
+                             "and a multiple of eps, 0 included")
         damping = plainly(_finite("damping", damping), self._names, self.time)
         return elastic.elastic(self.equations, compliance, damping)
 

@@ -55,7 +55,7 @@ def keyed(
         if plain is None:
             plainly_named = {name for name in known if "(" not in name}
             raise UnknownName(f"{key} is no coordinate, rate or parameter; these are {in_words(plainly_named)}"
-                              f"{did_you_mean(key, plainly_named)}")  # fmt: skip
+                              f"{did_you_mean(key, plainly_named)}")
         if plain in found:
             raise InputError(f"{plain} is given twice; give it once")
         found[plain] = value

@@ -62,7 +62,7 @@ def least(
     name, tangent = own(coordinate), sp.Dummy("T", real=True)
     signed = critical.replace(sp.Abs, lambda inside: inside)
     quotients = ((part * name, _in_tangent(signed.subs(coordinate, coordinate / part), coordinate, tangent))
-                 for part in (sp.S.One, sp.S.Half))  # fmt: skip
+                 for part in (sp.S.One, sp.S.Half))
     angle, turned = next((found for found in quotients if found[1] is not None), (name, None))
     if turned is None:
         raise NotDerivable(f"the critical friction {own(critical)} is no rational function of tan({name}/2)")
@@ -95,7 +95,7 @@ def _extremes(turned: sp.Expr, tangent: sp.Symbol, name: Any) -> dict[sp.Expr, s
         roots = sp.roots(slope)
         if sum(roots.values()) < slope.degree() or any(root.is_real is None for root in roots):
             why = ("depends on parameters; give their values" if slope.free_symbols_in_domain else
-                   "is a root of a polynomial with irrational numbers; give rational ones")  # fmt: skip
+                   "is a root of a polynomial with irrational numbers; give rational ones")
             raise NotDerivable(f"the least critical friction over {name} {why}")
         places = [root for root in (*sp.roots(above), *roots) if root.is_real and below.eval(root) != 0]
         found = {}

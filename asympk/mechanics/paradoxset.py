@@ -63,7 +63,7 @@ class ParadoxSet(ShownAsTable):
     def _card(self) -> Card:
         spans = [(f"{self.over[0]} from {interval.start:.10g} to {interval.end:.10g}",
                   "" if interval.other is None else f"{self.over[1]} = {interval.other:.6g}")
-                 for interval in self.intervals]  # fmt: skip
+                 for interval in self.intervals]
         shown = spans if len(spans) < 9 else [*spans[:7], (f"{len(spans) - 7} more", "")]
         counted = f"{len(spans)} interval{'s' * (len(spans) != 1)}"
         return Card(f"Paradox over {' and '.join(self.over)}: {counted}", tuple(shown))
@@ -162,7 +162,7 @@ def _witnesses(kinetics: Kinetics, names: tuple, values: dict) -> Callable[..., 
         if angle:
             if high - low > 2 * np.pi * TURNS:
                 raise InputError(f"range of {names[0]} = ({low:g}, {high:g}): it is an angle, and they are more than "
-                                 f"{TURNS} turns; give one, which tells of all")  # fmt: skip
+                                 f"{TURNS} turns; give one, which tells of all")
             turns = 2 * np.pi * np.arange(np.floor(low / (2 * np.pi)) - 1, np.ceil(high / (2 * np.pi)) + 2)
             roots = np.add.outer(np.append(2 * np.arctan(roots), np.pi), turns).ravel()
         cuts = np.unique(np.concatenate(([low], roots[(roots > low) & (roots < high)], [high])))

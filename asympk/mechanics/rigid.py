@@ -106,7 +106,7 @@ def _terms(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> _Terms:
     size = sp.Add(*map(sp.Abs, parts))
     G, slip = kinetics.delassus, kinetics.slip
     laws = (by_direction(slip, law * kinetics.load, part)
-            for part, law in (("kinetic", kinetics.friction), ("static", kinetics.static)))  # fmt: skip
+            for part, law in (("kinetic", kinetics.friction), ("static", kinetics.static)))
     bounds = (with_direction(slip, law, side) for law in laws for side in (1, -1))
     exprs = (*bounds, G[0, 0], G[0, 1], G[1, 1], *kinetics.free, slip, size)
     require_positive_mass(kinetics, values)  # before its inverse: that may not exist
@@ -117,7 +117,7 @@ def _terms(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> _Terms:
     terms = _Terms(kinetic, static, *arrays[4:])
     if not np.all(terms.G_NN):
         raise InputError("the gap has no slope at these values, G_NN = 0: no reaction of its contact is determined; "
-                         "write it as a distance, which grows evenly")  # fmt: skip
+                         "write it as a distance, which grows evenly")
     if (least := min(kinetic[side].min(initial=0) for side in kinetic)) < 0:
         raise InputError(f"friction times its load is {least:g} at these values; it must not be negative")
     if any(np.any(static[side] < kinetic[side]) for side in kinetic):

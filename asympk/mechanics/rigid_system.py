@@ -34,7 +34,7 @@ def rigid_system(contacts: Sequence[Kinetics]) -> System:
             **{"gap": kinetics.gap} if kinetics.unilateral else {"gap_rate": kinetics.gap_rate},
         )
         for kinetics, (normal, force), gap in zip(contacts, forces, gaps, strict=True)
-    ]  # fmt: skip
+    ]
     moved = dict(zip(first.coordinates, first.velocities, strict=True))
     timed = any(kinetics.timed for kinetics in contacts)
     return System.with_frictions(moved | rates, {}, frictions, time=first.time if timed else None)

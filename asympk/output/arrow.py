@@ -62,7 +62,7 @@ def part_of(name: str, parts: Collection[str]) -> str:
 def between_parts(parts: Collection[str]) -> set[tuple[str, str]]:
     """Return the pairs of different parts of which the first imports from the second."""
     found = {(part_of(name, parts), part_of(other, parts))
-             for name, file in modules().items() for other in imported_modules(file) if other}  # fmt: skip
+             for name, file in modules().items() for other in imported_modules(file) if other}
     return {(part, other) for part, other in found if part != other}
 
 
@@ -81,7 +81,7 @@ def arrow_drawing(parts: list[str]) -> Any:
             low, high = level[part], level[other]
             bulge = 2 * REACH * (high - low) / STEP
             ax.add_patch(Arc((names + MARGIN, (low + high) / 2), bulge, high - low, theta1=-90, theta2=90, lw=0.4,
-                             color=style.BLUE))  # fmt: skip
+                             color=style.BLUE))
     return figure
 
 

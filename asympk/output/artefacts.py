@@ -89,7 +89,7 @@ ARTEFACTS = (
                                  "chart-nonlinear-work": gallery.nonlinear_work_picture}, numbers=macros.of_nonlinear),
     Artefact("models", None, {"chart-models": figures.model_savings}, numbers=macros.of_models),
     Artefact("contacts", numbers=macros.of_contacts),
-)  # fmt: skip
+)
 README = ("phase", "jump", "regimes", "chart-cost-ii")  # the pictures in README.md
 
 
@@ -101,7 +101,7 @@ def pictures(kept: Path, among: Iterable[Artefact] = ARTEFACTS) -> "dict[str, Ca
     """
     style.matplotlib()
     return {name: partial(_made, draw, files, [kept / f"{other}.csv" for other in artefact.beside])
-            for artefact, files in _there(kept, among) for name, draw in artefact.draw.items()}  # fmt: skip
+            for artefact, files in _there(kept, among) for name, draw in artefact.draw.items()}
 
 
 def tables(kept: Path, among: Iterable[Artefact] = ARTEFACTS) -> list[Callable[[], Table]]:

@@ -72,7 +72,7 @@ def module_functions(system: System, order: int) -> tuple[Function, ...]:
     put, order = plain_names_of((*system.states, *system.parameters)), known_order(order)
     if long := [m.name for m in system.modes if is_longer(sp.Tuple(*m.slow.values(), *m.fast.values()), MOST)]:
         raise NotDerivable(f"the rates of {long[0]} have more than {MOST} operations, too many to export; choose "
-                           "coordinates in which gap and slip are shorter")  # fmt: skip
+                           "coordinates in which gap and slip are shorter")
     found = (*_fields(system), *_manifolds(system, order), *_spectra(system), *_edges(system))
     return tuple(_plainly(f, put) for f in found)
 

@@ -108,7 +108,7 @@ def failures_picture(plane: Sequence[Row], work: Sequence[Row], contacts: Sequen
     """Draw the failed runs in three parts: scene ``FAILING`` over mu, starts beside Pi_2, two contacts over mu."""
     failing = [row for row in work if row["scene"] == FAILING]
     parts = [(r"scene (iii), $\mu$", failing, "mu"), (r"deviation from $\Pi_2$", plane, "offset"),
-             ("two\ncontacts, $\\mu$", contacts, "mu")]  # fmt: skip
+             ("two\ncontacts, $\\mu$", contacts, "mu")]
     found = [(words, [row for row in rows if row["method"] != "exact"], over) for words, rows, over in parts]
     shown = [part for part in found if part[1]]
     return figures.failures(shown) if shown else None

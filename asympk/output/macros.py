@@ -145,7 +145,7 @@ def example_macros() -> dict[str, str]:
         "exampleMu": power(float(EXAMPLE_MU)),
         "hitTime": power(hit.t, 3), "hitX": decimal(hit.x, 5), "hitY": power(hit.y, 2),
         "leaveTimeExample": power(leave.t, 3), "leaveX": decimal(leave.x, 5),
-    }  # fmt: skip
+    }
 
 
 def accuracy_macros() -> dict[str, str]:
@@ -170,7 +170,7 @@ def of_convergence(rows: Sequence[Row]) -> dict[str, str]:
     ``monotoneMu`` is the mu below which all these numbers fall; that beyond the divide has a macro of its own.
     """
     found = {"convergenceLeastMu": power(least := min(row["mu"] for row in rows)),
-             "convergenceUntil": str(convergence.UNTIL), "convergenceDigits": str(convergence.DIGITS)}  # fmt: skip
+             "convergenceUntil": str(convergence.UNTIL), "convergenceDigits": str(convergence.DIGITS)}
     for order, name in ((0, "Zero"), (1, "One"), (2, "Two")):
         away = [abs(row["excess"]) for row in rows if (row["order"], row["mu"]) == (order, least)]
         found[f"ratioOrder{name}"] = power(max(away), 1)
@@ -180,7 +180,7 @@ def of_convergence(rows: Sequence[Row]) -> dict[str, str]:
         errors = [abs(r["error"]) for r in here if (r["order"], r["mu"]) == (order, at) and r["quantity"] in "xz"]
         found[f"errorOrder{name}"] = power(max(errors))
     since = [(group[0]["expansion"] == "z > 0, s < -1/sigma", convergence.monotone_from(group))
-             for group in convergence.by_quantity(rows)]  # fmt: skip
+             for group in convergence.by_quantity(rows)]
     for beyond, name in ((False, "monotoneMu"), (True, "monotoneMuBeyond")):
         found[name] = power(min(mu for which, mu in since if which is beyond))
     return found
@@ -195,7 +195,7 @@ def of_jump_law(rows: Sequence[Row]) -> dict[str, str]:
     moved = max(abs(limit(group[:-1]) / limit(group) - 1) for group in several)
     sizes = [row["compliance"] for row in rows]
     return {"jumpLawLayer": str(anymechanism.LAYER), "jumpLawAgreement": power(moved, 1),
-            "jumpLawLeast": power(min(sizes)), "jumpLawMost": power(max(sizes))}  # fmt: skip
+            "jumpLawLeast": power(min(sizes)), "jumpLawMost": power(max(sizes))}
 
 
 def of_rebound(rows: Sequence[Row]) -> dict[str, str]:
@@ -212,7 +212,7 @@ def of_contacts(rows: Sequence[Row]) -> dict[str, str]:
         "contactRuns": str(len(integrated)), "contactRight": str(_count(integrated, "finished")),
         "contactShortNames": _names(short), "contactKappa": rf"\ensuremath{{{contacts.KAPPA}}}",
         "contactUntil": str(contacts.UNTIL),
-    }  # fmt: skip
+    }
 
 
 def of_models(rows: Sequence[Row]) -> dict[str, str]:
@@ -241,7 +241,7 @@ def of_collisions(rows: Sequence[Row]) -> dict[str, str]:
     small, large = (max(r["count"] for r in rows if r["mu"] == mu) for mu in collisions.MUS)
     names = {"collisionMuSmall": power(collisions.MUS[0]), "collisionMuLarge": f"{collisions.MUS[1]:g}"}
     return {"collisionRuns": str(len(rows)), "collisionsSmall": str(small), "collisionsLarge": str(large),
-            "collisionUntil": str(collisions.UNTIL), **names}  # fmt: skip
+            "collisionUntil": str(collisions.UNTIL), **names}
 
 
 def of_least(rows: Sequence[Row]) -> dict[str, str]:
@@ -260,10 +260,10 @@ def of_damping(rows: Sequence[Row]) -> dict[str, str]:
     ratio = [row for row in rows if row["part"] == "ratio"]
     least = min(row["epsilon"] for row in ratio)
     away = [abs(r["jam"] / r["law"] - 1) for r in ratio if r["zeta"] > 1 and r["epsilon"] == least
-            and not damping.is_single(r)]  # fmt: skip
+            and not damping.is_single(r)]
     below = [abs(r["jam"] / r["law"] - 1) for r in ratio if r["zeta"] < 1 and r["epsilon"] == least]
     at_border = {share: r["jam"] for share, r in zip(damping.BORDER, [r for r in rows if r["part"] == "border"
-                 and r["epsilon"] == least], strict=True)}  # fmt: skip
+                 and r["epsilon"] == least], strict=True)}
     undamped = [row for row in rows if row["part"] == "undamped"]
     return {
         "dampingRuns": str(len(rows)), "dampingLeast": power(least), "dampingAbove": power(max(away), 1),
@@ -291,7 +291,7 @@ def of_work(rows: Sequence[Row]) -> dict[str, str]:
         "workLargestMu": power(mus[-1]),
         "fastName": style.curve(fast)["label"], "fastRatio": rounded(costs[fast][mus[-1]]),
         "jumpRatio": rounded(jump["ratio"]), "jumpError": power(jump["final_error"], 1),
-    }  # fmt: skip
+    }
     for method, kind in (("sign", "stalled"), ("moreau", "wrong branch")):
         mine = [row for row in rows if row["method"] == method]
         failed = [row for row in mine if outcome(row["status"]) == kind]
@@ -307,7 +307,7 @@ def of_work(rows: Sequence[Row]) -> dict[str, str]:
         "shortNames": _names(short), "shortTolerance": power(max((row["rtol"] for row in short), default=0)),
         "moreauLongest": power(longest),
         "moreauError": power(max(row["final_error"] for row in steps if row["rtol"] == longest), 1),
-    }  # fmt: skip
+    }
 
 
 def _count(rows, kind):
@@ -329,7 +329,7 @@ def of_plane(rows: Sequence[Row]) -> dict[str, str]:
         "planeRuns": str(len(rows)), "planeWrong": str(len(wrong)), "planeMu": power(mu),
         "planeWrongNames": _names(wrong), "planeRightNames": _names(r for r in rows if r["method"] not in failing),
         "planeNearest": power(min(away)), "planeFarthest": power(max(away)),
-    }  # fmt: skip
+    }
 
 
 def of_nonlinear(rows: Sequence[Row]) -> dict[str, str]:

@@ -53,7 +53,7 @@ def _others(departed):
     told = f"with {count} other contact{'s' * (count > 1)}, open in the lines below"
     if closed:
         told += (f"; contact {' and '.join(closed)} is closed here, too: where it pushes, follow rigid() or elastic(), "
-                 "which have all contacts")  # fmt: skip
+                 "which have all contacts")
     return wrapped("", told) if count else []
 
 
@@ -77,7 +77,7 @@ def contact_lines(described: Described) -> list[str]:
     return [f"contact         {rod.contact.side}; sliding velocity "
             f"{_short(rod.evaluate(rod.sliding_velocity, described.numbers))}",
             f"Delassus        G_NN = {_short(G[0])}, G_NT = {_short(G[1])}, G_TT = {_short(G[2])}",
-            f"free            a_N = {_short(a[0])}, a_T = {_short(a[1])}"]  # fmt: skip
+            f"free            a_N = {_short(a[0])}, a_T = {_short(a[1])}"]
 
 
 def _paradox(described):
@@ -159,13 +159,13 @@ def jump_lines(described: Described) -> list[str]:
     rates = [float(rod.evaluate(law.velocities[own], described.numbers)) for own in rod.velocities]
     least = ROUNDING * max(abs(float(described.numbers[str(rate)])) for rate in rod.plain.velocities)
     after = ", ".join(f"{name} = {_short(rate if abs(rate) > least else 0)}"
-                      for name, rate in zip(rod.plain.velocities, rates, strict=True))  # fmt: skip
+                      for name, rate in zip(rod.plain.velocities, rates, strict=True))
     c, h = rod.plain.spare("c"), rod.plain.spare("h")
     beyond = "from beyond the divide of the two motions, " if rod.motions(described.numbers) else ""
     lines = [f"jump            {beyond}impulses P_N = {_short(normal)}, P_T = {_short(tangential)} stop the contact",
              f"time            of order {c} log(1/{c}) with the compliance {c} of the contact",
              f"velocities      {after}",
-             f"reaction        x gains P_N / {h} = {_short(normal)} / {h} with the damping time {h}"]  # fmt: skip
+             f"reaction        x gains P_N / {h} = {_short(normal)} / {h} with the damping time {h}"]
     if described.undamped is not None:
         lines[1] = "time            of order eps log(1/eps) with the compliance eps^2 of the contact"
         lines[-1] = "undamped        the contact rings on; --plot draws its plane (R, R')"

@@ -105,7 +105,7 @@ def typeset_pdf(paper: Path, name: str = "main") -> Path:
     for again in range(MOST_RUNS):
         command = [*LATEXMK, *["-g"] * (again > 0), source.name]
         run = subprocess.run(command, cwd=paper, env={**os.environ, **fixed}, capture_output=True, text=True,
-                             errors="replace")  # fmt: skip
+                             errors="replace")
         if run.returncode:
             raise InputError(f"{source} does not compile: {first_complaint(run.stdout)}; see {log}")
         if not asks_to_run_again(log.read_text(encoding="utf-8", errors="replace")):

@@ -56,7 +56,7 @@ def convergence_table(rows: Sequence[Row]) -> Table:
         key = group[0]["expansion"], group[0]["sigma"]
         found.setdefault(key, {n: [] for n in orders})[group[0]["order"]].append(group)
     body = [(words(expansion), _ratio(sigma), *(cell for n in orders for cell in _closeness(by_order[n])))
-            for (expansion, sigma), by_order in found.items()]  # fmt: skip
+            for (expansion, sigma), by_order in found.items()]
     header: tuple = ("expansion", r"$\sigma$")
     for n in orders:
         for mu in SHOWN:
@@ -70,7 +70,7 @@ def _grouped(body):
     """Return rows with the first cell left empty in print where it is that of the row before."""
     firsts = [as_cell(row[0]) for row in body]
     return tuple((Cell("", first.text) if k and first == firsts[k - 1] else first, *row[1:])
-                 for k, (first, row) in enumerate(zip(firsts, body, strict=True)))  # fmt: skip
+                 for k, (first, row) in enumerate(zip(firsts, body, strict=True)))
 
 
 def _closeness(several):

@@ -78,7 +78,7 @@ def set_pages(source: Path, out: Path, doctrees: Path) -> None:
     """Run Sphinx from ``source`` into ``out``; raises ``InputError`` with the first warning or error of Sphinx."""
     command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-d", doctrees, source, out.resolve()]
     run = subprocess.run(list(map(str, command)), cwd=source, env={**os.environ, **FIXED}, capture_output=True,
-                         text=True, errors="replace")  # fmt: skip
+                         text=True, errors="replace")
     if run.returncode:
         complaints = [line for line in run.stderr.splitlines() if line.strip()] or ["it says nothing"]
         raise InputError(f"the site does not build: {complaints[0].replace(f'{source.resolve()}/', '')}")
@@ -98,7 +98,7 @@ def write_scripts(root: Path, out: Path) -> None:
     Raises ``InputError`` where the results are not stored.
     """
     write_text(out / "GALLERY_HEADER.rst", "Derivations\n===========\n\nThe scripts of ``derivations/`` with what they "
-               "derive; ``asympk derive`` runs them.\n\n")  # fmt: skip
+               "derive; ``asympk derive`` runs them.\n\n")
     for script in sorted((root / "derivations").glob("*.py")):
         kept = root / "paper" / "generated" / "derivations" / f"{script.stem}.json"
         if not kept.is_file():
@@ -111,9 +111,9 @@ def as_gallery(script: str, results: dict[str, dict[str, str]]) -> str:
     """Return a script with title and headings in the syntax of sphinx-gallery, and with its results at the end."""
     about, _, rest = script.removeprefix('"""').removesuffix("\n").partition('"""')
     title, _, summary = about.rstrip().rstrip(".").partition(": ")
-    rest = _COMMENT.sub(lambda line: _MARKS.sub(r"\\\1", line[0]), rest.replace("  # fmt: skip", ""))
+    rest = _COMMENT.sub(lambda line: _MARKS.sub(r"\\\1", line[0]), rest)
     rest = _HEAD.sub(lambda found: f"# %%\n# {found[1]}\n# {'-' * len(found[1])}\n#\n", rest)
     shown = [f"# **{name.replace('_', ' ')}**\n#\n# .. math::\n#\n#    {result['latex']}\n#\n"
-             for name, result in results.items()]  # fmt: skip
+             for name, result in results.items()]
     top = f'"""\n{title}\n{"=" * len(title)}\n\n{summary[:1].upper()}{summary[1:]}.\n"""'
     return "\n".join([top, rest, "# %%\n# Results\n# -------\n#", "".join(shown)])

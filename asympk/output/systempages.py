@@ -53,11 +53,11 @@ def write_page(name: str, out: Path) -> None:
 def write_index(out: Path) -> None:
     """Write ``out``/index.rst, which shows the sketch of every system of the catalogue."""
     parts = [*_heading("Systems", "="), "The catalogue, ``ap.systems``. ``asympk mechanism NAME`` describes a member "
-             "at the prompt.", "", ".. container:: tiles", ""]  # fmt: skip
+             "at the prompt.", "", ".. container:: tiles", ""]
     for name in SKETCHES:
         about = about_system(name)
         tile = [f".. image:: {name}-sketch.svg", f"   :target: {name}.html", f"   :alt: {SKETCHES[name].title}", "",
-                f":doc:`{name}`. {about}", ""]  # fmt: skip
+                f":doc:`{name}`. {about}", ""]
         parts += ["   .. container::", "", *(f"      {line}" for line in tile)]
     parts += [".. toctree::", "   :hidden:", "", *(f"   {name}" for name in SKETCHES), ""]
     write_text(out / "index.rst", "\n".join(parts))
@@ -101,7 +101,7 @@ def _contact(described: Described) -> list[str]:
             *displayed_formula("Mass matrix", plain.mass.applyfunc(contracted), "mechanism().mass"),
             *displayed_formula("Forces", plain.forces.T.applyfunc(contracted), "mechanism().forces"),
             *displayed_formula("Gap", plain.gap, "mechanism().contact.gap"),
-            *displayed_formula("Sliding velocity", plain.slip, "mechanism().sliding_velocity")]  # fmt: skip
+            *displayed_formula("Sliding velocity", plain.slip, "mechanism().sliding_velocity")]
 
 
 def _paradox(described: Described) -> list[str]:
@@ -110,11 +110,11 @@ def _paradox(described: Described) -> list[str]:
     parts = [*_heading("Where the paradox is", "-"),
              *displayed_formula("Delassus matrix", plain.delassus, "mechanism().delassus"),
              *displayed_formula("Critical friction", critical, "mechanism().critical_friction"),
-             *displayed_formula("There is a paradox where", condition(plain), "mechanism().paradox")]  # fmt: skip
+             *displayed_formula("There is a paradox where", condition(plain), "mechanism().paradox")]
     numbers = ", ".join(f"{name} = {_short(value)}" for name, value in described.numbers.items())
     figure = _figure(f"{described.name}-map.svg", f"{SKETCHES[described.name].title}: the number of rigid motions")
     return [*parts, f"At the numbers of the example, {escaped(numbers)}:", "",
-            *_block("text", contact_lines(described) + motion_lines(described)), *figure]  # fmt: skip
+            *_block("text", contact_lines(described) + motion_lines(described)), *figure]
 
 
 def _jump(described: Described) -> list[str]:
@@ -122,7 +122,7 @@ def _jump(described: Described) -> list[str]:
     parts = [*_heading("The jump through the paradox", "-"),
              *displayed_formula("Normal impulse", law.impulses[0], "mechanism().jump_law().impulses[0]"),
              *displayed_formula("Tangential impulse", law.impulses[1], "mechanism().jump_law().impulses[1]"),
-             "At the numbers of the example:", ""]  # fmt: skip
+             "At the numbers of the example:", ""]
     return [*parts, *_block("text", jump_lines(described))]
 
 
@@ -140,14 +140,14 @@ def system_equations(name: str) -> list[str]:
     note = f"The rates of {', '.join(long)} are too long for a page; they are in ``system().rates``." if long else ""
     body = r" \\[4pt] ".join(rows)
     return [*_heading("The system", "-"), "With the friction force of the modes in it:", "", ".. math::", "",
-            rf"   \begin{{aligned}} {body} \end{{aligned}}", "", note, ""]  # fmt: skip
+            rf"   \begin{{aligned}} {body} \end{{aligned}}", "", note, ""]
 
 
 def _motion(name: str, out: Path) -> list[str]:
     script = SCRIPT.format(name=name, which=SHOWN.get(name, 0))
     return [*_heading("A motion", "-"), *_block("python", script.splitlines()),
             *_block("text", _printed(script, out).splitlines()), *_figure(f"{name}-motion.svg", "The states over time"),
-            *_figure(f"{name}-phase.svg", "The phase picture of the motion")]  # fmt: skip
+            *_figure(f"{name}-phase.svg", "The phase picture of the motion")]
 
 
 def _printed(script: str, folder: Path) -> str:

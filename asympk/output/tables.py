@@ -61,7 +61,7 @@ def manifolds_table() -> Table:
 
 def _manifold_row(plane, where, passage):
     return (Cell(rf"$\Pi_{plane.name[-1]}$", plane.name), where, sp.Eq(_S, sp.cancel(pk.x + plane.coefficient(0))),
-            sp.factor(plane.coefficient(1)), *_place(passage), rest_state(plane).drift[pk.z])  # fmt: skip
+            sp.factor(plane.coefficient(1)), *_place(passage), rest_state(plane).drift[pk.z])
 
 
 def _place(passage):
@@ -80,17 +80,17 @@ def regimes_table() -> Table:
     """The ranges of sigma between thresholds: stick region, side and stability of Pi2, where its motions meet z = 0."""
     rows = tuple(_regime_row(regime) for regime in regimes(pk.system()))
     header = (r"$\sigma$", "stick on $z = 0$, $s$ in", r"$\Pi_2$", r"its motions meet $z = 0$ in",
-              Cell(r"from $z < 0$, as $\mu \to 0$", "from z < 0 as mu -> 0"))  # fmt: skip
+              Cell(r"from $z < 0$, as $\mu \to 0$", "from z < 0 as mu -> 0"))
     return Table("regimes", "lllll", header, rows)
 
 
 def _regime_row(regime):
     second, stick = regime.passages[1], RegionCell(sp.true, regime.stick).put({pk.sigma0: pk.sigma}).spans
     reached = {"stick": "the stick region", "edge": "the edge of stick", "up": "upward crossing",
-               "down": "downward crossing", None: "--"}  # fmt: skip
+               "down": "downward crossing", None: "--"}
     return (values_of(regime.sigma, regime.values), Cell(f"${latex_union(stick)}$", spans_in_words(stick)),
             ", ".join(_place(second)) if second.side else "does not exist", reached[second.meets],
-            _from_below(second.side))  # fmt: skip
+            _from_below(second.side))
 
 
 def _from_below(side):

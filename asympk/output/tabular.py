@@ -10,7 +10,7 @@ import sympy as sp
 from asympk.storage.files import csv_text, write_text
 
 _SPECIAL = {"&": r"\&", "%": r"\%", "_": r"\_", "#": r"\#", "$": r"\$", "{": r"\{", "}": r"\}",
-            "\\": r"\textbackslash{}", "~": r"\~{}"}  # fmt: skip
+            "\\": r"\textbackslash{}", "~": r"\~{}"}
 _RELATIONS = {"<=": r"\le ", ">=": r"\ge ", "->": r"\to ", "+-": r"\pm ", "<": "<", ">": ">", "|": "|"}
 _PIECE = re.compile(
     rf"""(?P<relation>{"|".join(map(re.escape, _RELATIONS))})

@@ -42,7 +42,7 @@ def wrapped(head: str, words: str, longest: int = sys.maxsize) -> list[str]:
     The words stay to the right of the head. An equation such as ``x = 1`` stays in one line.
     """
     lines = wrap(words.replace(" = ", "\xa0=\xa0"), min(columns(), longest), initial_indent=head,
-                 subsequent_indent=" " * len(head), break_long_words=False, break_on_hyphens=False)  # fmt: skip
+                 subsequent_indent=" " * len(head), break_long_words=False, break_on_hyphens=False)
     return [line.replace("\xa0", " ") for line in lines] or [head.rstrip()]
 
 
@@ -53,7 +53,7 @@ def path_as_json(path: Path, digits: int | None = None) -> str:
     """
     several = path.scene.system is not None and len(path.scene.system.frictions) > 1
     events = [{"kind": event.kind, "t": _plain(event.t, digits), "state": [_plain(v, digits) for v in event.state],
-               **({"friction": event.friction} if several else {})} for event in path.events]  # fmt: skip
+               **({"friction": event.friction} if several else {})} for event in path.events]
     entries = {
         "names": list(path.names),
         "final": [_plain(value, digits) for value in path.final],
@@ -100,7 +100,7 @@ def path_as_text(path: Path, digits: int | None = None) -> str:
     scene = path.scene
     begins = [("start", 0, *scene.start), *((event.kind, event.t, *event.state) for event in path.events)]
     rows = [(map(_shortly, state), f"{kind} -> {mode}")
-            for (kind, *state), mode in zip(begins, path.modes, strict=True)]  # fmt: skip
+            for (kind, *state), mode in zip(begins, path.modes, strict=True)]
     rows.append((map(_shortly, (scene.until, *path.final)), f"until ({path.model})"))
     lines = _table(("t", *path.names), EVENTS, rows)
     if digits is not None:
@@ -139,7 +139,7 @@ def _table(labels, heading, rows):
     table = [([*cells], words) for cells, words in rows]
     widths = [max(map(len, column)) for column in zip(labels, *(cells for cells, _ in table), strict=True)]
     lines = ["  ".join([*map(str.rjust, cells, widths), words]).rstrip()
-             for cells, words in ((labels, heading), *table)]  # fmt: skip
+             for cells, words in ((labels, heading), *table)]
     if max(map(len, lines)) <= columns():
         return lines
     told = ((words, ", ".join(map("{} = {}".format, labels, cells))) for cells, words in table)
@@ -197,7 +197,7 @@ def certificates_as_text(found: "Sequence[Certificate]", digits: int) -> str:
     lines += [line for words, count in outcomes.most_common() for line in wrapped(f"{count:>6}  ", words)]
     if proven:
         hull = [reduce(lambda one, other: one.union(other), balls)
-                for balls in zip(*(piece.final for piece in proven), strict=True)]  # fmt: skip
+                for balls in zip(*(piece.final for piece in proven), strict=True)]
         lines += ["  final, over the proven pieces", *_balls(proven[0].scene.names, hull, digits)]
     return "\n".join(lines)
 
@@ -213,7 +213,7 @@ def _certificate_as_text(one, digits):
         return "\n".join(wrapped("undecided: ", one.reason))
     lines = wrapped("proven: ", f"{' -> '.join(one.modes)}, with {one.bits} bits")
     rows = [(map(_certain, (t, *state)), f"{kind} -> {mode}")
-            for (kind, t, state, _), mode in zip(one.events, one.modes[1:], strict=True)]  # fmt: skip
+            for (kind, t, state, _), mode in zip(one.events, one.modes[1:], strict=True)]
     lines += _table(("t", *one.scene.names), EVENTS, rows) if rows else []
     return "\n".join([*lines, "  final", *_balls(one.scene.names, one.final, digits)])
 
@@ -238,9 +238,9 @@ def _certificate_as_dict(one, digits):
     if not one.proven:
         return {"proven": False, "reason": one.reason, "bits": one.bits, "box": box}
     events = [{"kind": kind, "t": t.str(digits), "state": [v.str(digits) for v in state]}
-              for kind, t, state, _ in one.events]  # fmt: skip
+              for kind, t, state, _ in one.events]
     return {"proven": True, "names": list(one.scene.names), "modes": list(one.modes), "events": events,
-            "final": [v.str(digits) for v in one.final], "bits": one.bits, "box": box}  # fmt: skip
+            "final": [v.str(digits) for v in one.final], "bits": one.bits, "box": box}
 
 
 def proofs_as_text(found: "Iterable[Proof]") -> str:
@@ -248,7 +248,7 @@ def proofs_as_text(found: "Iterable[Proof]") -> str:
     lines = []
     for proof in found:
         box = ", ".join(f"{symbol} from {float(low):.7g} to {float(high):.7g}"
-                        for symbol, (low, high) in proof.inequality.box.items())  # fmt: skip
+                        for symbol, (low, high) in proof.inequality.box.items())
         verdict = "proven" if proof.proven else "undecided"
         lines += wrapped(f"{proof.inequality.claim}  ", f"{verdict}: {proof.inequality.statement} ({box})")
     return "\n".join(lines)

@@ -12,7 +12,7 @@ NAMES = {
     "painleve_klein": "Painlevé and Klein", "unequal_masses": "unequal masses", "held_rod": "mass on a spring",
     "butenin": "Butenin", "painleve_rod": "slender rod on the ground", "bead_rod": "bead on a rod",
     "brake_shoe": "brake shoe", "crank_slider": "crank and slider", "arm": "two-link arm",
-}  # fmt: skip
+}
 
 
 def draw_mechanisms(mechanisms: dict[str, Any]) -> Any:
@@ -47,7 +47,7 @@ def draw_errors(rows: list[dict]) -> Any:
             ax.plot((0, at[0]), (1, 1 + slope * at[0] / limit), color=ink, lw=0.5)
             ax.plot(at, [row["ratio"] / limit for row in several], mark, color=ink, mfc="white", ms=3.4)
             ax.annotate(NAMES[name], (at[0], several[0]["ratio"] / limit), (5, 0), textcoords="offset points",
-                        va="center", color=ink)  # fmt: skip
+                        va="center", color=ink)
         ax.axhline(1, color="0.5", lw=0.4)
         ax.set(xlim=(0, 0.23), xlabel=r"$1/\log(1/c)$", ylabel=r"$\mathrm{error}/(A\,c\,\log(1/c))$")
     return figure
@@ -84,7 +84,7 @@ def draw_rebound(rows: list[dict]) -> Any:
             met = [row for row in several if row["followed"] is not None]
             label = rf"$\theta = {theta:g}$, $f = {friction:g}$"
             ax.plot([row["ratio"] for row in met], [row["followed"] for row in met], mark, color=ink, mfc="white", ms=3,
-                    label=label)  # fmt: skip
+                    label=label)
         ax.set(xscale="log", yscale="log", xlabel=r"$b=h/\sqrt{c}$", ylabel=r"$\dot g^+/|\gamma_0|$", ylim=(2e-5, 1))
         ax.minorticks_off()
         ax.legend(loc="lower left")

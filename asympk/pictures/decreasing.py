@@ -42,4 +42,4 @@ def _draw(ax, rows, mark, name):
     factor = last["ratio"] if is_limit(last) else 1
     ax.plot(mus, [abs(factor * row["measure"]) for row in rows], color=style.BLUE, lw=0.6)
     ax.plot(mus, [abs(row["error"]) for row in rows], ls="", marker=mark, ms=3, color=style.BLUE,
-            markerfacecolor="white", markeredgewidth=0.6, label=name)  # fmt: skip
+            markerfacecolor="white", markeredgewidth=0.6, label=name)

@@ -20,7 +20,7 @@ def draw_system() -> "Figure":
         half = WIDTH / 2
         for name, panel, x, y in (
             ("a", masses, 0, 1.62), ("b", rod, half, 1.62), ("c", small_turn, 0, 0), ("d", friction_law, half, 0)
-        ):  # fmt: skip
+        ):
             panel(ax, x, y)
             ax.text(x + 0.03, y + 1.5, f"({name})", ha="left", va="center")
     return figure

@@ -22,7 +22,7 @@ OUTCOMES = ("finished", "events missed", "wrong branch", "stalled", "limit", "ot
 FAILURES = {  # key -> (colour of a cell, ink on it, words)
     "events missed": ("0.9", "black", "modes missed"), "stalled": (style.SKY, "black", "stalled"),
     "limit": (style.ORANGE, "black", "budget spent"), "wrong branch": ("0.25", "white", "wrong end"),
-}  # fmt: skip
+}
 LIMITS = ("step", "time", "limit")
 REFUSED, NO_END = 0.4, 1e3  # the cost at which models that refuse are drawn; the error at which runs without an end are
 SPACING = 3.4  # ratio of cost between two levels of the band "not reached"
@@ -97,7 +97,7 @@ def _precision_panel(ax, rows, methods):
     glyphs = []
     for method in methods:
         good = sorted((r for r in rows if r["method"] == method and r["final_error"] is not None),
-                      key=lambda r: -(r["rtol"] or 0))  # fmt: skip
+                      key=lambda r: -(r["rtol"] or 0))
         places = [(max(r["final_error"], 1e-17), r["ratio"]) for r in good]
         glyphs += _drawn_or_glyphs(ax, method, places, style.curve(method))
     lost = [r for r in rows if r["final_error"] is None]
@@ -210,13 +210,13 @@ def nonlinear(rows: Sequence[Row]) -> "Figure":
             exact = _errors([row for row in rows if row["kappa"] == kappa], "exact")
             ax.plot(*zip(*exact, strict=True), **{**style.curve("exact"), "linestyle": "-", "linewidth": 0.6})
             ax.annotate(rf"$\kappa = {kappa:g}$", exact[0], (5 + 4 * GLYPH * (kappa == 1), 0),
-                        textcoords="offset points", fontsize=6, va="center")  # fmt: skip
+                        textcoords="offset points", fontsize=6, va="center")
         here = [row for row in rows if row["kappa"] == 1]
         for method, raised in ALONGSIDE_METHODS.items():
             if points := _errors(here, method):
                 ax.plot(*zip(*points, strict=True), **style.curve(method))
                 ax.annotate(style.curve(method)["label"], points[0], (5, raised), textcoords="offset points",
-                            color=style.curve(method)["color"], va="center")  # fmt: skip
+                            color=style.curve(method)["color"], va="center")
         for method in [m for m in style.MODELS if m != "exact"]:
             glyphs += _drawn_or_glyphs(ax, method, _errors(here, method), style.curve(method))
         low, high = ax.get_xlim()
@@ -228,7 +228,7 @@ def nonlinear(rows: Sequence[Row]) -> "Figure":
 def _errors(rows, method):
     """Return the pairs (mu, error) of a method; of an integrator, only those at the tolerance ``ALONGSIDE``."""
     return sorted((row["mu"], row["final_error"]) for row in rows if row["method"] == method
-                  and row["final_error"] is not None and (row["rtol"] or ALONGSIDE) == ALONGSIDE)  # fmt: skip
+                  and row["final_error"] is not None and (row["rtol"] or ALONGSIDE) == ALONGSIDE)
 
 
 def model_savings(rows: list[Row]) -> "Figure | None":
@@ -257,7 +257,7 @@ def model_savings(rows: list[Row]) -> "Figure | None":
             ax.invert_xaxis()
         axes[0, 0].set_ylabel("CPU time / jump 1")
         axes[0, 0].annotate("not reached", (0, 1), (3, -2), xycoords="axes fraction", textcoords="offset points",
-                            fontsize=6, va="top")  # fmt: skip
+                            fontsize=6, va="top")
     return figure
 
 
@@ -268,13 +268,13 @@ def few_costs(rows: Sequence[Row], methods: Sequence[str], accuracy: float) -> "
         ax.set(xscale="log", yscale="log", xlabel=r"$\mu$", ylabel="CPU time / exact flow")
         found = {m: cheapest([row for row in rows if row["method"] == m], accuracy) for m in methods}
         curves = {m: sorted((mu, cost) for mu, cost in costs.items() if cost) for m, costs in found.items()
-                  if any(costs.values())}  # fmt: skip
+                  if any(costs.values())}
         for method, curve in curves.items():
             ax.plot(*zip(*curve, strict=True), **{**style.curve(method), "linestyle": "-"})
             (mu, cost), ink = curve[0], style.curve(method)["color"]
             crowded = any(cost < other[0][1] < 5 * cost and other[0][0] == mu for other in curves.values())
             ax.annotate(style.curve(method)["label"], (mu, cost), (0, -5 if crowded else 5), textcoords="offset points",
-                        color=ink, ha="center", va="top" if crowded else "bottom")  # fmt: skip
+                        color=ink, ha="center", va="top" if crowded else "bottom")
         ax.minorticks_off()
         ax.invert_xaxis()
         ax.margins(x=0.12)

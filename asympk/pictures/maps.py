@@ -37,7 +37,7 @@ def regime_map() -> "Figure":
         curves: list[tuple] = [
             ("Pi1", -2, most, SLOW), ("Pi2", -2, 0, SLOW), ("Pi2", 0, most, UNSTABLE),
             ("Gamma1", -2, most, {}), ("Gamma2", -2, -1, {}), ("Gamma2", -1, most, {}),
-        ]  # fmt: skip
+        ]
         for name, start, end, looks in curves:
             _curve(ax, pk.sigma, formulas[name], start, end, **{"color": "black", "lw": 0.7, **looks})
         for place, words in (((0.6, 0.06), r"$\Pi_1$"), ((-0.62, 4.2), r"$\Pi_2$"), ((0.95, -3.0), r"$\Pi_2$"),
@@ -66,7 +66,7 @@ def stick_over_static_friction(sigmas: Sequence[str]) -> "Figure":
                                      *((("Gamma2", least, -1),) if least < -1 else ())):
                 _curve(ax, pk.sigma0, level_formulas()[name], start, end, color="black", lw=0.7)
         handles = [style.patch(HELD, "stick"), style.patch(HELD, "stick, but crossing is consistent", hatch="//////",
-                                                           edgecolor="0.35", linewidth=0)]  # fmt: skip
+                                                           edgecolor="0.35", linewidth=0)]
         figure.legend(handles=handles, loc="outside lower center", ncols=2)
     return figure
 

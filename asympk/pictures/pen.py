@@ -40,7 +40,7 @@ def mass(ax: Any, place: Point, name: str | None, offset: Point = (0, 0), radius
     from matplotlib.patches import Circle
 
     ax.add_patch(Circle(place, radius, facecolor="white" if radius > 0.05 else "black", edgecolor="black", lw=0.8,
-                        zorder=3))  # fmt: skip
+                        zorder=3))
     if name:
         text(ax, (place[0] + offset[0], place[1] + offset[1]), name)
 
@@ -72,7 +72,7 @@ def arc(ax: Any, centre: Point, radius: float, start: float, end: float, color: 
     from matplotlib.patches import Arc
 
     ax.add_patch(Arc(centre, 2 * radius, 2 * radius, theta1=start * 180 / pi, theta2=end * 180 / pi, lw=THIN,
-                     color=color))  # fmt: skip
+                     color=color))
 
 
 def angle(
@@ -94,7 +94,7 @@ def spring(ax: Any, left: Point, right: Point) -> None:
     places += [(lead + (k + part) * width, side) for k in range(turns) for part, side in ((0.25, 0.07), (0.75, -0.07))]
     places += [(length - lead, 0), (length, 0)]
     ax.plot([left[0] + u * c - v * s for u, v in places], [left[1] + u * s + v * c for u, v in places],
-            color="black", lw=0.8, solid_joinstyle="round")  # fmt: skip
+            color="black", lw=0.8, solid_joinstyle="round")
 
 
 def damper(ax: Any, left: float, right: float, level: float) -> None:
@@ -102,6 +102,6 @@ def damper(ax: Any, left: float, right: float, level: float) -> None:
     middle = (left + right) / 2
     line(ax, (left, level), (middle - 0.14, level), THIN)
     ax.plot([middle + 0.14, middle - 0.14, middle - 0.14, middle + 0.14], [level + 0.08, level + 0.08, level - 0.08,
-            level - 0.08], color="black", lw=0.8)  # fmt: skip
+            level - 0.08], color="black", lw=0.8)
     line(ax, (middle + 0.02, level - 0.055), (middle + 0.02, level + 0.055), THICK)
     line(ax, (middle + 0.02, level), (right, level), THIN)

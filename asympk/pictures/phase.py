@@ -121,7 +121,7 @@ def _field(axis: Any, system: System, parameters: tuple, window: Any, pair: tupl
     flow = dict(zip(system.states, rates, strict=True))
     named = {s.name: rate for s, rate in flow.items()}
     axis.streamplot(across, down, named[pair[0]], named[pair[1]], color="0.75", linewidth=0.5, arrowsize=0.5,
-                    density=0.9)  # fmt: skip
+                    density=0.9)
     for fast in system.fast:
         _zeros(axis, across, down, flow[fast], style.RED, "--")
 

@@ -79,7 +79,7 @@ def draw_reactions(axes: Any, described: Any) -> None:
         for at, kind in plane.rests:
             ax.plot(at, 0, "o" if kind == "centre" else "x", color=style.BLACK, ms=3.5, zorder=6)
             ax.annotate(kind, (at, 0), (0, 5), textcoords="offset points", ha="center", zorder=6,
-                        path_effects=style.halo(2))  # fmt: skip
+                        path_effects=style.halo(2))
         found = " and ".join(f"a {kind}" for _, kind in plane.rests) or "no equilibrium, the reaction runs away"
         title = f"sliding {'forward' if plane.direction > 0 else 'backward'}: {found}"
         ax.set(ylabel="$R'$", title=title, xlim=(-width, width), ylim=(-height, height))

@@ -82,7 +82,7 @@ def motion_handles(shown: Iterable[int]) -> "list[Artist]":
     """Return the entries of a legend for numbers of rigid motions."""
     looks = [(number, *LOOKS[min(number, 3)]) for number in sorted(shown)]
     return [style.patch(colour, f"{word} rigid motion{'s' if number > 1 else ''}", hatch=hatch, edgecolor=style.BLACK,
-                        linewidth=0.4) for number, word, colour, hatch in looks]  # fmt: skip
+                        linewidth=0.4) for number, word, colour, hatch in looks]
 
 
 def paradox_plot(found: ParadoxSet, file: str | File | None = None) -> "Figure":
@@ -96,7 +96,7 @@ def paradox_plot(found: ParadoxSet, file: str | File | None = None) -> "Figure":
         for interval in found.intervals:
             middle = 0.5 if interval.other is None else interval.other
             ax.broken_barh([(interval.start, interval.end - interval.start)], (middle - height / 2, height),
-                           facecolors=LOOKS[0][1], linewidth=0)  # fmt: skip
+                           facecolors=LOOKS[0][1], linewidth=0)
         ax.set(xlabel=found.over[0], xlim=found.ends[0], ylim=(low, high), ylabel=found.over[1] if area else "")
         ax.set_yticks(ax.get_yticks() if area else [])
         figure.legend(handles=[style.patch(LOOKS[0][1], "paradox")], loc="outside lower center")

@@ -21,7 +21,7 @@ def plot(summary: dict[str, Any], file: str | File | None = None) -> Any:
     found = {state: quantiles for state, quantiles in summary["quantiles"].items() if quantiles}
     words = [(itinerary, n, style.BLUE) for itinerary, n in summary["itineraries"].items()][:SHOWN]
     words += [(f"not followed: {outcome}", n, style.BLACK) for outcome, n in summary["outcomes"].items()
-              if outcome != OUTCOMES[0]]  # fmt: skip
+              if outcome != OUTCOMES[0]]
     rows = [1.5] * len(found) + ([1 + len(words)] if words else [])
     with plate(MARGIN + ROW * sum(rows), len(rows), height_ratios=rows) as (drawing, panels):
         for panel, (state, quantiles) in zip(panels.flat, found.items(), strict=False):
@@ -34,7 +34,7 @@ def plot(summary: dict[str, Any], file: str | File | None = None) -> Any:
 def _spread(panel: Any, state: str, quantiles: dict[float, float]) -> None:
     for low, high, width in _BARS:
         panel.plot([quantiles[low], quantiles[high]], [0, 0], color=style.BLUE, linewidth=width, alpha=0.5,
-                   solid_capstyle="butt")  # fmt: skip
+                   solid_capstyle="butt")
     panel.plot([quantiles[0.5]], [0], "o", color=style.BLACK, markersize=3)
     panel.set(yticks=[], ylabel=style.folded(state, 1.5 * ROW))
     panel.locator_params(axis="x", nbins=5)  # more ticks would overlap where numbers are long
@@ -45,7 +45,7 @@ def _bars(panel: Any, words: list[tuple[str, int, str]]) -> None:
     panel.barh(range(len(words)), counts, color=inks, alpha=0.3)
     for row, itinerary in enumerate(shown):
         panel.annotate(itinerary if len(itinerary) < 60 else f"{itinerary[:57]}...", (0, row), (2, 0), va="center",
-                       textcoords="offset points")  # fmt: skip
+                       textcoords="offset points")
     panel.set(yticks=[], ylabel="itineraries", xlabel="trajectories")
     panel.locator_params(axis="x", integer=True)
     panel.invert_yaxis()

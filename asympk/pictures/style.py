@@ -51,7 +51,7 @@ METHODS = {
 }
 SHORT = {
     "sign": "sign(z)", "tanh": "tanh(z/ε)", "slow": "slow", "jump 0": "jump 0", "jump 1": "jump 1", "jump 2": "jump 2",
-}  # fmt: skip
+}
 MODELS = {
     "exact": ("exact flow", BLACK, "*", "none"),
     "rigid": ("rigid", BLACK, "$r$", "none"),

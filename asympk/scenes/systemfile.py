@@ -63,7 +63,7 @@ def read_system_scene(entry: dict[str, Any], changes: Mapping[str, Any]) -> Scen
         start = start_at(mechanism, system, values, start)
     kept = without(cancelled(entry["system"], system, mechanism), values)
     return Scene(system=system, values=kept, start=start, until=entry["until"], name=entry.get("name", ""),
-                 origin=origin)  # fmt: skip
+                 origin=origin)
 
 
 def system_of(entry: Any, parameters: Any) -> tuple[System, Mechanism | None]:
@@ -105,12 +105,12 @@ def coordinates_of_start(system: System, mechanism: Mechanism, start: Iterable[s
         raise InputError(f"start: {time} is the time; a scene starts at {time} = 0, and asympk mechanism takes another")
     if unknown := sorted(names - {*own, *states}):
         raise InputError(f"start: {unknown[0]:.60} is no coordinate, rate or state; these are "
-                         f"{in_words({*own, *states})}{did_you_mean(unknown[0], {*own, *states})}")  # fmt: skip
+                         f"{in_words({*own, *states})}{did_you_mean(unknown[0], {*own, *states})}")
     if not names <= {*own} or (names <= {*states} and not {*own} <= {*states}):
         return ()
     if missing := sorted({*own} - names):
         raise InputError(f"start: no value for {', '.join(missing)}; give all coordinates and rates, or the states "
-                         f"{', '.join(states)}")  # fmt: skip
+                         f"{', '.join(states)}")
     return own
 
 
@@ -125,7 +125,7 @@ def read_system(table: Any, parameters: Any) -> System:
     frictions = tables_in(table, "frictions", "system.")
     symbols = _symbols(table, [*slow, *fast], frictions, parameters)
     slow_rates, fast_rates = ({symbols[s]: read_formula(rate, symbols, f"the rate of {s}") for s, rate in part.items()}
-                              for part in (slow, fast))  # fmt: skip
+                              for part in (slow, fast))
     small, time = (symbols[table[key]] if key in table else None for key in ("small", "time"))
     assumed = [read_relation(a, symbols) for a in _list(table.get("assumptions", []), "system.assumptions")]
     found = [_friction(f, symbols, k) for k, f in enumerate(frictions)]
@@ -154,7 +154,7 @@ def _friction(table: dict, symbols: dict[str, sp.Symbol], k: int) -> Friction:
     refuse_unknown(table, FRICTION, where)
     require_keys(table, _NEEDED, where)
     formulas = {key: read_formula(table[key], symbols, f"{where}: {key}")
-                for key in FRICTION if key in table and key not in ("force", "normal")}  # fmt: skip
+                for key in FRICTION if key in table and key not in ("force", "normal")}
     return Friction(**formulas, **{key: symbols[table[key]] for key in ("force", "normal") if key in table})
 
 

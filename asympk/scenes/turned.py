@@ -32,7 +32,7 @@ def static_frictions(system: System | None) -> dict[str, str]:
     return _STATIC if system is None else {
         s.name: k.name for f in system.frictions for s in f.static.free_symbols for k in f.kinetic.free_symbols
         if s != k and f.static.xreplace({s: k}) == f.kinetic
-    }  # fmt: skip
+    }
 
 
 def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: Any) -> Scene:

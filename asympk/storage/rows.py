@@ -54,7 +54,7 @@ def read_rows(path: str | Path) -> StoredRows:
     read = {name: _READ[kind] for name, kind in described["columns"].items()}
     with Path(path).open(encoding="utf-8", newline="") as file:
         rows = ({name: None if cell == "" else read[name](cell) for name, cell in row.items()}
-                for row in csv.DictReader(file))  # fmt: skip
+                for row in csv.DictReader(file))
         return StoredRows(rows, described)
 
 

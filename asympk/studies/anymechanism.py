@@ -46,7 +46,7 @@ def _formulas(name):
         "mechanism": name, "coordinates": len(kinetics.coordinates), "unilateral": kinetics.unilateral,
         **{f"{of}_latex": sp.latex(part, fold_func_brackets=True) for of, part in formulas.items()},
         **in_kept_digits({of: rod.evaluate(part, described.numbers) for of, part in parts.items()}),
-    }  # fmt: skip
+    }
 
 
 def impulses(kinetics: Kinetics) -> tuple[sp.Expr, sp.Expr]:
@@ -92,7 +92,7 @@ def _error(name, small):
     worst = max(after, key=lambda state: abs(found[state] - after[state]))
     error = found[worst] - after[worst]
     return {"mechanism": name, "compliance": number, "worst": worst,
-            **in_kept_digits({"error": error, "ratio": error / layer})}  # fmt: skip
+            **in_kept_digits({"error": error, "ratio": error / layer})}
 
 
 def _after(described: Any, scene: Scene) -> dict[str, float]:
@@ -100,7 +100,7 @@ def _after(described: Any, scene: Scene) -> dict[str, float]:
     rod = described.mechanism
     law = rod.jump_law(damping=sp.Rational(described.values[h.name]))
     rates = {plain.name: rod.evaluate(law.velocities[own], described.numbers)
-             for own, plain in zip(rod.velocities, rod.plain.velocities, strict=True)}  # fmt: skip
+             for own, plain in zip(rod.velocities, rod.plain.velocities, strict=True)}
     gain = rod.evaluate(law.reaction, described.numbers)
     known = {**described.numbers, **rates, "x": gain, "y": 0, "z": 0}
     return {name: float(known[name]) for name in scene.names}
@@ -112,7 +112,7 @@ def _rebound(theta, friction, ratio):
     mixed, D = (rod.evaluate(part, numbers) for part in (rod.delassus[0, 1], rod.delassus.det()))
     followed = _followed(numbers, ratio) if ratio in FOLLOWED else None
     found = {"ratio": ratio, "law": law, "followed": followed, "undamped": undamped,
-             "overdamped": abs(mixed) / (D * ratio**2)}  # fmt: skip
+             "overdamped": abs(mixed) / (D * ratio**2)}
     return {"theta": theta, "friction": float(sp.Rational(friction)), **in_kept_digits(found)}
 
 

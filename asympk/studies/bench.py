@@ -77,7 +77,7 @@ def rod_in_general_clothes() -> ap.System:
     p, q, w, force = sp.symbols("p q w force", real=True)
     eps, k, k0 = sp.symbols("eps k k0")
     return ap.System.with_friction(slow={p: q}, fast={q: 1 - 2 * (p + q) + force}, velocity={w: 1 - (p + q) + force},
-                                   force=force, load=p + q, kinetic=k + 2, static=k0 + 2, small=eps)  # fmt: skip
+                                   force=force, load=p + q, kinetic=k + 2, static=k0 + 2, small=eps)
 
 
 def beside_the_kernel(name: str, mu: float) -> tuple[ap.Scene, float, float, float]:

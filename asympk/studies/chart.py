@@ -40,13 +40,13 @@ FULL = {
     "step_sizes": (1e-2, 1e-3, 1e-4), "offsets": tuple(f"{s}1e-{k}" for s in ("-", "") for k in range(2, 15, 2)),
     "model_mus": modelwork.MUS, "model_tolerances": modelwork.TOLERANCES, "contact_mus": MUS[1::2],
     "repeats": 5, "steps": 100_000, "seconds": 120.0,
-}  # fmt: skip
+}
 QUICK = {
     "scenes": ("ii", "iii"), "mus": ("1e-2", "1e-5"), "kappas": {"1": ("1e-2", "1e-5")}, "tolerances": (1e-3, 1e-7),
     "step_sizes": (1e-2, 1e-3), "offsets": ("-1e-10", "-1e-4", "1e-4", "1e-10"),
     "model_mus": ("1e-2", "1e-4"), "model_tolerances": (1e-5, 1e-8, 1e-11), "contact_mus": (),
     "repeats": 1, "steps": 2_000, "seconds": 10.0,
-}  # fmt: skip
+}
 JUST_IN_TIME = ("heyoka", "kvaerno5")  # these compile a system when they first follow it
 COMPILED = 100  # factor on the step limit of heyoka, whose compiled steps are cheap
 SLOPE = 3  # tan(alpha) of the nonlinear rod; f = 1 makes sigma = 1
@@ -101,7 +101,7 @@ def work_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Row]
 def _models():
     """Return (name, options of ``workprec``) of the exact flow and the models, which have no tolerance."""
     return [(name, {**options, "tolerances": (None,)})
-            for name, options in {"exact": {"method": "exact"}, **MODELS}.items()]  # fmt: skip
+            for name, options in {"exact": {"method": "exact"}, **MODELS}.items()]
 
 
 def _integrators(plan):
@@ -159,7 +159,7 @@ def _kept(kappa, scene):
 def model_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Row]:
     """Return the rows of models beside integrators on a nonlinear mechanism and on a reaction."""
     return modelwork.rows(plan["model_mus"], [m for m in IMPLICIT if m in modelwork.METHODS and m not in absent()],
-                          plan["model_tolerances"], plan["repeats"], tell)  # fmt: skip
+                          plan["model_tolerances"], plan["repeats"], tell)
 
 
 def contact_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Row]:
@@ -198,7 +198,7 @@ def _reference_row(kappa, mu):
     spelled = {name: nstr(value, 32) for name, value in zip(("x", "y", "z"), path.final, strict=True)}
     events = " ".join(f"{event.kind}:{nstr(event.t, 32)}" for event in path.events)
     return {"kappa": float(kappa), "mu": mu, **spelled, "events": events, "modes": " ".join(path.modes),
-            "error": float(path.error)}  # fmt: skip
+            "error": float(path.error)}
 
 
 def _truth(row):

@@ -17,12 +17,12 @@ def rows() -> StoredRows:
     from asympk.systems.painleve_klein.arrays.ensemble import solve_many
 
     scaled, height = ([10 ** (low + (high - low) * k / (n - 1)) for k in range(n)]
-                      for (low, high), n in zip((EXPONENTS_X, EXPONENTS_Z), CELLS, strict=True))  # fmt: skip
+                      for (low, high), n in zip((EXPONENTS_X, EXPONENTS_Z), CELLS, strict=True))
     places = [(mu, x, z) for mu in MUS for x in scaled for h in height for z in (-h, h)]
     mu, x, z = np.array(places).T
     events = solve_many(SIGMA, mu, x / mu, 0, z, UNTIL, events=True).events()
     stops = events.trajectory[events.kind == "velocity_zero"]
     counts = np.bincount(stops, minlength=len(places))
     found = ({"mu": mu, "scaled_x": x, "z": z, "count": int(count)}
-             for (mu, x, z), count in zip(places, counts, strict=True))  # fmt: skip
+             for (mu, x, z), count in zip(places, counts, strict=True))
     return StoredRows(found, {"sigma": SIGMA, "until": UNTIL, "start": "(x0, 0, z0)", "method": "exact flow"})

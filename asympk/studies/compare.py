@@ -31,7 +31,7 @@ MEASURED = ("final_error", "time_error", "path_error", "same_modes", "calls", "s
 def workprec(
     scene: Any, method: str, tolerances: Iterable[float | None], *, reference: Path | None = None, repeats: int = 5,
     label: str | None = None, follow: Callable[..., Path] = solve, **options: Any,
-) -> list[Row]:  # fmt: skip
+) -> list[Row]:
     """Return rows, one for each tolerance: work against precision of ``method`` on ``scene``.
 
     A row is of one run; a column of ``MEASURED`` that does not apply is None. ``ratio`` is the CPU time in units of
@@ -44,12 +44,12 @@ def workprec(
     """
     truth = reference or solve(scene, digits=30)
     place = {"sigma": scene.sigma, "sigma0": scene.sigma0, "mu": scene.mu, **dict(zip("xyz", scene.start, strict=True)),
-             "until": scene.until}  # fmt: skip
+             "until": scene.until}
     words = " ".join(f"{k}={v}" for k, v in options.items()) or None
     rows: list[Row] = []
     for rtol in tolerances:
         rows.append({"scene": scene.name, **{name: float(value) for name, value in place.items()},
-                     "method": label or method, "options": words, "rtol": rtol, **dict.fromkeys(MEASURED)})  # fmt: skip
+                     "method": label or method, "options": words, "rtol": rtol, **dict.fromkeys(MEASURED)})
         run = partial(_followed, follow, scene, method, options if rtol is None else {**options, "rtol": rtol})
         try:
             path, ratio = timed(run, partial(solve, scene), repeats)

@@ -90,7 +90,7 @@ def _rows(name, case, sigma, mu):
             now, next_, last = (found[n + k][quantity] for k in range(3))
             error, omitted = truth[quantity] - now, next_ - now
             numbers = {"error": error, "omitted": omitted, "excess": error / omitted - 1,
-                       "expected": (last - next_) / omitted}  # fmt: skip
+                       "expected": (last - next_) / omitted}
             place = {"expansion": name, "sigma": sigma, "order": n, "quantity": quantity, "mu": float(mu)}
             yield place | in_kept_digits(numbers)
 

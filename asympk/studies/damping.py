@@ -68,7 +68,7 @@ def _row(part, epsilon, damping):
     stop, jam, sticks, amplitude = jammed(epsilon, damping)
     law = undamped_time(epsilon, amplitude) if part == "undamped" else jam_law(epsilon, damping)
     return {"part": part, "epsilon": epsilon, "damping": damping, "zeta": damping / (2 * epsilon), "stop": stop,
-            "jam": jam, "sticks": sticks, "amplitude": amplitude, "law": law}  # fmt: skip
+            "jam": jam, "sticks": sticks, "amplitude": amplitude, "law": law}
 
 
 def jammed(

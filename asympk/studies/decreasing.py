@@ -42,7 +42,7 @@ class SceneFamily:
     def scene(self, small: str) -> Scene:
         """Return the scene for one value of the small parameter."""
         return Scene(system=self.system, values={**self.values, self.system.small: small}, start=self.start,
-                     until=self.until)  # fmt: skip
+                     until=self.until)
 
 
 @cache
@@ -106,4 +106,4 @@ def _rows(name, family, mus):
             if abs(measures[k]) > LEAST:
                 found = {"error": errors[k], "measure": measures[k], "ratio": errors[k] / measures[k]}
                 yield {"system": name, "with_friction": friction, "order": order, "state": path.names[k], "mu": number,
-                       **in_kept_digits(found)}  # fmt: skip
+                       **in_kept_digits(found)}

@@ -96,9 +96,9 @@ def _escape(sigma, mu, x, z, offset, digits):
     if motion == "goes on":
         (delayed,) = _delayed().to_digits(digits, *here[:3], depth)
     numbers = {"depth": depth, "time": first.t, "leading": leading, "next": following, "ratio": ratio,
-               "delayed": delayed}  # fmt: skip
+               "delayed": delayed}
     return {**dict(zip(("sigma", "mu", "x", "z"), map(float, here), strict=True)), "offset": str(offset),
-            "motion": motion, **{name: None if v is None else float(v) for name, v in numbers.items()}}  # fmt: skip
+            "motion": motion, **{name: None if v is None else float(v) for name, v in numbers.items()}}
 
 
 def _motion(first, sigma):
@@ -141,7 +141,7 @@ def _delay(system, mode):
     slow, fast = slow_and_fast_rate(field, 2)
     up, down, (at_x, at_y) = slope_of(field, fast), slope_of(field, slow), rest_of(field)
     parts = (slow, fast, series(l0 + lx * at_x + ly * at_y), (lx + ly * down) * (x - at_x),
-             ly * (up - down) / (lx + ly * up))  # fmt: skip
+             ly * (up - down) / (lx + ly * up))
     slow, fast, rest, part, share = (part.map(exact.expr) for part in parts)
 
     def step(time):

@@ -116,7 +116,7 @@ def least_places(
             progress(i / found.size)
         first = len(values)
         scene = Scene(system=system, values=dict(zip(values, numbers[:first], strict=True)),
-                      start=dict(zip(start, numbers[first:], strict=True)), until=end)  # fmt: skip
+                      start=dict(zip(start, numbers[first:], strict=True)), until=end)
         found[i] = _least(scene, rtol)
     return found.reshape(shape)
 

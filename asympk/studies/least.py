@@ -36,7 +36,7 @@ class Ladder(ShownAsTable):
 
     def _card(self) -> Card:
         return Card(f"Least model for an error below {self.rtol:g}: {self.model}",
-                    tuple((rung.model, rung.in_words) for rung in self.rungs))  # fmt: skip
+                    tuple((rung.model, rung.in_words) for rung in self.rungs))
 
     def as_dict(self) -> dict[str, Any]:
         """Return the ladder as plain dictionaries, for JSON."""
@@ -65,7 +65,7 @@ def atlas(
     sigma: Any = None, mu: Any = None, x: Any = None, y: Any = None, z: Any = None, until: Any = None,
     rtol: float = 1e-3, sigma0: Any = None, progress: Callable[[float], None] | None = None, *, system: Any = None,
     values: Mapping | None = None, start: Mapping | None = None,
-) -> Any:  # fmt: skip
+) -> Any:
     """Return the least model for parameters and starts that broadcast, as an integer array of rung numbers from 0.
 
     The array has the shape to which the arguments broadcast. For a map over two of the arguments, give these as
@@ -101,5 +101,5 @@ def _tolerance(rtol):
     value = float(number("rtol", rtol, lambda v: v > 0, "positive"))
     if value <= DOUBLES:
         raise InputError(f"rtol = {short(rtol)}: it must lie above {DOUBLES}, what doubles hold; "
-                         "use solve(scene, digits=n)")  # fmt: skip
+                         "use solve(scene, digits=n)")
     return value

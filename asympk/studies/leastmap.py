@@ -24,7 +24,7 @@ def rows() -> StoredRows:
     for sigma in SIGMAS:
         rungs = atlas(float(Fraction(sigma)), mus[:, None], *START, speeds[None, :], UNTIL, rtol=RTOL)
         found += [{"sigma": sigma, "mu": float(mu), "z": float(z), "rung": int(rungs[i, j])}
-                  for i, mu in enumerate(mus) for j, z in enumerate(speeds)]  # fmt: skip
+                  for i, mu in enumerate(mus) for j, z in enumerate(speeds)]
     return StoredRows(found, {"start": list(START), "until": UNTIL, "rtol": RTOL, "rungs": list(LADDER)})
 
 

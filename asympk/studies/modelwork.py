@@ -27,7 +27,7 @@ FINEST = {"rtol": 1e-13, "atol": 1e-13, "steps": 10**6, "seconds": 600.0}
 def rows(
     mus: Iterable[str] = MUS, methods: Iterable[str] = METHODS, tolerances: Iterable[float] = TOLERANCES,
     repeats: int = 5, tell: Callable[[str], None] = lambda line: None,
-) -> list[Row]:  # fmt: skip
+) -> list[Row]:
     """Return the rows by system, mu and method; the tolerances of an integrator end with the first that suffices.
 
     A row has the final error of a run, and ``ratio``, its CPU time over that of the jump of order 1. Both are None for

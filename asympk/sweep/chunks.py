@@ -29,7 +29,7 @@ def chunk_provenance(sweep: "Sweep", index: int) -> dict[str, Any]:
     """Return the provenance of a chunk: its sweep, its trajectories, and the versions that compute it."""
     start, stop = sweep.rows(index)
     return {"sweep": sweep.digest, "chunk": index, "start": start, "stop": stop, "asympk": __version__,
-            "numpy": np.__version__}  # fmt: skip
+            "numpy": np.__version__}
 
 
 def compute(sweep: "Sweep", index: int) -> tuple[dict[str, Any], bytes]:

@@ -77,14 +77,14 @@ def _declare(sweep, out):
         raise InputError(f"{out}: it holds another sweep; take another --out, or the file that it was begun with")
     if there["versions"] != mine["versions"]:
         raise InputError(f"{out}: it was begun with {_words(there['versions'])}, this is {_words(mine['versions'])}; "
-                         "results of two versions are not mixed")  # fmt: skip
+                         "results of two versions are not mixed")
 
 
 def _manifest_of(sweep):
     """Return the contents of ``sweep.json`` for a sweep that begins with the present versions."""
     written = chunks.chunk_provenance(sweep, 0)
     return {"name": sweep.name, "digest": sweep.digest, "total": sweep.total, "chunks": sweep.chunks,
-            "versions": {key: written[key] for key in VERSIONS}, "sweep": sweep.described()}  # fmt: skip
+            "versions": {key: written[key] for key in VERSIONS}, "sweep": sweep.described()}
 
 
 def _words(versions):
@@ -206,7 +206,7 @@ def read_manifest(out: str | Path) -> "tuple[Sweep, dict[str, Any]]":
             raise ValueError("it does not fit together")
     except (ValueError, LookupError, TypeError, ArithmeticError, AttributeError, RecursionError, AsympkError):
         raise InputError(f"{path}: it is not the manifest of a sweep, or damaged; restore it, or take another "
-                         "--out") from None  # fmt: skip
+                         "--out") from None
     return sweep, manifest
 
 

@@ -34,7 +34,7 @@ class RodFamily:
         """Return the entries of a table by field."""
         require_keys(table, (*(key for key in self.parameters if key != self.static), "start", "until"))
         return {**{key: table[key] for key in (*self.parameters, "until") if key in table},
-                **by_state(table["start"], self.states)}  # fmt: skip
+                **by_state(table["start"], self.states)}
 
     def number(self, field: str, value: Any) -> Number:
         """Return ``value`` as an exact number; raises ``InputError`` if it is none."""

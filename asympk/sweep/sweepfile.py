@@ -72,7 +72,7 @@ class Sweep:
         """Return all that the results of the sweep depend on, as plain data."""
         axes = {field: [axis.kind, *map(str, axis.values)] for field, axis in self.axes.items()}
         return {**self.family.description, "axes": axes, "count": self.count, "seed": self.seed, "chunk": self.chunk,
-                "format": self.format, "itineraries": self.itineraries}  # fmt: skip
+                "format": self.format, "itineraries": self.itineraries}
 
     @property
     def digest(self) -> str:
@@ -117,7 +117,7 @@ def _draws(axis, start, stop, key):
 def from_description(description: Mapping[str, Any]) -> Sweep:
     """Return the ``Sweep`` of a description from ``Sweep.described``; an invalid one raises an error."""
     axes = {field: Axis(kind, tuple(Fraction(number(field, value)) for value in values))
-            for field, (kind, *values) in description["axes"].items()}  # fmt: skip
+            for field, (kind, *values) in description["axes"].items()}
     settings = (description[key] for key in ("count", "seed", "chunk", "format", "itineraries"))
     sweep = Sweep(_described(description), axes, *settings)
     if sweep.described() != description or sweep.format not in FORMATS or not 1 <= sweep.chunk <= 2**24:
@@ -129,7 +129,7 @@ def read_sweep(path: str | Path) -> Sweep:
     """Return the ``Sweep`` in the TOML file ``path``; raises ``InputError`` if the file describes none."""
     if str(path) in (*scene_names(), *systems.__all__) and not Path(path).exists():
         raise InputError(f"{path}: it is one scene; asympk scenes {path} prints its file, in which a list, a grid or a "
-                         "random draw in place of a number makes a sweep")  # fmt: skip
+                         "random draw in place of a number makes a sweep")
     return sweep_of_table(read_table(path), path)
 
 
@@ -158,7 +158,7 @@ def _sweep(table):
     sweep = Sweep(family, axes, whole("count", table.get("count", 1), 1, _MOST),
                   whole("seed", table.get("seed", 0), 0, 2**64 - 1),
                   whole("chunk", table.get("chunk", family.chunk(axes)), 1, 2**24), word(table, "format", "npz"),
-                  table.get("itineraries", True), word(table, "name"))  # fmt: skip
+                  table.get("itineraries", True), word(table, "name"))
     _check(sweep, table)
     return sweep
 

@@ -237,7 +237,7 @@ def put_sign(quantity: sp.Expr, sign: sp.Expr) -> dict[sp.Basic, sp.Basic]:
     None is needed for a quantity such as |x| or 1 + |x|, whose sign SymPy knows: both expressions are then evaluated.
     """
     found = {sp.Abs(quantity): sign * quantity, sp.sign(quantity): sign,
-             sp.Abs(-quantity): sign * quantity, sp.sign(-quantity): -sign}  # fmt: skip
+             sp.Abs(-quantity): sign * quantity, sp.sign(-quantity): -sign}
     return {key: value for key, value in found.items() if isinstance(key, sp.Abs | sp.sign) and not quantity.has(key)}
 
 
@@ -266,7 +266,7 @@ def by_direction(velocity: sp.Expr, expr: sp.Expr, part: str = "load") -> sp.Exp
     def directed(law: sp.Piecewise) -> sp.Expr:
         named = law.xreplace({atom: atom.func(side * sp.sign(velocity), 0) for atom, side in ordered.items()})
         rest, *ways = (law.xreplace({atom: atom.func(side * way, 0) for atom, side in one_way.items()})
-                       for way in map(sp.Integer, (0, 1, -1)))  # fmt: skip
+                       for way in map(sp.Integer, (0, 1, -1)))
         return named if rest in ways else {"kinetic": named, "static": rest}.get(part, law)
 
     expr = expr.replace(lambda e: isinstance(e, sp.Piecewise), directed) if ordered else expr
@@ -299,7 +299,7 @@ def rate_along(system: "System", expr: sp.Expr) -> sp.Expr:
     """
     small, slopes = system.small, {s: slope_by(expr, s) for s in system.rates if s in symbols_in(expr)}
     slopes |= {s: small * sp.Add(*(e / small for e in sum_.args))
-               for s, sum_ in slopes.items() if s in system.fast and sum_.is_Add}  # fmt: skip
+               for s, sum_ in slopes.items() if s in system.fast and sum_.is_Add}
     terms = [slope * system.rates[s] for s, slope in slopes.items()]
     return expanded(sp.Add(*terms, slope_by(expr, system.time) if system.time else 0))
 
@@ -325,7 +325,7 @@ def check_friction(system: "System", friction: "Friction", number: int) -> None:
     for name, part in friction.parts.items():
         if name not in ("load", "constraint") and (known := symbols_in(part) & pushes):
             raise InputError(f"{which}: {name} = {short(part)} contains the force {min(known, key=str)}; only rates, "
-                             "loads and constraints may")  # fmt: skip
+                             "loads and constraints may")
     moved = {s: rate for s, rate in system.rates.items() if friction.force in symbols_in(rate)}
     if not moved:
         raise InputError(f"{which}: the force {friction.force} enters no rate; write it where it acts")
@@ -333,7 +333,7 @@ def check_friction(system: "System", friction: "Friction", number: int) -> None:
         raise InputError(f"{which}: the force {friction.force} must enter the rates linearly")
     if any(sp.expand(slope).free_symbols & moved.keys() for s in moved if (slope := slope_by(v, s)).has(*moved)):
         raise InputError(f"{which}: the velocity {short(v)} must be linear in what {friction.force} moves, "
-                         f"{', '.join(map(str, moved))}; give one that passes through 0")  # fmt: skip
+                         f"{', '.join(map(str, moved))}; give one that passes through 0")
     given = (v, friction.load, friction.kinetic, friction.static, friction.gap)
     if any(e is not None and atoms(e, sp.Float) for e in given):
         raise InputError(f"{which} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
@@ -360,4 +360,4 @@ def check_constraint(system: "System", friction: "Friction") -> None:
     if abs(first - second) > ROUGH * (abs(first) + abs(second)):
         words = f"the {'second ' * (name == 'gap')}rate of {name} = {short(given)}"
         raise InputError(f"friction: {words} is {short(both[1])}, and the constraint {short(both[0])}; the constraint "
-                         "must be this rate")  # fmt: skip
+                         "must be this rate")

@@ -75,7 +75,7 @@ def declared_sign(symbol: sp.Symbol) -> int:
 def _declared(parameter):
     """Return the set of values that the symbol's own assumptions allow."""
     declared = {"positive": (0, sp.oo, True), "negative": (-sp.oo, 0, True),
-                "nonnegative": (0, sp.oo), "nonpositive": (-sp.oo, 0)}  # fmt: skip
+                "nonnegative": (0, sp.oo), "nonpositive": (-sp.oo, 0)}
     for word, (start, end, *is_open) in declared.items():
         if getattr(parameter, f"is_{word}"):
             return sp.Interval(start, end, *(is_open * 2))

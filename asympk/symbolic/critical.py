@@ -170,12 +170,12 @@ class CriticalManifold(ShownAsFormulas):
         if self.assumptions.subs(given) == sp.false:
             raise InputError(f"{equations(given)} is outside the range of this system, {self.assumptions}")
         mode = replace(self.dynamics, where=self.dynamics.where.subs(given), slow=_put(self.dynamics.slow, given),
-                       fast=_put(self.dynamics.fast, given))  # fmt: skip
+                       fast=_put(self.dynamics.fast, given))
         branch, assumptions = _put(self.branch, given), self.assumptions.subs(given)
         found = replace(self, dynamics=mode, branch=branch, assumptions=assumptions)
         if found.exists == sp.false:
             raise NotNormallyHyperbolic(f"{found.degeneracy(self.branch)} ({equations(given)}); "
-                                        f"{self.name} exists only for {_text(self.exists)}")  # fmt: skip
+                                        f"{self.name} exists only for {_text(self.exists)}")
         return found
 
     def _card(self) -> Card:
@@ -283,7 +283,7 @@ def checked_branch(branch: Any, mode: Mode, small: sp.Symbol) -> sp.Dict:
         residual = limit_of(g, small).subs(branch, simultaneous=True)
         if not is_zero(residual):
             raise BranchError(f"{equations(branch)} does not solve the critical equation of {mode.name!r}: "
-                              f"there {small} {y}' = {sp.factor(residual)}, not 0")  # fmt: skip
+                              f"there {small} {y}' = {sp.factor(residual)}, not 0")
     return branch
 
 
@@ -327,7 +327,7 @@ def _branches(mode, small):
     solutions = [{y: y for y in mode.fast} | s for s in solutions]  # a state that g = 0 leaves free stands for itself
     if solutions and all(map(_free, solutions)):
         raise NotNormallyHyperbolic(f"mode {mode.name!r}: {_free(solutions[0])}: a function of the fast states changes "
-                                    "slowly; make it a slow state")  # fmt: skip
+                                    "slowly; make it a slow state")
     complete = [s for s in solutions if not any(map(is_complex, s.values()))]
     if any(h.has(sp.I) for h in heights(complete)):
         return _by_value(mode, small, equal_zero)

@@ -25,7 +25,7 @@ _STANDING = (sp.sign, sp.Heaviside, sp.floor, sp.ceiling, sp.logic.boolalg.Boole
 def directional_derivatives(
     parts: Parts, outputs: Sequence[sp.Expr], directions: Sequence[Mapping[sp.Symbol, sp.Expr]],
     spare: Iterator[sp.Symbol], steps: Collection[sp.Symbol] = (), forms: Forms = MappingProxyType({}),
-) -> tuple[Parts, list[sp.Expr]]:  # fmt: skip
+) -> tuple[Parts, list[sp.Expr]]:
     """Return (parts, the derivatives of every output along every direction, output by output).
 
     A direction maps the arguments that move to their rates. New parts take their symbols from ``spare``. The ``steps``
@@ -63,7 +63,7 @@ class _Rates(dict):
 
     def __init__(
         self, direction: Mapping[sp.Symbol, sp.Expr], forms: Forms, weights: Mapping[tuple, list], less: Less
-    ) -> None:  # fmt: skip
+    ) -> None:
         super().__init__(direction)
         self.forms, self.weights, self.less = forms, weights, less
         self.drives, self.solved = dict[tuple, list[sp.Expr]](), dict[tuple, list[sp.Expr]]()
@@ -96,7 +96,7 @@ def _weights(forms: Iterable[tuple[tuple, Solution]], directions: int, less: Les
 
 def _slopes(
     expr: sp.Expr, moving: set[sp.Symbol], found: Parts, spare: Iterator[sp.Symbol]
-) -> dict[sp.Symbol, sp.Expr]:  # fmt: skip
+) -> dict[sp.Symbol, sp.Expr]:
     """Return the partial derivatives by the ``moving`` symbols, each as a new part in ``found``."""
     slopes: dict[sp.Symbol, list[sp.Expr]] = {}
     for term in sp.Add.make_args(expr):

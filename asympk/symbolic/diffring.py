@@ -57,7 +57,7 @@ class DifferentialRing:
     def __init__(
         self, exprs: Sequence[sp.Expr], derivations: Mapping[str, Callable[[sp.Expr], sp.Expr]], depth: int,
         relations: Sequence[tuple[sp.Expr, int, sp.Expr]] = (),
-    ):  # fmt: skip
+    ):
         rates = _closure([*exprs, *(value for *_, value in relations)], derivations, depth)
         self.atoms = tuple(sorted(rates, key=_late_first))
         self._field = FracField(self.atoms, sp.ZZ, sp.lex)
@@ -72,7 +72,7 @@ class DifferentialRing:
         self._relations: tuple[Relation, ...] = ()
         self._relations = tuple(Relation(self._shift(a), degree, self(v)) for a, degree, v in relations)
         self._rates = {name: [(self._shift(a), self(by[name])) for a, by in rates.items() if by.get(name, 0) != 0]
-                       for name in derivations}  # fmt: skip
+                       for name in derivations}
         bases = [Fraction(powers[1], self.one.exponents) for powers in self._powers]
         self._base_rates: dict[str, list[Fraction]] = {name: [] for name in derivations}
         self._base_rates = {name: [self.diff(base, name) for base in bases] for name in derivations}
@@ -119,7 +119,7 @@ class DifferentialRing:
         monomials = [_unpack(m, len(self.atoms)) for m in a.numerator]
         common = [min(column) for column in zip(*monomials, strict=True)]
         terms = [self._term(c // content, map(int.__sub__, m, common))
-                 for m, c in zip(monomials, a.numerator.values(), strict=True)]  # fmt: skip
+                 for m, c in zip(monomials, a.numerator.values(), strict=True)]
         outer = sp.Rational(content, self._integer ** a.exponents[0])
         below = [d.as_expr() ** -e for d, e in zip(self._bases, a.exponents[1:], strict=True) if e]
         return sp.Mul(outer, *self._factors(common), self._total(terms), *below)

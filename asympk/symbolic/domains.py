@@ -21,15 +21,15 @@ _POSITIVE: dict[type, Callable] = {
     sp.log: lambda z: z, sp.acosh: lambda z: z - 1, **dict.fromkeys((sp.asin, sp.acos, sp.atanh), lambda z: 1 - z**2),
     sp.asech: lambda z: z * (1 - z), **dict.fromkeys((sp.asec, sp.acsc, sp.acoth), lambda z: z**2 - 1),
     sp.LambertW: lambda z: z + sp.exp(-1), sp.erfinv: lambda z: 1 - z**2, sp.erfcinv: lambda z: z * (2 - z),
-}  # fmt: skip
+}
 _RANGE: dict[type, Callable] = {
     **RANGE, sp.LambertW: lambda w: w + 1, **dict.fromkeys((sp.acosh, sp.asech, sp.exp), lambda w: w),
-}  # fmt: skip
+}
 _INVERSE: dict[type, Callable] = {  # of functions whose values have one argument each
     **INVERSE, sp.acosh: sp.cosh, sp.LambertW: lambda w: w * sp.exp(w),
     sp.exp: sp.log, sp.log: sp.exp, sp.sinh: sp.asinh, sp.asinh: sp.sinh, sp.tanh: sp.atanh, sp.atanh: sp.tanh,
     sp.asech: sp.sech, sp.acsch: sp.csch, sp.acoth: sp.coth,
-}  # fmt: skip
+}
 
 
 def positive_on(branch: sp.Dict, limits: Iterable[sp.Expr]) -> set[sp.Expr]:
@@ -43,7 +43,7 @@ def positive_on(branch: sp.Dict, limits: Iterable[sp.Expr]) -> set[sp.Expr]:
     inside |= {-f.args[0] for f in found.atoms(sp.LambertW) if len(f.args) == 2}
     for g in limits:
         inside |= {_POSITIVE[type(f)](f.args[0]).subs(branch, simultaneous=True) for f in g.atoms(*_POSITIVE)
-                   if f.has(*branch)}  # fmt: skip
+                   if f.has(*branch)}
         inside |= {*_within_ranges(g, branch), *_within_turn(g, branch)}
     return inside | ({declared_sign(y) * h for y, h in branch.items() if y != h} - {0})
 
@@ -127,7 +127,7 @@ def _values_of_roots(g, powers, branch):
     degrees = [sp.ilcm(1, *(p.exp.q for p in powers if p.base == base)) for base in bases]
     roots = {base: sp.Dummy(positive=True) for base in bases}
     g = g.xreplace({p: roots[p.base] ** (q * p.exp) for base, q in zip(bases, degrees, strict=True)
-                    for p in powers if p.base == base})  # fmt: skip
+                    for p in powers if p.base == base})
     for base, q in zip(bases, degrees, strict=True) if len(bases) > 1 else ():
         numerator, root = sp.fraction(sp.together(g))[0], roots[base]
         rest = numerator.is_polynomial(root) and sp.Poly(numerator, root).rem(sp.Poly(root**q - base, root))

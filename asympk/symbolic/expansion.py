@@ -65,10 +65,10 @@ def require_short(mode: Mode, order: int = 0) -> None:
     for power in sorted(atoms(rates, sp.Pow), key=str):
         if power.base.is_Add and power.exp.is_Integer and _size_expanded(power) > EXPANDED:
             raise NotDerivable(f"the rates of {mode.name} have the power {short(power)}, which has too many terms for "
-                               "formulas: put a parameter for it, or an exponential; solve follows it")  # fmt: skip
+                               "formulas: put a parameter for it, or an exponential; solve follows it")
     if order and heavy(rates) and is_longer(rates, LONG):
         raise NotDerivable(f"the rates of {mode.name} are too long for coefficients in symbols beyond order 0; "
-                           "export writes them, and solve(scene, method='slow', order=n) uses them")  # fmt: skip
+                           "export writes them, and solve(scene, method='slow', order=n) uses them")
 
 
 def _size_expanded(power):
@@ -84,7 +84,7 @@ def require_series(mode: Mode, small: sp.Symbol | None, order: int = 0) -> None:
     for state, rate in {**to_degree(mode.slow, small, order), **to_degree(mode.fast, small, order)}.items():
         if any(rate.diff(small, k).subs(small, 0).has(*INFINITE) for k in range(order + 1)):
             raise InputError(f"the rate of {state} has no series in {small}: in mode {mode.name} it is singular where "
-                             "that is 0; use an exact method, or replace what is singular by a parameter")  # fmt: skip
+                             "that is 0; use an exact method, or replace what is singular by a parameter")
 
 
 def regular(expr: sp.Expr, small: sp.Symbol, degree: int) -> sp.Expr:
@@ -340,7 +340,7 @@ def _derivatives(ring, start, names, order, at):
         for a, element in level.items():
             found[a] = ring.expr(element).subs(at, simultaneous=True) / prod(map(factorial, a))
         level = {tuple(n + (i == j) for i, n in enumerate(a)): ring.diff(element, name) for a, element in level.items()
-                 for j, name in enumerate(names) if degree < order and not any(a[j + 1 :])}  # fmt: skip
+                 for j, name in enumerate(names) if degree < order and not any(a[j + 1 :])}
         level = {a: element for a, element in level.items() if element.numerator}
     return found
 

@@ -67,7 +67,7 @@ def determined(system: "System", branch: Branch) -> bool:
 
 def _undetermined(branch: Branch) -> InputError:
     return InputError(f"mode {mode_name(branch)}: the forces are not determined; each must enter the rate of its "
-                      "velocity")  # fmt: skip
+                      "velocity")
 
 
 def force_equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], sp.Matrix, sp.Matrix]:
@@ -87,7 +87,7 @@ def force_equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], 
     matrix = sp.Matrix(len(equations), len(unknowns), [slope_by(e, u) for e in equations for u in unknowns])
     if found := symbols_in(matrix.as_immutable()) & {*unknowns}:
         raise InputError(f"mode {mode_name(branch)}: the forces must enter rates, loads and bounds linearly, and "
-                         f"{min(map(str, found))} does not; write that rate, load or bound without it")  # fmt: skip
+                         f"{min(map(str, found))} does not; write that rate, load or bound without it")
     zero = dict.fromkeys(unknowns, sp.S.Zero)
     return unknowns, matrix, sp.Matrix([-replaced(e, zero) for e in equations])
 
@@ -211,7 +211,7 @@ def rests_in_all_but_name(system: "System", branch: Branch, k: int) -> bool:
 def moves_alike(system: "System", one: Branch, other: Branch) -> bool:
     """Tell whether two branches differ at most in their idle guards and in how contacts at rest share their forces."""
     ways = [[phase._replace(velocity=0) if is_carried(system, branch, k) else phase for k, phase in enumerate(branch)]
-            for branch in map(bare, (one, other))]  # fmt: skip
+            for branch in map(bare, (one, other))]
     return ways[0] == ways[1]
 
 

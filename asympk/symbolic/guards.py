@@ -98,12 +98,12 @@ def _fields(system: "System", branch: Branch) -> tuple[Rates, Rates]:
     if stands(branch):
         still = borne(system)
         slow, fast = ({s: sp.S.Zero if s in still else rate for s, rate in rates.items()}
-                      for rates in (system.slow, system.fast))  # fmt: skip
+                      for rates in (system.slow, system.fast))
         return slow, fast
     solved = forces(system, branch)
     resting = held(system, branch)
     slow, fast = ({s: sp.S.Zero if s in resting else _put(system, branch, rate, solved) for s, rate in rates.items()}
-                  for rates in (system.slow, system.fast))  # fmt: skip
+                  for rates in (system.slow, system.fast))
     return slow, fast
 
 
@@ -206,7 +206,7 @@ def _unambiguous(system: "System", branch: Branch) -> list[Guard]:
     """
     rigid = [k for k, f in enumerate(system.frictions) if f.constraint is not None and branch[k] != OPEN]
     rubs = {k: {j for j, f in enumerate(system.frictions) if system.frictions[k].normal in symbols_in(f.load)
-                and not branch[j].smooth} for k in rigid}  # fmt: skip
+                and not branch[j].smooth} for k in rigid}
     closed = [k for k in rigid if rubs[k] or system.frictions[k].gap is not None]
     sliding = [k for k in closed if any(branch[j].slips for j in rubs[k])]
     if not sliding:

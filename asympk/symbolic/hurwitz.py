@@ -102,7 +102,7 @@ def _no_negative_root(poly, assumptions):
     if not poly.free_symbols_in_domain:
         return sp.sympify(poly.count_roots(None, 0) == 0, strict=True)
     raise NotDerivable(f"{2 * len(rest)} eigenvalues lie in pairs of opposite sign; put numbers in for "
-                       f"{in_words(poly.free_symbols_in_domain)} to tell centres from saddles")  # fmt: skip
+                       f"{in_words(poly.free_symbols_in_domain)} to tell centres from saddles")
 
 
 def _determinants(coefficients):

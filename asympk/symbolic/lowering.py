@@ -103,7 +103,7 @@ def lower(
 def lower(
     args: Any, expr: Any, target: Literal["numpy", "mpmath", "math"] = "numpy", name: str = "f",
     branching: bool = False, definitions: Any = (),
-) -> Lowered: ...  # fmt: skip
+) -> Lowered: ...
 
 
 @overload
@@ -189,7 +189,7 @@ def _emission(lowered):
     printer = printer_of(lowered.target, order="none" if eliminated else None)  # the many sums of steps are not sorted
     if unworked := atoms(sp.Tuple(*outputs, *(e for _, e in shared)), sp.Derivative, sp.Subs):
         raise InputError(f"{min(unworked, key=str).expr.func} has no derivative that can be written; give a smooth "
-                         "function, or write the jump as a friction")  # fmt: skip
+                         "function, or write the jump as a friction")
     try:
         arguments, outputs = ([*map(printer.doprint, es)] for es in (lowered.args, outputs))
         shared = [(printer.doprint(t), printer.doprint(as_tree(e))) for t, e in shared]
@@ -265,7 +265,7 @@ def _executed(lowered, functions):
 
 def without_overflow(
     source: str, exprs: Iterable[sp.Expr], wider: Callable[[], Callable[..., tuple]]
-) -> Callable[..., tuple]:  # fmt: skip
+) -> Callable[..., tuple]:
     """Return the function of floats with this source, which computes ``exprs`` even where intermediate values overflow.
 
     1/cosh(1000)^2 is 0, although cosh(1000) overflows. ``wider`` returns the same function for ``WIDE`` numbers, whose
@@ -398,7 +398,7 @@ def _outputs(expr):
 def _definitions(given):
     """Read pairs of a symbol and an expression."""
     pairs = [entries_of("definitions", pair, "pairs of a Symbol and an expression") for pair in
-             entries_of("definitions", given, "pairs of a Symbol and an expression")]  # fmt: skip
+             entries_of("definitions", given, "pairs of a Symbol and an expression")]
     if wrong := next((p for p in pairs if len(p) != 2 or not isinstance(p[0], sp.Symbol)), None):
         raise InputError(f"definitions: {short(wrong)} is no pair of a Symbol and an expression")
     return tuple((symbol, expression(f"definitions[{symbol}]", e)) for symbol, e in pairs)

@@ -110,7 +110,7 @@ class RestState:
 def slow_manifold(
     system: System, branch: Mapping[sp.Symbol, sp.Expr] | None = None, order: int = 1, mode: str | None = None,
     name: str = "Pi",
-) -> SlowManifold:  # fmt: skip
+) -> SlowManifold:
     r"""Expand ``y = h(x, mu)`` from ``mu h_x x' = g(x, h, mu)``; ``branch`` is {y: h_0}, a root of g(x, y, 0).
 
     Without ``branch`` the branch stays implicit, {y: y}: the coefficients and the conditions for stability and folds
@@ -200,7 +200,7 @@ def branch_slopes(manifold: SlowManifold) -> dict[sp.Symbol, dict[sp.Symbol, sp.
     slopes = -(fast_jacobian(mode, small).inv() * g.jacobian(list(mode.slow)))
     at = {**manifold.branch, **over}
     return {y: {x: sp.cancel(slopes[i, j].subs(at, simultaneous=True)) for j, x in enumerate(mode.slow)}
-            for i, y in enumerate(mode.fast)}  # fmt: skip
+            for i, y in enumerate(mode.fast)}
 
 
 def integral_curves(manifold: SlowManifold) -> sp.Dict:
@@ -253,7 +253,7 @@ def rest_state(manifold: SlowManifold) -> RestState | None:
 def _require_manifold(manifold, verb):
     if not isinstance(manifold, CriticalManifold):
         raise InputError(f"{verb} takes a slow manifold, not {type(manifold).__name__}; take one of "
-                         "ap.slow_manifolds(system)")  # fmt: skip
+                         "ap.slow_manifolds(system)")
 
 
 def _lies_on(state, manifold):

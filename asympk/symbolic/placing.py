@@ -61,7 +61,7 @@ def _divided(system: "System") -> tuple[tuple[str, sp.Expr, tuple[sp.Expr, ...]]
     rates = {f"{s}'": rate for s, rate in (*system.slow.items(), *system.fast.items())}
     many = len(system.frictions) > 1
     parts = {f"{name} of friction {k}" if many else name: part
-             for k, f in enumerate(system.frictions) for name, part in f.parts.items()}  # fmt: skip
+             for k, f in enumerate(system.frictions) for name, part in f.parts.items()}
     powers = ((name, expr, atoms(expr, sp.Pow)) for name, expr in (rates | parts).items())
     found = ((name, expr, {p.base for p in own if p.exp.is_negative}) for name, expr, own in powers)
     return tuple((name, expr, own) for name, expr, bases in found
@@ -73,7 +73,7 @@ def _require_divisible(system: "System", values: dict[sp.Symbol, Any], numbers: 
         for divisor in divisors:
             if divisor.xreplace(numbers) == 0 and expr.subs(numbers).has(sp.zoo, sp.nan, sp.oo, -sp.oo):
                 raise InputError(f"values: {_given(values, divisor)} is refused; {name} = {short(expr)} divides by "
-                                 f"{short(divisor)}")  # fmt: skip
+                                 f"{short(divisor)}")
 
 
 def _require_assumed(system: "System", values: dict[sp.Symbol, Any]) -> None:
@@ -87,10 +87,10 @@ def _require_assumed(system: "System", values: dict[sp.Symbol, Any]) -> None:
         kinetic, static = (bound.subs(numbers) for bound in bounds)
         if kinetic.is_negative:
             raise InputError(f"values: kinetic friction {short(bounds[0])} is negative"
-                             f"{_given(values, bounds[0], ' at ')}; friction opposes the velocity")  # fmt: skip
+                             f"{_given(values, bounds[0], ' at ')}; friction opposes the velocity")
         if (static - kinetic).is_negative:
             raise InputError(f"values: static friction {short(bounds[1])} is below the kinetic one, {short(bounds[0])}"
-                             f"{_given(values, bounds, ', at ')}; make it at least that")  # fmt: skip
+                             f"{_given(values, bounds, ', at ')}; make it at least that")
 
 
 def _given(values: dict[sp.Symbol, Any], parts: sp.Basic, before: str = "") -> str:

@@ -105,7 +105,7 @@ class _Python:
         rest = sorted((self._print(e) for e in expr.args if not e.is_number), key=len, reverse=True)
         first, *others = rest or numbers[:1]
         return reduce(lambda found, e: f"({e} if {e} != {e} else {choice}({found}, {e}))", others,
-                      f"{choice}({', '.join([first, *numbers])})" if numbers else first)  # fmt: skip
+                      f"{choice}({', '.join([first, *numbers])})" if numbers else first)
 
     def _print_Mod(self, expr):
         """Print a remainder in parentheses: without them 1 - 2*x % 1 has the remainder of 2 x."""

@@ -20,10 +20,10 @@ from asympk.symbolic.long import generic_place, heavy, replaced
 RANGE: dict[type, Callable] = {  # what is positive inside the range of an inverse function
     **dict.fromkeys((sp.asin, sp.atan, sp.acsc, sp.acot), lambda w: sp.pi**2 / 4 - w**2),
     **dict.fromkeys((sp.acos, sp.asec), lambda w: w * (sp.pi - w)),
-}  # fmt: skip
+}
 INVERSE: dict[type, Callable] = {
     sp.asin: sp.sin, sp.acos: sp.cos, sp.atan: sp.tan, sp.asec: sp.sec, sp.acsc: sp.csc, sp.acot: sp.cot,
-}  # fmt: skip
+}
 
 
 def heights(solutions: list[dict[sp.Symbol, sp.Expr]]) -> Iterator[sp.Expr]:
@@ -162,7 +162,7 @@ def _in_a_turn(found, numerator, t, q, force, y):
     SymPy leaves out q y = pi, where t has no value, and some others. Its roots are shorter than 2 atan(t)/q.
     """
     different = [s for k, s in enumerate(found)
-                 if not any(sp.expand((s[y] - r[y]) * q / (2 * sp.pi)).is_integer for r in found[:k])]  # fmt: skip
+                 if not any(sp.expand((s[y] - r[y]) * q / (2 * sp.pi)).is_integer for r in found[:k])]
     roots = [{y: 2 * sp.atan(h) / q} for s in solutions_of([numerator], [t]) or () for h in s.values()]
     roots += [{y: sp.pi / q}] * is_zero(force.subs(y, sp.pi / q))
     return max(different, roots, key=len)
@@ -368,7 +368,7 @@ def _eliminants(equal_zero, unknowns):
         return []
     bases = [sp.groebner(found, *(s for s in unknowns if s != y), y, order="grevlex") for y in unknowns]
     return [(basis.fglm("lex").exprs[-1], y) for basis, y in zip(bases, unknowns, strict=True)
-            if basis.is_zero_dimensional]  # fmt: skip
+            if basis.is_zero_dimensional]
 
 
 def _is_beyond_radicals(force, y, unknowns):
@@ -383,4 +383,4 @@ def _is_beyond_radicals(force, y, unknowns):
     factors = (f for f, _ in sp.factor_list(numerator, y)[1] if sp.degree(f, y) > 2)
     return any(unknowns > 1 or sum(found.values()) < sp.degree(f, y)
                or any(is_unreadable(root) or (root.is_real is False and not is_complex(root)) for root in found)
-               for f in factors for found in [sp.roots(f, y)])  # fmt: skip
+               for f in factors for found in [sp.roots(f, y)])

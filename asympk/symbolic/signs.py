@@ -203,7 +203,7 @@ def _vanishes(factor, assumptions):
         return _vanishes(parts[-1], assumptions)
     facts = sp.And.make_args(assumptions)
     return not any(above(f) in facts or _relation(f, assumptions) == sp.true or _is_known(f, facts, strict=True)
-                   for f in (factor, -factor))  # fmt: skip
+                   for f in (factor, -factor))
 
 
 def _relation(expr, assumptions):
@@ -221,5 +221,5 @@ def with_known_lambert(expr: sp.Expr) -> sp.Expr:
     found = expr.atoms(sp.LambertW)
     below = {w for w in found if len(w.args) == 2 or w.args[0].is_negative}
     signs = {w: sp.Dummy(negative=True) for w in below} | \
-            {w: sp.Dummy(positive=True) for w in found - below if w.args[0].is_positive}  # fmt: skip
+            {w: sp.Dummy(positive=True) for w in found - below if w.args[0].is_positive}
     return expr.xreplace(signs)

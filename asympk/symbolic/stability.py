@@ -119,7 +119,7 @@ class Eigenvalues(Spectrum):
 def eigenvalues(
     system: System, *, on: CriticalManifold | Mapping | None = None, at: RestState | Mapping | None = None,
     mode: str | None = None,
-) -> tuple[Spectrum, ...]:  # fmt: skip
+) -> tuple[Spectrum, ...]:
     """Return the ``Spectrum`` of every mode, as ``Eigenvalues`` where one slow and one fast eigenvalue are active.
 
     ``on`` is a manifold, or a branch {fast state: expression}, on which the Jacobian is taken; ``at`` is a rest state,
@@ -199,7 +199,7 @@ def _at_rest(system, modes, at):
         around = _around([*rates.values()], tuple(rates), place)
         if len(around) != 1:
             raise NotDerivable(f"{m.name}: the rates have a kink or a jump at {equations(place)}, or a sawtooth, and "
-                               "so no single Jacobian; write one side of them")  # fmt: skip
+                               "so no single Jacobian; write one side of them")
         jacobian = sp.Matrix(around.pop())[:, 1:]
         if missing := jacobian.free_symbols & {*system.states}:
             raise InputError(f"{m.name}: {in_words(missing)} not given; the spectrum depends on it")
@@ -237,7 +237,7 @@ def _spectrum(system, mode, jacobian):
         fast, slow = fast.applyfunc(lambda entry: limit_of(entry, small)), limit_of(slow, small)
     if sp.Tuple(*fast, slow).has(*INFINITE):
         raise InputError(f"{mode.name}: the eigenvalues have no limit as {small} vanishes, in which the rates are "
-                         "singular; replace what is singular by a parameter")  # fmt: skip
+                         "singular; replace what is singular by a parameter")
     fast = sp.Poly(characteristic(fast) if mode.fast else [1], NU)
     if is_zero(fast.eval(0)):
         raise NotNormallyHyperbolic(f"{mode.name}: dg/dy is singular; fast and slow do not separate")
@@ -268,7 +268,7 @@ def _pair(spectrum, inertia, damping, stiffness):
     return Eigenvalues(**{f.name: getattr(spectrum, f.name) for f in fields(spectrum)},
                        slow=-2 * sp.cancel(stiffness / damping) / (1 + root),
                        fast=-sp.cancel(damping / (2 * inertia)) * (1 + root), coalescence=meeting,
-                       radius=sp.Abs(meeting))  # fmt: skip
+                       radius=sp.Abs(meeting))
 
 
 def _meeting(discriminant, small):

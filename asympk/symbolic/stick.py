@@ -129,7 +129,7 @@ def stick_regions(system: System) -> StickRegions:
     linear = reduced is not None and _linear(reduced)
     shown = cone if reduced is None else reduced
     stick, up, down, ambiguous = (Region(name, shown.rule(name), plane, _cells(name, reduced, plane) if linear else ())
-                                  for name in _RULES)  # fmt: skip
+                                  for name in _RULES)
     return StickRegions(stick, up, down, ambiguous, edges=_zeros(reduced, reduced.hold) if linear else ())
 
 
@@ -141,7 +141,7 @@ def friction_cone(system: System) -> Cone:
         raise NotDerivable(
             f"this system has {count} frictions, whose cones depend on one another: regions need a single friction"
             if count else "this system has no friction: build it with System.with_friction to ask for stick regions"
-        )  # fmt: skip
+        )
     if friction.constraint is not None:
         raise NotDerivable(
             "the reaction of a rigid contact depends on the mode, so that stick and slip may both or neither be "
@@ -155,7 +155,7 @@ def friction_cone(system: System) -> Cone:
     for part in (free, coupling, friction.load, *holds):
         if len({part.subs(still), *_beside_rest(system, part)}) > 1:
             raise NotDerivable(f"{part!s:.60} jumps where the velocity vanishes, and regions need it continuous; "
-                               "write the jump as a friction, or smooth it by tanh")  # fmt: skip
+                               "write the jump as a friction, or smooth it by tanh")
     pairs = (_beside_rest(system, friction.kinetic), holds)
     slip, hold = (up if up == down else sp.Piecewise((up, drive > 0), (down, True)) for up, down in pairs)
     cone = Cone(drive, friction.load, slip * coupling, hold * coupling, friction.gap, free.subs(normal, 0))
@@ -197,7 +197,7 @@ def _real_zeros(velocity, state):
         found = sp.solve(velocity, state)
     except NotImplementedError:
         raise NotDerivable(f"the sliding velocity {velocity!s:.60} cannot be solved for {state}: regions need the "
-                           "plane of rest in symbols") from None  # fmt: skip
+                           "plane of rest in symbols") from None
     return [zero for zero in found if zero.is_real is not False]
 
 
@@ -205,7 +205,7 @@ def _require_order(friction, assumptions):
     """Raise ``InputError`` where the assumptions imply kinetic friction below 0, or static below kinetic friction."""
     kinetic, static = friction.kinetic, friction.static
     for excess, words in ((-kinetic, "kinetic friction is negative"),
-                          (kinetic - static, "static friction is below the kinetic one")):  # fmt: skip
+                          (kinetic - static, "static friction is below the kinetic one")):
         if known_sign(excess, assumptions) > 0 and nonzero(excess, assumptions) == sp.true:
             raise InputError(f"{words}: {excess} > 0 for all parameters allowed; give static >= kinetic >= 0")
 
@@ -321,7 +321,7 @@ def _sample(signs, slopes):
     constant, *rest = signs
     for slope in (2 * sp.Integer(sign) for sign in slopes):
         fitting = [[k for k in (*_GRID, sp.S.Zero) if (sp.sign(k - slope), sp.sign(k + slope)) == pair]
-                   for pair in zip(rest[::2], rest[1::2], strict=True)]  # fmt: skip
+                   for pair in zip(rest[::2], rest[1::2], strict=True)]
         pairs = [(a, b) for a in fitting[0] for b in fitting[-1] if a <= b]
         if pairs:
             slip, hold = min(pairs, key=lambda pair: (pair[0] == pair[1] and len(fitting) > 1, pairs.index(pair)))

@@ -160,7 +160,7 @@ class System(ShownAsFormulas):
     def smooth(
         cls, slow: Mapping[sp.Symbol, Any], fast: Mapping[sp.Symbol, Any], small: sp.Symbol | None,
         assumptions: sp.Basic = sp.true, time: sp.Symbol | None = None,
-    ) -> "System":  # fmt: skip
+    ) -> "System":
         """Build a one-mode system ``x' = slow[x]``, ``small y' = fast[y]``.
 
         >>> import sympy as sp
@@ -180,7 +180,7 @@ class System(ShownAsFormulas):
         force: sp.Symbol, load: Any, kinetic: Any, static: Any = None, small: sp.Symbol | None = None,
         assumptions: sp.Basic = sp.true, time: sp.Symbol | None = None, gap: Any = None,
         normal: sp.Symbol | None = None,
-    ) -> "System":  # fmt: skip
+    ) -> "System":
         """Build a system with one friction whose sliding velocity is the state of ``velocity = {z: z'}``.
 
         The rates may contain ``force`` linearly, with any coefficient. The order of the states is slow, fast, z.
@@ -203,7 +203,7 @@ class System(ShownAsFormulas):
     def with_frictions(
         cls, slow: Mapping[sp.Symbol, Any], fast: Mapping[sp.Symbol, Any], frictions: Iterable[Friction],
         small: sp.Symbol | None = None, time: sp.Symbol | None = None, assumptions: sp.Basic = sp.true,
-    ) -> "System":  # fmt: skip
+    ) -> "System":
         """Build a system with any number of frictions; ``slow`` and ``fast`` hold all states, sliding velocities too.
 
         A block on a spring, with Coulomb friction:
@@ -311,7 +311,7 @@ def require_system(system: Any, verb: str) -> None:
     """Raise ``InputError``, with words on how to give ``verb`` a system, unless ``system`` is a ``System``."""
     if not isinstance(system, System):
         raise InputError(f"{verb} takes a System, not {type(system).__name__}; build one with ap.System, or take the "
-                         "rigid() or elastic() one of a mechanism")  # fmt: skip
+                         "rigid() or elastic() one of a mechanism")
 
 
 def _put(record: Any, name: str, value: Any) -> None:
@@ -375,7 +375,7 @@ def _require_relations(assumed: sp.Basic) -> None:
             _require_relations(part)
     elif not isinstance(assumed, sp.core.relational.Relational | BooleanAtom):
         raise InputError(f"assumptions: {short(assumed)} is no relation; give relations between parameters, such as "
-                         "kappa > 0, joined by sp.And, sp.Or and sp.Not")  # fmt: skip
+                         "kappa > 0, joined by sp.And, sp.Or and sp.Not")
 
 
 def _require_one_symbol_each(system: System) -> None:

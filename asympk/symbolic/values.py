@@ -26,7 +26,7 @@ def by_symbol(values: Mapping, symbols: Iterable[sp.Symbol], owner: str, kind: s
     if not isinstance(values, Mapping | sp.Dict):
         example = f"{{{symbols[0].name!r}: 1}}" if symbols else "{}"
         raise InputError(f"{short(values)} is not a mapping from each {kind} of {owner} to its value, such as "
-                         f"{example}")  # fmt: skip
+                         f"{example}")
     named: dict[Any, list[sp.Symbol]] = {}
     for s in symbols:
         named.setdefault(s.name, []).append(s)
@@ -57,7 +57,7 @@ def as_exact(value: Any, name: Any) -> sp.Expr:
 def require_declared(symbol: Any, value: Any, what: str = "") -> None:
     """Raise ``InputError`` for a number that contradicts the declaration of its symbol, such as positive."""
     rules = {"positive": value > 0, "negative": value < 0, "nonnegative": value >= 0, "nonpositive": value <= 0,
-             "nonzero": value != 0, "integer": value == int(value)}  # fmt: skip
+             "nonzero": value != 0, "integer": value == int(value)}
     for word, holds in rules.items():
         if getattr(symbol, f"is_{word}", False) and not holds:
             raise InputError(f"{what}{symbol} = {value} is refused; the symbol is declared {word}")

@@ -6,7 +6,7 @@ from types import ModuleType
 MECHANISMS = (
     "painleve_klein", "unequal_masses", "held_rod", "butenin", "painleve_rod", "bead_rod", "brake_shoe", "crank_slider",
     "arm",
-)  # fmt: skip
+)
 __all__ = ["nonlinear_rod", *MECHANISMS]
 
 

@@ -39,7 +39,7 @@ def example_scene(
 def on_elastic_contact(
     mechanism: Callable[[], Mechanism], values: Mapping[str, Any], state: Mapping[str, Any], until: Any, name: str,
     compliance: sp.Expr = c, damping: Any = h,
-) -> tuple[Callable[[], System], Callable[[], tuple[Scene, ...]]]:  # fmt: skip
+) -> tuple[Callable[[], System], Callable[[], tuple[Scene, ...]]]:
     """Return the functions ``system`` and ``scenes`` of a module of the catalogue with a single example."""
 
     @cache
@@ -56,7 +56,7 @@ def on_elastic_contact(
 
 def start_at(
     mechanism: Mechanism, system: System, values: Mapping[str, Any], state: Mapping[str, Any]
-) -> dict[str, Any]:  # fmt: skip
+) -> dict[str, Any]:
     """Return the start of an elastic or rigid ``system`` at a ``state``; ``values`` may contain further symbols."""
     own = {str(s) for s in (*mechanism.parameters, *system.parameters)}
     return mechanism.start(system, {**{k: v for k, v in values.items() if k in own}, **state})

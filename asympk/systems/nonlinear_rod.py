@@ -48,7 +48,7 @@ def system() -> System:
     fast, drift, bound = (sp.expand(e.subs(force)).subs(exact) for e in (fast, drift, bound))
     return System.with_friction(slow={x: y}, fast={y: fast}, velocity={z: drift}, force=phi, load=bound,
                                 kinetic=sigma + 2, static=sigma0 + 2, small=mu,
-                                assumptions=sp.And(*ASSUMPTIONS.args, sp.Ge(kappa, 0), c2 < 1))  # fmt: skip
+                                assumptions=sp.And(*ASSUMPTIONS.args, sp.Ge(kappa, 0), c2 < 1))
 
 
 def scenes() -> tuple[Scene, ...]:
@@ -73,7 +73,7 @@ def _nondimensional(expr):
     shorter = rod.l * _COSINE * _SHORTER * x
     stiffness = sp.solve(sp.Eq(displacement().subs(sp.cos(rod.alpha), _COSINE), shorter), rod.k)[0]
     expr = expr.replace(lambda e: e.is_Pow and abs(e.exp) == sp.S.Half,
-                        lambda root: (rod.l * _LENGTH) ** (2 * root.exp))  # fmt: skip
+                        lambda root: (rod.l * _LENGTH) ** (2 * root.exp))
     expr = sp.expand(expr.subs({rod.delta: shorter, sp.cos(rod.alpha): _COSINE}).subs(rod.k, stiffness))
     singular = sp.cancel(sp.expand(expr * _SHORTER).subs(_SHORTER, 0) / (1 - _LENGTH))
     regular = sp.factor(sp.expand(expr - singular * (1 - _LENGTH) / _SHORTER))

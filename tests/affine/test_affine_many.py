@@ -18,7 +18,7 @@ mu, k = sp.symbols("mu k", positive=True)
 CHAIN = ap.System.with_frictions(
     {x: v, v: y - 2 * x + F + sp.cos(2 * t) / 2, w: x - w / 4}, {y: w - y},
     [ap.Friction(velocity=v, force=F, load=2 + x / 4, kinetic=k, static=k + sp.Rational(1, 4))], small=mu, time=t,
-)  # fmt: skip
+)
 
 
 def alone(values, start, until, i):
@@ -60,13 +60,13 @@ def test_parameters_may_be_arrays(starts):
 def test_a_velocity_of_several_states_that_rounding_leaves_beside_0_has_stopped():
     tenths = sp.Rational(1, 10)
     rubbing = ap.Friction(velocity=v - 7 * tenths * w + x / 3, force=F, load=1 + x / 3, kinetic=3 * tenths,
-                          static=4 * tenths)  # fmt: skip
+                          static=4 * tenths)
     pair = ap.System.with_frictions({x: v, y: w, v: F - 3 * x, w: -y - 7 * tenths * F}, {}, [rubbing])
     columns = zip((-0.6079210585669754, 1.5194157560461075, 0.858785308174745, 0.09387569037322763),
                   (0.3499386314883819, 1.811424490896429, -0.3358812939216138, 0.21526971624064517),
                   (-0.20797470689824937, 0.8590466162813528, 1.4678133214037548, 1.8051306330282433),
                   (0.20660308700965757, 0.02672494681142945, 0.7529519455976095, -0.08028370580911082),
-                  strict=True)  # fmt: skip
+                  strict=True)
     starts = dict(zip("xyvw", map(np.array, columns), strict=True))
     many = ap.solve_many(system=pair, values={}, start=starts, until=6)
     for i in range(4):
@@ -132,7 +132,7 @@ def test_shapes_broadcast_and_progress_is_told(starts):
     many = ap.solve_many(
         system=CHAIN, values={"mu": 1e-3, "k": 0.5}, start={**starts, "x": np.ones((3, 1))}, until=1.0,
         progress=lambda done, total: seen.append((done, total)),
-    )  # fmt: skip
+    )
     assert many.final.shape == (4, 3, 40)
     assert many.n_events.shape == (3, 40)
     assert seen[-1] == (120, 120)
@@ -251,7 +251,7 @@ def test_rows_that_grow_beyond_doubles_are_left_out_and_cost_no_other_its_own(la
     ends = np.array([1.0, 2.0, 650.0, 1000.0, 3.0])
     many = ap.solve_many(system=system, values={}, start={"x": 1, "v": 0, "w": 1}, until=ends)
     assert [many.outcomes[k] for k in many.outcome] == ["followed" if end < 710 else "beyond the range of doubles"
-                                                        for end in ends]  # fmt: skip
+                                                        for end in ends]
     assert many.final[0, ends < 710] == pytest.approx(np.cosh(ends[ends < 710]), rel=1e-12)
 
 

@@ -43,7 +43,7 @@ def random_scene(random, size, mu, forced):
         dict(zip(states[1:], rates[1:], strict=True)), {states[0]: rates[0]},
         [ap.Friction(velocity=states[-1], force=F, load=load, kinetic=sp.Rational(3, 4), static=1)],
         small=small, time=t,
-    )  # fmt: skip
+    )
     start = dict(zip(states, (random.integers(-64, 65, size) / 32).tolist(), strict=True))
     return ap.Scene(system=system, values={small: mu}, start=start, until=3)
 
@@ -164,7 +164,7 @@ def random_pair(random, size):
     system = ap.System.with_frictions(
         dict(zip(states[fast:], rates[fast:], strict=True)), dict(zip(states[:fast], rates[:fast], strict=True)),
         frictions, small=mu if fast else None, time=t,
-    )  # fmt: skip
+    )
     start = dict(zip(map(str, states), (random.integers(-64, 65, size) / 32).tolist(), strict=True))
     values = {mu: 10.0 ** -random.integers(1, 9)} if fast else {}
     return ap.Scene(system=system, values=values, start=start, until=2)
@@ -192,7 +192,7 @@ def test_what_sticks_has_the_velocity_zero_exactly_though_its_velocity_moves_the
          v: F + 5 * q * y - 6 * q * a - 4 * v + 1},
         {y: 2 * F - 15 * q * y - a / 2 + 7 * q * b - 5 * q * v},
         [ap.Friction(velocity=v, force=F, load=2, kinetic=3 * q)], small=mu,
-    )  # fmt: skip
+    )
     start = {"y": -0.5, "a": 0.5, "b": -0.5, "v": 0.5}
     scene = ap.Scene(system=system, values={"mu": 1e-4}, start=start, until=2)
     for path in (ap.solve(scene), ap.solve(scene, digits=40)):
@@ -477,7 +477,7 @@ def test_modes_that_rounding_alone_makes_consistent_are_told_apart_by_more_digit
     x, u, w, v, y = sp.symbols("x u w v y", real=True)
     mu, q = sp.Symbol("mu", positive=True), sp.Rational
     slow = {x: 17 * u / 100 + y, u: 79 * u / 100 + v + 4 * x / 25, w: 17 * u / 20 - 4 * w / 25,
-            v: F - 17 * u / 100 - 11 * w / 100 - x - y + q(117, 100)}  # fmt: skip
+            v: F - 17 * u / 100 - 11 * w / 100 - x - y + q(117, 100)}
     contact = ap.Friction(velocity=v + q(9, 50), force=F, load=x + y, kinetic=q(16, 5))
     fast = {y: F - 11 * u / 100 - 11 * w / 50 - 2 * x - 2 * y + 1}
     system = ap.System.with_frictions(slow, fast, [contact], small=mu)
@@ -491,7 +491,7 @@ def test_modes_that_rounding_alone_makes_consistent_are_told_apart_by_more_digit
 def linear_scene(rows, start, until=1):
     states = sp.symbols(f"y0:{len(rows)}", real=True)
     rates = {s: sum(sp.Rational(c) * w for c, w in zip(row, states, strict=True))
-             for s, row in zip(states, rows, strict=True)}  # fmt: skip
+             for s, row in zip(states, rows, strict=True)}
     system = ap.System.with_frictions(rates, {}, [])
     return ap.Scene(system=system, start=dict(zip(states, start, strict=True)), until=until)
 
@@ -510,7 +510,7 @@ def test_eigenvalues_much_nearer_to_one_another_than_the_digits_in_use_lose_noth
                 1 - 2 * mpmath.expm1(-d) / d, 2 * mpmath.exp(-d))
             true = [w * mpmath.exp(-1) for w in true]
             assert all(abs(a - b) < (1e-15 if digits is None else mpmath.mpf(10) ** -30)
-                       for a, b in zip(final, true, strict=True))  # fmt: skip
+                       for a, b in zip(final, true, strict=True))
 
 
 def test_eigenvalues_that_no_number_of_bits_in_use_tells_apart_are_refused_by_name(monkeypatch):
@@ -549,7 +549,7 @@ p = sp.Symbol("p", positive=True)
     ("coefficient", "value", "limit"),
     [(sp.log(1 + p) / p, "1e-90", 1), (p / sp.log(1 + p), "1e-90", 1), ((1 - sp.cos(p)) / p**2, "1e-40", 0.5),
      ((1 - sp.tanh(p)) * sp.exp(2 * p) / 2, 100, 1)],
-)  # fmt: skip
+)
 def test_a_part_of_a_coefficient_that_cancels_to_its_last_digit_counts_where_a_large_part_multiplies_it(
     coefficient, value, limit, digits
 ):

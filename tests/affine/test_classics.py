@@ -55,7 +55,7 @@ def test_irrational_frequencies_and_rates_that_are_equal_are_one(digits):
         ({v: -k / m * x - 2 * sp.sqrt(k / m) * v}, {k: 6, m: 3}, lambda w, s: s * mpmath.exp(-w * s)),
         ({v: -omega * x - 2 * root * v + sp.exp(-root * t)}, {omega: 2},
          lambda w, s: (s + s**2 / 2) * mpmath.exp(-w * s)),
-    ]  # fmt: skip
+    ]
     for rates, values, closed in cases:
         system = ap.System.with_frictions({x: v, **rates}, {}, [], time=t)
         path = followed(system, values, {"x": 0, "v": 1}, 5, digits=digits)
@@ -314,7 +314,7 @@ def test_the_twisting_algorithm_reaches_the_origin_in_the_known_time():
     twisting = ap.System.with_frictions(
         {x: v, v: F + G}, {},
         [ap.Friction(velocity=x, force=F, load=1, kinetic=f), ap.Friction(velocity=v, force=G, load=1, kinetic=fs)],
-    )  # fmt: skip
+    )
     r, s = 3.0, 1.0
     ratio = np.sqrt((r - s) / (r + s))
     half = 1 / (r + s) + 1 / np.sqrt((r + s) * (r - s))  # from x = 0 with |x'| = 1 to the next x = 0

@@ -80,7 +80,7 @@ def test_phases_on_one_line_have_a_side_more_than_they_are_and_others_all_combin
 
 @pytest.mark.parametrize("push", [
     sp.Piecewise((1, t < 1), (0, True)), 1 - sp.Heaviside(t - 1), sp.Min(1, sp.Max(0, 1 - sp.Max(0, t - 1) * 10**9)),
-])  # fmt: skip
+])
 def test_a_block_that_a_pulse_sets_in_motion_slides_as_far_as_its_parabolas(push):
     """By 2/5 in the pulse, 1 - 1/5 over a second; then by v^2/(2/5), v = 4/5 (Newmark 1965); the ramp lasts 1e-9."""
     block = ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational(1, 5))
@@ -111,7 +111,7 @@ def test_frictions_of_one_velocity_hold_a_block_together_until_one_of_them_turns
     w, G = sp.symbols("w G", real=True)
     turned = sp.Piecewise((v, t < 1), (v - w, True))
     rub, clutch = (ap.Friction(velocity=u, force=force, load=1, kinetic=sp.Rational(1, 5), static=sp.Rational(static))
-                   for u, force in ((v, F), (turned, G)))  # fmt: skip
+                   for u, force in ((v, F), (turned, G)))
     rates = {v: t + F + G * turned.diff(v), w: t / 2 + G * turned.diff(w)}
     path = ap.solve(ap.Scene(system=ap.System.with_frictions(rates, {}, [rub, clutch], time=t), start=(0, 0), until=3))
     bound = float(sp.Rational(static))
@@ -129,7 +129,7 @@ def test_three_frictions_hold_two_blocks_until_their_bounds_are_used_up_although
     w, G, H = sp.symbols("w G H", real=True)
     turned = sp.Piecewise((v - w, t < 1), (w, True))
     rubs = [ap.Friction(velocity=u, force=force, load=1, kinetic=sp.Rational(1, 5), static=sp.Rational(static))
-            for u, force in ((v, F), (w, G), (turned, H))]  # fmt: skip
+            for u, force in ((v, F), (w, G), (turned, H))]
     rates = {v: t + F + H * turned.diff(v), w: t / 2 + G + H * turned.diff(w)}
     path = ap.solve(ap.Scene(system=ap.System.with_frictions(rates, {}, rubs, time=t), start=(0, 0), until=3))
     bound = float(sp.Rational(static))

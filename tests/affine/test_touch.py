@@ -238,7 +238,7 @@ def test_bounds_that_no_part_of_a_motion_reaches_are_left_out_at_a_few_looks_how
 @pytest.mark.parametrize(("push", "near"), [
     (t / 1000, 1000), (sp.exp(t / 500) / 100, 2302), (t * sp.exp(-t / 1000) / 300, 489), (t * sp.sin(t) / 1000, 1000),
     (1 - sp.exp(-t / 500) * t / 1000 + t**2 / 10**6, 297),
-])  # fmt: skip
+])
 @pytest.mark.few(2)
 def test_a_load_that_slow_parts_take_away_after_long_is_lost_then(push, near):
     system = ap.System.with_frictions({x: y, y: -x, v: F}, {}, [ap.Friction(v, F, 1 - push, 0)], time=t)

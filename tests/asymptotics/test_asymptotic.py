@@ -173,7 +173,7 @@ def test_where_the_limit_misleads_the_series_is_refused_to_every_order(order):
         (arrives, "slip_same does not follow the arrival"), (slow, "not fast"),
         (missed, "meets z = 0 in slip_opposite"), (held, "returns to z = 0 in slip_same"),
         (settles, "slow line of stick is far"), (divides, "slow line of slip_opposite is far"),
-    ):  # fmt: skip
+    ):
         with pytest.raises(OutOfRange, match=words):
             ap.solve(scene, "jump", order=order)
 

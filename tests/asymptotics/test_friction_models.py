@@ -40,7 +40,7 @@ STARTS = [(0, "1/5", -1), (0, 0, 1), (-1, -1, 1), ("3/10", -2, "-1/2"), (0, -3, 
 ROD = ap.System.with_friction(
     slow={a: b}, fast={b: 1 - 2 * (a + b) + F}, velocity={w: 1 - (a + b) + F}, force=F, load=a + b, kinetic=s + 2,
     small=c,
-)  # fmt: skip
+)
 
 
 def _order(path, truth, small):
@@ -153,14 +153,14 @@ def _paradox(push, load=None):
     return ap.System.with_friction(
         slow={a: b}, fast={b: 1 - 2 * (a + b) + F}, velocity={w: 1 - (a + b) + F + push}, force=F, load=load or a + b,
         kinetic=3, small=c,
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize("system", [
     _paradox(b**2), _paradox(c * b**2), _paradox(b / (1 + b**2)), _paradox(sp.Max(0, w + sp.S.Half)),
     _paradox(0, a + b + sp.Max(0, a - 10 * c * b)),
     ap.System.with_friction({a: b}, {b: 1 - b**3 + F}, {w: 1 + F}, force=F, load=a + b, kinetic=sp.S.Half, small=c),
-])  # fmt: skip
+])
 @pytest.mark.few(2)
 def test_layers_and_jumps_without_a_law_in_the_limit_are_followed_to_order_0(system):
     errors = []
@@ -206,7 +206,7 @@ def test_higher_orders_take_several_frictions_and_a_belt_that_swings():
         slow={p: q, u: 1 - (p + q) + F1, v: -p - v + F2 + sp.cos(3 * t) / 5}, fast={q: 1 - 2 * (p + q) + F1}, small=c,
         time=t, frictions=(ap.Friction(velocity=u, force=F1, load=p + q, kinetic=3),
                            ap.Friction(velocity=v, force=F2, load=sp.Integer(1), kinetic=sp.Rational(1, 10))),
-    )  # fmt: skip
+    )
     scene = ap.Scene(system=system, values={c: "1e-4"}, start={p: 0, q: "1/5", u: -1, v: "1/2"}, until=1)
     path, truth = ap.solve(scene, "jump", order=1), ap.solve(scene, "lsoda", rtol=1e-11)
     assert path.modes == truth.modes
@@ -282,7 +282,7 @@ def test_an_upright_rod_whose_end_rests_and_begins_to_move_by_rounding_alone_is_
 def test_where_a_manifold_is_lost_after_a_layer_is_told_in_the_time_of_the_scene():
     """It attracts as 1 - a does, which changes within its own time at a distance of sqrt(c) from 1."""
     ramp = ap.System.with_friction(slow={a: 1}, fast={b: (a - 1) * b}, velocity={w: 1 + F}, force=F, load=1,
-                                   kinetic=sp.S.Half, small=c)  # fmt: skip
+                                   kinetic=sp.S.Half, small=c)
     scene = ap.Scene(system=ramp, values={c: "1e-4"}, start={a: 0, b: 1, w: 1}, until=2)
     with pytest.raises(NotNormallyHyperbolic, match=r"lost at t = 0\.99, w = 1\.495, b = -?0: it attracts"):
         ap.solve(scene, "jump", order=1)
@@ -292,7 +292,7 @@ def test_where_a_manifold_is_lost_after_a_layer_is_told_in_the_time_of_the_scene
 def test_the_units_of_a_slow_state_do_not_decide_whether_its_manifold_is_lost(unit):
     """The fast rate is 1000 and the slow one 1, whatever a state that hardly moves is measured in."""
     drift = ap.System.with_friction(slow={a: b, s: 0}, fast={b: -(a + b + unit * s)}, velocity={w: 1 + F}, force=F,
-                                    load=1, kinetic=sp.S.Half, small=c)  # fmt: skip
+                                    load=1, kinetic=sp.S.Half, small=c)
     start = {a: 1, b: 0, s: f"1/{unit}", w: 1}
     scene = ap.Scene(system=drift, values={c: "1e-3"}, start=start, until=1)
     path, truth = ap.solve(scene, "jump", order=1), ap.solve(scene)
@@ -306,7 +306,7 @@ def test_a_load_whose_slow_state_is_measured_in_units_that_are_too_large_is_foll
     def followed(unit):
         load = unit * a + b
         held = ap.System.with_friction(slow={a: b / unit}, fast={b: 1 - 2 * load + F}, force=F, load=load, kinetic=3,
-                                       velocity={w: 1 - load + F + w / 7}, small=c)  # fmt: skip
+                                       velocity={w: 1 - load + F + w / 7}, small=c)
         scene = ap.Scene(system=held, values={c: "1e-5"}, start={a: 0, b: "1/5", w: -1}, until=2)
         path = ap.solve(scene, "jump", order=order)
         back = [dict(zip(path.names, values, strict=True)) for values in (path.final, *(e.state for e in path.events))]
@@ -334,7 +334,7 @@ def test_a_box_that_slides_towards_its_corner_is_followed_to_where_it_stops_on_i
 def test_an_event_in_a_fast_motion_that_never_settles_is_told_at_its_own_time():
     """Without damping the layer lasts, and w = t - 2/5 vanishes within it."""
     block = ap.System.with_friction(slow={}, fast={a: b, b: 1 - a}, velocity={w: 1 + F}, force=F, load=a, kinetic=0,
-                                    small=c)  # fmt: skip
+                                    small=c)
     scene = ap.Scene(system=block, values={c: "1e-2"}, start={a: 1, b: "1/10", w: "-2/5"}, until=1)
     with pytest.raises(NoManifold, match=r"passes slip_opposite -> slip_same from t = 0\.4;"):
         ap.solve(scene, "slow", order=1)
@@ -368,7 +368,7 @@ def test_what_orders_with_friction_predict_bounds_their_error_on_random_scenes(s
 def _two_frictions():
     z1, z2, f1, f2 = sp.symbols("z1 z2 F1 F2", real=True)
     contacts = (ap.Friction(velocity=z1, force=f1, load=a + b, kinetic=3),
-                ap.Friction(velocity=z2, force=f2, load=sp.S.One, kinetic=sp.S.Half))  # fmt: skip
+                ap.Friction(velocity=z2, force=f2, load=sp.S.One, kinetic=sp.S.Half))
     slow = {a: b, z1: 1 - (a + b) + f1, z2: -1 + (a + b) / 2 + f2}
     return ap.System.with_frictions(slow=slow, fast={b: 1 - 2 * (a + b) + f1}, frictions=contacts, small=c)
 
@@ -396,7 +396,7 @@ def test_a_fast_state_that_rests_under_one_of_many_shares_of_two_frictions_is_no
     q, u, y, f1, f2 = sp.symbols("q u y F1 F2", real=True)
     contacts = [ap.Friction(velocity=u, force=f, load=y + 1, kinetic=(1 + 1 / (1 + u**2)) / 2) for f in (f1, f2)]
     block = ap.System.with_frictions({q: u, u: f1 + f2 - 2 * q + 1}, {y: (f1 - 3 * f2) / 2 - q + 3 * u - 2 * y},
-                                     contacts, small=c)  # fmt: skip
+                                     contacts, small=c)
     scene = ap.Scene(system=block, values={c: "1/100"}, start=dict(zip((q, u, y), start, strict=True)), until=1)
     with pytest.raises(UnboundedReaction, match="forces of contacts are not determined"):
         ap.solve(scene, **options)
@@ -450,7 +450,7 @@ def test_a_guard_that_falls_smoothly_for_a_while_is_met(method, order):
 def test_a_jump_onto_a_patch_of_ice_is_no_load_that_nothing_stops():
     kinetic = sp.Piecewise((3, a < sp.Rational(1, 2)), (sp.Rational(1, 20), True))
     patched = ap.System.with_friction(slow={a: b}, fast={b: 1 - 2 * (a + b) + F}, velocity={w: 1 - (a + b) + F},
-                                      force=F, load=a + b, kinetic=kinetic, small=c)  # fmt: skip
+                                      force=F, load=a + b, kinetic=kinetic, small=c)
     scene = ap.Scene(system=patched, values={c: "1e-4"}, start=(0, 0, -1), until=2)
     truth, path = ap.solve(scene), ap.solve(scene, "jump", order=1)
     assert truth.modes == ("slip_opposite", "stick", "slip_opposite", "slip_same")  # the ice holds no load of 5000
@@ -487,7 +487,7 @@ def _turning_rod(values, start, until):
     x, y, q, v, mu = (sp.Symbol(n, real=True) for n in ("x", "y", "q", "v", "mu"))
     inner, along, stiffness, kinetic = sp.symbols("a b k f", positive=True)
     rates = {"slow": {x: y, q: v, v: -sp.sin(q) - stiffness * (x + y) + F},
-             "fast": {y: 1 + along * sp.cos(q) - (1 + stiffness) * (x + y) + inner * F}}  # fmt: skip
+             "fast": {y: 1 + along * sp.cos(q) - (1 + stiffness) * (x + y) + inner * F}}
     contact = ap.Friction(velocity=v - sp.Symbol("r"), force=F, load=x + y, kinetic=kinetic)
     system = ap.System.with_frictions(**rates, frictions=[contact], small=mu)
     return ap.Scene(system=system, values=values, start=start, until=until)
@@ -621,7 +621,7 @@ def test_the_unit_of_time_does_not_decide_whether_a_load_is_stopped(unit, order)
     slow = {x: h * y, v: h * (1 - (x + y) + F)}
     system = ap.System.with_frictions(slow, {y: h * (1 - 2 * (x + y) + F)}, [contact], small=c)
     scenes = (ap.Scene(system=system, values={c: "1e-5", h: each}, start=(0, -1, "1/5"), until=2 / sp.Rational(each))
-              for each in (unit, 1))  # fmt: skip
+              for each in (unit, 1))
     path, same = (ap.solve(scene, "jump", order=order) for scene in scenes)
     assert path.modes == same.modes == ("slip_opposite", "stick", "slip_same")
     assert distance(path.final, same.final) < 1e-10
@@ -692,7 +692,7 @@ def test_a_creeping_velocity_returns_where_its_integral_says():
         creep = Creep(start, rate, at_rest, growth)
         back = creep.returns(1e3)
         speed = solve_ivp(lambda t, _, c=creep: [c.rate_at_rest + (c.rate - c.rate_at_rest) * math.exp(c.growth * t)],
-                          (0, back), [start], rtol=1e-11, atol=1e-13).y[0]  # fmt: skip
+                          (0, back), [start], rtol=1e-11, atol=1e-13).y[0]
         assert abs(speed[-1]) < 1e-8
         assert min(speed[1:-1]) > 0
     assert Creep(0, 1.7e-9, 2456.1, 2.2).returns(16) < 1e-9  # it has hardly left 0
@@ -711,7 +711,7 @@ def _on_cubic(values, start, until):
     ("values", "start"),
     [({"c": "0.6", "f": "1.801", "mu": "1e-3"}, {"x": "1.432", "v": "1.044", "y": "1.012"}),
      ({"c": "1.167", "f": "1.072", "mu": "1e-5"}, {"x": "0.513", "v": "0.626", "y": "-0.917"})],
-)  # fmt: skip
+)
 def test_a_layer_that_begins_beside_a_fold_is_followed(values, start):
     # g_y is small there, so that the first try of a step leaves the numbers
     scene = _on_cubic(values, start, "0.9")
@@ -741,7 +741,7 @@ def test_friction_beside_all_edges_is_that_of_the_formulas_on_its_side(order):
         ap.System.with_friction(slow={a: b}, fast={b: 1 - 2 * (a + b) + F + push}, velocity={w: 1 - (a + b) + F},
                                 force=F, load=a + b, kinetic=kinetic, small=c)
         for push, kinetic in ((spring, patch), ((a + 3) / 10, 3))
-    )  # fmt: skip
+    )
     scenes = (ap.Scene(system=s, values={c: "1e-3"}, start=(0, "1/5", -1), until=2) for s in (switched, plain))
     path, known = (ap.solve(scene, "jump", order=order) for scene in scenes)
     assert (path.final, path.modes, path.error) == (known.final, known.modes, known.error)
@@ -751,7 +751,7 @@ def test_a_jump_meets_edges_of_the_fast_state_alike_to_every_order():
     for edge in (b**2 - 9, b - 9, -9 - b):
         patch = sp.Piecewise((3, edge < 0), (sp.Rational(1, 20), True))
         system = ap.System.with_friction(slow={a: b}, fast={b: 1 - 2 * (a + b) + F}, velocity={w: 1 - (a + b) + F},
-                                         force=F, load=a + b, kinetic=patch, small=c)  # fmt: skip
+                                         force=F, load=a + b, kinetic=patch, small=c)
         scene = ap.Scene(system=system, values={c: "1e-3"}, start=(0, "1/5", -1), until=2)
         for order in (0, 1):
             if edge == -9 - b:
@@ -830,7 +830,7 @@ def test_a_velocity_that_a_fast_state_brings_to_rest_is_followed_by_order_0_too(
 
 
 @pytest.mark.parametrize(("bend", "affine"), [("(a + b)*y**2 - a*y**2 - b*y**2", True), ("(a + b)*y**2", False),
-                                              ("mu*(a + b)*y**2", False), ("mu**2*(a + b)*y**2", True)])  # fmt: skip
+                                              ("mu*(a + b)*y**2", False), ("mu**2*(a + b)*y**2", True)])
 def test_a_rate_is_affine_where_its_curvature_vanishes_in_the_limit_or_only_as_its_sums_are_expanded(bend, affine):
     a, b, y, small = sp.symbols("a b y mu")
     rate = sp.sympify(bend, locals={"a": a, "b": b, "y": y, "mu": small}, evaluate=False) + (a + b) * y + b

@@ -79,6 +79,6 @@ def test_powers_of_the_time_do_not_hide_the_error_of_a_state_that_has_decayed(de
 def test_steps_that_are_kept_short_stay_explicit():
     """The exact motion to t = 2 is cos t; implicit steps of the same length, ten times as dear, came after 100."""
     taken = [*nonstiff.steps((lambda x, v: (v, -x),), (), (1.0, 0.0), 2.0, 1e-12, (1e-12,) * 2, within=0.01,
-                             slopes=lambda state: np.array([[0.0, 1.0], [-1.0, 0.0]]))]  # fmt: skip
+                             slopes=lambda state: np.array([[0.0, 1.0], [-1.0, 0.0]]))]
     assert {type(step) for step in taken} == {nonstiff.ExplicitStep}
     assert taken[-1].end[0] == pytest.approx(math.cos(2.0), abs=1e-12)

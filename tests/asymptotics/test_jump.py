@@ -51,7 +51,7 @@ def values(s, start, static=None):
 def test_the_layer_of_a_rod_that_all_of_several_assumptions_make_shallow_does_not_jump():
     shallow = System.with_friction({x: y}, {y: 1 - 2 * (x + y) + F}, velocity={z: 1 - (x + y) + F}, force=F,
                                    load=x + y, kinetic=sigma + 2, small=mu,
-                                   assumptions=sp.And(sigma > -2, sigma < 0))  # fmt: skip
+                                   assumptions=sp.And(sigma > -2, sigma < 0))
     found = jump_map(shallow)
     assert found.itinerary == ("slip_opposite",)
     assert sp.cancel(found.x.coefficient(1) - (x + y + 1 / sigma) / -sigma) == 0  # y - (-1/sigma - x) decays at -sigma
@@ -62,7 +62,7 @@ def test_the_layer_of_a_rod_that_all_of_several_assumptions_make_shallow_does_no
 def test_a_layer_has_its_law_in_every_range_of_parameters_that_the_assumptions_allow(range_):
     def limit(assumptions):
         steep = System.with_friction({x: y}, {y: 1 - 2 * (x + y) + F}, velocity={z: 1 - (x + y) + F}, force=F,
-                                     load=x + y, kinetic=sigma + 2, small=mu, assumptions=assumptions)  # fmt: skip
+                                     load=x + y, kinetic=sigma + 2, small=mu, assumptions=assumptions)
         return jump_map(steep)
 
     assert limit(range_).itinerary == FROM_BELOW
@@ -261,7 +261,7 @@ def integrated(system, start, jump, small):
             stop = [lambda t, u, level=level: level(*u)]
             stop[0].terminal = True
         found = solve_ivp(lambda t, u, field=field: field(*u), (t, t + 0.2), state, "Radau", events=stop,
-                          rtol=1e-10, atol=1e-12, first_step=float(small) * 1e-4)  # fmt: skip
+                          rtol=1e-10, atol=1e-12, first_step=float(small) * 1e-4)
         t, state = found.t[-1], list(found.y[:, -1])
     equations = sp.Matrix([rates.slow[states[0]], rates.fast[fast] / small])
     matrix = np.array(equations.jacobian(states[:2]), dtype=float)
@@ -294,7 +294,7 @@ def test_a_system_without_a_common_integral_says_so():
     entering = System.with_friction(
         slow={x: y - F / 2}, fast={y: 1 - 2 * (x + y) + F}, velocity={z: 1 - (x + y) + F}, force=F, load=x + y,
         kinetic=sigma + 2, static=sigma0 + 2, small=mu, assumptions=SYSTEM.assumptions,
-    )  # fmt: skip
+    )
     with pytest.raises(NotDerivable, match="free of the fast motion"):
         first_integral(entering)
 
@@ -307,7 +307,7 @@ def test_a_coefficient_that_is_not_rational_in_the_parameters_is_refused_in_symb
     pushed = System.with_friction(
         slow={x: y}, fast={y: push - 2 * (x + y) + F}, velocity={z: 1 - (x + y) + F}, force=F, load=x + y,
         kinetic=sigma + 2, small=mu, assumptions=sigma > -2,
-    )  # fmt: skip
+    )
     with pytest.raises(NotDerivable, match="is not rational in the parameters"):
         jump_map(pushed, start={sigma: 1})
 
@@ -358,7 +358,7 @@ def test_systems_without_a_jump_are_refused():
     ("pull", "static", "words"),
     [(5, "7/2", "at an unbounded load friction does not hold"), (5, 6, None), (1, "7/2", None),
      (-5, 6, "the load grows without bound and the velocity with it")],
-)  # fmt: skip
+)
 @pytest.mark.few(2)
 def test_a_load_without_bound_must_stop_the_mass_and_hold_it(pull, static, words, start):
     """Friction 3 L does not stop it against a pull of -5 L, and 7/2 L does not hold it against 5 L; 6 L does."""
@@ -366,7 +366,7 @@ def test_a_load_without_bound_must_stop_the_mass_and_hold_it(pull, static, words
     system = System.with_friction(
         slow={x: y}, fast={y: 1 - 2 * load + F}, velocity={z: 1 + pull * load + F}, force=F, load=load, kinetic=3,
         static=sp.Rational(static), small=mu,
-    )  # fmt: skip
+    )
     with pytest.raises(NotDerivable, match=words) if words else nullcontext():
         assert "stick" in jump_map(system, 1, start).itinerary
 
@@ -377,7 +377,7 @@ def test_a_system_whose_rates_contain_the_time_has_no_jump_map_in_symbols():
 
     def driven(drive):
         return System.with_friction({x: y}, {y: 1 - 2 * (x + y) + force + drive}, velocity={z: 1 - x - y + force},
-                                    force=force, load=x + y, kinetic=3, small=mu, time=time)  # fmt: skip
+                                    force=force, load=x + y, kinetic=3, small=mu, time=time)
 
     for drive in (time, sp.exp(time)):
         with pytest.raises(NotDerivable, match=r"the time t is in the system.*solve\(scene, method='jump'"):
@@ -443,7 +443,7 @@ def test_a_force_with_any_coefficient_in_the_velocity_leaves_the_cone_by_the_dri
     scaled = System.with_friction(
         slow={x: y}, fast={y: 1 - 2 * (x + y) + F}, velocity={z: (1 - (x + y) + F) / 3}, force=F, load=x + y,
         kinetic=sigma + 2, static=sigma0 + 2, small=mu, assumptions=SYSTEM.assumptions,
-    )  # fmt: skip
+    )
     ours, theirs = jump_map(SYSTEM, 1, {sigma: 1}), jump_map(scaled, 1, {sigma: 1})
     assert theirs.itinerary == ours.itinerary
     at = {sigma: 1, sigma0: 2, y: sp.Rational(1, 3), x: sp.Rational(1, 7), mu: sp.Rational(1, 1000)}
@@ -504,7 +504,7 @@ def test_the_jump_map_does_not_depend_on_the_origin_of_the_fast_state():
     beside = System.with_frictions(
         slow=slow, fast=fast, frictions=(replace(friction, load=moved(friction.load)),), small=mu,
         assumptions=SYSTEM.assumptions,
-    )  # fmt: skip
+    )
     here, there = jump_map(SYSTEM, start={x: 0, y: 0.2, z: -1}), jump_map(beside, start={x: 0, y: 1.2, z: -1})
     for found, known in ((there.x, here.x), (there.z, here.z)):
         assert found.terms.keys() == known.terms.keys()

@@ -58,7 +58,7 @@ def _truth(name, small, until):
     jac = sp.lambdify(states, sp.Matrix(rates).jacobian(states))
     begin = [float(sp.Rational(start[s])) for s in states]
     return solve_ivp(lambda _, q: rhs(*q), (0, until), begin, "Radau", rtol=1e-12, atol=1e-13,
-                     jac=lambda _, q: np.array(jac(*q), dtype=float), dense_output=True).sol  # fmt: skip
+                     jac=lambda _, q: np.array(jac(*q), dtype=float), dense_output=True).sol
 
 
 def _path(name, small, until, method="jump", order=1):
@@ -204,7 +204,7 @@ def _focus(change):
     ({u: _repelling(10, 4) * u + mu**2}, "t = 2.83601, .* before a fold"),
     ({u: _repelling(sp.Rational(15, 2), 2) * u + mu**2}, "t = 2.62155, .* before a fold"),
     ({u: _repelling(7, 1) * u + mu**2}, "t = 2.91053, .* before a fold"),
-])  # fmt: skip
+])
 def test_a_manifold_that_repels_for_a_while_is_lost_though_the_slow_motion_does_not_feel_it(fast, lost, order):
     system = ap.System.smooth({x: sp.Integer(2)}, fast, mu)
     with pytest.raises(NotNormallyHyperbolic, match=lost):
@@ -278,7 +278,7 @@ def test_a_start_that_the_layer_carries_to_infinity_is_refused():
     ("force", "until", "passed"),
     [(1 / (x - 1), 2, "x - 1 = 0"), (1 / (x - 1) ** 2, 2, "x - 1 = 0"), (sp.tan(x), 5, r"cos\(x\) = 0"),
      (1 / (x - 1) + sp.sign(x - 4), 2, "x - 1 = 0"), (sp.tan(x) + sp.sign(x - sp.Rational(9, 2)), 5, r"cos\(x\) = 0")],
-)  # fmt: skip
+)
 @pytest.mark.parametrize("order", [0, 1])
 def test_a_pole_that_slow_motion_does_not_feel_is_not_passed(force, until, passed, order):
     """x' = 1 goes on beyond, and y = tan(x) too, twice within 5; there is no such motion."""
@@ -361,7 +361,7 @@ def test_an_error_near_a_fold_is_predicted_by_the_state_whose_terms_fall_least()
 @pytest.mark.parametrize("method", ["slow", "jump"])
 @pytest.mark.parametrize("order", [0, 1, 2])
 @pytest.mark.parametrize(("drift", "force", "start"), [(-x + y / 2, y - y**3 + mu * x, (1, "-1/2000")),
-                                                       (1, (y - x) * (1 - y**2), (0, "1/2000"))])  # fmt: skip
+                                                       (1, (y - x) * (1 - y**2), (0, "1/2000"))])
 @pytest.mark.few(2)
 def test_a_start_so_near_the_edge_of_a_basin_that_the_small_parameter_decides_is_refused(
     drift, force, start, order, method
@@ -578,7 +578,7 @@ def test_what_cannot_be_followed_is_refused_by_name(fast, start, error, words):
 
 @pytest.mark.parametrize("rates", [
     {u: v - 2 * u, v: 2 * u - v}, {u: w - u * v, v: w - u * v + mu * w, w: u * v - w - mu * w},
-])  # fmt: skip
+])
 def test_a_layer_that_conserves_a_function_of_the_fast_states_is_refused_with_the_advice_to_make_it_slow(rates):
     system = ap.System.smooth({x: -x}, rates, mu)
     with pytest.raises(OutOfRange, match=r"g_y is singular everywhere, .*; make it a slow state$"):
@@ -651,7 +651,7 @@ def test_a_layer_that_is_followed_roughly_stands_still_as_near_to_its_branch_as_
 @pytest.mark.parametrize(("small", "start", "until"), [
     ("1711/500000", ("5237/10000", "443/10000", "2603/10000", "-137/200"), "17/200"),
     ("597/50000", ("849/1250", "459/2500", "-29/100", "-13/20"), "2931/10000"),
-])  # fmt: skip
+])
 @pytest.mark.few(1)
 def test_the_composite_is_right_where_its_layer_is_just_over(small, start, until):
     # the layer is followed twice, for its base point and for itself, and the two runs end at times of their own
@@ -676,7 +676,7 @@ def test_what_is_predicted_bounds_the_error_where_the_series_hardly_converges(or
     ("-0.7802*y", "x - exp(y)", ("0.6116", "1.187"), "0.0814", "0.8624", 0),
     ("cos(y) - 1.997*x", "-sin(1.05*x) - y + 0.7009*sin(y)", ("0.1312", "0.8181"), "0.0203", "0.01827", 0),
     ("cos(y) - 1.675*x", "-sin(1.219*x) - y - 0.228*sin(y)", ("0.4913", "0.5719"), "0.303", "1.316", 2),
-])  # fmt: skip
+])
 @pytest.mark.few(2)
 def test_what_is_predicted_bounds_the_error_where_omitted_terms_are_small_by_chance(
     slow, fast, start, small, until, order
@@ -722,7 +722,7 @@ def test_equal_lags_in_a_row_remember_the_terms_of_all_their_delays(lags):
 
 
 @pytest.mark.parametrize(("flat", "small", "order", "most"),
-                         [(7, "1/20", 1, 6), (9, "1/50", 0, 40), (11, "1/50", 2, 10)])  # fmt: skip
+                         [(7, "1/20", 1, 6), (9, "1/50", 0, 40), (11, "1/50", 2, 10)])
 @pytest.mark.few(1)
 def test_terms_that_are_rounding_where_a_drive_comes_to_rest_do_not_hide_those_before(flat, small, order, most):
     """The first 7 derivatives of the drive are 0 at T = 1: an error of 6e-4 was predicted as 1e-6 to order 1."""
@@ -780,7 +780,7 @@ def test_high_powers_of_the_small_parameter_that_the_rates_only_imply_are_among_
     sp.sin(50 * mu) ** 6, 10**10 * mu ** sp.Rational(13, 2),
     (sp.exp(50 * x * mu) - 1) ** 6, (sp.sin(50 * mu) * x) ** 6, sp.sinc(10**7 * mu**4), sp.sinc(50 * x * mu),
     x * (sp.exp(10**5 * mu**3) - 1) / (10**5 * mu**3),
-])  # fmt: skip
+])
 @pytest.mark.few(2)
 def test_terms_whose_first_powers_of_the_small_parameter_vanish_are_among_what_is_predicted(term, order):
     """x = e^-t; a term of orders above n + 2 alone was left out of the prediction to order n."""
@@ -804,7 +804,7 @@ def test_what_jumps_with_the_small_parameter_has_its_value_in_a_model(step):
     """At mu = 1/100 these are 1 and 0."""
     value, number = step.subs(mu, sp.Rational(1, 100)), sp.Symbol("number", real=True)
     paths = [_solved(ap.System.smooth({x: -x + part}, {y: x - y + part}, mu), {mu: "1/100", **more}, (1, 2), 1, order=1)
-             for part, more in ((step, {}), (number, {number: value}))]  # fmt: skip
+             for part, more in ((step, {}), (number, {number: value}))]
     assert paths[0].final == paths[1].final
 
 
@@ -870,7 +870,7 @@ def test_errors_at_the_start_grow_on_a_branch_that_is_integrated_as_motions_from
         return reduced.follow_reduced_flow(known, 2, reduced.branch_at(known, begun, (0.3,), ()), 0.01, (), 5.0)
 
     ends = [[follow(1 + off, 0.5).trajectory.state_at(5.0), follow(1, 0.5 + off).trajectory.state_at(5.0)]
-            for off in (1e-5, -1e-5)]  # fmt: skip
+            for off in (1e-5, -1e-5)]
     slopes = np.subtract(*ends).T / 2e-5
     assert follow(1, 0.5).grown.kept == pytest.approx(slopes, abs=0.01)
 
@@ -887,7 +887,7 @@ def test_edges_that_an_oscillation_crosses_do_not_multiply_its_errors():
 def test_terms_that_fall_at_a_single_time_by_chance_do_not_tell_the_error_at_a_later_one():
     slow = -7 * v * x**2 / 5 - 9 * x**2 / 5 - x / 2 - 13 * sp.cos(u + x) / 10
     fast = (2 * v / (5 * (v**2 + 1)) - 4 * u**3 / 5 - 13 * u / 5,
-            9 * u * v**2 / 5 - v**3 / 2 - 3 * v / 2 + 8 * sp.tanh(u) / 5)  # fmt: skip
+            9 * u * v**2 / 5 - v**3 / 2 - 3 * v / 2 + 8 * sp.tanh(u) / 5)
     field = sp.lambdify((x, u, v), (slow, *(4 * rate for rate in fast)))
     truth = solve_ivp(lambda _, q: field(*q), (0, 0.1), (1.3, -1.6, 2), "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
     system, start = ap.System.smooth({x: slow}, dict(zip((u, v), fast, strict=True)), mu), ("1.3", "-1.6", 2)
@@ -926,7 +926,7 @@ def test_a_time_that_is_none_or_not_of_the_run_is_refused_alike_by_every_model(m
         (sp.Piecewise((y - x, x > sp.Rational(1, 4)), (9, True)), sp.floor(x) * x + sp.Rational(3, 4) - y,
          (y - x, x + sp.Rational(3, 4) - y)),
     ],
-)  # fmt: skip
+)
 def test_a_motion_beside_all_edges_is_that_of_the_formulas_on_its_side(slow, fast, by_hand, method):
     switched, plain = (ap.System.smooth({x: f}, {y: g}, mu) for f, g in ((slow, fast), by_hand))
     for order in (0, 1, 2):
@@ -949,7 +949,7 @@ CROSSINGS = {
 
 @pytest.mark.parametrize("order", [0, 1, 2])
 @pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow) if name in ("forced kink", "saturated")
-                                  else name for name in CROSSINGS])  # fmt: skip
+                                  else name for name in CROSSINGS])
 @pytest.mark.few(1)
 def test_a_motion_through_edges_is_as_right_as_it_says(name, order):
     errors = []
@@ -1028,7 +1028,7 @@ def test_what_the_parameters_alone_switch_is_a_number(number):
 @pytest.mark.few(2)
 def test_the_units_of_a_fast_state_do_not_decide_which_branch_its_layer_settles_on(order, method):
     paths = [_solved(ap.System.smooth({x: y / unit}, {y: y - y**3 / unit**2}, mu), {mu: "1/1000"}, (0, unit / 2), 1,
-                     method, order) for unit in (sp.S.One, sp.Rational(1, 10**8))]  # fmt: skip
+                     method, order) for unit in (sp.S.One, sp.Rational(1, 10**8))]
     assert paths[0].final[0] == paths[1].final[0] > 0.999
     assert paths[0].error == paths[1].error
     times = np.linspace(0, 1, 9)
@@ -1060,7 +1060,7 @@ def test_a_fast_state_that_leaves_zero_settles_on_a_branch_that_is_large_in_its_
     plain, scaled = (
         _solved(ap.System.smooth({x: y / unit - x}, {y: unit * force.subs(y, y / unit)}, mu), {mu: "1/1000"},
                 {x: "1/4", y: 0}, 1) for unit in (1, unit)
-    )  # fmt: skip
+    )
     assert np.array(scaled.final) / (1, unit) == pytest.approx(plain.final, rel=1e-9)
 
 

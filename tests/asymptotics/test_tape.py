@@ -73,4 +73,4 @@ def test_the_series_of_a_form_through_an_inverse_is_that_of_the_inverse_written_
     values = tape.function(tuple(one[index] for one in series for index in indices))(0.4, math.sin, math.cos)
     assert len(indices) == 10
     assert all(math.isclose(*pair, rel_tol=1e-13, abs_tol=1e-15)
-               for pair in zip(values[:10], values[10:], strict=True))  # fmt: skip
+               for pair in zip(values[:10], values[10:], strict=True))

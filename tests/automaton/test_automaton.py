@@ -61,7 +61,7 @@ def test_first_derivatives_of_guards_that_vanish_together_are_those_of_one_funct
 
     monkeypatch.setattr(contacts, "function", function)
     laws = [ap.Friction(force=F, velocity=v, load=1, kinetic=sp.Rational(1, 2), static=1),
-            ap.Friction(force=G, velocity=w, load=1, kinetic=1, static=2)]  # fmt: skip
+            ap.Friction(force=G, velocity=w, load=1, kinetic=1, static=2)]
     pushed = ap.System.with_frictions({v: F + t, w: G - 2 * t}, {}, laws, time=t)
     path = ap.solve(ap.Scene(system=pushed, start={v: 0, w: 0}, until=2))
     assert [(event.kind, event.t) for event in path.events] == [("slip_onset", 1)]
@@ -85,7 +85,7 @@ def test_derivatives_through_shared_parts_are_those_of_the_expressions_written_o
         mode = mode_of(system, branch)
         place = [numbers.mpf(rng.uniform(0.3, 1.2)) for _ in range(1 + len(system.states) + len(system.parameters))]
         written_out = (*(rate.diff(s) for rate in mode.rates for s in system.states),
-                       *(mode.lie_derivative(value) for value in mode.guard_values))  # fmt: skip
+                       *(mode.lie_derivative(value) for value in mode.guard_values))
         jacobian = function(system, mode.rates, "mpmath", numbers, mode.units)(*place)
         guard_rates = function(system, mode.guard_values, "mpmath", numbers, (mode.flow,))(*place)
         expected = function(system, written_out, "mpmath", numbers)(*place)
@@ -103,7 +103,7 @@ def users_rod():
     return ap.System.with_friction(
         slow={x: v}, fast={v: 1 - 2 * load + F}, velocity={q: (1 - load + F) / a}, force=F, load=load,
         kinetic=c, static=sp.Symbol("c0", positive=True), small=eps, assumptions=c > 0,
-    )  # fmt: skip
+    )
 
 
 def test_a_users_rod_under_other_names_has_the_events_and_the_ends_of_the_kernel():
@@ -164,7 +164,7 @@ def test_clutches_in_a_row_lock_one_after_the_other_at_the_times_of_their_moment
     # u' = -1/2, v' = 1/4, w' = 3/20; then (u, v) at -1/8; then all at -1/30
     assert np.allclose([float(e.t) for e in path.events], [4, 60 / 11, 30], rtol=1e-10)
     assert path.modes == ("+".join(["slip_same"] * 3), "stick+slip_same+slip_same", "stick+stick+slip_same",
-                          "stick+stick+stick")  # fmt: skip
+                          "stick+stick+stick")
     assert np.allclose(np.array(path.final, float), 0, atol=1e-12)
 
 
@@ -193,7 +193,7 @@ def test_a_mechanism_without_weight_slides_on_an_elastic_contact_without_frictio
     start = block.start(system, {X: 0, Y: 0, U: velocity, V: 0, f: 1})
     path = ap.solve(ap.Scene(system=system, values={f: 1, c: "1e-3"}, start=start, until=2), **options)
     assert dict(zip(path.names, map(float, path.final), strict=True)) == pytest.approx(
-        {"X": 2 + 2 * velocity, "Y": 0, "x": 0, "y": 0, "z": 2 + velocity})  # fmt: skip
+        {"X": 2 + 2 * velocity, "Y": 0, "x": 0, "y": 0, "z": 2 + velocity})
 
 
 @pytest.mark.slow
@@ -539,7 +539,7 @@ def test_automata_of_one_system_and_one_choice_of_numbers_are_equal():
     (lambda: ap.System.with_frictions({v: F}, {}, [F]), "sequence of ap.Friction"),
     (lambda: ap.System.with_frictions({v: F}, {}, [ap.Friction(v**3, F, 1, 1)]), r"v\*\*3 must be linear in what F"),
     (lambda: ap.System.with_frictions({v: F, u: F}, {}, [ap.Friction(sp.sqrt(v**2 + u**2), F, 1, 1)]), "be linear in"),
-])  # fmt: skip
+])
 def test_what_is_no_scene_is_refused_in_one_line(make, match):
     with pytest.raises(InputError, match=match) as caught:
         make()
@@ -745,7 +745,7 @@ def test_a_sliding_velocity_that_is_one_state_is_as_small_as_it_is_written(speed
 
 @pytest.mark.parametrize("step", [
     sp.floor(c), sp.Heaviside(c - 1, 1), sp.Piecewise((1, c >= 1), (0, True)), 1 + sp.sign(c - 1),
-])  # fmt: skip
+])
 def test_a_start_above_a_ground_that_steps_with_a_parameter_is_open_at_the_step_itself(step):
     """Six digits of the parameter would change the gap of 1/2 by 1: this is a step, no rounding."""
     ground = ap.Friction(velocity=v, force=F, load=N, kinetic=a, gap=x - step, normal=N, constraint=N - 1)
@@ -781,7 +781,7 @@ def test_a_load_that_no_equation_determines_is_refused_where_its_friction_moves_
     exactly = sp.Rational
     places, rates = sp.symbols("q1:4", real=True), sp.symbols("u1:4", real=True)
     rows = [((exactly(5, 13), exactly(12, 13), exactly(25, 13)), (exactly(12, 13), -exactly(5, 13), exactly(71, 52))),
-            ((1, 0, 2), (0, -1, -2))]  # fmt: skip
+            ((1, 0, 2), (0, -1, -2))]
     bounds = [(exactly(7, 8), exactly(9, 8)), (exactly(5, 8), exactly(5, 8)) if rough else (0, 0)]
     forces = list(zip(sp.symbols("N1:3", real=True), sp.symbols("F1:3", real=True), strict=True))
     pull = [sum(N * n[i] + F * t[i] for (N, F), (n, t) in zip(forces, rows, strict=True)) for i in range(3)]
@@ -792,7 +792,7 @@ def test_a_load_that_no_equation_determines_is_refused_where_its_friction_moves_
         return sp.expand(sum(a * b for a, b in zip(row, values, strict=True)))
 
     contacts = [ap.Friction(along(t, rates), F, N, *bound, gap=along(n, places), normal=N, constraint=along(n, moved))
-                for (n, t), (N, F), bound in zip(rows, forces, bounds, strict=True)]  # fmt: skip
+                for (n, t), (N, F), bound in zip(rows, forces, bounds, strict=True)]
     body = ap.System.with_frictions(dict(zip((*places, *rates), (*rates, *moved), strict=True)), {}, contacts)
     scene = ap.Scene(system=body, values={}, start=[0, 0, 0, 4, exactly(5, 2), -2], until="1/10")
     if not rough:
@@ -807,11 +807,11 @@ def test_a_load_that_no_equation_determines_is_refused_where_its_friction_moves_
 def test_a_load_that_decays_beside_friction_of_the_velocity_loses_no_contact_by_rounding(way):
     stribeck = [1 + 1 / (1 + v**2), 2 + 2 / (1 + (w - x / 4) ** 2)]
     brakes = [ap.Friction(v, F, load=w, kinetic=stribeck[0], static=2),
-              ap.Friction(w - x / 4, G, load=w, kinetic=stribeck[1], static=4)]  # fmt: skip
+              ap.Friction(w - x / 4, G, load=w, kinetic=stribeck[1], static=4)]
     system = ap.System.with_frictions(
         {x: v, v: F - x - 2 * w + sp.Rational(3, 2) * (1 - sp.cos(t))}, {w: F + G - (2 + x**2) * w}, brakes,
         small=eps, time=t,
-    )  # fmt: skip
+    )
     path = ap.solve(ap.Scene(system=system, values={eps: "1/1000"}, start={x: 0, v: -1, w: -1}, until=1), **way)
     assert [e.kind for e in path.events] == ["velocity_zero", "velocity_zero", "slip_onset"]
     assert path.final == pytest.approx((-0.691161, -0.174826, 0), abs=1e-5)
@@ -821,7 +821,7 @@ def blocks(count, coupling):
     """Return blocks of which each has a spring, a friction, and a part ``coupling`` of the friction of the next."""
     places, rates, forces = (sp.symbols(f"{name}:{count}", real=True) for name in "xvF")
     contacts = [ap.Friction(velocity=v, force=F, load=1, kinetic=1, static=2)
-                for v, F in zip(rates, forces, strict=True)]  # fmt: skip
+                for v, F in zip(rates, forces, strict=True)]
     pulls = [own + coupling * other - x for own, other, x in zip(forces, (*forces[1:], 0), places, strict=True)]
     slow = dict(zip((*places, *rates), (*rates, *pulls), strict=True))
     return ap.System.with_frictions(slow, {}, contacts)
@@ -848,10 +848,10 @@ def test_the_mode_that_follows_is_decided_by_coefficients_that_cancel_with_their
     p = sp.Symbol("p", positive=True)
     friction = 2 * (1 - sp.cos(p)) / p**2
     belt = ap.Friction(velocity=v - 1, force=force, load=1, kinetic=friction / (1 + sp.Abs(v - 1)),
-                       static=friction * sp.Rational(5, 4))  # fmt: skip
+                       static=friction * sp.Rational(5, 4))
     system = ap.System.with_frictions({x: v, v: force - x}, {}, [belt])
     ends = [ap.solve(ap.Scene(system=system, values={p: value}, start={x: 0, v: 1}, until=8)).final
-            for value in ("1e-4", "1e-9")]  # fmt: skip
+            for value in ("1e-4", "1e-9")]
     assert ends[1] == pytest.approx(ends[0], abs=1e-6)
 
 
@@ -876,7 +876,7 @@ def test_a_block_leaves_its_belt_where_its_place_is_0_to_rounding(way):
     belt = ap.System.with_frictions({x: v, v: F - x - v - sp.sin(x) ** 2}, {}, [contact])
     path = ap.solve(ap.Scene(system=belt, start={x: -sp.Rational(1, 2), v: 1}, until=sp.Rational(3, 2)), **way)
     slips = solve_ivp(lambda _, w: (w[1], 1 - 3 * w[0] / 4 - w[1] - math.sin(w[0]) ** 2), (0, 1), (0, 1), "DOP853",
-                      rtol=1e-10, atol=1e-12)  # fmt: skip
+                      rtol=1e-10, atol=1e-12)
     assert [(e.kind, float(e.t)) for e in path.events] == [("slip_onset", pytest.approx(1 / 2, abs=1e-12))]
     assert [*map(float, path.final)] == pytest.approx(slips.y[:, -1], abs=1e-6)
 
@@ -895,7 +895,7 @@ def test_a_layer_from_the_edge_of_stick_at_a_place_that_is_0_to_rounding_ends():
 @pytest.mark.parametrize("rigid", [True, False])
 @pytest.mark.parametrize(("drag", "end"), [
     (v * abs(v), (math.log(2), 1 / 2)), (sp.sign(v) / 2, (3 / 4, 1 / 2)), (abs(v), (1 - math.exp(-1), math.exp(-1))),
-])  # fmt: skip
+])
 def test_a_drag_by_the_sliding_velocity_acts_in_the_air_as_well(drag, end, rigid, way):
     """An open contact has no sign of its velocity: |v| was taken as 0 there, and the drag left out."""
     law = {"load": N, "constraint": N - 1} if rigid else {"load": -1000 * w - 10 * u}

@@ -64,7 +64,7 @@ def test_what_stops_on_an_edge_whose_law_holds_it_rests_there_though_the_side_it
 @pytest.mark.parametrize(("within", "modes", "end"), [
     (sp.Mod(x, 1) < sp.Rational(1, 2), ("slip_same", "stick"), (1 / 2, 0)),
     (sp.Mod(x, 1) <= sp.Rational(1, 2), ("slip_same", "slip_opposite"), (1 / 18, -2 / 3)),
-])  # fmt: skip
+])
 @pytest.mark.few(2)
 def test_an_edge_within_the_teeth_of_a_rack_is_one_for_what_stops_on_it(within, modes, end, tooth, how):
     friction = sp.Piecewise((sp.Rational(1, 2), within), (2, True))
@@ -96,7 +96,7 @@ def _at_an_edge(number, push, below, above):
     [(((-1, 1), "1/4", 2), ((1, 1), "1/2", 1), "stick+stick", (1, 0, 1, 0)),
      (((-1, 1), "1/4", 2), ((1, 1), 1, "1/2"), "stick+slip_same", (1, 0, 2, 1)),
      (((1, -1), 1, "1/2"), (("1/2", "1/2"), 2, "1/4"), "stick+slip_same", (1, 0, "3/2", "1/2"))],
-)  # fmt: skip
+)
 @pytest.mark.few(2)
 def test_two_blocks_on_edges_of_their_own_go_on_each_as_it_does_alone(first, second, mode, end, how):
     (rates, one, start), (others, two, place) = _at_an_edge(1, *first), _at_an_edge(2, *second)
@@ -257,7 +257,7 @@ def test_a_push_that_is_the_friction_itself_until_it_rises_moves_a_block_as_soon
     friction = ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational(1, 2))
     push = sp.Max(sp.Rational(1, 2), sp.sin(3 * t))
     path = ap.solve(ap.Scene(system=ap.System.with_frictions({x: v, v: F + push}, {}, [friction], time=t),
-                             start={x: 0, v: 0}, until=2), **options)  # fmt: skip
+                             start={x: 0, v: 0}, until=2), **options)
     speed = math.sqrt(3) / 3 - math.pi / 9
     assert float(path.events[0].t) == pytest.approx(math.pi / 18, abs=1e-15)
     assert ends(path, ("stick", "slip_same"), (speed * (2 - math.pi / 6), speed))
@@ -318,7 +318,7 @@ def test_a_block_that_stops_as_the_belt_upon_it_jumps_rests_if_its_own_friction_
     u, G = sp.symbols("u G", real=True)
     half = sp.Rational(1, 2)
     contacts = [ap.Friction(velocity=v, force=F, load=1 + jump, kinetic=half),
-                ap.Friction(velocity=u - v - jump, force=G, load=1, kinetic=half)]  # fmt: skip
+                ap.Friction(velocity=u - v - jump, force=G, load=1, kinetic=half)]
     system = ap.System.with_frictions({x: v, v: F - G, u: jump + G}, {}, contacts, time=t)
     path = ap.solve(ap.Scene(system=system, start={x: 0, v: -half, u: 0}, until="7/5"), **how)
     assert path.modes[-1] == "stick+slip_opposite"
@@ -340,14 +340,14 @@ def test_a_block_that_stops_where_another_belt_begins_has_its_own_speed_there(be
 @pytest.mark.parametrize(("laws", "end"), [
     (("3*s/5", "0", "1"), ("9/20", "3/10")), (("0", "s/2", "1"), ("5/4", "1/2")),
     (("7*d/10", "0", "1 - s*d/2"), ("81/40", "27/20")),
-])  # fmt: skip
+])
 @pytest.mark.few(4)
 def test_a_contact_feels_the_direction_in_which_another_one_slides(laws, end, direction, how):
     """The other one slides on; its sign s pushes by 3/5 against friction 1/2, drives a belt, or halves a load."""
     u, G = sp.symbols("u G", real=True)
     push, belt, load = (sp.sympify(law, {"s": sp.sign(u), "d": direction}) for law in laws)
     contacts = [ap.Friction(velocity=v - belt, force=F, load=load, kinetic=sp.Rational(1, 2)),
-                ap.Friction(velocity=u, force=G, load=1, kinetic=sp.Rational(1, 2))]  # fmt: skip
+                ap.Friction(velocity=u, force=G, load=1, kinetic=sp.Rational(1, 2))]
     system = ap.System.with_frictions({x: v, v: push + F, u: G / 4}, {}, contacts)
     path = ap.solve(ap.Scene(system=system, start={x: 0, v: 0, u: direction}, until=3), **how)
     assert [direction * float(w) for w in path.final[:2]] == pytest.approx([float(Fraction(w)) for w in end], abs=1e-5)
@@ -360,7 +360,7 @@ def test_a_contact_at_rest_feels_that_another_one_turns(push, load, net, how):
     push, load = (sp.sympify(law, {"s": sp.sign(u)}) for law in (push, load))
     half = sp.Rational(1, 2)
     contacts = [ap.Friction(velocity=u, force=G, load=1, kinetic=half / 2),
-                ap.Friction(velocity=v, force=F, load=load, kinetic=half)]  # fmt: skip
+                ap.Friction(velocity=v, force=F, load=load, kinetic=half)]
     system = ap.System.with_frictions({y: u, x: v, u: G - y, v: push + F}, {}, contacts)
     path = ap.solve(ap.Scene(system=system, start={y: 2, u: 0, x: 0, v: 0}, until=6), **how)
     gained, left = float(Fraction(net)) * (6 - math.pi), 6 - math.pi
@@ -370,14 +370,14 @@ def test_a_contact_at_rest_feels_that_another_one_turns(push, load, net, how):
 
 
 @pytest.mark.parametrize("sign", [sp.sign, lambda u: 2 * sp.Heaviside(u) - 1,
-                                  lambda u: sp.Piecewise((1, u > 0), (-1, True))])  # fmt: skip
+                                  lambda u: sp.Piecewise((1, u > 0), (-1, True))])
 @pytest.mark.few(3)
 def test_a_block_on_a_belt_that_turns_with_another_block_slips_until_it_has_the_new_speed(sign, how):
     """The other one turns at pi, the belt from -1/2 to 1/2: friction 1/2 takes 2 to follow. It took 1, from rest."""
     y, u, G = sp.symbols("y u G", real=True)
     half = sp.Rational(1, 2)
     contacts = [ap.Friction(velocity=u, force=G, load=1, kinetic=half / 2),
-                ap.Friction(velocity=v - sign(u) / 2, force=F, load=1, kinetic=half)]  # fmt: skip
+                ap.Friction(velocity=v - sign(u) / 2, force=F, load=1, kinetic=half)]
     system = ap.System.with_frictions({y: u, x: v, u: G - y, v: F}, {}, contacts)
     path = ap.solve(ap.Scene(system=system, start={y: 2, u: 0, x: 0, v: 0}, until=6), **how)
     others = ("opposite+slip_same", "opposite+stick", "same+slip_opposite", "same+stick")
@@ -391,7 +391,7 @@ def test_a_block_stops_on_a_belt_that_stands_while_the_block_that_turns_it_rests
     y, u, G = sp.symbols("y u G", real=True)
     quarter, slip = sp.Rational(1, 4), v - sign(u) / 2
     contacts = [ap.Friction(velocity=u, force=G, load=1, kinetic=quarter),
-                ap.Friction(velocity=slip, force=F, load=1, kinetic=2 * quarter)]  # fmt: skip
+                ap.Friction(velocity=slip, force=F, load=1, kinetic=2 * quarter)]
     system = ap.System.with_frictions({y: u, x: v, u: G - y + sign(slip) / 8, v: F}, {}, contacts)
     path = ap.solve(ap.Scene(system=system, start={y: 0, u: 0, x: 0, v: "-1/2"}, until=3), **how)
     assert ends(path, ("stick+slip_opposite", "stick+stick"), [0, -1 / 4, 0, 0])
@@ -420,7 +420,7 @@ def test_static_friction_that_is_below_the_kinetic_one_of_one_direction_is_refus
     (sp.Piecewise((1 - HALF / 2, sp.And(v >= 0, v < 1)), (HALF, v >= 1), (HALF / 2, True)), 1),
     (sp.Piecewise((1 - HALF / 2, v >= 0), (HALF / 2, t < 2), (HALF, True)), 1),
     (1, sp.Piecewise((1 - HALF / 2, v >= 0), (HALF / 2, True))),
-])  # fmt: skip
+])
 @pytest.mark.few(4)
 def test_friction_that_differs_by_the_direction_holds_a_block_by_that_of_the_slip_it_resists(
     push, held, kinetic, load, how
@@ -435,7 +435,7 @@ def test_friction_that_differs_by_the_direction_holds_a_block_by_that_of_the_sli
 
 
 @pytest.mark.parametrize(("slip", "ahead"), [(k * v - k, v >= 1), (2 * v - 2, sp.sign(v - 1) >= 0),
-                                             (v - 1 / k, sp.Heaviside(k * v - 1, 1) > HALF)])  # fmt: skip
+                                             (v - 1 / k, sp.Heaviside(k * v - 1, 1) > HALF)])
 def test_a_step_at_the_zero_of_a_multiple_of_the_sliding_velocity_is_one_by_the_direction(ahead, slip):
     """Of v >= 1 under the velocity k (v - 1) the value 3/4 of forward slip held a block backward, of signs the mean."""
     contact = ap.Friction(velocity=slip, force=F, load=1, kinetic=sp.Piecewise((1 - HALF / 2, ahead), (HALF / 2, True)))
@@ -448,12 +448,12 @@ def test_a_step_at_the_zero_of_a_multiple_of_the_sliding_velocity_is_one_by_the_
 @pytest.mark.parametrize("factor", [x, k - 1])
 @pytest.mark.parametrize("law", [lambda u: HALF + sp.sign(u) / 4, lambda u: HALF / 2 + sp.Heaviside(u, 1) / 2,
                                  *(lambda u, ahead=ahead: sp.Piecewise((1 - HALF / 2, ahead(u, 0)), (HALF / 2, True))
-                                   for ahead in (sp.Gt, sp.Ge))])  # fmt: skip
+                                   for ahead in (sp.Gt, sp.Ge))])
 @pytest.mark.few(4)
 def test_a_step_at_the_zero_of_the_velocity_times_any_factor_is_one_by_the_direction(factor, law, how):
     """Back to 0 friction is 1/4, about which the block swings once; held by the mean 1/2, it rested at 2/5."""
     path = ap.solve(ap.Scene(system=block(-x, law(factor * v)), values={"k": 2} if factor.has(k) else {},
-                             start={x: "2/5", v: 0}, until=4), **how)  # fmt: skip
+                             start={x: "2/5", v: 0}, until=4), **how)
     assert path.modes == ("slip_opposite", "stick")
     assert float(path.final[0]) == pytest.approx(1 / 10, abs=1e-6)
 
@@ -501,7 +501,7 @@ def test_a_law_for_each_direction_is_asked_for_the_direction_of_slip_alone(speed
 @pytest.mark.parametrize(("push", "held"), [(t, 5 / 4), (-t, 3 / 4)])
 def test_two_contacts_hold_a_block_by_the_sum_of_their_friction_in_the_direction_of_the_push(push, held):
     contacts = [ap.Friction(velocity=v, force=F, load=1, kinetic=DIRECTED),
-                ap.Friction(velocity=v, force=sp.Symbol("G"), load=1, kinetic=sp.Rational(1, 2))]  # fmt: skip
+                ap.Friction(velocity=v, force=sp.Symbol("G"), load=1, kinetic=sp.Rational(1, 2))]
     system = ap.System.with_frictions({x: v, v: push + F + sp.Symbol("G")}, {}, contacts, time=t)
     path = ap.solve(ap.Scene(system=system, start={x: 0, v: 0}, until=2))
     assert [float(event.t) for event in path.events] == pytest.approx([held], abs=1e-13)
@@ -521,14 +521,14 @@ def test_a_smooth_contact_does_not_mind_the_belt_that_another_block_turns():
     system = ap.System.with_frictions({x: v, v: F - x, y: w, w: G - y}, {}, contacts)
     path = ap.solve(ap.Scene(system=system, start={x: 2, v: 0, y: 0, w: 1}, until=5))
     assert ends(path, ("slip_opposite+closed", "slip_same+closed"),
-                [-1 / 2 + math.cos(5) / 2, -math.sin(5) / 2, math.sin(5), math.cos(5)])  # fmt: skip
+                [-1 / 2 + math.cos(5) / 2, -math.sin(5) / 2, math.sin(5), math.cos(5)])
 
 
 def test_of_blocks_that_turn_the_belts_of_each_other_one_that_rests_does_not_turn_the_other_belt(how):
     """One rests at 1/4 on a belt that stands. The other, at w = -0.35, was told to slide as if v were negative."""
     y, w, G = sp.symbols("y w G", real=True)
     contacts = [ap.Friction(velocity=v - 2 * sp.Heaviside(w), force=F, load=1, kinetic=1, static=2),
-                ap.Friction(velocity=w - sp.sign(v), force=G, load=1, kinetic=sp.Rational(1, 4))]  # fmt: skip
+                ap.Friction(velocity=w - sp.sign(v), force=G, load=1, kinetic=sp.Rational(1, 4))]
     system = ap.System.with_frictions({x: v, v: F - 4 * x - sp.S.Half, y: w, w: G - 1}, {}, contacts)
     path = ap.solve(ap.Scene(system=system, start={x: 0, v: 1, y: 0, w: 0}, until=1), **how)
     assert path.modes == ("slip_same+slip_opposite", "stick+slip_opposite")
@@ -540,7 +540,7 @@ def test_a_block_that_stops_where_it_would_turn_the_belt_of_another_turns_it_onl
     """It was told to turn the belt though it rests, so that the other one slipped, or no motion was found."""
     u, G = sp.symbols("u G", real=True)
     contacts = [ap.Friction(velocity=v - 1 + sp.sign(t + 1), force=F, load=1, kinetic=sp.S.Half),
-                ap.Friction(velocity=u - 2 * sp.Heaviside(v, 0), force=G, load=1, kinetic=1)]  # fmt: skip
+                ap.Friction(velocity=u - 2 * sp.Heaviside(v, 0), force=G, load=1, kinetic=1)]
     system = ap.System.with_frictions({x: v, v: F + push, u: G - sp.S.Half}, {}, contacts, time=t)
     path = ap.solve(ap.Scene(system=system, start={x: 0, v: "-1/2", u: 0}, until=2), **how)
     expected = ("slip_same+slip_opposite", [11 / 18, 5 / 6, 5 / 6]) if push else ("stick+stick", [-1 / 4, 0, 0])
@@ -580,7 +580,7 @@ def test_a_touch_at_the_very_jump_of_a_sawtooth_leaves_the_larger_of_both(how):
     (sp.Piecewise((t, t < 1), (2 - t, t < 2), (0, True)), (1, 0)),
     (t + sum((-1) ** k * sp.Max(0, t - sp.Rational(k, 5)) for k in range(1, 21)), (4.2, 2)),
     (sp.Piecewise((t * (1 - t) ** sp.Rational(3, 2), t < 1), (0, True)), (4 / 35, 0)),  # real only until it stops
-])  # fmt: skip
+])
 @pytest.mark.few(1)
 def test_a_belt_whose_speed_has_kinks_takes_a_block_along_without_any_slip(belt, end, how):
     friction = ap.Friction(velocity=v - belt, force=F, load=1, kinetic=2)

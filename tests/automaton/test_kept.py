@@ -45,7 +45,7 @@ def block(friction, height):
     """Return a block of mass 1 and moment of inertia 1/12, on legs at its two lower corners on an elastic ground."""
     energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 + theta.diff(T) ** 2 / 24 - Y
     legs = [ap.Contact(gap=Y - height * sp.cos(theta) + side * sp.sin(theta) / 2, friction=friction, unilateral=True,
-                       slip=X + side * sp.cos(theta) / 2 + height * sp.sin(theta)) for side in (1, -1)]  # fmt: skip
+                       slip=X + side * sp.cos(theta) / 2 + height * sp.sin(theta)) for side in (1, -1)]
     mechanism = ap.Mechanism.from_lagrangian(energy, (X, Y, theta), contact=legs[0], others=legs[1:])
     return mechanism, mechanism.elastic(compliance=eps**2, damping=2 * eps)
 
@@ -54,7 +54,7 @@ def block(friction, height):
     pytest.param(sp.Rational(1, 5), sp.Rational(1, 4), 0, marks=pytest.mark.slow),
     (0, sp.Rational(1, 4), sp.Rational(1, 20)),
     pytest.param(sp.Rational(1, 5), sp.Rational(1, 4), sp.Rational(1, 20), marks=pytest.mark.slow),
-])  # fmt: skip
+])
 @pytest.mark.slow
 def test_a_block_on_two_elastic_legs_that_starts_or_lands_flat_stays_flat(friction, height, drop):
     """It is an oscillator, c x'' = 1 - 2 (x + h x'), from where its dampers begin to push, x + h x' = 0."""

@@ -29,7 +29,7 @@ def stack(masses, kinetic, static, until, loads=None, forces=None, springs=None,
         ap.Friction(velocity=v - (velocities[i - 1] if i else 0), force=frictions[i], load=loads[i] if loads else 1,
                     kinetic=exactly(kinetic[i]), static=exactly(static[i]))
         for i, v in enumerate(velocities)
-    ]  # fmt: skip
+    ]
     system = ap.System.with_frictions(rates, {}, contacts, None, t)
     return ap.Scene(system=system, values={}, start=start or [0] * len(rates), until=until)
 
@@ -232,7 +232,7 @@ def test_a_block_slips_from_between_a_wall_and_a_finger_once_their_grip_is_too_w
     rates = {x: u, u: left - right, y: v, v: sum(forces) - 3, z: w, w: right - (4 - t)}
     parts = zip((x, z - x), (rates[u], rates[w] - rates[u]), (left, right), forces, strict=True)
     sides = [ap.Friction(v, force, normal, sp.Rational(1, 2), gap=gap, normal=normal, constraint=moved)
-             for gap, moved, normal, force in parts]  # fmt: skip
+             for gap, moved, normal, force in parts]
     scene = ap.Scene(system=ap.System.with_frictions(rates, {}, sides, None, t), values={}, start=[0] * 6, until=2)
     path = ap.solve(scene, **way)
     assert told(path) == [("slip_onset", 0)]
@@ -256,7 +256,7 @@ def test_two_directions_of_sliding_at_one_contact_share_its_reaction_until_it_op
     x, y, q, v, w, u, force, other, normal = sp.symbols("x y q v w u F G N", real=True)
     rates = {x: v, y: w, q: u, v: force + 1, w: normal + t - 1, u: other + 1}
     contacts = [ap.Friction(v, force, normal, exactly(1, 2), gap=y, normal=normal, constraint=rates[w]),
-                ap.Friction(u, other, normal, 1)]  # fmt: skip
+                ap.Friction(u, other, normal, 1)]
     system = ap.System.with_frictions(rates, {}, contacts, None, t)
     path = ap.solve(ap.Scene(system=system, values={}, start=[0] * 6, until=2), **way)
     assert told(path) == [("lift_off", 0)]
@@ -268,7 +268,7 @@ def test_two_directions_of_sliding_at_one_contact_share_its_reaction_until_it_op
 @pytest.mark.parametrize(("spare", "events", "slowed"), [
     (1, [("lift_off", 0)], exactly(3, 4)),
     (-exactly(1, 2), [("force_zero", 0), ("lift_off", 0)], exactly(1, 8)),
-])  # fmt: skip
+])
 def test_a_contact_whose_load_is_more_or_less_than_its_reaction_opens_where_the_reaction_vanishes(
     spare, events, slowed, way
 ):
@@ -299,7 +299,7 @@ def test_a_contact_that_static_friction_holds_with_nothing_to_spare_is_held_in_a
     (0, (1, exactly(1, 2)), 0, 1),  # the belt, from t = 1 on at t - 1, slips below it: v' = 1 - 1/2
     (exactly(1, 2), (1, exactly(1, 2)), 1, 2),  # it moves with the belt: v' = 1/2 + 1 - 1/2
     (0, (exactly(1, 2), 1), 0, 0),  # the ground holds it
-])  # fmt: skip
+])
 @pytest.mark.few(2)
 def test_a_body_that_stands_on_ground_and_belt_is_decided_anew_when_the_belt_starts(
     pull, loads, friction, velocity, way
@@ -314,7 +314,7 @@ def test_a_body_that_stands_on_ground_and_belt_is_decided_anew_when_the_belt_sta
 
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize(("push", "speed"), [(sp.Max(0, t - 1), 1 / 2), (sp.Piecewise((0, t < 1), (1, True)), 1),
-                                             (sp.floor(t), 1), (t**6, 128 / 7)])  # fmt: skip
+                                             (sp.floor(t), 1), (t**6, 128 / 7)])
 @pytest.mark.few(3)
 def test_a_ball_is_pushed_away_while_a_body_beside_it_stands_on_undetermined_forces(push, speed, way):
     v, w, force, other = sp.symbols("v w F G", real=True)
@@ -342,7 +342,7 @@ def test_a_body_on_three_supports_stays_on_all_of_them_beside_a_pendulum():
     normals, forces = sp.symbols("N1:4", real=True), sp.symbols("F1:4", real=True)
     lift, moment = sum(normals) - 1, normals[2] - normals[0]
     contacts = [ap.Friction(v, F, N, exactly(1, 5), gap=h + a * angle, normal=N, constraint=lift + a * moment)
-                for a, F, N in zip((-1, 0, 1), forces, normals, strict=True)]  # fmt: skip
+                for a, F, N in zip((-1, 0, 1), forces, normals, strict=True)]
     rates = {h: u, angle: turn, u: lift, turn: moment, x: v, v: sum(forces) + exactly(1, 10), y: w, w: -sp.sin(y)}
     scene = ap.Scene(system=ap.System.with_frictions(rates, {}, contacts), start=[0] * 6 + [1, 0], until=1)
     path = ap.solve(scene)

@@ -334,7 +334,7 @@ def test_the_command_shows_the_events_that_solve_shows_in_as_many_rows(capsys):
         assert main([command, "collisions"]) == 0
         out = capsys.readouterr().out
         rows.append([(*map(float, numbers.split()), words) for numbers, words in
-                     re.findall(r"^([-+.e\d ]+)  (\w+_\w+ -> \w+)$", out, re.MULTILINE)])  # fmt: skip
+                     re.findall(r"^([-+.e\d ]+)  (\w+_\w+ -> \w+)$", out, re.MULTILINE)])
     followed, proven = rows
     assert [row[-1] for row in proven] == [row[-1] for row in followed]
     assert len(proven) == 5

@@ -37,7 +37,7 @@ mu, k = sp.symbols("mu k", positive=True)
 CHAIN = ap.System.with_frictions(
     {x: v, v: y - 2 * x + F + sp.cos(2 * t) / 2, w: x - w / 4}, {y: w - y},
     [ap.Friction(velocity=v, force=F, load=2 + x / 4, kinetic=k, static=k + sp.Rational(1, 4))], small=mu, time=t,
-)  # fmt: skip
+)
 COULOMB = ap.System.with_frictions({x: v, v: -x + F}, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=k)])
 
 
@@ -358,7 +358,7 @@ def test_a_reaction_that_is_infinite_at_the_critical_friction_has_no_proof_where
     pair = ap.Mechanism((x, y), (v, w), sp.eye(2), (1, 0), ap.Contact(gap=y - x, slip=x, friction=k, unilateral=True))
     starts = ({"x": 0, "y": 0, "v": speed, "w": speed} for speed in (-1, 1))
     against, along = (certify(ap.Scene(system=pair.rigid(), values={"k": pair.critical_friction}, start=start, until=1))
-                      for start in starts)  # fmt: skip
+                      for start in starts)
     assert not against.proven
     assert [float(ball.mid()) for ball in along.final] == [1.125, 1.125, 1.25, 1.25]
 
@@ -442,7 +442,7 @@ def test_after_an_event_a_contact_that_rested_is_not_proven_to_rest_while_anothe
     """Where w = u = 0 either the second contact rests and the third slips, or the reverse; solve follows the latter."""
     first, second, third = sp.symbols("F1:4", real=True)
     contacts = [ap.Friction(v - w, first, 1, 3), ap.Friction(w - y, second, 1, 3, sp.Rational(9, 2)),
-                ap.Friction(y, third, 1, 5, 10)]  # fmt: skip
+                ap.Friction(y, third, 1, 5, 10)]
     rates = {v: first - 2 * second - v, w: (3 * second - third) / 2 - 3, y: first - second + third - 1}
     scene = ap.Scene(system=ap.System.with_frictions(rates, {}, contacts), start={"v": 2, "w": 0, "y": 2}, until="1/4")
     assert ap.solve(scene).modes[-1] == "slip_same+slip_opposite+stick"
@@ -492,7 +492,7 @@ def test_a_parameter_that_ranges_over_a_jump_is_refused_by_its_name():
     system = ap.System.with_frictions({x: v, v: F}, {}, [ap.Friction(v, F, load=1, kinetic=2 + sp.sign(c))])
     scene = ap.Scene(system=system, values={"c": 1}, start={"x": 0, "v": 1}, until="1/10")
     assert certify(scene, {"c": (-1, 1)}).reason == (
-        "irrational: a function that jumps where c = 0 has no enclosure there")  # fmt: skip
+        "irrational: a function that jumps where c = 0 has no enclosure there")
 
 
 @pytest.mark.parametrize(
@@ -501,7 +501,7 @@ def test_a_parameter_that_ranges_over_a_jump_is_refused_by_its_name():
         sp.Heaviside(c - 1, 0) / 2, sp.floor(c) / 4, sp.Piecewise((1, c < 1), (c / 4, True)), sp.Mod(c, 1),
         sp.Min(c, 2), sp.floor(sp.floor(c) / 8 + c) / 4, sp.floor(sp.sqrt(c - 1)) + 1,
     ],
-)  # fmt: skip
+)
 def test_a_parameter_may_range_beside_a_jump(kinetic):
     system = ap.System.with_frictions({x: v, v: F}, {}, [ap.Friction(v, F, load=1, kinetic=kinetic)])
     scene, box = ap.Scene(system=system, values={"c": "5/4"}, start={"x": 0, "v": 3}, until=1), {"c": ("5/4", "7/4")}
@@ -687,7 +687,7 @@ def test_the_time_is_cut_between_events_whose_wide_balls_on_a_box_overlap_at_fir
     ],
 )
 def test_events_that_cannot_be_told_apart_are_refused_in_few_pieces_with_any_number_of_bits(
-        scene, obstacle, monkeypatch):  # fmt: skip
+        scene, obstacle, monkeypatch):
     count, jet = [], EnclosedSegment.jet
     monkeypatch.setattr(EnclosedSegment, "jet", lambda *given: count.append(1) or jet(*given))
     assert certify(scene).obstacle == obstacle
@@ -707,7 +707,7 @@ def test_no_event_is_told_where_a_switch_lets_a_contact_go_on_that_would_stop_or
 @pytest.mark.parametrize("until", [2, 3])
 @pytest.mark.parametrize(("slope", "load", "speed"), [(0, sp.Piecewise((2 - t, t < 2), (1, True)), 9), (t / 2, 1, 0)])
 def test_the_event_at_a_switch_is_of_what_its_new_side_frees_whatever_else_would_happen_just_then(
-        slope, load, speed, until):  # fmt: skip
+        slope, load, speed, until):
     pushed, other = ap.Friction(v, F, load=1, kinetic=1), ap.Friction(w, G, load=load, kinetic=1)
     rates = {x: v, v: sp.Piecewise((0, t < 2), (3, True)) + F, w: slope + G}
     system = ap.System.with_frictions(rates, {}, [pushed, other], time=t)
@@ -753,7 +753,7 @@ def test_what_a_body_at_rest_on_two_rigid_feet_does_is_proven_under_a_push_that_
     lift, turn = N + H - 1, 3 * (N - H)
     quarter = sp.Rational(1, 4)
     feet = [ap.Friction(v, F, load=N, kinetic=quarter, gap=y + c, normal=N, constraint=lift + turn),
-            ap.Friction(v, G, load=H, kinetic=quarter, gap=y - c, normal=H, constraint=lift - turn)]  # fmt: skip
+            ap.Friction(v, G, load=H, kinetic=quarter, gap=y - c, normal=H, constraint=lift - turn)]
     rates = {x: v, v: F + G - sp.Rational(push) * sp.sign(x + 2), y: w, w: lift, c: V, V: turn}
     scene = ap.Scene(system=ap.System.with_frictions(rates, {}, feet), start=dict.fromkeys(rates, 0), until=2)
     assert proven_as_followed(scene).modes == (f"{mode}+{mode}",)
@@ -784,7 +784,7 @@ def test_a_contact_whose_load_is_never_negative_slides_on_as_before_where_it_is_
 
 @pytest.mark.parametrize(("push", "load", "static"), [(3, 2 - t, 3), (t - 1, sp.Max(0, 1 - t), 2)])
 def test_a_law_that_switches_with_the_sliding_velocity_leaves_the_mode_certain_where_rest_begins_or_ends(
-        push, load, static):  # fmt: skip
+        push, load, static):
     """At rest on the edge of the law, v = 0, it also slips, or would on the new side of another switch."""
     friction = ap.Friction(v, F, load=load, kinetic=sp.Rational(3, 2), static=static)
     system = ap.System.with_frictions({x: v, v: push + sp.Max(0, v) / 3 + F}, {}, [friction], time=t)
@@ -828,7 +828,7 @@ def test_a_belt_that_another_block_turns_is_proven_to_keep_its_speed_until_then(
 def test_a_contact_that_jumps_with_the_belt_of_another_that_stops_gives_the_event_its_name():
     """The velocity of the first block vanishes, and at once that of the second one jumps to the other sign."""
     frictions = [ap.Friction(v - 4 * sp.Heaviside(w), F, load=2, kinetic=sp.S.Half, static=sp.Rational(3, 4)),
-                 ap.Friction(w - sp.sign(v) / 2, G, load=1, kinetic=1)]  # fmt: skip
+                 ap.Friction(w - sp.sign(v) / 2, G, load=1, kinetic=1)]
     system = ap.System.with_frictions({v: F + sp.Rational(3, 4), w: G - sp.S.Half}, {}, frictions)
     proof, path = (f(ap.Scene(system=system, start={v: "-1/2", w: "1/8"}, until=1)) for f in (certify, ap.solve))
     assert [(e.kind, e.friction) for e in proof.events] == [(e.kind, e.friction) for e in path.events]
@@ -952,7 +952,7 @@ def test_a_box_of_pushes_that_two_contacts_bear_at_some_points_only_has_no_proof
     """Together they hold 2: a margin of uncertain sign leaves their rest undecided."""
     frictions = [ap.Friction(v, force, load=1, kinetic=1) for force in (F, G)]
     scene = ap.Scene(system=ap.System.with_frictions({x: v, v: F + G + w, w: 0}, {}, frictions, time=time),
-                     start={x: 0, v: 0, w: 0}, until=1)  # fmt: skip
+                     start={x: 0, v: 0, w: 0}, until=1)
     assert certify(scene, {"w": ("1.8", "1.9")}).modes == ("stick+stick",)
     assert certify(scene, {"w": ("1.9", "2.1")}).obstacle == "edge"
 
@@ -962,7 +962,7 @@ def test_a_box_of_pushes_that_two_contacts_bear_at_some_points_only_has_no_proof
     ({x: v, v: F + G + 3}, (v, v), (0, 0), 1),  # both contacts together hold 2
     ({x: v, v: F + G - x}, (v, v), (5, 0), 7),  # it turns at 5 and -1, and rests there
     ({x: -F, y: -x}, (y,), (1, 0), 5),  # the force does not enter the rate of the velocity, which moves
-])  # fmt: skip
+])
 @pytest.mark.few(2)
 def test_a_system_that_does_not_depend_on_the_time_is_not_proven_to_rest_unless_forces_hold_all_of_it(
     rates, velocities, start, until, time
@@ -985,7 +985,7 @@ def test_a_body_on_three_rigid_feet_is_proven_to_rest_and_has_no_proof_where_it_
     rates = {v: sum(forces) + sp.Rational(1, 8), w: sum(loads) - 1, turn: loads[2] - loads[0]}
     feet = [ap.Friction(v, force, load, sp.Rational(1, 4), gap=y + side * x, normal=load,
                         constraint=rates[w] + side * rates[turn])
-            for side, force, load in zip(sides, forces, loads, strict=True)]  # fmt: skip
+            for side, force, load in zip(sides, forces, loads, strict=True)]
     body = ap.System.with_frictions({**rates, y: w, x: turn}, {}, feet)
     proof = certify(ap.Scene(system=body, start={"v": speed, "w": 0, "V": 0, "y": 0, "x": 0}, until=1))
     assert (proof.proven, proof.reason.removeprefix("rest: the forces of ")) == (not reason, reason)
@@ -1045,7 +1045,7 @@ def test_a_box_in_which_a_block_may_stick_and_may_slip_has_no_proof():
     scene = ap.Scene(system=driven, values={}, start={"x": 2, "v": 0}, until=1)
     assert certify(scene, {"x": ("1.9", "2.1")}).obstacle == "edge"
     assert [certify(scene, {"x": ends}).modes for ends in (("1.9", "1.99"), ("2.01", "2.1"))] == [
-        ("stick",), ("slip_same",)]  # fmt: skip
+        ("stick",), ("slip_same",)]
 
 
 @pytest.mark.slow
@@ -1117,7 +1117,7 @@ def test_of_all_modes_of_a_chain_only_those_are_tried_that_the_signs_of_its_velo
     places, rates, forces = (sp.symbols(f"{name}1:5", real=True) for name in ("p", "r", "H"))
     pulls = [before - 2 * p + after for before, p, after in zip((0, *places), places, (*places[1:], 0), strict=False)]
     slow = {**dict(zip(places, rates, strict=True)),
-            **{r: pull + force for r, pull, force in zip(rates, pulls, forces, strict=True)}}  # fmt: skip
+            **{r: pull + force for r, pull, force in zip(rates, pulls, forces, strict=True)}}
     frictions = [ap.Friction(r, force, load=1, kinetic=1) for r, force in zip(rates, forces, strict=True)]
     system, start = ap.System.with_frictions(slow, {}, frictions), [1, 0, -1, 2, 1, "1/2", -2, -1]
     scene = ap.Scene(system=system, values={}, start=start, until=5)
@@ -1144,7 +1144,7 @@ state = {X = 1, Y = 0.1, "X'" = 1, "Y'" = 0.1}
 def test_nothing_ranges_from_which_the_reaction_of_a_start_in_coordinates_follows(tmp_path):
     fallen = FALLING_BALL.replace("Y = 1,", "Y = 0,")
     for text, name, ends in ((FALLING_BALL, "eps", ("0.05", "0.1")), (FALLING_BALL, "Y", ("0.9", "1.1")),
-                             (SLOPE, "a", ("0.1", "0.11")), (fallen, "Y", (0, "0.1"))):  # fmt: skip
+                             (SLOPE, "a", ("0.1", "0.11")), (fallen, "Y", (0, "0.1"))):
         (tmp_path / "ball.toml").write_text(text)
         with pytest.raises(InputError, match=f"the reaction or .* of the start follows from {name}; let others"):
             cover(ap.read_scene(tmp_path / "ball.toml"), {name: ends})
@@ -1171,7 +1171,7 @@ def test_the_velocity_of_a_belt_may_range_where_no_sliding_velocity_is_a_state_a
 
 
 @pytest.mark.parametrize(("text", "name", "ends"), [(FALLING_BALL, "f", ("0.299", "0.301")),
-                                                    (SLOPE, "c", ("0.01", "0.0101"))])  # fmt: skip
+                                                    (SLOPE, "c", ("0.01", "0.0101"))])
 def test_the_proof_of_a_box_holds_what_the_file_does_with_other_numbers(tmp_path, text, name, ends):
     (tmp_path / "own.toml").write_text(text)
     proof = certify(ap.read_scene(tmp_path / "own.toml"), {name: ends})

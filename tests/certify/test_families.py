@@ -142,7 +142,7 @@ def test_a_complex_pair_counts_twice_though_the_ball_of_its_imaginary_part_conta
     exact = EnclosedSegment(mode, state).jet(mode.guards[0], ball(1))
     around = flint.acb(0, flint.arb(0, 2))
     wider = [g._replace(mean=g.mean.linear(lambda m: m + around)) if g.mean.whole[0, 0].imag > 0 else g
-             for g in mode.spectrum]  # fmt: skip
+             for g in mode.spectrum]
     mode.__dict__["spectrum"] = tuple(wider)
     (found,) = EnclosedSegment(mode, state).jet(mode.guards[0], ball(1))
     assert found.contains(exact[0])
@@ -150,7 +150,7 @@ def test_a_complex_pair_counts_twice_though_the_ball_of_its_imaginary_part_conta
 
 def test_damping_and_friction_may_range_in_resonance_through_three_turns():
     system = ap.System.with_frictions(
-        {x: v, v: sp.cos(t) - x - b * v + F}, {}, [ap.Friction(v, F, load=1, kinetic=k)], time=t)  # fmt: skip
+        {x: v, v: sp.cos(t) - x - b * v + F}, {}, [ap.Friction(v, F, load=1, kinetic=k)], time=t)
     scene = ap.Scene(system=system, values={"b": "0.1", "k": "0.3"}, start={"x": 3, "v": 0}, until=12)
     proof = certify(scene, {"b": ("0.1", "0.1002"), "k": ("0.3", "0.3002")})
     assert proof.proven
@@ -182,7 +182,7 @@ def test_a_box_around_eigenvalues_that_meet_is_about_as_wide_as_what_its_points_
     assert proof.proven, proof.reason
     low, high = map(Fraction, width)
     near = (ap.Scene(system=system, values={a: low + (high - low) * part / 8}, start=start, until=until)
-            for part in range(9))  # fmt: skip
+            for part in range(9))
     paths = [ap.solve(scene, digits=40) for scene in near]
     assert all(contained(proof, path) for path in paths)
     spread = max(float(max(ends) - min(ends)) / 2 for ends in zip(*(path.final for path in paths), strict=True))
@@ -203,7 +203,7 @@ def test_a_chain_of_near_eigenvalues_is_no_group():
 
 def test_at_a_point_eigenvalues_that_part_are_no_group():
     system = ap.System.with_frictions(  # the eigenvalues -1 and -pi
-        {x: v, v: F - (1 + sp.pi) * v - sp.pi * x}, {}, [ap.Friction(v, F, load=1, kinetic=1)])  # fmt: skip
+        {x: v, v: F - (1 + sp.pi) * v - sp.pi * x}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
     with precision(100):
         modes = _Modes(system, (), {}, 1)
         mode, _ = modes.chosen([modes.every(state := modes.begun([Fraction(9), Fraction(1)]))], state, "start")

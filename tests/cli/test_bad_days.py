@@ -234,7 +234,7 @@ WORDS = st.sampled_from(
      "--until", "--sigma0", "--digits", "--box", "--pieces", "--json", "--physical", "--method", "exact", "x", "mu",
      "1", "-1", "0.2", "1/3", "1e-6", "1e400", "nan", "-inf", "5", "2", "--", "-", "", "ä", "--out", "o", "good.toml",
      "typo.toml", "--workers=0"]
-)  # fmt: skip
+)
 
 
 @settings(max_examples=300)
@@ -259,9 +259,9 @@ VALUES = st.recursive(
     lambda inner: st.one_of(st.lists(inner, max_size=4), st.dictionaries(
         st.sampled_from(["uniform", "grid", "points", "manifold", "x", "offset", "z", "log_grid"]), inner, max_size=4)),
     max_leaves=6,
-)  # fmt: skip
+)
 KEYS = st.sampled_from([*scenefile.COMMON, *scenefile.NONDIMENSIONAL, *scenefile.PHYSICAL, *scenefile.SYSTEM,
-                        "seed", "count", "chunk"])  # fmt: skip
+                        "seed", "count", "chunk"])
 
 
 @pytest.mark.slow

@@ -56,7 +56,7 @@ def test_events_of_several_frictions_name_theirs_in_json(capsys, tmp_path):
     events = json.loads(run(capsys, "solve", str(tmp_path / "two.toml"), "--json")[1])["events"]
     assert [(event["kind"], event["t"], event["friction"]) for event in events] == [
         ("velocity_zero", 1, 1), ("velocity_zero", 2, 0),
-    ]  # fmt: skip
+    ]
 
 
 @pytest.mark.parametrize(
@@ -166,7 +166,7 @@ def test_tolerances_and_orders_reach_the_method(capsys):
         json.loads(run(capsys, *GOOD, "--json", "--method", method, *option)[1])["final"][0]
         for method, option in (("lsoda", ["--rtol", "1e-3"]), ("lsoda", ["--rtol", "1e-9"]),
                                ("jump", ["--order", "0"]), ("jump", ["--order", "2"]), ("exact", []))
-    ]  # fmt: skip
+    ]
     loose, tight, zeroth, second = (abs(final - finals[-1]) for final in finals[:-1])
     assert tight < loose
     assert second < zeroth
@@ -232,7 +232,7 @@ def test_claims_prints_a_line_each_and_the_evidence_of_one(capsys):
 
 TINY = {"scenes": ("ii",), "mus": ("1e-1",), "kappas": {"1": ("1e-1",)}, "tolerances": (1e-3,), "step_sizes": (1e-1,),
         "offsets": ("1e-2",), "model_mus": ("1e-2",), "model_tolerances": (1e-4, 1e-8), "contact_mus": ("1e-1",),
-        "repeats": 1, "steps": 400, "seconds": 5.0}  # fmt: skip
+        "repeats": 1, "steps": 400, "seconds": 5.0}
 
 
 @pytest.fixture
@@ -341,7 +341,7 @@ def test_bad_input_is_one_line_on_stderr_and_status_two(capsys, arguments, named
 def _completed(line, tmp_path):
     told = tmp_path / "told"
     asked = {"_ARGCOMPLETE": "1", "_ARGCOMPLETE_STDOUT_FILENAME": str(told), "COMP_LINE": line, "_ARGCOMPLETE_IFS": " ",
-             "COMP_POINT": str(len(line)), "COMP_TYPE": "9", "_ARGCOMPLETE_SHELL": "bash"}  # fmt: skip
+             "COMP_POINT": str(len(line)), "COMP_TYPE": "9", "_ARGCOMPLETE_SHELL": "bash"}
     run = subprocess.run([sys.executable, "-m", "asympk"], env={**os.environ, **asked}, capture_output=True)
     return run, told.read_text().split() if told.exists() else []
 
@@ -385,7 +385,7 @@ def test_a_least_critical_friction_that_no_radicals_give_is_printed_in_decimals(
 
 
 @pytest.mark.parametrize("arguments", [["solve", "backward", "--method", "LSODA"], ["claims", "c16"],
-                                       ["mechanism", "Butenin"]])  # fmt: skip
+                                       ["mechanism", "Butenin"]])
 def test_names_are_read_in_any_case(capsys, arguments):
     status, _, complaint = run(capsys, *arguments)
     assert (status, complaint) == (0, "")
@@ -396,7 +396,7 @@ def test_names_are_read_in_any_case(capsys, arguments):
     (lambda: asympk.solve_many(1, 1e-3, 0, 0.2, -1, 1, method="Exakt"), "'exact'"),
     (lambda: asympk.solve_many(system=held_rod.system(), method="exat"), "'exact'"),
     (lambda: asympk.lower(sp.symbols("x"), sp.Symbol("x"), target="Numpi"), "'numpy'"),
-])  # fmt: skip
+])
 def test_a_name_that_is_none_is_refused_with_the_nearest(ask, meant):
     with pytest.raises(asympk.errors.UnknownName, match=f"did you mean {meant}"):
         ask()

@@ -95,7 +95,7 @@ def test_a_physical_rod_is_turned_and_drawn_in_its_own_units():
 @pytest.mark.parametrize("given", [
     {"sigma": "-1.95", "mu": 1e307, "start": (1e307, 0, -1), "until": 1e-308}, {"sigma": -1.9999999, "sigma0": 1e307},
     {"alpha": "89.5 deg", "k": 1e300}, {"alpha": "1/2 deg"},
-])  # fmt: skip
+])
 def test_a_knob_holds_the_number_that_it_starts_from_and_is_finite(given):
     """The angle 89.5 deg and sigma = -1.95 were beyond the ends, and a number of 1e307 left the page without knobs."""
     rod = {"m": 1, "P": 1, "f": 3, "l": 1, "k": 1, "h": 1, "start": (0, 0, -1), "until": 1}
@@ -115,7 +115,7 @@ def test_a_start_beside_a_slow_line_stays_beside_it_while_parameters_turn():
 
 @pytest.mark.parametrize(("given", "start"), [
     ({"eps": "1/20", "m": 2}, {}), ({}, {"Y": 2}), ({"eps": "1/20"}, {"Y": "1/2", "X": 3}),
-])  # fmt: skip
+])
 def test_a_ground_stays_where_it_is_while_numbers_of_a_start_off_the_contact_turn(tmp_path, given, start):
     file = tmp_path / "ball.toml"
     file.write_text(FALLING_BALL)
@@ -192,7 +192,7 @@ def test_the_file_of_a_mechanism_with_a_horizon_is_explored_as_the_scene_that_it
 
 @pytest.mark.parametrize(("scene", "model"), [
     (ROD, "exact"), (ap.systems.nonlinear_rod.scenes()[0], "lsoda"),
-])  # fmt: skip
+])
 def test_a_draft_is_in_closed_form_where_there_is_one(scene, model):
     assert motion(turned(scene, {}, {}, "1/10"), draft=True)["model"] == model
 
@@ -375,7 +375,7 @@ def test_a_page_of_another_name_that_points_here_is_refused(server, host):
 
 
 @pytest.mark.parametrize("name", ["no", "page/index.html", "../../etc/passwd", "..%2f..%2fpyproject.toml", "explore.py",
-                                  "motion/", "?"])  # fmt: skip
+                                  "motion/", "?"])
 def test_nothing_but_the_page_and_its_questions_is_there(server, name):
     _refused(server, 404, "GET", name)
     _refused(server, 404, "POST", name, b"{}")
@@ -407,7 +407,7 @@ def test_what_is_not_json_is_refused(server, body):
     {"parameters": {"mu": "1e-99999"}}, {"parameters": {"mu": 0}}, {"start": {"x": "<script>"}}, {"start": {"w": 1}},
     {"until": -1}, {"until": "9" * 5000}, {"until": {}}, {"scene": 1, "parameters": {"k": "1/0"}},
     {"until": "\r\nSet-Cookie: a=b"}, {"start": {"x": "1\n2"}},
-])  # fmt: skip
+])
 @pytest.mark.few(5)
 def test_hostile_and_mistaken_questions_are_refused_in_one_line(server, question):
     _refused(server, 400, "POST", "motion", json.dumps(question))
@@ -433,10 +433,10 @@ def _raw(server, data):
     (400, "{post}", "Host: {host}\r\nContent-Length: 11\r\n", '{"draft":1}'),
     (400, "{post}", "Host: {host}\r\nContent-Length: 15\r\n", '{"until":1e400}'),
     (400, "{post}", "Host: {host}\r\nContent-Length: 24\r\n", '{"start":{"x":"\\ud800"}}'),
-])  # fmt: skip
+])
 def test_requests_that_no_page_would_make_are_refused(server, status, request_line, headers, body):
     known = {"{token}": server.token, "{host}": f"127.0.0.1:{server.server_port}",
-             "{post}": f"POST /{server.token}/motion HTTP/1.1"}  # fmt: skip
+             "{post}": f"POST /{server.token}/motion HTTP/1.1"}
     text = f"{request_line}\r\n{headers}Connection: close\r\n\r\n"
     for name, value in known.items():
         text = text.replace(name, value)
@@ -447,7 +447,7 @@ def test_requests_that_no_page_would_make_are_refused(server, status, request_li
 
 @pytest.mark.parametrize("question", [{}, {"pair": ["s", "s", "z"]}, {"pair": "sz"}, {"pair": ["s", "w"]},
                                       {"pair": ["s", "z"], "across": "x"}, {"pair": ["s", "z"], "across": [0] * 2000},
-                                      {"pair": ["s", "z"], "across": [{}], "up": [1]}])  # fmt: skip
+                                      {"pair": ["s", "z"], "across": [{}], "up": [1]}])
 @pytest.mark.few(2)
 def test_a_picture_that_is_none_is_refused(server, question):
     grids = {"across": [0, 1], "up": [0, 1]}
@@ -530,7 +530,7 @@ def test_a_mechanism_with_a_c_and_an_h_of_its_own_keeps_them_beside_those_of_the
     named = MECHANISM.replace("l*sin(theta)", "h*sin(theta)").replace('friction = "f"', 'friction = "c"')
     file.write_text(named.replace("f = 2", "h = 3\nc = 2"))
     elastic, rigid = (dict(zip(map(str, scene.system.parameters), scene.values, strict=True))
-                      for scene in chosen_scenes(str(file))())  # fmt: skip
+                      for scene in chosen_scenes(str(file))())
     assert {"h", "h_", "c", "c_"} <= elastic.keys()
     assert elastic["h"] == rigid["h"] == 3
 
@@ -553,7 +553,7 @@ def test_ctrl_c_ends_the_command_cleanly():
 
 PATH = "document.querySelector('#phase .path')?.getAttribute('d')"
 RING = "(() => { const b = document.querySelector('#phase .ring').getBoundingClientRect(); " \
-       "return [b.x + b.width / 2, b.y + b.height / 2]; })()"  # fmt: skip
+       "return [b.x + b.width / 2, b.y + b.height / 2]; })()"
 
 
 @pytest.fixture(scope="module")
@@ -587,7 +587,7 @@ def test_a_slider_moves_the_picture_and_a_drag_moves_the_start(server, window, w
     window.wait("document.body.getAttribute('aria-busy') === 'false'")  # a later answer draws the ring anew
     turned = window.run(f"return {PATH}")
     assert window.run("return document.querySelector('[data-box=sigma0]').value") \
-        == window.run("return document.querySelector('[data-box=sigma]').value")  # fmt: skip
+        == window.run("return document.querySelector('[data-box=sigma]').value")
     _drag_ring(window, turned)
     assert float(window.run("return document.querySelector('[data-box=z]').value")) > -1
     assert window.complaints() == []

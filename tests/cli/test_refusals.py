@@ -151,9 +151,9 @@ def test_help_prints_in_any_character_set():
 def test_the_work_is_done_and_the_status_right_where_stderr_takes_nothing(tmp_path, closed):
     (tmp_path / "sweep.toml").write_text(SWEEP)
     for line, status in ((" ".join(LINE), 0), (" ".join(LINE) + " --mu -1", 2), ("solve --nope", 2),
-                         ("sweep sweep.toml --out out", 0)):  # fmt: skip
+                         ("sweep sweep.toml --out out", 0)):
         run = subprocess.run(f"{sys.executable} -m asympk {line} {closed}", shell=True, cwd=tmp_path,
-                             capture_output=True, timeout=100, check=False)  # fmt: skip
+                             capture_output=True, timeout=100, check=False)
         assert run.returncode == status
     assert len([*(tmp_path / "out").glob("chunk-*")]) == 3
 

@@ -42,7 +42,7 @@ def test_a_state_that_stays_as_it_is_makes_no_reference_look_better():
     x, y = sp.symbols("x y", real=True)
     alone, beside = (ap.System.smooth({y: -(y**2), **other}, {}, None) for other in ({}, {x: 0}))
     error, with_other = (ap.solve(ap.Scene(system=system, start=start, until=1), digits=8).error
-                         for system, start in ((alone, [1]), (beside, [1, 0])))  # fmt: skip
+                         for system, start in ((alone, [1]), (beside, [1, 0])))
     assert error == with_other > 0
 
 
@@ -220,7 +220,7 @@ def test_a_coefficient_that_the_modes_scatter_over_their_terms_keeps_its_digits_
 
     def scene(factor, values):
         system = ap.System.with_friction(slow={x: y}, fast={y: 1 - x - y}, velocity={z: 1 - x**2 * factor - y + F},
-                                         force=F, load=x + y, kinetic=sp.Rational(1, 2), small=mu)  # fmt: skip
+                                         force=F, load=x + y, kinetic=sp.Rational(1, 2), small=mu)
         return ap.Scene(system=system, values={mu: "1e-4", **values}, start={x: 0, y: "0.2", z: -1}, until=1)
 
     cancelling = scene((p - 1) * 10**20, {p: "1.00000000000000000001"})

@@ -50,7 +50,7 @@ def driver(where, solver, directed=True, snap=True, most=40):
         mode = automaton.mode(branch)
         guards = [_guard(mode, k, directed) for k in (0, 1)]
         run = solve_ivp(mode.rhs, (t, until), state, solver, events=guards, rtol=1e-6, atol=1e-6,
-                        jac=lambda t, w, mode=mode: np.array(mode.jac(t, w)))  # fmt: skip
+                        jac=lambda t, w, mode=mode: np.array(mode.jac(t, w)))
         t, state = float(run.t[-1]), tuple(run.y[:, -1].tolist())
         if run.status != 1:
             break
@@ -142,7 +142,7 @@ def test_a_field_without_events_is_derived_once_for_all_scenes_of_a_system(optio
 def test_a_moreau_step_longer_than_the_instability_has_three_solutions_and_a_shorter_one_has_one():
     mu, start = 1e-4, (-1.0, -1.0, 1.0)
     assert {phase.mode for phase, _ in _solutions(1.0, 1.0, mu, *start, 10 * mu)} == {
-        "slip_same", "slip_opposite", "stick"}  # fmt: skip
+        "slip_same", "slip_opposite", "stick"}
     assert [phase.mode for phase, _ in _solutions(1.0, 1.0, mu, *start, mu / 2)] == ["slip_opposite"]
 
 
@@ -260,7 +260,7 @@ def textbook(a, b, mu, start, t, root=math.sqrt, exp=math.exp):
     along = (y - fast * (x - rest)) / (slow - fast)
     across = x - rest - along
     return (rest + along * exp(slow * t) + across * exp(fast * t),
-            along * slow * exp(slow * t) + across * fast * exp(fast * t))  # fmt: skip
+            along * slow * exp(slow * t) + across * fast * exp(fast * t))
 
 
 def test_the_textbook_slow_eigenvalue_loses_digits_as_mu_falls_and_ours_does_not():
@@ -384,7 +384,7 @@ def test_a_naive_recurrence_for_a_slow_manifold_swells_and_ours_stays_in_its_rin
     swollen = [first]
     for order in range(1, 4):
         transport = sum(sp.diff(swollen[j], x) * (field.subs(y, swollen[order - 1 - j]) if order - 1 - j == 0
-                        else (x + k - lam) * swollen[order - 1 - j]) for j in range(order))  # fmt: skip
+                        else (x + k - lam) * swollen[order - 1 - j]) for j in range(order))
         swollen.append(transport / sp.diff(fast, y))
     system = ap.System.smooth(slow={x: field}, fast={y: fast}, small=mu)
     ours = ap.slow_manifold(system, branch={y: first}, order=3)

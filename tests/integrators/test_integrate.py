@@ -166,7 +166,7 @@ def test_a_scene_of_no_length_ends_where_it_starts():
 
 @pytest.mark.parametrize(("method", "module", "package"), [
     ("heyoka", "heyoka", "heyoka"), ("cvode", "sksundae.cvode", "scikit-sundae"), ("kvaerno5", "jax", "diffrax"),
-])  # fmt: skip
+])
 def test_a_missing_peer_is_one_line_with_the_way_to_get_it(monkeypatch, method, module, package):
     for name in [m for m in sys.modules if m.split(".")[0] == module.split(".")[0]]:
         monkeypatch.delitem(sys.modules, name)
@@ -539,7 +539,7 @@ def test_a_state_in_a_unit_of_its_own_is_as_exact_as_in_that_of_the_others(unit)
     k, mu = sp.symbols("k mu", positive=True)
     system = ap.System.smooth({x: v, v: y / k - sp.sin(x)}, {y: -k * v - y}, mu)
     scenes = (ap.Scene(system=system, values={"mu": "1/10", "k": k}, start={x: 2, v: 0, y: 0}, until=5)
-              for k in (1, unit))  # fmt: skip
+              for k in (1, unit))
     (*expected, moment), (*found, measured) = (ap.solve(scene).final for scene in scenes)
     assert found == pytest.approx(expected, abs=1e-8)
     assert measured / float(unit) == pytest.approx(moment, abs=1e-8)
@@ -573,7 +573,7 @@ def test_a_start_without_a_finite_rate_or_slope_is_refused_by_every_method(rate,
      ("x**2", 1, {}, "stalled .* grows beyond bounds"),
      ("sin(50*x) + 1", 0, {"steps": 3}, "step limit reached .*; allow more steps, or"),
      ("sin(50*x) + 1", 0, {"seconds": 0}, "time limit reached .*; allow more seconds, or")],
-)  # fmt: skip
+)
 def test_a_run_that_stops_short_says_what_helps(rate, start, options, advice):
     x = sp.Symbol("x", real=True)
     system = ap.System.smooth({x: sp.sympify(rate, {"x": x})}, {}, None)
@@ -596,7 +596,7 @@ def test_a_try_of_a_step_beyond_where_rates_have_values_is_made_shorter(method):
     """y'/100 = x - y^(3/2) begins at y = 0, below which no rate is real."""
     x, y = sp.symbols("x y", real=True)
     scene = ap.Scene(system=ap.System.smooth({x: -x, y: 100 * (x - y ** sp.Rational(3, 2))}, {}, None),
-                     values={}, start={x: 1, y: 0}, until=1)  # fmt: skip
+                     values={}, start={x: 1, y: 0}, until=1)
     assert ap.solve(scene, method).final == pytest.approx([*map(float, ap.solve(scene, digits=15).final)], rel=1e-5)
 
 
@@ -706,7 +706,7 @@ def test_events_that_recur_at_one_time_are_said_to_be_rounding_and_not_to_be_too
     x, v, p, q, r, s, F = sp.symbols("x v p q r s F", real=True)
     rates = {x: v, v: F - s * p / 3, p: -q, q: p, r: -2 * s, s: 2 * r}
     scene = ap.Scene(system=ap.System.with_frictions(rates, {}, [ap.Friction(v, F, p**2, 1)]), start=[0, 0, 1, 0, 1, 0],
-                     until=20)  # fmt: skip
+                     until=20)
     with pytest.raises(Undecided, match="rounding hides whether there is a velocity_zero"):
         ap.solve(scene, method="lsoda")
 
@@ -714,7 +714,7 @@ def test_events_that_recur_at_one_time_are_said_to_be_rounding_and_not_to_be_too
 @pytest.mark.parametrize(("how", "width"), [
     *(({"method": name, "rtol": 1e-9}, "1/100") for name in ("lsoda", "radau", "dop853", "bdf")),
     ({}, "1/100"), ({}, "1/100000"), ({"digits": 15}, "1/100000"),
-])  # fmt: skip
+])
 @pytest.mark.parametrize(("push", "speed"), [(0, 3), (2, 0)])
 def test_a_narrow_rise_of_friction_is_not_stepped_over_where_slip_ends_or_begins(how, width, push, speed):
     """The time from speed to speed is that of a quadrature; of the width 1/100 a stop came 1/100 late."""

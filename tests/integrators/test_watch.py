@@ -89,4 +89,4 @@ def test_a_guard_that_is_rounding_at_the_start_of_a_mode_counts_as_0():
     system = ap.System.with_frictions({u: force, v: 1, w: -v}, {}, [friction])
     mode = Automaton(system, ()).mode((Phase(1, 1),))
     assert [Watch(mode, 0.0, (0.1, 0.2, third)).last.values for third in (-0.3, -0.5, 0.1)] == [
-        [0.0], [0.0], [pytest.approx(0.4)]]  # fmt: skip
+        [0.0], [0.0], [pytest.approx(0.4)]]

@@ -264,7 +264,7 @@ def test_an_elastic_contact_without_its_two_numbers_says_which_they_are(given):
         (lambda x, t: sp.Piecewise((0, t <= 2), (1, True)), "t - 2 = 0"), (lambda x, t: sp.Mod(x, 3), "x/3 is whole"),
         (lambda x, t: sp.Max(0, x - 1) ** 2 + sp.Max(0, sp.sin(t)) ** 2, None),
     ],
-)  # fmt: skip
+)
 @pytest.mark.parametrize("unilateral", [True, False])
 @pytest.mark.few(2)
 def test_ground_with_steps_and_kinks_is_refused_where_the_reaction_or_the_constraint_would_jump(
@@ -368,7 +368,7 @@ def _turned_past_a_right_angle(slip, *order):
     rates = {s: sp.Symbol(f"{s}'", real=True) for s in order}
     x, y, p = sorted(order, key=str)
     body = ap.Mechanism(order, [*rates.values()], sp.eye(3), [-1 if q == y else 0 for q in order],
-                        ap.Contact(y, slip(rates[x], p, rates[p]), sp.Rational(1, 10), unilateral=True))  # fmt: skip
+                        ap.Contact(y, slip(rates[x], p, rates[p]), sp.Rational(1, 10), unilateral=True))
     system = body.elastic(compliance=c, damping=1)
     start = body.start(system, {"X": 0, "Y": 0, "p": "1/2", "X'": 1, "Y'": 0, "p'": 2})
     path = ap.solve(ap.Scene(system=system, values={"c": "1/100"}, start=start, until=1))

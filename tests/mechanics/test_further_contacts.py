@@ -94,7 +94,7 @@ def test_jumps_onto_two_contacts_at_once_have_errors_of_the_next_order():
     exact = [np.array(ap.solve(scene, "radau", rtol=1e-12).final) for scene in scenes]
     for order in (1, 2):
         first, second = (np.abs(ap.solve(scene, "jump", order=order).final - end).max()
-                         for scene, end in zip(scenes, exact, strict=True))  # fmt: skip
+                         for scene, end in zip(scenes, exact, strict=True))
         assert first / second == pytest.approx(2 ** (order + 1), rel=0.05)
 
 
@@ -102,7 +102,7 @@ def test_a_start_beside_the_wall_presses_no_wall_until_it_touches():
     """With c = eps^2 the reaction of a wall is -g/c; a point of the speed 1 meets a wall 1/100 away at t = 1/100."""
     eps = sp.Symbol("eps", positive=True)
     point = ap.Mechanism((X, Y), (X.diff(T), Y.diff(T)), sp.eye(2), (0, -1), ap.Contact(Y, X, f, unilateral=True),
-                         others=(ap.Contact(1 - X, Y, f, unilateral=True),))  # fmt: skip
+                         others=(ap.Contact(1 - X, Y, f, unilateral=True),))
     system = point.elastic(compliance=eps**2, damping=0)
     start = point.start(system, {"X": "0.99", "Y": 0, "X'": 1, "Y'": 0, "eps": "1/1000"})
     assert (start["x"], start["x2"]) == (0, pytest.approx(-1e4))
@@ -118,7 +118,7 @@ def test_a_start_above_a_damped_contact_is_taken_where_its_damper_does_not_push_
     """A point of the speed 2 that starts 1/2 before the wall meets it at the gap 2 h = 1/5, so at t = 3/20."""
     c, h = sp.symbols("c h", positive=True)
     point = ap.Mechanism((X, Y), (X.diff(T), Y.diff(T)), sp.eye(2), (0, -1), ap.Contact(Y, X, f, unilateral=True),
-                         others=(ap.Contact(1 - X, Y, f, unilateral=True),))  # fmt: skip
+                         others=(ap.Contact(1 - X, Y, f, unilateral=True),))
     system, numbers = point.elastic(compliance=c, damping=h), {"f": 0, "c": "1e-3", "h": "1/10"}
     start = point.start(system, {**numbers, "X": "1/2", "Y": 0, "X'": 2, "Y'": 0})
     path = ap.solve(ap.Scene(system=system, values=numbers, start=start, until="1/5"))
@@ -166,7 +166,7 @@ def test_a_sliding_block_on_two_legs_tips_if_its_friction_exceeds_half_its_width
     rear, front = (
         ap.Contact(Y + (side * sp.sin(THETA) - 2 * sp.cos(THETA)) / 2,
                    X + (side * sp.cos(THETA) + 2 * sp.sin(THETA)) / 2, f, unilateral=True) for side in (-1, 1)
-    )  # fmt: skip
+    )
     block = ap.Mechanism.from_lagrangian(energy, (X, Y, THETA), contact=rear, others=[front])
     system = block.rigid()
     start = block.start(system, {"X": 0, "Y": 1, "theta": 0, "X'": 1, "Y'": 0, "theta'": 0})
@@ -240,7 +240,7 @@ def test_motions_of_a_contact_alone_are_refused_beside_one_that_never_opens():
     held = _ladder(WALL, replace(WALL, unilateral=False))
     questions = [lambda: held.motions(sliding), lambda: held.motion_map(sliding), lambda: held.critical_friction,
                  lambda: held.paradox, lambda: held.paradox_set({"theta": (1, 2)}), lambda: held.jump_law(),
-                 lambda: held.least_critical_friction("theta")]  # fmt: skip
+                 lambda: held.least_critical_friction("theta")]
     for question in questions:
         with pytest.raises(NotDerivable, match=r"others\[1\] holds both ways and never opens"):
             question()
@@ -251,7 +251,7 @@ def test_two_contacts_are_told_where_the_second_belongs():
         replace(_ladder(), contact=(FLOOR, WALL))
     alike = ap.Contact(1 - X, 2 * X, f)
     refused = {"others = 'wall'": "wall", "others = Contact": WALL, r"others\[0\] = 'wall'": ["wall"],
-               r"others\[1\]: slip = 2\*X\(t\) is parallel": [WALL, alike]}  # fmt: skip
+               r"others\[1\]: slip = 2\*X\(t\) is parallel": [WALL, alike]}
     for said, others in refused.items():
         with pytest.raises(InputError, match=said):
             replace(_ladder(), others=others)
@@ -365,7 +365,7 @@ def test_a_push_that_grows_beyond_static_friction_ends_in_the_sharing_of_kinetic
     The push t/5 reaches 1/10, all that they can hold, at t = 1/2, where one of them alone is at the edge of its cone.
     """
     energy, (floor, ledge) = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 - Y, (
-        ap.Contact(gap, X, f, unilateral=True) for gap in (Y, 2 * Y))  # fmt: skip
+        ap.Contact(gap, X, f, unilateral=True) for gap in (Y, 2 * Y))
     body = ap.Mechanism.from_lagrangian(energy, (X, Y), contact=floor, others=[ledge], forces={X: T / 5})
     system = body.rigid()
     start = body.start(system, {"X": 0, "Y": 0, "X'": 0, "Y'": 0})
@@ -394,7 +394,7 @@ def _turned(jointed, angle, rate, friction):
     if jointed:
         start |= {"X": math.cos(angle) / 2 + 0.3 * math.cos(theta), "Y": math.sin(angle) / 2 + 0.3 * math.sin(theta)}
         start |= {"X'": -math.sin(angle) / 2 * rate - 0.3 * math.sin(theta) * turning,
-                  "Y'": math.cos(angle) / 2 * rate + 0.3 * math.cos(theta) * turning}  # fmt: skip
+                  "Y'": math.cos(angle) / 2 * rate + 0.3 * math.cos(theta) * turning}
     system = crank.rigid()
     return ap.Scene(system=system, values={"f": friction}, start=crank.start(system, start), until=1)
 
@@ -435,7 +435,7 @@ def test_a_table_without_friction_slides_on_three_feet_whose_reactions_no_equati
 def test_a_weight_that_the_pull_takes_off_a_smooth_floor_lifts_off_and_its_motion_is_proven(method):
     """Pulled by t against the weight 1, it leaves at t = 1 and has then risen by (t - 1)^3 / 6."""
     block = ap.Mechanism.from_lagrangian((X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 - Y, (X, Y), forces={Y: T},
-                                         contact=ap.Contact(Y, X, 0, unilateral=True))  # fmt: skip
+                                         contact=ap.Contact(Y, X, 0, unilateral=True))
     system = block.rigid()
     scene = ap.Scene(system=system, start=block.start(system, {"X": 0, "Y": 0, "X'": -1, "Y'": 0}), until=2)
     path = ap.solve(scene, method)

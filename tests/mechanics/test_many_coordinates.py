@@ -115,7 +115,7 @@ def test_a_coordinate_that_only_adds_to_another_makes_the_mass_of_ten_links_sing
     ground = ap.Contact(gap=angles[0], slip=angles[1], friction=1)
     with pytest.raises(InputError, match="mass is singular"):
         ap.Mechanism.from_lagrangian(energy_of_chain((*angles, last + moved))[0], (*angles, last, moved),
-                                     contact=ground)  # fmt: skip
+                                     contact=ground)
 
 
 @pytest.mark.slow
@@ -214,7 +214,7 @@ def test_the_squares_of_euler_angles_add_up_in_the_inertia_of_a_body_in_space():
     turning, angles = spatial_body().plain.mass[3:, 3:], sp.symbols("a b c", real=True)
     A, B, C = sp.symbols("A B C", positive=True)
     W = sp.Matrix([[-sp.sin(angles[1]), 0, 1], [sp.cos(angles[1]) * sp.sin(angles[2]), sp.cos(angles[2]), 0],
-                   [sp.cos(angles[1]) * sp.cos(angles[2]), -sp.sin(angles[2]), 0]])  # fmt: skip
+                   [sp.cos(angles[1]) * sp.cos(angles[2]), -sp.sin(angles[2]), 0]])
     assert (turning - W.T * sp.diag(A, B, C) * W).applyfunc(sp.simplify) == sp.zeros(3)
     assert max(entry.count_ops() for entry in turning) < 30
 
@@ -227,7 +227,7 @@ def test_a_body_in_space_has_the_reaction_of_newton_and_euler():
     drift = sum((W.diff(q) * v for q, v in zip(angles, u[3:], strict=True)), sp.zeros(3)) * sp.Matrix(u[3:])
     arm = R * CORNER
     bent = sum((arm.diff(q).diff(p) * v * w for q, v in zip(angles, u[3:], strict=True)
-                for p, w in zip(angles, u[3:], strict=True)), sp.zeros(3, 1))  # fmt: skip
+                for p, w in zip(angles, u[3:], strict=True)), sp.zeros(3, 1))
     at = dict(zip(angles, (0.3, 0.5, -0.4), strict=True))
     W, drift, slopes, bent = (np.array(e.subs(at), dtype=float) for e in (W, drift, arm.jacobian(angles), bent))
     inertia, spin = np.diag([0.1, 0.2, 0.15]), W @ u[3:]

@@ -276,7 +276,7 @@ def test_what_is_no_lagrangian_is_refused_in_one_line(make, match):
 def test_a_rate_that_is_not_written_out_has_its_inertia():
     contact = ap.Contact(gap=Y, slip=X, friction=f)
     masses = (ap.Mechanism.from_lagrangian(FREE + rate**2, (X, Y), contact=contact).mass
-              for rate in (sp.Derivative(sp.sin(X), T), sp.sin(X).diff(T)))  # fmt: skip
+              for rate in (sp.Derivative(sp.sin(X), T), sp.sin(X).diff(T)))
     assert _same(*masses)
 
 
@@ -380,7 +380,7 @@ def test_a_determinant_of_polynomials_in_sines_is_that_of_the_symbols_written_ou
     a, b, c = sp.symbols("a b c", positive=True)
     border = sp.Matrix([[a + sp.sin(b) ** 2, sp.cos(b) / a, sp.sqrt(c)],
                         [sp.cos(b) / a, 1 / (a + c), sp.exp(b) * sp.sin(2 * a)],
-                        [sp.sqrt(c), sp.exp(b) * sp.sin(2 * a), 0]])  # fmt: skip
+                        [sp.sqrt(c), sp.exp(b) * sp.sin(2 * a), 0]])
     assert sp.simplify(expanded_determinant(border) - border.det()) == 0
 
 

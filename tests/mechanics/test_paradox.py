@@ -245,7 +245,7 @@ def test_ranges_that_are_none_are_refused(ranges, match):
 
 
 @pytest.mark.parametrize(("over", "given"), [({"theta": (0, 1)}, {"m": -1}), ({"theta": (0, 1), "m": (-1, 1)}, {}),
-                                             ({"m": (-1, 1)}, {"theta": 1})])  # fmt: skip
+                                             ({"m": (-1, 1)}, {"theta": 1})])
 def test_no_set_is_given_where_a_mass_is_negative(over, given):
     """The Delassus matrix then is negative, too, and its paradox was everywhere."""
     mass = sp.Symbol("m", real=True)

@@ -208,14 +208,14 @@ def test_errors_do_not_grow_at_a_touch_that_opens_again_at_once():
     assert path.modes == ("slip_same", "open")
     (lift,) = path.events
     assert path.final[1] == pytest.approx(
-        lift.state[1] + (t - lift.t) * lift.state[4] - (t - lift.t) ** 2 / 2, abs=1e-8)  # fmt: skip
+        lift.state[1] + (t - lift.t) * lift.state[4] - (t - lift.t) ** 2 / 2, abs=1e-8)
 
 
 @pytest.mark.parametrize(
     ("theta", "rate", "friction", "modes"),
     [(2.2353619718598337, -0.6426325846760959, 2.5289954360590987, ("stick",)),
      (2.4018907047129474, -1.7890714264937957, 2.9310776552119533, ("open",))],
-)  # fmt: skip
+)
 def test_a_sliding_velocity_that_is_the_rounding_of_a_start_is_rest(theta, rate, friction, modes):
     """X' + sin(theta) theta' is some 1e-17 in doubles: a rod that slid would have no motion here, or two."""
     start = {**_start(theta, rate, 0), **GROUND, "f": friction}
@@ -230,7 +230,7 @@ def test_a_rod_whose_numbers_were_rounded_by_hand_starts_on_the_ground(height):
     """sin(1.1) = 0.8912073..."""
     rod = slender_rod().rigid()
     rolls, stands = (ap.solve(ap.Scene(system=rod, values={**GROUND, "f": 1}, start=start, until="0.01"))
-                     for start in ({**_start(1.1, 0, -1), "Y": height}, _start(1.1, 0, -1)))  # fmt: skip
+                     for start in ({**_start(1.1, 0, -1), "Y": height}, _start(1.1, 0, -1)))
     assert rolls.modes == stands.modes
     assert rolls.final == pytest.approx(stands.final, abs=2e-6)
     with pytest.raises(NoMotion, match="none of slip_opposite, open is consistent"):
@@ -272,7 +272,7 @@ def test_a_slide_into_the_paradox_of_a_guide_stops_where_the_second_motion_comes
     ("theta", "rate", "friction", "t"),
     [(1.9132583048038097, 0.7744913388116608, 1.5884991102906318, 0.3614353375),
      (1.8195289525024236, -0.9596102090511072, 2.527650487042656, 0.5922862007)],
-)  # fmt: skip
+)
 def test_a_bead_that_begins_to_slide_within_the_paradox_stops_as_it_has_two_motions(theta, rate, friction, t):
     """At rest only one of them exists; the paradox ends later in the first case, and goes on in the second."""
     rod, values = slender_rod(unilateral=False), {**GROUND, "f": friction}
@@ -307,7 +307,7 @@ def _turning(theta, rate, numbers):
       (3.8956130895130054, -0.9999266402719549), 2.0),
      ((2.281091964789678, 1.892571396628294, 2.4714851332250576, 1.7283835618892578, 1.308658141988356),
       (3.170039086236588, -0.602016886811747), 0.5)],
-)  # fmt: skip
+)
 @pytest.mark.few(0)
 def test_a_crank_passes_the_dead_centre_of_its_slider(numbers, start, until):
     """The slider stops there whatever the friction, its sliding velocity no longer depends on that of the crank."""
@@ -360,7 +360,7 @@ def test_guides_that_share_a_reaction_have_a_second_motion_where_their_frictions
     x, v, w, N, F, G = sp.symbols("x v w N F G", real=True)
     rates = {x: v, v: 1 + N + F, w: -N + G}
     guides = [ap.Friction(v, F, N, x, normal=N, constraint=rates[v] - rates[w], gap_rate=v - w),
-              ap.Friction(w, G, N, sp.Rational(1, 2))]  # fmt: skip
+              ap.Friction(w, G, N, sp.Rational(1, 2))]
     system = ap.System.with_frictions(rates, {}, guides)
     with pytest.raises(TwoMotions, match="a second motion of the contact comes up") as stop:
         ap.solve(ap.Scene(system=system, start={"x": 1, "v": 5, "w": 5}, until=1))
@@ -373,7 +373,7 @@ def test_a_smooth_guide_whose_reaction_presses_a_rough_one_has_the_second_motion
     x, v, w, N, F, G = sp.symbols("x v w N F G", real=True)
     rates = {x: v, v: 1 + N + F, w: -N + G}
     guides = [ap.Friction(v, F, N, 0, normal=N, constraint=rates[v] - rates[w], gap_rate=v - w),
-              ap.Friction(w, G, N, 4 - x)]  # fmt: skip
+              ap.Friction(w, G, N, 4 - x)]
     system = ap.System.with_frictions(rates, {}, guides[::order])
     with pytest.raises(TwoMotions, match="a second motion of the contact comes up") as stop:
         ap.solve(ap.Scene(system=system, start={"x": 3, "v": -5, "w": -5}, until=1))
@@ -533,7 +533,7 @@ def _on_a_belt(belt, thing=None):
     angle = sp.S.Zero if thing == "block" else theta
     energy = (X.diff(t) ** 2 + Y.diff(t) ** 2) / 2 + sp.Rational(1, 24) * angle.diff(t) ** 2 - 10 * Y
     ground = ap.Contact(gap=Y - sp.sin(angle) / 2, slip=X.diff(t) + (sp.cos(angle) / 2).diff(t) - belt(t),
-                        friction=sp.Rational(3, 10), unilateral=True)  # fmt: skip
+                        friction=sp.Rational(3, 10), unilateral=True)
     return ap.Mechanism.from_lagrangian(energy, (X, Y, theta)[: 2 if thing == "block" else 3], contact=ground)
 
 
@@ -623,7 +623,7 @@ def _ladder():
     contacts = [ap.Friction(velocity=rate(end), force=F, load=N, kinetic=f, gap=gap, normal=N,
                             constraint=rate(rate(gap)))
                 for end, gap, F, N, f in zip(ends, gaps, (F1, F2), (N1, N2), sp.symbols("f1 f2", positive=True),
-                                             strict=True)]  # fmt: skip
+                                             strict=True)]
     return ap.System.with_frictions(rates, {}, contacts)
 
 
@@ -674,7 +674,7 @@ def test_a_block_on_two_feet_rests_as_long_as_some_forces_hold_it_and_slides_to_
         return sum(expr.diff(q) * r for q, r in rates.items())
 
     contacts = [ap.Friction(velocity=rate(x), force=F, load=N, kinetic=f, gap=y, normal=N, constraint=rate(rate(y)))
-                for (x, y), N, F in zip(feet, (N1, N2), (F1, F2), strict=True)]  # fmt: skip
+                for (x, y), N, F in zip(feet, (N1, N2), (F1, F2), strict=True)]
     block, start = ap.System.with_frictions(rates, {}, contacts), {"X": 0, "Y": "1/2", "h": 0, "U": 0, "V": 0, "W": 0}
     path = ap.solve(ap.Scene(system=block, values={"f": "3/5", "P": "9/10"}, start=start, until=1))
     assert path.modes == ("slip_same+slip_same",)
@@ -711,7 +711,7 @@ def _body(feet, normals, push=None):
         return sum(expr.diff(q) * r for q, r in rates.items())
 
     contacts = (ap.Friction(rate(e), F, N, f, gap=g, normal=N, constraint=rate(rate(g)))
-                for e, g, F, N, f in zip(ends, gaps, F, N, f, strict=True))  # fmt: skip
+                for e, g, F, N, f in zip(ends, gaps, F, N, f, strict=True))
     return ap.System.with_frictions(rates, {}, contacts), dict.fromkeys((X, Y, h, U, V, W), 0)
 
 
@@ -731,7 +731,7 @@ def test_a_body_on_many_feet_rests_where_a_linear_program_finds_forces_that_hold
     rows = np.array([[n for n, _ in normals] + [m for _, m in normals],
                      [m for _, m in normals] + [-n for n, _ in normals],
                      [a * m for (a, _), (_, m) in zip(feet, normals, strict=True)]
-                     + [-a * n for (a, _), (n, _) in zip(feet, normals, strict=True)]], float)  # fmt: skip
+                     + [-a * n for (a, _), (n, _) in zip(feet, normals, strict=True)]], float)
     cone = np.vstack([np.hstack([-np.diag([*map(float, frictions)]), s * np.eye(len(feet))]) for s in (1, -1)])
     for push, turn in ((0, 1), (0, 0), ("1/4", 2), ("1/2", 3), ("3/4", 2), (-2, 1), (0, -1)):
         values = {f"f{k + 1}": f for k, f in enumerate(frictions)} | {"P": push, "M": turn}
@@ -752,14 +752,14 @@ def _flat_block(pull, others=None):
     rates = {x: U, y: V, h: W, U: pull + sum(F), V: sum(N) - 1, W: 2 * (b * (N[1] - N[0]) + sum(F))}
     feet = [ap.Friction(U + W, force, normal, f, gap=y + side * b * h, normal=normal,
                         constraint=rates[V] + side * b * rates[W])
-            for side, normal, force in zip((-1, 1), N, F, strict=True)]  # fmt: skip
+            for side, normal, force in zip((-1, 1), N, F, strict=True)]
     return ap.System.with_frictions(rates | (others or {}), {}, feet, time=sp.Symbol("t", real=True))
 
 
 @pytest.mark.parametrize("way", [{}, {"digits": 20}, {"method": "lsoda", "rtol": 1e-10}])
 @pytest.mark.parametrize(("friction", "event", "final"), [
     ("1/10", ("slip_onset", 0.1), [0.9**3 / 6, 0, 0]),
-    ("1/2", ("lift_off", 0.25), [0.75**3 / 6 * 16 / 25, 0.75**3 / 6 * 4 / 25, -(0.75**3) / 6 * 16 / 25])])  # fmt: skip
+    ("1/2", ("lift_off", 0.25), [0.75**3 / 6 * 16 / 25, 0.75**3 / 6 * 4 / 25, -(0.75**3) / 6 * 16 / 25])])
 @pytest.mark.few(1)
 def test_a_block_rests_on_both_feet_under_a_pull_that_grows_until_it_slides_or_tips(friction, event, final, way):
     """About its foot the block has the moment of inertia 1/2 + 1 + 1/16 = 25/16, and tips by the moment t - 1/4."""
@@ -776,7 +776,7 @@ def test_a_block_rests_on_both_feet_whenever_a_pull_that_swings_lets_it():
     """Friction 1/10 holds a pull of sin(t)/10 for ever, and one of sin(t)/5 until its first sixth of a swing."""
     t = sp.Symbol("t", real=True)
     weak, strong = (ap.Scene(system=_flat_block(sp.sin(t) / n), values={"f": "1/10"}, start=[0] * 6, until=until)
-                    for n, until in ((10, 7), (5, 1)))  # fmt: skip
+                    for n, until in ((10, 7), (5, 1)))
     assert (ap.solve(weak).events, ap.solve(weak).final) == ((), (0,) * 6)
     assert ap.solve(strong).events[0].t == pytest.approx(math.pi / 6, rel=1e-14)
     parabola = sp.Rational(1, 10) - (t - sp.Rational(1, 2)) ** 2
@@ -796,7 +796,7 @@ def test_a_ladder_holds_a_climber_up_to_the_height_of_limit_analysis():
     """At the limit W = N + f2 T and f1 N = T; with tan(a) = 4/3 the climber is at s = 2 f1 (4/3 + f2)/(1 + f1 f2)."""
     t, M = sp.symbols("t M", real=True)
     body, start = _body([(sp.Rational(3, 5), -sp.Rational(4, 5)), (-sp.Rational(3, 5), sp.Rational(4, 5))],
-                        [(0, 1), (1, 0)], push=0)  # fmt: skip
+                        [(0, 1), (1, 0)], push=0)
     climbed = {M: sp.Rational(3, 5) * (t - 1)}
     contacts = [replace(friction, constraint=friction.constraint.subs(climbed)) for friction in body.frictions]
     ladder = ap.System.with_frictions({s: rate.subs(climbed) for s, rate in body.slow.items()}, {}, contacts, time=t)
@@ -890,7 +890,7 @@ def _slide(push, weight, friction):
         return sum(expr.diff(q) * r for q, r in rates.items())
 
     guides = [ap.Friction(rate(x), F, N, friction, normal=N, constraint=rate(rate(y)))
-              for (x, y), N, F in zip(at, (N1, N2), (F1, F2), strict=True)]  # fmt: skip
+              for (x, y), N, F in zip(at, (N1, N2), (F1, F2), strict=True)]
     return ap.System.with_frictions(rates, {}, guides, time=t if sp.sympify(weight).has(t) else None)
 
 
@@ -907,7 +907,7 @@ def test_a_slide_in_two_guides_whose_coefficients_are_whole_numbers_rests_as_lon
     rates = {X: U, h: V, Y: W, U: F1 + F2 + (t - 3) / 2, V: N1 + N2, W: F1 + 3 * N1 + 4 * N2 + 2}
     guides = [ap.Friction(velocity, F, N, friction, static=1, normal=N, constraint=rates[V] + lever * rates[W])
               for velocity, F, N, friction, lever in ((U + W / 2, F1, N1, sp.Rational(3, 4), sp.Rational(3, 2)),
-                                                      (U, F2, N2, 1, 2))]  # fmt: skip
+                                                      (U, F2, N2, 1, 2))]
     slide = ap.System.with_frictions(rates, {}, guides, time=t)
     path = ap.solve(ap.Scene(system=slide, start=[0] * 6, until=10))
     assert path.modes == ("stick+stick", "slip_same+slip_opposite")
@@ -956,7 +956,7 @@ def _trammel(friction):
     return ap.System.with_frictions(rates, {}, [
         ap.Friction(slip, F, N, friction, normal=N, constraint=rate(across), gap_rate=across)
         for slip, across, F, N in ends
-    ])  # fmt: skip
+    ])
 
 
 def _turn_in_slots(f, h, w):
@@ -1030,7 +1030,7 @@ def test_a_block_between_two_fingers_turns_about_the_rougher_one_until_it_slips_
     ends = (Y * c - (X - a) * s, Y * c + (b - X) * s)
     laws = zip((a, b, X, Y, h), (1, 1, 1, 1, 6), (2, -2, 0, -1, 0), strict=True)
     pushed = [n * (sum(g.diff(q) * N + e.diff(q) * F for g, e, (N, F) in zip(gaps, ends, pairs, strict=True)) + P)
-              for q, n, P in laws]  # fmt: skip
+              for q, n, P in laws]
     rates = {a: A, b: B, X: U, Y: V, h: W} | dict(zip((A, B, U, V, W), pushed, strict=True))
 
     def rate(expr):

@@ -98,7 +98,7 @@ def test_straight_line_code_takes_the_sign_of_the_velocity_from_its_argument():
     rate = sum(sp.sin(k * q) * sp.exp(-k * x) for k in range(1, 12))
     kinetic = f * (1 + sp.exp(-sp.Abs(z)))
     system = ap.System.with_friction({x: y, q: z}, {y: 1 + rate - 2 * (x + y) + force}, velocity={z: 1 - x - y + force},
-                                     force=force, load=x + y, kinetic=kinetic, static=3 * f, small=small)  # fmt: skip
+                                     force=force, load=x + y, kinetic=kinetic, static=3 * f, small=small)
     series = next(f for f in module_functions(system, order=1) if f.name == "Pi1_series")
     written = lower(series.args, series.values, "math", branching=True, definitions=series.definitions)
     for velocity in (0.7, -0.7):
@@ -133,7 +133,7 @@ def test_the_slow_manifold_of_an_arm_is_written_and_its_residual_is_of_the_order
         y = call("Pi1", **place, c=small)
         rates = dict(zip(names, call("slip_same", **place, y=y, c=small), strict=True))
         slope = (call("Pi1", **{s: v + 1e-4 * rates[s] for s, v in place.items()}, c=small)
-                 - call("Pi1", **{s: v - 1e-4 * rates[s] for s, v in place.items()}, c=small)) / 2e-4  # fmt: skip
+                 - call("Pi1", **{s: v - 1e-4 * rates[s] for s, v in place.items()}, c=small)) / 2e-4
         return small * (slope - rates["y"])
 
     assert residual(1e-2) / residual(5e-3) == pytest.approx(2 ** (order + 1), rel=0.1)

@@ -159,7 +159,7 @@ ASKING = "LaTeX Warning: Label(s) may have changed. Rerun to get cross-reference
     (ASKING, True),
     ("Package natbib Warning: Citation(s) may have changed.\n(natbib)      Rerun to get citations correct.\n", True),
     ("Package: rerunfilecheck 2022-07-10 v1.10 Rerun checks for auxiliary files (HO)\n", False),
-])  # fmt: skip
+])
 def test_a_log_asks_to_run_again_where_latex_or_a_package_does(log, asks):
     assert paper.asks_to_run_again(log) is asks
 

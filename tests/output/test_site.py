@@ -73,7 +73,7 @@ def test_a_later_report_removes_what_an_earlier_one_wrote_and_nothing_else(tmp_p
     (out / "systems" / "edited.html").write_text("edited since")
     publish(_pages(pages, kept="kept anew"), out)
     assert {file.stem: file.read_text() for file in out.rglob("*.html")} == \
-        {"own": "a file of someone else", "edited": "edited since", "kept": "kept anew"}  # fmt: skip
+        {"own": "a file of someone else", "edited": "edited since", "kept": "kept anew"}
 
 
 @pytest.mark.parametrize("text", ["", "[]", '{"../other": ""}', '{"/etc/passwd": ""}'])
@@ -104,7 +104,7 @@ def test_folders_that_a_later_report_leaves_empty_are_removed(tmp_path):
 
 def _workers(pid):
     found = (Path("/proc", child) for file in Path(f"/proc/{pid}/task").glob("*/children")
-             for child in file.read_text().split())  # fmt: skip
+             for child in file.read_text().split())
     return [folder for folder in found if b"spawn_main" in (folder / "cmdline").read_bytes()]
 
 
@@ -299,7 +299,7 @@ def test_of_several_labels_in_a_formula_the_first_stands_for_all():
 
 
 def test_a_script_keeps_its_code_and_gains_headings_and_results():
-    script = '"""Title: more words."""\n\n# %% First step\n# |a| is * here.\nx = 1  # fmt: skip\n'
+    script = '"""Title: more words."""\n\n# %% First step\n# |a| is * here.\nx = 1\n'
     made = site.as_gallery(script, {"the_sum": {"latex": "a + b"}})
     assert made.startswith('"""\nTitle\n=====\n\nMore words.\n"""\n')
     for part in ("# First step\n# ----------\n", r"# \|a\| is \* here.", "\nx = 1\n", "# **the sum**", "#    a + b\n"):

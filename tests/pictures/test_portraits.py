@@ -40,7 +40,7 @@ PICTURES = {
     "least": lambda: maps.least_models(
         [{"sigma": sigma, "mu": 10.0**i, "z": side * 10.0**j, "rung": max(0, min(4, i + j + 4))}
          for sigma in ("1", "-1/2") for i in range(-8, 0) for j in range(-6, 7) for side in (-1, 1)], list(LADDER)),
-}  # fmt: skip
+}
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +95,7 @@ def test_a_picture_of_a_jump_of_any_shortness_is_legible(mu):
     (1000, 7, 1),     # ends 430 powers of ten below its start
     (100, 20000, 1),  # is usually below a thousand
     (1, 1, "4e-4"),
-])  # fmt: skip
+])
 def test_the_path_of_a_decay_is_legible_whatever_its_sizes(rate, start, until):
     x = sp.Symbol("x", real=True)
     decay = System.smooth({x: -rate * x}, {}, None)
@@ -111,7 +111,7 @@ GROWTH = System.smooth({LONG: LONG}, {}, None)
     lambda: solve_many(system=GROWTH, values={}, start={LONG: np.ones(5)}, until=1).plot(),
     lambda: spread.plot({"quantiles": {LONG.name: [0, 1, 2, 3, 4, 5, 6]}, "itineraries": {}, "outcomes": {},
                          "probabilities": [0, 0.05, 0.25, 0.5, 0.75, 0.95, 1]}),
-], ids=["path", "crowd", "spread"])  # fmt: skip
+], ids=["path", "crowd", "spread"])
 def test_a_long_name_stays_on_the_sheet(figure):
     assert flaws(figure()) == []
 
@@ -126,7 +126,7 @@ def test_a_map_of_rigid_motions_reaches_beyond_the_least_critical_friction():
 
 @pytest.mark.parametrize(("changes", "marked"), [
     ({}, [(1.1, 2)]), ({"theta": 1, "f": "3/2"}, [(1, 1.5)]), ({"theta": 2}, []),  # the map ends at 1.5
-])  # fmt: skip
+])
 def test_a_map_of_rigid_motions_marks_the_example_where_it_lies_on_the_map(changes, marked):
     figure = motion_plot(described_mechanism("painleve_rod").changed(changes))
     assert [tuple(map(float, (*line.get_xdata(), *line.get_ydata()))) for line in figure.axes[0].lines] == marked
@@ -191,7 +191,7 @@ def test_the_plane_of_a_reaction_names_two_equilibria_forward_and_none_backward(
     _, *planes = motion_plot(described_mechanism("butenin")).axes
     assert [plane.get_title() for plane in planes] == [
         "sliding forward: a centre and a saddle", "sliding backward: no equilibrium, the reaction runs away",
-    ]  # fmt: skip
+    ]
 
 
 def test_over_static_friction_the_stick_region_is_filled_between_the_edges_of_the_static_cone():

@@ -135,7 +135,7 @@ def test_a_start_near_a_manifold_keeps_the_offset_exactly():
 
 
 @pytest.mark.parametrize("numbers", [{"start": (0.5, -0.2, 1)}, {"start": (*near().start[:2], -1)}, {"sigma": 0},
-                                     {"mu": "1e-2"}])  # fmt: skip
+                                     {"mu": "1e-2"}])
 def test_another_number_in_a_scene_beside_a_slow_line_puts_it_where_its_start_says(numbers):
     moved = replace(near(offset="1e-3"), sigma0=2, **numbers)
     assert moved.near_to is None

@@ -25,7 +25,7 @@ from asympk.scenes.scenefile import changed_scene, scene_text
 from asympk.scenes.turned import turned
 
 ROD = {"m": 2, "P": 10, "f": "3", "f0": '"7/2"', "alpha": '"60 deg"', "l": "0.5", "k": "1e5", "h": "0.02",
-       "start": "[1, -3, -0.1]", "until": "0.03"}  # fmt: skip
+       "start": "[1, -3, -0.1]", "until": "0.03"}
 PLAIN = {"sigma": 1, "mu": "1e-3", "start": "[0, 0.2, -1]", "until": 5}
 
 
@@ -63,7 +63,7 @@ def test_a_sum_is_read_however_many_terms_it_has_and_a_product_up_to_a_degree():
      lambda x, y: math.floor(x) + 10 * math.ceil(y) + 100 * (x % 1) + y % 2),
     ("asinh(x) + erf(y)", lambda x, y: math.asinh(x) + math.erf(y)),
     ("cbrt(x) + 10*cbrt(x^2) + cbrt(-8)", lambda x, y: math.cbrt(x) + 10 * math.cbrt(x**2) - 2),
-])  # fmt: skip
+])
 @pytest.mark.parametrize("place", [(0.3, 2.5), (1.7, -0.4), (-0.6, 1.2)])
 def test_a_formula_that_switches_is_that_of_its_pieces(text, meant, place):
     names = {name: sp.Symbol(name, real=True) for name in ("x", "y")}
@@ -72,7 +72,7 @@ def test_a_formula_that_switches_is_that_of_its_pieces(text, meant, place):
 
 
 @pytest.mark.parametrize("wrong", ["Piecewise()", "Piecewise(x, x < 1)", "Piecewise((1, x))", "Piecewise((x<1, True))",
-                                   "Piecewise((1, x < 1), evaluate=0)", "mod(x, 0)", "atan2(x)"])  # fmt: skip
+                                   "Piecewise((1, x < 1), evaluate=0)", "mod(x, 0)", "atan2(x)"])
 def test_a_formula_that_switches_by_no_relation_is_refused_in_one_line(wrong):
     with pytest.raises(InputError, match=r"^formula = [^\n]+$"):
         read_formula(wrong, {"x": sp.Symbol("x", real=True)})
@@ -448,7 +448,7 @@ def test_a_start_above_a_contact_in_a_file_is_judged_by_the_damping_in_it(tmp_pa
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow) if name in ("crank_slider", "brake_shoe")
-                                  else name for name in ap.systems.__all__])  # fmt: skip
+                                  else name for name in ap.systems.__all__])
 def test_the_file_that_is_printed_for_a_system_of_the_catalogue_holds_its_example(tmp_path, name):
     file = tmp_path / f"{name}.toml"
     file.write_text(scene_text(name), encoding="utf-8")
@@ -517,7 +517,7 @@ def test_a_setting_changes_coordinates_and_rates_in_a_file(tmp_path, capsys):
     assert main(["solve", file, "--set", "X'=-2", "--set", "H=1", "--set", "Y=1", "--until", "0", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert dict(zip(told["names"], told["final"], strict=True)) == {
-        "X": 0, "Y": 1, "theta": 0, "x": 0, "theta'": 0, "y": 0, "z": -2}  # fmt: skip
+        "X": 0, "Y": 1, "theta": 0, "x": 0, "theta'": 0, "y": 0, "z": -2}
 
 
 def test_a_rigid_contact_of_a_system_in_a_file_has_its_constraint(tmp_path):
@@ -526,7 +526,7 @@ def test_a_rigid_contact_of_a_system_in_a_file_has_its_constraint(tmp_path):
     file.write_text("until = 2\n[system]\ntime = \"t\"\n[system.slow]\nx = \"u\"\ny = \"v\"\nu = \"F\"\n"
                     "v = \"N + t - 1\"\n[[system.frictions]]\nvelocity = \"u\"\nforce = \"F\"\nnormal = \"N\"\n"
                     "load = \"N\"\nkinetic = \"f\"\ngap = \"y\"\nconstraint = \"N + t - 1\"\n"
-                    "[values]\nf = 1\n[start]\nx = 0\ny = 0\nu = 1\nv = 0\n")  # fmt: skip
+                    "[values]\nf = 1\n[start]\nx = 0\ny = 0\nu = 1\nv = 0\n")
     path = ap.solve(ap.read_scene(file))
     assert path.modes == ("slip_same", "open")
     assert path.events[0].t == pytest.approx(1)
@@ -553,7 +553,7 @@ def test_a_rigid_bar_starts_with_its_length(tmp_path, old, new, said):
     file = tmp_path / "bar.toml"
     text = ("coordinates = [\"u\", \"v\"]\nlagrangian = \"(u'^2 + v'^2)/2\"\ngap = \"(u^2 + v^2 - 1)/2\"\n"
             "slip = \"u\"\nfriction = 0\ncontact = \"rigid\"\nuntil = 0.1\n"
-            "[state]\nu = 0.6\nv = 0.8\n\"u'\" = -1\n\"v'\" = 0.75\n")  # fmt: skip
+            "[state]\nu = 0.6\nv = 0.8\n\"u'\" = -1\n\"v'\" = 0.75\n")
     file.write_text(text)
     scene = ap.read_scene(file)
     assert sum(q**2 for q in ap.solve(scene).final[:2]) == pytest.approx(1)
@@ -568,7 +568,7 @@ def test_static_friction_in_a_file_follows_the_kinetic_friction_that_it_equals(t
     file = tmp_path / "belt.toml"
     file.write_text("until = 1\n[system.slow]\nx = \"v\"\nv = \"F - x\"\n[[system.frictions]]\nvelocity = \"v\"\n"
                     "force = \"F\"\nload = 1\nkinetic = \"f\"\nstatic = \"f0\"\n"
-                    "[values]\nf = 1\nf0 = 1\n[start]\nx = 0\nv = 0\n")  # fmt: skip
+                    "[values]\nf = 1\nf0 = 1\n[start]\nx = 0\nv = 0\n")
     assert changed_scene(str(file), {"f": "2"})[0].values == (2, 2)
 
 
@@ -577,7 +577,7 @@ def test_a_static_friction_follows_by_its_place_in_the_law_and_not_by_its_name(t
     file = tmp_path / "belt.toml"
     file.write_text("until = 1\n[system.slow]\nx = \"v\"\nv = \"F - x\"\n[[system.frictions]]\nvelocity = \"v\"\n"
                     f"force = \"F\"\nload = 1\nkinetic = \"{static.replace('f0', 'a')}\"\nstatic = \"{static}\"\n"
-                    "[values]\na = 1\nf0 = 1\n[start]\nx = 0\nv = 0\n")  # fmt: skip
+                    "[values]\na = 1\nf0 = 1\n[start]\nx = 0\nv = 0\n")
     scene, left = changed_scene(str(file), {"a": "2"})
     assert scene.values == turned(ap.read_scene(file), {"a": 2}, {}, None).values == (2, 2)
     assert not left

@@ -67,7 +67,7 @@ def test_quiet_times_keep_away_from_the_start_and_from_every_event(exact):
     ({"final_error": 1e-5, "same_modes": False}, "events missed"),
     ({"final_error": 0.2, "same_modes": False}, "wrong branch"),
     ({"final_error": 0.2, "same_modes": None}, "wrong branch"),
-])  # fmt: skip
+])
 def test_the_status_of_a_finished_run_is_judged_by_its_end_and_its_modes(exact, errors, status):
     assert status_of(exact, errors) == status
 
@@ -141,7 +141,7 @@ def test_the_bytes_of_rows_depend_on_the_rows_alone(tmp_path):
     ([{"a": 1}, {"a": "x"}], "int, str"),
     ([{"a": [1]}], "list"),
     ([{"a": ""}], "empty word"),
-])  # fmt: skip
+])
 def test_rows_that_would_not_read_back_are_refused(tmp_path, wrong, words):
     with pytest.raises(InputError, match=words):
         rows.write_rows(tmp_path / "wrong.csv", wrong, {})
@@ -151,7 +151,7 @@ def test_rows_that_would_not_read_back_are_refused(tmp_path, wrong, words):
 # figures
 
 PLAN = {"scenes": ("iii",), "mus": ("1e-1", "1e-4"), "tolerances": (1e-3, 1e-6), "step_sizes": (1e-2,),
-        "offsets": ("1e-8", "-1e-8"), "repeats": 1, "steps": 400, "seconds": 10.0}  # fmt: skip
+        "offsets": ("1e-8", "-1e-8"), "repeats": 1, "steps": 400, "seconds": 10.0}
 
 
 @pytest.fixture(scope="module")
@@ -249,7 +249,7 @@ def test_the_chart_is_drawn_from_rows_alone_and_its_table_counts_every_run(few, 
     ("stalled (x) at t = 1", "stalled"), ("step limit reached at t = 1", "limit"),
     ("limit of 9 events reached", "limit"), ("OutOfRange: mu is not small", "other"),
     ("no discrete solution at t = 1", "other"),
-])  # fmt: skip
+])
 def test_every_status_has_a_mark(status, key):
     assert figures.outcome(status) == key
 
@@ -271,7 +271,7 @@ def test_the_kept_rows_cover_ten_methods_three_scenes_and_eight_values_of_mu(kep
 
 def test_the_kept_rows_say_what_became_of_every_run(kept):
     assert all(row["status"] and (row["final_error"] is None) == (figures.outcome(row["status"]) in (
-        "stalled", "limit", "other")) for row in kept)  # fmt: skip
+        "stalled", "limit", "other")) for row in kept)
     assert list(kept[0]) == list(workprec(scene("1e-1"), "rigid", (None,), repeats=1)[0])
 
 

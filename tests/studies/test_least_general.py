@@ -21,7 +21,7 @@ FORCED = ap.System.smooth(slow={x: -x + y * sp.cos(t)}, fast={y: sp.sin(2 * t) +
 ROD = ap.System.with_friction(
     slow={x: y}, fast={y: 1 - 2 * (x + y) + F}, velocity={z: 1 - (x + y) + F}, force=F, load=x + y, kinetic=s + 2,
     small=mu,
-)  # fmt: skip
+)
 
 
 def _enzyme(small="1e-3"):
@@ -48,7 +48,7 @@ def test_a_tolerance_below_every_prediction_is_refused():
 def test_a_ladder_whose_time_is_over_says_which_rungs_were_not_tried_and_which_not_measured(monkeypatch):
     ladder = ap.least_model(_enzyme(), 1e-2, seconds=1e-9)
     assert [r.reason for r in ladder.rungs] == 4 * ["not tried: the time was over"] + \
-        ["not measured: no reference within the time"]  # fmt: skip
+        ["not measured: no reference within the time"]
     assert (ladder.model, ladder.rungs[-1].measured) == ("exact", None)
     monkeypatch.setattr(collocation, "monotonic", count(step=10).__next__)
     ladder = ap.least_model(_enzyme(), 1e-2, seconds=5)
@@ -92,7 +92,7 @@ def test_the_rigid_rung_of_an_elastic_contact_is_the_rigid_mechanism():
     start = {"x1": 0, "x2": 0, "x": "1/4", "y": 0, "z": 1}
     scene = ap.Scene(system=system, values={**numbers, mu: "1e-8"}, start=start, until="1/2")
     rigid = ap.Scene(system=mechanism.rigid(), values=numbers, until="1/2",
-                     start={"x1": 0, "x2": 0, "x1'": 1, "x2'": 1})  # fmt: skip
+                     start={"x1": 0, "x2": 0, "x1'": 1, "x2'": 1})
     rung = dict(zip(scene.names, ap.solve(scene, "slow", order=0).final, strict=True))
     truth = dict(zip(rigid.names, ap.solve(rigid).final, strict=True))
     assert (rung["x1"], rung["x2"], rung["z"]) == pytest.approx((truth["x1"], truth["x2"], truth["x1'"]), abs=1e-7)
@@ -103,7 +103,7 @@ def test_the_rigid_rung_of_an_elastic_contact_is_the_rigid_mechanism():
 @pytest.mark.parametrize(("values", "start", "message"), [
     ({kappa: 1, s: "1/2", mu: [1e-3, 1e-4, 1e-5]}, {x: [1, 2], y: 0}, "the arrays do not broadcast"),
     (1e-3, {x: 1, y: 0}, "values = 0.001: give a mapping"),
-])  # fmt: skip
+])
 def test_the_atlas_of_a_system_refuses_what_is_no_array_for_each_name(values, start, message):
     with pytest.raises(InputError, match=message):
         ap.atlas(system=ENZYME, values=values, start=start, until=1)
@@ -111,7 +111,7 @@ def test_the_atlas_of_a_system_refuses_what_is_no_array_for_each_name(values, st
 
 def test_the_atlas_of_a_reaction_needs_more_of_a_model_as_its_parameter_grows():
     found = ap.atlas(system=ENZYME, values={kappa: 1, s: "1/2", mu: ["1e-5", "1e-3", "1e-2", "1/5"]},
-                     start={x: 1, y: 0}, until=1, rtol=1e-4)  # fmt: skip
+                     start={x: 1, y: 0}, until=1, rtol=1e-4)
     assert found.tolist() == sorted(found.tolist())
     assert found[0] < found[-1]
     scene = ap.Scene(system=ENZYME, values={kappa: 1, s: "1/2", mu: "1e-2"}, start={x: 1, y: 0}, until=1)

@@ -13,7 +13,7 @@ def _row(method, error, ratio, mu=0.01):
 
 def test_savings_are_the_cheapest_runs_at_the_error_of_the_jump():
     found = savings([_row("jump 1", 1e-5, 1.0), _row("lsoda", 1e-4, 2.0), _row("lsoda", 1e-6, 7.0),
-                     _row("lsoda", 1e-7, 6.0), _row("bdf", 1e-4, 3.0), _row("cvode", None, None)])  # fmt: skip
+                     _row("lsoda", 1e-7, 6.0), _row("bdf", 1e-4, 3.0), _row("cvode", None, None)])
     assert found == {("s", 0.01): {"lsoda": 6.0, "bdf": None, "cvode": None}}
 
 

@@ -56,7 +56,7 @@ def _told(job, out):
 
 
 @pytest.mark.parametrize("file", [MANIFEST, "summary.json", chunks.file_name(SWEEP, 0), *(
-    pytest.param(chunks.file_name(SWEEP, k), marks=pytest.mark.slow) for k in (1, 2))])  # fmt: skip
+    pytest.param(chunks.file_name(SWEEP, k), marks=pytest.mark.slow) for k in (1, 2))])
 @pytest.mark.few(0)
 def test_a_flipped_bit_is_an_error_in_a_line_or_changes_nothing(whole, copy, file):
     expected, path = _values(whole), copy / file
@@ -91,7 +91,7 @@ def _changed(path, **columns):
      {"x": np.zeros(1)}, {"outcome": np.full(2, len(OUTCOMES), "u1")}, {"itinerary": np.zeros(2, "u8")},
      {"x": np.array(["a", "b"])}],
     ids=["0-d", "missing", "extra", "short floats", "too long", "too short", "outcome", "itinerary", "words"],
-)  # fmt: skip
+)
 def test_a_chunk_of_other_columns_is_computed_again(whole, copy, columns):
     path = copy / chunks.file_name(SWEEP, 1)
     path.write_bytes(_changed(path, **columns))
@@ -121,7 +121,7 @@ def test_a_pipe_or_a_directory_in_the_place_of_a_chunk_is_set_aside(whole, copy)
      lambda told: json.dumps({**told, "sweep": {**told["sweep"], "format": "../*"}}), lambda told: "3",
      lambda told: json.dumps({**told, "sweep": {**told["sweep"], "axes": {"mu": ["values", "9**9**9"]}}})],
     ids=["deep", "versions", "numbers", "chunks", "words", "format", "3", "formula"],
-)  # fmt: skip
+)
 def test_a_damaged_manifest_is_refused_in_a_line(copy, change):
     path = copy / MANIFEST
     path.write_text(change(json.loads(path.read_text())))

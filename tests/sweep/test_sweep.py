@@ -81,7 +81,7 @@ def _agrees(found, row, path):
 @pytest.mark.slow
 def test_starts_on_the_planes_and_on_edges_begin_in_the_mode_that_solve_finds():
     axes = {"sigma": (-1.5, -1.0, 1.0), "x": (-1.0, -0.75, 0.0, 0.25, 0.5, 3.0), "y": (-100.0, -1.0, 0.0, 0.5),
-            "z": (-1.0, 0.0, 1.0)}  # fmt: skip
+            "z": (-1.0, 0.0, 1.0)}
     rows = np.array([*product(*axes.values())]).T
     fixed = {"mu": np.full(rows.shape[1], 0.01), "until": np.zeros(rows.shape[1])}
     modes = first_phases({**dict(zip(axes, rows, strict=True)), **fixed})
@@ -106,7 +106,7 @@ def test_a_start_beside_the_edge_of_stick_by_less_than_rounding_begins_in_the_mo
 
 def test_a_grid_runs_through_all_combinations_and_its_decimals_are_exact():
     sweep = parse_sweep("sigma = [1, 2]\nmu = {log_grid = [1e-4, 1e-2], points = 3}\nstart = [0, [0.1, 0.2], -1]\n"
-                        "until = {grid = [0, 1], points = 5}\n")  # fmt: skip
+                        "until = {grid = [0, 1], points = 5}\n")
     assert (sweep.total, sweep.chunks) == (60, 1)
     assert sweep.axes["until"].values == tuple(Fraction(i, 4) for i in range(5))
     columns = {field: np.broadcast_to(values, 60) for field, values in sweep.quantities(0, 60).items()}
@@ -307,7 +307,7 @@ def test_a_dask_worker_killed_midway_loses_nothing(plain, tmp_path, capsys):
         assert _bytes(tmp_path / "a") == plain
         (tmp_path / "sweep.toml").write_text(TEXT.format(count=600, chunk=100))
         assert main(["sweep", str(tmp_path / "sweep.toml"), "--out", str(tmp_path / "b"), "--dask",
-                     cluster.scheduler_address]) == 0  # fmt: skip
+                     cluster.scheduler_address]) == 0
     assert "1,200 trajectories" in capsys.readouterr().out
     assert _bytes(tmp_path / "b") == plain
 
@@ -482,7 +482,7 @@ def test_streamed_quantiles_are_order_statistics(monkeypatch, gathered):
     monkeypatch.setattr(summary, "_GATHERED", gathered)
     rng = np.random.default_rng(0)
     cases = [rng.normal(size=10001), np.zeros(50), np.array([5.0]), 0.2 + 1e-13 * rng.normal(size=3000),
-             np.repeat([1.5, -2.0, 1e-310, -1e300, 1e308], 500), np.array([])]  # fmt: skip
+             np.repeat([1.5, -2.0, 1e-310, -1e300, 1e308], 500), np.array([])]
     for data in cases:
         parts = [{"x": part} for part in np.array_split(data, 7)]
         found = summary.quantiles(lambda first, parts=parts: parts, (0, 0.3, 1))

@@ -53,7 +53,7 @@ def test_other_consistent_units_change_nothing_but_the_units():
     """Newtons and millinewtons: reactions grow a thousandfold, velocities and itineraries stay."""
     text = TEXT.replace("m = 0.5", "m = 500", 1).replace("[10, 30]", "[1e4, 3e4]").replace("[1e5, 1e7]", "[1e8, 1e10]")
     one, other = (parse_sweep(t.replace("[0, 0.2,", start))
-                  for t, start in ((TEXT, "[0, 0.2,"), (text, "[0, 200,")))  # fmt: skip
+                  for t, start in ((TEXT, "[0, 0.2,"), (text, "[0, 200,")))
     one, other = (chunks.chunk_columns(s.family, s.quantities(0, 24), 24) for s in (one, other))
     assert other["u"] == pytest.approx(one["u"], rel=1e-9, abs=1e-10)
     assert other["R_1"] == pytest.approx(1000 * one["R_1"], rel=1e-9, abs=1e-7)
@@ -88,7 +88,7 @@ def test_degrees_are_radians_and_the_sweep_is_told_by_its_manifest(tmp_path):
         (("0.2, {", "'1e', {"), "dR_1 = '1e'"),
         (("h = 0.1", "h = '9**9**9'"), "h = '9**9**9'"),
     ],
-)  # fmt: skip
+)
 def test_what_is_not_a_physical_sweep_is_refused_by_name(change, said):
     with pytest.raises(InputError) as refusal:
         parse_sweep(TEXT.replace(*change))

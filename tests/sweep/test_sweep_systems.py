@@ -208,7 +208,7 @@ def test_a_dask_cluster_computes_the_same_bits(plain, tmp_path):
     (tmp_path / "chain.toml").write_text(CHAIN.format(count=30, chunk=10))
     with distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
         assert main(["sweep", str(tmp_path / "chain.toml"), "--out", str(tmp_path / "out"), "--dask",
-                     cluster.scheduler_address]) == 0  # fmt: skip
+                     cluster.scheduler_address]) == 0
     assert _bytes(tmp_path / "out") == _bytes(plain)
 
 
@@ -290,7 +290,7 @@ def test_a_summary_fits_a_terminal_of_eighty_characters_and_loses_no_word(monkey
     names = [f"velocity_zero {k}" for k in range(9)]
     told = {"trajectories": 3, "outcomes": {"followed": 3}, "itineraries": {f"stick: {', '.join(names)}": 3},
             "collisions": {k: 1000 + k for k in range(9)}, "probabilities": (0, 0.5, 1),
-            "quantiles": {f"theta{k}": (-1.23456789e-05,) * 3 for k in range(9)}}  # fmt: skip
+            "quantiles": {f"theta{k}": (-1.23456789e-05,) * 3 for k in range(9)}}
     wide = sweep_as_text(told)
     monkeypatch.setattr(terminal, "columns", lambda: 80)
     narrow = sweep_as_text(told)
@@ -344,9 +344,9 @@ def test_the_file_of_a_mechanism_that_is_a_scene_is_a_sweep_too():
 
 def test_an_elastic_mechanism_and_the_catalogue_are_swept_over(tmp_path):
     elastic = RIGID.format(mechanism='"painleve_rod"', more='compliance = "c"\ndamping = "h"').replace(
-        'contact = "rigid"', 'contact = "elastic"')  # fmt: skip
+        'contact = "rigid"', 'contact = "elastic"')
     elastic = elastic.replace("f = [0.5, 2]", "f = 0.5\nc = [1e-2, 1e-3]\nh = 0.5").replace(
-        "\"X'\" = -1\n\"Y'\" = 0\n", "x = 0\ny = 0\nz = -1\n").replace("until = 0.5", "until = 0.1")  # fmt: skip
+        "\"X'\" = -1\n\"Y'\" = 0\n", "x = 0\ny = 0\nz = -1\n").replace("until = 0.5", "until = 0.1")
     named = 'until = 0.1\nsystem = "painleve_rod"\n' + elastic.partition("damping = \"h\"\n")[2]
     for name, text in (("own", elastic), ("named", named)):
         sweep = parse_sweep(text)
@@ -358,7 +358,7 @@ def test_an_elastic_mechanism_and_the_catalogue_are_swept_over(tmp_path):
 
 def test_an_elastic_mechanism_is_swept_over_from_coordinates_and_rates_as_its_scenes_start(tmp_path):
     text = RIGID.format(mechanism='"painleve_rod"', more='compliance = "c"\ndamping = "h"').replace(
-        'contact = "rigid"', 'contact = "elastic"')  # fmt: skip
+        'contact = "rigid"', 'contact = "elastic"')
     text = text.replace("f = [0.5, 2]", "f = 2\nc = 1e-3\nh = 0.5").replace("until = 0.5", "until = 0.02")
     sweep = parse_sweep(text.replace("\"X'\" = -1", "\"X'\" = [-1, -0.5]"))
     run_sweep(sweep, tmp_path / "sweep")
@@ -449,7 +449,7 @@ def test_parameters_that_are_refused_cost_the_others_nothing(tmp_path):
         'time = "t"': 'time = "t"\nassumptions = ["k^2 > 1/4"]',
         'kinetic = "k"': 'kinetic = "k^2"', "k + 1/4": "k^2 + 1/4",
         "k = [0.25, 0.5, 1]": "k = { grid = [-1, 1], points = 3 }", "{ uniform = [-2, 2] }": "1",
-    })  # fmt: skip
+    })
     run_sweep(sweep, tmp_path)
     found = _whole(tmp_path)
     assert [OUTCOMES[k] for k in found["outcome"]] == ["followed", "refused", "followed"]
@@ -490,7 +490,7 @@ def test_a_number_that_is_no_itinerary_is_told():
 
 
 HOSTILE = ["__import__('os').system('touch evaluated')", "9**9**9", "1e99999999", "1/0", "lambda: 0", "x" * 100_000,
-           "(" * 500, "nan", "x; y", ""]  # fmt: skip
+           "(" * 500, "nan", "x; y", ""]
 
 
 @pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
@@ -528,7 +528,7 @@ def test_a_hostile_string_is_refused_at_once_in_one_line(tmp_path, monkeypatch, 
         (('"w - y"', "true"), "the rate of y = True"),
         (("k + 1/4", "k - 1/4"), "below the kinetic one"),
     ],
-)  # fmt: skip
+)
 def test_what_is_not_a_sweep_over_a_system_is_refused_by_name(change, said):
     assert change[0] in CHAIN
     with pytest.raises(AsympkError) as refusal:
@@ -591,7 +591,7 @@ def test_quantiles_of_many_digits_have_ticks_that_can_be_told_apart():
 
     ends = (0.895462, 0.895462, 0.895462, 0.895462, 0.895462, 0.895462, 0.895853)
     told = {"quantiles": {"Y": ends}, "probabilities": (0, 0.05, 0.25, 0.5, 0.75, 0.95, 1), "itineraries": {},
-            "outcomes": {}}  # fmt: skip
+            "outcomes": {}}
     assert flaws(plot(told)) == []
 
 
@@ -611,7 +611,7 @@ def test_a_sweep_in_which_nothing_is_followed_is_summed_up_and_drawn(tmp_path):
     ("kinetic", "x", "outcome"),
     [("k*sqrt(x)", -1, "a rate is not finite"), ("k/x", 0, "a rate is not finite"),
      ("k*log(x)", -1, "a rate is not finite"), ("k*x**0.5", 0, "followed")],
-)  # fmt: skip
+)
 def test_a_start_where_a_formula_has_no_value_is_an_outcome_unless_it_is_not_used(tmp_path, kinetic, x, outcome):
     """The belt carries the block, and its kinetic friction, whose slope is infinite at x = 0, does not count."""
     text = BELT.format(until=1, k=0.5, k0=50, x=[x, 1]).replace("k / (1 + abs(v - 1))", kinetic)

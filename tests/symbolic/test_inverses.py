@@ -51,7 +51,7 @@ def test_the_derivative_of_a_form_that_is_one_of_its_entries_is_that_of_the_entr
     unit, turned = sp.eye(2), sp.Matrix([[1, a], [a, 2]])
     for entry in (a, FORM, InverseForm.of((1, FORM), turned, (b, 0))):
         alike = [InverseForm.of((1, 0), unit, (entry, 0)), InverseForm.of((entry, 0), unit, (1, 0)),
-                 InverseForm.of((1, 0), sp.Matrix([[1, entry], [entry, entry**2 + 1]]), (0, -1))]  # fmt: skip
+                 InverseForm.of((1, 0), sp.Matrix([[1, entry], [entry, entry**2 + 1]]), (0, -1))]
         for form in alike:
             slopes = (Lowered((a, b, c), (e,), "math", directions=((sp.S.One, a, b),)) for e in (entry, form))
             expected, found = (slope(*PLACE) for slope in slopes)

@@ -77,7 +77,7 @@ def test_a_rate_of_a_trillion_parts_is_found_not_to_be_affine():
 @pytest.mark.parametrize("expr", [
     a, -a, a - b / c, -a / b / c - c, sp.Rational(-3, 7), sp.sin(a - b) ** 2 / (a + 2) - sp.sqrt(b),
     sp.Piecewise((a, a > 0), (b, True)), sp.Tuple(a, -a * b, c - sp.Abs(b)), _doubled(a - b / c, 4),
-])  # fmt: skip
+])
 def test_replacing_and_measuring_a_short_expression_are_those_of_sympy(expr):
     rule = {a: b * c, b: a, c: sp.Integer(2)}
     assert replaced(expr, rule) == expr.xreplace(rule)
@@ -92,7 +92,7 @@ def test_replacing_and_measuring_a_short_expression_are_those_of_sympy(expr):
 @pytest.mark.parametrize("expr", [
     a / (2 * a + 2) + 1 / (2 * a + 2), a / (b + c / a) - 1, (a / b) ** 2 / (1 + 1 / a) ** 2, 1 / a - 1 / (b - a) / b,
     (a + b / c) ** -3 * (c / b - 1 / a), sp.pi / a + a / sp.pi, 1 / (a - b) + 1 / (b - a), c + (a**2 - b**2) / (a + b),
-])  # fmt: skip
+])
 def test_a_quotient_is_tidied_to_the_one_over_a_common_denominator_without_common_factors(expr):
     assert tidied(expr) == sp.cancel(expr)
 
@@ -111,7 +111,7 @@ def test_an_expression_is_clearly_nonzero_at_a_place_where_it_has_a_value_that_n
     assert is_clearly_nonzero(_doubled(a - b / c, 8))
     assert is_clearly_nonzero(sp.exp(a) - 1 - a)
     for unknown in (sp.sin(a) ** 2 + sp.cos(a) ** 2 - 1, 10**30 * (sp.sin(2 * a) - 2 * sp.sin(a) * sp.cos(a)),
-                    sp.sqrt(-1 - a**2), 1 / sp.Add(a, -a, evaluate=False)):  # fmt: skip
+                    sp.sqrt(-1 - a**2), 1 / sp.Add(a, -a, evaluate=False)):
         assert not is_clearly_nonzero(unknown)
 
 
@@ -133,7 +133,7 @@ def test_a_body_of_three_freedoms_and_many_parameters_sticks_in_formulas_of_thou
     rates = mass.inv() * sp.Matrix(forces)
     edges = [ap.Friction(velocity=u + r * v, force=force, load=-k * (side * h * a + d) - side * s * v, kinetic=f,
                          gap=side * h * a + d, normal=normal)
-             for side, force, normal in ((1, F, N), (-1, G, R))]  # fmt: skip
+             for side, force, normal in ((1, F, N), (-1, G, R))]
     toy = ap.System.with_frictions({a: v, b: w, u: rates[0], v: rates[1], w: rates[2]}, {}, edges)
     stick = mode_of(toy, (Phase(1, 0), Phase(1, 1)))
     assert sum(rate.count_ops() for rate in stick.rates) < 10_000

@@ -308,7 +308,7 @@ def test_definitions_that_are_no_pairs_or_look_ahead_are_refused(wrong):
 
 @pytest.mark.parametrize(("expr", "limit"), [
     (4 / sp.cosh(x) ** 2, 0), (1 / (1 + sp.exp(x)), 0), (sp.exp(x) / (1 + sp.exp(x)), 1), (sp.log(1 + sp.exp(x)), 1000),
-])  # fmt: skip
+])
 def test_what_is_finite_in_the_end_may_overflow_on_the_way(expr, limit):
     assert lower((x,), expr, "math")(1000) == limit
     slope = lower((x,), sp.diff(expr, x), "math")

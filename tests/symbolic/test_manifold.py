@@ -84,7 +84,7 @@ def invariance_residual(manifold):
     h = series if len(manifold.branch) > 1 else dict.fromkeys(manifold.branch, series)
     flow = {x: f.subs(h, simultaneous=True) for x, f in mode.slow.items()}
     return {y: manifold.small * sum(h[y].diff(x) * rate for x, rate in flow.items()) - g.subs(h, simultaneous=True)
-            for y, g in mode.fast.items()}  # fmt: skip
+            for y, g in mode.fast.items()}
 
 
 def lowest_power_of_the_residual(manifold, point):
@@ -111,7 +111,7 @@ def test_the_residual_of_the_invariance_equation_vanishes_to_the_order_asked_and
 
 
 @pytest.mark.parametrize(("name", "degree"), [("the other root", 2), ("a root of a leading coefficient", 2),
-                                              ("a cube root", 3)])  # fmt: skip
+                                              ("a cube root", 3)])
 def test_coefficients_over_a_root_are_polynomials_in_it_of_a_lower_degree(name, degree):
     slow, fast, branch = SYSTEMS[name]
     found = expand(ap.System.smooth(slow, fast, mu).modes[0], mu, sp.Dict(branch), 3)
@@ -208,7 +208,7 @@ def test_branches_that_no_radicals_give_are_carried_by_their_values(forces):
 
 
 @pytest.mark.parametrize("forces", [["w - v", "v - w"], ["v*w - u", "u - v*w"], ["v*w", "v*(1 - w)"], ["0"],
-                                    ["1 + sinh(v)**2 - cosh(v)**2"]])  # fmt: skip
+                                    ["1 + sinh(v)**2 - cosh(v)**2"]])
 def test_fast_equations_that_leave_a_fast_state_free_are_not_said_to_have_no_branch(forces):
     u, v, w = sp.symbols("u v w", real=True)
     fast = [sp.sympify(force, {"u": u, "v": v, "w": w}) for force in forces]
@@ -369,7 +369,7 @@ def test_two_rest_states_with_long_formulas_of_parameters_are_told_in_few_words(
     """SymPy's own check of these roots of two quadratic equations does not end."""
     force = -kappa * (1 + u**2 / 4)
     system = ap.System.smooth({u: u + v / 2 + w, w: force + sigma * (2 * u - 3 * v / 2)},
-                              {v: force - kappa * v + sigma * u + 3 * w / 2 - sp.Rational(1, 2)}, mu)  # fmt: skip
+                              {v: force - kappa * v + sigma * u + 3 * w / 2 - sp.Rational(1, 2)}, mu)
     (found,) = ap.slow_manifolds(system, order=0)
     with pytest.raises(NotDerivable, match=r"^Pi1: several rest states lie on it: v = .{57}\.\.\., ") as caught:
         rest_state(found)
@@ -476,7 +476,7 @@ def test_inverse_functions_are_of_what_theirs_give_and_complex_branches_are_none
     (x * sp.sin(y) - sp.sin(2 * y), 4, 2), (sp.sin(y) + x * (1 + sp.cos(y)), 2, 2), (sp.cos(y) - x * sp.sin(y), 2, 2),
     (sp.cos(2 * y) - x * sp.sin(2 * y), 2, 1), ((sp.sin(y) ** 2 - 1) * (x - sp.sin(y)), 4, 2), (x - sp.tan(y), 1, 1),
     (sp.sin(y) * sp.cos(y) - x, 2, 1), (x * sp.cos(y) ** 2 - sp.sin(y) ** 2, 2, 1),
-])  # fmt: skip
+])
 @pytest.mark.few(1)
 def test_the_branches_of_an_angle_are_all_those_in_a_turn_and_each_once(force, count, turn):
     """Where g is a polynomial in tan(y/2), y = pi is a root, too, if its degree falls."""
@@ -498,7 +498,7 @@ def test_an_angle_without_branches_in_radicals_has_an_implicit_one_at_once():
 
 @pytest.mark.parametrize("force", [
     x - y - u * sp.sin(y) - v * y * sp.sin(x), x * y - sp.tan(y), (x - y) * (y - sp.cos(y)),
-])  # fmt: skip
+])
 def test_a_state_beside_its_own_sine_has_an_implicit_branch_without_a_search(force, monkeypatch):
     """SymPy tried Lambert's function and complex exponentials for 5 s."""
     monkeypatch.setattr(sp, "solve", None)
@@ -512,7 +512,7 @@ def test_a_state_beside_its_own_sine_has_an_implicit_branch_without_a_search(for
                                    x - sp.asech(y), x - sp.acsc(y), x - sp.asec(y), x - sp.acot(y),
                                    2 * x - sp.atan(y) ** 2, 2 * x - sp.asin(y) ** 2,
                                    x - sp.LambertW(y), x * sp.atan(y) - 1, (y - 1) * (x - sp.sqrt(y)),
-                                   (y - 1) * (x - sp.atan(y)), (y - 2) * (x - sp.acosh(y))])  # fmt: skip
+                                   (y - 1) * (x - sp.atan(y)), (y - 2) * (x - sp.acosh(y))])
 @pytest.mark.few(2)
 def test_a_branch_exists_just_where_it_is_a_root_and_not_one_beyond_the_values_of_a_function(force):
     """Squaring adds roots: y = x**2 solves x = -sqrt(y), too, and y = tan(x) solves x = atan(y) + pi."""
@@ -526,7 +526,7 @@ def test_a_branch_exists_just_where_it_is_a_root_and_not_one_beyond_the_values_o
 @pytest.mark.parametrize("s", [x, u])
 @pytest.mark.parametrize(("force", "count"), [
     (lambda s: s - y - sp.exp(y), 1), (lambda s: s - y + sp.exp(y), 2), (lambda s: s - y + 2 * sp.exp(y / 2), 2),
-])  # fmt: skip
+])
 @pytest.mark.few(1)
 def test_both_branches_of_lamberts_function_exist_where_they_are_real_and_have_signs(s, force, count):
     """SymPy takes real values of the lower one to be complex, and does not compare them: it ended in its TypeError."""
@@ -545,7 +545,7 @@ def test_both_branches_of_lamberts_function_exist_where_they_are_real_and_have_s
     ((y + 1) * (x - sp.log(y)), -1, "False"), ((y - 1) * (x - sp.sqrt(y - 2)), 1, "False"),
     ((y - 1) * (x - sp.log(y - 2 * x)), 1, "x < 1/2"), ((y - x) * (1 - sp.log(y)), x, "x > 0"),
     ((y - x) * (1 - sp.atanh(y)), x, "x > -1"),
-])  # fmt: skip
+])
 @pytest.mark.few(2)
 def test_a_factor_of_g_has_no_branch_where_another_is_not_real_or_not_smooth(force, height, exists):
     """dg/dy = sqrt(y) + ... is infinite at y = 0, and log(y) is not real at y = -1: both were compared with 0."""
@@ -556,7 +556,7 @@ def test_a_factor_of_g_has_no_branch_where_another_is_not_real_or_not_smooth(for
 
 @pytest.mark.parametrize("force", [x + sp.cbrt(y) / 4 - y, x - sp.sqrt(y) - y**2,
                                    x - sp.exp(y / 2) - sp.exp(y / 3), x - sp.exp(y) - sp.exp(-2 * y),
-                                   x - sp.tanh(y) - sp.exp(-y)])  # fmt: skip
+                                   x - sp.tanh(y) - sp.exp(-y)])
 def test_a_polynomial_of_a_root_or_exponential_of_the_state_has_an_implicit_branch_without_a_search(force, monkeypatch):
     """SymPy sought the roots of the first for 5 s, and those of the last three for a minute and longer."""
     monkeypatch.setattr(sp, "solve", None)
@@ -567,7 +567,7 @@ def test_a_polynomial_of_a_root_or_exponential_of_the_state_has_an_implicit_bran
 @pytest.mark.parametrize(("force", "branch"), [
     (x - y ** sp.Rational(5, 2) - 1, (x - 1) ** sp.Rational(2, 5)), (x - sp.tanh(y), sp.log((-x - 1) / (x - 1)) / 2),
     (sp.sqrt(y - 1) * (x - y), x), (x - sp.cosh(y) * sp.sinh(y), sp.log(2 * x + sp.sqrt(4 * x**2 + 1)) / 2),
-])  # fmt: skip
+])
 @pytest.mark.few(1)
 def test_a_branch_that_several_powers_of_a_root_or_exponential_give_is_found_once(force, branch):
     """Of (y - 1)**(5/2) = x SymPy sought the five roots for seconds; of tanh(y) = x it lists one twice."""
@@ -584,7 +584,7 @@ def test_a_branch_that_several_powers_of_a_root_or_exponential_give_is_found_onc
     (1000 - x - sp.sqrt(y), (x - 1000) ** 2, x < 1000), (x - 1000 - sp.sqrt(y), (x - 1000) ** 2, x > 1000),
     (x - 1000 - sp.asin(y), sp.sin(x - 1000), (x > 1000 - sp.pi / 2) & (x < 1000 + sp.pi / 2)),
     (1000 - x - sp.acos(y), sp.cos(x - 1000), (x > 1000 - sp.pi) & (x < 1000)),
-])  # fmt: skip
+])
 @pytest.mark.few(2)
 def test_a_branch_that_exists_over_few_places_or_far_away_is_found(force, branch, exists):
     """It was tried at places of the order of 1 alone, and no slow manifold was found."""
@@ -601,7 +601,7 @@ def test_a_branch_that_exists_over_few_places_or_far_away_is_found(force, branch
     (x - sp.sqrt(y) * sp.sqrt(y - 3)) * (y - 2), 10 * x + 70 * sp.sqrt(-y) + sp.sqrt(y - 1),
     x + sp.sqrt(y) - sp.root(y, 4), (x - sp.root(y, 4)) ** 2 - 1, x - sp.sin(sp.root(y, 4)),
     x - sp.cosh(y / 2), x - sp.exp(y / 2) + sp.exp(y), x - sp.sqrt(y) + sp.sqrt(y + 1),
-])  # fmt: skip
+])
 @pytest.mark.few(1)
 def test_a_branch_exists_just_where_it_solves_g_by_the_values_of_odd_and_nested_roots(force):
     """Only one root or inverse function, linear in g, was looked at: cosh(y/2) = x was told to have branches at -2."""
@@ -914,7 +914,7 @@ def test_what_is_said_of_a_root_of_a_cubic_is_said_by_its_value():
 
 
 @pytest.mark.parametrize("force", [x - y - y**3, -x - (1 + z**2) * y - y**3, x - 2 * y - y**2 - y**3,
-                                   sp.exp(x - y) - sp.exp(2 * y) - 1])  # fmt: skip
+                                   sp.exp(x - y) - sp.exp(2 * y) - 1])
 def test_a_single_root_of_a_cubic_attracts_or_repels_over_every_place(force):
     (found,) = ap.slow_manifolds(ap.System.smooth({x: -y, z: x}, {y: force}, mu), order=0)
     assert (found.branch, found.exists, found.stability) == (sp.Dict({y: y}), sp.true, "stable")
@@ -996,7 +996,7 @@ def test_rates_without_a_series_in_mu_have_no_slow_manifold(singular):
     (-x, sp.sin(mu) / mu, 1 - mu**2 / 6), (y / 2 - x, (sp.exp(mu) - 1) / mu, 1 + mu / 2 + mu**2 / 6),
     (-x, ((sp.exp(mu) - 1) / mu - 1) / mu, sp.S.Half + mu / 6 + mu**2 / 24),
     (-x, mu / ((sp.exp(mu) - 1) / mu - 1), 2 - 2 * mu / 3 + mu**2 / 18), (-x, sp.sinc(mu), 1 - mu**2 / 6),
-])  # fmt: skip
+])
 @pytest.mark.parametrize("place", ["slow", "fast"])
 @pytest.mark.few(1)
 def test_a_quotient_that_is_singular_by_its_form_alone_has_the_manifolds_of_its_series(drift, quotient, series, place):
@@ -1068,7 +1068,7 @@ def test_roots_of_a_cubic_are_carried_beside_a_fast_state_that_the_others_give()
         jacobian = sp.Matrix([[6 * value - 3 * value**2, 1], [-10 * value, -1]])
         assert sp.sympify(found.stability).subs({q: value, r: 1 - 5 * value**2}) == sp.Symbol(kind)
         assert {"stable": jacobian.det() > 0 > jacobian.trace(), "saddle": jacobian.det() < 0,
-                "unstable": jacobian.det() > 0 and jacobian.trace() > 0}[kind]  # fmt: skip
+                "unstable": jacobian.det() > 0 and jacobian.trace() > 0}[kind]
 
 
 def test_fast_states_alone_have_their_rest_points_for_manifolds():
@@ -1100,7 +1100,7 @@ def test_a_state_may_be_an_exponent():
 
 
 @pytest.mark.parametrize(("force", "stable"), [(x - y - sp.log(10**6 * y + 1), [True]),
-                                               (x - y * sp.log(y), [True, False])])  # fmt: skip
+                                               (x - y * sp.log(y), [True, False])])
 @pytest.mark.few(1)
 def test_a_logarithm_beside_linear_terms_has_the_branches_of_lambert(force, stable):
     """SymPy takes a root of the order of the coefficient in the logarithm, which does not end."""
@@ -1131,7 +1131,7 @@ def test_an_angle_has_no_branch_where_it_is_the_opposite_one(force):
 def test_an_angle_tells_nothing_of_the_branch_of_another_factor():
     """g has the factor y, too: its branch was told where sin(x) > 0 alone."""
     zero, _ = sorted(critical_manifolds(ap.System.smooth({x: -x}, {y: y * (sp.atan2(1, y) - x)}, mu)),
-                     key=lambda found: len(str(found.branch)))  # fmt: skip
+                     key=lambda found: len(str(found.branch)))
     assert zero.branch[y] == 0
     assert all(zero.exists.subs(x, at) is sp.true for at in (-4, -1, 1, 4))
 
@@ -1174,7 +1174,7 @@ def test_a_fast_velocity_that_stick_holds_is_slow_there_and_has_its_manifolds_in
     slope = -1 - mu - 2 * mu**2
     found = [(m.mode, sp.expand(m.expr)) for m in ap.slow_manifolds(oscillator, order=2)]
     assert found == [(name, sp.expand(slope * (x + sp.Rational(sign, 2))))
-                     for name, sign in (("slip_same", 1), ("slip_opposite", -1))]  # fmt: skip
+                     for name, sign in (("slip_same", 1), ("slip_opposite", -1))]
     assert ap.eigenvalues(oscillator)[2].mode == "stick"
     carried = ap.System.with_frictions({x: z + y}, {z: F - x - z, y: F + x - y}, [ap.Friction(z - x, F, 1, 1)], mu)
     held = ap.slow_manifolds(carried, order=1)[-1]  # F = x + z + mu (y + z), and y = F + x - mu y'

@@ -24,7 +24,7 @@ def guide_and_spring():
         slow={x: y, u: w, w: (-k * u - c * (w - z)) / m}, fast={y: 1 - 2 * load + r * F},
         velocity={z: c * (w - z) + 1 - load + F / 2}, force=F, load=load, kinetic=f, static=f0, small=mu,
         assumptions=f0 >= f,
-    )  # fmt: skip
+    )
 
 
 def pendulum_on_a_guide():
@@ -34,7 +34,7 @@ def pendulum_on_a_guide():
         slow={x: y, p: q, q: -k * sp.sin(p) - z * sp.cos(p)}, fast={y: 1 - 2 * load + F},
         velocity={z: (sp.sin(p) - load + F) / m}, force=F, load=load, kinetic=f, static=f0, small=mu,
         assumptions=f0 >= f,
-    )  # fmt: skip
+    )
 
 
 def two_supports():
@@ -43,7 +43,7 @@ def two_supports():
     return ap.System.with_friction(
         slow={x: y, u: w}, fast={y: 1 - 2 * load - (u + w) / 3 + F, w: 1 - r * load - 3 * (u + w)},
         velocity={z: 1 - load - (u + w) + F}, force=F, load=load, kinetic=f, static=f0, small=mu, assumptions=f0 >= f,
-    )  # fmt: skip
+    )
 
 
 def belt():
@@ -52,7 +52,7 @@ def belt():
     friction = ap.Friction(velocity=z - r, force=F, load=load, kinetic=f / (1 + k), static=f)
     return ap.System.with_frictions(
         slow={x: y, u: z, z: -k * u - c * z + F}, fast={y: 2 - load - F / 4}, frictions=(friction,), small=mu,
-    )  # fmt: skip
+    )
 
 
 def oscillating_support():
@@ -61,7 +61,7 @@ def oscillating_support():
     return ap.System.with_friction(
         slow={u: z}, fast={x: y, y: 1 - x - b * y + F / 3}, velocity={z: -k * u - c * z + 1 - load + F}, force=F,
         load=load, kinetic=f, static=2 * f, small=mu,
-    )  # fmt: skip
+    )
 
 
 SYSTEMS = {s.__name__: s() for s in (guide_and_spring, pendulum_on_a_guide, two_supports, belt, oscillating_support)}
@@ -95,7 +95,7 @@ def test_a_place_is_in_the_region_that_the_friction_cone_tells_pointwise(name):
         expected = {
             "stick": abs(drive) <= hold, "up": drive > hold, "down": drive < -hold,
             "ambiguous": slip < abs(drive) <= hold,
-        }  # fmt: skip
+        }
         told = {region: getattr(regions, region).contains(place, at) for region in expected}
         assert told == {region: bool(inside) for region, inside in expected.items()}
         seen |= {region for region, inside in told.items() if inside}
@@ -128,7 +128,7 @@ def test_the_spectrum_of_a_linear_mode_is_that_of_its_jacobian(name):
         assert close(roots(spectrum.fast_polynomial, NU, at) * 1e6, fast, 1e-3)
         assert close([*roots(spectrum.slow_polynomial, LAMBDA, at), *[0] * spectrum.neutral], slow, 1e-3)
         for rates, poly, s in ((spectrum.fast_rates, spectrum.fast_polynomial, NU),
-                               (spectrum.slow_rates, spectrum.slow_polynomial, LAMBDA)):  # fmt: skip
+                               (spectrum.slow_rates, spectrum.slow_polynomial, LAMBDA)):
             if rates:
                 assert close([complex(rate.subs(at)) for rate in rates], roots(poly, s, at), 1e-9)
 
@@ -248,7 +248,7 @@ def test_kinds_of_systems_with_several_parameters_exclude_one_another():
     system = ap.System.with_friction(
         slow={x: y}, fast={y: 1 - (1 + rho) * load + F}, velocity={z: 1 - load + F}, force=F, load=load, kinetic=kappa,
         static=kappa, small=mu, assumptions=kappa > 0,
-    )  # fmt: skip
+    )
     rng = random.Random(8)
     for spectrum in ap.eigenvalues(system):
         assert not any("unstable" in kind for kind, _ in spectrum.kinds)
@@ -273,7 +273,7 @@ def test_regions_of_one_load_with_symbols_for_coefficients_hold_cell_by_cell():
     system = ap.System.with_friction(
         slow={x: y}, fast={y: 1 - 2 * load + F}, velocity={z: d0 + d1 * load + c * F}, force=F, load=load,
         kinetic=f * m, static=f * m + r, small=mu,
-    )  # fmt: skip
+    )
     regions, rng = ap.stick_regions(system), random.Random(9)
     for _ in range(15):
         at = {s: Fraction(rng.randint(1, 4), 2) for s in (c, f, m, r)}
@@ -291,7 +291,7 @@ def test_regions_need_no_assumptions_on_symbols():
     system = ap.System.with_friction(
         slow={plain[0]: plain[1]}, fast={plain[1]: 1 - sum(plain[:2]) + F}, velocity={plain[2]: g - sum(plain[:2]) + F},
         force=F, load=sum(plain[:2]), kinetic=g**2, static=g**2 + 1, small=mu,
-    )  # fmt: skip
+    )
     assert load.free_symbols != set(plain)
     stick = ap.stick_regions(system).stick
     assert [stick.contains(s, g=2) for s in (0, "1/4", "1/3", 2, -3)] == [False, False, True, True, True]
@@ -366,7 +366,7 @@ def test_a_number_of_sympy_keeps_its_digits_in_a_scene():
     x, v, F = sp.symbols("x v F", real=True)
     block = ap.System.with_frictions({x: v, v: F - x}, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=1)])
     long, short = (ap.Scene(system=block, values={}, start={x: root, v: 0}, until=1).start[0]
-                   for root in (sp.sqrt(2).evalf(50), sp.sqrt(2).evalf()))  # fmt: skip
+                   for root in (sp.sqrt(2).evalf(50), sp.sqrt(2).evalf()))
     assert abs(sp.Rational(long) - sp.sqrt(2)) < sp.Rational(1, 10**49)
     assert short == 2**0.5
 
@@ -396,7 +396,7 @@ def test_the_branches_of_competing_species_are_those_of_every_choice_of_species(
     shares = sp.Matrix(count, count, lambda i, j: 1 if i == j else sp.Rational(1, 3 + (i + 2 * j) % 5))
     growth = [1 + x + sp.Rational(i, 7) for i in range(count)]
     fast = {y: y * (r - sum(shares[i, :].multiply_elementwise(sp.Matrix([states]))))
-            for i, (y, r) in enumerate(zip(states, growth, strict=True))}  # fmt: skip
+            for i, (y, r) in enumerate(zip(states, growth, strict=True))}
     found = ap.critical_manifolds(ap.System.smooth({x: states[-1] - x}, fast, mu))
     alive = {tuple(i for i, y in enumerate(states) if plane.branch[y] != 0): plane for plane in found}
     assert len(found) == len(alive) == branches

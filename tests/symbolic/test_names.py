@@ -19,7 +19,7 @@ def _named(state, fast, speed, parameter, steepness):
         slow={state: fast}, fast={fast: 1 - (1 + parameter) * load + F}, velocity={speed: 1 - parameter * load + F},
         force=F, load=load, kinetic=steepness, static=steepness, small=mu,
         assumptions=sp.And(steepness > 0, parameter > 0),
-    )  # fmt: skip
+    )
 
 
 def _curves(system):
@@ -69,7 +69,7 @@ def test_a_name_that_latex_cannot_set_is_refused_where_it_is_given(name):
     odd = sp.Symbol(name, real=True)
     for build in (lambda: _named(odd, y, z, r, kappa), lambda: _named(x, y, z, odd, kappa),
                   lambda: ap.Mechanism((x, odd), (y, z), sp.eye(2), (0, 0), ap.Contact(odd, x, 1)),
-                  lambda: ap.Mechanism((x, r), (y, z), sp.eye(2), (0, 0), ap.Contact(r, x, odd))):  # fmt: skip
+                  lambda: ap.Mechanism((x, r), (y, z), sp.eye(2), (0, 0), ap.Contact(r, x, odd))):
         with pytest.raises(InputError, match="cannot name a quantity; give letters, digits and underscores"):
             build()
 

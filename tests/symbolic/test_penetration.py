@@ -40,7 +40,7 @@ SIZES = sp.Max(-x, 0), -sp.Min(x, 0), sp.Abs(x)
 )
 def test_one_penetration_is_meant_by_every_way_to_write_it(load):
     assert sp.expand_power_base(with_penetration(load, x), force=True) in (
-        Penetration(-x) ** HERTZ, Penetration(-2 * x) ** HERTZ / 2**HERTZ)  # fmt: skip
+        Penetration(-x) ** HERTZ, Penetration(-2 * x) ** HERTZ / 2**HERTZ)
 
 
 def test_what_is_no_multiple_of_the_gap_and_whole_powers_stay():
@@ -232,7 +232,7 @@ def test_a_ball_that_comes_down_beside_a_spring_without_tension_sticks(load):
     ("load", "order", "first"),
     [(1000 * (-x) ** HERTZ, 1, "slip_same"), (1000 * (-x) ** HERTZ, 2, "stick"), (1000 * (-x) ** HERTZ, 3, "stick"),
      (10 * (-x) ** sp.Rational(1, 4), 1, "stick"), (1000 * (-x) ** HERTZ - 50 * sp.sqrt(-x) * v, 1, "stick")],
-)  # fmt: skip
+)
 @pytest.mark.few(2)
 def test_of_a_load_and_a_push_that_grow_from_nothing_the_lower_power_of_the_time_wins(load, order, first):
     """The penetration grows like t, the push like t^order."""

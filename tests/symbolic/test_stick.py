@@ -52,7 +52,7 @@ def test_stick_up_and_down_cover_the_plane_once():
 def test_where_static_and_kinetic_friction_are_one_nothing_is_ambiguous():
     x, y, z, force = sp.symbols("x y z F")
     system = ap.System.with_friction({x: y}, {y: 1 - 2 * (x + y) + force}, velocity={z: 1 - (x + y) + force},
-                                     force=force, load=x + y, kinetic=3, small=sp.Symbol("mu"))  # fmt: skip
+                                     force=force, load=x + y, kinetic=3, small=sp.Symbol("mu"))
     regions = ap.stick_regions(system)
     assert not any(cell.spans for cell in regions.ambiguous.cells)
     assert str(regions.ambiguous) == "nowhere"
@@ -192,12 +192,12 @@ def test_friction_that_is_less_one_way_is_ambiguous_where_that_way_crosses():
 @pytest.mark.parametrize("law", [sp.Rational(1, 2) + sp.sign(2 * v - 1) / 4,
                                  sp.Rational(1, 2) + sp.sign(v - sp.Rational(1, 2)) / 4,
                                  sp.Piecewise((3, v > sp.Rational(1, 2)), (1, True)) / 4,
-                                 sp.Piecewise((6, v > 1), (3, 2 * v >= 1), (1, True)) / 4])  # fmt: skip
+                                 sp.Piecewise((6, v > 1), (3, 2 * v >= 1), (1, True)) / 4])
 def test_rest_reaches_as_far_as_the_friction_of_the_slip_that_would_follow(law):
     """Friction is 3/4 where the block slips up, and 1/4 where it slips down; x pulls it to 0."""
     regions = ap.stick_regions(_block(law))
     told = {place: [r.contains({x: place, v: "1/2"}) for r in (regions.up, regions.stick, regions.down)]
-            for place in ("-4/5", "-7/10", "1/5", "3/10")}  # fmt: skip
+            for place in ("-4/5", "-7/10", "1/5", "3/10")}
     assert [told[place].index(True) for place in told] == [0, 1, 1, 2]
 
 

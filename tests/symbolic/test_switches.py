@@ -61,7 +61,7 @@ def test_an_oscillator_under_a_saw_tooth_is_that_of_its_steps(method):
     (sp.sqrt(t), 2.83367893811),
     (sp.floor(sp.sqrt(t)), 1.4),
     (sp.sign(sp.sqrt(t) - 1), 0.2091715976),
-])  # fmt: skip
+])
 @pytest.mark.few(2)
 def test_a_block_at_rest_feels_a_push_that_jumps_at_once(push, place, method):
     path = ap.solve(ap.Scene(system=_block(push), start=[0, 0], until=3), **method)
@@ -75,7 +75,7 @@ def test_a_block_at_rest_feels_a_push_that_jumps_at_once(push, place, method):
     (6 * t - sp.pi) * (5 * sp.pi - 6 * t) > 0,
     sp.Max(sp.pi / 6 - t, t - 5 * sp.pi / 6) < 0,
     sp.Mod(t - sp.pi / 6, 2 * sp.pi) < 2 * sp.pi / 3,
-])  # fmt: skip
+])
 @pytest.mark.few(4)
 def test_a_block_at_rest_is_moved_while_a_push_lasts_however_its_times_are_written(while_it_lasts, method):
     push = sp.Piecewise((2, while_it_lasts), (0, True))
@@ -215,7 +215,7 @@ def test_what_is_at_rest_is_moved_by_a_smooth_pulse_between_two_steps_of_the_res
 
 @pytest.mark.parametrize("push", [
     sp.floor(sp.sqrt(x)), sp.floor(sp.log(t)), sp.Max(1 / t, 1), 1 / sp.sqrt(t) + sp.sqrt(t), 1 / t + sp.sqrt(t),
-])  # fmt: skip
+])
 def test_what_has_an_infinite_rate_or_slope_at_the_start_is_refused_by_name(push, method):
     with pytest.raises(ap.AsympkError, match=r"not a finite|no finite"):
         ap.solve(ap.Scene(system=_block(push), start=[0, 0], until=3), **method)
@@ -223,7 +223,7 @@ def test_what_has_an_infinite_rate_or_slope_at_the_start_is_refused_by_name(push
 
 @pytest.mark.parametrize(("push", "place"), [
     (4 / sp.cosh(100 * (t - 5)) ** 2, 0.0086798648), (1 / (1 + sp.exp(-100 * (t - 5))), 17.107324),
-])  # fmt: skip
+])
 @pytest.mark.few(1)
 def test_a_pulse_and_a_step_whose_exponentials_overflow_far_from_them_move_a_block(push, place, method):
     path = ap.solve(ap.Scene(system=_block(push), start=[0, 0], until=12), **method)

@@ -89,7 +89,7 @@ def test_the_screen_of_a_rod_on_the_ground_has_the_numbers_of_a_computation_by_h
     for words in (f"a_N = {-1 + 0.04 * s:.6g}, a_T = {0.04 * c:.6g}\n",
                   f"G_NN = {G[0]:.6g}, G_NT = {G[1]:.6g}, G_TT = {G[2]:.6g}\n",
                   f"P_N = {push:.6g}, P_T = {drag:.6g} stop the contact\n",
-                  f"(3*cos(theta)**2 + 1)/(3*Abs(sin(theta)*cos(theta))) = {-G[0] / G[1]:.6g}: a paradox"):  # fmt: skip
+                  f"(3*cos(theta)**2 + 1)/(3*Abs(sin(theta)*cos(theta))) = {-G[0] / G[1]:.6g}: a paradox"):
         assert words in told
     assert ", within 0.05 .. 1.5\n" in screen(ROD.replace("[0.05, 1.5]", '["1/20", "3/2"]'))
 
@@ -246,7 +246,7 @@ def test_a_file_that_describes_no_mechanism_is_refused_in_one_line(change, match
 
 @pytest.mark.parametrize(("change", "match"), [
     (("m*l^2*theta'^2/6", "0"), "mass is singular"), (("about = ", "about = 1  # "), "about = 1: it must be"),
-    (("l*sin(theta)", "Y"), "gap = 0 does not depend on"), (('friction = "f"', ""), "friction missing")])  # fmt: skip
+    (("l*sin(theta)", "Y"), "gap = 0 does not depend on"), (('friction = "f"', ""), "friction missing")])
 def test_what_is_wrong_in_the_file_of_a_mechanism_is_told_of_that_file_once(change, match, screen):
     told = screen(ROD.replace(*change), status=2)
     assert f"rod.toml: {match}" in told
@@ -303,7 +303,7 @@ def test_further_contacts_stand_in_the_file_and_are_said_to_be_open(screen, tmp_
     refused = {"1": "others must be tables, each under [[others]]",
                "[{gap = 'X', slip = 'Y'}]": "others[0]: friction missing",
                "[{gap = 'X', slip = 'Y', friction = -1}]": "others[0]: contact: friction = -1",
-               "[{gab = 'X'}]": "others[0]: key 'gab' is unknown"}  # fmt: skip
+               "[{gab = 'X'}]": "others[0]: key 'gab' is unknown"}
     for others, said in refused.items():
         assert said in screen(f"{ROD}others = {others}", status=2)
 
@@ -323,7 +323,7 @@ def test_a_coordinate_without_a_number_that_does_not_matter_is_not_missed(screen
 
 @pytest.mark.parametrize(("rates", "verdict", "motions"), [
     ({}, "a paradox here", "none"), ({"X'": 1}, "a paradox for slip of the sign of G_NT", "slip with R"),
-    ({"X'": 0, "Y'": 0, "theta'": 0}, "a paradox for slip of the sign of G_NT", "stick with R")])  # fmt: skip
+    ({"X'": 0, "Y'": 0, "theta'": 0}, "a paradox for slip of the sign of G_NT", "stick with R")])
 def test_a_contact_that_only_pushes_has_the_paradox_in_one_direction_of_slip(rates, verdict, motions, capsys):
     settings = [word for name, value in rates.items() for word in ("--set", f"{name}={value}")]
     assert main(["mechanism", "painleve_rod", *settings]) == 0
@@ -368,7 +368,7 @@ def test_the_file_of_a_sweep_is_told_from_that_of_one_motion(line, command, tmp_
 @pytest.mark.parametrize(("contact", "values", "modes"), [
     ('compliance = "c"\ndamping = "1/2"', "f = 2, c = 1e-6", ("slip_opposite", "stick")),
     ('contact = "rigid"', "f = 1", ("slip_opposite",)),
-])  # fmt: skip
+])
 @pytest.mark.few(1)
 def test_the_file_of_a_mechanism_with_an_end_is_a_scene_that_starts_from_its_state(
     tmp_path, capsys, contact, values, modes
@@ -384,7 +384,7 @@ def test_the_file_of_a_mechanism_with_an_end_is_a_scene_that_starts_from_its_sta
 def test_a_mechanism_that_depends_on_time_is_told_at_the_time_0_or_another(screen):
     lines = ("""coordinates = ["X", "Y"]""", """lagrangian = "(X'^2 + Y'^2)/2 - g*Y\"""", """gap = "Y - A*cos(w*t)\"""",
              """slip = "X\"""", """friction = "1/3\"""", "unilateral = true", "[values]", "g = 9", "A = 0.25", "w = 2",
-             "[state]", "X = 0", "Y = 0.25", """"X'" = 1""", """"Y'" = 0""")  # fmt: skip
+             "[state]", "X = 0", "Y = 0.25", """"X'" = 1""", """"Y'" = 0""")
     for setting, reaction in (((), "8"), (("--set", "t=1.5707963267948966", "--set", "Y=-1/4"), "10")):
         assert f"slip with R = {reaction}\n" in screen("\n".join(lines), *setting)  # g - A w^2 cos(w t)
 
@@ -416,7 +416,7 @@ def test_over_friction_a_static_one_of_its_own_is_at_least_as_large(name):
 
 def test_a_contact_that_never_couples_slip_and_gap_has_no_critical_friction(tmp_path, screen):
     told = screen('coordinates = ["x", "y"]\nlagrangian = "x\'^2 + y\'^2"\ngap = "y"\nslip = "x"\nfriction = 1\n'
-                  'state = {x = 0, y = 0, "x\'" = 1, "y\'" = 0}\n')  # fmt: skip
+                  'state = {x = 0, y = 0, "x\'" = 1, "y\'" = 0}\n')
     assert told.startswith(f"{tmp_path}/rod.toml\nat x = 0, ")
     assert "critical        friction none: no paradox here" in told
 

@@ -45,7 +45,7 @@ def test_the_nondimensional_modes_are_newtons_law_for_the_rod_in_physical_units(
     numbers = {
         nl.mu: q["m"] / (q["k"] * q["l"] * (q["h"] * cosine) ** 2), nl.sigma: q["f"] * math.tan(q["alpha"]) - 2,
         nl.sigma0: 0, nl.kappa: q["P"] * q["l"] * q["h"] ** 2 / (q["m"] * cosine), nl.c2: cosine**2,
-    }  # fmt: skip
+    }
     relative, first = newton(length * x, length * y / time, speed * z, **q)
     automaton = numbered(nl.system(), numbers)
     mode = automaton.mode(automaton.first(state))

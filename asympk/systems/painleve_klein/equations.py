@@ -79,7 +79,7 @@ def system(law: sp.Expr | None = None) -> System:
     load = sp.expand(elastic.law.subs(state, simultaneous=True) * sp.cos(rod.alpha) / rod.P)
     return System.with_friction(slow={x: y}, fast={y: _fast(phi, elastic).subs(_LOAD, load)},
                                 velocity={z: _velocity(phi, elastic, scales).subs(_LOAD, load)}, force=phi, load=load,
-                                kinetic=sigma + 2, static=sigma0 + 2, small=mu, assumptions=ASSUMPTIONS)  # fmt: skip
+                                kinetic=sigma + 2, static=sigma0 + 2, small=mu, assumptions=ASSUMPTIONS)
 
 
 VALUES = {"m": 1, "P": 1, "alpha": "6/5", "f": 2, "f_0": 2}

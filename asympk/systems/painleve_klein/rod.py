@@ -31,7 +31,7 @@ DIMENSIONS = {
     m: MASS, P: _FORCE, l: LENGTH, k: _FORCE, h: TIME / LENGTH, f: 1, f0: 1, u: LENGTH / TIME,
     R: _FORCE, F: _FORCE, R1: _FORCE, dR1: _FORCE / TIME, ddR1: _FORCE / TIME**2,
     a1: LENGTH / TIME**2, a2: LENGTH / TIME**2, delta: LENGTH, alpha: 1, beta: 1,
-}  # fmt: skip
+}
 
 
 def dimension(expr: sp.Expr) -> sp.Expr:
@@ -194,7 +194,7 @@ def _elastic_rod(law):
     balance = second_order - relative.subs(beta, 0)
     angle = turn.subs(delta, displacement)
     return ElasticRod(law, balance, turned[a1].subs(beta, 0), _tangent(-_relative_change(sp.cos) * angle),
-                      _tangent(_relative_change(sp.sin) * angle))  # fmt: skip
+                      _tangent(_relative_change(sp.sin) * angle))
 
 
 def _relative_change(function):

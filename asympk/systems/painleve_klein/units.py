@@ -31,13 +31,13 @@ _GROUPS = ("sigma", "mu", "sigma0", "rho", "y", "v", "tau")  # their names in th
 SI = ("kg", "N", "m", "s")
 _PREFIXES = {"": 0, "k": 3, "M": 6, "c": -2, "m": -3, "u": -6, "µ": -6}  # powers of ten
 _SIZES = {prefix + name: Fraction(10) ** (power + base) for name, base in (("g", -3), ("N", 0), ("m", 0), ("s", 0))
-          for prefix, power in _PREFIXES.items()} | {"t": Fraction(1000)}  # fmt: skip
+          for prefix, power in _PREFIXES.items()} | {"t": Fraction(1000)}
 # the unit of every quantity that has one, from the units of mass, force, length and time
 UNITS = {"m": "{0}", "P": "{1}", "l": "{2}", "k": "{1}", "h": "{3}/{2}", "R_1": "{1}", "dR_1": "{1}/{3}",
-         "u": "{2}/{3}", "until": "{3}", "t": "{3}", "R": "{1}"}  # fmt: skip
+         "u": "{2}/{3}", "until": "{3}", "t": "{3}", "R": "{1}"}
 # the symbol of every physical quantity by its name in a scene file
 SYMBOLS = {"m": rod.m, "P": rod.P, "f": rod.f, "f0": rod.f0, "alpha": rod.alpha, "l": rod.l, "k": rod.k, "h": rod.h,
-           "R_1": rod.R1, "dR_1": rod.dR1, "u": rod.u, "until": sp.Symbol("t", real=True)}  # fmt: skip
+           "R_1": rod.R1, "dR_1": rod.dR1, "u": rod.u, "until": sp.Symbol("t", real=True)}
 
 
 @dataclass(frozen=True)
@@ -188,7 +188,7 @@ def unit_names(words: Any) -> tuple[str, ...]:
         mass, force, length, time = (_SIZES[word] for word in words)
         if (one := mass * length / time**2) != force:
             raise InputError(f"units = {short(words)}: 1 {words[0]} {words[2]}/{words[3]}^2 is {float(one / force):g} "
-                             f"{words[1]}; give all numbers in units of which it is 1, such as {[*SI]}")  # fmt: skip
+                             f"{words[1]}; give all numbers in units of which it is 1, such as {[*SI]}")
     return tuple(words)
 
 
@@ -221,7 +221,7 @@ def physical(path: Path) -> Path:
     events = tuple(e._replace(t=units.moment(e.t), state=units.state(*e.state)) for e in path.events)
     reached = {"reached": units.moment(path.info["reached"])} if "reached" in path.info else {}
     return replace(path, scene=physical, final=units.state(*path.final), events=events,
-                   at=partial(_states, path, units), info={**path.info, **reached})  # fmt: skip
+                   at=partial(_states, path, units), info={**path.info, **reached})
 
 
 def _states(path, units, t):

@@ -130,7 +130,7 @@ def test_starts_within_mu_of_z_zero_go_the_way_of_solve(mu):
 
 @pytest.mark.parametrize(("sigma", "mu", "x", "y", "z"), [
     (2.9154, 9.8962e-07, 0.08544, 0.76423, -7.1276e-4), (2.1736, 6.9737e-07, 0.80297, 0.93763, -8.9979e-4),
-])  # fmt: skip
+])
 def test_the_time_of_a_stop_is_right_to_the_admissible_error_where_the_slow_part_bends_the_fast(sigma, mu, x, y, z):
     kind, t = ap.solve(ap.Scene(sigma, mu, (x, y, z), 1), digits=30).events[0][:2]
     found = ap.solve_many(sigma, mu, x, y, z, 1, events=True).events()

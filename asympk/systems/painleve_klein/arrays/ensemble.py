@@ -108,7 +108,7 @@ def solve_many(
     sigma: Number, mu: Number, x: Number, y: Number, z: Number, until: Number, sigma0: Number | None = None,
     method: str = "exact", *, events: bool = False, progress: Callable[[int, int], None] | None = None,
     strict: bool = False,
-) -> RodEnsemble:  # fmt: skip
+) -> RodEnsemble:
     """Follow trajectories from (x, y, z) to ``until``; all arguments broadcast. Results equal those of ``solve``.
 
     ``events=True`` keeps the events; otherwise ``RodEnsemble.events`` finds them again from the arguments, which are

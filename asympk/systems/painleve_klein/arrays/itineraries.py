@@ -267,7 +267,7 @@ def _slip(b):
 def follow_itineraries(
     p: Setting, x: Number, y: Number, z: Number, until: Number, final: np.ndarray, count: np.ndarray,
     note: Callable | None = None,
-) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+) -> tuple[np.ndarray, np.ndarray]:
     """Follow the trajectories on common itineraries; write final states and numbers of events to ``final``, ``count``.
 
     Return (rows of no common itinerary, rows that do not fit the itinerary that their start suggests). ``note(kind,
@@ -297,7 +297,7 @@ def _sorted_out(p, x, y, z, until):
     """Return (where each itinerary begins and the last ends, all rows in this order or None, rows of no itinerary)."""
     s = x + y
     (x_least, y_least, z_least, s_least), (x_most, y_most, z_most, s_most) = (
-        map(np.minimum.reduce, (x, y, z, s)), map(np.maximum.reduce, (x, y, z, s)))  # fmt: skip
+        map(np.minimum.reduce, (x, y, z, s)), map(np.maximum.reduce, (x, y, z, s)))
     within = (max(x_most, -x_least, z_most, -z_least) < p.reach) & (max(y_most, -y_least) * p.mu < p.reach)
     inside = (within & (until > 0)).all()
     if inside and p.steep.all():

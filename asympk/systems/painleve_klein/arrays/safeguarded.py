@@ -77,7 +77,7 @@ def _distance(coarse, fine, largest):
 def follow_arrays(
     sigma: Number, sigma0: Number, mu: Number, x: Number, y: Number, z: Number, until: Number, *,
     told: FollowedArrays | None = None,
-) -> FollowedArrays:  # fmt: skip
+) -> FollowedArrays:
     """Follow trajectories, given as arrays of one length; ``told`` are their results in coarser numbers."""
     s = x + y
     s_sign, z_sign, doubtful = starting_signs(sigma0, mu, y, s, z)

@@ -45,7 +45,7 @@ class RodNumbers(NamedTuple):
 def run(
     scene: Scene, method: str = "exact", *, digits: int | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> Path:  # fmt: skip
+) -> Path:
     """Follow ``scene`` in closed form: in doubles, or on mpmath numbers right to ``digits`` digits (1 to 1000).
 
     The ``error`` of the path is an estimate in doubles; with ``digits`` it is the distance to a run of less precision.
@@ -103,7 +103,7 @@ def segments_of(
 ) -> list[SolvedSegment]:
     """Return the segments of the solution of ``case`` in the numbers of ``m``; ``follow_rod`` has the other options."""
     flow = (_flow_in_doubles(*in_doubles(case)) if m is Doubles
-            else RodFlow(m, m.number(case.sigma), m.number(case.sigma0), m.number(case.mu)))  # fmt: skip
+            else RodFlow(m, m.number(case.sigma), m.number(case.sigma0), m.number(case.mu)))
     start, deviation = beginning(flow, case)
     return follow_rod(flow, start, m.number(case.until), deviation, known, on_event)
 

@@ -141,4 +141,4 @@ class FastSlowSegment(SmoothSegment):
             start, base, drift = self.s0 - level, mode.rest - level + slow, 0
         guess = mode.m.guess(self, axis, level, lo, hi, sign_hi)
         return fast_slow_root(mode.m, start, base, drift, fast, mode.fast_rate, slow, mode.slow_rate, lo, hi, sign_hi,
-                              guess)  # fmt: skip
+                              guess)

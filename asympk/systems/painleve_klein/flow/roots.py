@@ -16,7 +16,7 @@ PATIENCE = 24  # steps after which a long bracket is cut
 def smooth_root(
     m: Arithmetic, value_and_slope: Callable[[Number], tuple[Number, Number]], lo: Number, hi: Number, sign_hi: Number,
     guess: Number | None = None,
-) -> Number:  # fmt: skip
+) -> Number:
     """Return the root in (lo, hi) of a function that has the sign ``sign_hi`` at ``hi``."""
     if guess is None:
         value, slope = value_and_slope(lo)
@@ -47,7 +47,7 @@ def smooth_root(
 def fast_slow_root(
     m: Arithmetic, start: Number, base: Number, k: Number, fast: Number, rate: Number, slow: Number,
     slow_rate: Number, lo: Number, hi: Number, sign_hi: Number, guess: Number | None = None,
-) -> Number:  # fmt: skip
+) -> Number:
     r"""Return the root in (lo, hi) of ``start + k t + fast (e^{rate t} - 1) + slow (e^{slow_rate t} - 1)``.
 
     ``base`` is ``start - fast``, apart since the difference may cancel. The fast part balances the rest r(t) = -(base +

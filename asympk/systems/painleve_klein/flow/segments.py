@@ -106,7 +106,7 @@ class SolvedSegment(NamedTuple):
 def follow_rod(
     flow: RodFlow, start: tuple[Number, ...], until: Number, deviation: Number | None = None,
     known: Sequence[SolvedSegment] | None = None, on_event: Callable[[Number], None] | None = None,
-) -> list[SolvedSegment]:  # fmt: skip
+) -> list[SolvedSegment]:
     """Follow the flow from ``start = (x, y, s, z, sign of s, sign of z)``, with both signs just after the start.
 
     Return the segments of the solution; a state is (x, y, s, z, mu y'). ``deviation`` is the start's distance in s from
