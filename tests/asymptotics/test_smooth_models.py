@@ -862,6 +862,17 @@ def test_steps_at_rest_do_not_make_errors_grow():
     assert reduced.follow_reduced_flow(known, 1, np.array([2.0]), 0.01, (), 50.0, 1e-9).grown.most < 5
 
 
+@pytest.mark.parametrize("order", [1, 2])
+def test_terms_that_are_omitted_fade_with_a_slow_motion_that_comes_to_rest(order):
+    """Steps that did not see them fade told 3/4 of the error of a gene that makes a protein that forms pairs."""
+    slow, fast = {x: 1 / (1 + u) - x, y: 5 * x - y - 2 * y**2 + 2 * u}, {u: y**2 - u}
+    field = sp.lambdify((x, y, u), (*slow.values(), *(50 * rate for rate in fast.values())))
+    truth = solve_ivp(lambda _, q: field(*q), (0, 20), (0, 0, 0), "Radau", rtol=1e-12, atol=1e-14).y[:, -1]
+    path = _solved(ap.System.smooth(slow, fast, mu), {mu: "1/50"}, {x: 0, y: 0, u: 0}, 20, order=order)
+    wrong = distance(path.final, truth)
+    assert wrong < path.error < 2 * wrong
+
+
 def test_errors_at_the_start_grow_on_a_branch_that_is_integrated_as_motions_from_beside_it_part():
     system = ap.System.smooth({x: y - x / 3, v: x * v / 5 - sp.sin(y)}, {y: x + v - y - y**3 / 3}, mu)
     known = formulas(system.modes[0], mu, ())
