@@ -1,8 +1,8 @@
 """The Painlevé-Klein rod: two masses on parallel guides, one of them rough, joined by a rod at the angle alpha.
 
 P pushes the rough mass. There is a paradox for f tan(alpha) > 2: the rigid rod has no motion backward, and two forward.
-The elastic, damped rod has the scaled reaction x, its rate y and the velocity z of the rough mass, (2.7)-(2.9). Source:
-N. A. Fufaev, Dynamics of the system in the Painlevé-Klein example, Mechanics of Solids (1991), in Russian.
+The elastic, damped rod has the scaled reaction x, its rate y and the velocity z of the rough mass, (2.7)-(2.9).
+Source: N. A. Fufaev, Dynamics of the system in the Painlevé-Klein example, Mechanics of Solids (1991), in Russian.
 """
 
 # rod -> equations -> units in symbols, modes -> flow -> arrays in numbers: the kernel that systems.kernels plugs in
