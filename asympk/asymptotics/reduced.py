@@ -256,20 +256,20 @@ def side_by_side(
     """Integrate the flows to several orders in common steps, each from its point of ``starts``.
 
     The errors of the steps nearly cancel in the differences of the flows, so that ``SIDE_BY_SIDE`` over ``growth``, by
-    which errors grow, bounds the tolerance from below, unless a state comes to rest: steps to this tolerance do not
-    see differences fade with it. The last flow has all powers of mu. The flow to the first order has been followed: it
-    is not watched again. ``span`` is a length of its steps to ``rtol``. Raises ``OutOfRange`` where the states grow
-    beyond bounds.
+    which errors grow, bounds the tolerance from below. Steps to this tolerance do not see the differences fade with a
+    state that comes to rest: then the flows are integrated again to ``rtol``. The last flow has all powers of mu. The
+    flow to the first order has been followed: it is not watched again. ``span`` is a length of its steps to ``rtol``.
+    Raises ``OutOfRange`` where the states grow beyond bounds.
     """
     first, size = tuple(float(v) for start in starts for v in start), len(starts[0])
     rough = max(rtol, SIDE_BY_SIDE / max(1.0, growth / ROUNDING))
-    for fine in (rough, rtol):
+    for fine in dict.fromkeys((rough, rtol)):
         longer = span and span * (rtol / fine) ** EXPONENT
         found = [*_steps(formulas, _kinds(orders, True), first, mu, values, until, fine, within, longer)]
         if not _comes_to_rest(found, size, fine):
             break
     if first:
-        _require_reached(formulas, orders[0], first[:size], found, mu, values, until, rough, None, began)
+        _require_reached(formulas, orders[0], first[:size], found, mu, values, until, fine, None, began)
     return Reduced(formulas, orders, True, mu, values, until, None, Trajectory(first, tuple(found)))
 
 
