@@ -22,10 +22,11 @@ from itertools import starmap
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.integrate import simpson
 from scipy.linalg import expm
 
 from asympk.asymptotics.fibre import Formulas
-from asympk.asymptotics.landing import ROOT, newton, rightmost, root
+from asympk.asymptotics.landing import OVER, ROOT, newton, rightmost, root
 from asympk.asymptotics.nonstiff import EXPONENT, SHARES, Trajectory, at_middle, at_shares, price, rates, steps
 from asympk.asymptotics.stiff import jacobian
 from asympk.asymptotics.watching import watched
@@ -43,6 +44,7 @@ LATELY = 2  # relaxation times before an end, at which omitted terms are first l
 FORGOTTEN = 1e-5  # the share of a term, as the error that it is at a later time, that counts as 0
 LONG = 1 / 32  # the share of a run beyond which the manifold is looked at within a step
 LOST = 0.5  # the error relative to a state from which it does not fade as a small one does
+WITHIN = 65  # the number of times at which the attraction beside a layer is looked at
 TWICE = 2 ** (-1 / EXPONENT)  # the ratio of the errors of steps twice as long
 AGAIN = math.sqrt(27 / 4)  # with x'' = y, as long as mu sqrt(27 |h_x f_x f_y| / 4) < |g_y|
 
@@ -65,7 +67,8 @@ class Reduced:
     """The reduced flows to the orders ``orders``: ``trajectory`` holds the points (x, b) of each, one after the other.
 
     ``guard`` is the index of the guard that is lost at the time ``end``, or None. With ``whole`` the last of the
-    motions has all powers of mu that the fast states bring into the rates.
+    motions has all powers of mu that the fast states bring into the rates. ``least`` is the least ``margin`` that was
+    looked at.
     """
 
     formulas: Formulas
@@ -76,6 +79,7 @@ class Reduced:
     end: float
     guard: int | None
     trajectory: Trajectory = field(repr=False)
+    least: float = math.inf
 
     def states(self, t: Any) -> np.ndarray:
         """Return x and y on the manifold at the array ``t`` of times for every order: (orders, states) + t.shape."""
@@ -91,6 +95,18 @@ class Reduced:
         found = [[*point[:slow], *map(spread, known.height(*kind)(*point, self.mu, *self.values))]
                  for kind, point in zip(kinds, self.parts(motion), strict=True)]
         return np.array(found).reshape(len(found), len(found[0]), *t.shape)
+
+    def fading(self, t: float) -> float:
+        """Return exp(int_0^t r dt / mu), by which a layer fades beside a single motion, or 0 where that is rounding.
+
+        r is the largest real part of an eigenvalue of g_y, which is at most -``least``.
+        """
+        if self.least * t > OVER * self.mu:
+            return 0.0
+        times = np.linspace(0, t, WITHIN)
+        found = [_attraction(self.formulas, self.trajectory.state_at(at), self.mu, self.values)[1].real
+                 for at in times.tolist()]
+        return math.exp(min(0.0, float(simpson(found, x=times)) / self.mu))
 
     def memory(self, t: float) -> tuple[list[tuple], np.ndarray]:
         """Return points (x, b) of a single motion at ``t`` and before, and the shares of y between them left in y(t).
@@ -235,7 +251,8 @@ def follow_reduced_flow(
     ``OutOfRange`` where the states grow beyond bounds; both name the state reached and the time since ``began``.
     """
     first, found, end, guard = tuple(map(float, start)), list[Any](), until, None
-    check = partial(_check, formulas, mu, values, guards, began)
+    left: list[float] = []
+    check = partial(_check, formulas, mu, values, guards, began, left)
     check(None, 0.0, first)
     along = _steps(formulas, ((order, whole),), first, mu, values, until, rtol, within)
     for step, lost in watched(_held(along, check), guards, len(first)):
@@ -246,7 +263,7 @@ def follow_reduced_flow(
     _look_within(formulas, values, found, end, check)
     if first:
         _require_reached(formulas, order, first, found, mu, values, end, rtol, guards, began)
-    return Reduced(formulas, (order,), whole, mu, values, end, guard, Trajectory(first, tuple(found)))
+    return Reduced(formulas, (order,), whole, mu, values, end, guard, Trajectory(first, tuple(found)), min(left))
 
 
 def side_by_side(
@@ -425,9 +442,13 @@ def _stable(entries):
     return np.linalg.eigvals(square).real.max(axis=1) < 0
 
 
-def _check(formulas, mu, values, guards, began, step, high, state):
-    """Raise ``NotNormallyHyperbolic`` if the manifold is lost in ``step``, by ``state`` at ``high``, before a guard."""
-    if margin(formulas, state, mu, values) > 0:
+def _check(formulas, mu, values, guards, began, left, step, high, state):
+    """Raise ``NotNormallyHyperbolic`` if the manifold is lost in ``step``, by ``state`` at ``high``, before a guard.
+
+    The margin at ``state`` is added to the list ``left``.
+    """
+    left.append(margin(formulas, state, mu, values))
+    if left[-1] > 0:
         return
     t = 0.0
     if step is not None:

@@ -28,7 +28,7 @@ import numpy as np
 
 from asympk.asymptotics import matched, reduced
 from asympk.asymptotics.fibre import Formulas
-from asympk.asymptotics.landing import Landing, land, root
+from asympk.asymptotics.landing import Landing, land, rightmost, root
 from asympk.asymptotics.reduced import ROUNDING, Reduced
 from asympk.automaton.modes import has_switches
 from asympk.automaton.numericmode import NumericMode
@@ -40,6 +40,7 @@ EXTRA = 2  # the number of orders beyond the one asked for, from which its error
 STEADY, STALLED = 0.1, 0.5  # bounds of the ratio of successive omitted terms from which the rest of them is estimated
 FALLING = 0.25  # the largest ratio of successive omitted terms at which they alone tell the error
 FELL = tuple(0.5**k for k in range(10, 0, -1))  # times before ``until``, over it, at which terms may still have fallen
+EARLY = 1 / 8  # the share of the time of a layer after which it fades as near its end
 SOON = 200  # the most steps of the full equations from such a time to ``until``
 FINEST, COARSEST = 1e-13, 1e-7  # bounds of the tolerance of the integrations
 FINER = 1e-5  # the tolerance of the integrations in units of mu^(n + 1)
@@ -81,6 +82,22 @@ class LayeredMotion:
             return np.zeros((len(self.sums), len(self.kept), *tau.shape))
         terms = self.landing.corrections(tau)
         return (self.sums @ terms.reshape(len(terms), -1)).reshape(-1, *terms.shape[1:])[:, self.kept]
+
+    def left(self, t: float, layer: np.ndarray, units: Any) -> float:
+        """Return the size, times ``units``, of what is left of the layer at ``t`` where its terms do not tell it, or 0.
+
+        The layer fades as the slow motion attracts, its terms as the start does, times powers of tau for the change.
+        They do not tell it where they do not fall after its first part, or once it counts as over. ``layer`` has the
+        terms at ``t``.
+        """
+        landing, flow = self.landing, self.reduced
+        tau, over = landing.end * EARLY, landing.end * flow.mu
+        told = t < over * EARLY or (t < over and _falls(layer * units, STALLED))
+        if told or not (fading := flow.fading(t)):
+            return 0.0
+        rate = rightmost(flow.formulas, landing.base[0].tolist(), landing.branch, flow.values).real
+        size = np.abs(landing.corrections(np.array(tau))[0, self.kept] * units).max()
+        return float(size * math.exp(-rate * tau) * fading)
 
     def misses(self) -> np.ndarray:
         """Return composite - start of the fast states at t = 0, for every order: (orders, fast states)."""
@@ -180,10 +197,10 @@ def _continued(
     return None
 
 
-def _falls(composites: np.ndarray) -> bool:
-    """Tell whether the second omitted term is so much smaller than the first that both tell the rest."""
-    first, second = _terms(composites)
-    return second <= FALLING * first
+def _falls(motions: np.ndarray, most: float = FALLING) -> bool:
+    """Tell whether the second omitted term is at most ``most`` times the first, so that both tell the rest."""
+    first, second = _terms(motions)
+    return second <= most * first
 
 
 def _require_branch(
@@ -252,12 +269,12 @@ def _expected(motion, layered, t, slow, layer, units, ends=None, least=STEADY):
     misses, scales = motion.misses(), units + np.zeros(len(motion.kept))
     fast = slice(len(scales) - misses.shape[1], None)
     _, recalled = motion.reduced.remembered(t, motion.beside.orders[0 if ends is None else 1])
+    lingering = motion.left(t, layer, units) if ends is None else 0.0
     slow, layer, misses = slow * units, layer * units, misses * scales[fast]
-    first, second = _terms(slow)
-    told = [slow + layer, *[slow] * bool(second > STALLED * first)]
+    told = [slow + layer, *[slow] * (not _falls(slow, STALLED))]
     if ends is not None:
         told = [np.vstack([told[0][:1], ends * units])]
-    left, grown = (0.0 if layered else np.abs(layer[0]).max()), (motion.errors * scales).max()
+    left, grown = max(lingering, 0.0 if layered else np.abs(layer[0]).max()), (motion.errors * scales).max()
     rounding = max(ROUNDING * motion.rtol * scales.max(), float(grown / max(1.0, np.abs(slow[0] + layer[0]).max())))
     lately = _terms(told[0])[0] + float((recalled * scales[fast]).max())
     return max(predicted_error(terms, left, rounding, misses, lately, least) for terms in told), rounding

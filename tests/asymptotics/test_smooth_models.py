@@ -873,6 +873,19 @@ def test_terms_that_are_omitted_fade_with_a_slow_motion_that_comes_to_rest(order
     assert wrong < path.error < 2 * wrong
 
 
+@pytest.mark.parametrize(("slow", "rate", "start", "end", "small"), [
+    (sp.Integer(1), x * y - y**3, {x: -1, y: "1/2"}, "1/2", "1/50"),
+    (-x, -(x + sp.Rational(1, 20)) * sp.sin(y), {x: 1, y: 2}, 3, "1/10"),
+])
+@pytest.mark.parametrize(("method", "order"), [("jump", 0), ("jump", 2), ("slow", 1)])
+def test_what_is_left_of_a_layer_whose_attraction_weakens_is_told(slow, rate, start, end, small, method, order):
+    """No other term is omitted: y = 0 is invariant. By the terms of the layer alone a third of the error was told."""
+    scene = ap.Scene(system=ap.System.smooth({x: slow}, {y: rate}, mu), values={mu: small}, start=start, until=end)
+    path, exact = ap.solve(scene, method, order=order), ap.solve(scene, digits=20).final
+    wrong = float(distance(path.final, exact))
+    assert wrong <= path.error < 4 * wrong + 1e-11
+
+
 def test_errors_at_the_start_grow_on_a_branch_that_is_integrated_as_motions_from_beside_it_part():
     system = ap.System.smooth({x: y - x / 3, v: x * v / 5 - sp.sin(y)}, {y: x + v - y - y**3 / 3}, mu)
     known = formulas(system.modes[0], mu, ())
