@@ -83,15 +83,15 @@ class LayeredMotion:
         terms = self.landing.corrections(tau)
         return (self.sums @ terms.reshape(len(terms), -1)).reshape(-1, *terms.shape[1:])[:, self.kept]
 
-    def left(self, t: float, layer: np.ndarray, units: Any) -> float:
-        """Return the size, times ``units``, of what is left of the layer at ``t`` where its terms do not tell it, or 0.
+    def left(self, layer: np.ndarray, units: Any) -> float:
+        """Return the size, times ``units``, of what is left of the layer at the end, or 0 where its terms tell it.
 
         The layer fades as the slow motion attracts, its terms as the start does, times powers of tau for the change.
         They do not tell it where they do not fall after its first part, or once it counts as over. ``layer`` has the
-        terms at ``t``.
+        terms at the end.
         """
         landing, flow = self.landing, self.reduced
-        tau, over = landing.end * EARLY, landing.end * flow.mu
+        t, tau, over = flow.end, landing.end * EARLY, landing.end * flow.mu
         told = t < over * EARLY or (t < over and _falls(layer * units, STALLED))
         if told or not (fading := flow.fading(t)):
             return 0.0
@@ -269,7 +269,7 @@ def _expected(motion, layered, t, slow, layer, units, ends=None, least=STEADY):
     misses, scales = motion.misses(), units + np.zeros(len(motion.kept))
     fast = slice(len(scales) - misses.shape[1], None)
     _, recalled = motion.reduced.remembered(t, motion.beside.orders[0 if ends is None else 1])
-    lingering = motion.left(t, layer, units) if ends is None else 0.0
+    lingering = motion.left(layer, units)
     slow, layer, misses = slow * units, layer * units, misses * scales[fast]
     told = [slow + layer, *[slow] * (not _falls(slow, STALLED))]
     if ends is not None:
