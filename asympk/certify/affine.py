@@ -486,16 +486,14 @@ class _Modes:
         """Tell whether what a branch keeps at 0 is not 0, on all sides of switches on which the state may lie."""
         mode = mode_of(self.system, branch)
         kept = (*mode.velocities.values(), *mode.kept_gaps.values())
-        return all(any(sign_at(row, state) for row in self._kept(mode)) for mode in self._placed(branch, kept, state))
+        return all(any(sign_at(row, state) for row in self._kept(placed)) for placed in self._placed(mode, kept, state))
 
-    def _placed(self, branch, expressions, state, sides=()):
+    def _placed(self, mode, expressions, state):
         """Yield a mode on all sides, of the switches of some expressions, on which a state may lie."""
-        mode = mode_of(self.system, branch, sides)
-        found = phases((on_sides(expr, sides) for expr in expressions), self.system.states, self.system.time)
+        found = phases((on_sides(expr, mode.sides) for expr in expressions), self.system.states, self.system.time)
         opened = _to_place(found, mode)
-        for choice in product(*(self._possible(mode, phase, state) for phase in opened)):
-            placed = (*sides, *zip(opened, choice, strict=True))
-            yield from self._placed(branch, expressions, state, placed) if opened else (mode,)
+        for sided in self._sided(mode, opened, state):
+            yield from self._placed(sided, expressions, state) if opened else (mode,)
 
     def _has_no_forces(self, branch, state):
         """Tell whether at every corner of the forces of a branch a law or a margin is violated (Lemma 10).
@@ -513,7 +511,8 @@ class _Modes:
         at_corners = [(rows * rows[c, :].inv() * right[c, :] - right).expand() for c in map(list, chosen)]
 
         alike = None if self._moves_freely(branch) else self._at_bound(branch)
-        modes = self._on_sides(mode_of(self.system, alike), state) if alike else self._placed(branch, right, state)
+        mode = mode_of(self.system, alike or branch)
+        placed = self._on_sides(mode, state) if alike else self._placed(mode, right, state)
 
         def is_violated(mode, values):
             matrix = self.field.matrix(affine_form(mode, self.waves)) if alike else ()
@@ -521,7 +520,7 @@ class _Modes:
             signs = [leading_sign(row, matrix, state) if alike else sign_at(row, state) for row in rows]
             return any(signs[: laws.rows]) or -1 in signs[laws.rows :]
 
-        return all(is_violated(mode, values) for mode in modes for values in at_corners)
+        return all(is_violated(mode, values) for mode in placed for values in at_corners)
 
     def _at_bound(self, branch):
         """Return a branch that moves as one ``_is_shared`` does, and whose forces are determined, or None."""
@@ -544,10 +543,14 @@ class _Modes:
     def _on_sides(self, mode, state):
         """Yield a mode on every combination of sides of its switches on which a state may lie."""
         opened = self._opened(mode)
-        for choice in product(*(self._possible(mode, phase, state) for phase in opened)):
-            sided = mode_of(self.system, mode.branch, (*mode.sides, *zip(opened, choice, strict=True)))
+        for sided in self._sided(mode, opened, state):
             if sided.is_finite or not self._resting(sided):  # on its edge u/|u| has no law
                 yield from self._on_sides(sided, state) if opened else (mode,)
+
+    def _sided(self, mode, opened, state):
+        """Yield a mode on every combination of sides, of some phases, on which a state may lie."""
+        for choice in product(*(self._possible(mode, phase, state) for phase in opened)):
+            yield mode_of(self.system, mode.branch, (*mode.sides, *zip(opened, choice, strict=True)))
 
     def _opened(self, mode):
         """Return the phases of a mode that are to be placed next; where it stands, also of what holds it at rest."""
