@@ -8,7 +8,7 @@ from typing import Any
 
 from asympk.doors import through
 from asympk.errors import InputError, NoManifold
-from asympk.numbers import number, short
+from asympk.numbers import Number, number, short
 from asympk.shown import ROWS, Card, ShownAsTable, few
 from asympk.shown import number_as_text as shown
 from asympk.systems.painleve_klein.modes import coefficients
@@ -181,12 +181,13 @@ def _slow_y(manifold: str, sigma: Any, mu: Any, x: Any) -> float:
     return slow_root * float(x - 1 / Fraction(b))
 
 
-def in_doubles(scene: Any) -> tuple[float, float, float]:
-    """Return (sigma, sigma0, mu) as doubles; raises ``InputError`` where they round to a value out of their ranges."""
-    sigma, sigma0, mu = float(scene.sigma), float(scene.sigma0), float(scene.mu)
-    if sigma == -2 or mu == 0:
-        raise InputError(f"sigma and mu: as doubles they are {sigma} and {mu}, out of range; ask for more digits")
-    return sigma, sigma0, mu
+def in_doubles(sigma: Number, sigma0: Number, mu: Number) -> tuple[float, float, float]:
+    """Return parameters of the rod as doubles; raises ``InputError`` where one rounds to a value out of its range."""
+    numbers = float(sigma), float(sigma0), float(mu)
+    if numbers[0] == -2 or numbers[2] == 0:
+        raise InputError(f"sigma and mu: as doubles they are {numbers[0]} and {numbers[2]}, out of range; ask for more "
+                         "digits")
+    return numbers
 
 
 def triple(start: Any, names: str) -> tuple:

@@ -55,7 +55,8 @@ def run(scene: Any, method: str, *, order: int | None = None, digits: int | None
     """
     order = order_taken(method, order)
     m = FLOATS if digits is None else _multiprecision(whole("digits", digits, 1, MOST_DIGITS))
-    parameters = in_doubles(scene) if digits is None else (scene.sigma, scene.sigma0, scene.mu)
+    numbers = scene.sigma, scene.sigma0, scene.mu
+    parameters = in_doubles(*numbers) if digits is None else numbers
     sigma, sigma0, mu, x, y, z, until = map(m.number, (*parameters, *scene.start, scene.until))
     here = f"sigma = {sigma}, mu = {mu}, start = ({x}, {y}, {z})"
     line = line_of(sigma, sigma0)

@@ -102,8 +102,8 @@ def segments_of(
     m: Arithmetic, case: RodNumbers, known: Sequence[SolvedSegment] | None = None, on_event: Any = None
 ) -> list[SolvedSegment]:
     """Return the segments of the solution of ``case`` in the numbers of ``m``; ``follow_rod`` has the other options."""
-    flow = (_flow_in_doubles(*in_doubles(case)) if m is Doubles
-            else RodFlow(m, m.number(case.sigma), m.number(case.sigma0), m.number(case.mu)))
+    numbers = case.sigma, case.sigma0, case.mu
+    flow = _flow_in_doubles(*in_doubles(*numbers)) if m is Doubles else RodFlow(m, *map(m.number, numbers))
     start, deviation = beginning(flow, case)
     return follow_rod(flow, start, m.number(case.until), deviation, known, on_event)
 
