@@ -50,7 +50,7 @@ def run(
 
 
 def _march(scene, start, until, h, prefer, steps, deadline):
-    friction = in_doubles(scene)
+    friction = in_doubles(scene.sigma, scene.sigma0, scene.mu)
     times, states, phases = [0.0], [start], [automaton_of(scene).first(scene.start)[0]]
     counts, short = dict.fromkeys(COUNTED.values(), 0), ""
     while times[-1] < until:
