@@ -16,7 +16,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a worker to a core; more t
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # tests start many processes, and each would compile the package anew
 sys.dont_write_bytecode = False
 
-MOST = 4  # the number of cases of a test marked ``few`` beyond which cases are left to a command of their own
+MOST = 2  # the number of cases of a test marked ``few`` beyond which cases are left to a command of their own
 
 # these come first, so that no worker ends alone on one of them
 LONGEST = ("test_paper", "test_regeneration", "test_smooth_models", "test_manifold", "test_affine_scenes",
@@ -25,7 +25,7 @@ LONGEST = ("test_paper", "test_regeneration", "test_smooth_models", "test_manifo
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put the longest files first; the others stay in order. Mark as slow what ``few`` leaves out.
+    """Put the longest files first; the others stay in order. Mark as slow what is further, or what ``few`` leaves out.
 
     Cases beyond ``MOST`` are further ones.
     """
@@ -33,6 +33,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: place.get(Path(item.path).stem, len(LONGEST)))
     cases = defaultdict(list)
     for item in items:
+        if item.get_closest_marker("further"):
+            item.add_marker("slow")
         if (few := item.get_closest_marker("few")) and not item.get_closest_marker("slow"):
             cases[item.nodeid.partition("[")[0], *few.args].append(item)
     for (_, count), found in cases.items():

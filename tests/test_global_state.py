@@ -118,7 +118,7 @@ print(len(found), len(set(found)), mpmath.mp.prec)
 """
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_many_threads_from_a_cold_start_read_the_same_scene(tmp_path):
     (tmp_path / "rod.toml").write_text(PHYSICAL)
     command = [sys.executable, "-c", IN_THREADS, str(tmp_path / "rod.toml")]

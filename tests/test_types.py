@@ -28,7 +28,7 @@ def complaints(tmp_path_factory):
     return [line for line in found.splitlines() if "wrong.py" in line]
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_type_checker_refuses_what_is_no_scene_and_names_that_do_not_exist(complaints):
     assert len(complaints) == len(WRONG)
     for line, said in zip(complaints, WRONG.values(), strict=True):

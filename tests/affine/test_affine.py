@@ -135,7 +135,7 @@ def test_a_short_step_keeps_the_digits_of_its_increment():
     assert moved[0] == pytest.approx(1e-20, rel=1e-15)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_first_root_of_several_guards_is_found_on_random_systems():
     random = np.random.default_rng(11)
     for _ in range(20):

@@ -121,7 +121,7 @@ def _guard(automaton, branch, leg):
     return flows(automaton).of(Doubles, automaton.mode(branch).mode)[2][leg.guard]
 
 
-@pytest.mark.slow
+@pytest.mark.few(0)
 @pytest.mark.parametrize("mu", [1e-1, 1e-3, 1e-6, 1e-8])
 @pytest.mark.parametrize("forced", [0, 1])
 def test_random_systems_end_where_seventy_digits_say(mu, forced):
@@ -170,7 +170,7 @@ def random_pair(random, size):
     return ap.Scene(system=system, values=values, start=start, until=2)
 
 
-@pytest.mark.slow
+@pytest.mark.few(0)
 @pytest.mark.parametrize("size", [4, 5, 6, 7, 8])
 def test_two_frictions_do_what_seventy_digits_and_an_integrator_say(size):
     scene = random_pair(np.random.default_rng(40 + size), size)

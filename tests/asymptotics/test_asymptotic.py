@@ -43,7 +43,7 @@ def relative(a, b):
 # the order of the error
 
 
-@pytest.mark.slow
+@pytest.mark.few(0)
 @pytest.mark.parametrize("sigma", SIGMAS)
 @pytest.mark.parametrize("start", STARTS)
 @pytest.mark.parametrize("order", [0, 1, 2])

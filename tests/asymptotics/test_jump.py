@@ -189,7 +189,7 @@ def test_an_arrival_on_the_shallow_side_changes_x_and_z_by_order_mu_alone():
 # against the exact flow
 
 
-@pytest.mark.slow
+@pytest.mark.few(0)
 @pytest.mark.parametrize(("s", "start", "way"), CASES)
 @pytest.mark.parametrize("order", [0, 1])
 def test_error_of_the_jump_map_tends_to_its_first_omitted_terms(s, start, way, order):
@@ -272,7 +272,7 @@ def integrated(system, start, jump, small):
     return rest[0] + parts[k] * vectors[0, k] * np.exp(-speeds[k] * t)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_another_system_jumps_as_its_equations_say():
     system = other_system()
     a, b = sp.symbols("a b", real=True)

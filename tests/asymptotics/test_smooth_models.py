@@ -89,7 +89,7 @@ def test_the_slow_motion_in_numbers_is_that_of_the_symbolic_expansion():
     assert known.flow(2)(1.0, 0.5, *branch, 0.01) == pytest.approx([float(flow[s].subs(at)) for s in (x, w, u, v)])
 
 
-@pytest.mark.slow
+@pytest.mark.few(0)
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("order", [0, 1, 2])
 def test_the_composite_is_wrong_by_mu_to_the_next_power_uniformly(name, order):
@@ -528,7 +528,7 @@ def test_a_nonlinear_layer_has_its_first_correction_as_an_integral_over_the_fast
     assert found == pytest.approx(integral, abs=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_base_point_in_twenty_digits_is_where_the_exact_motion_leads_back_to():
     import mpmath
 
@@ -603,7 +603,7 @@ def test_quotients_in_the_states_keep_their_limits():
     assert abs(path.final[0] - bent) < path.error < 1e-8
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_many_fast_states_that_all_depend_on_each_other_have_their_models_at_once():
     """A ring of seven: the inverse of a full matrix of symbols, written out, took too long for six already."""
     ring = sp.symbols("r1:8", real=True)

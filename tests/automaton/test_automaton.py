@@ -284,7 +284,7 @@ def test_a_reaction_that_grows_beyond_all_bounds_ends_the_run_by_name():
         follow(system, {"v": -90}, 3)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_reaction_that_grows_beyond_all_bounds_after_hundreds_of_swings_of_another_body_is_found_by_steps():
     """v' = 1 + (t - 1)/(2 - t): v is log(2/p) - 90 where p = 2 - t has fallen to 2e-8."""
     friction = ap.Friction(velocity=v, force=F, load=N, kinetic=t, normal=N, constraint=1 - 2 * N + F)
@@ -598,8 +598,9 @@ def test_of_two_contacts_at_rest_only_that_slips_whose_static_friction_is_used_u
     assert [float(v) for v in path.final] == pytest.approx([0.65, 0.65], abs=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 @pytest.mark.parametrize("method", here("kvaerno5"))
+@pytest.mark.further
 def test_modes_that_differ_in_the_number_of_their_guards_are_compiled_together(method):
     path = follow(block(), {"x": "7.5", "v": 0}, 20, method=method, rtol=1e-9)
     assert path.modes == ("slip_opposite", "slip_same", "slip_opposite", "slip_same", "stick")
@@ -607,6 +608,7 @@ def test_modes_that_differ_in_the_number_of_their_guards_are_compiled_together(m
 
 
 @pytest.mark.parametrize("method", here("kvaerno5"))
+@pytest.mark.further
 def test_a_load_with_a_root_whose_base_might_vanish_is_compiled(method):
     load = sp.sqrt(1 + x / 4 + x**2)
     system = ap.System.with_frictions({x: v, v: F - x}, {}, [ap.Friction(v, F, load, kinetic=sp.Rational(1, 5))])
@@ -680,7 +682,7 @@ def test_a_block_on_a_ratchet_of_saw_teeth_stops_on_a_tooth(way):
     assert float(turn.state[0]) == pytest.approx(3 - 0.1 + (0.01 + 0.4) ** 0.5, abs=1e-5)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 @pytest.mark.parametrize("method", here("heyoka", "kvaerno5"))
 def test_peers_know_inverse_functions_and_powers_of_a_penetration_or_refuse_them_in_one_line(method):
     def block(force):

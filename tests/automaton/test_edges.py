@@ -634,7 +634,7 @@ def test_a_relay_typed_by_signs_comes_to_its_origin_in_the_known_time_and_is_ref
         ap.solve(ap.Scene(system=system, start={x: 1, v: 0}, until=10), **how)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_crossings_whose_intervals_shrink_too_slowly_to_end_are_refused_after_some_thousands():
     """With mu y' = -sgn x - y the velocity at the k-th crossing falls like 1/k: the crossings have no end."""
     system = ap.System.smooth({x: v}, {v: -sp.sign(x) - v}, sp.Symbol("mu", positive=True))

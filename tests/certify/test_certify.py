@@ -342,7 +342,7 @@ def test_the_command_shows_the_events_that_solve_shows_in_as_many_rows(capsys):
         assert one[:-1] == pytest.approx(other[:-1], rel=1e-7)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_command_tells_a_proof_from_a_refusal(capsys, tmp_path):
     assert main(["certify", "backward", "--json"]) == 0
     (told,) = json.loads(capsys.readouterr().out)
@@ -394,7 +394,7 @@ def test_a_certificate_whose_work_is_spent_is_undecided(monkeypatch):
     assert certify(BACKWARD).reason.startswith("undecided: 3 pieces of work are spent")
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_parts_of_a_wide_box_are_proven():
     box = {"sigma": ("0.5", 2), "mu": ("1e-3", "1e-2"), "y": ("0.1", "0.3")}
     assert sum(piece.proven for piece in cover(ap.Scene(1, "1e-3", (0, "0.2", -1), 5), box, 24)) >= 1
@@ -416,7 +416,7 @@ def breadth_first(scene, box, pieces):
     return done
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_cutting_where_it_is_undecided_proves_more_of_a_wide_box_than_cutting_all_alike():
     scene, box = ap.Scene(1, "1e-3", (0, "0.2", -1), 5), {"sigma": ("0.5", 2), "mu": ("1e-4", "1e-2")}
     found = cover(scene, box, 24)

@@ -660,7 +660,7 @@ def test_at_the_very_end_nothing_is_proven_where_a_guard_vanishes_at_some_points
     assert certify(until_two(0, {"x": 0, "v": 2}), {"k": (1, 2)}).obstacle == "grazing"
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_at_the_very_end_nothing_is_proven_where_a_guard_grazes_0():
     assert certify(falling(2, -2, 1)).obstacle == "horizon"
 

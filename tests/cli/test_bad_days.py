@@ -239,7 +239,7 @@ WORDS = st.sampled_from(
 
 @settings(max_examples=300)
 @given(st.sampled_from(["solve", "scenes", "certify", "sweep", "nonsense"]), st.lists(WORDS, max_size=9))
-@pytest.mark.slow
+@pytest.mark.further
 def test_no_command_line_ends_in_a_traceback(tmp_path_factory, first, rest):
     place = tmp_path_factory.mktemp("fuzz")
     (place / "good.toml").write_text(SWEEP)
@@ -264,7 +264,7 @@ KEYS = st.sampled_from([*scenefile.COMMON, *scenefile.NONDIMENSIONAL, *scenefile
                         "seed", "count", "chunk"])
 
 
-@pytest.mark.slow
+@pytest.mark.further
 @settings(max_examples=300)
 @given(table=st.dictionaries(KEYS, VALUES, max_size=9), good=st.booleans(), kind=st.sampled_from(["scene", "sweep"]))
 def test_any_table_is_read_or_refused_in_one_sentence(table, good, kind):
@@ -288,7 +288,7 @@ def test_any_bytes_are_read_or_refused(raw):
 SIZES = st.one_of(st.floats(-100, 100), st.floats(-1e30, 1e30), st.sampled_from([0.0, -0.0, 5e-324, -1.0, 1.0]))
 
 
-@pytest.mark.slow
+@pytest.mark.further
 @settings(max_examples=150)
 @given(
     sigma=st.one_of(st.floats(-1.999999, 10), st.floats(-2, 1e6, exclude_min=True), st.sampled_from([0, -1])),

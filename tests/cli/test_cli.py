@@ -254,7 +254,7 @@ def tiny(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_full_chart_writes_the_rows_that_are_kept(tiny, capsys, monkeypatch):
     from asympk.output import paper
 
@@ -279,7 +279,7 @@ def test_the_full_chart_without_a_peer_is_refused_in_one_line(without_rk45, caps
     assert (status, out, err) == (2, "", "asympk: the full chart runs rk45 too: pip install 'some-package'\n")
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_quick_chart_does_without_a_peer_prints_its_files_and_leaves_the_kept_rows_alone(without_rk45, capsys):
     from asympk.storage.rows import read_rows
 
@@ -376,7 +376,7 @@ over = {theta = [0.05, 3]}
 """
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_least_critical_friction_that_no_radicals_give_is_printed_in_decimals(capsys, tmp_path):
     (tmp_path / "cam.toml").write_text(CAM)
     status, out, _ = run(capsys, "mechanism", str(tmp_path / "cam.toml"))
@@ -402,7 +402,7 @@ def test_a_name_that_is_none_is_refused_with_the_nearest(ask, meant):
         ask()
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_debug_shows_the_traceback():
     command = [sys.executable, "-m", "asympk", "--debug", "claims", "C99"]
     assert "Traceback" in subprocess.run(command, capture_output=True, text=True).stderr

@@ -296,7 +296,7 @@ def _known(given):
     return future
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_an_answer_that_takes_too_long_is_ended_and_the_next_question_is_answered():
     worker = Worker(_slow_answer, _known("given"), seconds=START)
     try:
@@ -310,7 +310,7 @@ def test_an_answer_that_takes_too_long_is_ended_and_the_next_question_is_answere
         worker.close()
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_an_error_of_the_process_comes_back_as_one_line():
     worker = Worker(_wrong_answer, _known(None), seconds=START)
     try:
@@ -508,7 +508,7 @@ def test_the_page_opens_before_its_scenes_are_derived_and_tells_why_there_are_no
         running.shutdown()
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_mechanism_of_ones_own_is_explored_with_an_elastic_and_with_a_rigid_contact(tmp_path):
     file = tmp_path / "own.toml"
     file.write_text(MECHANISM.replace("f = 2", "f = 1"))  # no paradox yet
@@ -630,7 +630,7 @@ def test_the_page_says_what_is_wrong_and_keeps_the_last_picture(server, window):
     assert "400" in refused
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_page_shows_the_verdict_of_the_ladder_and_another_scene(server, window):
     window.open(server.address)
     window.wait(PATH)

@@ -37,7 +37,7 @@ def test_what_a_solver_prints_itself_is_not_in_the_output(method):
     assert (run.returncode, run.stdout) == (2, "")
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_without_docstrings_a_command_does_its_work_or_names_the_option():
     without = {**os.environ, "PYTHONOPTIMIZE": "2"}
     assert "slip_same" in _asympk(*LINE, env=without).stdout
@@ -115,7 +115,7 @@ def test_numbers_of_a_million_digits_are_refused_in_a_line(tmp_path):
     assert "it must be a whole number" in _in_one_line(_asympk(*LINE, "--digits", "9" * 100_000))
 
 
-@pytest.mark.slow
+@pytest.mark.further
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
 def test_a_scene_is_read_from_a_pipe_and_none_from_one_that_nobody_writes_to(tmp_path):
     text = "sigma = 1\nmu = 1e-3\nstart = [0, 0.2, -1]\nuntil = 2\n"
@@ -146,8 +146,8 @@ def test_help_prints_in_any_character_set():
     assert "Klein" in run.stdout
 
 
-@pytest.mark.parametrize("closed", ["2>&-", pytest.param("2>/dev/full", marks=pytest.mark.slow)])
-@pytest.mark.slow
+@pytest.mark.parametrize("closed", ["2>&-", "2>/dev/full"])
+@pytest.mark.further
 def test_the_work_is_done_and_the_status_right_where_stderr_takes_nothing(tmp_path, closed):
     (tmp_path / "sweep.toml").write_text(SWEEP)
     for line, status in ((" ".join(LINE), 0), (" ".join(LINE) + " --mu -1", 2), ("solve --nope", 2),

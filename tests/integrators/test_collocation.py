@@ -68,7 +68,7 @@ def test_steps_grow_as_their_last_polynomials_allow_from_a_fast_time_to_a_slow_o
     assert path.final == pytest.approx(ap.solve(scene, "jump", order=1).final, abs=1e-11)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_pendulum_that_turns_too_often_is_refused_before_all_steps_are_spent():
     q, p = sp.symbols("q p", real=True)
     heavy = ap.System.smooth({q: p, p: -(10**30) * sp.sin(q)}, {}, None)

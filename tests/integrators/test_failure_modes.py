@@ -87,7 +87,7 @@ def test_with_both_cares_a_stiff_solver_follows_every_scene():
     assert successes(directed=True, snap=True, names=SCENES) == 18
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_events_without_direction_chatter_in_every_scene_and_we_do_not():
     assert successes(directed=False, snap=True, names=SCENES) == 0
     assert all(right(ap.solve(scene(name, mu))) for name in SCENES for mu in ("1e-2", "1e-4", "1e-6"))
@@ -324,7 +324,7 @@ def test_a_search_by_sampling_misses_a_double_crossing_that_ours_brackets():
     assert right(path)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_sum_of_snapped_coordinates_is_off_the_edge_and_ours_does_not_chatter_there():
     rng = random.Random(7)
     still_held = 0

@@ -351,7 +351,7 @@ def _late(mu, until=2, start=1, **options):
     return ap.solve(ap.Scene(system=system, values={"mu": mu}, start={"x": -1, "y": start}, until=until), **options)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_late_loss_of_stability_is_refused_in_doubles_and_followed_by_as_many_more_digits_as_errors_grow():
     """y = E / (1 + int E / mu), E = exp(((t - 1)^2 - 1) / (2 mu)): errors grow by exp(1 / (2 mu)) from t = 1 to 2."""
     with pytest.raises(Undecided, match=r"errors of the run grow 3e\+21-fold .*ask for 20 digits"):

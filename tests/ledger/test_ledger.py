@@ -30,7 +30,7 @@ def claims(judged):
     return judged[0]
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_judging_never_sets_mpmaths_own_precision(judged):
     assert not judged[1]
 

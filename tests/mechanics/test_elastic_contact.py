@@ -21,7 +21,7 @@ c, eps, h = sp.symbols("c eps h", positive=True)
 SCALINGS = [(c, h), (eps**2, sp.Rational(1, 2) * eps), (eps**2, sp.S.Zero)]
 
 
-@pytest.mark.slow
+@pytest.mark.few(0)
 @pytest.mark.parametrize(("compliance", "damping"), SCALINGS)
 @pytest.mark.parametrize("make", EACH)
 def test_gap_plus_compliance_times_reaction_is_an_invariant(make, compliance, damping):
@@ -206,7 +206,7 @@ def test_impact_without_collision_comes_out_of_the_system():
     assert errors[1] < 0.2 * errors[0]
 
 
-@pytest.mark.slow
+@pytest.mark.few(0)
 @pytest.mark.parametrize("name", MECHANISM_NAMES)
 def test_gap_plus_compliance_times_reaction_is_an_invariant_of_every_mechanism_of_the_catalogue(name):
     """d/dt (g(q, t) + c x) = 0 at random states to rounding, whatever the reaction and the friction force."""
@@ -222,7 +222,7 @@ def test_gap_plus_compliance_times_reaction_is_an_invariant_of_every_mechanism_o
     assert np.all(np.abs(sum(parts)) < 1e-12 * sum(map(np.abs, parts)))
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_condition_of_the_jump_law_is_that_of_the_paradox_in_symbols():
     """|P_T| < friction load |P_N| is friction load |G_NT| > G_NN: the impulses' ratio is G_NN / |G_NT| identically."""
     for make in MECHANISMS:

@@ -71,7 +71,7 @@ def _elastic_ladder(compliance):
     return ap.Scene(system=system, values=values, start=ladder.start(system, LEANT), until="2/5")
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_an_elastic_ladder_differs_from_the_rigid_one_by_its_compliance_times_a_constant():
     rigid, found = _leant("1/10", "2/5"), []
     for compliance in ("1/10000", "1/100000"):
@@ -87,7 +87,7 @@ def test_an_elastic_ladder_differs_from_the_rigid_one_by_its_compliance_times_a_
     assert np.abs(found[1]).min() > 0.01  # none of them is 0
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_jumps_onto_two_contacts_at_once_have_errors_of_the_next_order():
     """Order 1 errs by c^2 times a constant, order 2 by c^3."""
     scenes = [_elastic_ladder(compliance) for compliance in ("1/1000", "1/2000")]
@@ -174,8 +174,8 @@ def test_a_sliding_block_on_two_legs_tips_if_its_friction_exceeds_half_its_width
     assert path.modes == (("open+slip_same",) if tips else ("slip_same+slip_same",))
 
 
-@pytest.mark.parametrize("n", [pytest.param(2, marks=pytest.mark.slow), 5])
-@pytest.mark.slow
+@pytest.mark.parametrize("n", [2, 5])
+@pytest.mark.further
 def test_rates_and_constraints_of_two_contacts_are_those_of_newtons_law_in_numbers(n):
     """M q'' = Q + sum W p over both contacts, and g'' is the rate of g' along q' and q''."""
     angles = dynamicsymbols(f"q1:{n + 1}")
@@ -205,14 +205,14 @@ def _on_tip_and_knee():
     return replace(chain(3), others=(knee,)).elastic(sp.Symbol("c", positive=True), sp.Symbol("h", positive=True))
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_rates_stay_finite_as_the_compliance_vanishes_where_two_penetrations_move_a_slip():
     """The slip of a joint contains c y and c y2, whose rates are of order 1: of c y' in v' = 0 nothing is divided."""
     for mode in _on_tip_and_knee().modes:
         require_series(mode, _on_tip_and_knee().small)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_three_links_on_two_elastic_contacts_have_a_slow_manifold_unless_one_opens_or_both_stick():
     """Two contacts that stick leave three links one way to move, so both gap rates depend on each other."""
     found = ap.critical_manifolds(_on_tip_and_knee())
@@ -296,7 +296,7 @@ def test_elastic_supports_of_a_beam_share_its_weight_by_their_stiffness():
     assert final["X'"] == pytest.approx(0.7)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_jumps_onto_more_supports_than_degrees_of_freedom_have_errors_of_the_next_order():
     beam = _beam()
     system = beam.elastic(compliance=sp.Symbol("c", positive=True), damping=1)

@@ -247,7 +247,7 @@ def test_an_impact_balances_momentum_and_is_written_without_the_fractions_of_the
     assert max(part.count_ops() for part in impact) < 50
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_squares_of_sine_and_cosine_in_a_factor_of_a_law_add_up_to_1():
     X, Y, phi = dynamicsymbols("X Y phi")
     a, b, m, f = sp.symbols("a b m f", positive=True)
@@ -263,7 +263,7 @@ def test_impulses_are_written_as_multiples_of_the_sliding_velocity_and_not_of_it
     assert all(rod.sliding_velocity in sp.Mul.make_args(impulse) for impulse in rod.jump_law().impulses)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_determinant_of_long_fractions_is_short_and_that_of_the_delassus_matrix():
     a, u, _ = q = dynamicsymbols("phi u_a theta")
     p, v, w = (coordinate.diff(T) for coordinate in q)

@@ -47,7 +47,7 @@ def _start(n):
     return q, u
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_joint_of_a_chain_may_have_a_friction_of_its_own_beside_that_of_the_end():
     n, torque, angles = 4, sp.Symbol("torque", real=True), dynamicsymbols("q1:5")
     energy, (x, y) = energy_of_chain(angles)
@@ -93,7 +93,7 @@ def _followed(n, until):
     return state
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_chain_of_six_links_slides_and_turns_back_as_by_newtons_law_in_numbers():
     path = ap.solve(_scene(6, 0.5))
     assert path.modes == ("slip_same", "slip_opposite")
@@ -109,7 +109,7 @@ def test_a_mass_matrix_of_twelve_coordinates_is_singular_where_many_digits_leave
     assert not _is_singular((moved * moved.T + light).as_immutable())
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_coordinate_that_only_adds_to_another_makes_the_mass_of_ten_links_singular():
     (*angles, last), moved = dynamicsymbols("q1:11"), dynamicsymbols("s")
     ground = ap.Contact(gap=angles[0], slip=angles[1], friction=1)
@@ -118,7 +118,7 @@ def test_a_coordinate_that_only_adds_to_another_makes_the_mass_of_ten_links_sing
                                      contact=ground)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_motions_of_a_chain_of_eight_links_have_the_reactions_of_newtons_law():
     n = 8
     q, u = _start(n)
@@ -179,7 +179,7 @@ def test_a_rate_of_many_coordinates_that_is_not_affine_is_named_and_not_written_
     assert obstacle(chain(4).rigid()) == "in mode slip_same the rate of q1' is not affine"
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_slow_manifolds_of_a_chain_of_four_take_no_long_simplification_and_no_derivative_of_a_form(monkeypatch):
     c, h = sp.symbols("c h", positive=True)
     soft, simplify = chain(4).elastic(compliance=c, damping=h), sp.simplify
@@ -266,7 +266,7 @@ def test_a_gap_that_bends_makes_a_pair_of_bodies_too_long_to_be_inverted_and_has
     assert motion.reaction == pytest.approx(reaction, rel=1e-11)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_closed_chain_in_coordinates_that_are_free_has_the_reaction_of_newtons_law_with_its_bars_as_constraints():
     """A crank, its pin and a sliding block carry two bars of the length 1 that meet in an elbow, a point of mass 1."""
     (a, X, Y), t = dynamicsymbols("a X Y"), dynamicsymbols._t

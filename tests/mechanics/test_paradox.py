@@ -93,7 +93,7 @@ def test_a_hoop_with_a_weight_on_its_rim_has_its_least_critical_friction_by_half
     assert least.where.lhs == sp.tan(THETA / 2)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_least_critical_friction_that_no_radicals_give_is_the_root_of_a_polynomial():
     """A cam with a weight beside its middle; its least critical friction took minutes for want of such a root."""
     weight = X + sp.sin(THETA) / 2, Y + sp.cos(THETA) / 2
@@ -107,7 +107,7 @@ def test_a_least_critical_friction_that_no_radicals_give_is_the_root_of_a_polyno
     assert 2 * math.atan(least.where.rhs) == pytest.approx(angles[over.argmin()], abs=1e-4)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_least_critical_friction_with_irrational_numbers_that_no_radicals_give_is_refused_by_name():
     gap = Y - sp.cos(THETA) / 3 - sp.sin(2 * THETA) / 4
     energy = (X.diff() ** 2 + Y.diff() ** 2 + sp.sqrt(2) * THETA.diff() ** 2) / 2
@@ -167,7 +167,7 @@ def test_over_two_coordinates_every_row_is_that_of_one():
     assert min(i.other for i in found.intervals) == pytest.approx(4 / 3, abs=0.02)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_coordinate_that_the_contact_ties_is_given_as_a_function():
     """A slider-crank whose rod is as long as its crank: phi = theta while the slider is in its guide."""
     crank = ap.systems.crank_slider.mechanism()
@@ -274,7 +274,7 @@ def test_the_set_is_shown_in_a_few_lines_and_drawn_as_far_as_its_edges(tmp_path,
         found.plot(tmp_path / "set.gif")
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_critical_friction_leaves_out_what_both_its_fractions_are_divided_by():
     T = dynamicsymbols._t
     phi, Y, xi, alpha = q = dynamicsymbols("phi Y xi alpha")
@@ -334,7 +334,7 @@ def test_the_elliptic_pendulum_has_a_paradox_above_a_friction_that_is_least_at_a
     assert (least.friction, least.where.rhs) == (sp.Rational(4, 3), sp.Rational(1, 2))
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_pull_of_a_swinging_pendulum_turns_the_load_of_its_slider_where_newtons_equations_say():
     pendulum, numbers = elliptic_pendulum(), {"m1": 1, "m2": 3, "l": 1, "g": 1, "f": "6/5"}
     place = {"x": 0, "y": 0, "theta": "0.9", "x'": 1, "y'": 0, "theta'": 3}

@@ -166,7 +166,7 @@ def test_a_run_that_ends_before_the_singular_point_is_not_stopped_by_it():
     assert path.info["reached"] == 0.6
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_no_singular_point_is_looked_for_without_end_in_a_motion_that_turns_too_often():
     start, values = _start(1.1, 0, -1), {**GROUND, "g": "1e300", "f": "1/2"}
     with pytest.raises(Unfinished, match="stalled"):
@@ -320,7 +320,7 @@ def test_a_crank_passes_the_dead_centre_of_its_slider(numbers, start, until):
     assert (path.final[0], path.final[2]) == pytest.approx(tuple(truth.y[:, -1]), abs=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_crank_and_its_slider_with_the_rod_between_them_as_a_constraint_turn_as_in_the_angle_alone():
     """Y' is the sliding velocity of the rod and the gap rate of the guide: it stays 0, though no expansion shows it."""
     J, M, W, L, friction, until = 2, 1, 10, 1.5, 0.5, 0.5
@@ -661,7 +661,7 @@ def test_a_ladder_slides_on_two_contacts_as_its_one_equation_says_until_it_leave
     assert (event.state[2], event.state[5]) == pytest.approx(tuple(truth.y[:, -1]), abs=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_block_on_two_feet_rests_as_long_as_some_forces_hold_it_and_slides_to_rest():
     X, Y, h, U, V, W, N1, N2, F1, F2 = sp.symbols("X Y h U V W N1 N2 F1 F2", real=True)
     f, push = sp.symbols("f P", positive=True)
@@ -716,14 +716,9 @@ def _body(feet, normals, push=None):
 
 
 @pytest.mark.parametrize(
-    "normals",
-    [
-        [(0, 1)] * 4,
-        pytest.param([(sp.Rational(3, 5), sp.Rational(4, 5)), (0, 1)] * 2, marks=pytest.mark.slow),
-        pytest.param([(0, 1)] * 5, marks=pytest.mark.slow),
-    ],
+    "normals", [[(0, 1)] * 4, [(sp.Rational(3, 5), sp.Rational(4, 5)), (0, 1)] * 2, [(0, 1)] * 5]
 )
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_body_on_many_feet_rests_where_a_linear_program_finds_forces_that_hold_it(normals):
     feet = [(sp.Rational(k), 0) for k in range(len(normals))]
     body, start = _body(feet, normals)
@@ -771,7 +766,7 @@ def test_a_block_rests_on_both_feet_under_a_pull_that_grows_until_it_slides_or_t
     assert [*map(float, path.final[:3])] == pytest.approx(final, abs=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_block_rests_on_both_feet_whenever_a_pull_that_swings_lets_it():
     """Friction 1/10 holds a pull of sin(t)/10 for ever, and one of sin(t)/5 until its first sixth of a swing."""
     t = sp.Symbol("t", real=True)
@@ -791,7 +786,7 @@ def test_a_system_is_not_at_rest_where_its_rates_vanish_for_an_instant():
     assert ap.solve(scene).final == (0,) * 6 + (pytest.approx(1 / 6), pytest.approx(1 / 2))
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_ladder_holds_a_climber_up_to_the_height_of_limit_analysis():
     """At the limit W = N + f2 T and f1 N = T; with tan(a) = 4/3 the climber is at s = 2 f1 (4/3 + f2)/(1 + f1 f2)."""
     t, M = sp.symbols("t M", real=True)
@@ -822,7 +817,7 @@ def test_a_body_that_slides_on_three_feet_is_refused_for_the_forces_of_its_slip(
         ap.solve(scene)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_an_elevator_that_a_moment_turns_between_four_guides_rubs_on_two_of_them():
     """Loads T and B on top and bottom, 2 apart, at the height 1/2: B - T = 1 and B + T = M + f (B - T) / 2."""
     feet = [(x, side * sp.Rational(1, 2)) for side in (1, -1) for x in (1, -1)]
@@ -915,7 +910,7 @@ def test_a_slide_in_two_guides_whose_coefficients_are_whole_numbers_rests_as_lon
     assert path.final == pytest.approx((9 / 4, 0, 0, 9 / 4, 0, 0))  # F1 + F2 = -2 in slip, with N1 = 8/7
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_slide_in_two_guides_comes_to_rest_though_these_keep_its_velocity_across_at_zero_to_rounding_alone():
     """A spring and a swinging weight: the slide turns and stops as one mass with the friction f |weight| does."""
     t, X = sp.symbols("t X", real=True)
@@ -971,7 +966,7 @@ def _turn_in_slots(f, h, w):
     raise AssertionError("no motion of the rod in its slots")
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_rod_in_two_slots_passes_its_dead_centre_turns_and_comes_to_rest():
     angle = math.asin(0.6)
     start = {"X": "2/5", "Y": "3/10", "h": str(sp.asin(sp.Rational(3, 5)).evalf(60)), "U": "3/5", "V": "-4/5", "W": -2}
@@ -982,7 +977,7 @@ def test_a_rod_in_two_slots_passes_its_dead_centre_turns_and_comes_to_rest():
     assert path(1.5)[[2, 5]] == pytest.approx(peer.y[:, -1], abs=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_joint_at_rest_keeps_its_angle_where_the_time_alone_makes_another_contact_slip():
     # a cart on rough ground carries a pendulum with friction in its joint; while both rest the force needed is a cos wt
     X, Y, h, U, V, W, N, F, G = sp.symbols("X Y h U V W N F G", real=True)
@@ -1020,7 +1015,7 @@ def test_a_ladder_leans_at_rest_where_static_friction_is_enough():
         assert (path.modes == ("stick+stick",)) is rests
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_block_between_two_fingers_turns_about_the_rougher_one_until_it_slips_there_too():
     # the numbers are those of an integration in which forces are solved for at every step
     a, b, X, Y, h, *rest = sp.symbols("a b X Y h A B U V W N1:3 F1:3", real=True)

@@ -77,7 +77,7 @@ def test_the_c_module_compiles_without_a_warning_and_computes_what_lower_does(na
                 assert math.isclose(a, b, rel_tol=1e-11, abs_tol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_straight_line_code_gives_the_coefficients_of_the_series():
     functions = {f.name: f for f in module_functions(LEANING, order=2)}
     for m in ap.slow_manifolds(LEANING, order=2):
@@ -91,7 +91,7 @@ def test_straight_line_code_gives_the_coefficients_of_the_series():
             assert all(abs(a - b) < 1e-12 * (1 + abs(b)) for a, b in pairs)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_straight_line_code_takes_the_sign_of_the_velocity_from_its_argument():
     # a long Stribeck law, whose manifold of order 0 is known: the load is (1 + rate) / (2 + f (1 + exp(-|z|)))
     x, y, z, q, f, small, force = sp.symbols("x y z q f mu F", real=True)
@@ -117,7 +117,7 @@ def test_an_exported_slow_manifold_is_the_sum_of_its_powers_of_mu(tmp_path):
     assert second.Pi1(at, small, 2) == pytest.approx(by_hand, rel=1e-14)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_slow_manifold_of_an_arm_is_written_and_its_residual_is_of_the_order_that_is_omitted(tmp_path):
     system, order = arm.system(), 2
     (path,) = export(system, "python", tmp_path, order=order)

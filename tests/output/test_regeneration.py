@@ -34,7 +34,7 @@ def regenerated(tmp_path_factory):
     return root / "paper" / "generated", run.stdout
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_every_regenerated_file_is_the_committed_one(regenerated):
     out, _ = regenerated
     made = sorted(path.relative_to(out) for path in out.rglob("*") if path.is_file())

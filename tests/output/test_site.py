@@ -115,7 +115,7 @@ def _within(seconds, holds):
     return found
 
 
-@pytest.mark.slow
+@pytest.mark.further
 @pytest.mark.skipif(not any(Path("/proc/self/task").glob("*/children")), reason="the system does not list processes")
 def test_the_processes_that_draw_the_pages_end_with_a_report_that_is_ended(tmp_path):
     pytest.importorskip("sphinx", reason="the extra site is not installed")
@@ -129,7 +129,7 @@ def test_the_processes_that_draw_the_pages_end_with_a_report_that_is_ended(tmp_p
     assert _within(20, lambda: not any(folder.exists() for folder in workers))
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_every_kind_of_page_is_there(built):
     wanted = ["index", "howto", "own", "models", "api", "glossary", "lemmas", "architecture", "article/index"]
     wanted += [f"systems/{name}" for name in SYSTEMS]
@@ -205,7 +205,7 @@ def contents(folder):
     return {file.relative_to(folder): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_same_sources_in_another_place_and_at_another_time_are_set_to_the_same_bytes(built, tmp_path):
     shutil.copytree(built.parent / "source", tmp_path / "elsewhere", ignore=shutil.ignore_patterns("derivations"))
     site.set_pages(tmp_path / "elsewhere", tmp_path / "out", tmp_path / "doctrees")
@@ -214,7 +214,7 @@ def test_the_same_sources_in_another_place_and_at_another_time_are_set_to_the_sa
     assert [name for name in first if first[name] != second[name]] == []
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_page_and_the_pictures_of_a_system_are_the_same_each_time(built, tmp_path):
     write_page("held_rod", tmp_path)
     first, second = contents(tmp_path), contents(built.parent / "source" / "systems")

@@ -53,7 +53,7 @@ def twice(name):
     return PICTURES[name](), PICTURES[name]()
 
 
-@pytest.mark.slow
+@pytest.mark.few(0)
 @pytest.mark.parametrize("name", PICTURES)
 def test_every_text_is_on_the_sheet_and_lies_on_no_other(name, figures):
     assert flaws(figures[name]) == []
@@ -133,7 +133,7 @@ def test_a_map_of_rigid_motions_marks_the_example_where_it_lies_on_the_map(chang
     assert flaws(figure) == []
 
 
-@pytest.mark.slow
+@pytest.mark.further
 @pytest.mark.parametrize(("name", "kind"), [("phase", "pdf"), ("phase", "svg"), ("collisions", "svg")])
 def test_the_same_picture_has_the_same_bytes(name, kind, tmp_path):
     first, second = (save(figure, tmp_path / f"{k}.{kind}").read_bytes() for k, figure in enumerate(twice(name)))

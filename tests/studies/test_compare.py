@@ -172,7 +172,7 @@ def _drawn(figure):
     )
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_map_of_failures_counts_every_run_that_did_not_end_right(few):
     pytest.importorskip("matplotlib")
     work, plane = few
@@ -182,7 +182,7 @@ def test_the_map_of_failures_counts_every_run_that_did_not_end_right(few):
     assert sum(int(text.get_text()) for ax in drawn.axes for text in ax.texts) == len(lost) > 0
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_every_run_is_a_mark_in_the_picture_whatever_became_of_it(few):
     pytest.importorskip("matplotlib")
     work, _ = few
@@ -194,7 +194,7 @@ def test_every_run_is_a_mark_in_the_picture_whatever_became_of_it(few):
     assert _drawn(cost) == 2 * (len({row["method"] for row in work}) - never)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_figures_are_saved_to_the_same_bytes_and_leave_rows_alone(few, tmp_path):
     pytest.importorskip("matplotlib")
     work, plane = few
@@ -225,7 +225,7 @@ def test_the_headers_of_kept_tables_have_no_latex_as_csv():
     assert [path.name for path in tables if {*path.read_text().partition("\n")[0]} & {*"\\{}$^"}] == []
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_chart_is_drawn_from_rows_alone_and_its_table_counts_every_run(few, tmp_path):
     pytest.importorskip("matplotlib")
     work, plane = few

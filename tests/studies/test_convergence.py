@@ -26,7 +26,7 @@ def computed():
     return rows(sigmas=("-1/2", "1/2"), mus=FEW)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_kept_rows_are_those_that_the_package_computes(kept, computed):
     chosen = [row for row in kept if row["sigma"] in ("-1/2", "1/2") and row["mu"] in map(float, FEW)]
     assert chosen == computed

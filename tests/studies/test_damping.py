@@ -69,7 +69,7 @@ def _loss_times_square(epsilon):
     return float((tops[0] - tops[1]) * tops[0] / 2)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_undamped_rod_is_jammed_the_longer_the_stiffer_it_is():
     times = [jammed(epsilon, damping.TINY * epsilon)[1] for epsilon in (1 / 2, 1 / 3)]
     assert times[1] > 3 * times[0] > 100

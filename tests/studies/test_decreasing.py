@@ -46,7 +46,7 @@ def test_the_error_of_a_limit_with_friction_over_mu_log_mu_tends_to_a_constant(k
             assert all(s * sizes[0] > 0 for s in sizes)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_kept_rows_are_those_that_the_package_computes(kept):
     chosen = ["nonlinear layer", "held rod"]
     computed = rows(chosen, ("1/320",))

@@ -29,7 +29,7 @@ def _random_scenes(seed, count):
         yield Scene(sigma, 10 ** drawn.uniform(-8, -1), start, drawn.uniform(0.1, 5), sigma0)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_every_prediction_bounds_the_measured_error_on_random_scenes():
     applied = 0
     for scene in _random_scenes(seed=1991, count=250):
@@ -40,7 +40,7 @@ def test_every_prediction_bounds_the_measured_error_on_random_scenes():
     assert applied > 900
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_prediction_of_an_integrated_motion_bounds_its_error_where_a_looser_tolerance_is_right_by_chance():
     # the slider-crank is wrong by 3e-10 with a tolerance of 1e-8, by 1e-9 with 1e-10, and by 1e-11 with jump of order 2
     (stroke,) = crank_slider.scenes()

@@ -118,7 +118,7 @@ def test_the_atlas_of_a_reaction_needs_more_of_a_model_as_its_parameter_grows():
     assert [r.model for r in ap.least_model(scene, 1e-4).rungs][found[2]] == ap.least_model(scene, 1e-4).model
 
 
-@pytest.mark.slow
+@pytest.mark.further
 @pytest.mark.parametrize("system", [ENZYME, CUBIC, FORCED], ids=["enzyme", "cubic", "forced"])
 def test_every_prediction_bounds_the_error_on_random_scenes(system):
     drawn, applied = random.Random(7), 0

@@ -17,7 +17,7 @@ def test_savings_are_the_cheapest_runs_at_the_error_of_the_jump():
     assert found == {("s", 0.01): {"lsoda": 6.0, "bdf": None, "cvode": None}}
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_an_integrator_is_refined_until_it_reaches_the_error_and_no_further():
     rows = modelwork.rows(("1e-2",), ("lsoda",), (1e-1, 1e-4, 1e-8, 1e-10), 1)
     for system in modelwork.SYSTEMS:
@@ -29,7 +29,7 @@ def test_an_integrator_is_refined_until_it_reaches_the_error_and_no_further():
         assert all(error > enough for error in errors[:-1])
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_jump_costs_about_itself():
     rows = modelwork.rows(("1e-2",), (), (), 3)
     assert all(0.3 < row["ratio"] < 3 for row in rows if row["method"] == "jump 1")

@@ -180,7 +180,7 @@ def test_no_more_than_a_few_chunks_are_held_at_once(tmp_path):
     assert executor.most <= 32
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_killed_worker_process_loses_nothing(plain, tmp_path):
     pool, killed = Processes(2), []
 
@@ -289,7 +289,7 @@ def test_a_chunk_whose_dask_worker_dies_while_it_is_gathered_is_computed_again(p
     assert _bytes(tmp_path) == plain
 
 
-@pytest.mark.slow
+@pytest.mark.further
 @pytest.mark.filterwarnings("ignore")
 def test_a_dask_worker_killed_midway_loses_nothing(plain, tmp_path, capsys):
     distributed = pytest.importorskip("distributed")
@@ -346,7 +346,7 @@ def test_a_worker_does_not_hear_ctrl_c_even_before_it_can_ignore_it():
     assert signal.pthread_sigmask(signal.SIG_BLOCK, ()) == before
 
 
-@pytest.mark.slow
+@pytest.mark.further
 @pytest.mark.parametrize("workers", [(), ("--workers", "2")])
 def test_killed_three_times_and_resumed_equals_the_uninterrupted_sweep(tmp_path, whole, workers):
     out = tmp_path / "killed"
@@ -362,7 +362,7 @@ def test_killed_three_times_and_resumed_equals_the_uninterrupted_sweep(tmp_path,
     assert (out / "summary.json").read_bytes() == (whole / "summary.json").read_bytes()
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_ctrl_c_is_one_line_and_leaves_a_resumable_directory(tmp_path):
     out = tmp_path / "out"
     process = subprocess.Popen(_command(tmp_path, out), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)

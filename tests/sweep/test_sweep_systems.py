@@ -192,7 +192,7 @@ def test_the_rod_written_by_a_user_ends_where_the_rod_does(tmp_path):
     assert all(np.array_equal(user[name], rod[name]) for name in ("n_events", "collisions", "outcome", "itinerary"))
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_two_worker_processes_compute_the_same_bits(plain, tmp_path):
     (tmp_path / "chain.toml").write_text(CHAIN.format(count=30, chunk=10))
     command = [sys.executable, "-m", "asympk", "sweep", str(tmp_path / "chain.toml"), "--out", str(tmp_path / "out")]
@@ -201,7 +201,7 @@ def test_two_worker_processes_compute_the_same_bits(plain, tmp_path):
     assert _bytes(tmp_path / "out") == _bytes(plain)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 @pytest.mark.filterwarnings("ignore")
 def test_a_dask_cluster_computes_the_same_bits(plain, tmp_path):
     distributed = pytest.importorskip("distributed")
@@ -212,7 +212,7 @@ def test_a_dask_cluster_computes_the_same_bits(plain, tmp_path):
     assert _bytes(tmp_path / "out") == _bytes(plain)
 
 
-@pytest.mark.slow
+@pytest.mark.few(0)
 @pytest.mark.parametrize("workers", [(), ("--workers", "2")])
 def test_killed_and_resumed_equals_the_uninterrupted_sweep(plain, tmp_path, workers):
     (tmp_path / "chain.toml").write_text(CHAIN.format(count=30, chunk=10))

@@ -104,7 +104,7 @@ def test_lowered_functions_pickle_and_are_equal_when_their_expressions_are(targe
     assert lower((x, mu, sigma), [EXPR, x], target).compiled is f.compiled
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_sources_are_the_same_under_every_hash_seed():
     code = (
         "import sympy as sp; from asympk.symbolic.lowering import lower; a, b, c = sp.symbols('a b c')\n"

@@ -98,7 +98,7 @@ def lowest_power_of_the_residual(manifold, point):
     return min((k for (k,), _ in residual.terms()), default=None) if residual else None
 
 
-@pytest.mark.slow
+@pytest.mark.few(0)
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_the_residual_of_the_invariance_equation_vanishes_to_the_order_asked_and_not_beyond(name):
     slow, fast, branch = SYSTEMS[name]
@@ -131,7 +131,7 @@ def test_a_manifold_moves_with_the_explicit_time():
     assert manifold.closed is None
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_critical_manifolds_of_a_long_mechanism_are_solved_for_and_its_series_is_refused_by_name():
     system = arm.system()
     found = {m.mode: m for m in critical_manifolds(system)}
@@ -166,7 +166,7 @@ def test_the_order_in_which_a_branch_names_its_variables_does_not_matter():
     assert turned.expr == straight.expr
 
 
-@pytest.mark.slow
+@pytest.mark.further
 @pytest.mark.parametrize("name", ["Michaelis-Menten", "van der Pol"])
 def test_order_20_satisfies_the_invariance_equation_exactly_at_a_rational_point(name):
     slow, fast, branch = SYSTEMS[name]
@@ -241,7 +241,7 @@ def test_a_branch_that_is_solved_for_may_have_functions_that_the_rates_do_not_ha
     )
 
 
-@pytest.mark.slow
+@pytest.mark.further
 @settings(max_examples=12)
 @given(
     st.lists(st.integers(-3, 3), min_size=6, max_size=6),
@@ -288,7 +288,7 @@ def test_a_linear_mode_with_every_coefficient_has_an_exact_line():
     assert start == 0
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_linear_mode_without_a_rest_state_has_an_exact_line_too():
     system = ap.System.smooth({u: v + 1}, {v: 2 - v}, mu)
     line = ap.slow_manifold(ap.System.smooth({u: u + v + 3}, {v: u + v + 1}, mu), {v: -u - 1}).closed
@@ -839,7 +839,7 @@ def test_rest_states_lie_on_implicit_branches_too_but_not_at_their_folds():
         rest_state(neuron)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 @pytest.mark.parametrize("side", [-1, 1])
 def test_a_law_with_the_speed_in_it_has_the_manifold_of_each_side_of_no_speed(side):
     """k/(1 + |z|) is k/(1 + z) for z > 0 and k/(1 - z) for z < 0, and a load of either sign keeps both in one mode."""
@@ -964,7 +964,7 @@ ODD_ROOTS_IN_LAMBERT = {x - y**3 * sp.exp(-y): {-1: 1, 1: 2, 2: 0}, x - y**5 * s
     ("force", "counts"),
     [
         *((p, {0.3: 1, -0.7: 1}) for p in POLYNOMIALS),
-        *(pytest.param(*law, marks=pytest.mark.slow) for law in ODD_ROOTS_IN_LAMBERT.items()),
+        *(pytest.param(*law, marks=pytest.mark.further) for law in ODD_ROOTS_IN_LAMBERT.items()),
     ],
 )
 def test_there_are_as_many_slow_manifolds_over_a_place_as_real_roots(force, counts):
@@ -1020,7 +1020,7 @@ def test_a_system_without_small_parameter_has_no_critical_manifolds():
     assert not critical_manifolds(ap.System.smooth({x: -x}, {}, None))
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_two_opposed_enzymes_settle_whatever_their_rates():
     """The conditions of Goldbeter and Koshland's switch were sums of many roots, whose sign was left open."""
     rate = sp.Symbol("rate", positive=True)
@@ -1057,7 +1057,7 @@ def test_a_manifold_folds_where_the_determinant_vanishes_and_not_at_its_poles():
     assert (manifold.folds, manifold.exists) == (sp.Eq(x, 0), sp.Ne(x, 0) & sp.Ne(x, -1))
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_roots_of_a_cubic_are_carried_beside_a_fast_state_that_the_others_give():
     s, q, r = sp.symbols("s q r", real=True)
     rates = {q: r - q**3 + 3 * q**2 - s + 2, r: 1 - 5 * q**2 - r}

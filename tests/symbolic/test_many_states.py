@@ -81,7 +81,7 @@ def drawn(system, rng):
     return at, place
 
 
-@pytest.mark.slow
+@pytest.mark.few(0)
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_a_place_is_in_the_region_that_the_friction_cone_tells_pointwise(name):
     system, rng, seen = SYSTEMS[name], random.Random(3), set()
@@ -155,7 +155,7 @@ def close(found, expected, tolerance):
     return not left
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_kinds_of_a_mode_of_many_states_are_those_of_its_eigenvalues():
     system, rng, seen = SYSTEMS["guide_and_spring"], random.Random(6), set()
     spectra = ap.eigenvalues(system)
@@ -169,7 +169,7 @@ def test_the_kinds_of_a_mode_of_many_states_are_those_of_its_eigenvalues():
     assert seen == {"stable", "saddle"}
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_conditions_for_the_kinds_of_three_eigenvalues_hold_where_the_roots_say_so_and_exclude_one_another():
     system, rng, seen = SYSTEMS["oscillating_support"], random.Random(10), set()
     for spectrum in ap.eigenvalues(system):
@@ -194,7 +194,7 @@ def test_without_damping_a_mode_of_many_states_is_a_centre():
     assert (pair.kind(b=0, k=1, mu=1), pair.hyperbolic) == ("centre", sp.Ne(b, 0))
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_spectrum_on_a_branch_is_that_of_the_jacobian_there():
     system, rng = SYSTEMS["pendulum_on_a_guide"], random.Random(7)
     for manifold in ap.slow_manifolds(system, order=0):
@@ -266,7 +266,7 @@ def test_a_linear_mode_whose_slow_rate_is_its_own_has_two_mu_where_rates_meet():
     assert all(abs(spectrum.coalescence) <= abs(value) + 1e-15 for value in sp.Poly(discriminant, mu).nroots())
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_regions_of_one_load_with_symbols_for_coefficients_hold_cell_by_cell():
     d0, d1 = sp.symbols("d0 d1", real=True)
     load = x + y
@@ -371,7 +371,7 @@ def test_a_number_of_sympy_keeps_its_digits_in_a_scene():
     assert short == 2**0.5
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_chain_of_quadratic_fast_states_has_the_eigenvalues_on_its_diagonal():
     """With y_0 = x, mu y_k' = y_(k-1) - a_k y_k - y_k^2/10 attracts where a_k + y_k/5 > 0.
 

@@ -144,8 +144,7 @@ def test_what_follows_a_touch_down_is_told_though_load_and_push_vanish_there(pus
     assert path.final[2] == pytest.approx(gained * impulse, abs=1e-7)
 
 
-@pytest.mark.parametrize("start", [0, 1])
-@pytest.mark.few(1)
+@pytest.mark.parametrize("start", [pytest.param(0, marks=pytest.mark.further), 1])
 def test_a_body_that_lands_at_rest_stays_at_rest_whether_its_friction_falls_with_the_velocity_or_not(start):
     """The body hangs on a slack spring; derivatives of the load that are infinite at touch-down stand over 5 + y^2."""
     load, finals = 1000 * (-x) ** HERTZ * (1 - v / 5), []

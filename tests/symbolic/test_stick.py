@@ -23,7 +23,7 @@ def regions():
     return ap.stick_regions(pk.system())
 
 
-@pytest.mark.slow
+@pytest.mark.few(0)
 @pytest.mark.parametrize("sigma", SIGMAS)
 @pytest.mark.parametrize("extra", [Fraction(0), Fraction(1, 3), Fraction(3)])
 def test_regions_are_where_the_cone_says_for_every_sigma(sigma, extra):
@@ -133,7 +133,7 @@ def _sliding_rate(kinetics, numbers, q, u, R, F):
     return (ahead - behind) / (2 * step)
 
 
-@pytest.mark.slow
+@pytest.mark.few(0)
 @pytest.mark.parametrize("name", [name for name in MECHANISMS if name != "painleve_klein"])
 def test_a_place_of_an_elastic_mechanism_sticks_where_friction_can_stop_it_in_both_directions(name):
     """Regions on any number of degrees of freedom against gamma' of Newton's law with the full force of friction."""

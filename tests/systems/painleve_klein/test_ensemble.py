@@ -72,7 +72,7 @@ def test_ensembles_tell_the_same_as_solve_near_what_is_singular():
     assert_same_as_solve(sigma, sigma, mu, x, s - x, rng.choice([0, 1, -1, 1e-10, -1e-8, 0.01], n), 5.0)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_ensembles_tell_the_same_as_solve_where_mu_is_not_small():
     rng, n = np.random.default_rng(3), 1500
     sigma = np.where(rng.random(n) < 0.5, rng.uniform(-1.99, 4, n), 10 ** rng.uniform(-2, 3, n))

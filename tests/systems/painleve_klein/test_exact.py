@@ -65,14 +65,14 @@ def in_doubles_and(digits, scene, solve=ap.solve):
 
 @theorem
 @given(sigmas, mus, starts, horizons, statics)
-@pytest.mark.slow
+@pytest.mark.further
 def test_doubles_agree_with_forty_digits(sigma, mu, start, until, more):
     in_doubles_and(40, scene_of(sigma, mu, start, until, more), solved)
 
 
 @theorem
 @given(sigmas, mus, st.tuples(sizes, sizes, sizes), st.floats(-6, 6).map(lambda p: 10.0**p), statics)
-@pytest.mark.slow
+@pytest.mark.further
 def test_doubles_agree_with_forty_digits_over_the_whole_domain(sigma, mu, start, until, more):
     assume(mu > 1e-280)  # below, y may leave the range of doubles
     in_doubles_and(40, scene_of(sigma, mu, start, until, more), solved)
@@ -110,7 +110,7 @@ def test_the_rate_of_z_minus_mu_y_minus_x_is_x_along_the_whole_path(sigma, mu, s
             assert abs(change - integral) < 1e-9 * (1 + abs(integral) + max(map(abs, start)))
 
 
-@pytest.mark.slow
+@pytest.mark.further
 @theorem
 @given(sigmas, mus, starts, st.floats(0.05, 3), st.floats(0.1, 0.9), statics)
 def test_solving_on_from_a_later_time_is_solving_at_once(sigma, mu, start, until, share, more):
@@ -422,7 +422,7 @@ def test_a_start_where_several_derivatives_vanish_is_followed_alike_in_all_numbe
     assert ap.solve_many(sigma, mu, *start, until).n_events == len(true.events)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_starts_on_the_edges_and_levels_go_as_more_digits_tell():
     random = np.random.default_rng(5)
     for _ in range(400):
@@ -458,7 +458,7 @@ def test_an_overflow_is_refused_by_name_and_solved_with_digits():
     assert abs(path.events[0].y / mpmath.mpf("5e311") - 1) < 1e-15
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_too_many_events_are_refused_with_the_state_reached():
     with pytest.raises(TooManyEvents, match=r"more than 1000 events by t = .* of until = 1e\+06, where \(x, y, z\) = "):
         ap.solve(ap.Scene(1, 1000, (1e12, 0, 1), 1e6))

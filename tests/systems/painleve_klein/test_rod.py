@@ -73,7 +73,7 @@ def test_every_physical_equation_is_dimensionally_homogeneous():
     assert rod.dimension(elastic.dropped) == rod.dimension(elastic.dropped_friction) == 1
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_scales_carry_the_physical_equations_to_the_canonical_ones():
     """Substitute the scales by hand in (2.5), in the quadrant R > 0, u > 0, and compare with (2.7)."""
     scales = rod.find_scales(rod.elastic_rod())

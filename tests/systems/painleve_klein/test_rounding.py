@@ -38,14 +38,14 @@ def cases(n, seed, widest=12):
         yield RodNumbers(sigma, sigma, 10 ** random.uniform(-12, 3), *sizes, 10 ** random.uniform(-6, 4), None)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_what_is_trusted_is_right():
     accounts = [found for found in map(account, cases(250, 1)) if found and found[0] <= TRUSTED]
     assert len(accounts) > 200
     assert max(true for _, true in accounts) <= TRUSTED
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_an_estimate_is_seldom_below_the_error_and_never_far():
     pairs = [found for found in (account(case) for case in cases(200, 2, widest=2)) if found]
     assert all(true <= 3 * estimated + 2.0**-52 for estimated, true in pairs if true < float("inf"))

@@ -15,7 +15,7 @@ def scenes():
     return list(draws(20 * len(FAMILIES), seed=1))
 
 
-@pytest.mark.slow
+@pytest.mark.few(0)
 @pytest.mark.parametrize("family", [family.__name__ for family in FAMILIES])
 def test_starts_that_touch_go_as_forty_digits_tell(scenes, family):
     for name, numbers in scenes:
