@@ -45,7 +45,8 @@ def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) ->
         k = _first_out_of_range(function, [value.ravel() for value in given.values()])
         place = ", ".join(f"{symbol} = {value.flat[k]:g}" for symbol, value in given.items())
         raise OutOfRange(f"an equation of the contact is not finite at {place}, or beside it; give other numbers: "
-                         "a mass or a length by which it divides may be 0") from None
+                         "a mass or a length by which it divides may be 0, or G_NT, by which the critical friction "
+                         "divides") from None
 
 
 def _first_out_of_range(function: Callable[..., Any], arrays: Sequence[Any]) -> int:

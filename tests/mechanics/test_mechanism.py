@@ -307,6 +307,8 @@ def test_the_first_of_many_places_at_which_a_value_is_not_finite_is_told():
             slender_rod().evaluate(expr, {"theta": at, "m": 1})
     with pytest.raises(OutOfRange, match="not finite"):
         slender_rod().evaluate(sp.exp(1000), {})
+    with pytest.raises(OutOfRange, match=r"at theta = 0, .* or G_NT, by which the critical friction divides"):
+        slender_rod().evaluate(slender_rod().critical_friction, {"theta": 0})
 
 
 def test_a_mechanism_of_three_freedoms_typed_in_by_a_new_user_is_followed_through_its_paradox():
