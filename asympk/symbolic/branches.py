@@ -7,6 +7,7 @@ guards. A ``Guard`` is positive while the branch holds.
 
 from collections.abc import Collection, Iterable
 from functools import lru_cache
+from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
 
 import sympy as sp
@@ -256,18 +257,26 @@ def by_direction(velocity: sp.Expr, expr: sp.Expr, part: str = "load") -> sp.Exp
     """Return a part of a friction with sign(velocity) for the steps at its zero: signs, ``Heaviside``, ``Piecewise``.
 
     Whether a step is written with > or >= says nothing of rest. A third value, at the zero alone, does: it is that of
-    the part ``static``, and never that of ``kinetic``.
+    the part ``static``, and never that of ``kinetic``. Raises ``InputError`` where factors of the velocity decide by
+    their sign whether there is a third value.
     """
     sides = {atom: side for atom in atoms(expr, sp.sign, sp.Heaviside, sp.Rel) if (side := _side(atom, velocity))}
     ordered = {atom: sides.pop(atom) for atom in [*sides] if isinstance(atom, sp.Rel)}
-    one_way = {atom: side.replace(sp.sign, lambda _: sp.S.One) for atom, side in ordered.items()}
     signs = {atom: side * sp.sign(velocity) for atom, side in sides.items()}
+    unknown = [*atoms(sp.Tuple(*ordered.values()), sp.sign)]
+    both = (sp.S.One, sp.S.NegativeOne)
+    factors = [dict(zip(unknown, choice, strict=True)) for choice in product(both, repeat=len(unknown))]
 
     def directed(law: sp.Piecewise) -> sp.Expr:
         named = law.xreplace({atom: atom.func(side * sp.sign(velocity), 0) for atom, side in ordered.items()})
-        rest, *ways = (law.xreplace({atom: atom.func(side * way, 0) for atom, side in one_way.items()})
-                       for way in map(sp.Integer, (0, 1, -1)))
-        return named if rest in ways else {"kinetic": named, "static": rest}.get(part, law)
+        rest = law.xreplace({atom: atom.func(0, 0) for atom in ordered})
+        ways = [[law.xreplace({atom: atom.func(side.xreplace(own) * way, 0) for atom, side in ordered.items()})
+                 for way in both] for own in factors]
+        if len(shared := {rest in two for two in ways}) > 1:
+            raise InputError(f"friction: {part} = {short(law)}: whether it has a value of its own at rest depends on "
+                             f"the sign of {short(sp.Mul(*(s.args[0] for s in unknown)))}; write sign({velocity}) for "
+                             "the direction")
+        return named if shared == {True} else {"kinetic": named, "static": rest}.get(part, law)
 
     expr = expr.replace(lambda e: isinstance(e, sp.Piecewise), directed) if ordered else expr
     return expr.xreplace({atom: (1 + s) / 2 if isinstance(atom, sp.Heaviside) else s for atom, s in signs.items()})

@@ -458,6 +458,16 @@ def test_a_step_at_the_zero_of_the_velocity_times_any_factor_is_one_by_the_direc
     assert float(path.final[0]) == pytest.approx(1 / 10, abs=1e-6)
 
 
+def test_a_law_is_refused_that_has_a_value_of_its_own_at_rest_on_one_side_of_a_place_only():
+    """Where x < 0 this block slips forward against 1/4, but 1, the value backward, held it."""
+    law = sp.Piecewise((HALF / 2, x * v < 0), (HALF, v > 0), (1, True))
+    with pytest.raises(InputError, match=r"value of its own at rest depends on the sign of x; write sign\(v\)"):
+        block(-x, law)
+    direction = sp.Piecewise((HALF / 2, x * sp.sign(v) < 0), (HALF, sp.sign(v) > 0), (1, True))
+    path = ap.solve(ap.Scene(system=block(-x, direction), start={x: -HALF, v: 0}, until=1))
+    assert path.final[0] == pytest.approx(-1 / 4 - math.cos(1) / 4)
+
+
 @pytest.mark.parametrize("rest", [sp.Ne(v, 0), sp.Or(v > 0, v < 0)])
 @pytest.mark.parametrize(("push", "held"), [(t, 9 / 8), (-t, 7 / 8)])
 @pytest.mark.few(4)
