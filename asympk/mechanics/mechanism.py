@@ -39,7 +39,9 @@ class Contact(ShownAsFormulas):
     r"""One contact with dry friction: its gap, its direction of sliding and its coefficients of friction.
 
     ``gap`` g(q, t) is a position expression, positive where the contact is open. ``slip`` is a position expression
-    whose rate is the sliding velocity gamma, or gamma itself. Friction obeys |F| = friction load |R| in slip and
+    whose rate is the sliding velocity gamma, or gamma itself. The reaction R acts along the gradient of g by q, and
+    friction along that of gamma by the rates: g is a distance, at least near the contact, and gamma is the velocity of
+    the point that touches, also beside the contact. Friction obeys |F| = friction load |R| in slip and
     |F| <= static load |R| in stick. ``static`` is ``friction`` by default. ``load`` is the factor by which |R| is
     multiplied to give the load of friction. A ``unilateral`` contact only pushes, R >= 0; any other is bilateral.
     With ``friction`` 0 a rigid contact neither slips nor sticks in name: its mode is ``closed``.
