@@ -35,7 +35,7 @@ from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.numbers import number
 from asympk.storage.tomlfile import read_table, refuse_unknown, require_keys, table_in, tables_in, word
 from asympk.symbolic.system import System
-from asympk.symbolic.values import did_you_mean
+from asympk.symbolic.values import did_you_mean, following, with_changes
 
 OF_CONTACT = ("gap", "slip", "friction", "static", "load", "unilateral")
 NEEDED = ("coordinates", "gap", "slip", "friction")
@@ -84,10 +84,11 @@ class Described:
         """Return the description with other numbers; raises ``UnknownName`` for a name of no value or state.
 
         The values of the elastic contact may change, too, but the rigid motions and the jump do not depend on them.
+        Static friction equal to the kinetic one changes with it, unless given.
         """
         self.mechanism.keyed({name: value for name, value in changes.items() if name not in self.values})
-        values = {name: changes.get(name, value) for name, value in self.values.items()}
-        state = {name: changes.get(name, value) for name, value in self.state.items()}
+        follows = following((contact.static, contact.friction) for contact in self.mechanism.equations)
+        values, state = (with_changes(own, changes, follows) for own in (self.values, self.state))
         added = {name: value for name, value in changes.items() if name not in values and name not in state}
         return replace(self, values={**values, **added}, state=state)
 

@@ -32,8 +32,9 @@ from asympk.mechanics.described import NUMBERS, describes_mechanism, refuse_swee
 from asympk.naming import named
 from asympk.scene import Scene
 from asympk.scenes.systemfile import read_system_scene
-from asympk.scenes.turned import static_frictions, with_changes
+from asympk.scenes.turned import static_frictions
 from asympk.storage.tomlfile import parse_table, read_table, refuse_unknown, require_keys, word
+from asympk.symbolic.values import with_changes
 from asympk.systems.catalogue import about_system, described_mechanism, example_scene, example_scenes
 
 COMMON = ("name", "about", "start", "until")

@@ -34,10 +34,10 @@ from asympk.mechanics.described import CONTACT, contact_law, described_by
 from asympk.mechanics.mechanism import Mechanism
 from asympk.naming import nearest
 from asympk.scene import Scene
-from asympk.scenes.turned import static_frictions, with_changes
+from asympk.scenes.turned import static_frictions
 from asympk.storage.tomlfile import refuse_unknown, require_keys, table_in, tables_in
 from asympk.symbolic.system import Friction, System
-from asympk.symbolic.values import did_you_mean, in_words
+from asympk.symbolic.values import did_you_mean, in_words, with_changes
 from asympk.systems.catalogue import described_mechanism, start_at
 
 KEYS = ("slow", "fast", "small", "time", "frictions", "assumptions")

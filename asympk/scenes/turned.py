@@ -1,6 +1,5 @@
 """Change numbers of a scene by name: parameters, states of the start, the horizon."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -8,6 +7,7 @@ from asympk.errors import UnknownName
 from asympk.numbers import number, short
 from asympk.scene import Scene
 from asympk.symbolic.system import System
+from asympk.symbolic.values import following, with_changes
 from asympk.systems.catalogue import is_off_contact, start_at
 from asympk.systems.painleve_klein.units import STATE, Degrees, in_degrees, scene_in_units
 
@@ -25,14 +25,8 @@ def scene_parameters(scene: Scene) -> dict[str, Any]:
 
 
 def static_frictions(system: System | None) -> dict[str, str]:
-    """Return {static friction: kinetic friction}, by name, of frictions whose bounds differ by these parameters alone.
-
-    None stands for the system of the rod.
-    """
-    return _STATIC if system is None else {
-        s.name: k.name for f in system.frictions for s in f.static.free_symbols for k in f.kinetic.free_symbols
-        if s != k and f.static.xreplace({s: k}) == f.kinetic
-    }
+    """Return the static frictions of a system that follow kinetic ones; None stands for the system of the rod."""
+    return _STATIC if system is None else following((f.static, f.kinetic) for f in system.frictions)
 
 
 def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: Any) -> Scene:
@@ -66,18 +60,6 @@ def _derived(scene: Scene, values: dict[str, Any], begun: dict[str, Any]) -> tup
     start = start_at(mechanism, scene.system, {**numbers, **values}, state)
     origin = (mechanism, numbers, state) if begun.keys() <= state.keys() else None
     return [start[name] for name in scene.names], origin
-
-
-def with_changes(own: dict[str, Any], given: Mapping[str, Any], follows: dict[str, str]) -> dict[str, Any]:
-    """Return the numbers ``own`` with those of ``given`` that they name.
-
-    A static friction that equals the kinetic one, by ``follows``, changes with it, unless given.
-    """
-    changed = {name: value for name, value in given.items() if name in own}
-    for static, kinetic in follows.items():
-        if static in own and kinetic in changed and own[static] == own[kinetic]:
-            changed.setdefault(static, changed[kinetic])
-    return {**own, **changed}
 
 
 def _built(scene: Scene, values: dict[str, Any], start: tuple, until: Any, origin: Any, moved: bool) -> Scene:

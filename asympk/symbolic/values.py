@@ -63,6 +63,24 @@ def require_declared(symbol: Any, value: Any, what: str = "") -> None:
             raise InputError(f"{what}{symbol} = {value} is refused; the symbol is declared {word}")
 
 
+def following(bounds: Iterable[tuple[sp.Expr, sp.Expr]]) -> dict[str, str]:
+    """Return {static friction: kinetic friction}, by name, of pairs (static, kinetic) that differ by these alone."""
+    return {s.name: k.name for static, kinetic in bounds for s in static.free_symbols for k in kinetic.free_symbols
+            if s != k and static.xreplace({s: k}) == kinetic}
+
+
+def with_changes(own: dict[str, Any], given: Mapping[str, Any], follows: dict[str, str]) -> dict[str, Any]:
+    """Return the numbers ``own`` with those of ``given`` that they name.
+
+    A static friction that equals the kinetic one, by ``follows``, changes with it, unless given.
+    """
+    changed = {name: value for name, value in given.items() if name in own}
+    for static, kinetic in follows.items():
+        if static in own and kinetic in changed and own[static] == own[kinetic]:
+            changed.setdefault(static, changed[kinetic])
+    return {**own, **changed}
+
+
 def is_exact(value: Any) -> bool:
     """Tell whether ``value`` is a single number that is spelt exactly, rather than a float or an array."""
     return isinstance(value, int | str | Fraction | Decimal | Integral | sp.Expr) and not isinstance(value, sp.Float)

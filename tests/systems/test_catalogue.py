@@ -15,6 +15,7 @@ from asympk.__main__ import main
 from asympk.errors import NotNormallyHyperbolic
 from asympk.mechanics.described import read_mechanism
 from asympk.pictures.reactions import planes
+from asympk.scenes.scenefile import changed_scene
 from asympk.systems import MECHANISMS
 from asympk.systems.catalogue import described_mechanism
 from asympk.systems.painleve_klein import rod
@@ -412,6 +413,16 @@ def test_over_friction_a_static_one_of_its_own_is_at_least_as_large(name):
     placed = told.closed(np.array([0.5]), np.array([own / 2, 2 * own]))
     assert (placed[kinetic] == [own / 2, 2 * own]).all()
     assert (placed[static] == [own, 2 * own]).all()
+
+
+@pytest.mark.parametrize("friction", ["1/4", 3])
+def test_the_static_friction_of_a_mechanism_follows_the_kinetic_one_as_in_its_scene(friction):
+    told = described_mechanism("butenin").changed({"f": friction})
+    scene, _ = changed_scene("butenin", {"f": friction})
+    followed = {str(s): value for s, value in zip(scene.system.parameters, scene.values, strict=True)}
+    assert told.numbers["f_0"] == told.numbers["f"] == friction
+    assert followed["f_0"] == followed["f"] == sp.Rational(friction)
+    assert described_mechanism("butenin").changed({"f": friction, "f_0": 4}).numbers["f_0"] == 4
 
 
 def test_a_contact_that_never_couples_slip_and_gap_has_no_critical_friction(tmp_path, screen):
