@@ -3,6 +3,7 @@
 from functools import reduce
 from math import floor, log, log10, sinh
 from pathlib import Path as File
+from statistics import median_low
 from typing import Any
 
 import numpy as np
@@ -27,8 +28,8 @@ ABOVE = 1 + 1e-9  # a threshold of 1000 gets a tick at 100, too: log(1000) / log
 def plot(path: Path, file: str | File | None = None) -> Any:
     """Return the matplotlib ``Figure`` of a path, and write it to ``file`` if one is given.
 
-    Where the first event is early, time is logarithmic from the power of ten before this event on. A state that is
-    large for a short while only is logarithmic above its usual size. Raises ``InputError`` for a file other than .pdf,
+    Where most events are early, time is logarithmic from the power of ten before the first on. A state that is large
+    for a short while only is logarithmic above its usual size. Raises ``InputError`` for a file other than .pdf,
     .svg or .png, ``MissingPackage`` where matplotlib is not installed.
     """
     return sheets(file).kept(figure(path), file)
@@ -113,9 +114,10 @@ def logarithmic_from(times: Any, values: Any) -> float | None:
 
 def _time_axis(axis: Any, path: Path) -> None:
     until = float(path.end)
-    first = float(path.events[0].t) if path.events else until
+    times = [float(event.t) for event in path.events] or [until]
+    first, middle = times[0], median_low(times)  # of an oscillation, whose first event may be early, most are late
     axis.set_xlim(0, until or 1)  # before the scale, whose margins could leave the range of doubles
-    if 0 < first < until / 50:
+    if 0 < first <= middle < until / 50:
         begin = floor(log10(first))
         room = max(1, (log10(until) - begin) / WHOLE)  # of the linear part, whose tick stands apart from 0, in decades
         _logarithmic(axis, "x", 10.0**begin, room)

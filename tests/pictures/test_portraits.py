@@ -85,6 +85,11 @@ def test_the_path_of_every_scene_that_ships_is_legible(name):
     assert flaws(solve(read_scene(name)).plot()) == []
 
 
+@pytest.mark.parametrize(("name", "scale"), [("backward", "function"), ("collisions", "linear")])
+def test_time_is_logarithmic_where_most_events_are_early_and_not_where_the_first_alone_is(name, scale):
+    assert solve(read_scene(name)).plot().axes[-1].get_xscale() == scale
+
+
 @pytest.mark.parametrize("mu", ["1e-9", "1e-15", "1e-300"])
 @pytest.mark.few(1)
 def test_a_picture_of_a_jump_of_any_shortness_is_legible(mu):

@@ -59,7 +59,7 @@ function refresh() {
   $("verdict").classList.add("stale");
   ask("motion", { draft: dragging }, found => {
     tell(found.stopped);
-    if (found.t && !motion) $("logarithmic").checked = found.events[0]?.t < found.t.at(-1) / 50;
+    if (found.t && !motion) $("logarithmic").checked = found.events[(found.events.length - 1) >> 1]?.t < found.t.at(-1) / 50;
     fade(!found.t);
     if (found.t) { motion = found; draw(); showStart(); }
     $("model").textContent = found.t ? `followed by the method ${found.model}, ${found.events.length} event${found.events.length === 1 ? "" : "s"}` : "";
