@@ -140,6 +140,13 @@ class _NumPy(_Quick, NumPyPrinter):
 
     _print_Min = _print_Max
 
+    def _print_erf(self, expr):
+        """Print a function that NumPy has not, number by number by the one of ``math``."""
+        every = self._module_format("numpy.vectorize")
+        return f'{every}(__import__("math").{type(expr).__name__}, "d")({self._print(expr.args[0])})'
+
+    _print_erfc = _print_erf
+
 
 PRINTERS: dict[str, Any] = {"numpy": _NumPy, "math": _Math, "mpmath": _Mpmath, "c": _C}
 _EXTRA: dict[str, Any] = {

@@ -70,6 +70,12 @@ def test_constants_of_the_float_targets_are_rounded_once():
     assert repr((10**20 + 1) / (3 * 10**20 + 7)) in lower((x,), q * x, "c")
 
 
+@pytest.mark.parametrize("name", ["erf", "erfc"])
+def test_error_functions_have_on_arrays_the_values_that_they_have_on_floats(name):
+    values = [-30.0, -0.5, 0.0, 2.0]
+    assert lower((x,), getattr(sp, name)(x))(values).tolist() == [getattr(math, name)(value) for value in values]
+
+
 def test_arrays_broadcast_and_constants_take_their_shape():
     f = lower((x, mu), [x + mu, 7])
     total, seven = f(np.ones((2, 1)), [1, 2, 3])
