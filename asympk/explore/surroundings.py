@@ -71,7 +71,8 @@ class _Plane:
 
     def seen(self, states: np.ndarray) -> np.ndarray:
         """Return the points of the picture, of shape (m, 2)."""
-        return np.stack([weights @ states for weights in self.pair], axis=-1)
+        with np.errstate(invalid="ignore"):  # of a height that is infinite
+            return np.stack([weights @ states for weights in self.pair], axis=-1)
 
 
 def _quantities(scene: Scene) -> tuple[dict[str, np.ndarray], dict[str, float]]:

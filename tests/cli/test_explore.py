@@ -251,6 +251,14 @@ def test_a_cubic_manifold_is_drawn_over_its_fast_state_with_its_folds_as_ends():
     assert [u for u, v in points] == pytest.approx([v**3 / 3 - v for v in places])
 
 
+def test_a_slow_manifold_is_drawn_where_it_has_a_height_alone():
+    x, y, mu = sp.symbols("x y mu", real=True)
+    system = ap.System.smooth({x: 1}, {y: sp.log(x) - y}, mu)
+    scene = ap.Scene(system=system, values={"mu": "1/100"}, start={"x": 1, "y": 0}, until=1)
+    (curve,) = surroundings(scene, ["x", "y"], [-1, 0, 1, 2], [-1, 1])
+    assert curve["points"] == [[1, 0], [2, math.log(2)]]
+
+
 @pytest.mark.parametrize("velocity_first", [False, True])
 def test_the_part_that_sticks_lies_on_the_switching_surface_whatever_the_order_of_the_states(velocity_first):
     """With the velocity first the surface was drawn where a velocity linear in the position would vanish."""
