@@ -79,6 +79,8 @@ def test_static_friction_follows_the_kinetic_one_until_it_is_turned_itself():
     assert turned(ROD, {"sigma": 3, "sigma0": 4}, {}, None).sigma0 == 4
     with pytest.raises(InputError):
         turned(ROD, {"sigma": 3, "sigma0": 2}, {}, None)
+    followed = {scene: knobs_of(scene)["parameters"][2]["follows"] for scene in (ROD, ap.read_scene("static"))}
+    assert [*followed.values()] == ["sigma", None]  # in the second they differ from the outset
 
 
 def test_a_physical_rod_is_turned_and_drawn_in_its_own_units():
@@ -145,6 +147,13 @@ def test_a_body_that_comes_down_within_the_reach_of_its_damper_has_the_rigid_con
     assert [scene.name for scene in chosen_scenes(str(file))()] == names
 
 
+def test_a_mechanism_that_can_be_followed_with_no_contact_is_refused(tmp_path):
+    file = tmp_path / "own.toml"
+    file.write_text(MECHANISM.replace("theta = 0.9\n", ""))
+    with pytest.raises(InputError, match="no value for theta"):
+        chosen_scenes(str(file))()
+
+
 def test_the_compliance_leaves_its_name_to_a_parameter_of_a_further_contact(tmp_path):
     file, wall = tmp_path / "own.toml", "others = [{gap = '-X', slip = 'Y', friction = 'c', unilateral = true}]\n"
     file.write_text(wall + MECHANISM.replace("f = 2", "f = 2\nc = 1"))
@@ -195,6 +204,12 @@ def test_the_file_of_a_mechanism_with_a_horizon_is_explored_as_the_scene_that_it
 ])
 def test_a_draft_is_in_closed_form_where_there_is_one(scene, model):
     assert motion(turned(scene, {}, {}, "1/10"), draft=True)["model"] == model
+
+
+def test_what_is_no_draft_is_followed_as_closely_as_the_scene_is_by_itself(tmp_path):
+    (tmp_path / "block.toml").write_text(BLOCK)
+    scene = turned(ap.read_scene(tmp_path / "block.toml"), {}, {}, 1)
+    assert motion(scene)["final"] == [*ap.solve(scene).final]
 
 
 def test_an_unknown_scene_is_refused_with_the_nearest():
