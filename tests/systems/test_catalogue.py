@@ -14,6 +14,7 @@ import asympk as ap
 from asympk.__main__ import main
 from asympk.errors import NotNormallyHyperbolic
 from asympk.mechanics.described import read_mechanism
+from asympk.output.mechanisms import jump_lines
 from asympk.pictures.reactions import planes
 from asympk.scenes.scenefile import changed_scene
 from asympk.systems import MECHANISMS
@@ -451,6 +452,14 @@ def test_at_exactly_the_critical_friction_the_screen_promises_neither_motion_nor
     assert "jump            not determined at exactly the critical friction" in told["2"]
     assert "= 2: no paradox here\nrigid motions   slip with R = 1000" in told["1.999"]
     assert "= 2: a paradox here\nrigid motions   none" in told["2.001"]
+
+
+@pytest.mark.parametrize(("changes", "whence"), [
+    ({}, ""), ({"theta'": 3, "X'": -5}, "from beyond the divide of the two motions, "),
+])
+def test_a_jump_is_told_from_beyond_the_divide_where_there_are_motions(changes, whence):
+    assert jump_lines(described_mechanism("painleve_rod").changed(changes))[0].startswith(
+        f"jump            {whence}impulses P_N = ")
 
 
 def test_a_map_over_the_friction_itself_is_refused(tmp_path, screen):
