@@ -196,7 +196,7 @@ def mode_after(
     after = _following(automaton, mode, branch, digits, t, state, [*crossed, *automaton.edges_at(*later, doubt)], fixed)
     if leaping and stops:
         event = _torn(((before, start), (_beyond(automaton, before, after, digits), t)), state) or event
-    state, alike = after.settled(t, state), moves_alike(automaton.system, branch, mode.branch)
+    state, alike = after.settled(t, state), moves_alike(after.mode.sided, branch, mode.branch)
     return after, state, None if alike else event._replace(t=t, state=state)
 
 

@@ -21,7 +21,7 @@ from itertools import combinations, islice, product
 import sympy as sp
 
 from asympk.automaton.junction import ROUNDING
-from asympk.automaton.modes import NO_FRICTION, SWITCH, mode_of
+from asympk.automaton.modes import NO_FRICTION, SWITCH, mode_of, turning
 from asympk.certify.balls import Ball, Refused, flint
 from asympk.certify.enclosure import Budget, first_event
 from asympk.certify.families import stacked
@@ -46,7 +46,16 @@ from asympk.path import Event
 from asympk.symbolic import branches, forces
 from asympk.symbolic.branches import OPEN, Phase, all_phases
 from asympk.symbolic.guards import NEVER_IDLE, unused_rows
-from asympk.symbolic.sides import inside, is_switched, is_whole, measured, on_sides, phase_of, phases
+from asympk.symbolic.sides import (
+    inside,
+    is_switched,
+    is_whole,
+    measured,
+    on_sides,
+    phase_of,
+    phases,
+    system_on_sides,
+)
 from asympk.symbolic.system import System
 
 MOST_EVENTS, MOST_CORNERS = 200, 200
@@ -146,6 +155,10 @@ def _to_place(opened, mode):
     return [phase for phase in opened if not is_switched(measured(phase), mode.moving)] or opened
 
 
+def _carried(system, branch):
+    return {k for k in range(len(branch)) if forces.is_carried(system, branch, k)}
+
+
 def _unit(k, size):
     return tuple(int(i == k) for i in range(size))
 
@@ -194,8 +207,9 @@ class _Modes:
     """The modes of a system at exact parameters, each made when it is first needed."""
 
     def __init__(self, system, values, sides, until):
-        self.system, self.until, self._known = system, Fraction(until), {}
+        self.system, self.here, self.until, self._known = system, system, Fraction(until), {}
         self.waves, entries = forcing(system)
+        self._plain = mode_of(system, (Phase(1, 1),) * len(system.frictions))
         self.field = ExactEntries(system, values, sides, entries)
 
     def begun(self, start):
@@ -223,8 +237,7 @@ class _Modes:
         Where a contact slips in name only, the name of any may change.
         """
         held = branches.at_rest(mode.branch) - {guard.friction, *guard.others}
-        named = any(forces.is_carried(self.system, mode.branch, k) for k in range(len(mode.branch)))
-        tiers = [self.every(state)] if named else [_after(mode, guard), self.every(state)]
+        tiers = [self.every(state)] if _carried(mode.sided, mode.branch) else [_after(mode, guard), self.every(state)]
         return self.chosen(tiers, state, guard.kind, mode.branch, held)
 
     def ends_motion(self, guard, segment):
@@ -314,9 +327,9 @@ class _Modes:
 
     def _phases(self, k, state):
         """Return the phases of contact k that the signs of its velocity and load at a state do not exclude."""
-        friction = self.system.frictions[k]
+        friction = self.here.frictions[k]
         velocity = self._sign(friction.velocity, state)
-        pushed = friction.load.free_symbols & {u for f in self.system.frictions for u in (f.force, f.normal)}
+        pushed = friction.load.free_symbols & {u for f in self.here.frictions for u in (f.force, f.normal)}
         load = None if pushed else self._sign(friction.load, state)
         return [phase for phase in all_phases(self.system, k) if phase == OPEN or phase.smooth or (
             velocity in (None, 0, phase.velocity) and load in (None, 0, phase.load))]
@@ -328,7 +341,7 @@ class _Modes:
 
     def _plain_row(self, expr):
         """Return the row of an expression of the states alone, which is the same in every mode."""
-        return self._row(mode_of(self.system, (Phase(1, 1),) * len(self.system.frictions)), expr)
+        return self._row(self._plain, expr)
 
     def chosen(self, tiers, state, what, before=(), held=frozenset()):
         """Return (mode, its guards from the state on) of the candidate that is proven to follow.
@@ -340,6 +353,7 @@ class _Modes:
         verdict on a candidate is not certain, or where no single candidate is left.
         """
         verdicts: dict = {}
+        self.here = system_on_sides(self.system, turning(self.system, (*self._sides_of_velocities(state),)))
         for candidates in tiers:
             for branch in sorted(candidates, key=lambda branch: -len(branches.at_rest(branch))):
                 verdicts |= self._verdicts(branch, state)
@@ -362,6 +376,15 @@ class _Modes:
         self._require_within_limit(found, holding, state, what)
         return self.of(found), holding[found]
 
+    def _sides_of_velocities(self, state):
+        """Yield the sides of switches of sliding velocities that are certain shortly after a state."""
+        found = phases((f.velocity for f in self.system.frictions), self.system.states, self.system.time)
+        for phase in _to_place(found, self._plain):
+            with suppress(Refused):
+                sides = self._possible(self._plain, phase, state)
+                if len(sides) == 1:
+                    yield phase, sides[0]
+
     def _are_one(self, best, holding, state):
         """Tell whether the motions of branches that hold do not differ."""
         first, *others = [self.of(next(m for m in holding if m.branch == b)).matrix for b in best]
@@ -371,11 +394,11 @@ class _Modes:
 
     def _is_shared(self, branch):
         """Tell whether contacts of a branch, one of which may slip, share their forces in ways not determined."""
-        return not (branches.stands(branch) or forces.determined(self.system, branch))
+        return not (branches.stands(branch) or forces.determined(self.here, branch))
 
     def _is_told(self, branch, holding, state):
         """Tell whether a branch ``_is_shared`` and moves as one that holds, where a force has its bound (Lemma 10)."""
-        alike = (m for m in holding if forces.moves_alike(self.system, branch, m.branch))
+        alike = (m for m in holding if forces.moves_alike(self.here, branch, m.branch))
         return self._is_shared(branch) and any(self._stays_on_sides(mode, state) for mode in alike)
 
     def _stays_on_sides(self, mode, state):
@@ -388,7 +411,7 @@ class _Modes:
         rest = tuple(p._replace(velocity=0) if p.slips and not self._sign(f.velocity, state) else p
                      for f, p in zip(self.system.frictions, branch, strict=True))
         slipping = branches.at_rest(rest) - branches.at_rest(branch)
-        if not slipping or len(branches.at_rest(rest)) == 1 or not forces.determined(self.system, rest):
+        if not slipping or len(branches.at_rest(rest)) == 1 or not forces.determined(self.here, rest):
             return True
         found = [self.of(mode) for mode in self._on_sides(mode_of(self.system, rest), state)]
         for mode in filter(None, found):
@@ -413,7 +436,7 @@ class _Modes:
 
     def _may_leave_rest(self, branch, k, state):
         """Tell whether a branch may hold in which contact k slips, and not in name only, as others hold it."""
-        found = self._verdicts(branch, state) if forces.determined(self.system, branch) else {}
+        found = self._verdicts(branch, state) if forces.determined(self.here, branch) else {}
         return any(verdict >= 0 and self._slips(mode, k, state) for mode, (verdict, _) in found.items())
 
     def _slips(self, mode, k, state):
@@ -430,6 +453,8 @@ class _Modes:
             modes = [*self._on_sides(mode_of(self.system, met), state)]
             for mode in modes:
                 verdict, guards = self._verdict(mode, state)
+                if verdict >= 0 and _carried(mode.sided, branch) != _carried(self.here, branch):
+                    raise Refused("edge: which contacts share a velocity depends on the side of a switch")
                 if verdict > found.get(mode.sides, (None, -1))[1]:
                     found[mode.sides] = mode, verdict, guards
             if len(modes) == 1 and verdict > 0:
@@ -441,8 +466,8 @@ class _Modes:
 
         Raises ``Refused`` where some forces agree with the branch and are not determined, and a rate depends on them.
         """
-        carried = {k for k in range(len(branch)) if forces.is_carried(self.system, branch, k)}
-        if forces.determined(self.system, branch):
+        carried = _carried(self.here, branch)
+        if forces.determined(self.here, branch):
             if carried and self._moves_otherwise(branch, carried):
                 raise _undetermined(branch)
             yield branch
@@ -463,21 +488,21 @@ class _Modes:
         An equation without forces leaves them to later derivatives, and then no other motion stays at rest.
         """
         rest = tuple(p._replace(velocity=0) if k in carried else p for k, p in enumerate(branch))
-        _, matrix, _ = forces.force_equations(self.system, rest)
+        _, matrix, _ = forces.force_equations(self.here, rest)
         without = any(row.is_zero_matrix for row in map(matrix.subs(self.field.numbers).row, range(matrix.rows)))
         return not without and self._moves_freely(rest)
 
     def _moves_freely(self, branch):
         """Tell whether forces that the equations of a branch leave free change a rate."""
-        unknowns, matrix, _ = forces.force_equations(self.system, branch)
+        unknowns, matrix, _ = forces.force_equations(self.here, branch)
         matrix, rates = (m.subs(self.field.numbers) for m in (
-            matrix, sp.linear_eq_to_matrix([*self.system.rates.values()], unknowns)[0]))
+            matrix, sp.linear_eq_to_matrix([*self.here.rates.values()], unknowns)[0]))
         return any(not (rates * free).expand().is_zero_matrix for free in matrix.nullspace())
 
     def _corners(self, branch):
         """Yield a branch at rest with every choice of rows, the laws among them, that determine its forces."""
-        unknowns, *_ = forces.force_equations(self.system, branch)
-        laws, margins = forces.standing_rows(self.system, branch)
+        unknowns, *_ = forces.force_equations(self.here, branch)
+        laws, margins = forces.standing_rows(self.here, branch)
         rows = sp.linear_eq_to_matrix([*laws, *(margin.value for margin in margins)], unknowns)[0]
         for chosen in _determining(rows.subs(self.field.numbers), len(laws), branch):
             yield tuple(p if p == OPEN else p._replace(still=chosen) for p in branch)
@@ -501,8 +526,8 @@ class _Modes:
         This must be so on all sides of switches on which the state may lie: at the state, or shortly afterwards where a
         branch that moves alike, with a force at its bound, tells the motion.
         """
-        unknowns, laws, right = forces.force_equations(self.system, branch)
-        margins = [branches.with_signs(self.system, branch, m) for m in self._margins(branch, state)]
+        unknowns, laws, right = forces.force_equations(self.here, branch)
+        margins = [branches.with_signs(self.here, branch, m) for m in self._margins(branch, state)]
         rows, constants = sp.linear_eq_to_matrix(margins, unknowns)
         rows, right = laws.col_join(rows).subs(self.field.numbers), right.col_join(constants)
         if not all(c.is_Rational for c in rows):
@@ -525,12 +550,12 @@ class _Modes:
     def _at_bound(self, branch):
         """Return a branch that moves as one ``_is_shared`` does, and whose forces are determined, or None."""
         ways = product(*(all_phases(self.system, k) if p.mode == "stick" else (p,) for k, p in enumerate(branch)))
-        return next((way for way in ways if forces.determined(self.system, way)
-                     and forces.moves_alike(self.system, branch, way)), None)
+        return next((way for way in ways if forces.determined(self.here, way)
+                     and forces.moves_alike(self.here, branch, way)), None)
 
     def _margins(self, branch, state):
         """Yield what forces of a branch must not make negative: loads, edges of stick, rates of slip that begins."""
-        for k, (friction, phase) in enumerate(zip(self.system.frictions, branch, strict=True)):
+        for k, (friction, phase) in enumerate(zip(self.here.frictions, branch, strict=True)):
             if phase == OPEN or branches.is_joint(friction, phase):
                 continue
             if friction.constraint is not None or (phase.velocity and not branches.lifts(friction)):
@@ -538,7 +563,7 @@ class _Modes:
             if phase.mode == "stick":
                 yield from (margin.value for margin in forces.edges_of_stick(friction, phase, k))
             elif phase.slips and self._sign(friction.velocity, state) == 0:
-                yield phase.velocity * branches.rate_along(self.system, friction.velocity)
+                yield phase.velocity * branches.rate_along(self.here, friction.velocity)
 
     def _on_sides(self, mode, state):
         """Yield a mode on every combination of sides of its switches on which a state may lie."""
@@ -559,7 +584,10 @@ class _Modes:
         return _to_place(mode.open_phases or phases(held, self.system.states, self.system.time), mode)
 
     def _possible(self, mode, phase, state):
-        """Return the sides of a phase on which a state may lie: where the phase vanishes exactly, both and its edge."""
+        """Return the sides of a phase on which a state may lie shortly afterwards.
+
+        Where the phase vanishes exactly, these are both sides and the edge, or the side to which it leads by itself.
+        """
         row = self._row(mode, measured(phase))
         if not is_whole(phase):
             sign = sign_at(row, state)
@@ -570,7 +598,15 @@ class _Modes:
             found = (near, near - 1) if sign == 0 else sign and (near - (sign < 0),)
         if not found:
             raise Refused(f"edge: the side of {phase} = 0 on which the state lies is not certain")
-        return found
+        leads = self._leads(phase, state) if len(found) > 1 else None
+        return ((max if leads > 0 else min)(found),) if leads else found
+
+    def _leads(self, phase, state):
+        """Return the sign of the rate of a phase, or None where it is not certain, or forces or switches change it."""
+        rate = branches.rate_along(self.system, measured(phase))
+        pushes = {u for f in self.system.frictions for u in (f.force, f.normal)}
+        changed = rate.free_symbols & pushes or is_switched(rate, self._plain.moving)
+        return None if changed else self._sign(rate, state)
 
     def _verdict(self, mode, state):
         """Return (1 if a mode holds at a state, -1 if not, 0 if undecided; its guards).
@@ -612,14 +648,14 @@ class _Modes:
         At a switch it is the sliding velocity that jumps or, unless a contact stops there, what the first mode loses on
         the new side. Of velocities that change together it is the first.
         """
-        if forces.moves_alike(self.system, before.branch, after.branch):
+        if forces.moves_alike(after.sided, before.branch, after.branch):
             return None
         if NO_FRICTION in (guard.friction, *guard.others):
             beyond = mode_of(self.system, before.branch, before.sides_beyond(after))
             if jumped := self._jumped(beyond, state):
                 return jumped
             if guard.kind != "velocity_zero":
-                self._require_no_stop(before.branch, after.branch)
+                self._require_no_stop(before, after)
                 guard = self._lost(beyond, after, state)
         undetermined = branches.stands(before.branch)
         if guard.kind == "slip_onset" and (undetermined or after.branch[guard.friction].mode == "stick"):
@@ -629,8 +665,8 @@ class _Modes:
             return guard._replace(friction=min(freed))
         if guard.kind == "velocity_zero":
             pairs = enumerate(zip(before.branch, after.branch, strict=True))
-            turned = [k for k, (a, b) in pairs if a.velocity and b != OPEN and a.velocity != b.velocity
-                      and not forces.is_carried(self.system, before.branch, k)]
+            turned = {k for k, (a, b) in pairs if a.velocity and b != OPEN and a.velocity != b.velocity}
+            turned -= _carried(before.sided, before.branch)
             return guard._replace(friction=min(turned, default=guard.friction))
         return guard
 
@@ -644,8 +680,9 @@ class _Modes:
 
     def _require_no_stop(self, before, after):
         """Raise ``Refused`` where a contact rests whose sliding velocity has jumped to 0: it might slip on in name."""
-        for k in branches.at_rest(after) - branches.at_rest(before):
-            if before[k].slips and not forces.is_carried(self.system, before, k):
+        carried = _carried(before.sided, before.branch)
+        for k in branches.at_rest(after.branch) - branches.at_rest(before.branch) - carried:
+            if before.branch[k].slips:
                 raise Refused(f"edge: the sliding velocity of contact {k} jumps to 0")
 
     def _lost(self, beyond, after, state):

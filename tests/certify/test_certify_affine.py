@@ -1206,6 +1206,23 @@ def test_feet_that_share_their_friction_beside_a_body_that_moves_slip_once_both_
     assert proof.events[0].t.overlaps(hull(Fraction(3, 2), Fraction(3, 2)))
 
 
+def test_feet_on_belts_that_run_alike_on_these_sides_only_rest_by_static_friction_in_runs_and_proofs():
+    on_belts = [ap.Friction(v - sp.Piecewise((-1, x < 0), (1, True)), F, load=1, kinetic=sp.S.Half),
+                ap.Friction(v - sp.Piecewise((-1, t < 1), (0, True)), G, load=x - 1, kinetic=1, static=3 * sp.S.Half)]
+    system = ap.System.with_frictions({x: v, v: F + G - t - x + 2}, {}, on_belts, time=t)
+    proof = proven_as_followed(ap.Scene(system=system, values={}, start={"x": "-3/2", "v": -1}, until="0.9"))
+    assert not proof.events  # of 7/2 the first can bear 1/2, and the second 15/4 or more
+    assert proof.final[1] == -1
+
+
+def test_feet_that_share_their_friction_are_proven_where_the_drive_switches_beside_a_body_that_moves():
+    feet = [ap.Friction(v, F, load=2, kinetic=sp.Rational(1, 4)), ap.Friction(v, G, load=1, kinetic=1)]
+    beside, drive = ap.Friction(w, H, load=1, kinetic=1), sp.Piecewise((1, t < 1), (-2, True))
+    system = ap.System.with_frictions({x: v, v: F + G + drive, y: w, w: H - y}, {}, [*feet, beside], time=t)
+    proof = proven_as_followed(ap.Scene(system=system, values={}, start={"x": 0, "v": 0, "y": 2, "w": 0}, until=2))
+    assert [(event.kind, event.friction) for event in proof.events] == [("slip_onset", 0)]
+
+
 def test_a_second_event_is_refused_that_only_some_points_of_a_box_have_before_the_end():
     for until, obstacle in (("3.178", ""), ("3.183", "horizon")):
         turns = ap.Scene(system=COULOMB, values={"k": "0.35"}, start={"x": "2.3", "v": "0.1"}, until=until)
