@@ -288,7 +288,7 @@ def _on_zeros(mode: NumericMode, hits: tuple[int, ...], t: Any, state: tuple) ->
     """Return ``state`` moved onto the zeros of guards that fall; raises where the motion of a rigid contact ends."""
     for hit in hits:
         if mode.kinds[hit][0] in _ENDS:
-            raise _ended(mode, hit, t, state)
+            raise _ended(mode, mode.kinds[hit][0], t, state)
         state = mode.snapped(hit, t, state)
     return state
 
@@ -311,19 +311,21 @@ _ENDS: dict[str, tuple[type[UnboundedReaction] | type[TwoMotions], str]] = {
 def _require_one_motion(mode: NumericMode, t: Any, state: tuple) -> None:
     """Raise ``TwoMotions`` where a bilateral rigid contact begins to slide within the paradox.
 
-    At rest such a contact has one motion; as soon as it slides, it has two.
+    At rest such a contact has one motion; as soon as it slides, it has two. Neither states nor time need move what
+    tells this.
     """
-    ends = {kind: k for k, (kind, _) in enumerate(mode.kinds) if kind in _ENDS}
-    if len(ends) == len(_ENDS):
-        values = mode.guard_values(t, state)
-        least, largest = sorted(values[k] for k in ends.values())
+    fixed = tuple(guard.value for guard in mode.mode.fixed_guards if guard.kind in _ENDS)
+    moving = [k for k, (kind, _) in enumerate(mode.kinds) if kind in _ENDS]
+    if len(fixed) + len(moving) == len(_ENDS):
+        values = mode.guard_values(t, state) if moving else ()
+        least, largest = sorted([*mode.values(fixed, t, state), *(values[k] for k in moving)])
         if least < -PARADOX * largest:
-            raise _ended(mode, ends["several"], t, state)
+            raise _ended(mode, "several", t, state)
 
 
-def _ended(mode: NumericMode, hit: int, t: Any, state: tuple) -> UnboundedReaction | TwoMotions:
+def _ended(mode: NumericMode, kind: str, t: Any, state: tuple) -> UnboundedReaction | TwoMotions:
     """Return the error for a rigid contact whose motion ceases to be determined."""
-    error, words = _ENDS[mode.kinds[hit][0]]
+    error, words = _ENDS[kind]
     at = f"at t = {float(t):.10g}, {listed(mode.mode.system.states, state, 8)}, in mode {mode.name}"
     return error(f"{words} {at}; the model needs compliance there", t, state)
 

@@ -1138,3 +1138,16 @@ def test_a_jam_at_rest_stays_where_it_is_pressed_though_it_may_lift_off_as_well(
         start = wedge.start(soft, {**rest, "X": -depth, "eps": "1/1000"})
         scenes.append(ap.Scene(system=soft, values={"eps": "1/1000"}, start=start, until="1/10"))
     assert [ap.solve(scene).modes for scene in scenes] == [("stick",), ("open",), ("stick",)]
+
+
+def test_a_guide_that_begins_to_slide_within_the_paradox_has_two_motions_whatever_moves_its_mass_matrix():
+    """Of a constant matrix no guard told it, and the run went on in one of two motions."""
+    x, y = dynamicsymbols("x y")
+    rates = x.diff(T), y.diff(T)
+    for part in (0, sp.sin(x) / 10):
+        energy = (rates[0] ** 2 + rates[1] ** 2) / 2 + (sp.Rational(4, 5) + part) * rates[0] * rates[1]
+        guide = ap.Mechanism.from_lagrangian(energy, (x, y), contact=ap.Contact(y, x, 2), forces=(T, -1))
+        system = guide.rigid()
+        start = guide.start(system, {"x": 0, "y": 0, "x'": 0, "y'": 0})
+        with pytest.raises(TwoMotions, match="a second motion of the contact comes up at t = 2,"):
+            ap.solve(ap.Scene(system=system, start=start, until=5))
