@@ -726,3 +726,17 @@ def test_a_narrow_rise_of_friction_is_not_stepped_over_where_slip_ends_or_begins
     end, begun = (path.final[1], path.end) if push else (speed, path.events[0].t)
     slowness = sp.lambdify(v, 1 / abs(push - law), "mpmath")
     assert float(begun) == pytest.approx(float(mp.quad(slowness, [0, width, 9 * width, 1, end])), abs=1e-7)
+
+
+def test_a_slip_late_in_a_run_begins_and_ends_as_one_at_once():
+    """The slope of a step at an event, taken between two rounded times, missed the rates there at t = 1e6."""
+    (x, v, F, t), events = sp.symbols("x v F t", real=True), []
+    contact = ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational(1, 2))
+    for begin in (0, 10**6):
+        push = sp.Piecewise((0, t < begin), (2 * sp.sin(3 * (t - begin)), True))
+        system = ap.System.with_frictions({x: v, v: push + F}, {}, [contact], time=t)
+        scene = ap.Scene(system=system, start={x: 0, v: 0}, until=begin + 2)
+        path = ap.solve(scene, method="dop853", rtol=1e-12, steps=1000)
+        events.append([event.t - begin for event in path.events])
+    assert len(events[0]) == 2
+    assert events[1] == pytest.approx(events[0], abs=1e-8)
