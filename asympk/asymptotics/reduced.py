@@ -116,15 +116,15 @@ class Reduced:
             e = -int_0^oo A exp(A s) T(t - mu s) ds = T(t) - int_0^oo A exp(A s) (T(t - mu s) - T(t)) ds.
 
         A share is |int A exp(A s) ds|, entry by entry, over an interval of s. Its points are those of the ends of the
-        interval, or of t / 2. The intervals end at ``LATELY`` relaxation times, twice as many, and so on, until less
-        than ``FORGOTTEN`` is left. The shares are an array (fast states, intervals times fast states).
+        interval, or of the start. The intervals end at ``LATELY`` relaxation times, twice as many, and so on, until
+        less than ``FORGOTTEN`` is left. The shares are an array (fast states, intervals times fast states).
         """
         at = self.trajectory.state_at(t)
         y, largest = _attraction(self.formulas, at, self.mu, self.values)
         ago = LATELY / -largest.real
         entries = self.formulas.jacobian(*at[: len(self.formulas.slow_states)], *y, *self.values)
         shares = _shares(tuple(ago * v for v in entries))
-        times = (max(t / 2, t - self.mu * ago * 2**k) for k in range(shares.shape[1] // len(y)))
+        times = (max(0.0, t - self.mu * ago * 2**k) for k in range(shares.shape[1] // len(y)))
         return [at, *map(self.trajectory.near, times)], shares
 
     def remembered(self, t: float, order: int) -> tuple[np.ndarray, np.ndarray]:
