@@ -122,7 +122,7 @@ def _omitted_lately(path: MatchedPath, order: int, mu: float, units: Any) -> flo
         if np.abs(kept).max() <= FORGOTTEN:
             break
         if stretch.slowly is not None:
-            found += np.abs(kept) @ sum(stretch.slowly.remembered(stretch.slowly.end, order))
+            found += np.abs(kept) @ sum(stretch.slowly.remembered(stretch.slowly.end, (order,)))[0]
         kept, until = kept @ _remembered(stretch, until, mu), stretch.began
     scales = (units + np.zeros(len(path.state)))[[system.states.index(state) for state in system.fast]]
     return float((found * scales).max())

@@ -40,8 +40,7 @@ FAR = 1e12
 ROUNDING = 50  # the error of the integrations in units of their tolerance, where errors do not grow
 SIDE_BY_SIDE = 1e-6  # the least tolerance of slow motions to several orders in common steps
 MEETING = 4  # mu y' = g, linear, and x' = y have real eigenvalues as long as 4 mu |h_x f_y| < |g_y|
-LATELY = 2  # relaxation times before an end, at which omitted terms are first looked at again
-FORGOTTEN = 1e-5  # the share of a term, as the error that it is at a later time, that counts as 0
+FORGOTTEN = 1e-6  # the share of a term, as the error that it is at a later time, that counts as 0
 LONG = 1 / 32  # the share of a run beyond which the manifold is looked at within a step
 LOST = 0.5  # the error relative to a state from which it does not fade as a small one does
 WITHIN = 65  # the number of times at which the attraction beside a layer is looked at
@@ -116,27 +115,27 @@ class Reduced:
             e = -int_0^oo A exp(A s) T(t - mu s) ds = T(t) - int_0^oo A exp(A s) (T(t - mu s) - T(t)) ds.
 
         A share is |int A exp(A s) ds|, entry by entry, over an interval of s. Its points are those of the ends of the
-        interval, or of the start. The intervals end at ``LATELY`` relaxation times, twice as many, and so on, until
-        less than ``FORGOTTEN`` is left. The shares are an array (fast states, intervals times fast states).
+        interval, or of the start. The intervals end at 1, 2, 3, 5, 8, ... relaxation times, until less than
+        ``FORGOTTEN`` is left. The shares are an array (fast states, intervals times fast states).
         """
         at = self.trajectory.state_at(t)
         y, largest = _attraction(self.formulas, at, self.mu, self.values)
-        ago = LATELY / -largest.real
+        ago = 1 / -largest.real
         entries = self.formulas.jacobian(*at[: len(self.formulas.slow_states)], *y, *self.values)
-        shares = _shares(tuple(ago * v for v in entries))
-        times = (max(0.0, t - self.mu * ago * 2**k) for k in range(shares.shape[1] // len(y)))
-        return [at, *map(self.trajectory.near, times)], shares
+        ends, shares = _shares(tuple(ago * v for v in entries))
+        return [at, *(self.trajectory.near(max(0.0, t - self.mu * ago * end)) for end in ends)], shares
 
-    def remembered(self, t: float, order: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the first term of y that ``order`` omits at ``t``, and what the error there remembers of its changes.
+    def remembered(self, t: float, orders: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+        """Return the first term of y that each order omits at ``t``, and what the error there remembers of its changes.
 
-        Both are moduli, state by state. Over an interval the change until ``t`` counts as the larger one of its ends.
+        Both are moduli: (orders, fast states). The orders are successive. Over an interval the change until ``t``
+        counts as the larger one of its ends.
         """
-        (points, shares), height, further = self.memory(t), self.formulas.height(order), self.formulas.height(order + 1)
-        p = (self.mu, *self.values)
-        terms = np.array([further(*at, *p) for at in points]) - np.array([height(*at, *p) for at in points])
-        changes = np.abs(terms - terms[0])
-        return np.abs(terms[0]), shares @ np.maximum(changes[:-1], changes[1:]).ravel()
+        (points, shares), p = self.memory(t), (self.mu, *self.values)
+        heights = map(self.formulas.height, (*orders, orders[-1] + 1))
+        terms = np.diff([[height(*at, *p) for at in points] for height in heights], axis=0)
+        changes = np.abs(terms - terms[:, :1])
+        return np.abs(terms[:, 0]), np.maximum(changes[:, :-1], changes[:, 1:]).reshape(len(terms), -1) @ shares.T
 
     def errors(self, rtol: float) -> np.ndarray:
         """Return the errors of x and y at the end of a single motion whose start and steps are right to ``rtol``.
@@ -389,13 +388,18 @@ def margin(formulas: Formulas, state: Sequence[float], mu: float, values: tuple)
 
 @lru_cache(maxsize=256)
 def _shares(entries):
-    """Return |exp(B 2^(k-1)) - exp(B 2^k)|, entry by entry, for k = 0, 1, ... side by side, the first as 1 - exp(B)."""
-    size = math.isqrt(len(entries))
-    left, kept, found = np.eye(size), expm(np.reshape(entries, (size, size))), []
+    """Return the ends 1, 2, 3, 5, ... of intervals from 0 on, and |exp(B a) - exp(B b)| for those from a to b.
+
+    The latter is entry by entry, the intervals side by side. An end is the sum of the two before.
+    """
+    size, ends, found = math.isqrt(len(entries)), [1, 2], []
+    left, last = np.eye(size), expm(np.reshape(entries, (size, size)))
+    kept = last
     while np.abs(left).max() > FORGOTTEN:
         found.append(np.abs(left - kept))
-        left, kept = kept, kept @ kept
-    return np.hstack(found)
+        left, last, kept = kept, kept, last @ kept
+        ends.append(ends[-1] + ends[-2])
+    return tuple(ends[: len(found)]), np.hstack(found)
 
 
 def _size(entries):

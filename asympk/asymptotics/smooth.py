@@ -268,7 +268,7 @@ def _expected(motion, layered, t, slow, layer, units, ends=None, least=STEADY):
     # of the slow motion that do not decrease are judged on their own, too
     misses, scales = motion.misses(), units + np.zeros(len(motion.kept))
     fast = slice(len(scales) - misses.shape[1], None)
-    _, recalled = motion.reduced.remembered(t, motion.beside.orders[0 if ends is None else 1])
+    _, recalled = motion.reduced.remembered(t, motion.beside.orders[ends is not None : -1])
     lingering = motion.left(layer, units)
     slow, layer, misses = slow * units, layer * units, misses * scales[fast]
     told = [slow + layer, *[slow] * (not _falls(slow, STALLED))]
@@ -276,7 +276,7 @@ def _expected(motion, layered, t, slow, layer, units, ends=None, least=STEADY):
         told = [np.vstack([told[0][:1], ends * units])]
     left, grown = max(lingering, 0.0 if layered else np.abs(layer[0]).max()), (motion.errors * scales).max()
     rounding = max(ROUNDING * motion.rtol * scales.max(), float(grown / max(1.0, np.abs(slow[0] + layer[0]).max())))
-    lately = _terms(told[0])[0] + float((recalled * scales[fast]).max())
+    lately = _terms(told[0])[0] + float((recalled * scales[fast]).max(axis=1).sum())
     return max(predicted_error(terms, left, rounding, misses, lately, least) for terms in told), rounding
 
 
