@@ -18,7 +18,7 @@ from asympk.integrators.stepwise import PARTS, field_and_start, follow_steps
 
 CLASSES = {"rk45": "RK45", "dop853": "DOP853", "radau": "Radau", "bdf": "BDF", "lsoda": "LSODA"}
 EXPLICIT = ("rk45", "dop853")
-RESTARTS = 16  # of LSODA in one mode
+RESTARTS = 16  # in one mode, of a method to which rates without a value are told
 
 
 def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float, settings: Settings) -> Segment:
@@ -46,8 +46,8 @@ def _solver(mode, t, state, until, settings):
 class Rates:
     """The rates of a mode as a function of (t, state), which are nan where their formulas have no real value.
 
-    The solver then tries a shorter step. At the start there is no step to shorten, and LSODA does not notice nan: in
-    these two cases an error is raised (``told``: for LSODA). ``left`` records that the rates were nan.
+    The solver then tries a shorter step. At the start there is no step to shorten, and LSODA and CVODE do not notice
+    nan: in these two cases an error is raised (``told``: for such a method). ``left`` records that the rates were nan.
     """
 
     __slots__ = ("field", "left", "nowhere", "p", "start", "told", "tried")
@@ -69,21 +69,18 @@ class Rates:
 
 
 class ScipySteps:
-    """The steps of a solver of SciPy, as a solver of ``stepwise``, which begins anew where it needs shorter ones."""
+    """The steps of a solver with SciPy's interface, for ``stepwise``; they begin anew where shorter ones are needed."""
 
-    made = 1
+    made, nfev, njev = 1, 0, 0
 
     def __init__(self, begin: Callable, rates: Rates, t: float, start: np.ndarray, longest: float):
         self.make, self.rates, self.longest, self.restarts = begin, rates, longest, 0
-        self.spent = [0, 0]
         self._begin(t, start, longest)
 
     def _begin(self, t: float, state: np.ndarray, longest: float, due: float = math.inf) -> None:
         """Begin at a time and state with steps up to ``longest``, and from the time ``due`` on with longer ones."""
-        if hasattr(self, "solver"):
-            self.spent = [self.nfev, self.njev]
-        self.solver, self.due = self.make(t0=t, y0=state, max_step=longest), due
-        if self.rates.told:
+        self.solver, self.due, self.spent = self.make(t0=t, y0=state, max_step=longest), due, (self.nfev, self.njev)
+        if hasattr(self.solver, "_lsoda_solver"):
             integrator = self.solver._lsoda_solver._integrator
             integrator.messages = Reasons(integrator.messages)
         if hasattr(self.solver, "solve_lu"):
@@ -92,17 +89,9 @@ class ScipySteps:
         self._update()
 
     def _update(self) -> None:
-        self.t_old, self.t, self.y, self.status = (getattr(self.solver, name) for name in ("t_old", "t", "y", "status"))
-
-    @property
-    def nfev(self) -> int:
-        """The calls of the field so far."""
-        return self.spent[0] + self.solver.nfev
-
-    @property
-    def njev(self) -> int:
-        """The calls of the Jacobian so far."""
-        return self.spent[1] + self.solver.njev
+        solver = self.solver
+        self.t_old, self.t, self.y, self.status = solver.t_old, solver.t, solver.y, solver.status
+        self.nfev, self.njev = self.spent[0] + solver.nfev, self.spent[1] + solver.njev
 
     def step(self) -> str | None:
         """Make one step; raises ``ValueError`` if the step fails because of nan rates, or ends where these are nan."""
@@ -118,7 +107,7 @@ class ScipySteps:
         return reason
 
     def _made(self) -> str | None:
-        """Make one step, or begin anew, with steps up to a quarter, where LSODA tries one to where rates have no value.
+        """Make one step, or begin anew, with steps up to a quarter, where one is tried to where rates raise an error.
 
         Beyond its guard a mode may grow without bound, as friction with exp(-|v|/c) does. Raises if the tried step
         gains no time, or after ``RESTARTS``.
@@ -132,6 +121,7 @@ class ScipySteps:
             ahead = self.rates.tried - self.t
             if not self.rates.told or self.restarts == RESTARTS or ahead <= 0:
                 raise
+        self._update()
         self.restarts, self.longest = self.restarts + 1, min(self.longest, ahead / 4)
         self._begin(self.t, self.y, self.longest)
         return self._made()
