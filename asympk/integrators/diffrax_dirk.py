@@ -53,7 +53,7 @@ class KvaernoSteps:
         p, w = (np.array(v, dtype=float) for v in (mode.p, state))
         with jax.enable_x64(True):
             self.carry = t, t, w, *template(len(w), len(p))
-        self.fixed = until, p, together.index(mode.mode), settings.rtol, settings.atol
+        self.fixed = until, settings.longest, p, together.index(mode.mode), settings.rtol, settings.atol
         self.t_old, self.t, self.y_old, self.y = t, t, w, w
 
     def step(self) -> str | None:
@@ -110,7 +110,7 @@ def _compiled(modes, coefficients):
         return Look(t, guards(t, w, *args), rates(t, w, *args))
 
     @jax.jit
-    def run(first, carry, due, most, until, p, index, rtol, atol):
+    def run(first, carry, due, most, until, longest, p, index, rtol, atol):
         control, solver = _method(rtol, atol)
         args = p, index
         carry = jax.lax.cond(first, lambda c: _begun(term, control, solver, *c[:3:2], until, args), lambda c: c, carry)
@@ -119,7 +119,7 @@ def _compiled(modes, coefficients):
             (t, after, *_), _, _, made, of_interest, _, vain = all_
             return (made < most) & (t < due) & (after > t) & ~of_interest & (vain < IDLE)
 
-        attempt = _attempt(term, control, solver, look, until, args)
+        attempt = _attempt(term, control, solver, look, until, longest, args)
         t, _, w, *_ = carry
         carry, t_old, w_old, made, _, _, vain = jax.lax.while_loop(
             go_on, attempt, (carry, t, w, 0, jnp.asarray(False), look(t, w, args), 0))
@@ -167,13 +167,14 @@ def _begun(term, control, solver, t, w, until, args):
     return t, after, w, solver.init(term, t, after, w, args), state, jnp.asarray(False)
 
 
-def _attempt(term, control, solver, look, until, args):
+def _attempt(term, control, solver, look, until, longest, args):
     """Return the function that tries one step, which is accepted or tried again with a smaller step size."""
     import jax
     import jax.numpy as jnp
 
     def attempt(all_):
         (t, after, w, inner, state, jumped), t_old, w_old, made, _, before, vain = all_
+        after = jnp.minimum(after, t + longest)
         new, error, _, inner_new, _ = solver.step(term, t, after, w, args, inner, jumped)
         error = jnp.where(jnp.isnan(error), jnp.inf, error)
         kept, begin, end, jumped, state, _ = control.adapt_step_size(

@@ -30,7 +30,8 @@ def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float,
             short = f"{'step' if chunk <= 0 else 'time'} limit reached"
             break
         last = float(solver.time), tuple(solver.state.tolist())
-        outcome, *_, made, output, _ = solver.propagate_until(until, max_steps=chunk, c_output=bool(times))
+        outcome, *_, made, output, _ = solver.propagate_until(
+            until, max_steps=chunk, max_delta_t=settings.longest, c_output=bool(times))
         steps += made
         hit, short = _reason(int(outcome))
         while len(samples) < len(times) and times[len(samples)] <= solver.time and output is not None:

@@ -68,7 +68,7 @@ class Settings(NamedTuple):
 
     ``steps`` is the number of steps that the run has left, ``deadline`` the value of ``time.monotonic`` at which it
     ends. ``times`` are the times at which the states are wanted. With ``keep`` the segment holds all ``steps``. No step
-    is longer than ``longest``, if the method has such a bound.
+    is longer than ``longest``.
     """
 
     method: str

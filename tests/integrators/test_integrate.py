@@ -742,3 +742,13 @@ def test_a_slip_late_in_a_run_begins_and_ends_as_one_at_once():
         events.append([event.t - begin for event in path.events])
     assert len(events[0]) == 2
     assert events[1] == pytest.approx(events[0], abs=1e-8)
+
+
+@pytest.mark.parametrize("method", here("cvode", "kvaerno5", "heyoka", "lsoda"))
+def test_pulses_at_even_intervals_each_move_a_block_that_rests_between_them(method):
+    """CVODE, Kvaerno5 and heyoka took one step over all pulses after the first."""
+    x, v, F, t = sp.symbols("x v F t", real=True)
+    system = ap.System.with_frictions({x: v, v: 2 * sp.cos(t) ** 400 + F}, {}, [ap.Friction(v, F, 1, 1)], time=t)
+    path = ap.solve(ap.Scene(system=system, start=[0, 0], until=40), method=method, rtol=1e-8)
+    begun = [event.t for event in path.events if event.kind == "slip_onset"]
+    assert begun == pytest.approx([math.pi * k - math.acos(2 ** (-1 / 400)) for k in range(1, 13)])
