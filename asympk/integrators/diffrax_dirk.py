@@ -176,7 +176,8 @@ def _attempt(term, control, solver, look, until, longest, args):
         (t, after, w, inner, state, jumped), t_old, w_old, made, _, before, vain = all_
         after = jnp.minimum(after, t + longest)
         new, error, _, inner_new, _ = solver.step(term, t, after, w, args, inner, jumped)
-        error = jnp.where(jnp.isnan(error), jnp.inf, error)
+        finite = jnp.isfinite(new) & jnp.isfinite(error)  # to the controller, an infinite state has no error
+        new, error = jnp.where(finite, new, w), jnp.where(finite, error, jnp.inf)
         kept, begin, end, jumped, state, _ = control.adapt_step_size(
             t, after, w, new, args, error, solver.error_order(term), state)
         seen = look(after, new, args)
