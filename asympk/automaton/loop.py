@@ -21,7 +21,7 @@ from asympk.errors import Accumulation, NoMotion, TwoMotions, UnboundedReaction,
 from asympk.numbers import listed
 from asympk.path import Event
 from asympk.symbolic.branches import OPEN, Branch, at_rest, awake, bare, stands
-from asympk.symbolic.forces import moves_alike
+from asympk.symbolic.forces import moving_as
 from asympk.symbolic.sides import Sides, inside, phase_of
 from asympk.symbolic.system import System
 
@@ -168,7 +168,7 @@ def mode_after(
     contact changes. ``since`` is None, or the time at which ``mode`` ended just before a switch by the time, with ``t``
     just after this switch. ``fixed`` and the errors are those of ``mode_on_sides``; ``Automaton.next`` raises, too.
     """
-    before, leaping, (crossed, left) = mode, set[tuple](), _crossed(mode, hits)
+    before, leaping, halted, (crossed, left) = mode, set[tuple](), list[tuple](), _crossed(mode, hits)
     switches, doubt = bool(crossed), slack
     if since is not None:  # the guards of a side that has ended are those of no motion
         crossed, left, doubt = [*automaton.edges_at(t, state, mode.beside)], left * (not switches), mode.beside
@@ -183,20 +183,22 @@ def mode_after(
     elif switches:
         later = mode.moved_on(t, state, SHORTLY * doubt * t)
         entered = tuple(side for side in mode.mode.sides if {phase_of(edge)[0] for edge in inside(*side)} & {*crossed})
-        hits = _lost_beyond(mode, left, (t, state), later)
+        halted = _halted(mode, leaping, t, state, doubt)
+        hits = _lost_beyond(mode, [*left, *halted], (t, state), later)
     event = _left_by_ground(before, start, mode, t, state) or _torn(((before, start), (mode, t)), state)
     if event is None and (switches or not hits):  # a velocity at rest whose slope jumps is 0 on the new side, too
         state = mode.settled(t, state)
     if event is not None:
         branch = automaton.next(None, (), t, state, doubt, entered)
     elif hits or (stands(mode.branch) and (switches or since is not None)):  # what stood may move on the new side
-        branch, event = _passed(automaton, mode, hits, *later, doubt, entered)
+        branch, event = _passed(automaton, mode, hits, *((t, state) if halted else later), doubt, entered, bool(halted))
     else:
         return mode, state, None
     after = _following(automaton, mode, branch, digits, t, state, [*crossed, *automaton.edges_at(*later, doubt)], fixed)
     if leaping and stops:
         event = _torn(((before, start), (_beyond(automaton, before, after, digits), t)), state) or event
-    state, alike = after.settled(t, state), moves_alike(after.mode.sided, branch, mode.branch)
+    state = after.settled(t, state)
+    alike = moving_as(before.mode.sided, before.branch) == moving_as(after.mode.sided, branch)
     return after, state, None if alike else event._replace(t=t, state=state)
 
 
@@ -243,6 +245,12 @@ def _left_by_ground(before: NumericMode, t0: Any, mode: NumericMode, t: Any, sta
         if leap > 0:
             return Event("lift_off", t, state, k)
     return None
+
+
+def _halted(mode: NumericMode, leaping: set[tuple], t: Any, state: tuple, slack: Any) -> list[tuple]:
+    """Return the keys of the guards of sliding velocities that have jumped to 0, among the ``leaping`` ones."""
+    signs = mode.signs(tuple(mode.mode.jumping[k] for _, k in leaping), t, state, slack) if leaping else ()
+    return [(*key, False) for key, sign in zip(leaping, signs, strict=True) if not sign]
 
 
 def _torn(places: tuple[tuple[NumericMode, Any], ...], state: tuple) -> Event | None:
@@ -294,10 +302,11 @@ def _on_zeros(mode: NumericMode, hits: tuple[int, ...], t: Any, state: tuple) ->
 
 
 def _passed(
-    automaton: Automaton, mode: NumericMode, hits: tuple[int, ...], t: Any, state: tuple, slack: Any, sides: Sides
+    automaton: Automaton, mode: NumericMode, hits: tuple[int, ...], t: Any, state: tuple, slack: Any, sides: Sides,
+    anew: bool,
 ) -> tuple[Branch, Event]:
-    """Return the branch that follows the loss of the guards ``hits``, and the event."""
-    after = automaton.next(mode.branch, hits, t, state, slack, sides)
+    """Return the branch that follows the loss of the guards ``hits``, ``anew`` as at a start, and the event."""
+    after = automaton.next(None if anew else mode.branch, () if anew else hits, t, state, slack, sides)
     kind, friction = _kind(mode, hits, after)
     return after, Event(kind, t, state, friction)
 

@@ -300,15 +300,14 @@ class _Modes(Candidates):
         At a switch it is the sliding velocity that jumps or, unless a contact stops there, what the first mode loses on
         the new side. Of velocities that change together it is the first.
         """
-        if forces.moves_alike(after.sided, before.branch, after.branch):
+        if forces.moving_as(before.sided, before.branch) == forces.moving_as(after.sided, after.branch):
             return None
         if NO_FRICTION in (guard.friction, *guard.others):
             beyond = mode_of(self.system, before.branch, before.sides_beyond(after))
             if jumped := self._jumped(beyond, state):
                 return jumped
             if guard.kind != "velocity_zero":
-                self._require_no_stop(before, after)
-                guard = self._lost(beyond, after, state)
+                guard = self._halted(before, after) or self._lost(beyond, after, state)
         undetermined = branches.stands(before.branch)
         if guard.kind == "slip_onset" and (undetermined or after.branch[guard.friction].mode == "stick"):
             freed = branches.at_rest(before.branch) - branches.at_rest(after.branch)
@@ -330,12 +329,16 @@ class _Modes(Candidates):
                 return AffineGuard("velocity_zero" if old else "slip_onset", k, ())
         return None
 
-    def _require_no_stop(self, before, after):
-        """Raise ``Refused`` where a contact rests whose sliding velocity has jumped to 0: it might slip on in name."""
-        carried = in_name_only(before.sided, before.branch)
-        for k in branches.at_rest(after.branch) - branches.at_rest(before.branch) - carried:
-            if before.branch[k].slips:
-                raise Refused(f"edge: the sliding velocity of contact {k} jumps to 0")
+    def _halted(self, before, after):
+        """Return the guard of a sliding velocity that has jumped to 0 where its contact rests, or None."""
+        was = forces.moving_as(before.sided, before.branch)
+        rest = branches.at_rest(forces.moving_as(after.sided, after.branch))
+        if (k := next((k for k in sorted(rest) if was[k].slips), None)) is None:
+            return None
+        if in_name_only(after.sided, after.branch):
+            raise Refused(f"edge: the sliding velocity of contact {k} jumps to 0, and it is not certain which of the "
+                          "contacts that share it a run names at rest")
+        return AffineGuard("velocity_zero", k, ())
 
     def _lost(self, beyond, after, state):
         """Return the guard that a mode, which the parameters may exclude, loses on the sides of another branch."""

@@ -208,11 +208,15 @@ def rests_in_all_but_name(system: "System", branch: Branch, k: int) -> bool:
     return friction.static != friction.kinetic and is_carried(system, branch, k)
 
 
+def moving_as(system: "System", branch: Branch) -> Branch:
+    """Return a branch without idle guards, in which contacts that others hold are at rest, whatever its name says."""
+    own = bare(branch)
+    return tuple(phase._replace(velocity=0) if is_carried(system, own, k) else phase for k, phase in enumerate(own))
+
+
 def moves_alike(system: "System", one: Branch, other: Branch) -> bool:
     """Tell whether two branches differ at most in their idle guards and in how contacts at rest share their forces."""
-    ways = [[phase._replace(velocity=0) if is_carried(system, branch, k) else phase for k, phase in enumerate(branch)]
-            for branch in map(bare, (one, other))]
-    return ways[0] == ways[1]
+    return moving_as(system, one) == moving_as(system, other)
 
 
 def is_carried(system: "System", branch: Branch, k: int) -> bool:

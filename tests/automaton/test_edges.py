@@ -545,6 +545,27 @@ def test_of_blocks_that_turn_the_belts_of_each_other_one_that_rests_does_not_tur
     assert [float(w) for w in path.final] == pytest.approx([1 / 4, 0, -3 / 8, -3 / 4], abs=1e-5)
 
 
+@pytest.mark.parametrize("switch", [t, x])
+def test_a_block_whose_belt_takes_its_speed_at_a_switch_rests_on_it_where_static_friction_holds_it(switch, how):
+    """From v = 1 a pull slows it to 1/2 at t = 1, x = 3/4. It was told to slide on, which kinetic friction allows."""
+    belt = sp.Piecewise((2, switch < (1 if switch is t else sp.Rational(3, 4))), (sp.S.Half, True))
+    contact = ap.Friction(velocity=v - belt, force=F, load=1, kinetic=1, static=2)
+    system = ap.System.with_frictions({x: v, v: F - sp.Rational(3, 2)}, {}, [contact], time=t)
+    path = ap.solve(ap.Scene(system=system, start={x: 0, v: 1}, until=2), **how)
+    assert path.modes == ("slip_opposite", "stick")
+    assert [float(w) for w in path.final] == pytest.approx([5 / 4, 1 / 2], abs=1e-5)
+
+
+def test_a_belt_that_stops_under_a_block_that_another_contact_holds_ends_its_slip(how):
+    """The mode went on to be named slip_opposite+stick, with no event."""
+    G, belt = sp.Symbol("G", real=True), sp.Piecewise((2, t < 1), (0, True))
+    contacts = [ap.Friction(velocity=v - belt, force=F, load=1, kinetic=sp.S.Half), ap.Friction(v, G, 1, 1)]
+    system = ap.System.with_frictions({x: v, v: F + G}, {}, contacts, time=t)
+    path = ap.solve(ap.Scene(system=system, start={x: 0, v: 0}, until=2), **how)
+    assert path.modes == ("slip_opposite+stick", "stick+stick")
+    assert [(e.kind, e.friction, float(e.t)) for e in path.events] == [("velocity_zero", 0, pytest.approx(1))]
+
+
 @pytest.mark.parametrize("push", [0, 1])
 def test_a_block_that_stops_where_it_would_turn_the_belt_of_another_turns_it_only_if_it_goes_on(push, how):
     """It was told to turn the belt though it rests, so that the other one slipped, or no motion was found."""

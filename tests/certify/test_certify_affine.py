@@ -1215,6 +1215,16 @@ def test_feet_on_belts_that_run_alike_on_these_sides_only_rest_by_static_frictio
     assert proof.final[1] == -1
 
 
+@pytest.mark.parametrize("held", [True, False])
+def test_a_belt_that_takes_the_speed_of_its_block_at_a_switch_is_proven_to_end_the_slip(held):
+    belt, foot = sp.Piecewise((2, t < 1), (0, True)), ap.Friction(v, G, load=1, kinetic=1)
+    contacts = [ap.Friction(v - belt, F, load=1, kinetic=sp.S.Half, static=sp.S.Half if held else 1), *[foot] * held]
+    system = ap.System.with_frictions({x: v, v: F + (G if held else -sp.Rational(3, 4))}, {}, contacts, time=t)
+    start = {"x": 0, "v": 0 if held else "1/4"}
+    proof = proven_as_followed(ap.Scene(system=system, values={}, start=start, until=2))
+    assert [(event.kind, event.friction) for event in proof.events] == [("velocity_zero", 0)]
+
+
 def test_feet_that_share_their_friction_are_proven_where_the_drive_switches_beside_a_body_that_moves():
     feet = [ap.Friction(v, F, load=2, kinetic=sp.Rational(1, 4)), ap.Friction(v, G, load=1, kinetic=1)]
     beside, drive = ap.Friction(w, H, load=1, kinetic=1), sp.Piecewise((1, t < 1), (-2, True))
