@@ -300,14 +300,17 @@ class _Modes(Candidates):
         At a switch it is the sliding velocity that jumps or, unless a contact stops there, what the first mode loses on
         the new side. Of velocities that change together it is the first.
         """
-        if forces.moving_as(before.sided, before.branch) == forces.moving_as(after.sided, after.branch):
+        motions = [forces.moving_as(mode.sided, mode.branch) for mode in (before, after)]
+        if not (changed := [k for k, (old, new) in enumerate(zip(*motions, strict=True)) if old != new]):
             return None
+        if before.branch == after.branch:
+            raise Refused(f"edge: contact {changed[0]}, a slip in name only, begins to slip, or ends it, at a switch")
         if NO_FRICTION in (guard.friction, *guard.others):
             beyond = mode_of(self.system, before.branch, before.sides_beyond(after))
             if jumped := self._jumped(beyond, state):
                 return jumped
             if guard.kind != "velocity_zero":
-                guard = self._halted(before, after) or self._lost(beyond, after, state)
+                guard = self._halted(after, *motions) or self._lost(beyond, changed[0], state)
         undetermined = branches.stands(before.branch)
         if guard.kind == "slip_onset" and (undetermined or after.branch[guard.friction].mode == "stick"):
             freed = branches.at_rest(before.branch) - branches.at_rest(after.branch)
@@ -329,22 +332,22 @@ class _Modes(Candidates):
                 return AffineGuard("velocity_zero" if old else "slip_onset", k, ())
         return None
 
-    def _halted(self, before, after):
-        """Return the guard of a sliding velocity that has jumped to 0 where its contact rests, or None."""
-        was = forces.moving_as(before.sided, before.branch)
-        rest = branches.at_rest(forces.moving_as(after.sided, after.branch))
-        if (k := next((k for k in sorted(rest) if was[k].slips), None)) is None:
+    def _halted(self, after, old, new):
+        """Return the guard of a sliding velocity that has jumped to 0 where its contact rests, or None.
+
+        ``old`` and ``new`` are the branches as they move before and after.
+        """
+        if (k := next((k for k in sorted(branches.at_rest(new)) if old[k].slips), None)) is None:
             return None
         if in_name_only(after.sided, after.branch):
             raise Refused(f"edge: the sliding velocity of contact {k} jumps to 0, and it is not certain which of the "
                           "contacts that share it a run names at rest")
         return AffineGuard("velocity_zero", k, ())
 
-    def _lost(self, beyond, after, state):
-        """Return the guard that a mode, which the parameters may exclude, loses on the sides of another branch."""
+    def _lost(self, beyond, changed, state):
+        """Return the guard that a mode, which the parameters may exclude, loses on new sides, or one of ``changed``."""
         form = affine_form(beyond, self.waves)
         matrix, rows = self.field.matrix(form), (tuple(map(self.field.exact, row)) for row in form.guards)
         guards = (AffineGuard(guard.kind, guard.friction, row) for guard, row in zip(beyond.guards, rows, strict=True))
         lost = (g for g in guards if g.kind != SWITCH and leading_sign(g.row, matrix, state) == -1)
-        changed = (k for k, (a, b) in enumerate(zip(beyond.branch, after.branch, strict=True)) if a != b)
-        return next(lost, AffineGuard("slip_onset", next(changed), ()))
+        return next(lost, AffineGuard("slip_onset", changed, ()))

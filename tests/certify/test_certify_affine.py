@@ -1225,6 +1225,15 @@ def test_a_belt_that_takes_the_speed_of_its_block_at_a_switch_is_proven_to_end_t
     assert [(event.kind, event.friction) for event in proof.events] == [("velocity_zero", 0)]
 
 
+@pytest.mark.parametrize("belt", [sp.Max(1 - t, 0), *(sp.Piecewise((1, on < 1), (0, True)) for on in (t, y))])
+def test_a_foot_stops_where_its_belt_does_though_its_velocity_is_from_then_on_that_of_a_foot_at_rest(belt):
+    feet = [ap.Friction(v, F, load=2, kinetic=1), ap.Friction(v - belt, G, load=1, kinetic=1)]
+    system = ap.System.with_frictions({x: v, v: F + G, y: 1}, {}, feet, time=t)
+    proof = proven_as_followed(ap.Scene(system=system, values={}, start={"x": 0, "v": 0, "y": 0}, until=2))
+    assert [(event.kind, event.friction) for event in proof.events] == [("velocity_zero", 1)]
+    assert proof.modes[-1] == "stick+stick"
+
+
 def test_feet_that_share_their_friction_are_proven_where_the_drive_switches_beside_a_body_that_moves():
     feet = [ap.Friction(v, F, load=2, kinetic=sp.Rational(1, 4)), ap.Friction(v, G, load=1, kinetic=1)]
     beside, drive = ap.Friction(w, H, load=1, kinetic=1), sp.Piecewise((1, t < 1), (-2, True))
