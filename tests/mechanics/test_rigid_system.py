@@ -1006,6 +1006,21 @@ def test_a_ladder_that_slides_jams_where_the_product_of_its_frictions_is_above_o
     assert path.final == stop.state
 
 
+def test_rest_elsewhere_does_not_choose_between_a_slide_within_the_paradox_and_lift_off():
+    """Lift-off would make the other block slip; for that the slide, whose reaction grows as it yields, was followed."""
+    x, y, a, b = dynamicsymbols("x y a b")
+    v, w, speed, rise = (q.diff(T) for q in (x, y, a, b))
+    energy = (v**2 + w**2 + speed**2 + rise**2) / 2 + sp.Rational(4, 5) * v * w - w * speed / 20
+    contacts = [ap.Contact(gap=y, slip=x, friction=2, unilateral=True),
+                ap.Contact(gap=b, slip=a, friction=1, unilateral=True)]
+    for pull in ("0.98", "0.99"):
+        pair = ap.Mechanism.from_lagrangian(energy, (x, y, a, b), contact=contacts[0], others=contacts[1:],
+                                            forces=(0, 1, sp.Rational(pull), -1))
+        system, rest = pair.rigid(), dict.fromkeys(("x", "y", "a", "b", "y'", "a'", "b'"), 0)
+        with pytest.raises(TwoMotions, match=r"open.* and slip_opposite"):
+            ap.solve(ap.Scene(system=system, start=pair.start(system, {**rest, "x'": -1}), until="1/10"))
+
+
 def test_a_ladder_leans_at_rest_where_static_friction_is_enough():
     # of one friction f on floor and wall (1 - f^2)/(2 f) <= 4/3, the slope: f >= 1/3
     slope = str(sp.asin(sp.Rational(4, 5)).evalf(60))
