@@ -169,11 +169,10 @@ def mode_after(
     just after this switch. ``fixed`` and the errors are those of ``mode_on_sides``; ``Automaton.next`` raises, too.
     """
     before, leaping, halted, (crossed, left) = mode, set[tuple](), list[tuple](), _crossed(mode, hits)
-    switches, doubt = bool(crossed), slack
+    switches, doubt, start = bool(crossed), slack, t if since is None else since
     if since is not None:  # the guards of a side that has ended are those of no motion
         crossed, left, doubt = [*automaton.edges_at(t, state, mode.beside)], left * (not switches), mode.beside
-    later, entered, start = (t, state), tuple[Any, ...](), t if since is None else since
-    stops = _stops(left)
+    later, entered, stops = (t, state), tuple[Any, ...](), _stops(left)
     if switches and (mode.mode.jumping or not stops):
         mode = mode_on_sides(automaton, awake(mode.branch), digits, t, state, crossed, fixed)
         leaping = {("velocity_zero", k) for k in mode.mode.jumping if _leaps(k, ((before, start), (mode, t)), state)}
@@ -198,8 +197,13 @@ def mode_after(
     if leaping and stops:
         event = _torn(((before, start), (_beyond(automaton, before, after, digits), t)), state) or event
     state = after.settled(t, state)
-    alike = moving_as(before.mode.sided, before.branch) == moving_as(after.mode.sided, branch)
-    return after, state, None if alike else event._replace(t=t, state=state)
+    return after, state, None if _move_alike(before, after) else event._replace(t=t, state=state)
+
+
+def _move_alike(before: NumericMode, after: NumericMode) -> bool:
+    """Tell whether the motion of no contact changes, which is told by the belts on the sides of each mode."""
+    ways = [moving_as(mode.mode.sided, mode.branch) for mode in (before, after)]
+    return ways[0] == ways[1]
 
 
 def _beyond(automaton: Automaton, before: NumericMode, after: NumericMode, digits: int | None) -> NumericMode:

@@ -6,15 +6,17 @@ more guard. ``Candidates`` makes the mode of a branch on every combination of si
 excludes a branch whose forces are not determined where every corner of these forces violates a law (Lemma 10).
 """
 
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from fractions import Fraction
 from itertools import combinations, islice, product
 
 import sympy as sp
 
-from asympk.automaton.modes import mode_of, turning
+from asympk.automaton.modes import GuardedMode, mode_of, turning
 from asympk.certify.balls import Refused
 from asympk.certify.rows import (
+    EnclosedState,
     ExactEntries,
     affine_form,
     ball_at,
@@ -27,10 +29,12 @@ from asympk.certify.rows import (
     spanned,
 )
 from asympk.certify.segments import AffineGuard, EnclosedMode
+from asympk.numbers import Number
 from asympk.symbolic import branches, forces
-from asympk.symbolic.branches import OPEN, Phase, all_phases
+from asympk.symbolic.branches import OPEN, Branch, Phase, all_phases
 from asympk.symbolic.guards import NEVER_IDLE, unused_rows
 from asympk.symbolic.sides import inside, is_switched, is_whole, measured, on_sides, phases, system_on_sides
+from asympk.symbolic.system import System
 
 MOST_CORNERS = 200
 
@@ -40,7 +44,7 @@ def _to_place(opened, mode):
     return [phase for phase in opened if not is_switched(measured(phase), mode.moving)] or opened
 
 
-def in_name_only(system, branch):
+def in_name_only(system: System, branch: Branch) -> set[int]:
     """Return the contacts that slip in a branch in name only, as others hold them."""
     return {k for k in range(len(branch)) if forces.is_carried(system, branch, k)}
 
@@ -59,7 +63,7 @@ def _note(guards, guard, matrix, state):
     guards.append(guard)
 
 
-def not_determined(branch):
+def not_determined(branch: Branch) -> Refused:
     """Return the refusal of a branch whose forces are not determined."""
     return Refused(f"rest: the forces of {branches.mode_name(branch)} are not determined")
 
@@ -86,17 +90,20 @@ class Candidates:
     ``here`` is the system on the sides of switches of sliding velocities, where certain, at the state last looked at.
     """
 
-    def __init__(self, system, values, sides, until):
-        self.system, self.here, self.until, self._known = system, system, Fraction(until), {}
+    def __init__(
+        self, system: System, values: tuple[Number, ...], sides: Mapping[str, tuple[Number, Number]], until: Number
+    ):
+        self.system, self.here, self.until = system, system, Fraction(until)
+        self._known: dict[GuardedMode, EnclosedMode | None] = {}
         self.waves, entries = forcing(system)
         self._plain = mode_of(system, (Phase(1, 1),) * len(system.frictions))
         self.field = ExactEntries(system, values, sides, entries)
 
-    def look_at(self, state):
+    def look_at(self, state: EnclosedState) -> None:
         """Set ``here`` for a state at which candidates are to be told."""
         self.here = system_on_sides(self.system, turning(self.system, (*self._sides_of_velocities(state),)))
 
-    def of(self, mode):
+    def of(self, mode: GuardedMode) -> EnclosedMode | None:
         """Return the ``EnclosedMode`` of a mode, or None where the parameters exclude the mode."""
         if mode not in self._known:
             self._known[mode] = self._made(mode)
@@ -137,7 +144,7 @@ class Candidates:
         """Return the row of an expression on the sides of a mode."""
         return tuple(map(self.field.exact, row_of(mode, expr, self.waves)))
 
-    def every(self, state):
+    def every(self, state: EnclosedState) -> Iterator[Branch]:
         """Yield the branches that the signs of velocities and loads at a state, where certain, do not exclude."""
         yield from product(*(self._phases(k, state) for k in range(len(self.system.frictions))))
 
