@@ -231,7 +231,7 @@ def test_a_mass_matrix_in_a_file_does_for_a_lagrangian(tmp_path):
         (("theta = [0.05, 1.5]", "theta = [-1e300, 1e300]"), "it is an angle, and they are more than 10000 turns"),
         (("values = {", "values = {theta = 1, "), "values: theta is a coordinate or the time"),
         (("f = 2", "f = -2"), "it must not be negative"),
-        (("f = 2", "f = [2]"), "values: f = [2]: it must be a number"),
+        (("f = 2", "f = [2]"), "f = [2] is of a sweep, which asympk sweep follows"),
         (("f = 2", "F = 2"), "m, l, g, F; a parameter needs a number under [values]"),
         (("X'^2", "Xx'^2"), "the name Xx' is unknown; did you mean X'?"),
         (("theta'^2/6", "theta'^2/6 + X''^2"), "the name X'' is unknown; did you mean X'?"),
