@@ -7,7 +7,6 @@ guards. A ``Guard`` is positive while the branch holds.
 
 from collections.abc import Collection, Iterable
 from functools import lru_cache
-from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
 
 import sympy as sp
@@ -257,29 +256,49 @@ def by_direction(velocity: sp.Expr, expr: sp.Expr, part: str = "load") -> sp.Exp
     """Return a part of a friction with sign(velocity) for the steps at its zero: signs, ``Heaviside``, ``Piecewise``.
 
     Whether a step is written with > or >= says nothing of rest. A third value, at the zero alone, does: it is that of
-    the part ``static``, and never that of ``kinetic``. Raises ``InputError`` where factors of the velocity decide by
-    their sign whether there is a third value.
+    the part ``static``, and never that of ``kinetic``. Raises ``InputError`` where the place, or the sign of a factor
+    of the velocity, decides whether there is a third value.
     """
     sides = {atom: side for atom in atoms(expr, sp.sign, sp.Heaviside, sp.Rel) if (side := _side(atom, velocity))}
     ordered = {atom: sides.pop(atom) for atom in [*sides] if isinstance(atom, sp.Rel)}
     signs = {atom: side * sp.sign(velocity) for atom, side in sides.items()}
-    unknown = [*atoms(sp.Tuple(*ordered.values()), sp.sign)]
-    both = (sp.S.One, sp.S.NegativeOne)
-    factors = [dict(zip(unknown, choice, strict=True)) for choice in product(both, repeat=len(unknown))]
+    others = (atom for atom in atoms(expr, sp.Rel) if not symbols_in(atom) & symbols_in(velocity))
+    places = {atom: atom.func(_sign(atom.lhs - atom.rhs), 0) for atom in others}
 
     def directed(law: sp.Piecewise) -> sp.Expr:
-        named = law.xreplace({atom: atom.func(side * sp.sign(velocity), 0) for atom, side in ordered.items()})
-        rest = law.xreplace({atom: atom.func(0, 0) for atom in ordered})
-        ways = [[law.xreplace({atom: atom.func(side.xreplace(own) * way, 0) for atom, side in ordered.items()})
-                 for way in both] for own in factors]
-        if len(shared := {rest in two for two in ways}) > 1:
+        named, rest = (law.xreplace({atom: atom.func(side * way, 0) for atom, side in ordered.items()})
+                       for way in (sp.sign(velocity), sp.S.Zero))
+        if part == "kinetic":
+            return named
+        ways = [law.xreplace(places | {atom: atom.func(side * way, 0) for atom, side in ordered.items()})
+                for way in (sp.S.One, sp.S.NegativeOne)]
+        unknown = {s for s in atoms(sp.Tuple(*ways), sp.sign) if not symbols_in(s) & symbols_in(velocity)}
+        shared = _shared(sp.Tuple(rest.xreplace(places), *ways), unknown)
+        if len(shared) > 1:
+            quantities = ", ".join(sorted(short(s.args[0]) for s in unknown))
             raise InputError(f"friction: {part} = {short(law)}: whether it has a value of its own at rest depends on "
-                             f"the sign of {short(sp.Mul(*(s.args[0] for s in unknown)))}; write sign({velocity}) for "
-                             "the direction")
-        return named if shared == {True} else {"kinetic": named, "static": rest}.get(part, law)
+                             f"the sign of {quantities}; write sign({velocity}) for the direction")
+        return named if shared != {False} else rest if part == "static" else law
 
     expr = expr.replace(lambda e: isinstance(e, sp.Piecewise), directed) if ordered else expr
     return expr.xreplace({atom: (1 + s) / 2 if isinstance(atom, sp.Heaviside) else s for atom, s in signs.items()})
+
+
+def _shared(values: sp.Tuple, unknown: Collection[sp.Expr]) -> set[bool]:
+    """Return whether the first value, at rest, is that of a direction, for all ``unknown`` signs until both answers.
+
+    Where all values are one, that is no answer.
+    """
+    rest, *ways = values
+    if rest in ways:
+        return set() if len({*values}) == 1 else {True}
+    left = sorted(atoms(values, sp.sign) & {*unknown}, key=str)
+    if not left:
+        return {False}
+    found: set[bool] = set()
+    for sign in (sp.S.One, sp.S.NegativeOne):
+        found |= _shared(values.xreplace({left[0]: sign}), left) if len(found) < 2 else set()
+    return found
 
 
 def _side(atom: sp.Basic, velocity: sp.Expr) -> sp.Expr:
@@ -291,8 +310,12 @@ def _side(atom: sp.Basic, velocity: sp.Expr) -> sp.Expr:
     ratio = part / velocity if symbols_in(part) & symbols_in(velocity) else sp.S.Zero
     ratio = ratio if ratio.is_number or heavy(ratio) else sp.cancel(ratio)
     if ratio.is_positive or ratio.is_negative or not symbols_in(ratio) & symbols_in(velocity):
-        return sp.Mul(*(sp.sign(factor) for side in sp.fraction(ratio) for factor in sp.Mul.make_args(side)))
+        return _sign(ratio)
     return sp.S.Zero
+
+
+def _sign(expr: sp.Expr) -> sp.Expr:
+    return sp.Mul(*(sp.sign(factor) for side in sp.fraction(expr) for factor in sp.Mul.make_args(side)))
 
 
 def without_squares(expr: sp.Expr, signs: Collection[sp.Expr]) -> sp.Expr:

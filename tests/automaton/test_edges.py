@@ -468,6 +468,17 @@ def test_a_law_is_refused_that_has_a_value_of_its_own_at_rest_on_one_side_of_a_p
     assert path.final[0] == pytest.approx(-1 / 4 - math.cos(1) / 4)
 
 
+def test_a_law_of_the_place_holds_a_block_by_the_value_of_the_direction_in_which_it_is_pushed_there():
+    """Where x > 0 it slips forward against 1/4, but was held by 1: there was no such value at rest, but one backward.
+
+    The same law with x v > 0 for v < 0 was refused.
+    """
+    for back in (v < 0, x * v > 0):
+        law = sp.Piecewise((HALF / 2, sp.And(x > 0, v > 0)), (HALF, sp.And(x < 0, back)), (1, True))
+        path = ap.solve(ap.Scene(system=block(t, law), start={x: 1, v: 0}, until=1))
+        assert [float(event.t) for event in path.events] == pytest.approx([1 / 4], abs=1e-13)
+
+
 @pytest.mark.parametrize("rest", [sp.Ne(v, 0), sp.Or(v > 0, v < 0)])
 @pytest.mark.parametrize(("push", "held"), [(t, 9 / 8), (-t, 7 / 8)])
 @pytest.mark.few(4)
