@@ -292,12 +292,12 @@ def _shared(values: sp.Tuple, unknown: Collection[sp.Expr]) -> set[bool]:
     rest, *ways = values
     if rest in ways:
         return set() if len({*values}) == 1 else {True}
-    left = sorted(atoms(values, sp.sign) & {*unknown}, key=str)
-    if not left:
+    first = next((e for e in sp.preorder_traversal(values) if e in unknown), None)  # a law asks it before the others
+    if first is None:
         return {False}
     found: set[bool] = set()
     for sign in (sp.S.One, sp.S.NegativeOne):
-        found |= _shared(values.xreplace({left[0]: sign}), left) if len(found) < 2 else set()
+        found |= _shared(values.xreplace({first: sign}), unknown) if len(found) < 2 else set()
     return found
 
 

@@ -8,6 +8,7 @@ import sympy as sp
 
 import asympk as ap
 from asympk.errors import Accumulation, InputError, NoMotion, NotDerivable, TooManyEvents
+from asympk.symbolic.branches import by_direction
 
 x, v, t = sp.symbols("x v t", real=True)
 F = sp.Symbol("F", real=True)
@@ -477,6 +478,13 @@ def test_a_law_of_the_place_holds_a_block_by_the_value_of_the_direction_in_which
         law = sp.Piecewise((HALF / 2, sp.And(x > 0, v > 0)), (HALF, sp.And(x < 0, back)), (1, True))
         path = ap.solve(ap.Scene(system=block(t, law), start={x: 1, v: 0}, until=1))
         assert [float(event.t) for event in path.events] == pytest.approx([1 / 4], abs=1e-13)
+
+
+def test_a_table_of_many_places_with_a_value_of_its_own_at_rest_is_read_place_by_place():
+    """Of 20 places typed downwards nearly all choices of their signs were tried, and of 40 there was no end."""
+    table = sp.Piecewise(*((sp.Rational(k + 1, 100), x > 40 - k) for k in range(40)), (1, True))
+    law = sp.Piecewise((table, v > 0), (2 * table, v < 0), (3 * table, True))
+    assert by_direction(v, law, "static") == 3 * table
 
 
 @pytest.mark.parametrize("rest", [sp.Ne(v, 0), sp.Or(v > 0, v < 0)])
