@@ -38,7 +38,7 @@ def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float,
 
 
 class Cvode:
-    """CVODE with the interface of SciPy's solvers; ``make`` returns one whose steps have the length ``max_step``."""
+    """CVODE with the interface of SciPy's solvers; ``make`` returns one whose steps are at most ``max_step`` long."""
 
     def __init__(self, make: Callable, until: float, t0: float, y0: np.ndarray, max_step: float):
         self.solver = make(max_step=max_step if isfinite(max_step) else 0)  # 0 for any
