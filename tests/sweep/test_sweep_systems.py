@@ -557,6 +557,13 @@ def test_what_is_no_system_is_refused_by_name(system, said):
     assert "\n" not in str(refusal.value)
 
 
+@pytest.mark.parametrize(("opens", "most"), [(False, 10), (True, 9)])
+def test_itineraries_fit_as_long_as_one_event_is_left_room_for(opens, most):
+    assert Alphabet(most, opens).longest >= 1
+    with pytest.raises(InputError, match=f"itineraries of {most + 1} frictions do not fit"):
+        _ = Alphabet(most + 1, opens).longest
+
+
 @pytest.mark.slow
 def test_itineraries_that_do_not_fit_are_refused_unless_they_are_not_asked_for():
     start = "".join(f"v{k} = 1\n" for k in range(14))
