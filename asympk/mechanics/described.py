@@ -20,14 +20,16 @@ Instead of ``lagrangian`` a file may have ``mass``, rows of formulas; the forces
 """
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import sympy as sp
 
 from asympk.errors import InputError
 from asympk.formulas import names_in, read_formula
+from asympk.mechanics.closing import closed_by, closing_coordinate
 from asympk.mechanics.elastic import basis_of, scaling, velocities
 from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.lagrangian import lagranges_equations
@@ -52,9 +54,9 @@ _NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 class Described:
     """A mechanism with the numbers of an example.
 
-    ``turn`` is None, or (name, low, high, {other: function}) for the coordinate or parameter over which the mechanism
-    is drawn; the functions give the ``other`` numbers that change with it. ``undamped`` is the elastic ``System``
-    without damping if its phase plane (R, R') is to be drawn. ``followed`` tells whether ``name`` also is a scene.
+    ``turn`` is None, or (name, low, high) for the coordinate or parameter over which the mechanism is drawn.
+    ``undamped`` is the elastic ``System`` without damping if its phase plane (R, R') is to be drawn. ``followed`` tells
+    whether ``name`` also is a scene.
     """
 
     name: str
@@ -92,6 +94,20 @@ class Described:
         added = {name: value for name, value in changes.items() if name not in values and name not in state}
         return replace(self, values={**values, **added}, state=state)
 
+    @cached_property
+    def tied(self) -> dict[str, Callable[[Any], Any]]:
+        """The coordinate that closes the contact over ``turn``, as ``{name: function}`` of its arrays; {} if none does.
+
+        The function raises ``InputError`` where the contact does not close.
+        """
+        if self.turn is None:
+            return {}
+        kinetics, (name, low, high) = self.mechanism.plain, self.turn
+        numbers = self.mechanism.keyed({name: low, **self.numbers})
+        other = closing_coordinate(kinetics, name, numbers)
+        (turned,) = self.mechanism.keyed({name: low})
+        return {} if other is None else {str(other): closed_by(kinetics, other, (turned, low, high), numbers)}
+
     def closed(self, at: Any, friction: Any) -> dict[str, Any]:
         """Return the numbers with the contact closed and sliding as in the example, on arrays of ``turn`` and friction.
 
@@ -99,8 +115,8 @@ class Described:
         """
         if self.turn is None:
             raise InputError("nothing to turn; name a coordinate and its range under [over]")
-        rod, (name, _, _, tied) = self.mechanism, self.turn
-        placed = {**self.numbers, name: at, **{other: rule(at) for other, rule in tied.items()}}
+        rod, (name, _, _) = self.mechanism, self.turn
+        placed = {**self.numbers, name: at, **{other: rule(at) for other, rule in self.tied.items()}}
         kinetics, sliding = rod.plain, rod.plain.spare("gamma", real=True)
         rates = velocities(kinetics, basis_of((kinetics,)), (sp.S.Zero, sliding))
         known = {**rod.keyed(placed), sliding: rod.evaluate(rod.sliding_velocity, self.numbers)}
@@ -282,4 +298,4 @@ def _turn(over):
     ((name, ends),) = over.items()
     if not isinstance(ends, list) or len(ends) != 2:
         raise InputError(f"over: {name} = {ends!r:.60}: give its range, [low, high]")
-    return name, *ends, {}
+    return name, *ends

@@ -13,6 +13,7 @@ from asympk.numbers import number
 from asympk.output.terminal import wrapped
 from asympk.scenes.scenefile import is_file
 from asympk.shown import number_as_text
+from asympk.symbolic.long import symbols_in
 from asympk.systems.catalogue import described_mechanism
 
 _LABEL = 16  # characters of a label on the left
@@ -90,7 +91,9 @@ def _paradox(described):
     lines = [f"critical        friction {shown}{value}: {_verdict(described)}"]
     if described.turn is None:
         return lines
-    name, low, high, tied = described.turn
+    name, low, high = described.turn
+    matter = {str(s) for s in symbols_in(paradox.condition(rod.plain))}
+    tied = {other: rule for other, rule in described.tied.items() if other in matter}
     given = {key: value for key, value in {**described.numbers, **tied}.items() if key != name}
     found = rod.paradox_set({name: (low, high)}, given)
     where = ", ".join(f"{_short(s.start)} .. {_short(s.end)}" for s in found.intervals)
@@ -98,6 +101,7 @@ def _paradox(described):
     slip = " for slip of the sign of G_NT" if rod.contact.unilateral else ""
     words = f"a paradox in {where}{slip}, within" if where else "no paradox in"
     ends = " .. ".join(number_as_text(number(name, end)) for end in (low, high))
+    told += "".join(f", where {other} closes the contact" for other in tied)
     lines.append(f"over {name:11}{words} {ends}{told}")
     return lines + _least(rod, name, tied)
 

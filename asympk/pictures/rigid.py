@@ -46,7 +46,7 @@ def motion_plot(described: Described) -> "Figure":
 
 def draw_motions(ax: "Axes", described: Described) -> set[int]:
     """Draw the map of a mechanism into ``ax``; return the set of numbers of rigid motions on the map."""
-    rod, (name, first, last, *_) = described.mechanism, described.turn or ()
+    rod, (name, first, last) = described.mechanism, described.turn or ()
     at = np.linspace(as_floats(name, first), as_floats(name, last), 241)
     most = _most(described, at)
     friction = np.linspace(most / 240, most, 240)
@@ -61,7 +61,7 @@ def draw_motions(ax: "Axes", described: Described) -> set[int]:
 
 def _mark_example(ax: "Axes", described: Described) -> "list[Line2D]":
     """Mark the place of the example on the map ``ax``, unless it has none there; return the entry of a legend."""
-    (name, first, last, _), contact = described.turn or (), described.mechanism.contact.friction
+    (name, first, last), contact = described.turn or (), described.mechanism.contact.friction
     place = [float(as_floats(key, described.numbers[key])) for key in (name, str(contact)) if key in described.numbers]
     if len(place) < 2 or not as_floats(name, first) <= place[0] <= as_floats(name, last):
         return []

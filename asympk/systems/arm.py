@@ -9,7 +9,6 @@ wedging in constrained rigid-body dynamics, IEEE Conference on Robotics and Auto
 from functools import cache
 from math import acos, cos, sin
 
-import numpy as np
 import sympy as sp
 from sympy.physics.mechanics import dynamicsymbols
 
@@ -22,7 +21,7 @@ S, E = sp.symbols("S E", real=True)
 _TILT = acos(1 - cos(1.25))
 VALUES = {"m": 1, "b_0": 1, "S": "-3", "E": "-1", "f": 2, "c": "1e-6", "h": "1/2"}
 STATE = {"a": 1.25, "b": _TILT, "a'": -0.2, "b'": 0.2 * sin(1.25) / sin(_TILT)}
-TURN = ("a", "1/20", "3/2", {"b": lambda a: np.arccos(1 - np.cos(a))})
+TURN = ("a", "1/20", "3/2")
 
 
 @cache

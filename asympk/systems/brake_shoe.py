@@ -14,14 +14,14 @@ import sympy as sp
 from sympy.physics.mechanics import dynamicsymbols
 
 from asympk.mechanics.mechanism import Contact, Mechanism
-from asympk.systems.catalogue import Turn, f, on_elastic_contact
+from asympk.systems.catalogue import f, on_elastic_contact
 
 X, theta = dynamicsymbols("X theta")
 M, m, l, kappa, T, b = sp.symbols("M m l kappa T b", positive=True)
 v = sp.Symbol("v", real=True)
 VALUES = {"M": 4, "m": 1, "l": 1, "kappa": 1, "T": 1, "v": -1, "b": cos(0.5), "f": 3, "c": "1e-6", "h": "1/2"}
 STATE = {"X": 0, "theta": 0.5, "X'": 0, "theta'": 0}
-TURN: Turn = ("theta", "1/20", "3/2", {})
+TURN = ("theta", "1/20", "3/2")
 
 
 @cache

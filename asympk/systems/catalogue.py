@@ -1,8 +1,8 @@
 """The shared part of the mechanisms of the catalogue: their common symbols, and a scene from names and numbers.
 
 A module of the catalogue has ``mechanism()``, ``system()``, ``scenes()``, the numbers of an example, ``VALUES`` and
-``STATE``, and ``TURN``, the variable over which its paradox is shown: a coordinate or parameter, the ends of its range,
-and the coordinates that the closed contact determines, as functions of that variable.
+``STATE``, and ``TURN``, the variable over which its paradox is shown: a coordinate or parameter, and the ends of its
+range.
 """
 
 from collections.abc import Callable, Mapping
@@ -20,7 +20,6 @@ from asympk.scene import Scene
 from asympk.symbolic.system import System
 from asympk.systems.kernels import kernel_scene
 
-Turn = tuple[str, Any, Any, dict[str, Callable[[Any], Any]]]
 c, h, eps = sp.symbols("c h eps", positive=True)  # compliance, damping time, square root of the compliance
 f, f0 = sp.symbols("f f_0", positive=True)
 

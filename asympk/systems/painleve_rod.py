@@ -14,13 +14,13 @@ from sympy.physics.mechanics import dynamicsymbols
 
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.scene import Scene
-from asympk.systems.catalogue import Turn, example_scene, f, on_elastic_contact
+from asympk.systems.catalogue import example_scene, f, on_elastic_contact
 
 X, Y, theta = dynamicsymbols("X Y theta")
 m, l, g = sp.symbols("m l g", positive=True)
 VALUES = {"m": 1, "l": 1, "g": 1, "f": 2, "c": "1e-6", "h": "1/2"}
 STATE = {"X": 0, "Y": sin(1.1), "theta": 1.1, "X'": -1 - 0.2 * sin(1.1), "Y'": 0.2 * cos(1.1), "theta'": 0.2}
-TURN: Turn = ("theta", "1/20", "3/2", {})
+TURN = ("theta", "1/20", "3/2")
 
 
 @cache

@@ -12,14 +12,14 @@ import sympy as sp
 from sympy.physics.mechanics import dynamicsymbols
 
 from asympk.mechanics.mechanism import Contact, Mechanism
-from asympk.systems.catalogue import Turn, f, on_elastic_contact
+from asympk.systems.catalogue import f, on_elastic_contact
 
 x1, x2 = dynamicsymbols("x1 x2")
 m1, m2, alpha, P = sp.symbols("m_1 m_2 alpha P", positive=True)
 S = sp.Symbol("S", real=True)
 VALUES = {"m_1": 1, "m_2": 2, "alpha": "6/5", "P": 1, "S": "-1/2", "f": 2, "c": "1e-6", "h": "1/2"}
 STATE = {"x1": 0, "x2": 0, "x1'": -1, "x2'": -1}
-TURN: Turn = ("alpha", "1/20", "3/2", {})
+TURN = ("alpha", "1/20", "3/2")
 
 
 @cache

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING
 import sympy as sp
 
 from asympk.symbolic.system import System
-from asympk.systems.catalogue import Turn
 from asympk.systems.painleve_klein import rod
 
 if TYPE_CHECKING:
@@ -84,7 +83,7 @@ def system(law: sp.Expr | None = None) -> System:
 
 VALUES = {"m": 1, "P": 1, "alpha": "6/5", "f": 2, "f_0": 2}
 STATE = {"x1": 0, "x2": 0, "x1'": -1, "x2'": -1}
-TURN: Turn = ("alpha", "1/20", "3/2", {})
+TURN = ("alpha", "1/20", "3/2")
 
 
 @cache
