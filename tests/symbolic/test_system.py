@@ -139,3 +139,13 @@ def test_a_value_by_which_a_formula_divides_is_refused_with_the_formula(rate, ki
 def test_a_piece_that_does_not_hold_may_divide_by_zero():
     spring = System.smooth({x: y, y: sp.Piecewise((-x / k, k > 0), (0, True))}, {}, None)
     assert spring.placed({k: 0}, (2, 0)) == ((0,), (2, 0))
+
+
+def test_a_start_of_zero_of_a_positive_state_says_how_to_declare_the_state():
+    """An enzyme starts without complex, whose concentration a user declares positive."""
+    s, mu = (sp.Symbol(name, positive=True) for name in ("s", "mu"))
+    system = System.smooth({}, {s: 1 - s}, mu)
+    with pytest.raises(InputError, match="s = 0 is refused; .* positive; if its formulas hold at 0, declare it nonneg"):
+        system.placed({"mu": 1}, {"s": 0})
+    with pytest.raises(InputError, match="mu = 0 is refused; the symbol is declared positive$"):
+        system.placed({"mu": 0}, {"s": 1})
