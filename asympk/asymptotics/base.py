@@ -21,6 +21,7 @@ from asympk.asymptotics.landing import land
 from asympk.asymptotics.series import Series
 from asympk.errors import NotDerivable, UnknownName
 from asympk.numbers import known_order, number
+from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.expansion import fast_jacobian, is_zero, require_series, require_short, to_degree
 from asympk.symbolic.placing import place
 from asympk.symbolic.system import System
@@ -29,8 +30,8 @@ HIGHEST_ORDER = 3
 LEAST, LARGEST = 1e-13, 0.01  # bounds of the tolerance of the coefficients in numbers
 
 
-@dataclass(frozen=True)
-class BasePoint:
+@dataclass(frozen=True, repr=False)
+class BasePoint(ShownAsFormulas):
     """The base point of the fast fibre through (x, y): the start of the slow motion that its layer approaches.
 
     ``states`` maps every slow state to a series in mu, whose coefficients are expressions in the symbols of the states;
@@ -40,6 +41,11 @@ class BasePoint:
     system: System
     order: int
     states: sp.Dict | None
+
+    def _card(self) -> Card:
+        open_form = (("", "no closed form; .at(values, start) gives numbers"),)
+        known = open_form if self.states is None else tuple((s.name, series) for s, series in self.states.items())
+        return Card(f"Base point to order {self.order} of the fast fibre through a start", known)
 
     def __getitem__(self, state: sp.Symbol | str) -> Series:
         """Return the series of a slow state, by symbol or name.

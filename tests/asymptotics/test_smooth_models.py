@@ -488,6 +488,14 @@ def test_a_base_point_names_its_slow_states_and_there_is_none_without_fast_state
         ap.jump_map(ap.System.smooth({x: -x}, {}, None))
 
 
+def test_a_base_point_is_shown_as_its_series_or_by_where_its_numbers_are():
+    """It was shown as the call that makes it, with the whole system inside."""
+    title = "Base point to order 1 of the fast fibre through a start\n"
+    linear, cubic = (ap.System.smooth({x: -x + y}, {y: x - 2 * y - part}, mu) for part in (0, y**3))
+    assert repr(ap.jump_map(linear)) == title + "  x  (x) + (-(x - 2*y)/4) mu + O(mu^2)"
+    assert repr(ap.jump_map(cubic)).endswith("no closed form; .at(values, start) gives numbers")
+
+
 def test_the_first_correction_of_the_base_point_is_the_quadrature_along_the_layer():
     closed = ap.jump_map(ENZYME, order=1)["x"].coefficient(1)
     at = {x: sp.Rational(3, 2), y: sp.Rational(1, 7), kappa: 2, lambda_: sp.Rational(1, 3)}
