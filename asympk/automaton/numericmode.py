@@ -121,7 +121,8 @@ class NumericMode:
             if a * b < 0:
                 raise Pole(f"the rates of mode {self.name} have a pole, which the motion has passed before t = "
                            f"{float(t):.8g}: {expr!s:.120} = 0; end the run before it, or take other states, of an "
-                           "elastic contact by another order of three or more coordinates", t, state)
+                           "elastic contact by another order of three or more coordinates, or by a further contact "
+                           "that stays open, with which no sliding velocity is a state", t, state)
         return after
 
     def vanishing(self, first: tuple, now: tuple) -> sp.Expr | None:

@@ -391,3 +391,26 @@ def test_rates_that_complete_a_basis_everywhere_are_taken_before_those_of_later_
     assert all("X'" in map(str, system.states) for system, _ in ways)
     assert ways[0][1] == pytest.approx(ways[1][1], abs=1e-8)
     assert ways[0][1] > np.pi / 2
+
+
+@pytest.mark.further
+def test_a_slider_crank_passes_its_dead_centre_with_a_further_contact_that_stays_open():
+    """Slip ends at the dead centre whatever the crank does, so that z cannot stand for its rate there."""
+    a, b, u, w = sp.symbols("a b a' b'", real=True)
+    across, along = sp.sin(a) - 3 * sp.sin(b) / 2, sp.cos(a) + 3 * sp.cos(b) / 2
+    rod = sp.Matrix([across, along]).jacobian([a, b])
+    pulls = sp.Matrix([1, 0]) - rod.T * (rod.diff(a) * u + rod.diff(b) * w) * sp.Matrix([u, w])
+    guide = ap.Contact(across, along, sp.Rational(3, 10))
+    far = ap.Contact(100 - a, b, 0, unilateral=True)
+    begin = {"a": 3, "b": math.asin(math.sin(3) / 1.5), "a'": 1, "b'": math.cos(3) / math.sqrt(2.25 - math.sin(3) ** 2)}
+    soft = [(crank.elastic(compliance=c, damping=1), crank)
+            for crank in (ap.Mechanism((a, b), (u, w), rod.T * rod + sp.diag(2, 0), pulls, guide, others=others)
+                          for others in ((), [far]))]
+    alone, both = (ap.Scene(system=system, values={"c": "1e-3"}, start=crank.start(system, {**begin, "c": "1e-3"}),
+                            until="1/4") for system, crank in soft)
+    with pytest.raises(OutOfRange, match=r"or by a further contact that stays open"):
+        ap.solve(alone)
+    path = ap.solve(both)
+    assert path.modes[:2] == ("slip_opposite+open", "slip_same+open")
+    assert path.final[0] > np.pi
+    assert path.final[1] == pytest.approx(math.asin(math.sin(path.final[0]) / 1.5), abs=1e-5)
