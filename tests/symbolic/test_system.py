@@ -145,7 +145,7 @@ def test_a_start_of_zero_of_a_positive_state_says_how_to_declare_the_state():
     """An enzyme starts without complex, whose concentration a user declares positive."""
     s, mu = (sp.Symbol(name, positive=True) for name in ("s", "mu"))
     system = System.smooth({}, {s: 1 - s}, mu)
-    with pytest.raises(InputError, match=r"s = 0 is refused; .* positive; if its formulas hold at 0, declare it nonneg"):
+    with pytest.raises(InputError, match=r"s = 0 is refused; .* positive; if its formulas hold at 0, declare it"):
         system.placed({"mu": 1}, {"s": 0})
     with pytest.raises(InputError, match=r"mu = 0 is refused; the symbol is declared positive$"):
         system.placed({"mu": 0}, {"s": 1})
