@@ -179,16 +179,18 @@ class CriticalManifold(ShownAsFormulas):
         return found
 
     def _card(self) -> Card:
-        graph = self._graph()
         implicit = is_implicit(self.branch)
-        rows = [("0", limit_of(g, self.small)) for g in self.dynamics.fast.values() if implicit]
-        rows += [(f"{y} at {self.small}" if implicit else str(y), h) for y, h in graph.items() if h != y]
+        rows: list[tuple[str, Any]] = [("0", limit_of(g, self.small)) for g in self.dynamics.fast.values() if implicit]
+        for y, terms in self._graph().items():
+            if terms != [("", y)]:
+                (_, first), *others = terms
+                rows += [(f"{y} at {self.small}" if implicit else str(y), first), *others]
         rows += [("where", self.domain), ("exists for", self.exists), ("stability", self._kind())]
         return Card(f"{type(self).__name__} {self.name} of mode {self.mode}", tuple(rows))
 
-    def _graph(self) -> dict[sp.Symbol, sp.Expr]:
-        """Return the fast states on the manifold."""
-        return dict(self.branch)
+    def _graph(self) -> dict[sp.Symbol, list[tuple[str, sp.Expr]]]:
+        """Return the terms of each fast state on the manifold, with what stands before each but the first."""
+        return {y: [("", h)] for y, h in self.branch.items()}
 
     def _kind(self) -> Any:
         try:

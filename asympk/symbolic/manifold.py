@@ -44,6 +44,7 @@ from asympk.symbolic.roots import heights, is_unreadable, solutions_of
 from asympk.symbolic.system import Mode, System, of_system
 from asympk.symbolic.values import in_words
 
+LONG = 80  # characters from which on a series is shown term by term
 C = sp.Symbol("C", real=True)
 
 
@@ -69,9 +70,14 @@ class SlowManifold(CriticalManifold):
             return _polynomial(self.coefficients, self.small)
         return sp.Dict({y: _polynomial([c[y] for c in self.coefficients], self.small) for y in self.branch})
 
-    def _graph(self) -> dict[sp.Symbol, sp.Expr]:
-        expr = self.expr
-        return dict(expr) if isinstance(expr, sp.Dict) else {next(iter(self.branch)): expr}
+    def _graph(self) -> dict[sp.Symbol, list[tuple[str, sp.Expr]]]:
+        parts = [c if isinstance(c, sp.Dict) else {y: c for y in self.branch} for c in self.coefficients]
+        found: dict[sp.Symbol, list[tuple[str, sp.Expr]]] = {}
+        for y in self.branch:
+            whole = _polynomial(terms := [part[y] for part in parts], self.small)
+            each = [(f"+ {self.small**k} *" if k else "", term) for k, term in enumerate(terms) if term != 0 or k == 0]
+            found[y] = each if len(str(whole)) > LONG else [("", whole)]
+        return found
 
     @cached_property
     def closed(self) -> sp.Expr | None:

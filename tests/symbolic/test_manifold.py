@@ -1179,3 +1179,16 @@ def test_a_fast_velocity_that_stick_holds_is_slow_there_and_has_its_manifolds_in
     carried = ap.System.with_frictions({x: z + y}, {z: F - x - z, y: F + x - y}, [ap.Friction(z - x, F, 1, 1)], mu)
     held = ap.slow_manifolds(carried, order=1)[-1]  # F = x + z + mu (y + z), and y = F + x - mu y'
     assert (held.mode, sp.expand(held.expr - (2 * x + z - 4 * mu * (x + z)))) == ("stick", 0)
+
+
+def test_a_long_series_is_shown_term_by_term_from_the_critical_manifold_on():
+    """On one line, in the order of SymPy, a long correction came first and left no room for the branch itself."""
+    c, d = sp.symbols("c d", positive=True)
+    slow = {x: sum(x**k for k in range(20)) * y}
+    (line,) = ap.slow_manifolds(ap.System.smooth(slow, {y: 1 - (c + x**2) * y}, mu))
+    first, second = repr(line).splitlines()[1:3]
+    assert first.split(maxsplit=1) == ["y", "1/(c + x**2)"]
+    assert second.startswith("  + mu *      2*x*(")
+    assert sp.latex(line).count(r"\text{+ mu *}") == 1
+    (line,) = ap.slow_manifolds(ap.System.smooth({x: -d}, {y: 1 - c * y + x}, mu))
+    assert repr(line).splitlines()[1].split(maxsplit=1) == ["y", "x/c + 1/c + d*mu/c**2"]
