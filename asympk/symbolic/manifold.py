@@ -71,7 +71,7 @@ class SlowManifold(CriticalManifold):
         return sp.Dict({y: _polynomial([c[y] for c in self.coefficients], self.small) for y in self.branch})
 
     def _graph(self) -> dict[sp.Symbol, list[tuple[str, sp.Expr]]]:
-        parts = [c if isinstance(c, sp.Dict) else {y: c for y in self.branch} for c in self.coefficients]
+        parts = [c if isinstance(c, sp.Dict) else dict.fromkeys(self.branch, c) for c in self.coefficients]
         found: dict[sp.Symbol, list[tuple[str, sp.Expr]]] = {}
         for y in self.branch:
             whole = _polynomial(terms := [part[y] for part in parts], self.small)
