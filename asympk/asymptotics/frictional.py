@@ -21,7 +21,7 @@ from asympk.asymptotics.landing import abscissa
 from asympk.asymptotics.matched import MatchedPath, Stretch, Task
 from asympk.asymptotics.reduced import FORGOTTEN, LOST, ROUNDING
 from asympk.asymptotics.smooth import FINEST, finer, overgrown, predicted_error, tolerance
-from asympk.errors import OutOfRange
+from asympk.errors import AsympkError, OutOfRange
 from asympk.path import Path, times_within
 
 RTOL = 1e-9  # the tolerance of the reduced flow in the limit
@@ -29,6 +29,8 @@ FINER, COARSEST = 1e-2, 1e-8  # the tolerance in units of mu^(n + 1), and the la
 FALLING, TAKEN = 0.1, 0.22  # if omitted terms have at most the first ratio, the second stands for it and spares a run
 SLIGHT = 0.01  # the largest omitted term, relative to the states, for which the run to order n + 2 may be spared
 SEVERAL = 5  # the error at the end of a layer, in units of the error allowed in one step
+FEW = 6  # the number of layers, one for each mode, up to which errors pass from one to the next as they are
+COARSER, SAFE = 10, 4  # the ratio of tolerances that tells how errors grow, and the margin of the error
 
 
 def follow_stretches(scene: Any, method: str = "jump", *, order: int = 0, units: Any = 1.0) -> Path:
@@ -87,7 +89,8 @@ def _followed(
     apart = order > 0 or len(path.stretches) == len(landed.stretches) + 1  # orders 0 and 1 meet guards by the same y
     falls = apart and np.abs(omitted * units).max() < SLIGHT * scale and matched.decay(scene, path, order) <= FALLING
     last = beyond + TAKEN * omitted if falls else matched.end_to(order + 2, task, landed, path)
-    rounding = np.max(units) * max(ROUNDING * rtol, _grown(path, rtol) / scale)
+    passed = _passed_on(task, begun, path, units)
+    rounding = max(np.max(units) * max(ROUNDING * rtol, _grown(path, rtol) / scale), passed / scale)
     error = predicted_error(np.array((final, beyond, last)) * units, rounding=rounding,
                             lately=_omitted_lately(path, order, task.mu, units))
     return path, error + _of_layer(task, path, scale, units), rounding, omitted
@@ -112,6 +115,22 @@ def _grown(path: MatchedPath, rtol: float) -> float:
         found = float(slowly.spread(off).max(initial=0.0))
         lost = max(lost, found * (found > LOST))
     return max(found, lost) if most > ROUNDING else 0.0
+
+
+def _passed_on(task: Task, begun: MatchedPath, path: MatchedPath, units: Any) -> float:
+    """Return the error at the end of a path of many layers, each of which may let the errors before it grow.
+
+    The motion to a tolerance ``COARSER`` times as large has errors as many times as large; the error is 0 for ``FEW``.
+    """
+    if sum(stretch.slowly is None for stretch in path.stretches) <= FEW:
+        return 0.0
+    coarser = replace(task, rtol=COARSER * task.rtol)
+    try:
+        landed = matched.through_layer(replace(coarser, order=task.order + 1), begun)
+        again = matched.onward(coarser, landed)
+    except AsympkError:
+        return float(np.abs(np.array(path.state) * units).max() + 1)
+    return float(SAFE * np.abs((np.array(again.state) - path.state) * units).max() / (COARSER - 1))
 
 
 def _omitted_lately(path: MatchedPath, order: int, mu: float, units: Any) -> float:

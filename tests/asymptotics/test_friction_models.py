@@ -851,3 +851,20 @@ def test_slow_motions_that_end_as_they_begin_in_turns_are_refused_at_once(monkey
     monkeypatch.setattr(matched, "slowly", lambda task, path, limit: next(turns))
     with pytest.raises(OutOfRange, match=r"slow motion in slip_same goes on from its edge at t = 2 onto the same"):
         matched.onward(task, paths["slip_same"], lambda task, path: path, limit=True)
+
+
+@pytest.mark.further
+def test_the_error_of_many_layers_is_predicted_as_the_impacts_between_two_walls_let_it_grow():
+    """A pad is shaken in its play: 79 events made 1.6e-4 of errors of 1e-8, and 5.6e-7 was predicted."""
+    u, v, U, V, eps = *sp.symbols("u v U V", real=True), sp.Symbol("eps", positive=True)
+    play, rough = sp.Rational(1, 50), sp.Rational(3, 10)
+    walls = [ap.Contact(gap, u, rough, unilateral=True) for gap in (v + play, play - v)]
+    forces = (sp.cos(TIME) - u, 3 * sp.sin(5 * TIME))
+    pad = ap.Mechanism((u, v), (U, V), sp.eye(2), forces, walls[0], TIME, walls[1:])
+    system = pad.elastic(compliance=eps**2, damping=eps / 5)
+    start = pad.start(system, {"u": 0, "v": 0, "U": 1, "V": 0, "eps": "1/100"})
+    scene = ap.Scene(system=system, values={"eps": "1/100"}, start=start, until=10)
+    exact, found = ap.solve(scene), ap.solve(scene, method="jump")
+    assert len(exact.events) == len(found.events) == 79
+    off = np.abs(np.subtract(found.final, exact.final)).max() / np.abs(exact.final).max()
+    assert off < found.error < 1e-6
