@@ -438,3 +438,16 @@ def _chain(links):
         middle, place = place + link / 2, place + link
         energy += (middle.diff(t).dot(middle.diff(t)) + q.diff(t) ** 2 / 12) / 2
     return ap.Mechanism.from_lagrangian(energy, angles, contact=ap.Contact(gap=place[1], slip=place[0], friction=1))
+
+
+@pytest.mark.parametrize("declared", ["real", "positive"])
+def test_a_symbol_of_the_name_of_the_time_that_is_another_one_is_refused(declared):
+    """A force sin(t) of a real t stood still at a value of a parameter t."""
+    t, (u, v, U, V) = sp.Symbol("t", **{declared: True}), sp.symbols("u v U V")
+    ground = ap.Contact(v, u, sp.Rational(1, 10), unilateral=True)
+    with pytest.raises(InputError, match="t in the formulas is not the time t but another symbol of its name"):
+        ap.Mechanism((u, v), (U, V), sp.eye(2), (sp.sin(t), -1), ground)
+    assert ap.Mechanism((u, v), (U, V), sp.eye(2), (sp.sin(t), -1), ground, time=t).rigid().time == t
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 - Y
+    with pytest.raises(InputError, match="write the time as"):
+        ap.Mechanism.from_lagrangian(energy, (X, Y), contact=ap.Contact(Y, X, 1), forces={X: sp.sin(t)})
