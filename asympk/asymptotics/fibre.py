@@ -44,7 +44,8 @@ class Formulas:
        ``whole`` these are f and the root of g near that y, with all powers of mu: terms beyond mu^n change as well.
        Quotients such as sin(mu)/mu, which are singular at mu = 0 by their form alone, are still expanded.
     4. ``slow_rates(x, b, mu, p)`` returns d log|det g_y| / dt on the manifold to order 0, and the matrices -h_x f_y and
-       -h_x f_x f_y by columns.
+       -h_x f_x f_y by columns. ``departure`` of the same returns the matrix D = g_y - mu h_x f_y on the manifold to
+       order 1, by rows: a small departure from the manifold changes by mu (y - h)' = D (y - h).
     5. ``force(x, y, p)`` returns g at mu = 0, and ``jacobian(x, y, p)`` returns g_y at mu = 0 by rows.
     6. ``series(n)`` is (definitions, coefficients): auxiliary symbols, each defined by those before it, and in them the
        coefficients of 1, mu, ..., mu^n of y on the manifold, order by order. The symbols of fast states stand for b.
@@ -96,7 +97,7 @@ class Formulas:
         return self._at_point(self.slopes)
 
     def on_branch(self, x: Sequence[float], b: Sequence[float]) -> tuple[float, ...]:
-        """Return the arguments x, and b where needed, of ``flow``, ``height`` and ``slow_rates``."""
+        """Return the arguments x, and b where needed, of ``flow``, ``height``, ``slow_rates`` and ``departure``."""
         return (*x,) if self.affine else (*x, *b)
 
     def tape(self, *inputs: str) -> tuple[Tape, dict[sp.Symbol, Any]]:
@@ -166,15 +167,31 @@ class Formulas:
         """Compile the logarithmic rate of det g_y along the slow motion at mu = 0, -h_x f_y and -h_x f_x f_y."""
         tape, values, _, _ = self._at_rest(1)
         turned = [c[0, 1] for c in self._along(self.slopes.T, values, tape, 1)]
-        point, drift = _first(values), self.limit_drift
-        inverse, once, twice = self._inverse(values, tape), [], []
-        for y in self.fast_states:
-            push = evaluated([f.diff(y) for f in drift], point, tape)
-            again = self._moved(drift, point, push, tape)
-            once += _product(inverse, self._moved(self.limit, point, push, tape))
-            twice += _product(inverse, self._moved(self.limit, point, again, tape))
+        point, inverse = _first(values), self._inverse(values, tape)
+        pushes = self._pushes(point, tape)
+        again = [self._moved(self.limit_drift, point, push, tape) for push in pushes]
+        once, twice = (self._across(columns, values, tape) for columns in (pushes, again))
         turning = sum(a * b for a, b in zip(chain(*inverse), turned, strict=True))  # the trace of g_y^-1 d(g_y)/dt
-        return tape.function((turning, tuple(once), tuple(twice)), self.functions)
+        return tape.function((turning, tuple(chain(*once)), tuple(chain(*twice))), self.functions)
+
+    @cached_property
+    def departure(self) -> Callable[..., tuple]:
+        """Compile g_y - mu h_x f_y on the manifold to order 1."""
+        tape, values, _, _ = self._at_rest(1)
+        slopes = sp.Matrix(self.to_degree(self.full_force, 1)).jacobian(self.fast_states)
+        entries = [_polynomial(c, 1, tape) for c in self._along(slopes, values, tape, 1)]
+        columns = self._across(self._pushes(_first(values), tape), values, tape)
+        moved = (tape.node("mu") * c for c in chain(*zip(*columns, strict=True)))
+        return tape.function(tuple(a + b for a, b in zip(entries, moved, strict=True)), self.functions)
+
+    def _pushes(self, point, tape):
+        """Return f_y at mu = 0 by columns."""
+        return [evaluated([f.diff(y) for f in self.limit_drift], point, tape) for y in self.fast_states]
+
+    def _across(self, columns, values, tape):
+        """Return -h_x c at mu = 0 for columns c."""
+        point, inverse = _first(values), self._inverse(values, tape)
+        return [_product(inverse, self._moved(self.limit, point, column, tape)) for column in columns]
 
     def _at_point(self, exprs):
         """Compile expressions at (x, y)."""

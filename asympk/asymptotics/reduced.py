@@ -26,7 +26,7 @@ from scipy.integrate import simpson
 from scipy.linalg import expm
 
 from asympk.asymptotics.fibre import Formulas
-from asympk.asymptotics.landing import OVER, ROOT, newton, rightmost, root
+from asympk.asymptotics.landing import ROOT, newton, rightmost, root
 from asympk.asymptotics.nonstiff import EXPONENT, SHARES, Trajectory, at_middle, at_shares, price, rates, steps
 from asympk.asymptotics.stiff import jacobian
 from asympk.asymptotics.watching import watched
@@ -96,15 +96,18 @@ class Reduced:
         return np.array(found).reshape(len(found), len(found[0]), *t.shape)
 
     def fading(self, t: float) -> float:
-        """Return exp(int_0^t r dt / mu), by which a layer fades beside a single motion, or 0 where that is rounding.
+        """Return exp(int_0^t r dt / mu), by which a layer fades beside the last of the motions.
 
-        r is the largest real part of an eigenvalue of g_y, which is at most -``least``.
+        r is the largest real part of an eigenvalue of the matrix by which a departure from the manifold changes. What
+        mu adds to it counts: over a time of order 1 it changes the layer by a factor.
         """
-        if self.least * t > OVER * self.mu:
-            return 0.0
         times = np.linspace(0, t, WITHIN)
-        found = [_attraction(self.formulas, self.trajectory.state_at(at), self.mu, self.values)[1].real
-                 for at in times.tolist()]
+        points = np.array([self.parts(self.trajectory.state_at(at))[-1] for at in times.tolist()]).T
+        with np.errstate(all="ignore"):
+            entries = self.formulas.arrays.departure(*points, self.mu, *self.values)
+        slopes = np.stack(np.broadcast_arrays(*entries, times)[:-1], axis=1)
+        square = np.where(np.isfinite(slopes), slopes, 0.0).reshape(-1, *[len(self.formulas.fast_states)] * 2)
+        found = np.linalg.eigvals(square).real.max(axis=1)
         return math.exp(min(0.0, float(simpson(found, x=times)) / self.mu))
 
     def memory(self, t: float) -> tuple[list[tuple], np.ndarray]:

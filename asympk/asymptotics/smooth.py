@@ -28,7 +28,7 @@ import numpy as np
 
 from asympk.asymptotics import matched, reduced
 from asympk.asymptotics.fibre import Formulas
-from asympk.asymptotics.landing import Landing, land, rightmost, root
+from asympk.asymptotics.landing import OVER, Landing, land, rightmost, root
 from asympk.asymptotics.reduced import ROUNDING, Reduced
 from asympk.automaton.modes import has_switches
 from asympk.automaton.numericmode import NumericMode
@@ -40,6 +40,8 @@ EXTRA = 2  # the number of orders beyond the one asked for, from which its error
 STEADY, STALLED = 0.1, 0.5  # bounds of the ratio of successive omitted terms from which the rest of them is estimated
 FALLING = 0.25  # the largest ratio of successive omitted terms at which they alone tell the error
 FELL = tuple(0.5**k for k in range(10, 0, -1))  # times before ``until``, over it, at which terms may still have fallen
+FADED = 2 * OVER  # the relaxation times, without what mu adds to their rate, after which a layer is rounding
+UNSURE = 1.25  # what is left of a layer is estimated up to a factor 1 + O(mu)
 EARLY = 1 / 8  # the share of the time of a layer after which it fades as near its end
 SOON = 200  # the most steps of the full equations from such a time to ``until``
 FINEST, COARSEST = 1e-13, 1e-7  # bounds of the tolerance of the integrations
@@ -87,17 +89,32 @@ class LayeredMotion:
         """Return the size, times ``units``, of what is left of the layer at the end, or 0 where its terms tell it.
 
         The layer fades as the slow motion attracts, its terms as the start does, times powers of tau for the change.
-        They do not tell it where they do not fall after its first part, or once it counts as over. ``layer`` has the
-        terms at the end.
+        They do not tell it where they do not fall after its first part, or once it counts as over. It begins as its
+        term 0, taken back from after the first part, and the others at the start. ``layer`` has the sums of the terms
+        at the end.
         """
         landing, flow = self.landing, self.reduced
         t, tau, over = flow.end, landing.end * EARLY, landing.end * flow.mu
-        told = t < over * EARLY or (t < over and _falls(layer * units, STALLED))
-        if told or not (fading := flow.fading(t)):
+        told = t < over * EARLY or (t < over and _falls(layer * units, STALLED) and self._fell(t / flow.mu, units))
+        if told or flow.least * t > FADED * flow.mu:
             return 0.0
         rate = rightmost(flow.formulas, landing.base[0].tolist(), landing.branch, flow.values).real
-        size = np.abs(landing.corrections(np.array(tau))[0, self.kept] * units).max()
-        return float(size * math.exp(-rate * tau) * fading)
+        first, others = np.abs(self._terms(tau)[0]) * math.exp(-rate * tau), np.abs(self._terms(0.0)[1:]).sum(axis=0)
+        return float(UNSURE * ((first + others) * units).max() * self.beside.fading(t))
+
+    def _terms(self, tau: float) -> np.ndarray:
+        """Return the terms of the layer at ``tau`` times powers of mu: (orders from 0 on, states)."""
+        return self.sums[-1][:, None] * self.landing.corrections(np.array(tau))[:, self.kept]
+
+    def _fell(self, tau: float, units: Any) -> bool:
+        """Tell whether the terms of the layer at ``tau`` fall from the first: a single one may be small by chance.
+
+        Where the attraction changes they are as z^k/k!, and the last is at most ``STALLED`` times the one before where
+        z <= ``STALLED`` (n + 2).
+        """
+        sizes = np.abs(self._terms(tau) * units).max(axis=1)
+        count = np.arange(1, len(sizes))
+        return bool((count * sizes[1:] <= STALLED * len(count) * np.maximum.accumulate(sizes)[:-1]).all())
 
     def misses(self) -> np.ndarray:
         """Return composite - start of the fast states at t = 0, for every order: (orders, fast states)."""
