@@ -17,12 +17,11 @@ import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, lru_cache, partial, reduce
 from itertools import starmap
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.integrate import simpson
 from scipy.linalg import expm
 
 from asympk.asymptotics.fibre import Formulas
@@ -95,20 +94,20 @@ class Reduced:
                  for kind, point in zip(kinds, self.parts(motion), strict=True)]
         return np.array(found).reshape(len(found), len(found[0]), *t.shape)
 
-    def fading(self, t: float) -> float:
-        """Return exp(int_0^t r dt / mu), by which a layer fades beside the last of the motions.
+    def fading(self, t: float) -> np.ndarray:
+        """Return the matrix that takes small departures from the manifold at the start to those at ``t``.
 
-        r is the largest real part of an eigenvalue of the matrix by which a departure from the manifold changes. What
-        mu adds to it counts: over a time of order 1 it changes the layer by a factor.
+        It is the product of exp(int D dt / mu) over short times beside the last of the motions, D the matrix by which a
+        departure changes. What mu adds to D counts: over a time of order 1 it changes a layer by a factor.
         """
-        times = np.linspace(0, t, WITHIN)
+        times, size = np.linspace(0, t, WITHIN), len(self.formulas.fast_states)
         points = np.array([self.parts(self.trajectory.state_at(at))[-1] for at in times.tolist()]).T
         with np.errstate(all="ignore"):
             entries = self.formulas.arrays.departure(*points, self.mu, *self.values)
-        slopes = np.stack(np.broadcast_arrays(*entries, times)[:-1], axis=1)
-        square = np.where(np.isfinite(slopes), slopes, 0.0).reshape(-1, *[len(self.formulas.fast_states)] * 2)
-        found = np.linalg.eigvals(square).real.max(axis=1)
-        return math.exp(min(0.0, float(simpson(found, x=times)) / self.mu))
+        found = np.stack(np.broadcast_arrays(*entries, times)[:-1], axis=1).reshape(-1, size, size)
+        found = np.where(np.isfinite(found), found, 0.0) * (times[1] / self.mu)
+        parts = exponentials((found[:-2:2] + 4 * found[1:-1:2] + found[2::2]) / 3)  # by Simpson's rule
+        return reduce(lambda kept, part: part @ kept, parts)
 
     def memory(self, t: float) -> tuple[list[tuple], np.ndarray]:
         """Return points (x, b) of a single motion at ``t`` and before, and the shares of y between them left in y(t).

@@ -85,22 +85,29 @@ class LayeredMotion:
         terms = self.landing.corrections(tau)
         return (self.sums @ terms.reshape(len(terms), -1)).reshape(-1, *terms.shape[1:])[:, self.kept]
 
-    def left(self, layer: np.ndarray, units: Any) -> float:
-        """Return the size, times ``units``, of what is left of the layer at the end, or 0 where its terms tell it.
+    def tells(self, layer: np.ndarray, units: Any) -> bool:
+        """Tell whether the terms of the layer at the end, whose sums are ``layer``, tell its error.
 
-        The layer fades as the slow motion attracts, its terms as the start does, times powers of tau for the change.
-        They do not tell it where they do not fall after its first part, or once it counts as over. It begins as its
-        term 0, taken back from after the first part, and the others at the start. ``layer`` has the sums of the terms
-        at the end.
+        They do not where they do not fall after its first part, nor once it counts as over: the layer fades as the slow
+        motion attracts, its terms as the start does, times powers of tau for the change.
         """
-        landing, flow = self.landing, self.reduced
-        t, tau, over = flow.end, landing.end * EARLY, landing.end * flow.mu
-        told = t < over * EARLY or (t < over and _falls(layer * units, STALLED) and self._fell(t / flow.mu, units))
-        if told or flow.least * t > FADED * flow.mu:
+        t, over = self.reduced.end, self.landing.end * self.reduced.mu
+        falls = t < over and _falls(layer * units, STALLED) and self._fell(t / self.reduced.mu, units)
+        return falls or t < over * EARLY
+
+    def left(self, units: Any) -> float:
+        """Return the size, times ``units``, of what is left of the layer at the end, after its first part.
+
+        The layer begins as its term 0, taken back from after the first part, and the others at the start.
+        """
+        landing, flow, tau = self.landing, self.reduced, self.landing.end * EARLY
+        if flow.least * flow.end > FADED * flow.mu or not self.landing.corrections(np.array(0.0)).any():
             return 0.0
         rate = rightmost(flow.formulas, landing.base[0].tolist(), landing.branch, flow.values).real
         first, others = np.abs(self._terms(tau)[0]) * math.exp(-rate * tau), np.abs(self._terms(0.0)[1:]).sum(axis=0)
-        return float(UNSURE * ((first + others) * units).max() * self.beside.fading(t))
+        sizes = (first + others) * units
+        fast = sizes[-len(landing.branch) :]
+        return float(UNSURE * sizes.max() * (np.abs(self.beside.fading(flow.end)) @ fast).max() / fast.max())
 
     def _terms(self, tau: float) -> np.ndarray:
         """Return the terms of the layer at ``tau`` times powers of mu: (orders from 0 on, states)."""
@@ -286,15 +293,18 @@ def _expected(motion, layered, t, slow, layer, units, ends=None, least=STEADY):
     misses, scales = motion.misses(), units + np.zeros(len(motion.kept))
     fast = slice(len(scales) - misses.shape[1], None)
     _, recalled = motion.reduced.remembered(t, motion.beside.orders[ends is not None : -1])
-    lingering = motion.left(layer, units)
+    told, taken = motion.tells(layer, units), np.abs(layer[0] * units).max()
+    left = (0.0 if told else motion.left(units)) + (taken if layered is not told else 0.0)
+    if not told:  # terms may be small by chance, or far larger than what is left
+        layer = np.zeros_like(layer)
     slow, layer, misses = slow * units, layer * units, misses * scales[fast]
-    told = [slow + layer, *[slow] * (not _falls(slow, STALLED))]
+    judged = [slow + layer, *[slow] * (not _falls(slow, STALLED))]
     if ends is not None:
-        told = [np.vstack([told[0][:1], ends * units])]
-    left, grown = max(lingering, 0.0 if layered else np.abs(layer[0]).max()), (motion.errors * scales).max()
+        judged = [np.vstack([judged[0][:1], ends * units])]
+    grown = (motion.errors * scales).max()
     rounding = max(ROUNDING * motion.rtol * scales.max(), float(grown / max(1.0, np.abs(slow[0] + layer[0]).max())))
-    lately = _terms(told[0])[0] + float((recalled * scales[fast]).max(axis=1).sum())
-    return max(predicted_error(terms, left, rounding, misses, lately, least) for terms in told), rounding
+    lately = _terms(judged[0])[0] + float((recalled * scales[fast]).max(axis=1).sum())
+    return max(predicted_error(terms, left, rounding, misses, lately, least) for terms in judged), rounding
 
 
 def tolerance(mu: float, order: int, finer: float = FINER) -> float:
