@@ -17,7 +17,7 @@ import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache, partial, reduce
+from functools import cached_property, partial, reduce
 from itertools import starmap
 from typing import Any, NamedTuple
 
@@ -114,18 +114,32 @@ class Reduced:
 
         With A = g_y the error e of y, and the first term T that y omits, obey mu e' = A (e - T), so that at t
 
-            e = -int_0^oo A exp(A s) T(t - mu s) ds = T(t) - int_0^oo A exp(A s) (T(t - mu s) - T(t)) ds.
+            e = int T(s) dK(s) = T(t) + int (T(s) - T(t)) dK(s),    K(s) = exp(int_s^t A / mu).
 
-        A share is |int A exp(A s) ds|, entry by entry, over an interval of s. Its points are those of the ends of the
-        interval, or of the start. The intervals end at 1, 2, 3, 5, 8, ... relaxation times, until less than
-        ``FORGOTTEN`` is left. The shares are an array (fast states, intervals times fast states).
+        A share is |K(b) - K(a)|, entry by entry, over an interval from a to b. Its points are those of the ends of the
+        interval. The intervals are the halves of those that end 1, 2, 3, 5, 8, ... relaxation times before t, until
+        less than ``FORGOTTEN`` is left of K, or at the start: what is left there is the last share. The shares are an
+        array (fast states, intervals times fast states).
         """
-        at = self.trajectory.state_at(t)
-        y, largest = _attraction(self.formulas, at, self.mu, self.values)
-        ago = 1 / -largest.real
+        points, last, end, further = [self.trajectory.state_at(t)], t, 1, 2
+        y, largest = _attraction(self.formulas, points[0], self.mu, self.values)
+        kept, slopes = [np.eye(len(y))], self._slopes(points[0])
+        while last > 0 and np.abs(kept[-1]).max() > FORGOTTEN:
+            before = max(0.0, t + end * self.mu / largest.real)
+            points += [self.trajectory.near(at) for at in ((before + last) / 2, before)]
+            after, middle, slopes = slopes, *map(self._slopes, points[-2:])
+            for outer, inner in ((after, slopes), (slopes, after)):  # the integral of a parabola over each half
+                part = (5 * outer + 8 * middle - inner) * ((last - before) / (24 * self.mu))
+                kept.append(kept[-1] @ expm(part))
+            last, end, further = before, further, end + further
+        shares = np.abs(np.diff([*kept, np.zeros_like(kept[0])], axis=0))
+        return [*points, points[-1]], np.hstack(shares)
+
+    def _slopes(self, at: Sequence[float]) -> np.ndarray:
+        """Return g_y on the branch at a point (x, b)."""
+        y = self.formulas.height(0)(*at, self.mu, *self.values)
         entries = self.formulas.jacobian(*at[: len(self.formulas.slow_states)], *y, *self.values)
-        ends, shares = _shares(tuple(ago * v for v in entries))
-        return [at, *(self.trajectory.near(max(0.0, t - self.mu * ago * end)) for end in ends)], shares
+        return np.reshape(entries, (len(y), len(y)))
 
     def remembered(self, t: float, orders: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
         """Return the first term of y that each order omits at ``t``, and what the error there remembers of its changes.
@@ -386,22 +400,6 @@ def margin(formulas: Formulas, state: Sequence[float], mu: float, values: tuple)
         return -largest.real - mu * meeting
     except (ArithmeticError, ValueError):
         return -math.inf
-
-
-@lru_cache(maxsize=256)
-def _shares(entries):
-    """Return the ends 1, 2, 3, 5, ... of intervals from 0 on, and |exp(B a) - exp(B b)| for those from a to b.
-
-    The latter is entry by entry, the intervals side by side. An end is the sum of the two before.
-    """
-    size, ends, found = math.isqrt(len(entries)), [1, 2], []
-    left, last = np.eye(size), expm(np.reshape(entries, (size, size)))
-    kept = last
-    while np.abs(left).max() > FORGOTTEN:
-        found.append(np.abs(left - kept))
-        left, last, kept = kept, kept, last @ kept
-        ends.append(ends[-1] + ends[-2])
-    return tuple(ends[: len(found)]), np.hstack(found)
 
 
 def _size(entries):
