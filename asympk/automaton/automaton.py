@@ -150,10 +150,10 @@ def _follow_on(
         return found[best].pop()
     if best[0] == _NEVER and (errors := [refused[side] for side in leads if side in refused]):
         raise errors[0]
-    return _on_edges(automaton, edges, _beyond(edges, choices[0]), before, hits, t, state, slack)
+    return _by_law_on_edges(automaton, edges, _beyond(edges, choices[0]), before, hits, t, state, slack)
 
 
-def _on_edges(
+def _by_law_on_edges(
     automaton: Automaton, edges: tuple[Edge, ...], sides: Sides, before: Branch | None, hits: tuple[int, ...], t: Any,
     state: State, slack: Any,
 ) -> Branch:

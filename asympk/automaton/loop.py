@@ -20,7 +20,7 @@ from asympk.automaton.numericmode import NumericMode
 from asympk.errors import Accumulation, NoMotion, TwoMotions, UnboundedReaction, Undecided
 from asympk.numbers import listed
 from asympk.path import Event
-from asympk.symbolic.branches import OPEN, Branch, at_rest, awake, bare, stands
+from asympk.symbolic.branches import Branch, at_rest, awake, bare, event_between, stands
 from asympk.symbolic.forces import moving_as
 from asympk.symbolic.sides import Sides, inside, phase_of
 from asympk.symbolic.system import System
@@ -344,24 +344,13 @@ def _ended(mode: NumericMode, kind: str, t: Any, state: tuple) -> UnboundedReact
 
 
 def _kind(mode: NumericMode, hits: tuple[int, ...], after: Branch) -> tuple[str, int]:
-    """Return the kind and the friction of an event: of guards lost together the first whose contact changes its phase.
-
-    Of velocities that vanish together, the event has the lowest friction number, whichever of them rounding lets vanish
-    first. If a contact has reached the edge of its cone and yet sticks, the event is either the ``slip_onset`` of
-    another contact at the same time, or ``force_zero``: the load vanishes at the tip of the cone. Where forces at rest
-    are not determined, the edge is of no one contact, and the event has the lowest friction number of those that slip.
-    """
-    phases = [*zip(bare(mode.branch), bare(after), strict=True)]
+    """Return ``event_between`` for, of guards lost together, the first whose contact changes its phase."""
+    changed = [old != new for old, new in zip(bare(mode.branch), bare(after), strict=True)]
     freed = at_rest(mode.branch) - at_rest(after)
     lost = [mode.kinds[hit] for hit in sorted(hits)] or [("slip_onset", min(freed, default=0))]
-    kind, friction = next((own for own in lost if len({*phases[own[1]]}) > 1), lost[0])
-    if kind == "velocity_zero":
-        moving = {k for k, phase in enumerate(mode.branch) if phase.velocity and kind not in phase.idle}
-        stopped = {k for k in moving if OPEN not in phases[k] and phases[k][0].velocity != phases[k][1].velocity}
-        return kind, min(stopped, default=friction)
-    if kind != "slip_onset" or (after[friction].mode != "stick" and not stands(mode.branch)):
-        return kind, friction
-    return ("slip_onset", min(freed)) if freed else ("force_zero", friction)
+    kind, friction = next((own for own in lost if changed[own[1]]), lost[0])
+    still = {k for k, phase in enumerate(mode.branch) if kind in phase.idle}
+    return event_between(mode.branch, after, kind, friction, still)
 
 
 def _require_progress(segments: list[Segment], mode: NumericMode, ends: list) -> None:

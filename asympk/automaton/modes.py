@@ -62,9 +62,9 @@ class GuardedMode:
     @cached_property
     def sided(self) -> System:
         """The system with its sliding velocities, and so the equations of its forces, on the sides of the mode."""
-        return system_on_sides(self.system, turning(self.system, self._on_edges(self.sides)))
+        return system_on_sides(self.system, turning(self.system, self._at_rest_on(self.sides)))
 
-    def _on_edges(self, sides: Sides) -> Sides:
+    def _at_rest_on(self, sides: Sides) -> Sides:
         """Return sides with 0 for velocities at rest: a belt has its speed there, whichever side rules a force."""
         at_rest = (self._told(self.system.frictions[k].velocity) for k in branches.at_rest(self.branch) if sides)
         rest = {phase_of(on_sides(velocity, sides))[0]: 0 for velocity in at_rest}
@@ -211,7 +211,7 @@ class GuardedMode:
     @cached_property
     def velocities(self) -> dict[int, sp.Expr]:
         """The sliding velocities of the closed frictions, by their numbers, with the signs and sides of the mode."""
-        sides = self._on_edges(self.all_sides)
+        sides = self._at_rest_on(self.all_sides)
         return {k: on_sides(self._told(friction.velocity), sides) for k, friction in self.closed.items()}
 
     def _told(self, velocity: sp.Expr) -> sp.Expr:

@@ -298,7 +298,7 @@ class _Modes(Candidates):
         """Return the guard of the event between two modes, or None if the motion of no contact changes.
 
         At a switch it is the sliding velocity that jumps or, unless a contact stops there, what the first mode loses on
-        the new side. Of velocities that change together it is the first.
+        the new side. Which friction and kind it has, ``event_between`` says.
         """
         motions = [forces.moving_as(mode.sided, mode.branch) for mode in (before, after)]
         if not (changed := [k for k, (old, new) in enumerate(zip(*motions, strict=True)) if old != new]):
@@ -311,18 +311,9 @@ class _Modes(Candidates):
                 return jumped
             if guard.kind != "velocity_zero":
                 guard = self._halted(after, *motions) or self._lost(beyond, changed[0], state)
-        undetermined = branches.stands(before.branch)
-        if guard.kind == "slip_onset" and (undetermined or after.branch[guard.friction].mode == "stick"):
-            freed = branches.at_rest(before.branch) - branches.at_rest(after.branch)
-            if not freed:  # the load vanishes between both edges of its stick
-                return guard._replace(kind="force_zero")
-            return guard._replace(friction=min(freed))
-        if guard.kind == "velocity_zero":
-            pairs = enumerate(zip(before.branch, after.branch, strict=True))
-            turned = {k for k, (a, b) in pairs if a.velocity and b != OPEN and a.velocity != b.velocity}
-            turned -= in_name_only(before.sided, before.branch)
-            return guard._replace(friction=min(turned, default=guard.friction))
-        return guard
+        still = in_name_only(before.sided, before.branch)
+        kind, friction = branches.event_between(before.branch, after.branch, guard.kind, guard.friction, still)
+        return guard._replace(kind=kind, friction=friction)
 
     def _jumped(self, beyond, state):
         """Return the guard of a sliding velocity that has jumped away from 0, or to the other sign, or None."""

@@ -115,6 +115,25 @@ def still_rows(branch: Branch) -> tuple[int, ...]:
     return next(phase.still for phase in branch if phase.still)
 
 
+def event_between(before: Branch, after: Branch, kind: str, friction: int, still: Collection[int]) -> tuple[str, int]:
+    """Return the kind and the friction of the event between two branches, where a guard of ``friction`` is lost.
+
+    Of velocities that vanish together, the event has the lowest friction number, whichever of them rounding lets vanish
+    first; those of ``still`` are 0 on both sides. If a contact has reached the edge of its cone and yet sticks, the
+    event is either the ``slip_onset`` of another contact at the same time, or ``force_zero``: the load vanishes at the
+    tip of the cone. Where forces at rest are not determined, the edge is of no one contact, and the event has the
+    lowest friction number of those that slip.
+    """
+    if kind == "velocity_zero":
+        turned = (k for k, (old, new) in enumerate(zip(before, after, strict=True))
+                  if old.velocity and new != OPEN and old.velocity != new.velocity and k not in still)
+        return kind, min(turned, default=friction)
+    if kind != "slip_onset" or (after[friction].mode != "stick" and not stands(before)):
+        return kind, friction
+    freed = at_rest(before) - at_rest(after)
+    return (kind, min(freed)) if freed else ("force_zero", friction)
+
+
 def most_at_rest(branches: Iterable[Branch], among: Iterable[int] | None = None) -> list[Branch]:
     """Leave out every branch whose sticking frictions are a proper subset of another branch's; only ``among`` count."""
     rest = {b: at_rest(b) if among is None else at_rest(b) & {*among} for b in branches}
