@@ -20,7 +20,7 @@ from asympk.output import gallery
 from asympk.output.gallery import in_a_sentence
 from asympk.pictures import style
 from asympk.pictures.anymechanism import limit
-from asympk.pictures.figures import ALONGSIDE, cheapest, outcome
+from asympk.pictures.figures import ALONGSIDE, cheapest_by_method, outcome
 from asympk.pictures.portraits import level_formulas
 from asympk.scene import Scene
 from asympk.storage.rows import Row
@@ -281,7 +281,7 @@ def of_work(rows: Sequence[Row]) -> dict[str, str]:
     here, accuracy = [row for row in rows if row["scene"] == gallery.SHOWN], gallery.ACCURACY
     mus = sorted({row["mu"] for row in here})
     careful = (*chart.EXPLICIT, *chart.IMPLICIT)
-    costs = {method: cheapest([r for r in here if r["method"] == method], accuracy) for method in careful}
+    costs = cheapest_by_method(here, careful, accuracy)
     best, fast = (min((m for m in careful if costs[m].get(mu)), key=lambda m: costs[m][mu]) for mu in (mus[0], mus[-1]))
     (jump,) = (row for row in here if row["method"] == "jump 1" and row["mu"] == mus[0])
     found = {

@@ -37,8 +37,7 @@ def draw_errors(rows: list[dict]) -> Any:
 
     A is the limit of error/(c log(1/c)) on that line.
     """
-    with plate(1.9) as (figure, axes):
-        ax = axes.flat[0]
+    with plate(1.9) as (figure, [[ax]]):
         by_mechanism = groupby(rows, key=lambda row: row["mechanism"])
         for (name, group), (ink, mark) in zip(by_mechanism, style.MARKS, strict=True):
             several = list(group)
@@ -71,8 +70,7 @@ def limit(rows: list[dict]) -> float:
 
 def draw_rebound(rows: list[dict]) -> Any:
     """Draw the rebound of a unilateral contact over b = h / sqrt(c): formula, motions as marks, two limit laws."""
-    with plate(2.1) as (figure, axes):
-        ax = axes.flat[0]
+    with plate(2.1) as (figure, [[ax]]):
         cases = groupby(rows, key=lambda row: (row["theta"], row["friction"]))
         for ((theta, friction), group), (ink, mark) in zip(cases, style.MARKS, strict=True):
             several = list(group)
@@ -85,7 +83,6 @@ def draw_rebound(rows: list[dict]) -> Any:
             label = rf"$\theta = {theta:g}$, $f = {friction:g}$"
             ax.plot([row["ratio"] for row in met], [row["followed"] for row in met], mark, color=ink, mfc="white", ms=3,
                     label=label)
-        ax.set(xscale="log", yscale="log", xlabel=r"$b=h/\sqrt{c}$", ylabel=r"$\dot g^+/|\gamma_0|$", ylim=(2e-5, 1))
-        ax.minorticks_off()
+        style.logarithmic(ax, xlabel=r"$b=h/\sqrt{c}$", ylabel=r"$\dot g^+/|\gamma_0|$", ylim=(2e-5, 1))
         ax.legend(loc="lower left")
     return figure

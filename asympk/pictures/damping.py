@@ -42,8 +42,7 @@ def _times(ax, rows):
     ratios = sorted({row["zeta"] for row in rows if row["zeta"] < 30})
     ax.plot(ratios, [leading_law(0.5, zeta) / leading_law(0.5, 1) for zeta in ratios], color="black", lw=1.0,
             ls=(0, (4, 2)), label="leading order")
-    ax.set(xscale="log", yscale="log", xlabel=r"$\zeta = d/2\varepsilon$", ylabel=r"$T/T(\zeta = 1)$", ylim=(1e-4, 1e5))
-    ax.minorticks_off()
+    style.logarithmic(ax, xlabel=r"$\zeta = d/2\varepsilon$", ylabel=r"$T/T(\zeta = 1)$", ylim=(1e-4, 1e5))
 
 
 def _sticks(ax, rows):
@@ -53,9 +52,8 @@ def _sticks(ax, rows):
         below = [row["zeta"] for row in here if row["zeta"] < 1]
         ax.plot(below, [stick_law(epsilon, zeta) for zeta in below], color=ink, lw=0.5)
         ax.plot((epsilon ** (-1 / 3) / 2,) * 2, (0.8, 3), color=ink, lw=0.6, ls=":")
-    ax.set(xscale="log", yscale="log", xlabel=r"$\zeta = d/2\varepsilon$", ylabel="times at rest", ylim=(0.8, 80))
+    style.logarithmic(ax, xlabel=r"$\zeta = d/2\varepsilon$", ylabel="times at rest", ylim=(0.8, 80))
     ax.set_yticks([1, 2, 5, 10, 50], ["1", "2", "5", "10", "50"])
-    ax.minorticks_off()
 
 
 def _by_epsilon(rows):
@@ -82,7 +80,6 @@ def _undamped(ax, rows):
     fine = [1 / 8, max(epsilons)]
     ax.plot(fine, [undamped_factor() / epsilon**3 for epsilon in fine], color="black", ls=(0, (4, 2)),
             label=r"$\propto \varepsilon^{-3}$")
-    ax.set(xscale="log", yscale="log", xlabel=r"$\varepsilon$", ylabel="$T$, no damping", ylim=(30, 3e4))
+    style.logarithmic(ax, xlabel=r"$\varepsilon$", ylabel="$T$, no damping", ylim=(30, 3e4))
     ax.set_xticks(epsilons, [f"1/{round(1 / epsilon)}" for epsilon in epsilons])
-    ax.minorticks_off()
     ax.legend(loc="upper right")

@@ -23,8 +23,7 @@ def decreasing(rows: list[dict]) -> Any:
                 _draw(ax, sorted(here, key=lambda row: row["mu"]), MARKS[names.index(name)], name)
             limit, order = panel
             title = "friction, 0" if limit else f"order {order}"
-            ax.set(xscale="log", yscale="log", xlabel=r"$\mu$", title=title)
-            ax.minorticks_off()
+            style.logarithmic(ax, xlabel=r"$\mu$", title=title)
         axes.flat[0].set_ylabel("error")
         handles = {h.get_label(): h for ax in axes.flat for h in ax.get_legend_handles_labels()[0]}
         figure.legend(handles=[handles[name] for name in names], loc="outside lower center", ncols=2)

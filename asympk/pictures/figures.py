@@ -86,14 +86,13 @@ def work_precision(rows: Sequence[Row], scene: str, mus: Sequence[float]) -> "Fi
 
 
 def _precision_panel(ax, rows, methods):
-    ax.set(xscale="log", yscale="log", xlim=(1e-18, 1e5))
+    style.logarithmic(ax, xlim=(1e-18, 1e5))
     for left, right, grey, words, height, end in (
             (0.1, 10, "0.95", "wrong", 0.97, "top"), (10, 1e5, "0.89", "no end", 0.2, "bottom")):
         ax.axvspan(left, right, color=grey, lw=0)
         ax.text((left * right) ** 0.5, height, words, rotation=90, ha="center", va=end, fontsize=6,
                 transform=ax.get_xaxis_transform())
     ax.set_xticks([1e-15, 1e-10, 1e-5])
-    ax.minorticks_off()
     glyphs = []
     for method in methods:
         good = sorted((r for r in rows if r["method"] == method and r["final_error"] is not None),
@@ -125,9 +124,8 @@ def cost_against_mu(rows: Sequence[Row], scenes: Sequence[str], accuracy: float,
 
 
 def _cost_panel(ax, rows, methods, accuracy):
-    ax.set(xscale="log", yscale="log")
-    ax.minorticks_off()
-    curves = {method: cheapest([r for r in rows if r["method"] == method], accuracy) for method in methods}
+    style.logarithmic(ax)
+    curves = cheapest_by_method(rows, methods, accuracy)
     top = 3 * max(cost for curve in curves.values() for cost in curve.values() if cost)
     never = [m for m in methods if not any(curves[m].values())]
     lost = [m for m in methods if None in curves[m].values() and m not in never]
@@ -197,15 +195,19 @@ def cheapest(rows: Iterable[Row], accuracy: float) -> dict[float, Any]:
     return found
 
 
+def cheapest_by_method(rows: Sequence[Row], methods: Iterable[str], accuracy: float) -> dict[str, dict[float, Any]]:
+    """Return ``cheapest`` for the rows of every method."""
+    return {method: cheapest([row for row in rows if row["method"] == method], accuracy) for method in methods}
+
+
 def nonlinear(rows: Sequence[Row]) -> "Figure":
     """Draw the errors of small-angle models of the geometrically nonlinear rod over mu, for every kappa.
 
     A digit n marks the jump map of order n, at kappa = 1 only; there, two integrators of the nonlinear rod are drawn.
     """
-    with plate(2.0) as (figure, axes):
-        ax, glyphs = axes.flat[0], []
-        ax.set(xscale="log", yscale="log", xlabel=r"$\mu$", ylabel="error of the final state")
-        ax.minorticks_off()
+    with plate(2.0) as (figure, [[ax]]):
+        glyphs = []
+        style.logarithmic(ax, xlabel=r"$\mu$", ylabel="error of the final state")
         for kappa in sorted({row["kappa"] for row in rows}):
             exact = _errors([row for row in rows if row["kappa"] == kappa], "exact")
             ax.plot(*zip(*exact, strict=True), **{**style.curve("exact"), "linestyle": "-", "linewidth": 0.6})
@@ -243,7 +245,7 @@ def model_savings(rows: list[Row]) -> "Figure | None":
     top = 3 * max(cost or 1 for of in found.values() for cost in of.values())
     with sheet(1.5, 1, len(systems), entries=len(methods), per_line=4, sharey=True) as (figure, axes):
         for ax, system in zip(axes.flat, systems, strict=True):
-            ax.set(xscale="log", yscale="log", xlabel=r"$\mu$", title=system, ylim=(0.2, 3 * top))
+            style.logarithmic(ax, xlabel=r"$\mu$", title=system, ylim=(0.2, 3 * top))
             ax.axhspan(top, 3 * top, color="0.93", lw=0)
             ax.axhline(1, color="black", lw=0.8)
             for k, method in enumerate(methods):
@@ -252,7 +254,6 @@ def model_savings(rows: list[Row]) -> "Figure | None":
                 lost = [mu for mu, c in places if not c]
                 level = top * 3 ** ((k + 0.5) / len(methods))
                 ax.plot(lost, [level] * len(lost), **{**style.curve(method), "linestyle": "none", "label": None})
-            ax.minorticks_off()
             ax.margins(x=0.1)
             ax.invert_xaxis()
         axes[0, 0].set_ylabel("CPU time / jump 1")
@@ -263,19 +264,16 @@ def model_savings(rows: list[Row]) -> "Figure | None":
 
 def few_costs(rows: Sequence[Row], methods: Sequence[str], accuracy: float) -> "Figure":
     """The least cost of an error below ``accuracy`` against mu for a few ``methods``, with names at the curves."""
-    with plate(2.0) as (figure, axes):
-        ax = axes.flat[0]
-        ax.set(xscale="log", yscale="log", xlabel=r"$\mu$", ylabel="CPU time / exact flow")
-        found = {m: cheapest([row for row in rows if row["method"] == m], accuracy) for m in methods}
-        curves = {m: sorted((mu, cost) for mu, cost in costs.items() if cost) for m, costs in found.items()
-                  if any(costs.values())}
+    with plate(2.0) as (figure, [[ax]]):
+        style.logarithmic(ax, xlabel=r"$\mu$", ylabel="CPU time / exact flow")
+        found = cheapest_by_method(rows, methods, accuracy).items()
+        curves = {m: [(mu, cost) for mu, cost in costs.items() if cost] for m, costs in found if any(costs.values())}
         for method, curve in curves.items():
             ax.plot(*zip(*curve, strict=True), **{**style.curve(method), "linestyle": "-"})
             (mu, cost), ink = curve[0], style.curve(method)["color"]
             crowded = any(cost < other[0][1] < 5 * cost and other[0][0] == mu for other in curves.values())
             ax.annotate(style.curve(method)["label"], (mu, cost), (0, -5 if crowded else 5), textcoords="offset points",
                         color=ink, ha="center", va="top" if crowded else "bottom")
-        ax.minorticks_off()
         ax.invert_xaxis()
         ax.margins(x=0.12)
     return figure

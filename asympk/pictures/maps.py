@@ -23,9 +23,8 @@ if TYPE_CHECKING:
 def regime_map() -> "Figure":
     """Draw where the slow planes and the edges of the stick region lie over sigma, for sigma0 = sigma."""
     cuts, most = thresholds(pk.system()), 2
-    with plate(2.3) as (figure, axes):
-        ax = axes.flat[0]
-        _load_axis(ax, (-30, 30))
+    with plate(2.3) as (figure, [[ax]]):
+        _load_axis(ax)
         ax.set(xlim=(-2, most), xlabel=r"$\sigma$")
         ticks = sorted({sp.S(-2), *cuts, sp.S.One, sp.S(most)})
         ax.set_xticks([float(tick) for tick in ticks], [f"${tick}$" for tick in ticks])
@@ -52,7 +51,7 @@ def stick_over_static_friction(sigmas: Sequence[str]) -> "Figure":
     regions, most = stick_regions(pk.system()), 4
     with plate(2.2, 1, len(sigmas), sharey=True) as (figure, axes):
         for ax, sigma in zip(axes.flat, sigmas, strict=True):
-            _load_axis(ax, (-30, 30), label=ax is axes.flat[0])
+            _load_axis(ax, label=ax is axes.flat[0])
             least, kinetic = float(Fraction(sigma)), {pk.sigma: sp.Rational(sigma)}
             ax.set(xlim=(least, most), xlabel=r"$\sigma_0$")
             ax.set_title(rf"$\sigma = {sigma}$", pad=3)
@@ -71,8 +70,8 @@ def stick_over_static_friction(sigmas: Sequence[str]) -> "Figure":
     return figure
 
 
-def _load_axis(ax, limits, label=True):
-    ax.set_ylim(*limits)
+def _load_axis(ax, label=True):
+    ax.set_ylim(-30, 30)
     ax.set_yscale("asinh", linear_width=LINEAR)
     ax.set_yticks(LOADS, [f"{load:g}" for load in LOADS])
     ax.minorticks_off()
@@ -122,8 +121,7 @@ def convergence(rows: Sequence[Row]) -> "Figure":
     for row in rows:
         key = tuple(row[name] for name in ("order", "expansion", "sigma", "mu"))
         largest[key] = max(abs(row["excess"]), largest.get(key, 0))
-    with plate(2.3) as (figure, axes):
-        ax = axes.flat[0]
+    with plate(2.3) as (figure, [[ax]]):
         for order, (ink, mark) in zip(sorted({key[0] for key in largest}), style.MARKS, strict=True):
             lines: dict[tuple, dict] = {}
             for (n, expansion, sigma, mu), size in largest.items():
@@ -134,8 +132,7 @@ def convergence(rows: Sequence[Row]) -> "Figure":
             mus = sorted({mu for line in lines.values() for mu in line})
             ax.plot(mus, [median(line[mu] for line in lines.values()) for mu in mus], mark, color=ink, ms=3,
                     mfc="white", mew=0.7, label=f"order {order}")
-        ax.set(xscale="log", yscale="log", xlabel=r"$\mu$", ylabel="|error / first omitted term \u2212 1|")
-        ax.minorticks_off()
+        style.logarithmic(ax, xlabel=r"$\mu$", ylabel="|error / first omitted term \u2212 1|")
         ax.legend(loc="lower right")
     return figure
 
@@ -193,8 +190,7 @@ def _cells_panel(ax, rows, along_key, value_key, grey):
         for first, last in pairwise([0, *(np.flatnonzero(np.diff(line)) + 1), len(line)]):
             ax.fill_between((across[first], across[last]), upward[k], upward[k + 1], color=grey(line[first]), lw=0.5)
     ax.set(xlim=(across[0], across[-1]), ylim=(upward[0], upward[-1]))
-    ax.set(xscale="log", yscale="log")
-    ax.minorticks_off()
+    style.logarithmic(ax)
     ax.grid(visible=False)
     for value in np.unique(counts):
         place = _inside(counts == value)

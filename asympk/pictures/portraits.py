@@ -144,8 +144,7 @@ def jump_beside_the_vertical_one(paths: Sequence[Path], paper: tuple[np.ndarray,
 
     ``paper`` is the (x, z) of the paper's trajectory: up at constant x, then along Pi1.
     """
-    with plate(2.7, subplot_kw={"projection": "3d"}) as (figure, axes):
-        ax = axes.flat[0]
+    with plate(2.7, subplot_kw={"projection": "3d"}) as (figure, [[ax]]):
         for path, ink, dash in zip(paths, INKS, ((0, (1, 1)), (0, (4, 1.5)), "-"), strict=False):
             _, (x, y, z) = sampled(path)
             mu = float(path.scene.mu)

@@ -90,8 +90,7 @@ def paradox_plot(found: ParadoxSet, file: str | File | None = None) -> "Figure":
     sheet = sheets(file)
     area = len(found.over) == 2
     low, high = found.ends[1] if area else (0, 1)
-    with plate(2.6 if area else 1.2) as (figure, axes):
-        ax = axes.flat[0]
+    with plate(2.6 if area else 1.2) as (figure, [[ax]]):
         height = (high - low) / (ROWS - 1) if area else 1.0
         for interval in found.intervals:
             middle = 0.5 if interval.other is None else interval.other

@@ -73,6 +73,12 @@ def matplotlib() -> ModuleType:
     return module
 
 
+def logarithmic(ax: Any, **looks: Any) -> None:
+    """Make both axes of a panel logarithmic, without minor ticks; ``looks`` are set as by ``ax.set``."""
+    ax.set(xscale="log", yscale="log", **looks)
+    ax.minorticks_off()
+
+
 def halo(width: float) -> list[Any]:
     """Return matplotlib's effect of a white rim, so many points wide, around a mark or a word that lies on curves."""
     from matplotlib.patheffects import withStroke
