@@ -48,7 +48,7 @@ def model() -> Linear:
 
 
 @lru_cache(maxsize=256)
-def compiled_layers(steps: tuple, order: int, extra: int = 2, arrival: str | None = None) -> Callable[..., tuple]:
+def compiled_layers(steps: tuple, order: int, extra: int, arrival: str | None = None) -> Callable[..., tuple]:
     """Return ``f(sigma, sigma0, mu, large, x, s, z, log)``: the layers to ``order``, ..., ``order + extra``.
 
     With ``arrival`` the layer begins at z = 0 on the slow line of the mode of that name, and s and z are not used.

@@ -283,7 +283,7 @@ def follow_reduced_flow(
 
 def side_by_side(
     formulas: Formulas, orders: tuple[int, ...], starts: Sequence[np.ndarray], mu: float, values: tuple, until: float,
-    rtol: float, began: float = 0.0, within: float = math.inf, span: float | None = None, growth: float = 1.0,
+    rtol: float, began: float = 0.0, within: float = math.inf, span: float | None = None, *, growth: float,
 ) -> Reduced:
     """Integrate the flows to several orders in common steps, each from its point of ``starts``.
 

@@ -255,7 +255,7 @@ def _same(automaton: Automaton, sided: Automaton, branch: Branch | None, hits: t
 
 
 def mode_on_sides(
-    automaton: Automaton, branch: Branch, digits: int | None, t: Any, state: State, crossed: Collection[sp.Expr] = (),
+    automaton: Automaton, branch: Branch, digits: int | None, t: Any, state: State, crossed: Collection[sp.Expr],
     fixed: bool = False,
 ) -> NumericMode:
     """Return the mode of a branch on the sides that the motion enters; ``crossed`` are phases that vanish at the state.

@@ -18,7 +18,7 @@ OWN: Mapping = MappingProxyType({})  # for symbols that stand for themselves
 
 
 def equations_of(
-    source: Any, coordinates: Any = None, forces: Any = None
+    source: Any, coordinates: Any, forces: Any
 ) -> tuple[tuple, sp.Matrix, sp.Matrix, dict[sp.Expr, sp.Expr]]:
     """Return (coordinates, M, Q, {generalised speed: its value by rates}) of M q'' = Q, from a Lagrangian or method."""
     from sympy.physics.mechanics import KanesMethod, LagrangesMethod

@@ -69,7 +69,7 @@ def write_tables(root: Path) -> list[Path]:
     return [file for make in tables(generated / "rows") for file in write_table(make(), generated / "tables")]
 
 
-def everything(root: Path, tell: Callable[[str], None] = silent) -> int:
+def everything(root: Path, tell: Callable[[str], None]) -> int:
     """Regenerate derivations, claims and tables, print a summary, and return 1 when a claim is not settled."""
     from asympk.ledger import claims
     from asympk.output.terminal import claims_as_json, exit_status, summary

@@ -46,7 +46,7 @@ def wrapped(head: str, words: str, longest: int = sys.maxsize) -> list[str]:
     return [line.replace("\xa0", " ") for line in lines] or [head.rstrip()]
 
 
-def path_as_json(path: Path, digits: int | None = None) -> str:
+def path_as_json(path: Path, digits: int | None) -> str:
     """Return a path as JSON: names of the states, final, events, modes, model; with ``digits`` numbers are strings.
 
     Where a system has several frictions, an event has the index of its ``friction``.
@@ -92,7 +92,7 @@ def _states_as_text(scene, physical):
     return "\n".join(lines)
 
 
-def path_as_text(path: Path, digits: int | None = None) -> str:
+def path_as_text(path: Path, digits: int | None) -> str:
     """Return a path as a table of modes with the time and state at which each begins, and the final state.
 
     With ``digits`` the final state follows once more, with that many digits.

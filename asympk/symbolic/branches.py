@@ -271,7 +271,7 @@ def with_direction(velocity: sp.Expr, expr: sp.Expr, direction: int | sp.Symbol)
     return expr.subs({key: sign for key, sign in signs.items() if isinstance(key, sp.sign)})
 
 
-def by_direction(velocity: sp.Expr, expr: sp.Expr, part: str = "load") -> sp.Expr:
+def by_direction(velocity: sp.Expr, expr: sp.Expr, part: str) -> sp.Expr:
     """Return a part of a friction with sign(velocity) for the steps at its zero: signs, ``Heaviside``, ``Piecewise``.
 
     Whether a step is written with > or >= says nothing of rest. A third value, at the zero alone, does: it is that of

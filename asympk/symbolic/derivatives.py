@@ -8,7 +8,6 @@ Derivatives are those between jumps, where signs, steps, whole parts and conditi
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
-from types import MappingProxyType
 
 import sympy as sp
 
@@ -24,7 +23,7 @@ _STANDING = (sp.sign, sp.Heaviside, sp.floor, sp.ceiling, sp.logic.boolalg.Boole
 
 def directional_derivatives(
     parts: Parts, outputs: Sequence[sp.Expr], directions: Sequence[Mapping[sp.Symbol, sp.Expr]],
-    spare: Iterator[sp.Symbol], steps: Collection[sp.Symbol] = (), forms: Forms = MappingProxyType({}),
+    spare: Iterator[sp.Symbol], steps: Collection[sp.Symbol], forms: Forms,
 ) -> tuple[Parts, list[sp.Expr]]:
     """Return (parts, the derivatives of every output along every direction, output by output).
 

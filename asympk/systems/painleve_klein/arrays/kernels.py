@@ -112,10 +112,7 @@ def force_zero(m: ModeConstants, x: Number, y: Number, w: Number = ()) -> tuple[
 
 def release(m: ModeConstants, x: Number, y: Number, edge: Number) -> tuple[Number, Number]:
     """Return (t, x) where sticking ends, at s = ``edge``; t is negative where it cannot begin."""
-    w = m.slow * x
-    np.subtract(y, w, out=w)
-    slow_x = m.to_x * w
-    np.subtract(x, slow_x, out=slow_x)
+    w, slow_x = _parts(m, x, y)
     t = _time_of_load(m, m.to_s * w, edge, m.lag * slow_x)
     slow_x *= np.exp(m.slow * t)
     slow_x *= 1 - m.lag * m.lag

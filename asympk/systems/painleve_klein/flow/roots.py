@@ -46,7 +46,7 @@ def smooth_root(
 
 def fast_slow_root(
     m: Arithmetic, start: Number, base: Number, k: Number, fast: Number, rate: Number, slow: Number,
-    slow_rate: Number, lo: Number, hi: Number, sign_hi: Number, guess: Number | None = None,
+    slow_rate: Number, lo: Number, hi: Number, sign_hi: Number, guess: Number | None,
 ) -> Number:
     r"""Return the root in (lo, hi) of ``start + k t + fast (e^{rate t} - 1) + slow (e^{slow_rate t} - 1)``.
 
