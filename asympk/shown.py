@@ -84,8 +84,7 @@ def number_as_text(value: Any) -> str:
         decimal = f"{Decimal(exact.numerator) / exact.denominator:.10g}"  # of any size, unlike a float
         small = abs(exact.numerator) < 10**12 and exact.denominator < 10**12
         return f"{value}" if small and Fraction(decimal) != exact else decimal
-    text = str(value)
-    return text if len(text) <= LONGEST else f"{text[:LONGEST - 3]}..."
+    return cut(str(value), LONGEST)
 
 
 def cut(line: str, most: int = WIDTH) -> str:
