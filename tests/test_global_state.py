@@ -20,7 +20,6 @@ import asympk as ap
 from asympk import sweep
 from asympk.certify import certify, cover
 from asympk.scenes import scenefile
-from asympk.storage.files import write_text
 from asympk.studies import convergence, divide
 from asympk.sweep import sweepfile
 from asympk.systems import painleve_klein as pk
@@ -140,16 +139,6 @@ def test_lowered_functions_of_many_threads_keep_to_their_own_digits():
     for thread in threads:
         thread.join()
     assert not wrong
-
-
-def test_writing_a_file_asks_nothing_of_the_process_mask(tmp_path, monkeypatch):
-    before = os.umask(0o027)
-    try:
-        monkeypatch.setattr(os, "umask", None)
-        assert write_text(tmp_path / "a.txt", "a").stat().st_mode & 0o777 == 0o640
-    finally:
-        monkeypatch.undo()
-        os.umask(before)
 
 
 def seen():

@@ -275,16 +275,6 @@ def test_any_table_is_read_or_refused_in_one_sentence(table, good, kind):
     assert len(str(refusal)) < 400
 
 
-@settings(max_examples=300)
-@given(raw=st.one_of(st.binary(max_size=200), st.text(max_size=200).map(lambda s: s.encode("utf-8", "replace"))))
-@pytest.mark.slow
-def test_any_bytes_are_read_or_refused(raw):
-    from asympk.storage.tomlfile import parse_table
-
-    refusal = _refusal(parse_table, raw, "file")
-    assert refusal is None or str(refusal).startswith("file: not TOML")
-
-
 SIZES = st.one_of(st.floats(-100, 100), st.floats(-1e30, 1e30), st.sampled_from([0.0, -0.0, 5e-324, -1.0, 1.0]))
 
 

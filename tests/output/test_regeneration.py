@@ -11,7 +11,6 @@ from asympk.errors import InputError
 from asympk.output import regenerate
 from asympk.output.artefacts import ARTEFACTS, tables
 from asympk.output.tabular import as_csv, latex
-from asympk.storage.files import write_text
 
 ROOT = Path(__file__).parents[2]
 COMMITTED = ROOT / "paper" / "generated"
@@ -80,12 +79,3 @@ def test_derivations_are_silent_and_end_in_results(regenerated):
 def test_outside_a_checkout_the_error_says_where_to_run(tmp_path):
     with pytest.raises(InputError, match="no derivations/: run asympk in a checkout"):
         regenerate.derive(tmp_path)
-
-
-def test_a_failed_write_leaves_the_old_file_and_no_other(tmp_path, monkeypatch):
-    target = write_text(tmp_path / "table.tex", "old")
-    monkeypatch.setattr("os.replace", lambda *_: (_ for _ in ()).throw(OSError("disk full")))
-    with pytest.raises(OSError, match="disk full"):
-        write_text(target, "new")
-    assert [p.name for p in tmp_path.iterdir()] == ["table.tex"]
-    assert target.read_text() == "old"

@@ -1,42 +1,70 @@
+"""No file is lost to an output: a reader finds the old file, or the whole new one."""
+
 import os
-from pathlib import Path
+import threading
 
 import pytest
 
-from asympk.storage.files import csv_text, named_file, read_bytes, write_bytes, write_text
+from asympk.errors import InputError
+from asympk.storage.files import named_file, read_bytes, write_bytes, write_text
 
 
-def test_rows_of_cells_are_lines_that_end_alike_on_every_system():
-    assert csv_text([["x", "a, b"], [1, 'said "no"']]) == 'x,"a, b"\n1,"said ""no"""\n'
+@pytest.mark.parametrize("failure", [OSError("disk full"), KeyboardInterrupt("disk full")])
+def test_a_failed_write_leaves_the_old_file_and_no_other(tmp_path, monkeypatch, failure):
+    target = write_text(tmp_path / "table.tex", "old")
+    monkeypatch.setattr("os.replace", lambda *_: (_ for _ in ()).throw(failure))
+    with pytest.raises(type(failure), match="disk full"):
+        write_text(target, "new")
+    assert [p.name for p in tmp_path.iterdir()] == ["table.tex"]
+    assert target.read_text() == "old"
 
 
-@pytest.mark.parametrize("failure", [OSError(28, "No space left on device"), KeyboardInterrupt()])
-def test_a_write_that_fails_keeps_the_file_as_it_was_and_leaves_no_other(tmp_path, monkeypatch, failure):
-    kept = write_text(tmp_path / "rows.csv", "before")
-
-    def fails(*paths):
-        raise failure
-
-    monkeypatch.setattr(os, "replace", fails)
-    with pytest.raises(type(failure)) as raised:
-        write_text(kept, "after")
-    assert [*tmp_path.iterdir()] == [kept]
-    assert kept.read_text() == "before"
-    if isinstance(failure, OSError):
-        assert raised.value.filename == str(kept)
-
-
-def test_a_file_behind_a_link_is_replaced_and_the_link_stays(tmp_path):
-    target, link = tmp_path / "rows.csv", tmp_path / "link.csv"
-    target.write_text("before")
-    link.symlink_to(target)
-    assert write_text(link, "after") == link
+def test_an_output_replaces_a_file_and_what_a_link_leads_to(tmp_path):
+    real, link = tmp_path / "real.txt", tmp_path / "link.txt"
+    real.write_text("old")
+    link.symlink_to(real)
+    write_text(link, "new")
     assert link.is_symlink()
-    assert target.read_text() == "after"
+    assert real.read_text() == "new"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["link.txt", "real.txt"]
 
 
-def test_a_file_is_written_into_folders_that_are_made_for_it(tmp_path):
-    assert write_bytes(str(tmp_path / "a" / "b" / "c.bin"), b"\x00").read_bytes() == b"\x00"
+def test_an_output_into_a_pipe_goes_to_its_reader_and_leaves_the_pipe(tmp_path):
+    pipe, content, got = tmp_path / "pipe", bytes(range(256)) * 4096, []
+    os.mkfifo(pipe)
+    reader = threading.Thread(target=lambda: got.append(pipe.read_bytes()))
+    handle = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    reader.start()
+    write_bytes(pipe, content)
+    os.close(handle)
+    reader.join(10)
+    assert got == [content]
+    assert pipe.is_fifo()
+
+
+def test_an_output_into_a_pipe_that_nobody_reads_is_an_error_and_no_wait(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(OSError, match="No such device"):
+        write_bytes(tmp_path / "pipe", b"a")
+    with pytest.raises(InputError, match="it is a directory"):
+        write_bytes(tmp_path, b"a")
+
+
+def test_a_device_stays_a_device():
+    write_text("/dev/null", "text")
+    assert not os.path.isfile("/dev/null")
+    with pytest.raises(OSError, match="No space"):
+        write_text("/dev/full", "text")
+
+
+def test_writing_a_file_asks_nothing_of_the_process_mask(tmp_path, monkeypatch):
+    before = os.umask(0o027)
+    try:
+        monkeypatch.setattr(os, "umask", None)
+        assert write_text(tmp_path / "a.txt", "a").stat().st_mode & 0o777 == 0o640
+    finally:
+        monkeypatch.undo()
+        os.umask(before)
 
 
 def test_no_more_of_a_file_is_read_than_is_asked_for(tmp_path):
@@ -47,8 +75,7 @@ def test_no_more_of_a_file_is_read_than_is_asked_for(tmp_path):
     assert raised.value.filename == str(tmp_path / "none.bin")
 
 
-@pytest.mark.parametrize(("file", "said"), [(3, "file = 3: it must be the name of a file"), (None, "file = None")])
-def test_what_is_no_name_of_a_file_is_refused(file, said):
-    with pytest.raises(ValueError, match=said):
+@pytest.mark.parametrize("file", [3, None])
+def test_what_is_no_name_of_a_file_is_refused(file):
+    with pytest.raises(InputError, match=f"file = {file}: it must be the name of a file"):
         named_file(file)
-    assert named_file("a.csv") == Path("a.csv")

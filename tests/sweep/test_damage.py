@@ -1,10 +1,9 @@
-"""Whatever happens to the files of a sweep, it ends in the same values or in one line; no file is lost to an output."""
+"""Whatever happens to the files of a sweep, it ends in the same values or in one line."""
 
 import errno
 import json
 import os
 import shutil
-import threading
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,7 +11,6 @@ import pytest
 
 from asympk.errors import AsympkError, InputError
 from asympk.many import OUTCOMES
-from asympk.storage.files import write_bytes, write_text
 from asympk.sweep import MANIFEST, chunks, files, results, run_sweep, stored
 from asympk.sweep.directory import _drive
 from asympk.sweep.executors import Here
@@ -176,41 +174,3 @@ def test_the_chunks_of_a_huge_sweep_are_counted_one_at_a_time(tmp_path, monkeypa
         _drive(SimpleNamespace(rows=lambda index: (index, index + 1)), tmp_path, huge, Here(), progress)
     assert taken == [0, 1, 2, 3, 4]
     assert next(huge) == 5
-
-
-def test_an_output_replaces_a_file_and_what_a_link_leads_to(tmp_path):
-    real, link = tmp_path / "real.txt", tmp_path / "link.txt"
-    real.write_text("old")
-    link.symlink_to(real)
-    write_text(link, "new")
-    assert link.is_symlink()
-    assert real.read_text() == "new"
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["link.txt", "real.txt"]
-
-
-def test_an_output_into_a_pipe_goes_to_its_reader_and_leaves_the_pipe(tmp_path):
-    pipe, content, got = tmp_path / "pipe", bytes(range(256)) * 4096, []
-    os.mkfifo(pipe)
-    reader = threading.Thread(target=lambda: got.append(pipe.read_bytes()))
-    handle = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
-    reader.start()
-    write_bytes(pipe, content)
-    os.close(handle)
-    reader.join(10)
-    assert got == [content]
-    assert pipe.is_fifo()
-
-
-def test_an_output_into_a_pipe_that_nobody_reads_is_an_error_and_no_wait(tmp_path):
-    os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(OSError, match="No such device"):
-        write_bytes(tmp_path / "pipe", b"a")
-    with pytest.raises(InputError, match="it is a directory"):
-        write_bytes(tmp_path, b"a")
-
-
-def test_a_device_stays_a_device():
-    write_text("/dev/null", "text")
-    assert not os.path.isfile("/dev/null")
-    with pytest.raises(OSError, match="No space"):
-        write_text("/dev/full", "text")

@@ -1,0 +1,20 @@
+"""Any bytes are TOML, or refused as such."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from asympk.errors import InputError
+from asympk.storage.tomlfile import parse_table
+
+
+@settings(max_examples=300)
+@given(raw=st.one_of(st.binary(max_size=200), st.text(max_size=200).map(lambda s: s.encode("utf-8", "replace"))))
+@pytest.mark.slow
+def test_any_bytes_are_read_or_refused(raw):
+    try:
+        table = parse_table(raw, "file")
+    except InputError as refusal:
+        assert str(refusal).startswith("file: not TOML")  # noqa: PT017
+    else:
+        assert isinstance(table, dict)
