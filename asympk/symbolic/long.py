@@ -106,15 +106,18 @@ def expanded(expr: sp.Expr) -> sp.Expr:
 
 
 def tidied(expr: sp.Expr) -> sp.Expr:
-    """Expand an expression unless it is heavy; write quotients of polynomials over a common denominator."""
-    found = expanded(expr)
-    divided = any(power.exp.is_negative for power in atoms(found, sp.Pow))
-    if divided and _is_rational(expr) and found.is_rational_function():
-        above, below = _quotient(found)
-        if any(base.free_symbols for base in below):
-            scale, above, below = sp.cancel((above, _product(below)))
-            return scale * above / below
-    return found
+    """Expand an expression unless it is heavy; write quotients of polynomials over a common denominator.
+
+    A quotient is not expanded before: that repeats its denominators in every term.
+    """
+    if not (_is_rational(expr) and any(power.exp.is_negative for power in atoms(expr, sp.Pow))):
+        return expanded(expr)
+    above, below = _quotient(expr) if expr.is_rational_function() else (expr, Counter[sp.Expr]())
+    if not any(base.free_symbols for base in below):
+        return expanded(expr)
+    scale, above, divisor = sp.cancel((above, _product(below)))
+    found = scale * above / divisor
+    return found if divisor.free_symbols else expanded(found)
 
 
 def _quotient(expr: sp.Expr) -> tuple[sp.Expr, Counter[sp.Expr]]:
