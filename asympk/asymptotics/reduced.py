@@ -18,11 +18,10 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property, partial, reduce
-from itertools import starmap
+from itertools import accumulate, starmap
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.linalg import expm
 
 from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.landing import ROOT, newton, rightmost, root
@@ -40,6 +39,7 @@ ROUNDING = 50  # the error of the integrations in units of their tolerance, wher
 SIDE_BY_SIDE = 1e-6  # the least tolerance of slow motions to several orders in common steps
 MEETING = 4  # mu y' = g, linear, and x' = y have real eigenvalues as long as 4 mu |h_x f_y| < |g_y|
 FORGOTTEN = 1e-6  # the share of a term, as the error that it is at a later time, that counts as 0
+AT_ONCE = 7  # the number of intervals of time after which, as a rule, the rest is forgotten
 LONG = 1 / 32  # the share of a run beyond which the manifold is looked at within a step
 LOST = 0.5  # the error relative to a state from which it does not fade as a small one does
 WITHIN = 65  # the number of times at which the attraction beside a layer is looked at
@@ -121,25 +121,34 @@ class Reduced:
         less than ``FORGOTTEN`` is left of K, or at the start: what is left there is the last share. The shares are an
         array (fast states, intervals times fast states).
         """
-        points, last, end, further = [self.trajectory.state_at(t)], t, 1, 2
+        points, times, end, further = [self.trajectory.state_at(t)], [t], 1, 2
         y, largest = _attraction(self.formulas, points[0], self.mu, self.values)
-        kept, slopes = [np.eye(len(y))], self._slopes(points[0])
-        while last > 0 and np.abs(kept[-1]).max() > FORGOTTEN:
-            before = max(0.0, t + end * self.mu / largest.real)
-            points += [self.trajectory.near(at) for at in ((before + last) / 2, before)]
-            after, middle, slopes = slopes, *map(self._slopes, points[-2:])
-            for outer, inner in ((after, slopes), (slopes, after)):  # the integral of a parabola over each half
-                part = (5 * outer + 8 * middle - inner) * ((last - before) / (24 * self.mu))
-                kept.append(kept[-1] @ expm(part))
-            last, end, further = before, further, end + further
+        kept = [np.eye(len(y))]
+        while times[-1] > 0 and np.abs(kept[-1]).max() > FORGOTTEN:
+            times = times[-1:]
+            while times[-1] > 0 and len(times) <= 2 * AT_ONCE:
+                before = max(0.0, t + end * self.mu / largest.real)
+                times += [(before + times[-1]) / 2, before]
+                end, further = further, end + further
+            points += map(self.trajectory.near, times[1:])
+            halves = self._attraction_over(times, points[-len(times) :])
+            kept += [*accumulate(exponentials(halves), np.matmul, initial=kept[-1])][1:]
         shares = np.abs(np.diff([*kept, np.zeros_like(kept[0])], axis=0))
         return [*points, points[-1]], np.hstack(shares)
 
-    def _slopes(self, at: Sequence[float]) -> np.ndarray:
-        """Return g_y on the branch at a point (x, b)."""
-        y = self.formulas.height(0)(*at, self.mu, *self.values)
-        entries = self.formulas.jacobian(*at[: len(self.formulas.slow_states)], *y, *self.values)
-        return np.reshape(entries, (len(y), len(y)))
+    def _attraction_over(self, times: list[float], points: list[tuple]) -> np.ndarray:
+        """Return the integrals of g_y/mu over the halves of intervals: (halves, fast states, fast states).
+
+        The ``times`` and ``points`` (x, b) alternate between ends and middles of the intervals, backward in time. In an
+        interval g_y is taken as a parabola.
+        """
+        slow, size, p = len(self.formulas.slow_states), len(self.formulas.fast_states), (self.mu, *self.values)
+        height, entries = self.formulas.height(0), self.formulas.jacobian
+        found = np.array([entries(*at[:slow], *height(*at, *p), *self.values) for at in points]).reshape(-1, size, size)
+        after, middle, before = found[:-2:2], found[1:-1:2], found[2::2]
+        halves = np.stack([5 * after + 8 * middle - before, 5 * before + 8 * middle - after], axis=1)
+        lengths = -np.diff(times[::2]) / (24 * self.mu)
+        return (halves * lengths[:, None, None, None]).reshape(-1, size, size)
 
     def remembered(self, t: float, orders: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
         """Return the first term of y that each order omits at ``t``, and what the error there remembers of its changes.

@@ -10,6 +10,8 @@ def exponentials(matrices: np.ndarray) -> np.ndarray:
     """
     from scipy.linalg import matrix_balance
 
+    if matrices.shape[-1] == 1:
+        return np.exp(matrices)
     largest = np.abs(matrices).max(axis=0, initial=0.0)
     if np.isfinite(largest).all():
         _, (units, _) = matrix_balance(largest, permute=False, separate=True)
