@@ -297,7 +297,8 @@ def _watched_steps(
     if system.time is not None:
         flow, now = _timed(mode), (*path.state, path.t)
     along = steps((flow,), mode.p, now, task.until - path.t, rtol, (*atol, rtol)[: len(now)], late=task.late,
-                  longest=task.mu / _fastest(slow, path.t, path.state), slopes=partial(_slopes, mode))
+                  longest=task.mu / _fastest(slow, path.t, path.state), within=mode.longest_step(task.until),
+                  slopes=partial(_slopes, mode))
     return watched(along, lambda span, state: mode.guard_values(path.t + span, state), len(atol))
 
 

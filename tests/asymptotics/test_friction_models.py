@@ -868,3 +868,15 @@ def test_the_error_of_many_layers_is_predicted_as_the_impacts_between_two_walls_
     assert len(exact.events) == len(found.events) == 79
     off = np.abs(np.subtract(found.final, exact.final)).max() / np.abs(exact.final).max()
     assert off < found.error < 1e-6
+
+
+@pytest.mark.parametrize("until", ["3/2", "31/20"])
+def test_steps_of_a_layer_see_what_the_time_drives(until):
+    """The attraction grows in a time of 1/10. Of the error, a step longer than this made up, 0.39 was told."""
+    attraction = (sp.Rational(11, 10) + sp.Rational(9, 10) * sp.tanh(10 * TIME - 15)) / 2
+    brake = ap.Friction(velocity=w, force=F, load=sp.Integer(1), kinetic=1)
+    system = ap.System.with_frictions({a: w, w: F}, {b: attraction * (sp.sin(3 * a) - b)}, frictions=(brake,), small=c,
+                                      time=TIME)
+    scene = ap.Scene(system=system, values={c: "1/20"}, start={a: 0, w: 1, b: 0}, until=until)
+    path, exact = ap.solve(scene, "jump", order=1), ap.solve(scene, "radau", rtol=1e-12, atol=1e-13)
+    assert distance(path.final, exact.final) < path.error < 1e-6
