@@ -31,7 +31,7 @@ def check_mechanism(equations: Sequence[Kinetics], contacts: Sequence[Any]) -> N
                          "give a parameter another name")
     if symbols_in(first.mass) & {*first.velocities}:
         raise InputError("mass contains a velocity; the terms of inertia in velocities belong to the forces")
-    _check_mass(first.mass)
+    _check_mass(first.mass, first.coordinates)
     for k, (kinetics, contact) in enumerate(zip(equations, contacts, strict=True)):
         try:
             _check_gap(kinetics, contact.gap)
@@ -121,7 +121,7 @@ def _check_sizes(kinetics: Kinetics) -> None:
         raise InputError("one coordinate: a contact needs two or more, to slide and to open; keep the gap among them")
 
 
-def _check_mass(mass: sp.ImmutableMatrix) -> None:
+def _check_mass(mass: sp.ImmutableMatrix, coordinates: tuple[sp.Symbol, ...]) -> None:
     for i in range(mass.rows):
         for j in range(i):
             if not vanishes(mass[i, j] - mass[j, i]):
@@ -130,10 +130,19 @@ def _check_mass(mass: sp.ImmutableMatrix) -> None:
                     f"entry ({j + 1}, {i + 1}) is {mass[j, i]!s:.40}"
                 )
     if not is_regular(mass) and _is_singular(mass):
-        raise InputError("mass is singular, its determinant is 0; give every coordinate inertia, or eliminate it")
+        raise InputError(f"mass is singular, its determinant is 0: {_without_inertia(mass, coordinates)}; give every "
+                         "coordinate inertia, or eliminate it")
     diagonal = any(mass[k, k].is_nonpositive for k in range(mass.rows))
     if diagonal or (not symbols_in(mass) and not mass.is_positive_definite):
         raise InputError("mass is not positive definite; every motion must have a positive kinetic energy")
+
+
+def _without_inertia(mass: sp.ImmutableMatrix, coordinates: tuple[sp.Symbol, ...]) -> str:
+    """Return words on the first coordinate that adds no inertia to that of the coordinates before it."""
+    k = next((k for k in range(mass.rows) if _is_singular(mass[: k + 1, : k + 1])), mass.rows - 1)
+    if all(map(vanishes, mass[k, :])):
+        return f"{coordinates[k]} has no inertia"
+    return f"{coordinates[k]} has no inertia of its own beside {', '.join(map(str, coordinates[:k]))}"
 
 
 def _is_singular(mass: sp.ImmutableMatrix) -> bool:

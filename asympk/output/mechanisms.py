@@ -31,7 +31,8 @@ def load_mechanism(name: str) -> Described:
 
 
 def mechanism_as_text(described: Described) -> str:
-    """Return the whole screen on a ``Described`` mechanism."""
+    """Return the whole screen on a ``Described`` mechanism; raises ``InputError`` where a number is missing."""
+    _require_numbers(described)
     numbers = ", ".join(f"{name} = {_short(value)}" for name, value in described.numbers.items())
     rigid = [*contact_lines(described), *_paradox(described), *motion_lines(described)]
     title = ": ".join(filter(None, (described.name, described.about)))
@@ -40,6 +41,14 @@ def mechanism_as_text(described: Described) -> str:
     for labelled in (rigid, jump_lines(described)):
         lines += [*(part for line in labelled for part in wrapped(line[:_LABEL], line[_LABEL:])), ""]
     return "\n".join([*lines, *_further(described)])
+
+
+def _require_numbers(described):
+    """Raise ``InputError`` with all coordinates, rates and parameters that the contact depends on without a number."""
+    rod = described.mechanism.plain
+    needed = symbols_in(sp.Tuple(*rod.delassus, *rod.free, rod.slip, rod.friction, rod.static, rod.load))
+    if missing := sorted(map(str, needed - {*described.mechanism.keyed(described.numbers)})):
+        raise InputError(f"no value for {', '.join(missing)}; give each a number under [state]")
 
 
 def _departure(off):
