@@ -31,7 +31,7 @@ from asympk.symbolic.expansion import (
     require_short,
 )
 from asympk.symbolic.hurwitz import Spectra, attracting, off_axis, repelling, spectra, split
-from asympk.symbolic.long import replaced
+from asympk.symbolic.long import atoms, replaced
 from asympk.symbolic.reading import expression
 from asympk.symbolic.roots import (
     fractional_powers,
@@ -265,7 +265,10 @@ def _smooth_parts(mode: Mode, assumptions: sp.Basic, sides: Sides = ()) -> list[
         return [] if where == sp.false else [replace(mode, slow=slow, fast=fast, where=where)]
     opened = sorted(phases(rates, states), key=lambda phase: phase in mode.signed)
     if not opened or len(sides) == MOST_SIDES or is_whole(opened[0]):
-        raise NotDerivable(f"mode {mode.name!r} has too many switches to treat all their sides; write one side of them")
+        steps = sorted({short(atom) for atom in atoms(sp.Tuple(*rates), sp.floor, sp.ceiling, sp.Mod)})
+        among = f", those of {', '.join(steps)} among them" if steps else ""
+        raise NotDerivable(f"mode {mode.name!r} has too many switches to treat all their sides{among}; write one side "
+                           "of them")
     return [part for sign in (1, -1) for part in _smooth_parts(mode, assumptions, (*sides, (opened[0], sign)))]
 
 

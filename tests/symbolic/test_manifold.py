@@ -891,8 +891,9 @@ def test_a_rest_of_the_continued_side_is_no_rest():
 
 def test_a_mode_of_more_sides_than_can_be_told_apart_is_refused_by_name():
     bumps = sum(sp.Abs(x - k * z) for k in range(9))
-    for force in (bumps, sp.floor(x)):
-        with pytest.raises(NotDerivable, match="too many switches"):
+    steps = r", those of Mod\(x, 2\), floor\(x\) among them; write"
+    for force, told in ((bumps, "; write"), (sp.floor(x) + sp.Mod(x, 2), steps)):
+        with pytest.raises(NotDerivable, match=f"too many switches to treat all their sides{told}"):
             critical_manifolds(ap.System.smooth({x: y, z: x}, {y: force - y}, mu))
 
 
