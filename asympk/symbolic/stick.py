@@ -19,6 +19,7 @@ from itertools import chain, groupby, pairwise, product, zip_longest
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
+from asympk.numbers import short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.branches import rate_along, with_direction
 from asympk.symbolic.conditions import with_implied_bounds
@@ -248,6 +249,8 @@ def _linear(reduced):
 def _plane(system, cone, reduced, moving):
     friction = system.friction
     kinetic, static = (bound.subs(plane_of_rest(system)) for bound in (friction.kinetic, friction.static))
+    if sp.Tuple(kinetic, static).has(sp.nan, sp.zoo, sp.oo, -sp.oo):
+        raise NotDerivable(f"friction {short(friction.kinetic)} has no finite value at rest, which regions need")
     pairs = ((static, kinetic), (kinetic, sp.S.Zero))
     ordered = [sp.Ge(a, b) for a, b in pairs if not (a - b).free_symbols & moving]
     allowed = sp.And(system.assumptions, *(r for r in ordered if r.free_symbols))

@@ -10,6 +10,7 @@ import sympy as sp
 import asympk as ap
 from asympk.errors import InputError, NotDerivable
 from asympk.mechanics.evaluation import evaluate
+from asympk.output.export import export
 from asympk.systems import MECHANISMS
 from asympk.systems import painleve_klein as pk
 from asympk.systems.catalogue import described_mechanism
@@ -209,3 +210,11 @@ def test_rest_reaches_as_far_as_the_friction_of_the_slip_that_would_follow(law):
 def test_what_jumps_where_the_velocity_vanishes_has_no_stick_regions(block):
     with pytest.raises(NotDerivable, match="jumps where the velocity vanishes"):
         ap.stick_regions(block)
+
+
+def test_friction_without_a_finite_value_at_rest_has_no_regions_and_its_rates_are_exported(tmp_path):
+    x, v, F = sp.symbols("x v F", real=True)
+    block = ap.System.with_frictions({x: v, v: F - x}, {}, [ap.Friction(v, F, 1, kinetic=1 / sp.Abs(v))])
+    with pytest.raises(NotDerivable, match="has no finite value at rest, which regions need"):
+        ap.stick_regions(block)
+    assert "stick_edges" not in export(block, "python", tmp_path)[0].read_text()
