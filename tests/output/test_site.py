@@ -1,7 +1,9 @@
 """The site: whole, the same each time, without network and scripts, every link leading somewhere."""
 
+import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 from html.parser import HTMLParser
@@ -117,14 +119,18 @@ def _within(seconds, holds):
 
 @pytest.mark.further
 @pytest.mark.skipif(not any(Path("/proc/self/task").glob("*/children")), reason="the system does not list processes")
-def test_the_processes_that_draw_the_pages_end_with_a_report_that_is_ended(tmp_path):
+def test_the_processes_that_draw_the_pages_and_the_temporary_folder_end_with_a_report_that_is_ended(tmp_path):
     pytest.importorskip("sphinx", reason="the extra site is not installed")
     pytest.importorskip("pypandoc", reason="the extra site is not installed")
     command = [sys.executable, "-m", "asympk", "report", "--root", ROOT, "--out", tmp_path / "site"]
-    report = subprocess.Popen([*map(str, command)], stderr=subprocess.DEVNULL)
+    (temporary := tmp_path / "temporary").mkdir()
+    report = subprocess.Popen([*map(str, command)], stderr=subprocess.DEVNULL,
+                              env={**os.environ, "TMPDIR": str(temporary)})
     workers = _within(120, lambda: _workers(report.pid))
+    assert [*temporary.iterdir()]
     report.terminate()
-    report.wait()
+    assert report.wait() == 128 + signal.SIGTERM
+    assert [*temporary.iterdir()] == []
     assert workers
     assert _within(20, lambda: not any(folder.exists() for folder in workers))
 
