@@ -148,10 +148,14 @@ def friction_cone(system: System) -> Cone:
             "the reaction of a rigid contact depends on the mode, so that stick and slip may both or neither be "
             "possible; count them with motions(), or take the elastic contact"
         )
+    still = plane_of_rest(system)
+    for bound in (friction.kinetic, friction.static):
+        if bound.subs(still).has(sp.nan, sp.zoo, sp.oo, -sp.oo):
+            raise NotDerivable(f"friction {short(bound)} has no finite value at rest, which regions need")
     _require_order(friction, system.assumptions)
     rate, normal = rate_along(system, friction.velocity), friction.normal or sp.Dummy()
     free, coupling = rate.subs(friction.force, 0), _size(rate.diff(friction.force))
-    drive, still = free.subs(normal, friction.load), plane_of_rest(system)
+    drive = free.subs(normal, friction.load)
     holds = [with_direction(friction.velocity, friction.static, side) for side in (1, -1)]
     for part in (free, coupling, friction.load, *holds):
         if len({part.subs(still), *_beside_rest(system, part)}) > 1:
@@ -249,8 +253,6 @@ def _linear(reduced):
 def _plane(system, cone, reduced, moving):
     friction = system.friction
     kinetic, static = (bound.subs(plane_of_rest(system)) for bound in (friction.kinetic, friction.static))
-    if sp.Tuple(kinetic, static).has(sp.nan, sp.zoo, sp.oo, -sp.oo):
-        raise NotDerivable(f"friction {short(friction.kinetic)} has no finite value at rest, which regions need")
     pairs = ((static, kinetic), (kinetic, sp.S.Zero))
     ordered = [sp.Ge(a, b) for a, b in pairs if not (a - b).free_symbols & moving]
     allowed = sp.And(system.assumptions, *(r for r in ordered if r.free_symbols))

@@ -402,6 +402,7 @@ $("least").onclick = () => {
 
 // ---- begin ----------------------------------------------------------------------------------------------------------
 
+$("rtol").onkeydown = event => { if (event.key === "Enter") $("least").click(); };
 $("scene").onchange = () => choose(Number($("scene").value));
 $("reset").onclick = () => choose(scenes.indexOf(scene));
 $("across").onchange = $("up").onchange = () => { curves = []; axes = null; draw(); surround(); };
