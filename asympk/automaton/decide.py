@@ -313,6 +313,10 @@ def _why_none(here: Junction) -> str:
         contacts = [here.points_in(way)[0].contacts[k] for way in ways]  # both may differ by the direction
         kinetic, static = max(((c.kinetic, c.static) for c in contacts), key=lambda pair: pair[0] - pair[1])
         if kinetic - static > SAME * kinetic:
+            friction = here.system.frictions[k]
+            if friction.static == branches.with_direction(friction.velocity, friction.kinetic, 0):
+                return (f"friction {k}, {float(static):.6g} at rest, is {float(kinetic):.6g} in slip; give static "
+                        "friction of at least that")
             return (f"static friction {float(static):.6g} of friction {k} is below the kinetic one, "
                     f"{float(kinetic):.6g}; make it at least that")
     jumps = sides.phases(here.system.rates.values(), here.system.states, here.system.time)

@@ -209,10 +209,10 @@ def _real_zeros(velocity, state):
 def _require_order(friction, assumptions):
     """Raise ``InputError`` where the assumptions imply kinetic friction below 0, or static below kinetic friction."""
     kinetic, static = friction.kinetic, friction.static
-    for excess, words in ((-kinetic, "kinetic friction is negative"),
-                          (kinetic - static, "static friction is below the kinetic one")):
+    for excess, words, needed in ((-kinetic, "kinetic friction is negative", "kinetic >= 0"),
+                                  (kinetic - static, "static friction is below the kinetic one", "static >= kinetic")):
         if known_sign(excess, assumptions) > 0 and nonzero(excess, assumptions) == sp.true:
-            raise InputError(f"{words}: {excess} > 0 for all parameters allowed; give static >= kinetic >= 0")
+            raise InputError(f"{words}: {excess} > 0 for all parameters allowed; give {needed}")
 
 
 def _in_load(cone, moving):

@@ -566,6 +566,15 @@ def test_static_friction_that_falls_below_the_kinetic_one_on_the_way_is_refused_
     assert stop.value.state[1] == 0
 
 
+def test_kinetic_friction_that_is_less_at_rest_is_refused_as_the_friction_that_was_given():
+    law = sp.Piecewise((1, sp.Ne(v, 0)), (sp.Rational(1, 4), True))
+    contact = ap.Friction(velocity=v, force=F, load=1, kinetic=law)
+    system = ap.System.with_frictions({x: v, v: F - x}, {}, [contact])
+    scene = ap.Scene(system=system, values={}, start={x: "1/2", v: 0}, until=1)
+    with pytest.raises(NoMotion, match=r"friction 0, 0\.25 at rest, is 1 in slip; give static friction of at"):
+        ap.solve(scene)
+
+
 @pytest.mark.parametrize("start", [0, 3])
 def test_rates_that_hold_a_load_at_0_by_jumps_are_to_be_written_as_a_friction(start):
     contact = ap.Friction(velocity=v, force=F, load=u, kinetic=1)
