@@ -30,6 +30,23 @@ def cube_root(of: sp.Expr) -> sp.Expr:
     return sp.cbrt(of) if of.is_nonnegative else sp.sign(of) * sp.cbrt(sp.Abs(of))
 
 
+def with_cube_roots(expr: sp.Expr) -> sp.Expr:
+    """Return ``expr`` for print, with a function ``cbrt`` where it has the product that ``cube_root`` returns."""
+    return expr.replace(lambda e: e.is_Mul and bool(_rooted(e)), _as_roots)
+
+
+def _rooted(product: sp.Mul) -> list[sp.Expr]:
+    """Return the quantities of whose real cube roots a product is made."""
+    signed = [factor.args[0] for factor in product.args if isinstance(factor, sp.sign)]
+    return [of for of in signed if sp.cbrt(sp.Abs(of)) in product.args]
+
+
+def _as_roots(product: sp.Mul) -> sp.Expr:
+    roots = {of: cube_root(of) for of in _rooted(product)}
+    left = [factor for factor in product.args if not any(factor in root.args for root in roots.values())]
+    return sp.Mul(*left, *map(sp.Function("cbrt"), roots))
+
+
 FUNCTIONS = {"frac": fractional_part, "cbrt": cube_root} | {
     name: getattr(sp, name)
     for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh",

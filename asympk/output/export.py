@@ -17,6 +17,7 @@ from asympk import __version__
 from asympk.asymptotics.fibre import formulas
 from asympk.asymptotics.tape import Definitions
 from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic
+from asympk.formulas import with_cube_roots
 from asympk.naming import named
 from asympk.numbers import known_order, short
 from asympk.storage.files import named_file, write_text
@@ -199,8 +200,8 @@ def _heading(system, name):
     lines = [f"{name}: a {kind}, written by asympk {__version__}; needs nothing but a math library.", ""]
     for mode in system.modes:
         lines.append(f"{mode.name}:" if mode.where == sp.true else f"{mode.name}, where {mode.where}:")
-        lines += [f"    d{x}/dt = {f}" for x, f in mode.slow.items()]
-        lines += [f"    {system.small} d{y}/dt = {g}" for y, g in mode.fast.items()]
+        lines += [f"    d{x}/dt = {with_cube_roots(f)}" for x, f in mode.slow.items()]
+        lines += [f"    {system.small} d{y}/dt = {with_cube_roots(g)}" for y, g in mode.fast.items()]
     lines += ["", f"assumed: {system.assumptions}"] if system.assumptions != sp.true else []
     put = plain_names_of((*system.states, *system.parameters))
     aliases = [f"{plain} stands for {rate}" for rate, plain in put.items()]

@@ -16,6 +16,7 @@ from mechanisms import slender_rod
 
 import asympk as ap
 from asympk.errors import InputError, UnknownName
+from asympk.formulas import read_formula
 from asympk.output.export import export, module_functions
 from asympk.symbolic.lowering import lower
 from asympk.systems import arm
@@ -297,3 +298,12 @@ def test_a_system_without_one_plane_of_rest_is_exported_without_edges(velocity, 
     assert "stick_edges" not in vars(python_module(path))
     with pytest.raises(ap.errors.NotDerivable, match=r"the sliding velocity .*: regions need"):
         ap.stick_regions(system)
+
+
+def test_a_real_cube_root_is_printed_as_it_is_written(tmp_path):
+    x, v = sp.symbols("x v", real=True)
+    rate = read_formula("2*x*cbrt(v) - cbrt(x - 1)*cbrt(v)", {"x": x, "v": v})
+    system = ap.System.smooth({x: rate, v: -x}, {}, None)
+    told = "2*x*cbrt(v) - cbrt(v)*cbrt(x - 1)"
+    assert told in repr(system)
+    assert f"dx/dt = {told}\n" in export(system, "python", tmp_path)[0].read_text()
