@@ -210,6 +210,7 @@ def test_repeated_collisions_are_repeated():
         ({k: v for k, v in ROD.items() if k != "k"}, "k missing"),
         ({**ROD, "alpha": '"95 deg"'}, "between 0 and 90 deg"),
         ({**ROD, "alpha": "1.6"}, "between 0 and pi/2"),
+        ({**ROD, "alpha": '"60 dgr"'}, "alpha = '60 dgr': it must be a number of radians, or of degrees, as '60 deg'"),
         ({**ROD, "m": "-1"}, "m = -1: it must be positive"),
         ({**ROD, "f0": "1"}, "f0 = 1: it must be at least f = 3"),
         ({**ROD, "until": "-1"}, "until = -1"),

@@ -143,6 +143,8 @@ def quantity(name: str, value: Any) -> Number:
     """Return a physical quantity as an exact number; an angle may be ``"60 deg"``. Raises ``InputError``."""
     if name == "alpha" and isinstance(value, str) and value.strip().endswith("deg"):
         return in_degrees("alpha", value.strip().removesuffix("deg").strip())
+    if name == "alpha" and isinstance(value, str) and ((last := value.strip()[-1:]).isalpha() or last == "°"):
+        raise InputError(f"alpha = {short(value)}: it must be a number of radians, or of degrees, as '60 deg'")
     if name == "alpha":
         steepest = Fraction("1.5707963267948966")
         return number("alpha", value, lambda v: 0 < v < steepest, "between 0 and pi/2, or '60 deg'")
