@@ -20,6 +20,7 @@ from asympk.automaton.modes import phases_of
 from asympk.errors import InputError, Undecided
 from asympk.symbolic.branches import Branch, Phase, is_smooth, most_at_rest, stands
 from asympk.symbolic.forces import determined
+from asympk.symbolic.long import symbols_in
 from asympk.symbolic.sides import Sides
 
 _ZERO, _CLEAR = 1e-13, 1e-11  # relative sizes up to which a value is 0, and beyond which its sign is clear
@@ -128,11 +129,12 @@ class Swift:
 def _beginning(system):
     """Return the branches that may begin; none with contacts that may open or feel the direction of sliding.
 
-    Nor are there any for smooth contacts, or for 0 or over ``_MOST`` frictions.
+    Nor are there any for smooth contacts, for loads that contain forces, or for 0 or over ``_MOST`` frictions.
     """
     opens = any(f.gap is not None for f in system.frictions)
     smooth = any(is_smooth(system, k) for k in range(len(system.frictions)))
-    if opens or smooth or feels_directions(system) or not 0 < len(system.frictions) <= _MOST:
+    told = opens or smooth or feels_directions(system) or _presses(system)
+    if told or not 0 < len(system.frictions) <= _MOST:
         return []
     return list(product([Phase(load, v) for load in (1, -1) for v in (0, 1, -1)], repeat=len(system.frictions)))
 
@@ -157,11 +159,11 @@ def _following(system, branch, event):
     """Return the branches that may follow an event of one friction; none where other frictions may change, too.
 
     Other frictions may change where a contact opens or closes, where contacts at rest share forces that are not
-    determined, where static friction exceeds kinetic friction, so that another contact at rest may slip instead, and
-    where they feel the direction of sliding.
+    determined, where static friction exceeds kinetic friction, so that another contact at rest may slip instead, where
+    they feel the direction of sliding, and where loads contain forces.
     """
     static = len(branch) > 1 and any(f.static != f.kinetic for f in system.frictions)
-    if stands(branch) or static or feels_directions(system):
+    if stands(branch) or static or feels_directions(system) or _presses(system):
         return []
     kind, k = event
     if kind not in _AT_EVENT:
@@ -172,8 +174,17 @@ def _following(system, branch, event):
     return list(product(*((phase,) if j != k else phases for j, phase in enumerate(branch))))
 
 
+def _presses(system):
+    """Tell whether a load contains forces: it may have either sign, or none, in several modes that may follow."""
+    forces = {symbol for f in system.frictions for symbol in (f.force, f.normal)}
+    return any(symbols_in(f.load) & forces for f in system.frictions)
+
+
 def _decided(table, t, state, possible=None):
-    """Return the one possible branch that continues from a state, or None where this is not clear."""
+    """Return the one possible branch that continues from a state, or None where this is not clear.
+
+    It is not where more than two continue: a contact at rest may then be about to slip in either direction.
+    """
     whole = np.array([*state, *(value(Doubles, *wave, t) for wave in table.waves), 1.0])
     signs = _signs((table.rows @ whole).tolist(), (table.sizes @ abs(whole)).tolist(), table.vanishing)
     at, holding = 0, []
@@ -186,7 +197,7 @@ def _decided(table, t, state, possible=None):
             return None
         holding.append(branch)
     left = most_at_rest(holding)
-    return left[0] if len(left) == 1 else None
+    return left[0] if len(left) == 1 and len(holding) <= 2 else None
 
 
 def _signs(values, sizes, vanishing):

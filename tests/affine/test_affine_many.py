@@ -340,3 +340,21 @@ def test_two_frictions_that_turn_at_one_instant_are_not_begun_again_for_ever():
     for k in (0, 1, 7):
         one = ap.solve(ap.Scene(system=system, values={}, start=tuple(starts[k]), until=9))
         assert many.final[:, k] == pytest.approx(one.final, abs=1e-9)
+
+
+def test_rows_within_the_paradox_of_one_of_two_contacts_have_two_motions_each_however_many_there_are():
+    """The reaction of a slider, 1/p, may have either sign while it slides; the other block is beside it."""
+    q, u = sp.symbols("x1:5"), sp.symbols("u1:5")
+    mass = sp.eye(4) + sp.Rational(4, 5) * sp.Matrix(4, 4, lambda i, j: int(i + j == 1))
+    contacts = [ap.Contact(gap=q[1], slip=u[0], friction=2), ap.Contact(gap=q[3], slip=u[2], friction=1)]
+    pair = ap.Mechanism(q, u, mass, (0, 1, 0, -1), contacts[0], others=contacts[1:])
+    start = {**dict.fromkeys(map(str, (*q, *u)), 0), "u1": -np.ones(8)}
+    many = ap.solve_many(system=pair.rigid(), values={}, start=start, until=1)
+    assert [many.outcomes[k] for k in many.outcome] == ["two motions"] * 8
+
+
+def test_rows_at_rest_that_repels_have_two_motions_each_however_many_there_are():
+    """Of v' = -F friction drives the slip, and either direction goes on from v = 0."""
+    driven = ap.System.with_frictions({x: v, v: -F}, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=1)])
+    many = ap.solve_many(system=driven, values={}, start={"x": np.linspace(-1, 1, 8), "v": 0}, until=1)
+    assert [many.outcomes[k] for k in many.outcome] == ["two motions"] * 8
