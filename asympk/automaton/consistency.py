@@ -79,11 +79,13 @@ def _require_few(combinations: int, undecided: int) -> None:
 def _unloaded(here: Junction, branch: Branch) -> set[int]:
     """Return the rigid contacts whose reaction has just vanished, each if no other contact changes in ``branch``.
 
-    Their reaction then vanishes in ``branch``, too. It is a force, and moving the state makes it 0 only to rounding.
+    Their reaction then vanishes in ``branch``, too. It is a force, and moving the state makes it 0 only to rounding. A
+    reaction that has jumped past 0 does not vanish.
     """
     changed = {k for k, was in enumerate(here.before or ()) if was != branch[k]}
     rigid = {k for k, friction in enumerate(here.system.frictions) if friction.constraint is not None}
-    return {k for kind, k in here.lost if kind == "force_zero" and k in rigid and changed <= {k}}
+    unloaded = (k for kind, k in here.lost if kind == "force_zero" and k in rigid and changed <= {k})
+    return {k for k in unloaded if not here.has_turned(k)}
 
 
 def _ties(here: Junction, branch: Branch, group: tuple[int, ...]) -> list[tuple] | None:
@@ -192,7 +194,7 @@ def _opening(here: Junction, k: int, point: ContactPoint, forces: tuple) -> Any:
         return point.contacts[k].gap
     if k not in here.touching:
         return abs(point.contacts[k].gap)
-    return 0 if here.touching[k] and not here.pulls(k) else row_at(gap_row(here.system, k, point), forces)
+    return 0 if here.touching[k] and not here.has_turned(k) else row_at(gap_row(here.system, k, point), forces)
 
 
 def staying(here: Junction, mode: GuardedMode, keys: list[tuple]) -> list[int] | None:

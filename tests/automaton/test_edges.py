@@ -833,3 +833,16 @@ def test_a_body_that_bounces_with_a_drag_that_jumps_with_its_velocity_does_what_
         assert [float(w) for w in path.final] == pytest.approx(alike, abs=1e-6)
     with pytest.raises(NotDerivable, match=r"stays on v = 0 from t = 0\.085253\d on, where the rates jump"):
         ap.solve(bounce(sp.sign(v) / 5), **how)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_slot_that_a_push_now_presses_on_its_other_side_still_brakes_the_block(side, how):
+    """The push turns from 1 to t - 2 at t = 1/2: there the reaction jumps past 0, and then it falls to 0 again."""
+    y, u = sp.symbols("y u", real=True)
+    push = sp.Piecewise((side, t < sp.Rational(1, 2)), (side * (t - 2), True))
+    slot = ap.Contact(gap=y, slip=v, friction=sp.Rational(1, 2))
+    system = ap.Mechanism((x, y), (v, u), sp.eye(2), (0, push), slot, time=t).rigid()
+    path = ap.solve(ap.Scene(system=system, start={x: 0, y: 0, v: 2, u: 0}, until=1), **how)
+    assert path.modes == ("slip_opposite", "slip_same")[::side]
+    assert [(event.kind, float(event.t)) for event in path.events] == [("force_zero", pytest.approx(0.5, abs=1e-12))]
+    assert [float(w) for w in path.final] == pytest.approx([83 / 48, 0, 23 / 16, 0], abs=1e-9)
