@@ -163,7 +163,8 @@ def _margins_at(
 def breaks_loose(here: Junction, branch: Branch) -> bool:
     """Tell whether a contact slips in a branch that static friction would hold if every contact that may rest did.
 
-    A contact held with nothing to spare is not held if rest would go on but for its margin, which falls.
+    A contact held with nothing to spare is not held if rest would go on but for its margin, which falls. None of a
+    group is held if then a load would have the other sign, or an open contact would close.
     """
     resting = here.resting - here.jumped(branch).keys()
     rest = tuple(p._replace(velocity=0) if k in resting and p != OPEN else p for k, p in enumerate(branch))
@@ -172,8 +173,10 @@ def breaks_loose(here: Junction, branch: Branch) -> bool:
         if (margins := _margins(here, rest, group)) is None:
             loose |= {*group}
         else:
-            edges = {key: values for key, values in margins.items() if key[0] == "slip_onset"}
-            signs |= {key: here.numbers.decided_sign(values) for key, values in edges.items()}
+            found = {key: here.numbers.decided_sign(values) for key, values in margins.items()}
+            signs |= {key: sign for key, sign in found.items() if key[0] == "slip_onset"}
+            if any(sign < 0 for key, sign in found.items() if key[0] != "slip_onset"):
+                loose |= {*group}
     breaking = {key for key, sign in signs.items() if sign < 0}
     loose |= {k for _, k, _ in breaking or (key for key, sign in signs.items() if not sign and _falls(here, rest, key))}
     return any(a != b and k not in loose for k, (a, b) in enumerate(zip(branch, rest, strict=True)))

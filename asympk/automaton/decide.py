@@ -7,7 +7,8 @@ derivative along the field of that mode is positive. Doubles decide where all si
 
 A single consistent branch is the motion. Of several consistent branches, those in which contacts stay at rest are kept:
 
-1. A branch is left out if a contact slips in it that static friction would hold if every contact that may rest did.
+1. A branch is left out if a contact slips in it that static friction would hold if every contact that may rest did,
+   with no load of another sign and no open contact that closes.
 2. Then a branch is left out if, of the contacts that rested before, another branch keeps these at rest and more.
 3. Then step 2 is repeated with all contacts.
 4. A branch is taken back in which a contact that moves has a load of another sign, or none: rest elsewhere does not

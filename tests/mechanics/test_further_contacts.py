@@ -442,3 +442,19 @@ def test_a_weight_that_the_pull_takes_off_a_smooth_floor_lifts_off_and_its_motio
     assert (path.modes, [event.kind for event in path.events]) == (("closed", "open"), ["lift_off"])
     assert path.final == pytest.approx((-2, 1 / 6, -1, 1 / 2), abs=1e-8)
     assert certify(scene).modes == path.modes
+
+
+def test_a_rest_that_would_turn_the_load_of_another_contact_chooses_no_slip():
+    """The second slider begins to slip forward, with a reaction of either sign; none holds it that keeps the first."""
+    q, u, slide = sp.symbols("g1 g2 s1 s2"), sp.symbols("n1 n2 v1 v2"), sp.Rational(7, 2)
+    yields = sp.Matrix([[31, -14, 6, -25], [-14, 11, -4, 14], [6, -4, 2, -5], [-25, 14, -5, 23]]) / 2
+    free = sp.Matrix([-1, 3, -1, 2])
+    for sign in (1, -1):  # of the second reaction; friction is slide R1 on the first and -2 |R2| on the second
+        pressed = yields[:, :2] + yields[:, 2:] * sp.diag(-slide, -2 * sign)
+        first, second = -pressed[:2, :].inv() * free[:2, :]
+        assert first < 0 < sign * second
+        assert (pressed * sp.Matrix([first, second]) + free)[3] > 0
+    first, second = (ap.Contact(gap=q[k], slip=u[2 + k], friction=f) for k, f in enumerate((slide, 2)))
+    pair = ap.Mechanism(q, u, yields.inv(), yields.inv() * free, first, others=[second])
+    with pytest.raises(TwoMotions, match=r"slip_same.*\+slip_opposite.* and slip_same.*\+slip_same"):
+        ap.solve(ap.Scene(system=pair.rigid(), start={**dict.fromkeys((*q, *u), 0), u[2]: -1}, until=1))
