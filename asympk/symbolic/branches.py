@@ -299,8 +299,19 @@ def by_direction(velocity: sp.Expr, expr: sp.Expr, part: str) -> sp.Expr:
                              f"the sign of {quantities}; write sign({velocity}) for the direction")
         return named if shared != {False} else rest if part == "static" else law
 
-    expr = expr.replace(lambda e: isinstance(e, sp.Piecewise), directed) if ordered else expr
+    expr = expr.xreplace({law: directed(law) for law in _asking(expr, ordered)})
     return expr.xreplace({atom: (1 + s) / 2 if isinstance(atom, sp.Heaviside) else s for atom, s in signs.items()})
+
+
+def _asking(expr: sp.Expr, steps: Collection[sp.Basic]) -> list[sp.Piecewise]:
+    """Return each ``Piecewise`` that asks for one of ``steps``, in no other such one: both tell the value at rest."""
+    found: list[sp.Piecewise] = []
+    parts = sp.preorder_traversal(expr)
+    for part in parts:
+        if isinstance(part, sp.Piecewise) and any(atoms(condition, sp.Rel) & {*steps} for _, condition in part.args):
+            found.append(part)
+            parts.skip()
+    return found
 
 
 def _shared(values: sp.Tuple, unknown: Collection[sp.Expr]) -> set[bool]:

@@ -487,6 +487,15 @@ def test_a_table_of_many_places_with_a_value_of_its_own_at_rest_is_read_place_by
     assert by_direction(v, law, "static") == 3 * table
 
 
+def test_a_law_within_a_law_of_the_velocity_has_the_value_at_rest_of_both_together():
+    """It slips against 1/4 either way, and 1 holds it at rest: read alone, the inner law has no value of its own."""
+    inner = sp.Piecewise((1, v >= 0), (HALF / 2, True))
+    law = sp.Piecewise((inner, v <= 0), (HALF / 2, True))
+    path = ap.solve(ap.Scene(system=block(t, law), start={x: 0, v: 0}, until=2))
+    assert [float(event.t) for event in path.events] == pytest.approx([1], abs=1e-12)
+    assert float(path.final[1]) == pytest.approx(5 / 4, abs=1e-12)
+
+
 @pytest.mark.parametrize("rest", [sp.Ne(v, 0), sp.Or(v > 0, v < 0)])
 @pytest.mark.parametrize(("push", "held"), [(t, 9 / 8), (-t, 7 / 8)])
 @pytest.mark.few(4)
