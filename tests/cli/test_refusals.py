@@ -199,9 +199,9 @@ def test_what_is_mistyped_in_a_system_is_told_as_it_was_written(tmp_path, rate, 
         (("[values]", 'contact = "rigit"\n[values]'), "contact must be"),
         (("[values]", 'until = "soon"\n[values]'), "until = 'soon'"),
         (("[values]", "until = -1\n[values]"), "until = -1: it must be zero or positive"),
-        (("[values]\nm = 1", "[state]\ntheta = 1\n[values]\nm = 0"), "an equation of the contact is not finite"),
+        (("[values]\nm = 1", "[state]\n\"X'\" = 1\ntheta = 1\n\"theta'\" = 0\n[values]\nm = 0"), "an equation of the contact is not finite"),
         (("coordinates", "[over]\ncoordinates"), "coordinates, gap, slip, friction missing; coordinates is below"),
-        (("m = 1", "m = 1"), "no value for theta"),
+        (("m = 1", "m = 1"), "no value for X', theta, theta'; give each a number under [state]"),
     ],
 )
 def test_what_is_wrong_in_the_file_of_a_mechanism_is_told_with_the_name_of_the_file(tmp_path, capsys, change, told):
