@@ -7,6 +7,7 @@ has its number of steps. The limit on seconds is checked between runs. ``_compil
 
 from collections.abc import Callable
 from functools import cache, lru_cache
+from math import inf
 
 import numpy as np
 import sympy as sp
@@ -17,7 +18,7 @@ from asympk.automaton.modes import mode_of
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import InputError
 from asympk.integrators.integrate import Settings, missing
-from asympk.integrators.stepwise import IDLE, follow_steps
+from asympk.integrators.stepwise import IDLE, PARTS, follow_steps
 from asympk.integrators.watch import Look, near
 from asympk.symbolic.branches import all_phases
 
@@ -42,7 +43,7 @@ class KvaernoSteps:
     """The steps of Kvaerno5 to ``until``, several in a call, as a solver of ``stepwise``."""
 
     nfev = njev = made = 0
-    status, again = "running", None
+    status, due = "running", inf
 
     def __init__(self, mode: NumericMode, t: float, state: tuple[float, ...], until: float, settings: Settings):
         import jax
@@ -53,16 +54,20 @@ class KvaernoSteps:
         p, w = (np.array(v, dtype=float) for v in (mode.p, state))
         with jax.enable_x64(True):
             self.carry = t, t, w, *template(len(w), len(p))
-        self.fixed = until, settings.longest, p, together.index(mode.mode), settings.rtol, settings.atol
+        self.fixed = p, together.index(mode.mode), settings.rtol, settings.atol
+        self.longest = self.own = settings.longest
         self.t_old, self.t, self.y_old, self.y = t, t, w, w
 
     def step(self) -> str | None:
         """Make steps until one is of interest; return the reason if they fail, or None."""
         import jax
 
-        due, first = next(look for look in self.looks if look > self.t), self.y is self.y_old
+        if self.t >= self.due:
+            self.longest, self.due = self.own, inf
+        look, first = next(look for look in self.looks if look > self.t), self.y is self.y_old
+        bounds = min(look, self.due), min(AT_ONCE, self.limit), self.until, self.longest
         with jax.enable_x64(True):
-            self.carry, found = self.run(first, self.carry, due, min(AT_ONCE, self.limit), *self.fixed)
+            self.carry, found = self.run(first, self.carry, *bounds, *self.fixed)
             found = np.asarray(found)
         made, stalled, self.t_old, self.t = found[:4].tolist()
         self.y_old, self.y = found[4:].reshape(2, -1)
@@ -70,6 +75,12 @@ class KvaernoSteps:
         self.limit -= self.made
         self.status = "failed" if stalled else "finished" if self.t >= self.until else "running"
         return "steps below the spacing of floats" if stalled else None
+
+    def again(self) -> None:
+        """Go back to before the last step, to make it in eight or more."""
+        self.longest, self.due = (self.t - self.t_old) / PARTS, self.t
+        self.t, self.y, self.status = self.t_old, self.y_old, "running"
+        self.carry = self.t, self.t, self.y, *self.carry[3:]
 
     def dense_output(self) -> Callable[[float], np.ndarray]:
         """Return the state as a function of the time within the last step: the Hermite cubic that diffrax uses."""

@@ -1,7 +1,7 @@
 """Heyoka: Taylor series, compiled once per mode and tolerance; zeros of guards are found on its polynomials."""
 
 from functools import cache, lru_cache
-from math import isfinite
+from math import inf, isfinite
 from time import monotonic
 
 from asympk.automaton.compiled import function, namespace
@@ -9,6 +9,7 @@ from asympk.automaton.loop import Segment, lost_with
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import InputError
 from asympk.integrators.integrate import Settings, Work, missing
+from asympk.integrators.stepwise import PARTS, misses_rates
 
 CHUNK = 1000  # steps between two looks at the clock
 FINEST = 2.3e-16  # the smallest tolerance that is passed on: about the spacing of doubles
@@ -23,7 +24,7 @@ def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float,
     solver.time, solver.state[:] = t, state
     solver.pars[:] = [*mode.p, *(MARGIN * (abs(v) < MARGIN) for v in mode.guard_values(t, state))]
     steps, short, hit, times = 0, "", None, settings.times
-    samples: list[tuple[float, ...]] = []
+    samples, longest, due = list[tuple[float, ...]](), settings.longest, inf
     while hit is None and not short and solver.time < until:
         chunk = min(CHUNK, settings.steps - steps)
         if chunk <= 0 or monotonic() > settings.deadline:
@@ -31,14 +32,34 @@ def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float,
             break
         last = float(solver.time), tuple(solver.state.tolist())
         outcome, *_, made, output, _ = solver.propagate_until(
-            until, max_steps=chunk, max_delta_t=settings.longest, c_output=bool(times))
+            min(due, until), max_steps=chunk, max_delta_t=longest, c_output=bool(times))
         steps += made
         hit, short = _reason(int(outcome))
+        if hit is not None and (length := _missed(solver, mode, settings)):
+            longest = length / (PARTS - 1 / 2)  # so that the event is not between two steps, with one of length 0
+            hit, due = None, float(solver.time) + longest
+            _go_back(solver, length)
+        elif solver.time >= due:
+            longest, due = settings.longest, inf
         while len(samples) < len(times) and times[len(samples)] <= solver.time and output is not None:
             samples.append(tuple(output(times[len(samples)]).tolist()))
     end, state = (float(solver.time), tuple(solver.state.tolist())) if isfinite(solver.time) else last
     together = lost_with(mode, hit, end, state)
     return Segment(end, state, hit, Work(steps, steps, 0), short, tuple(samples), together)
+
+
+def _missed(solver, mode, settings):
+    """Return the length of the last step if at the event that ends it, it misses the rates there; otherwise 0."""
+    t, state, h = float(solver.time), tuple(solver.state.tolist()), solver.last_h
+    return h if h and misses_rates(mode, lambda at: solver.update_d_output(at).copy(), t, state, h, settings) else 0
+
+
+def _go_back(solver, length):
+    """Go back by the length of the last step, to its start."""
+    begin = float(solver.time) - length
+    state = solver.update_d_output(begin).copy()
+    solver.time, solver.state[:] = begin, state
+    solver.reset_cooldowns()
 
 
 def _reason(outcome):

@@ -14,12 +14,11 @@ import numpy as np
 from asympk.automaton.loop import Segment
 from asympk.automaton.numericmode import NumericMode
 from asympk.integrators.integrate import Settings
-from asympk.integrators.stepwise import field_and_start, follow_steps
+from asympk.integrators.stepwise import PARTS, field_and_start, follow_steps
 
 CLASSES = {"rk45": "RK45", "dop853": "DOP853", "radau": "Radau", "bdf": "BDF", "lsoda": "LSODA"}
 EXPLICIT = ("rk45", "dop853")
 RESTARTS = 16  # in one mode, of a method to which rates without a value are told
-PARTS = 8  # the least number of steps into which one is divided
 
 
 def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float, settings: Settings) -> Segment:

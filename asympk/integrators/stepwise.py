@@ -21,6 +21,7 @@ STEP_LIMIT = "step limit reached"
 PATIENCE = 500  # steps near a zero of a divisor after which a run that has gained no time of ``LONG`` is given up
 IDLE = 100  # steps without any gain in time after which a run is given up
 COARSE = 1000  # multiple of its allowed error by which a step may miss the rates at an event
+PARTS = 8  # the least number of steps into which one is divided
 BESIDE = 2.0**-13  # part of a step to each side of an event within which its slope there is taken
 UNBOUNDED = 1e-8  # part of the first value of p in R = -a / p at which R counts as infinite: no step reaches p = 0
 
@@ -33,7 +34,7 @@ class Solver(Protocol):
     3. ``status`` is "running", "finished" or "failed".
     4. ``dense_output()`` returns the state as a function of the time within the last step.
     5. ``nfev`` and ``njev`` count the calls of the field and of its Jacobian so far.
-    6. ``again()`` goes back to before the last step, to make it in shorter ones; None where a method cannot.
+    6. ``again()`` goes back to before the last step, to make it in ``PARTS`` or more.
     """
 
     t_old: float
@@ -50,9 +51,8 @@ class Solver(Protocol):
     def dense_output(self) -> Callable[[float], np.ndarray]:
         """Return the state as a function of the time within the last step."""
 
-    @property
-    def again(self) -> Callable[[], None] | None:
-        """The function that goes back to before the last step, to make it in shorter ones, or None."""
+    def again(self) -> None:
+        """Go back to before the last step, to make it in shorter ones."""
 
 
 @np.errstate(all="ignore")  # the step control of scipy divides by errors that may be zero
@@ -74,7 +74,7 @@ def follow_steps(solver: Solver, mode: NumericMode, t: float, state: tuple[float
             short = f"stalled (the last {idle} steps gained nothing)"
         if not short and (met := watch.lost(solver, t, state)):
             t, state = met[0], tuple((within := solver.dense_output())(met[0])[:n].tolist())
-            if solver.again and _misses_rates(mode, within, t, state, solver.t - solver.t_old, settings):
+            if misses_rates(mode, within, t, state, solver.t - solver.t_old, settings):
                 watch.last = watch.before
                 solver.again()
                 continue
@@ -148,7 +148,10 @@ def _bracketed(function, low, high):
     return brentq(function, low, high, xtol=1e-300, rtol=9e-16, maxiter=10_000)  # roots may be multiple
 
 
-def _misses_rates(mode, within, t, state, h, settings):
+def misses_rates(
+    mode: NumericMode, within: Callable[[float], np.ndarray], t: float, state: tuple[float, ...], h: float,
+    settings: Settings,
+) -> bool:
     """Tell whether the slope of a step of length h, ``within(t)``, at an event is not that of the rates there.
 
     The step has then passed over what changes the rates near the event, such as friction that rises within a narrow

@@ -714,7 +714,7 @@ def test_events_that_recur_at_one_time_are_said_to_be_rounding_and_not_to_be_too
 
 @pytest.mark.parametrize(("how", "width"), [
     *(pytest.param({"method": one.values[0], "rtol": 1e-10}, "1/100", marks=one.marks)
-      for one in here("lsoda", "radau", "dop853", "bdf", "cvode")),
+      for one in here("lsoda", "radau", "dop853", "bdf", "cvode", "kvaerno5", "heyoka")),
     ({}, "1/100"), ({}, "1/100000"), ({"digits": 15}, "1/100000"),
 ])
 @pytest.mark.parametrize(("push", "speed"), [(0, 3), (2, 0)])
