@@ -148,6 +148,7 @@ def _bracketed(function, low, high):
     return brentq(function, low, high, xtol=1e-300, rtol=9e-16, maxiter=10_000)  # roots may be multiple
 
 
+@np.errstate(all="ignore")  # of a short step late in a run, the two rounded times may be one
 def misses_rates(
     mode: NumericMode, within: Callable[[float], np.ndarray], t: float, state: tuple[float, ...], h: float,
     settings: Settings,
