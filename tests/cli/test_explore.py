@@ -653,6 +653,85 @@ def test_the_page_says_what_is_wrong_and_keeps_the_last_picture(server, window):
     assert "400" in refused
 
 
+# Answers of one kind wait in ``held`` until they are let go; ``made``, where given, takes the place of the server's.
+HOLD = """const [kind, made] = arguments, real = window.fetch, reply = (body, status) => new Response(body, { status });
+window.held = [];
+window.fetch = async (name, asked) => {
+  const answer = name === kind && made ? reply(JSON.stringify(made), made.error ? 503 : 200) : await real(name, asked);
+  return name === kind ? new Promise(go => window.held.push(() => go(answer))) : answer;
+};"""
+IDLE = "document.body.getAttribute('aria-busy') === 'false'"
+
+
+def _let_go(window):
+    window.wait("window.held.length")
+    window.run("window.held.splice(0).forEach(go => go())")
+
+
+@pytest.mark.slow
+def test_a_verdict_on_older_numbers_is_faded(server, window):
+    window.open(server.address)
+    window.wait(PATH)
+    window.run(HOLD, "least", {"model": "jump-0", "rungs": []})
+    window.run("document.getElementById('least').click()")
+    before = window.run(f"return {PATH}")
+    window.set("[data-box=mu]", "1/2", "change")
+    window.wait(f"{PATH} !== {json.dumps(before)}")
+    faded = "document.getElementById('verdict').classList.contains('stale')"
+    for older in (True, False):
+        _let_go(window)
+        window.wait(f"document.querySelector('#verdict p').textContent === 'jump-0 will do' && {IDLE}")
+        assert window.run(f"return {faded}") == older
+        window.run("document.getElementById('least').click()")
+    _let_go(window)
+    window.wait(IDLE)
+    window.set("#rtol", "1e-9", "input")
+    assert window.run(f"return {faded}")
+
+
+@pytest.mark.slow
+def test_a_motion_of_older_numbers_is_faded_while_it_is_waited_for_and_not_shown_after_a_reset(server, window):
+    window.open(server.address)
+    before = window.wait(f"{IDLE} && {PATH}")
+    window.run(HOLD, "motion", None)
+    window.set("[data-box=mu]", "1/2", "change")
+    window.wait("document.getElementById('pictures').classList.contains('late')")
+    window.run("document.getElementById('reset').click()")
+    shown = "['legend', 'modes', 'model'].map(id => document.getElementById(id).textContent).join('')"
+    assert window.run(f"return {shown}") == ""
+    _let_go(window)
+    window.wait("window.held.length")
+    assert window.run(f"return {PATH}") is None
+    _let_go(window)
+    assert window.wait(f"{IDLE} && {PATH}") == before
+    assert window.run("return document.getElementById('logarithmic').checked")
+    assert not window.wait("[document.getElementById('pictures').classList.contains('late')]")[0]
+
+
+@pytest.mark.slow
+def test_curves_that_cannot_be_computed_are_not_those_of_older_numbers(server, window):
+    window.open(server.address)
+    window.wait(f"document.querySelector('#phase .curve') && {IDLE}")
+    window.run(HOLD, "surroundings", {"error": "no answer"})
+    window.set("[data-box=sigma]", "2", "change")
+    _let_go(window)
+    window.wait("!document.querySelector('#phase .curve')")
+    assert window.run("return document.getElementById('message').textContent") \
+        == "slow manifolds and stick regions: no answer"
+
+
+@pytest.mark.slow
+def test_a_slider_stands_at_the_number_of_its_box_and_says_it(server, window):
+    window.open(server.address)
+    window.wait(PATH)
+    for written, place in (("1/1000000", "500"), ("1/100000000", "167"), ("0", "0"), ("-1", "0"), ("1e999", "1000")):
+        window.set("[data-box=mu]", written, "change")
+        slider = "document.querySelector('[data-slider=mu]')"
+        assert window.run(f"return [{slider}.value, {slider}.getAttribute('aria-valuetext')]") == [place, written]
+    window.set("[data-slider=mu]", 500, "input")
+    assert window.run(f"return {slider}.getAttribute('aria-valuetext')") == "1e-6"
+
+
 @pytest.mark.further
 def test_the_page_shows_the_verdict_of_the_ladder_and_another_scene(server, window):
     window.open(server.address)

@@ -10,19 +10,21 @@ let motion = null, curves = [], axes = null, dragging = false;
 
 const lanes = {}; // for each question: the request under way, and the last one that waits for its end
 
+// Ask what `question` returns with the numbers of the page, and show the answer, unless another scene was chosen or all
+// was reset meanwhile; `fresh` says whether the numbers are still those of the answer.
 async function ask(name, question, show) {
   const lane = lanes[name] ??= { busy: false, next: null };
   if (lane.busy) { lane.next = [question, show]; return; }
   lane.busy = true;
   lane.since = performance.now();
   attend();
-  const asked = scene;
+  const asked = given, body = () => JSON.stringify({ ...turned(), ...question() }), sent = body();
   try {
-    const reply = await fetch(name, { method: "POST", body: JSON.stringify({ ...turned(), ...question }) });
+    const reply = await fetch(name, { method: "POST", body: sent });
     const answer = await reply.json();
-    if (asked === scene) reply.ok ? show(answer) : refuse(name, answer.error);
+    if (asked === given) reply.ok ? show(answer, sent === body()) : refuse(name, answer.error);
   } catch {
-    tell("The server does not answer any more: start asympk explore again.");
+    refuse(name, "The server does not answer any more: start asympk explore again.");
   }
   lane.busy = false;
   const next = lane.next;
@@ -42,13 +44,15 @@ function sayWhatIsComputed() {
   const busy = Object.entries(lanes).filter(([, lane]) => lane.busy && performance.now() - lane.since > 500);
   const told = busy.map(([name, lane]) => `${WORDS[name]} ${((performance.now() - lane.since) / 1000).toFixed(0)} s`);
   $("busy").textContent = told.length ? `computing: ${told.join(", ")}` : "";
+  $("pictures").classList.toggle("late", busy.some(([name]) => name === "motion"));
 }
 setInterval(sayWhatIsComputed, 250);
 
 const turned = () => ({ scene: scenes.indexOf(scene), ...given });
 function refuse(name, words) {
-  tell(words);
-  if (name === "motion") fade(true);
+  tell(name === "surroundings" ? $("message").textContent || `${WORDS[name]}: ${words}` : words);
+  if (name === "motion") { fade(true); $("model").textContent = ""; }
+  if (name === "surroundings" && motion) { curves = []; drawPhase(); }
   if (name === "least") $("verdict").replaceChildren();
 }
 
@@ -57,7 +61,7 @@ const tell = words => { $("message").textContent = words; };
 
 function refresh() {
   $("verdict").classList.add("stale");
-  ask("motion", { draft: dragging }, found => {
+  ask("motion", () => ({ draft: dragging }), found => {
     tell(found.stopped);
     if (found.t && !motion) $("logarithmic").checked = found.events[(found.events.length - 1) >> 1]?.t < found.t.at(-1) / 50;
     fade(!found.t);
@@ -72,7 +76,7 @@ function surround() {
   const places = axis => Array.from({ length: GRID }, (_, k) => axis.back(axis.from + (axis.to - axis.from) * k / (GRID - 1)));
   const pair = [$("across").value, $("up").value];
   const question = { pair, across: places(axes.x), up: places(axes.y) };
-  ask("surroundings", question, found => { if (pair[0] === $("across").value && pair[1] === $("up").value) { curves = found; drawPhase(); } });
+  ask("surroundings", () => question, found => { if (pair[0] === $("across").value && pair[1] === $("up").value) { curves = found; drawPhase(); } });
 }
 
 // ---- axes -----------------------------------------------------------------------------------------------------------
@@ -263,6 +267,9 @@ function drawSeries() {
 
 const STEPS = 1000; // of a slider
 
+// The number that a decimal or a ratio spells, NaN for any other text.
+const worth = text => text.split("/").map(part => part.trim() ? Number(part) : NaN).reduce((a, b) => a / b);
+
 function knob(told, set) {
   const row = document.createElement("div"), slider = document.createElement("input"), box = document.createElement("input");
   const name = document.createElement("span");
@@ -275,9 +282,11 @@ function knob(told, set) {
   const { low, high, log } = told;
   const value = part => log ? low * (high / low) ** part : low + (high - low) * part;
   const part = v => log ? Math.log(v / low) / Math.log(high / low) : (v - low) / (high - low);
-  const show = v => { slider.value = STEPS * part(Number(v)); box.value = typeof v === "number" ? plain(v) : v; };
-  slider.oninput = () => { const v = +value(slider.value / STEPS).toPrecision(4); box.value = plain(v); set(v); };
-  box.onchange = () => { if (Number.isFinite(Number(box.value))) slider.value = STEPS * part(Number(box.value)); set(box.value.trim()); };
+  const write = text => { box.value = slider.ariaValueText = text; };
+  const move = text => { const to = part(worth(text)); if (!Number.isNaN(to)) slider.value = STEPS * Math.max(0, Math.min(1, to)); };
+  const show = v => { move(String(v)); write(typeof v === "number" ? plain(v) : v); };
+  slider.oninput = () => { const v = +value(slider.value / STEPS).toPrecision(4); write(plain(v)); set(v); };
+  box.onchange = () => { const text = box.value.trim(); move(text); write(text); set(text); };
   show(told.value);
   row.append(name, slider, box);
   row.show = show;
@@ -316,9 +325,7 @@ function choose(k) {
   motion = axes = null;
   for (const lane of Object.values(lanes)) lane.next = null;
   curves = [];
-  $("phase").replaceChildren();
-  $("series").replaceChildren();
-  $("model").textContent = "";
+  for (const id of ["phase", "legend", "modes", "series", "model"]) $(id).replaceChildren();
   given = { parameters: {}, start: {}, until: null };
   $("scene").value = k;
   for (const [menu, chosen] of [["across", scene.pair[0]], ["up", scene.pair[1]]]) {
@@ -340,7 +347,8 @@ const weights = name => {
 
 // Put the two quantities of the picture at (u, v): each changes its last state that is not itself the other quantity.
 function place(u, v) {
-  const start = scene.start.map((told, k) => motion.states[told.name][0]);
+  const begun = name => name in given.start ? worth(String(given.start[name])) : NaN; // the motion may be an older one
+  const start = scene.start.map(({ name }) => Number.isFinite(begun(name)) ? begun(name) : motion.states[name][0]);
   const goals = [[weights($("across").value), u], [weights($("up").value), v]];
   const own = w => w.flatMap((part, k) => part ? [k] : []);
   goals.sort((a, b) => own(a[0]).length - own(b[0]).length);
@@ -381,7 +389,7 @@ function cell(kind, text) {
   return made;
 }
 
-function verdict(ladder) {
+function verdict(ladder, fresh) {
   const table = document.createElement("table");
   const head = table.insertRow();
   head.append(...["", "predicted", "measured", "time / exact"].map(words => cell("th", words)));
@@ -392,13 +400,15 @@ function verdict(ladder) {
     if (rung.reason) { const told = table.insertRow().insertCell(); told.colSpan = 4; told.className = "reason"; told.textContent = rung.reason; }
   }
   $("verdict").replaceChildren(cell("p", `${ladder.model} will do`), table);
-  $("verdict").classList.remove("stale");
+  $("verdict").classList.toggle("stale", !fresh);
 }
 
 $("least").onclick = () => {
   $("verdict").replaceChildren(cell("p", "climbing the ladder of models, for about 15 s at most …"));
-  ask("least", { rtol: $("rtol").value.trim() }, verdict);
+  $("verdict").classList.remove("stale");
+  ask("least", () => ({ rtol: $("rtol").value.trim() }), verdict);
 };
+$("rtol").oninput = () => $("verdict").classList.add("stale");
 
 // ---- begin ----------------------------------------------------------------------------------------------------------
 
