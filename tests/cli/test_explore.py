@@ -732,6 +732,34 @@ def test_a_slider_stands_at_the_number_of_its_box_and_says_it(server, window):
     assert window.run(f"return {slider}.getAttribute('aria-valuetext')") == "1e-6"
 
 
+@pytest.mark.slow
+def test_the_pictures_say_the_motion_in_words(server, window):
+    window.open(server.address)
+    window.wait(f"{PATH} && {IDLE}")
+    window.set("[data-box=mu]", "0.01", "change")
+    window.wait(f"document.querySelector('[data-slider=mu]').value === '1000' && {IDLE}")
+    phase, said = (window.run(f"return document.getElementById('{name}').getAttribute('aria-label')")
+                   for name in ("phase", "series"))
+    path = ap.solve(turned(ROD, {"mu": "0.01"}, {}, None))
+    assert phase == "phase picture: z over s"
+    modes, final = said.removeprefix("states over time: ").split("; at the end ")
+    until = [float(event.t) for event in path.events] + [5]
+    assert [words.split(" until t = ")[0] for words in modes.split(", ")] == [*path.modes]
+    assert [float(words.split(" = ")[1]) for words in modes.split(", ")] == pytest.approx(until, rel=1e-5)
+    assert [float(words.split(" = ")[1]) for words in final.split(", ")][:3] == pytest.approx(path.final, rel=1e-5)
+
+
+@pytest.mark.slow
+def test_enter_in_the_bound_of_the_error_finds_the_least_model(server, window):
+    window.open(server.address)
+    window.wait(PATH)
+    window.run(HOLD, "least", {"model": "jump-0", "rungs": []})
+    pressed = "dispatchEvent(new KeyboardEvent('keydown', { key: 'Enter' }))"
+    window.run(f"document.getElementById('rtol').{pressed}")
+    _let_go(window)
+    window.wait("document.querySelector('#verdict p').textContent === 'jump-0 will do'")
+
+
 @pytest.mark.further
 def test_the_page_shows_the_verdict_of_the_ladder_and_another_scene(server, window):
     window.open(server.address)

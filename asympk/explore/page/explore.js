@@ -199,6 +199,7 @@ function draw() {
 
 function drawPhase() {
   const svg = $("phase"), across = $("across").value, up = $("up").value;
+  svg.ariaLabel = `phase picture: ${named(up)} over ${named(across)}`;
   const height = Math.min(460, 0.9 * wide(svg), 0.42 * Math.max(window.innerHeight, 700)), width = sized(svg, height);
   const u = motion.states[across], v = motion.states[up];
   if (!dragging || !axes) {
@@ -229,9 +230,17 @@ function key(kind, words, names) {
 
 const cross = (x, y) => make("path", { class: "stop", d: `M${x - 5},${y - 5}l10,10m0,-10l-10,10` });
 
+// The motion in words, for those who hear the page.
+function inWords() {
+  const modes = motion.modes.slice(0, 40).map(mode => `${mode.name} until t = ${plain(mode.to)}`);
+  const left = motion.modes.length - modes.length, final = scene.quantities.map((name, k) => `${named(name)} = ${motion.final[k] === null ? "infinite" : plain(motion.final[k])}`);
+  return `states over time: ${modes.join(", ")}${left ? `, and ${left} more modes` : ""}; at the end ${final.join(", ")}`;
+}
+
 function drawSeries() {
   const svg = $("series"), names = scene.quantities, panel = names.length > 4 ? 92 : 118, gap = 8;
   const width = sized(svg, names.length * (panel + gap) + 38);
+  svg.ariaLabel = inWords();
   const end = motion.t.at(-1) || 1, first = motion.events[0]?.t;
   const tops = names.map((_, k) => k * (panel + gap) + 2);
   const upward = names.map((name, k) => axis(...around(motion.states[name], motion.stretch[name]), motion.stretch[name], tops[k] + panel, tops[k]));
@@ -408,6 +417,7 @@ $("least").onclick = () => {
   $("verdict").classList.remove("stale");
   ask("least", () => ({ rtol: $("rtol").value.trim() }), verdict);
 };
+$("rtol").onkeydown = event => { if (event.key === "Enter") $("least").click(); };
 $("rtol").oninput = () => $("verdict").classList.add("stale");
 
 // ---- begin ----------------------------------------------------------------------------------------------------------
