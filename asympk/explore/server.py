@@ -10,6 +10,8 @@ from concurrent.futures import Future
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from secrets import compare_digest, token_urlsafe
+from select import select
+from socket import MSG_PEEK
 from threading import Thread
 from typing import Any, NoReturn
 
@@ -139,7 +141,14 @@ class _Handler(BaseHTTPRequestHandler):
         return name
 
     def _asked(self, name: str) -> tuple[bytes, str]:
-        return self.server.workers[name].ask(self._question()), "application/json"
+        return self.server.workers[name].ask(self._question(), self._waits), "application/json"
+
+    def _waits(self) -> bool:
+        """Return whether the page still waits, which closes the connection where it does not."""
+        try:
+            return not select([self.connection], [], [], 0)[0] or self.connection.recv(1, MSG_PEEK) != b""
+        except OSError:
+            return False
 
     def _question(self) -> Any:
         length = self.headers.get("Content-Length", "")

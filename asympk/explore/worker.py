@@ -7,16 +7,19 @@ from contextlib import suppress
 from importlib import import_module
 from multiprocessing import get_context
 from threading import Lock
+from time import monotonic
 from typing import Any
 
 from asympk.errors import AsympkError
 from asympk.sweep.executors import deaf_children
 
 Answer = Callable[[Any, Any], Any]  # (what the worker is given, question) -> answer
+PATIENCE = 2  # seconds that a computation goes on although nobody waits for it: to start a process takes as long
+SLICE = 0.1  # seconds between two looks at whether somebody waits
 
 
 class Late(AsympkError, TimeoutError):
-    """An answer took too long, and its process was ended."""
+    """An answer took too long, or longer than it was waited for, and its process was ended."""
 
 
 class Broken(AsympkError, RuntimeError):
@@ -42,14 +45,17 @@ class Worker:
             if self._process is None:
                 self._start()
 
-    def ask(self, question: Any) -> Any:
-        """Return the answer; raises the ``AsympkError`` of the function ``answer``, ``Late`` and ``Broken``."""
+    def ask(self, question: Any, wanted: Callable[[], bool] = lambda: True) -> Any:
+        """Return the answer; raises the ``AsympkError`` of the function ``answer``, ``Late`` and ``Broken``.
+
+        A question that is no longer ``wanted`` after ``PATIENCE`` seconds is dropped: its process is ended.
+        """
         self._given.result()
         with self._lock:
             if self._process is None or not self._process.is_alive():
                 self._start()
             try:
-                answer = self._reply(question)
+                answer = self._reply(question, wanted)
             except (EOFError, OSError):
                 self.close()
                 answer = Broken("the computing process died; ask again")
@@ -57,15 +63,21 @@ class Worker:
             raise answer
         return answer
 
-    def _reply(self, question: Any) -> Any:
+    def _reply(self, question: Any, wanted: Callable[[], bool]) -> Any:
         if not self._announced:
             self._pipe.send(self._given.result())
             self._announced = True
         self._pipe.send(question)
-        if self._pipe.poll(self._seconds):
-            return self._pipe.recv()
-        self.close()
-        return Late(f"no answer within {self._seconds:g} s: the computation was ended; ask for less")
+        end, wait = monotonic() + self._seconds, min(PATIENCE, self._seconds)
+        while not self._pipe.poll(wait):
+            if monotonic() >= end:
+                self.close()
+                return Late(f"no answer within {self._seconds:g} s: the computation was ended; ask for less")
+            if not wanted():
+                self.close()
+                return Late("nobody waits for the answer any more: the computation was ended")
+            wait = max(0.0, min(SLICE, end - monotonic()))
+        return self._pipe.recv()
 
     def close(self) -> None:
         """End the process."""

@@ -334,6 +334,21 @@ def test_an_answer_that_takes_too_long_is_ended_and_the_next_question_is_answere
 
 
 @pytest.mark.further
+def test_a_question_that_nobody_waits_for_any_more_is_dropped_and_the_next_one_is_answered(monkeypatch):
+    monkeypatch.setattr("asympk.explore.worker.PATIENCE", 0.1)
+    worker = Worker(_slow_answer, _known("given"), seconds=START)
+    try:
+        assert worker.ask(0) == "given"
+        began, turns = time.monotonic(), iter((True, False))
+        with pytest.raises(Late, match="nobody waits"):
+            worker.ask(START, lambda: next(turns))
+        assert time.monotonic() - began < START / 4
+        assert worker.ask(0) == "given"
+    finally:
+        worker.close()
+
+
+@pytest.mark.further
 def test_an_error_of_the_process_comes_back_as_one_line():
     worker = Worker(_wrong_answer, _known(None), seconds=START)
     try:
@@ -441,6 +456,24 @@ def _raw(server, data):
         connection.sendall(data)
         connection.shutdown(SHUT_WR)
         return b"".join(iter(lambda: connection.recv(65536), b""))
+
+
+def test_the_server_sees_whether_a_page_still_waits(server, monkeypatch):
+    page, seen = create_connection(("127.0.0.1", server.server_port)), Future()
+
+    def ask(question, wanted):
+        before = wanted()
+        page.close()
+        end = time.monotonic() + START
+        while wanted() and time.monotonic() < end:
+            time.sleep(0.01)
+        seen.set_result((before, wanted()))
+        return b""
+
+    monkeypatch.setattr(server.workers["least"], "ask", ask)
+    host = f"127.0.0.1:{server.server_port}"
+    page.sendall(f"POST /{server.token}/least HTTP/1.1\r\nHost: {host}\r\nContent-Length: 2\r\n\r\n{{}}".encode())
+    assert seen.result(START) == (True, False)
 
 
 @pytest.mark.parametrize(("status", "request_line", "headers", "body"), [
@@ -730,6 +763,8 @@ def test_a_slider_stands_at_the_number_of_its_box_and_says_it(server, window):
         assert window.run(f"return [{slider}.value, {slider}.getAttribute('aria-valuetext')]") == [place, written]
     window.set("[data-slider=mu]", 500, "input")
     assert window.run(f"return {slider}.getAttribute('aria-valuetext')") == "1e-6"
+    window.wait(IDLE)
+    assert all("400" in said for said in window.complaints())
 
 
 @pytest.mark.slow

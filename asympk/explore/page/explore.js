@@ -8,7 +8,7 @@ let motion = null, curves = [], axes = null, dragging = false;
 
 // ---- the server -----------------------------------------------------------------------------------------------------
 
-const lanes = {}; // for each question: the request under way, and the last one that waits for its end
+const lanes = {}; // for each question: the request under way, how to drop it, and the last one that waits for its end
 
 // Ask what `question` returns with the numbers of the page, and show the answer, unless another scene was chosen or all
 // was reset meanwhile; `fresh` says whether the numbers are still those of the answer.
@@ -18,13 +18,14 @@ async function ask(name, question, show) {
   lane.busy = true;
   lane.since = performance.now();
   attend();
-  const asked = given, body = () => JSON.stringify({ ...turned(), ...question() }), sent = body();
+  lane.drop = new AbortController();
+  const { signal } = lane.drop, asked = given, body = () => JSON.stringify({ ...turned(), ...question() }), sent = body();
   try {
-    const reply = await fetch(name, { method: "POST", body: sent });
+    const reply = await fetch(name, { method: "POST", body: sent, signal });
     const answer = await reply.json();
     if (asked === given) reply.ok ? show(answer, sent === body()) : refuse(name, answer.error);
   } catch {
-    refuse(name, "The server does not answer any more: start asympk explore again.");
+    if (!signal.aborted) refuse(name, "The server does not answer any more: start asympk explore again.");
   }
   lane.busy = false;
   const next = lane.next;
@@ -332,7 +333,10 @@ function knobs() {
 function choose(k) {
   scene = scenes[k];
   motion = axes = null;
-  for (const lane of Object.values(lanes)) lane.next = null;
+  for (const lane of Object.values(lanes)) {
+    lane.next = null;
+    lane.drop?.abort(); // what has been computed for seconds is ended by the server, which sees it
+  }
   curves = [];
   for (const id of ["phase", "legend", "modes", "series", "model"]) $(id).replaceChildren();
   given = { parameters: {}, start: {}, until: null };
