@@ -33,9 +33,10 @@ def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: An
     """Return ``scene`` with the given parameters and states of the start, by name, and with ``until`` if not None.
 
     Static friction equal to the kinetic one changes with it, unless given. At a start off the elastic contact of a
-    mechanism the reaction and the sliding velocity follow from the new numbers, as the ground stays. Raises
-    ``InputError``, ``UnknownName``, and ``NoManifold`` where a scene starts beside a slow line that does not exist at
-    the new parameters.
+    mechanism the reaction and the sliding velocity follow from the new numbers, as the ground stays. A start of
+    ``Scene.near`` keeps its offset unless y is given, or x or the sign of z changes. Raises ``InputError``,
+    ``UnknownName``, and ``NoManifold`` where a scene starts beside a slow line that does not exist at the new
+    parameters.
     """
     shown, own = in_own_units(scene), scene_parameters(scene)
     _require_names(given, own, "parameter")
@@ -50,7 +51,12 @@ def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: An
         placed, origin = _derived(scene, values, begun)
     begin = tuple(begun.get(name, value) for name, value in zip(shown.names, placed, strict=True))
     end = horizon if until is None else number("until", until)
-    return _built(scene, values, begin, end, origin, moved=bool(start))
+    return _built(scene, values, begin, end, origin, moved="y" in begun or _moved(scene, begin))
+
+
+def _moved(scene: Scene, start: tuple) -> bool:
+    """Return whether x or the side of z = 0 is not that of the scene: its slow line lies in one mode, for every z."""
+    return scene.near_to is not None and (start[0] != scene.start[0] or start[2] * scene.start[2] <= 0)
 
 
 def _derived(scene: Scene, values: dict[str, Any], begun: dict[str, Any]) -> tuple[Any, tuple | None]:

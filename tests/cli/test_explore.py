@@ -115,6 +115,18 @@ def test_a_start_beside_a_slow_line_stays_beside_it_while_parameters_turn():
     assert turned(near, {}, {"x": "0.1"}, None).near_to is None
 
 
+def test_a_velocity_that_is_turned_leaves_a_start_beside_its_slow_line_as_far_as_it_is_in_the_mode_of_the_line():
+    near = ap.Scene.near("Pi2", sigma=1, mu="1e-3", x=0, offset="1e-300", z=1, until=2)
+    assert turned(near, {}, {"z": 1}, None) == turned(near, {}, {"x": 0}, None) == near
+    half = turned(near, {}, {"z": "1/2"}, None)
+    assert half.near_to == near.near_to
+    event = ap.solve(half).events[0]  # on the slow line until it stops
+    assert (event.kind, event.t) == ("velocity_zero", pytest.approx(0.5008, rel=1e-3))
+    other = turned(near, {}, {"z": -1}, None)
+    assert (other.near_to, other.start[2]) == (None, -1)
+    assert turned(near, {}, {"y": near.start[1]}, None).near_to is None
+
+
 @pytest.mark.parametrize(("given", "start"), [
     ({"eps": "1/20", "m": 2}, {}), ({}, {"Y": 2}), ({"eps": "1/20"}, {"Y": "1/2", "X": 3}),
 ])
@@ -771,6 +783,8 @@ def test_a_slider_stands_at_the_number_of_its_box_and_says_it(server, window):
 def test_the_pictures_say_the_motion_in_words(server, window):
     window.open(server.address)
     window.wait(f"{PATH} && {IDLE}")
+    small = window.run("return document.getElementById('series').getAttribute('aria-label')")
+    assert max(map(len, re.findall(r"[-0-9.e]+", small))) <= len("-1.23456e-10")
     window.set("[data-box=mu]", "0.01", "change")
     window.wait(f"document.querySelector('[data-slider=mu]').value === '1000' && {IDLE}")
     phase, said = (window.run(f"return document.getElementById('{name}').getAttribute('aria-label')")
