@@ -130,7 +130,7 @@ function label(v, places) {
   const text = +v.toPrecision(Math.min(15, Math.max(1, digits)));
   return v !== 0 && (Math.abs(v) >= 1e4 || Math.abs(v) < 1e-3) ? text.toExponential().replace("e+", "e") : String(text);
 }
-const plain = v => v !== 0 && Math.abs(v) < 1e-3 ? v.toExponential().replace("e+", "e") : String(+v.toPrecision(6));
+const plain = v => v !== 0 && Math.abs(v) < 1e-3 ? (+v.toPrecision(6)).toExponential() : String(+v.toPrecision(6));
 const named = name => scene.units[name] ? `${name} (${scene.units[name]})` : name;
 
 // ---- drawing --------------------------------------------------------------------------------------------------------
