@@ -822,3 +822,17 @@ def test_the_page_shows_the_verdict_of_the_ladder_and_another_scene(server, wind
     assert window.complaints() == []
 
 
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("width", "height"), [(390, 844), (390, 640), (740, 360)])
+def test_every_knob_can_be_reached_on_a_small_screen(server, window, width, height):
+    window.open(server.address, width, height)
+    window.wait(f"{PATH} && {IDLE}")
+    covered = window.run("""const knobs = [...document.querySelectorAll('#controls input, #controls button')];
+    return [...knobs, ...knobs.reverse()].filter(knob => {
+      knob.focus();
+      const box = knob.getBoundingClientRect();
+      return document.elementFromPoint(box.x + box.width / 2, box.y + box.height / 2) !== knob;
+    }).map(knob => knob.dataset.slider || knob.dataset.box || knob.id)""")
+    assert covered == []
