@@ -426,7 +426,6 @@ $("rtol").oninput = () => $("verdict").classList.add("stale");
 
 // ---- begin ----------------------------------------------------------------------------------------------------------
 
-$("rtol").onkeydown = event => { if (event.key === "Enter") $("least").click(); };
 $("scene").onchange = () => choose(Number($("scene").value));
 $("reset").onclick = () => choose(scenes.indexOf(scene));
 $("across").onchange = $("up").onchange = () => { curves = []; axes = null; draw(); surround(); };
