@@ -7,6 +7,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import sympy as sp
+from sympy.core.function import AppliedUndef
 
 from asympk.errors import InputError
 from asympk.numbers import number, short
@@ -25,6 +26,7 @@ def place(system: "System", values: Any, start: Any) -> tuple[tuple, tuple]:
 
     Both are mappings by symbol or name, or sequences in that order. Raises ``InputError``.
     """
+    _require_formulas(system)
     found = _numbers("values", values, system.parameters, "parameter")
     placed = _numbers("start", start, system.states, "state")
     _require_assumed(system, dict(zip(system.parameters, found, strict=True)))
@@ -58,14 +60,26 @@ def _number(what: str, name: str, value: Any) -> Any:
 @lru_cache(maxsize=64)
 def _divided(system: "System") -> tuple[tuple[str, sp.Expr, tuple[sp.Expr, ...]], ...]:
     """Return (name, expression, divisors) of the rates and parts of frictions that divide by parameters alone."""
-    rates = {f"{s}'": rate for s, rate in (*system.slow.items(), *system.fast.items())}
-    many = len(system.frictions) > 1
-    parts = {f"{name} of friction {k}" if many else name: part
-             for k, f in enumerate(system.frictions) for name, part in f.parts.items()}
-    powers = ((name, expr, atoms(expr, sp.Pow)) for name, expr in (rates | parts).items())
+    powers = ((name, expr, atoms(expr, sp.Pow)) for name, expr in _named(system).items())
     found = ((name, expr, {p.base for p in own if p.exp.is_negative}) for name, expr, own in powers)
     return tuple((name, expr, own) for name, expr, bases in found
                  if (own := tuple(b for b in bases if b.free_symbols and b.free_symbols <= {*system.parameters})))
+
+
+def _named(system: "System") -> dict[str, sp.Expr]:
+    """Return the rates and the parts of frictions by the names that messages have for them."""
+    rates = {f"{s}'": rate for s, rate in (*system.slow.items(), *system.fast.items())}
+    many = len(system.frictions) > 1
+    return rates | {f"{name} of friction {k}" if many else name: part
+                    for k, f in enumerate(system.frictions) for name, part in f.parts.items()}
+
+
+@lru_cache(maxsize=64)
+def _require_formulas(system: "System") -> None:
+    for name, expr in _named(system).items():
+        if unknown := sorted(map(short, atoms(expr, AppliedUndef))):
+            raise InputError(f"{name} = {short(expr)} has no value: {unknown[0]} is a function without a formula; "
+                             "write its formula there")
 
 
 def _require_divisible(system: "System", values: dict[sp.Symbol, Any], numbers: dict[sp.Symbol, sp.Rational]) -> None:

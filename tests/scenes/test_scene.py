@@ -9,6 +9,7 @@ from fractions import Fraction
 import mpmath
 import numpy as np
 import pytest
+import sympy as sp
 
 import asympk as ap
 from asympk.errors import InputError, NoManifold
@@ -166,3 +167,16 @@ def test_the_start_shown_lies_on_the_slow_line_to_double_precision():
 def test_a_start_near_a_manifold_is_refused_where_there_is_none(change, error, words):
     with pytest.raises(error, match=re.escape(words)):
         near(**change)
+
+
+@pytest.mark.parametrize(("push", "law", "told"), [
+    ("phi", 1, r"v' = F - phi\(x\) has no value: phi\(x\) is a function without a formula; write its formula there"),
+    ("sin", "phi", r"kinetic = phi\(x\) has no value"),
+])
+def test_a_function_without_a_formula_makes_a_system_but_no_scene(push, law, told):
+    x, v, F = sp.symbols("x v F", real=True)
+    kinetic = law if law == 1 else sp.Function(law)(x)
+    rate = F - (sp.sin(x) if push == "sin" else sp.Function(push)(x))
+    block = ap.System.with_frictions({x: v, v: rate}, {}, [ap.Friction(v, F, 1, kinetic=kinetic)])
+    with pytest.raises(InputError, match=told):
+        ap.Scene(system=block, values={}, start=[1, 0], until=1)
