@@ -176,8 +176,7 @@ def _following(system, branch, event):
 
 def _presses(system):
     """Tell whether a load contains forces: it may have either sign, or none, in several modes that may follow."""
-    forces = {symbol for f in system.frictions for symbol in (f.force, f.normal)}
-    return any(symbols_in(f.load) & forces for f in system.frictions)
+    return any(symbols_in(f.load) & {*system.pushes} for f in system.frictions)
 
 
 def _decided(table, t, state, possible=None):

@@ -230,10 +230,9 @@ def _torn_off(
 def _led_to(automaton: Automaton, edges: tuple[Edge, ...], t: Any, state: State, slack: Any) -> Sides:
     """Return the sides to which edges are left at a nonzero rate that contains neither forces nor switches."""
     system = automaton.system
-    forces = {symbol for f in system.frictions for symbol in (f.force, f.normal)}
     rates = {edge: rate_along(system, edge.quantity) for edge in edges}
     own = {edge: rate for edge, rate in rates.items()
-           if not rate.free_symbols & forces and not is_switched(rate, (*system.states, system.time))}
+           if not rate.free_symbols & {*system.pushes} and not is_switched(rate, (*system.states, system.time))}
     signs = decide.signs_at(automaton, tuple(own.values()), t, state, slack)
     return tuple((edge.phase, edge.side(sign)) for edge, sign in zip(own, signs, strict=True) if sign)
 

@@ -167,7 +167,7 @@ def contact_formulas(
     The rows are those of the loads, then those of a ``ContactPoint``. Sliding velocities that vanish have the given
     ``signs``, whatever rounding makes of them.
     """
-    unknowns, found, loads = _unknowns(system), [], []
+    unknowns, found, loads = system.pushes, [], []
     normals = tuple(k for k, f in enumerate(system.frictions) if f.normal is not None)
     for f, sign in zip(system.frictions, signs or repeat(0), strict=False):
         law = (f.kinetic, f.static, f.load)
@@ -182,15 +182,10 @@ def contact_formulas(
 
 def in_forces(system: System, exprs: Iterable[sp.Expr], signs: Signs = ()) -> tuple[sp.Expr, ...]:
     """Return the rows of expressions that are linear in the forces, one row after the other in a flat tuple."""
-    unknowns = _unknowns(system)
+    unknowns = system.pushes
     zero = dict.fromkeys(unknowns, sp.S.Zero)
     rows = ((replaced(row, zero), *(slope_by(row, u) for u in unknowns)) for row in exprs)
     return _told(system, [*chain(*rows)], signs)
-
-
-def _unknowns(system):
-    """Return the forces, each before the normal of its contact."""
-    return tuple(u for f in system.frictions for u in (f.force, f.normal) if u is not None)
 
 
 def _told(system, exprs, signs):

@@ -152,7 +152,7 @@ class Candidates:
         """Return the phases of contact k that the signs of its velocity and load at a state do not exclude."""
         friction = self.here.frictions[k]
         velocity = self._sign(friction.velocity, state)
-        pushed = friction.load.free_symbols & {u for f in self.here.frictions for u in (f.force, f.normal)}
+        pushed = friction.load.free_symbols & {*self.here.pushes}
         load = None if pushed else self._sign(friction.load, state)
         return [phase for phase in all_phases(self.system, k) if phase == OPEN or phase.smooth or (
             velocity in (None, 0, phase.velocity) and load in (None, 0, phase.load))]
@@ -339,8 +339,7 @@ class Candidates:
     def _leads(self, phase, state):
         """Return the sign of the rate of a phase, or None where it is not certain, or forces or switches change it."""
         rate = branches.rate_along(self.system, measured(phase))
-        pushes = {u for f in self.system.frictions for u in (f.force, f.normal)}
-        changed = rate.free_symbols & pushes or is_switched(rate, self._plain.moving)
+        changed = rate.free_symbols & {*self.system.pushes} or is_switched(rate, self._plain.moving)
         return None if changed else self._sign(rate, state)
 
     def _verdict(self, mode, state):

@@ -383,9 +383,8 @@ def check_friction(system: "System", friction: "Friction", number: int) -> None:
         raise InputError(f"{which}: the velocity {short(v)} must depend on the states {', '.join(map(str, states))}")
     if friction.force in (*states, system.small, system.time):
         raise InputError(f"{which}: the force {friction.force} is also a state, the small parameter or the time")
-    pushes = {symbol for f in system.frictions for symbol in (f.force, f.normal)}
     for name, part in friction.parts.items():
-        if name not in ("load", "constraint") and (known := symbols_in(part) & pushes):
+        if name not in ("load", "constraint") and (known := symbols_in(part) & {*system.pushes}):
             raise InputError(f"{which}: {name} = {short(part)} contains the force {min(known, key=str)}; only rates, "
                              "loads and constraints may")
     moved = {s: rate for s, rate in system.rates.items() if friction.force in symbols_in(rate)}
@@ -401,7 +400,6 @@ def check_friction(system: "System", friction: "Friction", number: int) -> None:
         raise InputError(f"{which} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
 
 
-
 def check_constraint(system: "System", friction: "Friction") -> None:
     """Raise ``InputError`` where a constraint is clearly no multiple of the g'' of its gap, by values at a place.
 
@@ -413,7 +411,7 @@ def check_constraint(system: "System", friction: "Friction") -> None:
     rate = given if friction.gap is None else rate_along(system, given)
     both = sp.Tuple(friction.constraint, rate_along(system, rate))
     place = generic_place(both)
-    forces = [s for f in system.frictions for s in (f.force, f.normal) if s in place]
+    forces = [s for s in system.pushes if s in place]
     pushed = place | {s: factor * place[s] for factor, s in enumerate(forces, 3)}
     values = [valued(e, at, 30) for at in (place, pushed) for e in both]
     if not all(v.is_number and v.is_finite and v.is_real for v in values):

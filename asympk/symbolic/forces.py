@@ -183,8 +183,7 @@ def borne(system: "System") -> tuple[sp.Symbol, ...]:
 
     No force moves those others, and neither contacts nor the borne states depend on them.
     """
-    pushes = {s for f in system.frictions for s in (f.force, f.normal)}
-    moved = {s for s, rate in system.rates.items() if symbols_in(rate) & pushes}
+    moved = {s for s, rate in system.rates.items() if symbols_in(rate) & {*system.pushes}}
     found = moved | symbols_in(sp.Tuple(*(part for f in system.frictions for part in f.parts.values())))
     while more := symbols_in(sp.Tuple(*(system.rates[s] for s in found & system.rates.keys()))) - found:
         found |= more

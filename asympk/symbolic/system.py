@@ -135,7 +135,7 @@ class System(ShownAsFormulas):
     assumptions: sp.Basic = sp.true
 
     def __post_init__(self) -> None:
-        pushes = {symbol for f in self.frictions for symbol in (f.force, f.normal)}
+        pushes = {*self.pushes}
         for name in ("slow", "fast"):  # forces are solved for as factors
             object.__setattr__(self, name, with_factors(getattr(self, name), pushes))
         object.__setattr__(self, "frictions", tuple(friction.with_factors(pushes) for friction in self.frictions))
@@ -232,12 +232,17 @@ class System(ShownAsFormulas):
         return self.frictions[0] if len(self.frictions) == 1 else None
 
     @cached_property
+    def pushes(self) -> tuple[sp.Symbol, ...]:
+        """The symbols of the forces of the frictions, each before that of the normal of its contact, if it has one."""
+        return tuple(s for f in self.frictions for s in (f.force, f.normal) if s is not None)
+
+    @cached_property
     def parameters(self) -> tuple[sp.Symbol, ...]:
         """The parameters in the order of their names, including ``small``."""
         friction = (part for f in self.frictions for part in f.parts.values())
         used = sp.Tuple(*self.slow.values(), *self.fast.values(), *friction)
         free = symbols_in(used) | ({self.small} - {None}) | self.assumptions.free_symbols
-        known = {*self.states, self.time, *(s for f in self.frictions for s in (f.force, f.normal))}
+        known = {*self.states, self.time, *self.pushes}
         return tuple(sorted(free - known, key=lambda s: (s.name, str(s.assumptions0))))
 
     @cached_property
@@ -381,9 +386,8 @@ def _require_relations(assumed: sp.Basic) -> None:
 
 def _require_one_symbol_each(system: System) -> None:
     """Raise ``InputError`` for a force of two frictions, or for a parameter named as a state, a force or the time."""
-    special = [*system.states, system.time, *(s for f in system.frictions for s in (f.force, f.normal))]
-    names = {s.name for s in special if s is not None}
-    forces = [s.name for f in system.frictions for s in (f.force, f.normal) if s is not None]
+    names = {s.name for s in (*system.states, system.time, *system.pushes) if s is not None}
+    forces = [s.name for s in system.pushes]
     if shared := next((name for name in forces if forces.count(name) > 1), None):
         raise InputError(f"{shared} is the force or reaction of two frictions; give each a Symbol of its own")
     for parameter in system.parameters:
