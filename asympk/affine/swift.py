@@ -133,8 +133,7 @@ def _beginning(system):
     """
     opens = any(f.gap is not None for f in system.frictions)
     smooth = any(is_smooth(system, k) for k in range(len(system.frictions)))
-    told = opens or smooth or feels_directions(system) or _presses(system)
-    if told or not 0 < len(system.frictions) <= _MOST:
+    if opens or smooth or _is_left(system) or not 0 < len(system.frictions) <= _MOST:
         return []
     return list(product([Phase(load, v) for load in (1, -1) for v in (0, 1, -1)], repeat=len(system.frictions)))
 
@@ -163,7 +162,7 @@ def _following(system, branch, event):
     they feel the direction of sliding, and where loads contain forces.
     """
     static = len(branch) > 1 and any(f.static != f.kinetic for f in system.frictions)
-    if stands(branch) or static or feels_directions(system) or _presses(system):
+    if stands(branch) or static or _is_left(system):
         return []
     kind, k = event
     if kind not in _AT_EVENT:
@@ -174,9 +173,12 @@ def _following(system, branch, event):
     return list(product(*((phase,) if j != k else phases for j, phase in enumerate(branch))))
 
 
-def _presses(system):
-    """Tell whether a load contains forces: it may have either sign, or none, in several modes that may follow."""
-    return any(symbols_in(f.load) & {*system.pushes} for f in system.frictions)
+def _is_left(system):
+    """Tell whether all decisions are left to the automaton: contacts feel the direction of sliding, or loads forces.
+
+    A load that contains forces may have either sign, or none, in several modes that may follow.
+    """
+    return feels_directions(system) or any(symbols_in(f.load) & {*system.pushes} for f in system.frictions)
 
 
 def _decided(table, t, state, possible=None):

@@ -81,7 +81,7 @@ def _followed(
     """Return a path, its predicted error, the part of it that the tolerance makes up, and the first omitted terms."""
     task = Task.of(scene, order, rtol)
     begun = matched.begun(task.automaton, scene.start)
-    landed = matched.through_layer(replace(task, order=order + 1), begun)
+    landed = _landed(task, begun)
     matched.require_landed(method, landed)
     path = matched.onward(task, landed)
     final, beyond = np.array(path.state), matched.end_to(order + 1, task, landed, path)
@@ -94,6 +94,11 @@ def _followed(
     error = predicted_error(np.array((final, beyond, last)) * units, rounding=rounding,
                             lately=_omitted_lately(path, order, task.mu, units))
     return path, error + _of_layer(task, path, scale, units), rounding, omitted
+
+
+def _landed(task: Task, begun: MatchedPath) -> MatchedPath:
+    """Return the path through the layers before its first slow motion, to one order more than that."""
+    return matched.through_layer(replace(task, order=task.order + 1), begun)
 
 
 def _grown(path: MatchedPath, rtol: float) -> float:
@@ -120,14 +125,14 @@ def _grown(path: MatchedPath, rtol: float) -> float:
 def _passed_on(task: Task, begun: MatchedPath, path: MatchedPath, units: Any) -> float:
     """Return the error at the end of a path of many layers, each of which may let the errors before it grow.
 
-    The motion to a tolerance ``COARSER`` times as large has errors as many times as large; the error is 0 for ``FEW``.
+    The motion to a tolerance ``COARSER`` times as large has errors as many times as large; if it fails, the error is
+    that of the states as a whole. It is 0 for ``FEW``.
     """
     if sum(stretch.slowly is None for stretch in path.stretches) <= FEW:
         return 0.0
     coarser = replace(task, rtol=COARSER * task.rtol)
     try:
-        landed = matched.through_layer(replace(coarser, order=task.order + 1), begun)
-        again = matched.onward(coarser, landed)
+        again = matched.onward(coarser, _landed(coarser, begun))
     except AsympkError:
         return float(np.abs(np.array(path.state) * units).max() + 1)
     return float(SAFE * np.abs((np.array(again.state) - path.state) * units).max() / (COARSER - 1))

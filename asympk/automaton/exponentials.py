@@ -8,10 +8,10 @@ def exponentials(matrices: np.ndarray) -> np.ndarray:
 
     The matrices are balanced together before: else large entries in one row, as in other units, hide the others.
     """
-    from scipy.linalg import matrix_balance
-
     if matrices.shape[-1] == 1:
         return np.exp(matrices)
+    from scipy.linalg import matrix_balance
+
     largest = np.abs(matrices).max(axis=0, initial=0.0)
     if np.isfinite(largest).all():
         _, (units, _) = matrix_balance(largest, permute=False, separate=True)

@@ -129,9 +129,11 @@ class Junction:
 
     def has_turned(self, k: int) -> bool:
         """Tell whether the reaction of contact k, if it keeps its branch, has clearly jumped past 0 at an edge."""
+        if not self.before:
+            return False
         group = next(group for group in coupled(self.system) if k in group)
-        found = [self.before and self.solved(self.before, group, n) for n in range(len(self.points))]
-        normal, load = self.system.frictions[k].normal, self.before[k].load if self.before else 1
+        found = [self.solved(self.before, group, n) for n in range(len(self.points))]
+        normal, load = self.system.frictions[k].normal, self.before[k].load
         return all(found) and clear_sign([load * own.forces[normal] for own in found if own]) < 0
 
     def is_determined(self, branch: Branch) -> bool:
