@@ -32,7 +32,7 @@ def cube_root(of: sp.Expr) -> sp.Expr:
 
 def with_cube_roots(expr: sp.Expr) -> sp.Expr:
     """Return ``expr`` for print, with a function ``cbrt`` where it has the product that ``cube_root`` returns."""
-    return expr.replace(lambda e: e.is_Mul and bool(_rooted(e)), _as_roots)
+    return expr.replace(lambda e: e.is_Mul and bool(_rooted(e)), _as_roots) if expr.has(sp.sign) else expr
 
 
 def _rooted(product: sp.Mul) -> list[sp.Expr]:

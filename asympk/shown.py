@@ -144,7 +144,18 @@ def few(rows: Sequence[tuple[str, Any]], most: int = ROWS) -> list[tuple[str, An
 
 
 def _words(value: Any) -> str:
-    return " ".join(str(value).split()) if isinstance(value, str) or is_formula(value) else number_as_text(value)
+    if isinstance(value, str) or is_formula(value):
+        return " ".join(str(_as_written(value)).split())
+    return number_as_text(value)
+
+
+def _as_written(value: Any) -> Any:
+    """Return a formula of SymPy with its real cube roots as they are written, and any other value as it is."""
+    if not hasattr(value, "xreplace"):  # without SymPy, which takes its time
+        return value
+    from asympk.formulas import with_cube_roots
+
+    return with_cube_roots(value)
 
 
 def _html(value: Any) -> str:
@@ -156,7 +167,7 @@ def _html(value: Any) -> str:
 def _formula(value: Any) -> str:
     if not is_formula(value):
         return _text(_words(value))
-    formula = latex_of(value)
+    formula = latex_of(_as_written(value))
     return formula if len(formula) <= LATEX else _text(cut(_words(value)))
 
 

@@ -22,7 +22,6 @@ import sympy as sp
 from sympy.logic.boolalg import BooleanAtom, BooleanFunction
 
 from asympk.errors import InputError
-from asympk.formulas import with_cube_roots
 from asympk.numbers import short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic import branches, guards
@@ -48,7 +47,7 @@ class Mode(ShownAsFormulas):
     signed: tuple[sp.Expr, ...] = ()
 
     def _card(self) -> Card:
-        rates = [(f"{s}'", with_cube_roots(rate)) for s, rate in self.slow.items()]
+        rates = [(f"{s}'", rate) for s, rate in self.slow.items()]
         rates += [(f"small {s}'", rate) for s, rate in self.fast.items()]
         return Card(f"Mode {self.name}", (*rates, ("where", self.where)))
 
@@ -150,8 +149,8 @@ class System(ShownAsFormulas):
 
     def _card(self) -> Card:
         kind = f"{len(self.frictions)} friction{'s' * (len(self.frictions) > 1)}" if self.frictions else "smooth"
-        rows: list[tuple[str, Any]] = [(f"{s}'", with_cube_roots(rate)) for s, rate in self.slow.items()]
-        rows += [(f"{self.small} {s}'", with_cube_roots(rate)) for s, rate in self.fast.items()]
+        rows: list[tuple[str, Any]] = [(f"{s}'", rate) for s, rate in self.slow.items()]
+        rows += [(f"{self.small} {s}'", rate) for s, rate in self.fast.items()]
         rows += [(f"|{f.force}| <=", f.static * sp.Abs(f.load)) for f in self.frictions]
         parameters = ", ".join(s.name for s in self.parameters)
         count = f"{len(self.states)} state{'s' * (len(self.states) > 1)}"

@@ -303,7 +303,8 @@ def test_a_system_without_one_plane_of_rest_is_exported_without_edges(velocity, 
 def test_a_real_cube_root_is_printed_as_it_is_written(tmp_path):
     x, v = sp.symbols("x v", real=True)
     rate = read_formula("2*x*cbrt(v) - cbrt(x - 1)*cbrt(v)", {"x": x, "v": v})
-    system = ap.System.smooth({x: rate, v: -x}, {}, None)
+    system, mu = ap.System.smooth({x: rate, v: -x}, {}, None), sp.Symbol("mu", positive=True)
     told = "2*x*cbrt(v) - cbrt(v)*cbrt(x - 1)"
     assert told in repr(system)
+    assert repr(ap.System.smooth({v: -x}, {x: rate}, mu).modes[0]).count(told) == 1
     assert f"dx/dt = {told}\n" in export(system, "python", tmp_path)[0].read_text()
