@@ -3,31 +3,28 @@ r"""``solve_many`` of affine systems: one decomposition per set of parameters, r
 ``moderows`` follows all rows that are in the same mode together. The first mode and each next one are decided on arrays
 by the rules of ``automaton``: by the guards of all modes that may follow, and by the derivatives of guards that vanish.
 Rows for which this decision remains open, or which rounding may affect too much, are followed one by one by the scalar
-flow. ``_together`` and ``_advanced`` are the loop; the hard function is ``_chosen``, which decides the next mode.
+flow. ``_together`` and ``_advanced`` are the loop; ``asympk.affine.choice`` decides the first and each next mode.
 """
 
 from dataclasses import dataclass, field
-from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from asympk.affine.forcing import value
-from asympk.affine.moderows import follow_rows, rows_of
-from asympk.affine.run import affine, flows, run
+from asympk.affine.choice import Modes
+from asympk.affine.moderows import carried_on, follow_rows
+from asympk.affine.run import affine, run
+from asympk.arithmetic import UNIT
 from asympk.automaton.automaton import Automaton
-from asympk.automaton.compiled import function
 from asympk.errors import InputError, OutOfRange
 from asympk.many import PHASES, REFUSALS, Many, axes_of, by_trajectory, outcome_of, require_mappings
 from asympk.numbers import common_shape, numbers, require_finite, short, unread
 from asympk.scene import Scene
-from asympk.symbolic.branches import OPEN, all_phases, at_rest
 
 CHUNK = 4096
 FEW = 3  # the number of rows up to which following them one by one costs less
 MOST_EVENTS = 1000
 TRUSTED = 1e-12  # the largest estimated error of a row, relative to its states, that needs no scalar flow
-_CLEAR = 1e-13  # the relative size below which a sign is not trusted
 
 
 class SystemEvents(NamedTuple):
@@ -88,7 +85,7 @@ def solve_many(
     done, somewhere = 0, {key: unread(f"start: {key}", v).flat[0] for key, v in start.items()} if total else {}
     for chosen, rows in _groups(parameters, total):
         exact, _ = system.placed(dict(zip(values, chosen, strict=True)), somewhere)
-        modes = _Modes(Automaton(system, exact))
+        modes = Modes(Automaton(system, exact))
         for at in range(0, rows.size, CHUNK):
             mine = rows[at : at + CHUNK]
             _follow(modes, states[mine], horizon[mine], mine, result)
@@ -180,55 +177,8 @@ def _groups(parameters, total):
         yield chosen, np.array(rows)
 
 
-class _Modes:
-    """The modes of a system in doubles, at its parameters; decides on arrays whether a mode may begin or follow."""
-
-    def __init__(self, automaton):
-        self.automaton, self.system = automaton, automaton.system
-        self.flows, self.p = flows(automaton), tuple(map(float, automaton.values))
-        self.branches: list = []
-        self._known: dict = {}
-
-    def index(self, branch):
-        """Return the index of a branch in ``branches``, to which a new one is added."""
-        if branch not in self.branches:
-            self.branches.append(branch)
-        return self.branches.index(branch)
-
-    def flow(self, branch):
-        """Return (flow, waves, kept guards, kinds) of a branch, or None for a branch that is never entered."""
-        if branch not in self._known:
-            found = self.flows.swift.entered(branch)
-            self._known[branch] = found and (*found, self.automaton.mode(branch).kinds)
-        return self._known[branch]
-
-    def whole(self, branch, t, w):
-        """Return the states ``(w, waves, 1)`` of rows at their times."""
-        waves = [np.broadcast_to(value(np, *wave, t), t.shape) for wave in self.flow(branch)[1]]
-        return np.column_stack([w, *waves, np.ones(len(t))])
-
-    def contacts(self, t, w):
-        """Return (velocities, loads), arrays (frictions, rows)."""
-        frictions = self.system.frictions
-        outputs = (*(f.velocity for f in frictions), *(f.load for f in frictions))
-        found = function(self.system, outputs, "numpy", np)(t, *w.T, *self.p)
-        found = np.array([np.broadcast_to(v, t.shape) for v in found], dtype=float).reshape(-1, len(t))
-        return found[: len(frictions)], found[len(frictions) :]
-
-    def consistent(self, branch, t, w):
-        """Return (consistent, known) of a branch on rows: consistent where every guard is positive, or 0 and rising."""
-        if self.flow(branch) is None:
-            return np.zeros(len(t), dtype=bool), np.ones(len(t), dtype=bool)
-        rows = rows_of(self.flow(branch)[0], self.whole(branch, t, w))
-        n = len(rows.flow.rate)
-        first, off = rows.parts.guards[:, n], rows.off.guards[:, n] * _CLEAR
-        positive = np.where(rows.zero, rows.reach > 0, first > off)
-        negative = np.where(rows.zero, rows.reach < 0, first < -off)
-        return positive.all(axis=1), (positive.all(axis=1) | negative.any(axis=1))
-
-
 class _Flock(NamedTuple):
-    """The rows being followed: times, states, bounds of their errors, largest values, branches, numbers of events.
+    """The rows being followed: times, states, covariance of their errors, largest values, branches, numbers of events.
 
     ``lost`` rows are left to the scalar flow, and ``alive`` rows have not reached their ends.
     """
@@ -237,7 +187,7 @@ class _Flock(NamedTuple):
     until: np.ndarray
     t: np.ndarray
     w: np.ndarray
-    error: np.ndarray
+    covariance: np.ndarray
     size: np.ndarray
     branch: np.ndarray
     n_events: np.ndarray
@@ -247,8 +197,7 @@ class _Flock(NamedTuple):
 
 def _follow(modes, w, until, rows, result):
     """Follow rows of one set of parameters from the start to their ends."""
-    start, frictions = w.copy(), modes.system.frictions
-    apart = len(w) <= FEW or any(f.constraint is not None for f in frictions)  # their reactions depend on the mode
+    start, apart = w.copy(), len(w) <= FEW or modes.are_unclear()
     try:
         lost = np.ones(len(w), dtype=bool) if apart else _together(modes, w, until, rows, result)
     except (OutOfRange, ZeroDivisionError):  # no row has finite rates
@@ -263,18 +212,20 @@ def _follow(modes, w, until, rows, result):
 def _together(modes, w, until, rows, result):
     """Follow rows mode by mode, and return a mask of the rows that are left to the scalar flow."""
     t = np.zeros(len(w))
-    branch, lost = _beginning(modes, t, w)
+    branch, lost = modes.beginning(t, w)
     for k in np.unique(branch[~lost]):
         mine = rows[(branch == k) & ~lost]
         result.first[:, mine] = np.reshape([PHASES.index(phase.mode) for phase in modes.branches[k]], (-1, 1))
     count, notes = np.zeros(len(w), dtype=np.int32), []
-    flock = _Flock(rows, until, t, w, np.zeros_like(w), abs(w), branch, count, lost, ~lost)
+    none = np.zeros((*w.shape, w.shape[1]))
+    flock = _Flock(rows, until, t, w, none, abs(w), branch, count, lost, ~lost)
     while flock.alive.any():
         for k in np.unique(branch[flock.alive]):
             notes += _advanced(modes, flock, k)
         lost |= count > MOST_EVENTS
         flock.alive[lost] = False
-    lost |= (flock.error > TRUSTED * np.where(flock.size > 0, flock.size, 1.0)).any(axis=1)
+    error = np.sqrt(np.einsum("mii->mi", flock.covariance))
+    lost |= ~(error <= TRUSTED * np.where(flock.size > 0, flock.size, 1.0)).all(axis=1)
     result.final[:, rows], result.n_events[rows] = w.T, count
     result.notes.extend(_kept(notes, rows[lost]) if lost.any() else notes)
     return lost
@@ -286,18 +237,19 @@ def _advanced(modes, flock, k):
     begun = flock.t[mine]
     flow, _, kept, kinds = modes.flow(modes.branches[k])
     states, whole = flock.w.shape[1], modes.whole(modes.branches[k], flock.t[mine], flock.w[mine])
-    error = np.zeros((len(mine), whole.shape[1] - 1))
-    error[:, :states] = flock.error[mine]
-    ends = follow_rows(flow, flow.mode.mesh, whole, flock.until[mine] - flock.t[mine], error)
-    flock.w[mine], flock.error[mine] = ends.state[:, :states], ends.error[:, :states]
+    covariance = np.zeros((len(mine), *[whole.shape[1] - 1] * 2))  # of the forcing, too, which has no error as yet
+    covariance[:, :states, :states] = flock.covariance[mine]
+    ends = follow_rows(flow, flow.mode.mesh, whole, flock.until[mine] - flock.t[mine], covariance)
+    flock.w[mine], flock.covariance[mine] = ends.state[:, :states], ends.covariance[:, :states, :states]
     flock.size[mine] = np.maximum(flock.size[mine], abs(flock.w[mine]))
     flock.lost[mine] |= ends.open
     flock.t[mine] = np.where(ends.hit < 0, flock.until[mine], flock.t[mine] + ends.span)
     flock.alive[mine] = (ends.hit >= 0) & ~flock.lost[mine]
     notes = []
     for hit in np.unique(ends.hit[flock.alive[mine]]):
-        struck = mine[flock.alive[mine] & (ends.hit == hit)]
-        notes.append(_after(modes, k, kinds[kept[hit]], flow.rows[hit], flock, struck))
+        at = flock.alive[mine] & (ends.hit == hit)
+        notes.append(_after(modes, k, kinds[kept[hit]], flow.rows[hit], flock, mine[at]))
+        flock.covariance[mine[at]] = _covariance(modes, k, flow.rows[hit], flock, mine[at], ends.covariance[at])
     # a row that begins its mode again at the same time would do so endlessly
     flock.lost[mine] |= flock.alive[mine] & (flock.t[mine] == begun) & (flock.branch[mine] == k)
     return notes
@@ -309,29 +261,11 @@ def _kept(notes, lost):
     return [tuple(part[..., keep] for part in note) for note, keep in picked]
 
 
-def _beginning(modes, t, w):
-    """Return (index of the first branch of each row, mask of the rows for which this is open)."""
-    velocities, loads = modes.contacts(t, w)
-    scale = _CLEAR * (1 + abs(w).max(axis=1, initial=0.0))
-    tiny = ((velocities != 0) & (abs(velocities) < scale)) | (abs(loads) < scale)
-    lost = tiny.any(axis=0)
-    candidates = product(*(all_phases(modes.system, k) for k in range(len(modes.system.frictions))))
-    branch, doubtful = _chosen(modes, candidates, t, w, velocities, loads)
-    return branch, doubtful | lost
-
-
 def _after(modes, k, event, row, flock, struck):
     """Move ``struck`` rows onto the guard that they lost and find the next branch; return a note of the events."""
     (kind, friction), before, w, t = event, modes.branches[k], flock.w, flock.t[struck]
     w[struck] = _snapped(modes.whole(before, t, w[struck]), row, np.array(modes.automaton.mode(before).movable))
-    phases = [(phase,) for phase in before]
-    phases[friction] = all_phases(modes.system, friction)
-    velocities, loads = modes.contacts(t, w[struck])
-    if kind == "velocity_zero" or before[friction].mode == "stick":
-        velocities[friction] = 0.0
-    if kind in ("force_zero", "lift_off", "touch_down"):
-        loads[friction] = 0.0
-    flock.branch[struck], left = _chosen(modes, product(*phases), t, w[struck], velocities, loads)
+    flock.branch[struck], left = modes.following(k, event, t, w[struck])
     flock.lost[struck] |= left
     changed = struck[flock.branch[struck] != k]
     flock.n_events[changed] += 1
@@ -339,6 +273,19 @@ def _after(modes, k, event, row, flock, struck):
     sticks = [modes.branches[k][friction].mode == "stick" for k in flock.branch[changed].tolist()]
     kinds = np.where(np.array(sticks, dtype=bool) & (kind == "slip_onset"), "force_zero", kind)
     return flock.rows[changed], kinds, flock.t[changed], w[changed].T.copy(), np.full(len(changed), friction)
+
+
+def _covariance(modes, k, row, flock, struck, covariance):
+    """Return the covariance after events, which the derivative of ``rounding`` carries on, with that of their times."""
+    t, w, gradient = flock.t[struck], flock.w[struck], row[:-1]
+    before, after = modes.rates(modes.branches[k], t, w), np.full(w.shape, np.nan)  # NaN where no branch is known
+    for b in np.unique(flock.branch[struck][~flock.lost[struck]]):
+        mine = flock.branch[struck] == b
+        after[mine] = modes.rates(modes.branches[b], t[mine], w[mine])[:, : w.shape[1]]
+    with np.errstate(all="ignore"):
+        turned = (after - before[:, : w.shape[1]])[:, :, None] * (gradient / (before @ gradient)[:, None])[:, None]
+        found = carried_on(np.eye(*turned.shape[1:]) + turned, covariance)
+        return found + ((UNIT * t) ** 2)[:, None, None] * after[:, :, None] * after[:, None]
 
 
 def _snapped(whole, row, movable):
@@ -349,28 +296,6 @@ def _snapped(whole, row, movable):
     for _ in range(2 if (row[:states] * movable).any() else 0):
         whole[every, place] -= (whole @ row) / row[place]
     return whole[:, :states]
-
-
-def _chosen(modes, candidates, t, w, velocities, loads):
-    """Return (index of the consistent branch of each row, mask of open rows); rest is preferred to slip."""
-    found, rank, doubtful = np.full(len(t), -1), np.full(len(t), -1), np.zeros(len(t), dtype=bool)
-    for candidate in candidates:
-        possible = np.ones(len(t), dtype=bool)
-        for k, phase in enumerate(candidate):
-            if phase == OPEN:
-                continue
-            possible &= (loads[k] == 0) | (np.sign(loads[k]) == phase.load)
-            possible &= (velocities[k] == 0) if phase.velocity == 0 else (velocities[k] * phase.velocity >= 0)
-        rows = np.flatnonzero(possible)
-        if not rows.size:
-            continue
-        holds, known = modes.consistent(candidate, t[rows], w[rows])
-        doubtful[rows] |= ~known
-        rest = len(at_rest(candidate))
-        better, other = holds & (rest > rank[rows]), holds & (rank[rows] >= 0)
-        doubtful[rows] |= other if len(candidate) > 1 else holds & (rest == rank[rows])
-        found[rows[better]], rank[rows[better]] = modes.index(candidate), rest
-    return found, doubtful | (found < 0)
 
 
 def _alone(follow, system, values, start, until, row, result):

@@ -46,12 +46,12 @@ class Rows(NamedTuple):
 
 
 class Ends(NamedTuple):
-    """The ends of segments: duration, guard lost or -1, state and its error; ``open`` marks rows without an end."""
+    """The ends of segments: duration, guard lost or -1, state and covariance; ``open`` marks rows without an end."""
 
     span: np.ndarray
     hit: np.ndarray
     state: np.ndarray
-    error: np.ndarray
+    covariance: np.ndarray
     open: np.ndarray
 
 
@@ -91,14 +91,17 @@ def _judged(rows: Rows, known: FunctionTable, first: np.ndarray) -> Verdicts:
     return verdicts._replace(positive=verdicts.positive | (touching & (known.h <= rows.reach[:, None, :])))
 
 
-def follow_rows(flow: AffineFlow, mesh: Mesh, whole: np.ndarray, left: np.ndarray, error: np.ndarray) -> Ends:
-    """Return the ``Ends`` of rows from starts ``whole`` (rows, n + 1) with errors (rows, n), after at most ``left``."""
+def follow_rows(flow: AffineFlow, mesh: Mesh, whole: np.ndarray, left: np.ndarray, covariance: np.ndarray) -> Ends:
+    """Return the ``Ends`` of rows from starts ``whole`` (rows, n + 1), after at most ``left``.
+
+    ``covariance`` (rows, n, n) is that of the rounding errors of the starts, as if these were independent.
+    """
     rows = rows_of(flow, whole)
     with np.errstate(all="ignore"):
         span, hit, undone = _first_roots(rows, mesh, left)
-        state, error = _end(rows, span, hit, whole, error)
+        state, covariance = _end(rows, span, hit, whole, covariance)
         undone |= flow.rate.diagonal().max(initial=0.0) * span > MOST_EXPONENT  # functions are cut there
-    return Ends(span, hit, state, error, undone | ~np.isfinite(state).all(axis=1))
+    return Ends(span, hit, state, covariance, undone | ~np.isfinite(state).all(axis=1))
 
 
 def _first_roots(rows, mesh, left):
@@ -198,24 +201,32 @@ def _newton(rows, which, guard, lo, hi):
     return t
 
 
-def _end(rows, span, hit, whole, error):
-    """Return the states at the ends of the segments, moved onto the lost guards, and bounds of their errors."""
+def _end(rows, span, hit, whole, covariance):
+    """Return the states at the ends of the segments, moved onto the lost guards, and the covariance there."""
     flow, every, n = rows.flow, np.arange(len(span)), len(rows.flow.rate)
     values, gained, begun = (np.array(part) for part in functions(Arrays, flow.blocks, span))
     off = np.array(np.broadcast_arrays(*tremors(Arrays, flow.blocks, span)[0])).T
     values, gained = (np.array(np.broadcast_arrays(*part), dtype=float).T for part in (values, gained))
     state = np.einsum("mr,mrn->mn", gained, rows.parts.sums[:, :n]) + rows.parts.sums[every, n + begun]
     lost = np.einsum("mr,mrn->mn", off, rows.off.sums[:, :n]) + rows.off.sums[every, n + begun]
-    spread = abs((values @ flow.flat).reshape(len(span), state.shape[1], -1))
-    error = np.einsum("mij,mj->mi", spread, error + UNIT * abs(whole[:, :-1])) + UNIT * (lost + abs(state))
+    spread = (values @ flow.flat).reshape(len(span), state.shape[1], -1)
+    covariance = carried_on(spread, with_rounding(covariance, whole[:, :-1]))
+    covariance = with_rounding(covariance, lost + abs(state))
     struck = np.flatnonzero(hit >= 0)
     if struck.size:
         rates = np.einsum("mr,mrn->mn", values[struck] @ flow.rate, rows.parts.sums[struck, :n])
-        gradient = flow.rows[hit[struck], :-1]
-        slope = np.einsum("mn,mn->m", gradient, rates)
+        slope = np.einsum("mn,mn->m", flow.rows[hit[struck], :-1], rates)
         values = np.einsum("mr,mr->m", gained[struck], rows.parts.guards[struck, :n, hit[struck]])
         value = values + rows.parts.guards[struck, n + begun[struck], hit[struck]]
         state[struck] -= (value / slope)[:, None] * rates
-        late = np.einsum("mn,mn->m", abs(gradient), error[struck]) / abs(slope)
-        error[struck] += abs(rates) * late[:, None]
-    return state, error
+    return state, covariance
+
+
+def carried_on(derivative: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """Return the covariance of errors that a motion with the ``derivative`` (rows, m, n) by its start carries on."""
+    return derivative @ covariance @ derivative.swapaxes(1, 2)
+
+
+def with_rounding(covariance: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """Return a covariance with the rounding of numbers of the given ``sizes`` (rows, n)."""
+    return covariance + np.eye(sizes.shape[1]) * (UNIT * sizes)[:, None] ** 2

@@ -358,3 +358,58 @@ def test_rows_at_rest_that_repels_have_two_motions_each_however_many_there_are()
     driven = ap.System.with_frictions({x: v, v: -F}, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=1)])
     many = ap.solve_many(system=driven, values={}, start={"x": np.linspace(-1, 1, 8), "v": 0}, until=1)
     assert [many.outcomes[k] for k in many.outcome] == ["two motions"] * 8
+
+
+def pressed(unilateral, turn=0):
+    """A block on a spring, pulled along its guide by sin(2 t), with a slanted mass matrix."""
+    mass = sp.Matrix([[1, sp.Rational(1, 5)], [sp.Rational(1, 5), 1]])
+    contact = ap.Contact(gap=y, slip=v, friction=sp.Rational(3, 10), unilateral=unilateral)
+    return ap.Mechanism((x, y), (v, w), mass, (2 * sp.sin(2 * t) - x, turn * sp.sin(t) - 1), contact, time=t).rigid()
+
+
+def require_equal_to_solve(many, system, start, until):
+    events, names = many.events(), list(start)
+    for i, row in [*enumerate(np.transpose(np.broadcast_arrays(*start.values())))][::3]:
+        path = ap.solve(ap.Scene(system=system, start=dict(zip(names, row.tolist(), strict=True)), until=until))
+        mine = events.trajectory == i
+        assert [*zip(events.kind[mine].tolist(), events.friction[mine].tolist(), strict=True)] == [
+            (event.kind, event.friction) for event in path.events]
+        assert events.t[mine] == pytest.approx([event.t for event in path.events], abs=1e-12)
+        assert many.final[:, i] == pytest.approx(path.final, abs=1e-12)
+
+
+@pytest.mark.parametrize("unilateral", [True, False])
+def test_blocks_on_a_rigid_guide_are_followed_together(unilateral):
+    system, start = pressed(unilateral), {"x": np.linspace(-1, 1, 6), "y": 0, "v": 1, "w": 0}
+    many = ap.solve_many(system=system, values={}, start=start, until=9)
+    assert (many.alone, many.n_events.min()) == (0, 5)
+    require_equal_to_solve(many, system, start, 9)
+
+
+def test_blocks_whose_reaction_turns_are_followed_together():
+    system, start = pressed(False, turn=3), {"x": np.linspace(-1, 1, 6), "y": 0, "v": 1, "w": 0}
+    many = ap.solve_many(system=system, values={}, start=start, until=9)
+    assert many.alone < 2
+    assert {"force_zero", "velocity_zero"} <= {*many.events().kind.tolist()}
+    require_equal_to_solve(many, system, start, 9)
+
+
+def test_frictions_whose_loads_contain_the_forces_of_others_are_followed_as_alone():
+    leaning = ap.Friction(velocity=v, force=F, load=1 + G / 5, kinetic=sp.Rational(1, 2))
+    pushed = ap.Friction(velocity=w, force=G, load=1, kinetic=sp.Rational(1, 3))
+    system = ap.System.with_frictions({x: v, v: F - x + G / 7, y: w, w: G - y}, {}, [leaning, pushed])
+    start = {"x": np.linspace(-2, 2, 6), "v": 0.3, "y": 1.1, "w": -0.2}
+    many = ap.solve_many(system=system, values={}, start=start, until=9)
+    assert many.n_events.sum() > 6
+    require_equal_to_solve(many, system, start, 9)
+
+
+@pytest.mark.slow
+def test_rounding_does_not_grow_with_the_number_of_events():
+    """Of a block that a belt shakes 40 times, a bound that takes every error for the worst doubles at each event."""
+    rubbing = ap.Friction(velocity=v - sp.cos(2 * t), force=F, load=1, kinetic=sp.Rational(1, 5))
+    system = ap.System.with_frictions({x: v, v: F - x}, {}, [rubbing], time=t)
+    start = {"x": np.linspace(-1, 1, 6), "v": 0.1}
+    many = ap.solve_many(system=system, values={}, start=start, until=60)
+    assert (many.alone, many.n_events.min() > 30) == (0, True)
+    require_equal_to_solve(many, system, start, 60)
