@@ -113,6 +113,7 @@ def sweep_as_text(found: Mapping[str, Any]) -> str:
     outcomes = ", ".join(f"{n:,} {words}" for words, n in found["outcomes"].items())
     total, itineraries = found["trajectories"], [*found["itineraries"].items()]
     lines = wrapped("", f"{total:,} {'trajectory' if total == 1 else 'trajectories'}: {outcomes}")
+    lines += wrapped("", f"refused, first of them {found['refused']}") if found["refused"] else []
     lines += [line for words, n in itineraries[:MOST_ITINERARIES] for line in wrapped(f"{n:>14,}  ", words)]
     if len(itineraries) > MOST_ITINERARIES:
         lines.append(f"{'':>14}  and {len(itineraries) - MOST_ITINERARIES} itineraries more")

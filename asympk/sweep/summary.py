@@ -14,16 +14,19 @@ import numpy as np
 from asympk.many import OUTCOMES
 from asympk.storage.files import write_text
 from asympk.sweep import read_manifest, results
+from asympk.sweep.systems import SystemFamily
 
 PROBABILITIES = (0, 0.05, 0.25, 0.5, 0.75, 0.95, 1)
 _WIDTHS = (20, 16, 14, 14)  # bits of a double that each pass finds; 64 in all
 _GATHERED = 4_000_000  # doubles that may be held at once
+_REFUSED = OUTCOMES.index("refused")
 _COLUMNS = {"outcomes": "outcome", "events": "n_events", "collisions": "collisions", "itineraries": "itinerary"}
 
 
 def summarise(out: str | Path) -> dict[str, Any]:
     """Return the summary of the complete sweep in ``out`` and write it to ``summary.json`` there.
 
+    ``refused`` says why the first trajectory that is refused is so.
     Quantiles are exact: the quantile of a state at p is the element of rank floor(p (n - 1)) of its n final values.
     """
     out = Path(out)
@@ -33,6 +36,7 @@ def summarise(out: str | Path) -> dict[str, Any]:
     summary = {
         "trajectories": sum(counts["outcomes"].values()),
         "outcomes": {OUTCOMES[k]: n for k, n in sorted(counts["outcomes"].items())},
+        "refused": _first_refusal(out) if _REFUSED in counts["outcomes"] else "",
         "events": {str(k): n for k, n in sorted(counts["events"].items())},
         "collisions": {str(k): n for k, n in sorted(counts["collisions"].items())},
         "itineraries": {family.alphabet.words(k): n
@@ -42,6 +46,17 @@ def summarise(out: str | Path) -> dict[str, Any]:
     }
     write_text(out / "summary.json", json.dumps(summary, indent=1) + "\n")
     return summary
+
+
+def _first_refusal(out):
+    """Return why the first trajectory that is refused is so, or "" where its family does not tell."""
+    sweep = read_manifest(out)[0]
+    for _, story, columns in results(out, ("outcome",)):
+        if rows := np.flatnonzero(columns["outcome"] == _REFUSED).tolist():
+            k = story["start"] + rows[0]
+            words = isinstance(sweep.family, SystemFamily) and sweep.family.refusal(sweep.quantities(k, k + 1))
+            return f"trajectory {k}: {words}" if words else ""
+    return ""
 
 
 def _final_states(out, states, counts):

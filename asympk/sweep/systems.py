@@ -19,6 +19,7 @@ from asympk.affine.run import affine
 from asympk.errors import InputError, OutOfRange
 from asympk.methods import solve
 from asympk.numbers import Number, number
+from asympk.scene import Scene
 from asympk.scenes.systemfile import cancelled, coordinates_of_start, system_of, without
 from asympk.storage.tomlfile import require_keys, table_in
 from asympk.sweep.family import Axis, Followed, by_state, require_time
@@ -150,6 +151,17 @@ class SystemFamily:
         many = many or one_by_one(solve, self.system, values, start, until)
         events = many.events()
         return Followed(many.final, many.n_events, many.outcome, many.first, events.kind, events.friction)
+
+    def refusal(self, quantities: Mapping[str, Any]) -> str:
+        """Return why a trajectory with these quantities, numbers or arrays of one, is refused, or "" if it is not."""
+        row = {name: float(np.ravel(value)[0]) for name, value in quantities.items()}
+        values, start = ({name: row[name] for name in names} for names in (self.parameters, self._begins))
+        try:
+            begun, values = self._in_states(values, start), without(_cancelled(self.text), values)
+            solve(Scene(system=self.system, values=values, start=begun, until=row[UNTIL]))
+        except InputError as error:
+            return str(error)
+        return ""
 
     def _in_states(self, values, start):
         """Return a start as {state: value}."""

@@ -288,7 +288,8 @@ def test_the_summary_labels_its_axes_by_the_names_of_the_states(plain):
 
 def test_a_summary_fits_a_terminal_of_eighty_characters_and_loses_no_word(monkeypatch):
     names = [f"velocity_zero {k}" for k in range(9)]
-    told = {"trajectories": 3, "outcomes": {"followed": 3}, "itineraries": {f"stick: {', '.join(names)}": 3},
+    told = {"trajectories": 3, "outcomes": {"followed": 3}, "refused": "",
+            "itineraries": {f"stick: {', '.join(names)}": 3},
             "collisions": {k: 1000 + k for k in range(9)}, "probabilities": (0, 0.5, 1),
             "quantiles": {f"theta{k}": (-1.23456789e-05,) * 3 for k in range(9)}}
     wide = sweep_as_text(told)
@@ -612,6 +613,20 @@ def test_a_sweep_in_which_nothing_is_followed_is_summed_up_and_drawn(tmp_path):
     assert sweep_as_text(told) == "1 trajectory: 1 no motion"
     (panel,) = plot(told).axes
     assert [words.get_text() for words in panel.texts] == ["not followed: no motion"]
+
+
+def test_of_trajectories_that_are_refused_the_first_is_said_to_be_so_and_why(tmp_path):
+    text = """
+        system = {mechanism = "painleve_klein", contact = "rigid"}
+        values = {alpha = 1, P = 1, m = 1, f = 0.2, f_0 = 0.5}
+        start = {x1 = [0, 0.3], x2 = 0, "x1'" = 0.5, "x2'" = 0.5}
+        until = 2
+    """
+    run_sweep(parse_sweep(text), tmp_path)
+    told = summary.summarise(tmp_path)
+    assert told["outcomes"] == {"followed": 1, "refused": 1}
+    assert told["refused"].startswith("trajectory 1: the start is off the constraint: g = -0.162")
+    assert sweep_as_text(told).splitlines()[1].startswith("refused, first of them trajectory 1: the start is off")
 
 
 @pytest.mark.parametrize(
