@@ -27,13 +27,16 @@ def column_names(path: Path) -> tuple[str, ...]:
 def sampled_modes(path: Path, samples: int) -> list[tuple[str, Any]]:
     """Return (mode, array of shape (1 + quantities, m)) for each mode: times, states, and their linear combinations.
 
-    There are about ``samples`` times in all, dense where a mode begins and ends. An event occurs twice, as the end of
-    one mode and as the start of the next, both with the state in ``path.events``.
+    There are about ``samples`` times in all, dense where a mode begins and ends, and no mode has few of them for its
+    length. An event occurs twice, as the end of one mode and as the start of the next, both with the state in
+    ``path.events``.
     """
     events = [(float(event.t), *map(float, event.state)) for event in path.events]
     ends = np.array([(0.0, *path(0.0)), *events, (float(path.end), *map(float, path.final))], dtype=float).T
-    each = max(6, samples // len(path.modes))
-    spans = [_times(begin, end, each) for begin, end in pairwise(ends[0])]
+    each = max(6, samples // len(path.modes)) // 3
+    lengths = np.diff(ends[0]) / (ends[0, -1] or 1)
+    spans = [_times(begin, end, int(each + length * samples / 3) // 2, each)
+             for (begin, end), length in zip(pairwise(ends[0]), lengths, strict=True)]
     times = np.concatenate(spans)  # the path is called once, as an integrator runs anew in each call
     states = np.asarray(path(times), dtype=float) if times.size else np.empty((len(path.names), 0))
     inner = iter(np.split(np.vstack([times, states]), np.cumsum([*map(len, spans)])[:-1], axis=1))
@@ -56,10 +59,10 @@ def trace(path: Path, samples: int | None = None) -> list[tuple]:
     return [(*row, mode) for mode, piece in found for row in piece.T.tolist()]
 
 
-def _times(begin: float, end: float, count: int) -> Any:
-    """Return times in (begin, end), a third evenly spaced, a third crowding towards either end."""
-    part = np.linspace(0, 1, count // 3 + 2)[1:-1]
-    close = 10.0 ** (12 * (part - 1))
+def _times(begin: float, end: float, even: int, each: int) -> Any:
+    """Return times in (begin, end), some evenly spaced, and ``each`` crowding towards either end."""
+    part, close = (np.linspace(0, 1, count + 2)[1:-1] for count in (even, each))
+    close = 10.0 ** (12 * (close - 1))
     found = np.unique(begin + (end - begin) * np.concatenate([part, close, 1 - close]))
     return found[(found > begin) & (found < end)]
 

@@ -9,6 +9,7 @@ from fractions import Fraction
 from importlib import import_module
 
 import mpmath
+import numpy as np
 import pytest
 import sympy as sp
 from blocks import spring_block
@@ -366,6 +367,19 @@ def test_samples_resolve_every_layer():
     inside = [row for row in trace(path) if row[0] < path.events[-1].t]
     assert len(inside) > 1000
     assert len(trace(path)) < 5000
+
+
+def test_samples_follow_a_long_mode_beside_short_ones():
+    """Each mode had as many samples, and the line through those of a long one was off by 0.6."""
+    x, v, u, F, t = sp.symbols("x v u F t", real=True)
+    pushed = ap.Friction(velocity=u, force=F, load=1, kinetic=sp.Rational(1, 2))
+    push = sp.Piecewise((sp.cos(100 * t), t < 1), (0, True))
+    system = ap.System.with_frictions({x: v, v: -x, u: push + F}, {}, [pushed], time=t)
+    path = ap.solve(ap.Scene(system=system, start={x: 1, v: 0, u: 0}, until=30))
+    assert len(path.modes) > 30
+    times, heights = np.array([row[:2] for row in trace(path, 1200)]).T
+    dense = np.linspace(0, 30, 3001)
+    assert np.interp(dense, times, heights) == pytest.approx(np.cos(dense), abs=0.01)
 
 
 def _drawn(path, file):
