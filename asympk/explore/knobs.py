@@ -20,12 +20,14 @@ def knobs_of(scene: Scene) -> dict[str, Any]:
     return {
         "name": scene.name,
         "parameters": [_knob(scene, name, value) for name, value in scene_parameters(scene).items()],
-        "start": [_linear(name, float(value)) for name, value in zip(shown.names, shown.start, strict=True)],
-        "until": _logarithmic("until", float(shown.until) or 1.0, DECADES),
+        "start": [{**_linear(name, float(value)), "unit": shown.units.get(name, "")}
+                  for name, value in zip(shown.names, shown.start, strict=True)],
+        "until": {**_logarithmic("until", float(shown.until) or 1.0, DECADES), "unit": shown.units.get("t", "")},
         "quantities": quantities,
         "combinations": [{"name": name, "weights": [*map(float, w)]} for name, w in shown.combinations],
         "units": {name: shown.units[name] for name in ("t", *quantities) if name in shown.units},
         "pair": _pair(scene, quantities),
+        "timed": scene.system is not None and scene.system.time is not None,
     }
 
 

@@ -1,5 +1,6 @@
 """Change numbers of a scene by name: parameters, states of the start, the horizon."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -9,7 +10,7 @@ from asympk.scene import Scene
 from asympk.symbolic.system import System
 from asympk.symbolic.values import following, with_changes
 from asympk.systems.catalogue import is_off_contact, start_at
-from asympk.systems.painleve_klein.units import STATE, Degrees, in_degrees, scene_in_units
+from asympk.systems.painleve_klein.units import STATE, Degrees, in_degrees, quantity, scene_in_units
 
 ROD = ("sigma", "mu", "sigma0")
 _STATIC = {"sigma0": "sigma", "f0": "f"}  # of the rod
@@ -41,7 +42,7 @@ def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: An
     shown, own = in_own_units(scene), scene_parameters(scene)
     _require_names(given, own, "parameter")
     _require_names(start, shown.names, "state of the start")
-    read = {name: (in_degrees if isinstance(own[name], Degrees) else number)(name, v) for name, v in given.items()}
+    read = {name: _reader(scene, own[name])(name, v) for name, v in given.items()}
     values = with_changes(own, read, static_frictions(scene.system))
     begun = {name: number(f"start {name}", value) for name, value in start.items()}
     placed, horizon, origin = scene.start, scene.until, scene.origin
@@ -52,6 +53,11 @@ def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: An
     begin = tuple(begun.get(name, value) for name, value in zip(shown.names, placed, strict=True))
     end = horizon if until is None else number("until", until)
     return _built(scene, values, begin, end, origin, moved="y" in begun or _moved(scene, begin))
+
+
+def _reader(scene: Scene, value: Any) -> Callable[[str, Any], Any]:
+    """Return what reads a number in the place of ``value``: an angle in degrees stays one, with or without the unit."""
+    return in_degrees if isinstance(value, Degrees) else number if scene.rod is None else quantity
 
 
 def _moved(scene: Scene, start: tuple) -> bool:
