@@ -14,6 +14,7 @@ from asympk.pictures.trace import sampled_modes
 from asympk.scene import Scene
 
 SAMPLES, SAMPLES_OF_DRAFT = 800, 300
+FINER, PART = 4, 0.01  # times the samples where the line over every second one misses others by this part of its range
 TOLERANCE_OF_DRAFT = 1e-6
 BEFORE = 1 - 2.0**-40  # a motion that stops is drawn up to this part of the time at which it stops
 
@@ -28,7 +29,10 @@ def motion(scene: Scene, draft: bool = False) -> dict[str, Any]:
     if path is None:
         return {"stopped": stopped, "modes": []}
     path = path.physical() if scene.rod is not None else path
-    return {**_drawn(path, SAMPLES_OF_DRAFT if draft else SAMPLES), "stopped": stopped}
+    pieces = [piece for _, piece in sampled_modes(path, SAMPLES_OF_DRAFT if draft else SAMPLES)]
+    if not draft and _is_coarse(pieces):
+        pieces = [piece for _, piece in sampled_modes(path, FINER * SAMPLES)]
+    return {**_drawn(path, pieces), "stopped": stopped}
 
 
 def _followed(scene: Scene, draft: bool) -> tuple[Path | None, str]:
@@ -54,9 +58,17 @@ def _solved(scene: Scene, draft: bool) -> Path:
     return solve(scene, "lsoda", rtol=TOLERANCE_OF_DRAFT) if draft and stepped else solve(scene)
 
 
-def _drawn(path: Path, samples: int) -> dict[str, Any]:
+def _is_coarse(pieces: list[np.ndarray]) -> bool:
+    """Return whether the samples of ``sampled_modes`` are too few to be joined by straight lines."""
+    values = np.concatenate(pieces, axis=1)[1:]
+    ranges = np.ptp(values, axis=1)
+    return any(np.abs(v[1::2] - np.interp(piece[0, 1::2], piece[0, ::2], v[::2])).max(initial=0) > PART * size
+               for piece in pieces for v, size in zip(piece[1:], ranges, strict=True) if np.isfinite(size))
+
+
+def _drawn(path: Path, pieces: list[np.ndarray]) -> dict[str, Any]:
     names = [*path.names, *(name for name, _ in path.scene.combinations)]
-    t, *values = np.concatenate([piece for _, piece in sampled_modes(path, samples)], axis=1)
+    t, *values = np.concatenate(pieces, axis=1)
     moments = [0.0, *(float(event.t) for event in path.events), float(path.end)]
     return {
         "model": path.model,

@@ -20,14 +20,11 @@ async function ask(name, question, show) {
   attend();
   lane.drop = new AbortController();
   const { signal } = lane.drop, asked = given, body = () => JSON.stringify({ ...turned(), ...question() }), sent = body();
-  try {
-    const reply = await fetch(name, { method: "POST", body: sent, signal });
-    const answer = await reply.json();
-    if (asked === given) reply.ok ? show(answer, sent === body()) : refuse(name, answer.error);
-  } catch {
-    if (!signal.aborted) refuse(name, "The server does not answer any more: start asympk explore again.");
-  }
+  const reply = await fetch(name, { method: "POST", body: sent, signal })
+    .then(async found => ({ ok: found.ok, answer: await found.json() }))
+    .catch(() => ({ ok: false, answer: { error: "The server does not answer any more: start asympk explore again." } }));
   lane.busy = false;
+  if (asked === given) reply.ok ? show(reply.answer, sent === body()) : refuse(name, reply.answer.error);
   const next = lane.next;
   lane.next = null;
   if (next) ask(name, ...next);
@@ -45,7 +42,7 @@ function sayWhatIsComputed() {
   const busy = Object.entries(lanes).filter(([, lane]) => lane.busy && performance.now() - lane.since > 500);
   const told = busy.map(([name, lane]) => `${WORDS[name]} ${((performance.now() - lane.since) / 1000).toFixed(0)} s`);
   $("busy").textContent = told.length ? `computing: ${told.join(", ")}` : "";
-  $("pictures").classList.toggle("late", busy.some(([name]) => name === "motion"));
+  for (const [name, late] of [["motion", "late"], ["surroundings", "late-curves"]]) $("pictures").classList.toggle(late, busy.some(([kind]) => kind === name));
 }
 setInterval(sayWhatIsComputed, 250);
 
@@ -100,9 +97,10 @@ function axis(low, high, stretch, from, to) {
   };
 }
 
+// At most count + 1 places and, as each step is at most 5/2 of the one before, two of them at least for a count of 4.
 function steps(low, high, count) {
-  const rough = (high - low) / count, power = 10 ** Math.floor(Math.log10(rough));
-  const step = [1, 2, 5, 10].map(k => k * power).find(s => s >= rough) ?? 10 * power;
+  const power = 10 ** Math.floor(Math.log10((high - low) / count));
+  const step = [1, 2, 5, 10].map(k => k * power).find(s => Math.floor(high / s) - Math.ceil(low / s) <= count) ?? 10 * power;
   const found = [];
   for (let k = Math.ceil(low / step); k * step <= high; k++) found.push(k * step);
   return found;
@@ -116,17 +114,20 @@ function powers(low, high, stretch, count) {
   return found.filter(v => v >= low && v <= high);
 }
 
+const NOISE = 1e-12; // of values that are equal but for rounding: what varies less is drawn as a constant
+
 // The range of values with a margin, as the axis will show it.
 function around(values, stretch) {
   const [bent, straight] = scale(stretch), places = values.filter(v => v !== null).map(bent);
   const low = places.reduce((a, b) => Math.min(a, b), Infinity), high = places.reduce((a, b) => Math.max(a, b), -Infinity);
-  const beside = (high - low) * 0.12 || Math.max(1, Math.abs(low)) * 0.12;
+  const size = Math.max(Math.abs(low), Math.abs(high));
+  const beside = 0.12 * (high - low > NOISE * size ? high - low : Math.max(1, size));
   return [low - beside, high + beside].map(straight);
 }
 
 // A place of an axis with as many digits as tell it from the others.
 function label(v, places) {
-  const size = Math.max(...places.map(Math.abs)), digits = Math.ceil(Math.log10(size / Math.min(...places.flatMap((a, k) => places.slice(k + 1).map(b => Math.abs(a - b))), size))) + 1;
+  const size = Math.max(...places.map(Math.abs)) || 1, digits = Math.ceil(Math.log10(size / Math.min(...places.flatMap((a, k) => places.slice(k + 1).map(b => Math.abs(a - b))), size))) + 1;
   const text = +v.toPrecision(Math.min(15, Math.max(1, digits)));
   return v !== 0 && (Math.abs(v) >= 1e4 || Math.abs(v) < 1e-3) ? text.toExponential().replace("e+", "e") : String(text);
 }
@@ -210,17 +211,22 @@ function drawPhase() {
   const { x, y } = axes;
   const name = ruled(svg, x, y, { x: across, y: up });
   const inside = clipped(svg, "within", x, y);
-  for (const curve of curves) inside.append(make("path", { class: `curve ${curve.kind}`, d: line(curve.points, x, y) }));
+  const seen = curves.filter(({ points }) => points.some((point, k) => k && crosses([points[k - 1], point], [x, y])));
+  for (const curve of seen) inside.append(make("path", { class: `curve ${curve.kind}`, d: line(curve.points, x, y) }));
   inside.append(make("path", { class: "path", d: line(u.map((value, k) => [value, v[k]]), x, y) }));
   const [a, b] = [across, up].map(name => scene.quantities.indexOf(name));
   for (const event of motion.events.slice(0, 200)) inside.append(make("circle", { class: "event", r: 3, cx: x.at(event.state[a]), cy: y.at(event.state[b]) }));
   if (motion.stopped) inside.append(cross(x.at(motion.final[a]), y.at(motion.final[b])));
   const start = { cx: x.at(u[0]), cy: y.at(v[0]) };
   svg.append(name, make("circle", { class: "ring", r: 6, ...start }), make("circle", { class: "handle", id: "handle", r: 22, ...start }));
-  const words = { stable: "slow manifold at μ = 0, attracting", unstable: "repelling", stick: "sticks" };
-  $("legend").replaceChildren(...Object.keys(words).filter(kind => curves.some(c => c.kind === kind))
-    .map(kind => key(kind, words[kind], [...new Set(curves.filter(c => c.kind === kind && kind !== "stick").map(c => c.name.replace("Pi", "Π")))])));
+  const first = scene.timed ? ", at t = 0" : "";
+  const words = { stable: `slow manifold at μ = 0, attracting${first}`, unstable: `slow manifold at μ = 0, repelling${first}`, stick: `sticks${first}` };
+  $("legend").replaceChildren(...Object.keys(words).filter(kind => seen.some(c => c.kind === kind))
+    .map(kind => key(kind, words[kind], [...new Set(seen.filter(c => c.kind === kind && kind !== "stick").map(c => c.name.replace("Pi", "Π")))])));
 }
+
+// Whether a short piece of a curve comes into the picture.
+const crosses = (ends, axes) => axes.every(({ low, high }, k) => Math.min(...ends.map(p => p[k])) <= high && Math.max(...ends.map(p => p[k])) >= low);
 
 function key(kind, words, names) {
   const told = document.createElement("span"), mark = document.createElement("i");
@@ -240,10 +246,10 @@ function inWords() {
 
 function drawSeries() {
   const svg = $("series"), names = scene.quantities, panel = names.length > 4 ? 92 : 118, gap = 8;
-  const width = sized(svg, names.length * (panel + gap) + 38);
+  const width = sized(svg, names.length * (panel + gap) + 42);
   svg.ariaLabel = inWords();
   const end = motion.t.at(-1) || 1, first = motion.events[0]?.t;
-  const tops = names.map((_, k) => k * (panel + gap) + 2);
+  const tops = names.map((_, k) => k * (panel + gap) + 6);
   const upward = names.map((name, k) => axis(...around(motion.states[name], motion.stretch[name]), motion.stretch[name], tops[k] + panel, tops[k]));
   const x = axis(0, end, $("logarithmic").checked ? 10 ** Math.floor(Math.log10(first || end / 1000)) : null, room(upward), width - 10);
   names.forEach((name, k) => {
@@ -293,7 +299,7 @@ function knob(told, set) {
   const value = part => log ? low * (high / low) ** part : low + (high - low) * part;
   const part = v => log ? Math.log(v / low) / Math.log(high / low) : (v - low) / (high - low);
   const write = text => { box.value = slider.ariaValueText = text; };
-  const move = text => { const to = part(worth(text)); if (!Number.isNaN(to)) slider.value = STEPS * Math.max(0, Math.min(1, to)); };
+  const move = text => { const to = part(worth(text.replace(told.unit === "deg" ? /deg\s*$/ : "", ""))); if (!Number.isNaN(to)) slider.value = STEPS * Math.max(0, Math.min(1, to)); };
   const show = v => { move(String(v)); write(typeof v === "number" ? plain(v) : v); };
   slider.oninput = () => { const v = +value(slider.value / STEPS).toPrecision(4); write(plain(v)); set(v); };
   box.onchange = () => { const text = box.value.trim(); move(text); write(text); set(text); };
@@ -429,7 +435,7 @@ $("rtol").oninput = () => $("verdict").classList.add("stale");
 $("scene").onchange = () => choose(Number($("scene").value));
 $("reset").onclick = () => choose(scenes.indexOf(scene));
 $("across").onchange = $("up").onchange = () => { curves = []; axes = null; draw(); surround(); };
-$("logarithmic").onchange = drawSeries;
+$("logarithmic").onchange = draw;
 window.addEventListener("resize", () => { axes = null; draw(); surround(); });
 
 async function begin() {
