@@ -865,6 +865,55 @@ def test_curves_that_cannot_be_computed_are_not_those_of_older_numbers(server, w
 
 
 @pytest.mark.slow
+def test_the_address_shows_what_was_changed_again(server, window):
+    window.open(server.address)
+    window.wait(f"{PATH} && {IDLE}")
+    for box, text in (("sigma", "1.5"), ("sigma0", "7/4"), ("z", "-1/2"), ("until", "3")):
+        window.set(f"[data-box={box}]", text, "change")
+    window.set("#across", "x", "change")
+    window.set("#up", "y", "change")
+    window.run("document.getElementById('logarithmic').click()")
+    numbers = "parameters.sigma=1.5&parameters.sigma0=7%2F4&start.z=-1%2F2&until=3"
+    parts = f"scene=backward&{numbers}&across=x&up=y&time=linear"
+    window.wait(f"location.hash === '#{parts}' && {IDLE}")
+    shown = f"""return [...document.querySelectorAll('[data-box], #across, #up, [data-slider]')]
+        .map(knob => knob.value).concat(document.getElementById('logarithmic').checked, {PATH})"""
+    before = window.run(shown)
+    window.run("location.reload()")
+    window.wait(f"{PATH} && {IDLE}")
+    assert window.run(shown) == before
+    window.run("document.getElementById('reset').click()")
+    window.wait(f"location.hash === '' && {IDLE}")
+    assert window.run("return document.querySelector('[data-box=sigma0]').value") == "1"
+    window.run(f"location.hash = '{parts}'")
+    window.wait(f"document.querySelector('[data-box=until]').value === '3' && {PATH} && {IDLE}")
+    assert window.run(shown) == before
+    window.set("#scene", 1, "change")
+    window.wait("location.hash === '#scene=block'")
+    assert window.complaints() == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("parts", "said"), [
+    ("parameters.mu=1e-3&parameters.nu=2&start.constructor=1&across=q&time=now&__proto__=1",
+     "The address has parameters.nu=2, start.constructor=1, across=q, time=now, __proto__=1, which this page has not."),
+    ("scene=nowhere&parameters.mu=<b>", "The address has scene=nowhere, which this page has not."),
+    ("parameters.mu=1e999", "mu = '1e999': "), ("start.z=%00%ff%", "start z = '"), ("until=" + "9" * 70000, "at most"),
+])
+def test_what_an_address_has_wrong_is_told_and_the_page_goes_on(server, window, parts, said):
+    window.open("about:blank")
+    window.open(f"{server.address}#{parts}")
+    message = "document.getElementById('message').textContent"
+    assert said in window.wait(f"{IDLE} && {message}")
+    assert bool(window.run(f"return {PATH}")) == said.startswith("The address")
+    window.set("[data-box=z]", "-1", "change")
+    for box, text in (("mu", "1e-3"), ("until", "1")):
+        window.set(f"[data-box={box}]", text, "change")
+    window.wait(f"{PATH} && {IDLE} && {message} === ''")
+    assert all("status of 4" in said for said in window.complaints())
+
+
+@pytest.mark.slow
 def test_a_slider_stands_at_the_number_of_its_box_and_says_it(server, window):
     window.open(server.address)
     window.wait(PATH)

@@ -4,6 +4,7 @@ const $ = id => document.getElementById(id);
 const GRID = 160; // places along either axis at which slow manifolds and stick regions are asked for
 let scenes = [], scene = null;
 let given = null; // the numbers that were changed: { parameters, start, until }
+let view = null; // what was chosen of the pictures: { across, up, time }
 let motion = null, curves = [], axes = null, dragging = false;
 
 // ---- the server -----------------------------------------------------------------------------------------------------
@@ -48,20 +49,30 @@ setInterval(sayWhatIsComputed, 250);
 
 const turned = () => ({ scene: scenes.indexOf(scene), ...given });
 function refuse(name, words) {
-  tell(name === "surroundings" ? $("message").textContent || `${WORDS[name]}: ${words}` : words);
+  tell(name === "surroundings" ? said || `${WORDS[name]}: ${words}` : words);
   if (name === "motion") { fade(true); $("model").textContent = ""; }
   if (name === "surroundings" && motion) { curves = []; drawPhase(); }
   if (name === "least") $("verdict").replaceChildren();
 }
 
 const fade = on => $("pictures").classList.toggle("stale", on); // the pictures do not show the motion that was asked for
-const tell = words => { $("message").textContent = words; };
+
+let wrong = "", said = ""; // what the address has that the page has not; what is said of the last answer
+function tell(words) {
+  said = words;
+  $("message").textContent = [wrong, said].filter(Boolean).join(" ");
+}
+
+function changed() {
+  keep();
+  refresh();
+}
 
 function refresh() {
   $("verdict").classList.add("stale");
   ask("motion", () => ({ draft: dragging }), found => {
     tell(found.stopped);
-    if (found.t && !motion) $("logarithmic").checked = found.events[(found.events.length - 1) >> 1]?.t < found.t.at(-1) / 50;
+    if (found.t && !motion && !view.time) $("logarithmic").checked = found.events[(found.events.length - 1) >> 1]?.t < found.t.at(-1) / 50;
     fade(!found.t);
     if (found.t) { motion = found; draw(); showStart(); }
     $("model").textContent = found.t ? `followed by the method ${found.model}, ${found.events.length} event${found.events.length === 1 ? "" : "s"}` : "";
@@ -319,24 +330,32 @@ function showStart() {
 
 const follows = {}; // rows of the knobs that follow another one until they are turned themselves
 
+function turn(name, v) {
+  given.parameters[name] = v;
+  follows[name]?.[0].classList.remove("follows");
+  delete follows[name];
+  for (const [follower, leader] of Object.values(follows)) if (leader === name) follower.show(v);
+}
+
 function knobs() {
   for (const name of Object.keys(follows)) delete follows[name];
   $("parameters").replaceChildren(...scene.parameters.map(told => {
-    const row = knob(told, v => {
-      given.parameters[told.name] = v;
-      row.classList.remove("follows");
-      delete follows[told.name];
-      for (const [, [follower, leader]] of Object.entries(follows)) if (leader === told.name) follower.show(v);
-      refresh();
-    });
+    const row = knob(told, v => { turn(told.name, v); changed(); });
     if (told.follows) { follows[told.name] = [row, told.follows]; row.classList.add("follows"); row.title = `as ${told.follows}`; }
     return row;
   }));
-  $("start").replaceChildren(...scene.start.map(told => knob(told, v => { given.start[told.name] = v; refresh(); })));
-  $("until").replaceChildren(knob(scene.until, v => { given.until = v; refresh(); }));
+  $("start").replaceChildren(...scene.start.map(told => knob(told, v => { given.start[told.name] = v; changed(); })));
+  $("until").replaceChildren(knob(scene.until, v => { given.until = v; changed(); }));
+  for (const kind of ["parameters", "start"]) scene[kind].forEach(({ name }, k) => {
+    if (!Object.hasOwn(given[kind], name)) return;
+    $(kind).children[k].show(given[kind][name]);
+    if (kind === "parameters") turn(name, given[kind][name]);
+  });
+  if (given.until !== null) $("until").firstChild.show(given.until);
 }
 
-function choose(k) {
+// Show a scene, with numbers and pictures other than its own where they are given.
+function choose(k, numbers = { parameters: {}, start: {}, until: null }, seen = {}) {
   scene = scenes[k];
   motion = axes = null;
   for (const lane of Object.values(lanes)) {
@@ -345,16 +364,58 @@ function choose(k) {
   }
   curves = [];
   for (const id of ["phase", "legend", "modes", "series", "model"]) $(id).replaceChildren();
-  given = { parameters: {}, start: {}, until: null };
+  given = numbers;
+  view = seen;
   $("scene").value = k;
   for (const [menu, chosen] of [["across", scene.pair[0]], ["up", scene.pair[1]]]) {
     $(menu).replaceChildren(...scene.quantities.map(name => new Option(name, name)));
-    $(menu).value = chosen;
+    $(menu).value = view[menu] ?? chosen;
   }
+  if (view.time) $("logarithmic").checked = view.time === "logarithmic";
   $("verdict").replaceChildren();
   tell("");
   knobs();
   refresh();
+}
+
+// ---- the address ----------------------------------------------------------------------------------------------------
+
+// What was changed stands behind # in the address, so that it can be loaded again and handed on, as in
+// #scene=chalk&parameters.alpha=75&start.u=-1/10&until=1&across=R_1&up=u&time=linear; the server never sees it.
+function address() {
+  const parts = new URLSearchParams({ scene: called(scene) });
+  for (const kind of ["parameters", "start"]) for (const [name, v] of Object.entries(given[kind])) parts.set(`${kind}.${name}`, v);
+  if (given.until !== null) parts.set("until", given.until);
+  for (const [key, chosen] of Object.entries(view)) parts.set(key, chosen);
+  return scene === scenes[0] && [...parts].length === 1 ? location.pathname : `#${parts}`;
+}
+
+// The name of a scene or, where others have it too, its place.
+const called = told => told.name && scenes.filter(({ name }) => name === told.name).length === 1 ? told.name : String(scenes.indexOf(told) + 1);
+
+let writing = null;
+function keep() {
+  wrong = "";
+  clearTimeout(writing);
+  writing = setTimeout(() => history.replaceState(null, "", address()), 300); // browsers refuse more than a few a second
+}
+
+// Show what the address says; what it has that the page has not is told and left out.
+function visit() {
+  const parts = new URLSearchParams(location.hash.slice(1)), wanted = parts.get("scene");
+  const k = wanted === null ? 0 : scenes.findIndex(told => called(told) === wanted);
+  const numbers = { parameters: {}, start: {}, until: null }, seen = {}, unknown = k < 0 ? [`scene=${wanted}`] : [];
+  for (const [key, text] of k < 0 ? [] : parts) {
+    const [, kind, name] = key.match(/^(parameters|start)\.(.*)$/) ?? [];
+    if (kind && scenes[k][kind].some(told => told.name === name)) numbers[kind][name] = text;
+    else if (key === "until") numbers.until = text;
+    else if (["across", "up"].includes(key) && scenes[k].quantities.includes(text)) seen[key] = text;
+    else if (key === "time" && ["linear", "logarithmic"].includes(text)) seen.time = text;
+    else if (key !== "scene") unknown.push(`${key}=${text}`);
+  }
+  clearTimeout(writing);
+  wrong = unknown.length ? `The address has ${unknown.join(", ").slice(0, 200)}, which this page has not.` : "";
+  choose(Math.max(k, 0), numbers, seen);
 }
 
 // ---- the start that is dragged --------------------------------------------------------------------------------------
@@ -394,7 +455,7 @@ $("phase").onpointermove = event => {
   const p = Math.max(axes.x.from, Math.min(axes.x.to, event.clientX - box.left));
   const q = Math.max(axes.y.to, Math.min(axes.y.from, event.clientY - box.top));
   place(axes.x.back(p), axes.y.back(q));
-  refresh();
+  changed();
 };
 $("phase").onpointerup = $("phase").onpointercancel = () => { if (dragging) { dragging = false; refresh(); } };
 
@@ -432,10 +493,10 @@ $("rtol").oninput = () => $("verdict").classList.add("stale");
 
 // ---- begin ----------------------------------------------------------------------------------------------------------
 
-$("scene").onchange = () => choose(Number($("scene").value));
-$("reset").onclick = () => choose(scenes.indexOf(scene));
-$("across").onchange = $("up").onchange = () => { curves = []; axes = null; draw(); surround(); };
-$("logarithmic").onchange = draw;
+$("scene").onchange = () => { keep(); choose(Number($("scene").value)); };
+$("reset").onclick = () => { keep(); choose(scenes.indexOf(scene)); };
+for (const menu of ["across", "up"]) $(menu).onchange = () => { view[menu] = $(menu).value; curves = []; axes = null; keep(); draw(); surround(); };
+$("logarithmic").onchange = () => { view.time = $("logarithmic").checked ? "logarithmic" : "linear"; keep(); draw(); };
 window.addEventListener("resize", () => { axes = null; draw(); surround(); });
 
 async function begin() {
@@ -446,7 +507,8 @@ async function begin() {
   if (!reply.ok) return tell(found.error);
   scenes = found;
   $("scene").replaceChildren(...scenes.map((told, k) => new Option(told.name || "scene", k)));
-  choose(0);
+  visit();
+  window.addEventListener("hashchange", visit);
 }
 
 begin().catch(() => tell("The server does not answer any more: the terminal says why."));
