@@ -87,6 +87,6 @@ def _scene(scenes: tuple[Scene, ...], asked: dict[str, Any]) -> Scene:
 
 def _grid(asked: dict[str, Any], key: str) -> list[float]:
     values = asked.get(key)
-    if not isinstance(values, list) or len(values) > MOST_PLACES:
-        raise InputError(f"{key} = {short(values)}: it must be a list of at most {MOST_PLACES} numbers")
+    if not isinstance(values, list) or not 1 <= len(values) <= MOST_PLACES:
+        raise InputError(f"{key} = {short(values)}: it must be a list of 1 to {MOST_PLACES} numbers")
     return [float(number(key, value)) for value in values]

@@ -53,6 +53,7 @@ class Server(ThreadingHTTPServer):
     """
 
     daemon_threads = True
+    request_queue_size = 128  # of five, the tabs that load at once fill the queue, and the next one waits for a second
 
     def __init__(self, port: int = 0):
         self.token = token_urlsafe(24)
@@ -135,9 +136,11 @@ class _Handler(BaseHTTPRequestHandler):
         """Return NAME of the address; raises ``BadRequest`` where the host or the token is not that of the server."""
         if self.headers.get("Host") not in {f"{name}:{self.server.server_port}" for name in (HOST, "localhost")}:
             raise BadRequest(421, "this server is known by its address alone; open the address that it printed")
-        token, _, name = self.path.removeprefix("/").partition("/")
+        token, slash, name = self.path.removeprefix("/").partition("/")
         if not compare_digest(token.encode("utf-8", "replace"), self.server.token.encode()):
             raise BadRequest(403, "the token in the address is missing or wrong; open the address that was printed")
+        if not slash:
+            raise BadRequest(404, "an address has a / after its token")
         return name
 
     def _asked(self, name: str) -> tuple[bytes, str]:

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import time
 from concurrent.futures import Future
+from contextlib import ExitStack
 from dataclasses import replace
 from http.client import HTTPConnection
 from pathlib import Path
@@ -454,6 +455,12 @@ def test_the_server_listens_on_this_machine_alone(server):
     assert server.server_address[0] == "127.0.0.1"
 
 
+def test_many_tabs_may_load_at_once():
+    with Server() as waiting, ExitStack() as tabs:
+        for _ in range(40):
+            tabs.enter_context(create_connection(("127.0.0.1", waiting.server_port), timeout=0.9))
+
+
 @pytest.mark.parametrize("token", ["", "wrong", "é", "x" * 3000, ".."])
 def test_without_the_token_nothing_is_answered(server, token):
     token = token.encode("latin-1").decode("latin-1").replace("é", "%C3%A9")
@@ -505,11 +512,19 @@ def test_hostile_and_mistaken_questions_are_refused_in_one_line(server, question
     _refused(server, 400, "POST", "motion", json.dumps(question))
 
 
-def _raw(server, data):
+def _raw(server, data, ends=False):
+    """Send bytes and return the answer; a page that ``ends`` its side of the connection does not wait for long."""
     with create_connection(("127.0.0.1", server.server_port), timeout=60) as connection:
         connection.sendall(data)
-        connection.shutdown(SHUT_WR)
+        if ends:
+            connection.shutdown(SHUT_WR)
         return b"".join(iter(lambda: connection.recv(65536), b""))
+
+
+def test_a_question_shorter_than_it_says_is_refused(server):
+    begun = f"POST /{server.token}/motion HTTP/1.1\r\nHost: 127.0.0.1:{server.server_port}\r\n"
+    reply = _raw(server, f"{begun}Content-Length: 100\r\n\r\n{{}}".encode(), ends=True).decode()
+    assert "400" in reply.partition("\r\n")[0]
 
 
 def test_the_server_sees_whether_a_page_still_waits(server, monkeypatch):
@@ -531,12 +546,12 @@ def test_the_server_sees_whether_a_page_still_waits(server, monkeypatch):
 
 
 @pytest.mark.parametrize(("status", "request_line", "headers", "body"), [
-    (400, "{post}", "Host: {host}\r\nContent-Length: 100\r\n", "{}"),  # shorter than it says
     (411, "{post}", "Host: {host}\r\nContent-Length: +2\r\n", "{}"),
     (421, "GET /{token}/ HTTP/1.1", "", ""),
     (403, "GET http://{host}/{token}/ HTTP/1.1", "Host: {host}\r\n", ""),
     (403, "GET /%2e%2e/{token}/ HTTP/1.1", "Host: {host}\r\n", ""),
     (404, "GET /{token}/scenes?x=1 HTTP/1.1", "Host: {host}\r\n", ""),
+    (404, "GET /{token} HTTP/1.1", "Host: {host}\r\n", ""),  # relative to which the parts of the page are not found
     (414, "GET /" + "a" * 70000 + " HTTP/1.1", "Host: {host}\r\n", ""),
     (431, "GET /{token}/ HTTP/1.1", "".join(f"X{k}: 1\r\n" for k in range(300)), ""),
     (400, "\x16\x03\x01\x02 \x01 \x01 \x03", "", ""),  # a browser that speaks TLS
@@ -557,7 +572,7 @@ def test_requests_that_no_page_would_make_are_refused(server, status, request_li
 
 @pytest.mark.parametrize("question", [{}, {"pair": ["s", "s", "z"]}, {"pair": "sz"}, {"pair": ["s", "w"]},
                                       {"pair": ["s", "z"], "across": "x"}, {"pair": ["s", "z"], "across": [0] * 2000},
-                                      {"pair": ["s", "z"], "across": [{}], "up": [1]}])
+                                      {"pair": ["s", "z"], "across": [{}], "up": [1]}, {"pair": ["s", "z"], "up": []}])
 @pytest.mark.few(2)
 def test_a_picture_that_is_none_is_refused(server, question):
     grids = {"across": [0, 1], "up": [0, 1]}
@@ -849,6 +864,23 @@ def test_a_motion_of_older_numbers_is_faded_while_it_is_waited_for_and_not_shown
     assert window.wait(f"{IDLE} && {PATH}") == before
     assert window.run("return document.getElementById('logarithmic').checked")
     assert not window.wait("[document.getElementById('pictures').classList.contains('late')]")[0]
+
+
+@pytest.mark.further
+def test_a_motion_that_takes_long_is_dropped_for_that_of_newer_numbers(server, window):
+    """A horizon by mistake kept the page waiting until the server gave up, for a minute."""
+    window.open(server.address)
+    before = window.wait(f"{IDLE} && {PATH}")
+    window.run("""const real = window.fetch;
+    window.fetch = (name, asked) => {
+      if (name !== 'motion') return real(name, asked);
+      window.fetch = real;
+      return new Promise((_, no) => asked.signal.addEventListener('abort', () => no(asked.signal.reason)));
+    };""")
+    window.set("[data-box=until]", "1e9", "change")
+    window.set("[data-box=until]", "4", "change")
+    window.wait(f"{IDLE} && {PATH} !== {json.dumps(before)}")
+    assert window.run("return document.getElementById('message').textContent") == ""
 
 
 @pytest.mark.slow

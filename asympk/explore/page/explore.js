@@ -25,7 +25,7 @@ async function ask(name, question, show) {
     .then(async found => ({ ok: found.ok, answer: await found.json() }))
     .catch(() => ({ ok: false, answer: { error: "The server does not answer any more: start asympk explore again." } }));
   lane.busy = false;
-  if (asked === given) reply.ok ? show(reply.answer, sent === body()) : refuse(name, reply.answer.error);
+  if (asked === given && !signal.aborted) reply.ok ? show(reply.answer, sent === body()) : refuse(name, reply.answer.error);
   const next = lane.next;
   lane.next = null;
   if (next) ask(name, ...next);
@@ -45,7 +45,12 @@ function sayWhatIsComputed() {
   $("busy").textContent = told.length ? `computing: ${told.join(", ")}` : "";
   for (const [name, late] of [["motion", "late"], ["surroundings", "late-curves"]]) $("pictures").classList.toggle(late, busy.some(([kind]) => kind === name));
 }
-setInterval(sayWhatIsComputed, 250);
+
+const PATIENCE = 5000; // milliseconds after which a computation is ended where its numbers are no longer those of the page
+setInterval(() => {
+  sayWhatIsComputed();
+  for (const lane of Object.values(lanes)) if (lane.next && performance.now() - lane.since > PATIENCE) lane.drop.abort();
+}, 250);
 
 const turned = () => ({ scene: scenes.indexOf(scene), ...given });
 function refuse(name, words) {
