@@ -45,7 +45,7 @@ class _Plane:
     def __init__(self, scene: Scene, pair: Sequence[str]):
         automaton = automaton_of(scene)
         self.system: System = automaton.system
-        self.values = [float(v) for v in automaton.values]
+        self.values = np.array([float(v) for v in automaton.values])  # whose quotients by 0 are infinite, not errors
         self.start = np.array([float(v) for v in scene.start])
         self.weights, sizes = _quantities(scene)
         for name in pair:
@@ -153,7 +153,7 @@ def _holds(condition: sp.Basic) -> sp.Expr:
     return sp.Piecewise((1, condition), (0, True))
 
 
-def _run(at: Any, states: np.ndarray, values: list[float]) -> Any:
+def _run(at: Any, states: np.ndarray, values: np.ndarray) -> Any:
     with np.errstate(all="ignore"):
         return at(0.0, *states, *values)
 

@@ -287,6 +287,15 @@ def test_the_slow_planes_and_the_stick_regions_are_drawn_where_the_paper_has_the
     assert drawn == {round(s, 12) for s in places if regions.stick.contains(s, sigma=1, sigma0=1)}
 
 
+@pytest.mark.parametrize("sigma", [0, 1e-320])
+def test_without_friction_the_one_slow_plane_that_is_left_is_drawn(sigma):
+    """At sigma = 0 the quotient by it was an error in place of all curves."""
+    places = [k / 10 for k in range(-20, 21)]
+    curves = surroundings(turned(ROD, {"sigma": sigma, "mu": "1e-3"}, {}, None), ["s", "z"], places, places)
+    assert {(curve["name"], s) for curve in curves if curve["kind"] != "stick" for s, z in curve["points"]} \
+        == {("Pi1", 0.25)}
+
+
 @pytest.mark.parametrize("pair", [("x", "y"), ("y", "x"), ("x", "s"), ("s", "x"), ("y", "s"), ("s", "y")])
 def test_a_slow_plane_lies_at_its_load_in_a_picture_over_the_reaction(pair):
     places = [k / 10 for k in range(-10, 11)]
