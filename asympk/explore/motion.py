@@ -16,6 +16,7 @@ from asympk.scene import Scene
 SAMPLES, SAMPLES_OF_DRAFT = 800, 300
 FINER, PART = 4, 0.01  # times the samples where the line over every second one misses others by this part of its range
 TOLERANCE_OF_DRAFT = 1e-6
+NONDIMENSIONAL = " (these numbers are nondimensional)"  # of a physical rod, of which all others on the page are not
 BEFORE = 1 - 2.0**-40  # a motion that stops is drawn up to this part of the time at which it stops
 
 
@@ -42,7 +43,7 @@ def _followed(scene: Scene, draft: bool) -> tuple[Path | None, str]:
     except (InputError, UnknownName):
         raise
     except AsympkError as error:
-        complaint = f"{type(error).__name__}: {error}"
+        complaint = f"{type(error).__name__}: {error}" + (NONDIMENSIONAL if scene.rod is not None else "")
         if isinstance(error, Unfinished):
             return error.path, complaint
         if isinstance(error, Stopped) and error.t:

@@ -34,9 +34,10 @@ def surroundings(scene: Scene, pair: Sequence[str], across: Sequence[float], up:
     systems with one fast state, stick of systems with one friction. Raises ``UnknownName`` for an unknown quantity.
     """
     plane = _Plane(scene, pair)
-    grids = [np.array(grid) / size for grid, size in zip((across, up), plane.sizes, strict=True)]
-    found = [*_slow(plane, grids), *_stick(plane, grids)]
-    return [{**curve, "points": (curve["points"] * plane.sizes).tolist()} for curve in found]
+    with np.errstate(all="ignore"):  # what is not finite is left out
+        grids = [np.array(grid) / size for grid, size in zip((across, up), plane.sizes, strict=True)]
+        found = [*_slow(plane, grids), *_stick(plane, grids)]
+        return [{**curve, "points": (curve["points"] * plane.sizes).tolist()} for curve in found]
 
 
 class _Plane:
@@ -71,8 +72,7 @@ class _Plane:
 
     def seen(self, states: np.ndarray) -> np.ndarray:
         """Return the points of the picture, of shape (m, 2)."""
-        with np.errstate(invalid="ignore"):  # of a height that is infinite
-            return np.stack([weights @ states for weights in self.pair], axis=-1)
+        return np.stack([weights @ states for weights in self.pair], axis=-1)
 
 
 def _quantities(scene: Scene) -> tuple[dict[str, np.ndarray], dict[str, float]]:
@@ -101,7 +101,7 @@ def _slow(plane: _Plane, grids: list[np.ndarray]) -> list[Curve]:
         part = plane.pair[over][given] * (plane.placed(1 - over, grids[1 - over])[given] - plane.start[given])
         ends = grids[over].min(), grids[over].max()  # of the quantity, of which the state is a part
         states = plane.placed(over, np.interp(grids[over], ends, (ends[0] - part.max(), ends[1] - part.min())))
-        values = np.broadcast_arrays(*_run(graph, states, plane.values), states[0])[:3]
+        values = np.broadcast_arrays(*graph(0.0, *states, *plane.values), states[0])[:3]
         on = states.copy()
         on[given] = values[0]
         kinds = np.where(values[1] > 0, np.where(values[2] < 0, "stable", "unstable"), "")
@@ -132,7 +132,7 @@ def _stick(plane: _Plane, grids: list[np.ndarray]) -> list[Curve]:
         return []
     state, line = rest
     states = plane.placed(over, grids[over])
-    height, sticks = np.broadcast_arrays(*_run(line, states, plane.values), states[0])[:2]
+    height, sticks = np.broadcast_arrays(*line(0.0, *states, *plane.values), states[0])[:2]
     states[state] = height
     return _pieces("stick", np.where(sticks > 0, "stick", ""), plane.seen(states))
 
@@ -151,11 +151,6 @@ def _rest(system: System) -> tuple[int, Any] | None:
 
 def _holds(condition: sp.Basic) -> sp.Expr:
     return sp.Piecewise((1, condition), (0, True))
-
-
-def _run(at: Any, states: np.ndarray, values: np.ndarray) -> Any:
-    with np.errstate(all="ignore"):
-        return at(0.0, *states, *values)
 
 
 def _pieces(name: str, kinds: np.ndarray, points: np.ndarray) -> list[Curve]:
