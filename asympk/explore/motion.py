@@ -2,6 +2,7 @@
 
 from contextlib import suppress
 from dataclasses import replace
+from time import monotonic
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from asympk.scene import Scene
 
 SAMPLES, SAMPLES_OF_DRAFT = 800, 300
 FINER, PART = 4, 0.01  # times the samples where the line over every second one misses others by this part of its range
+QUICK, LONGEST = 2, 25  # seconds: samples that took longer are not refined, and steps end: to sample them takes as long
 TOLERANCE_OF_DRAFT = 1e-6
 NONDIMENSIONAL = " (these numbers are nondimensional)"  # of a physical rod, of which all others on the page are not
 BEFORE = 1 - 2.0**-40  # a motion that stops is drawn up to this part of the time at which it stops
@@ -30,8 +32,9 @@ def motion(scene: Scene, draft: bool = False) -> dict[str, Any]:
     if path is None:
         return {"stopped": stopped, "modes": []}
     path = path.physical() if scene.rod is not None else path
+    begin = monotonic()
     pieces = [piece for _, piece in sampled_modes(path, SAMPLES_OF_DRAFT if draft else SAMPLES)]
-    if not draft and _is_coarse(pieces):
+    if not draft and monotonic() - begin < QUICK and _is_coarse(pieces):
         pieces = [piece for _, piece in sampled_modes(path, FINER * SAMPLES)]
     return {**_drawn(path, pieces), "stopped": stopped}
 
@@ -56,7 +59,9 @@ def _solved(scene: Scene, draft: bool) -> Path:
     from asympk.affine.run import affine
 
     stepped = scene.system is not None and not affine(scene.system)
-    return solve(scene, "lsoda", rtol=TOLERANCE_OF_DRAFT) if draft and stepped else solve(scene)
+    if not stepped:
+        return solve(scene)
+    return solve(scene, "lsoda", rtol=TOLERANCE_OF_DRAFT) if draft else solve(scene, seconds=LONGEST)
 
 
 def _is_coarse(pieces: list[np.ndarray]) -> bool:

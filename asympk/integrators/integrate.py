@@ -201,6 +201,8 @@ class SteppedDense:
             raise OutOfRange(f"t = {wrong} is outside the run; ask within [0, {self.reached}]")
         later = times[times > 0].tolist()
         states = [self.start] * (len(times) - len(later)) + (list(self.sample(later)) if later else [])
+        if len(states) < len(times):  # on its way to more times the run met what it had stepped over
+            raise TooLarge(f"a state leaves the range of floats before t = {times[len(states)]:.6g}; end the run there")
         n = len(self.start)
         return np.array(states, dtype=float).reshape(-1, n).T[:, where.ravel()].reshape(n, *t.shape)
 

@@ -233,6 +233,13 @@ def test_a_motion_that_stops_shows_what_was_followed_and_says_why(tmp_path):
     assert found["t"][-1] == pytest.approx(stopped.value.t)
 
 
+def test_a_motion_that_takes_too_long_is_shown_as_far_as_it_was_followed(monkeypatch):
+    monkeypatch.setattr("asympk.explore.motion.LONGEST", 1e-9)
+    found = motion(ap.systems.nonlinear_rod.scenes()[0])
+    assert "time limit reached" in found["stopped"]
+    assert found["t"][0] == 0
+
+
 def test_why_a_physical_rod_stops_is_not_taken_for_its_own_units(monkeypatch):
     def solve(scene, *options, **more):
         raise TooManyEvents("more than 1000 events by t = 2e11")

@@ -6,6 +6,7 @@ import re
 import sys
 import tomllib
 from contextlib import suppress
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -16,7 +17,7 @@ import sympy as sp
 from peers import here
 
 import asympk as ap
-from asympk.errors import InputError, MissingPackage, OutOfRange, Undecided, Unfinished, UnknownName
+from asympk.errors import InputError, MissingPackage, OutOfRange, TooLarge, Undecided, Unfinished, UnknownName
 from asympk.integrators.integrate import FAMILIES, FINISHED, PEERS, absent
 from asympk.symbolic.branches import Phase
 from asympk.systems import arm, painleve_klein
@@ -617,6 +618,16 @@ def test_a_step_that_leads_nowhere_is_not_made(method):
     with pytest.raises(Unfinished, match="left the range of floats at t = 0;") as short:
         ap.solve(scene, method)
     assert short.value.path.final == (1e200, 0, 1)
+
+
+def test_a_state_that_leaves_the_range_between_the_steps_of_a_run_is_refused():
+    """Steps went past it, and those that end at the times asked for did not: an error of NumPy came out."""
+    far = {"x": "-1e200", "y": "1/5", "z": -1}
+    scene = replace(ap.systems.nonlinear_rod.scenes()[0], start=far)
+    with pytest.raises(Unfinished, match="left the range of floats") as short:
+        ap.solve(scene)
+    with pytest.raises(TooLarge, match="before t = 1e-05"):
+        short.value.path(1e-5)
 
 
 def test_an_integrator_that_gives_up_says_why_and_warns_nobody():
