@@ -27,7 +27,6 @@ def knobs_of(scene: Scene) -> dict[str, Any]:
         "combinations": [{"name": name, "weights": [*map(float, w)]} for name, w in shown.combinations],
         "units": {name: shown.units[name] for name in ("t", *quantities) if name in shown.units},
         "pair": _pair(scene, quantities),
-        "timed": scene.system is not None and scene.system.time is not None,
     }
 
 

@@ -6,6 +6,7 @@ the combination that is not itself the other quantity of the picture.
 """
 
 from collections.abc import Sequence
+from copy import copy
 from functools import cache
 from itertools import groupby
 from typing import Any
@@ -31,13 +32,23 @@ def surroundings(scene: Scene, pair: Sequence[str], across: Sequence[float], up:
     """Return curves of name, kind (``stable``, ``unstable``, ``stick``) and points over a pair of quantities.
 
     ``across`` and ``up`` are the values of the two quantities on the grid of the picture. Slow manifolds are drawn of
-    systems with one fast state, stick of systems with one friction. Raises ``UnknownName`` for an unknown quantity.
+    systems with one fast state, stick of systems with one friction. ``begun`` says whether the curves change with the
+    time or with states that the picture does not show. Raises ``UnknownName`` for an unknown quantity.
     """
     plane = _Plane(scene, pair)
     with np.errstate(all="ignore"):  # what is not finite is left out
         grids = [np.array(grid) / size for grid, size in zip((across, up), plane.sizes, strict=True)]
-        found = [*_slow(plane, grids), *_stick(plane, grids)]
-        return [{**curve, "points": (curve["points"] * plane.sizes).tolist()} for curve in found]
+        planes = (plane, plane.beside(1), plane.beside(-1))
+        found, *others = ([*_slow(seen, grids), *_stick(seen, grids)] for seen in planes)
+        begun = plane.system.time is not None or not all(_equal(found, other) for other in others)
+        return [{**curve, "points": (curve["points"] * plane.sizes).tolist(), "begun": begun} for curve in found]
+
+
+def _equal(found: list[Curve], other: list[Curve]) -> bool:
+    """Return whether two lists have the same curves but for rounding."""
+    return len(found) == len(other) and all(
+        a["kind"] == b["kind"] and a["points"].shape == b["points"].shape
+        and np.allclose(a["points"], b["points"], rtol=1e-9, atol=1e-9) for a, b in zip(found, other, strict=True))
 
 
 class _Plane:
@@ -62,6 +73,12 @@ class _Plane:
     def over(self, state: int) -> int | None:
         """Return which quantity leaves a state alone while the other one changes it; None where there is none."""
         return 1 - self.moved.index(state) if self.moved.count(state) == 1 else None
+
+    def beside(self, side: int) -> "_Plane":
+        """Return a plane on one side, beyond 0 too, in which the states that the picture does not move have others."""
+        found, still = copy(self), ~np.isin(np.arange(self.start.size), self.moved)
+        found.start = self.start + side * still * (1 + 2 * abs(self.start))
+        return found
 
     def placed(self, which: int, grid: np.ndarray) -> np.ndarray:
         """Return states of shape (n, m) in which one quantity of the pair takes the values of ``grid``."""

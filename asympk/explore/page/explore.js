@@ -235,10 +235,10 @@ function drawPhase() {
   if (motion.stopped) inside.append(cross(x.at(motion.final[a]), y.at(motion.final[b])));
   const start = { cx: x.at(u[0]), cy: y.at(v[0]) };
   svg.append(name, make("circle", { class: "ring", r: 6, ...start }), make("circle", { class: "handle", id: "handle", r: 22, ...start }));
-  const first = scene.timed ? ", at t = 0" : "";
-  const words = { stable: `slow manifold at μ = 0, attracting${first}`, unstable: `slow manifold at μ = 0, repelling${first}`, stick: `sticks${first}` };
+  const words = { stable: "slow manifold at μ = 0, attracting", unstable: "slow manifold at μ = 0, repelling", stick: "sticks" };
   $("legend").replaceChildren(...Object.keys(words).filter(kind => seen.some(c => c.kind === kind))
-    .map(kind => key(kind, words[kind], [...new Set(seen.filter(c => c.kind === kind && kind !== "stick").map(c => c.name.replace("Pi", "Π")))])));
+    .map(kind => key(kind, words[kind], [...new Set(seen.filter(c => c.kind === kind && kind !== "stick").map(c => c.name.replace("Pi", "Π")))])),
+  seen.some(c => c.begun) ? "(all else as at the start)" : "");
 }
 
 // Whether a short piece of a curve comes into the picture.
