@@ -780,6 +780,10 @@ def test_the_page_says_what_is_wrong_and_keeps_the_last_picture(server, window):
     said = window.wait("document.getElementById('message').textContent")
     assert "mu = '<b>'" in said
     assert window.run(f"return {PATH}") == before
+    heard = "document.getElementById('series').getAttribute('aria-label')"
+    assert window.run(f"return {heard}").startswith("of older numbers, states over time")
+    window.set("[data-box=mu]", "1e-6", "change")
+    window.wait(f"{heard}.startsWith('states over time')")
     (refused,) = window.complaints()
     assert "400" in refused
 

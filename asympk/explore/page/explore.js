@@ -60,7 +60,11 @@ function refuse(name, words) {
   if (name === "least") $("verdict").replaceChildren();
 }
 
-const fade = on => $("pictures").classList.toggle("stale", on); // the pictures do not show the motion that was asked for
+// Fade pictures that do not show the motion that was asked for.
+function fade(on) {
+  $("pictures").classList.toggle("stale", on);
+  if (motion) $("series").ariaLabel = inWords();
+}
 
 let wrong = "", said = ""; // what the address has that the page has not; what is said of the last answer
 function tell(words) {
@@ -257,7 +261,8 @@ const cross = (x, y) => make("path", { class: "stop", d: `M${x - 5},${y - 5}l10,
 function inWords() {
   const modes = motion.modes.slice(0, 40).map(mode => `${mode.name} until t = ${plain(mode.to)}`);
   const left = motion.modes.length - modes.length, final = scene.quantities.map((name, k) => `${named(name)} = ${motion.final[k] === null ? "infinite" : plain(motion.final[k])}`);
-  return `states over time: ${modes.join(", ")}${left ? `, and ${left} more modes` : ""}; at the end ${final.join(", ")}`;
+  const older = $("pictures").classList.contains("stale") ? "of older numbers, " : "";
+  return `${older}states over time: ${modes.join(", ")}${left ? `, and ${left} more modes` : ""}; at the end ${final.join(", ")}`;
 }
 
 function drawSeries() {
