@@ -153,19 +153,32 @@ def misses_rates(
     mode: NumericMode, within: Callable[[float], np.ndarray], t: float, state: tuple[float, ...], h: float,
     settings: Settings,
 ) -> bool:
-    """Tell whether the slope of a step of length h, ``within(t)``, at an event is not that of the rates there.
-
-    The step has then passed over what changes the rates near the event, such as friction that rises within a narrow
-    range of velocities. Errors that a stiff mode damps do not count.
-    """
-    n, allowed = len(state), COARSE * (np.array(settings.atol) + settings.rtol * abs(np.array(state)))
+    """Tell whether the slope of a step of length h, ``within(t)``, at an event is not that of the rates there."""
     with suppress(ArithmeticError, ValueError):
         sides = t - BESIDE * h, t + BESIDE * h  # late in a run, rounding moves them by a part of their distance
-        slope = (within(sides[1]) - within(sides[0]))[:n] / np.subtract(sides[1], sides[0])
-        missed = h * (slope - np.array(mode.rhs(t, state)))
-        if (abs(missed) > allowed).any():
-            return bool((abs(np.linalg.solve(np.eye(n) - h * np.array(mode.jac(t, state)), missed)) > allowed).any())
+        slope = (within(sides[1]) - within(sides[0]))[: len(state)] / np.subtract(sides[1], sides[0])
+        allowed = COARSE * allowed_error(np.array(state), settings)
+        return is_missed(mode, h * (slope - np.array(mode.rhs(t, state))), allowed, t, state, h)
     return False
+
+
+def is_missed(
+    mode: NumericMode, missed: np.ndarray, allowed: np.ndarray, t: float, state: tuple[float, ...], h: float
+) -> bool:
+    """Tell whether a step of length h is wrong whose slope at (t, state) differs by ``missed`` / h from the rates.
+
+    The step has then passed over what changes the rates there, such as friction that rises within a narrow range of
+    velocities. Errors that a stiff mode damps do not count.
+    """
+    if not (abs(missed) > allowed).any():
+        return False
+    damped = np.eye(len(state)) - h * np.array(mode.jac(t, state))
+    return bool((abs(np.linalg.solve(damped, missed)) > allowed).any())
+
+
+def allowed_error(states: np.ndarray, settings: Settings) -> np.ndarray:
+    """Return the error that the settings allow a step to make in ``states``."""
+    return np.array(settings.atol) + settings.rtol * abs(states)
 
 
 def field_and_start(

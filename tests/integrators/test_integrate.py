@@ -741,6 +741,21 @@ def test_a_narrow_rise_of_friction_is_not_stepped_over_where_slip_ends_or_begins
     assert float(begun) == pytest.approx(float(mp.quad(slowness, [0, width, 9 * width, 1, end])), abs=1e-7)
 
 
+@pytest.mark.parametrize(("method", "width", "spring", "rtol"), [
+    pytest.param(one.values[0], *scene, marks=one.marks)
+    for one in here("heyoka") for scene in [("1/20", 3, 1e-8), ("1/10", 1, 1e-8), ("1/5", 3, 1e-12)]
+])
+def test_no_step_ends_within_a_rise_of_friction_that_it_knows_nothing_of(method, width, spring, rtol):
+    """Heyoka stopped 2.0e-4, 5.5e-5 and 5.5e-7 late: its series before the rise had not a trace of exp(-(v/w)**2)."""
+    x, v, F = sp.symbols("x v F", real=True)
+    contact = ap.Friction(velocity=v, force=F, load=1, kinetic=(1 + sp.exp(-((v / sp.Rational(width)) ** 2))) / 5)
+    system = ap.System.with_frictions({x: v, v: F - spring * x}, {}, [contact])
+    scene = ap.Scene(system=system, start=[0, 2], until=4)
+    found, expected = (ap.solve(scene, **how).events for how in (
+        {"method": method, "rtol": rtol}, {"method": "dop853", "rtol": 1e-13}))
+    assert [event.t for event in found] == pytest.approx([event.t for event in expected], abs=max(rtol, 1e-10))
+
+
 def test_a_slip_late_in_a_run_begins_and_ends_as_one_at_once():
     """The slope of a step at an event, taken between two rounded times, missed the rates there at t = 1e6."""
     (x, v, F, t), events = sp.symbols("x v F t", real=True), []
