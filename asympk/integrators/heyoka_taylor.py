@@ -162,4 +162,11 @@ def _functions():
 
     names = ("sqrt", "exp", "log", "erf", "sin", "cos", "tan", "asin", "acos", "atan", "atan2",
              "sinh", "cosh", "tanh", "asinh", "acosh", "atanh")
-    return namespace(pi=math.pi, e=math.e, pow=operator.pow, **{name: getattr(hy, name) for name in names})
+    return namespace(pi=math.pi, e=math.e, pow=operator.pow, **{name: _lifted(getattr(hy, name)) for name in names})
+
+
+def _lifted(found):
+    """Return a function of heyoka's expressions, of numbers, too."""
+    import heyoka as hy
+
+    return lambda *given: found(*(hy.expression(float(v)) if isinstance(v, int | float) else v for v in given))

@@ -756,6 +756,15 @@ def test_no_step_ends_within_a_rise_of_friction_that_it_knows_nothing_of(method,
     assert [event.t for event in found] == pytest.approx([event.t for event in expected], abs=max(rtol, 1e-10))
 
 
+@pytest.mark.parametrize("method", here("heyoka"))
+def test_a_function_of_a_number_is_a_number_in_a_compiled_field_too(method):
+    """A rate with exp(-4/5) x was refused as one with a function that heyoka lacks."""
+    x = sp.Symbol("x", real=True)
+    rate = x * sp.exp(-sp.Rational(4, 5)) - x**2
+    scene = ap.Scene(system=ap.System.smooth({x: rate}, {}, None), start=[1], until=1)
+    assert ap.solve(scene, method=method).final == pytest.approx(ap.solve(scene).final, abs=1e-5)
+
+
 def test_a_slip_late_in_a_run_begins_and_ends_as_one_at_once():
     """The slope of a step at an event, taken between two rounded times, missed the rates there at t = 1e6."""
     (x, v, F, t), events = sp.symbols("x v F t", real=True), []
