@@ -53,7 +53,7 @@ class KvaernoSteps:
         self.mode, self.limit, self.looks, self.until = mode, settings.steps, [*settings.times, until], until
         p, w = (np.array(v, dtype=float) for v in (mode.p, state))
         with jax.enable_x64(True):
-            self.carry = t, t, w, *template(len(w), len(p))
+            self.carry = np.array(t), np.array(t), w, *template(len(w), len(p))
         self.fixed = p, together.index(mode.mode), settings.rtol, settings.atol
         self.longest = self.own = settings.longest
         self.t_old, self.t, self.y_old, self.y = t, t, w, w
@@ -80,7 +80,7 @@ class KvaernoSteps:
         """Go back to before the last step, to make it in eight or more."""
         self.longest, self.due = (self.t - self.t_old) / PARTS, self.t
         self.t, self.y, self.status = self.t_old, self.y_old, "running"
-        self.carry = self.t, self.t, self.y, *self.carry[3:]
+        self.carry = np.array(self.t), np.array(self.t), self.y, *self.carry[3:]
 
     def dense_output(self) -> Callable[[float], np.ndarray]:
         """Return the state as a function of the time within the last step: the Hermite cubic that diffrax uses."""
@@ -136,7 +136,7 @@ def _compiled(modes, coefficients):
             go_on, attempt, (carry, t, w, 0, jnp.asarray(False), look(t, w, args), 0))
         t, after, w, *_ = carry
         counts = jnp.stack([made, (vain == IDLE) | (after <= t) & (t < until), t_old, t])
-        return carry, jnp.concatenate([counts, w_old, w])
+        return jax.tree_util.tree_map(lambda v: jnp.asarray(v, v.dtype), carry), jnp.concatenate([counts, w_old, w])
 
     @cache
     def template(size, parameters):

@@ -765,6 +765,26 @@ def test_a_function_of_a_number_is_a_number_in_a_compiled_field_too(method):
     assert ap.solve(scene, method=method).final == pytest.approx(ap.solve(scene).final, abs=1e-5)
 
 
+@pytest.mark.further
+@pytest.mark.parametrize("method", here("kvaerno5"))
+def test_the_steps_of_all_modes_are_compiled_once_though_some_are_made_anew(method, monkeypatch):
+    """They were compiled up to three times: numbers of Python, of NumPy and of JAX counted as of different types."""
+    from asympk.integrators import diffrax_dirk
+
+    attempt, compiled = diffrax_dirk._attempt, []
+    monkeypatch.setattr(diffrax_dirk, "_attempt", lambda *given: compiled.append(given) or attempt(*given))
+    x, v, F = sp.symbols("x v F", real=True)
+    contact = ap.Friction(velocity=v, force=F, load=1, kinetic=(1 + sp.exp(-((100 * v) ** 2))) / 2)
+    system = ap.System.with_frictions({x: v, v: F}, {}, [contact])
+    scene, again, retried = ap.Scene(system=system, start=[0, 3], until=7), diffrax_dirk.KvaernoSteps.again, []
+    monkeypatch.setattr(diffrax_dirk.KvaernoSteps, "again", lambda steps: retried.append(steps) or again(steps))
+    path = ap.solve(scene, method=method, rtol=1e-10)
+    assert path.modes == ap.solve(scene, method="dop853").modes
+    assert path(1).shape == (2,)
+    assert retried
+    assert len(compiled) == 1
+
+
 def test_a_slip_late_in_a_run_begins_and_ends_as_one_at_once():
     """The slope of a step at an event, taken between two rounded times, missed the rates there at t = 1e6."""
     (x, v, F, t), events = sp.symbols("x v F t", real=True), []
