@@ -105,15 +105,28 @@ def _grows_to_the_stop(kinetics: Kinetics) -> sp.Basic:
     bound, speed = kinetics.friction * kinetics.load, sp.Dummy(positive=True)
     if not bound.free_symbols & {*kinetics.velocities}:
         return sp.true
-    sides = [bound.subs(kinetics.slip, sign * speed) for sign in (1, -1)]
+    sides = [_at_velocity(kinetics, bound, sign * speed) for sign in (1, -1)]
     grows = sp.And(*(_sign_of_slope(side, speed) <= 0 for side in sides))
     told = not sp.Tuple(*sides).has(*kinetics.velocities, sp.Piecewise, sp.sign, sp.Heaviside)
     return grows if told and not grows.has(speed) else sp.false
 
 
+def _at_velocity(kinetics: Kinetics, bound: sp.Expr, gamma: sp.Expr) -> sp.Expr:
+    """Return a bound of friction at the sliding velocity ``gamma``, however the bound writes that velocity."""
+    found = bound.subs(kinetics.slip, gamma)
+    if found.has(*kinetics.velocities):
+        u, slope = next((u, c) for u, c in zip(kinetics.velocities, kinetics.directions[1, :], strict=True) if c != 0)
+        placed = bound.subs(u, (gamma - kinetics.slip.subs(u, 0)) / slope)
+        compared = {relation: relation.func(relation.lhs - relation.rhs, 0) for relation in placed.atoms(sp.Rel)}
+        found = sp.expand(placed.xreplace(compared))
+    return found
+
+
 def _sign_of_slope(bound: sp.Expr, speed: sp.Symbol) -> sp.Expr:
     """Return what has the sign of the slope over the speed of a bound of friction, which is not negative."""
     slope = bound.diff(speed)
+    if slope == 0:
+        return slope  # a bound may be 0 with it
     found = (_without_signed(expr) for expr in (slope / bound, slope))
     return next((sign for sign in found if not sign.has(speed)), slope)
 

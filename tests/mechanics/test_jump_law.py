@@ -329,6 +329,17 @@ def test_friction_that_falls_as_sliding_one_way_slows_down_has_no_law_even_if_th
         block.jump_law()
 
 
+def test_friction_that_acts_one_way_alone_has_its_law():
+    """0 / 0 was compared with 0."""
+    X, Y, U, V, f, v = sp.symbols("X Y U V f v")
+    ways = [sp.Piecewise(pair, (0, True)) for pair in ((f, v < U), (f, U - v > 0))]
+    blocks = [ap.Mechanism((X, Y), (U, V), [[2, 1], [1, 1]], (0, -1), ap.Contact(Y, U - v, way)) for way in ways]
+    assert [block.jump_law().impulses for block in blocks] == 2 * [(v - U, 2 * v - 2 * U)]
+    at = {"f": 3, "v": 1, "U": 2}
+    assert all(block.evaluate(block.jump_law().condition, at) for block in blocks)
+    assert not any(block.evaluate(block.jump_law().condition, {**at, "U": 0}) for block in blocks)
+
+
 def test_a_factor_of_friction_whose_sign_is_not_told_does_not_hide_that_it_falls_with_the_speed():
     rod, _ = _leaning(sp.Symbol("f") * (1 + sp.exp(-w)))
     assert rod.jump_law().velocities == _leaning(sp.Integer(2))[0].jump_law().velocities
