@@ -36,6 +36,7 @@ from asympk.mechanics.lagrangian import lagranges_equations
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.numbers import number
 from asympk.storage.tomlfile import read_table, refuse_unknown, require_keys, table_in, tables_in, word
+from asympk.symbolic.long import symbols_in
 from asympk.symbolic.system import System
 from asympk.symbolic.values import did_you_mean, following, with_changes
 
@@ -96,33 +97,52 @@ class Described:
 
     @cached_property
     def tied(self) -> dict[str, Callable[[Any], Any]]:
-        """The coordinate that closes the contact over ``turn``, as ``{name: function}`` of its arrays; {} if none does.
+        """What changes over ``turn`` with it, as ``{name: function}`` of its arrays; {} without ``turn``.
 
-        The function raises ``InputError`` where the contact does not close.
+        It is the coordinate that closes the contact, if one is needed, and the rates with g' = 0, with the sliding
+        velocity and the free rates of the example. The functions raise ``InputError`` where the contact does not close.
         """
         if self.turn is None:
             return {}
+        moved = {self.turn[0], *self._closing}
+        rates = {str(u): lambda at, u=u: self._sliding(at)[str(u)] for u, rate in self._rates.items()
+                 if moved & {*map(str, symbols_in(rate))}}
+        return {**self._closing, **rates}
+
+    @cached_property
+    def _closing(self):
         kinetics, (name, low, high) = self.mechanism.plain, self.turn
         numbers = self.mechanism.keyed({name: low, **self.numbers})
         other = closing_coordinate(kinetics, name, numbers)
         (turned,) = self.mechanism.keyed({name: low})
         return {} if other is None else {str(other): closed_by(kinetics, other, (turned, low, high), numbers)}
 
+    @cached_property
+    def _rates(self):
+        """The rates with g' = 0 and the sliding velocity ``_gamma``."""
+        kinetics = self.mechanism.plain
+        return velocities(kinetics, basis_of((kinetics,)), (sp.S.Zero, self._gamma))
+
+    @property
+    def _gamma(self):
+        return self.mechanism.plain.spare("gamma", real=True)
+
     def closed(self, at: Any, friction: Any) -> dict[str, Any]:
         """Return the numbers with the contact closed and sliding as in the example, on arrays of ``turn`` and friction.
 
-        The rates are those with g' = 0, with the sliding velocity and the free rates of the example.
+        The numbers other than ``turn`` and friction are those of ``tied`` and of the example.
         """
         if self.turn is None:
             raise InputError("nothing to turn; name a coordinate and its range under [over]")
+        return {**self._sliding(at), **self._bounds(friction)}
+
+    def _sliding(self, at):
+        """Return the numbers with the contact closed and sliding as in the example, on an array of ``turn``."""
         rod, (name, _, _) = self.mechanism, self.turn
-        placed = {**self.numbers, name: at, **{other: rule(at) for other, rule in self.tied.items()}}
-        kinetics, sliding = rod.plain, rod.plain.spare("gamma", real=True)
-        rates = velocities(kinetics, basis_of((kinetics,)), (sp.S.Zero, sliding))
-        known = {**rod.keyed(placed), sliding: rod.evaluate(rod.sliding_velocity, self.numbers)}
-        found = evaluate(tuple(rates.values()), known)
-        placed |= {str(rate): value for rate, value in zip(rates, found, strict=True)}
-        return {**placed, **self._bounds(friction)}
+        placed = {**self.numbers, name: at, **{other: rule(at) for other, rule in self._closing.items()}}
+        known = {**rod.keyed(placed), self._gamma: rod.evaluate(rod.sliding_velocity, self.numbers)}
+        found = evaluate(tuple(self._rates.values()), known)
+        return {**placed, **{str(rate): value for rate, value in zip(self._rates, found, strict=True)}}
 
     def _bounds(self, friction):
         """Return the kinetic friction and, if it is a parameter of its own, the static one, made at least as large."""

@@ -85,7 +85,7 @@ def paradox_set(kinetics: Kinetics, over: dict[sp.Symbol, Any], values: dict[sp.
     names = tuple(over)
     if not 1 <= len(names) <= 2:
         raise InputError(f"{len(names)} ranges; give one or two coordinates or parameters with their (low, high)")
-    ends = tuple(_ends(name, over[name]) for name in names)
+    ends = tuple(ends_of(name, over[name]) for name in names)
     import numpy as np
 
     witnesses = _witnesses(kinetics, names, values)
@@ -105,7 +105,8 @@ def paradox_set(kinetics: Kinetics, over: dict[sp.Symbol, Any], values: dict[sp.
     return ParadoxSet(tuple(map(str, names)), ends, tuple(intervals), witnesses is not None)
 
 
-def _ends(name: sp.Symbol, given: Any) -> tuple[float, float]:
+def ends_of(name: sp.Symbol, given: Any) -> tuple[float, float]:
+    """Return the ends (low, high) of a range of ``name`` as doubles; raises ``InputError`` if they are none."""
     try:
         low, high = given
     except (TypeError, ValueError):

@@ -110,9 +110,11 @@ def _paradox(described):
     slip = " for slip of the sign of G_NT" if rod.contact.unilateral else ""
     words = f"a paradox in {where}{slip}, within" if where else "no paradox in"
     ends = " .. ".join(number_as_text(number(name, end)) for end in (low, high))
-    told += "".join(f", where {other} closes the contact" for other in tied)
+    rates = {*map(str, rod.plain.velocities)} & {*tied}
+    told += "".join(f", where {other} closes the contact" for other in tied if other not in rates)
+    told += ", sliding as here" if rates else ""
     lines.append(f"over {name:11}{words} {ends}{told}")
-    return lines + _least(rod, name, tied)
+    return lines + ([] if tied.keys() - rates else _least(rod, name))
 
 
 def _verdict(described):
@@ -138,8 +140,8 @@ def _excess(described):
     return 0 if abs(above - below) <= evaluation.ROUNDING * (above + below) else 1 if above > below else -1
 
 
-def _least(rod, name, tied):
-    if tied or name not in map(str, rod.plain.coordinates):
+def _least(rod, name):
+    if name not in map(str, rod.plain.coordinates):
         return []
     try:
         least = rod.least_critical_friction(name)
