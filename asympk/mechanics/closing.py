@@ -30,19 +30,22 @@ def closing_coordinate(kinetics: Kinetics, name: str, values: dict[sp.Symbol, An
     """Return the coordinate q that closes the contact while the quantity ``name`` changes; None if none is needed.
 
     It is one of those along which the gap changes at the place ``values``: the last on which the paradox does not
-    depend, or the last of all. None is needed where the gap does not depend on ``name``, or where it lacks a number.
-    Raises ``InputError`` if the gap changes along no other coordinate than ``name``.
+    depend, or the last of all. None is needed where the gap does not depend on ``name``, or where it lacks a number,
+    nor where a parameter closes the contact on which the paradox does not depend, as the height of a hinge. Raises
+    ``InputError`` if nothing but ``name`` closes the contact.
     """
-    gap = symbols_in(kinetics.gap)
+    gap, coordinates = symbols_in(kinetics.gap), kinetics.coordinates
     if name not in map(str, gap) or any(s not in values for s in gap if str(s) != name):
         return None
-    moving = [q for k, q in enumerate(kinetics.coordinates) if q in gap and str(q) != name
-              and any(evaluate((kinetics.directions[0, k],), values))]
-    if not moving:
+    moving = [s for s in (*coordinates, *kinetics.parameters) if s in gap and str(s) != name
+              and any(evaluate((slope_in_powers(kinetics.gap, s),), values))]
+    matter = symbols_in(condition(kinetics))
+    if closing := [q for q in moving if q in coordinates]:
+        return ([q for q in closing if q not in matter] or closing)[-1]
+    if matter.issuperset(moving):
         raise InputError(f"the contact opens where {name} changes, and no other coordinate closes it: name another "
                          "quantity under [over]")
-    matter = symbols_in(condition(kinetics))
-    return ([q for q in moving if q not in matter] or moving)[-1]
+    return None
 
 
 @dataclass(frozen=True)

@@ -76,6 +76,10 @@ def test_a_contact_along_a_sharp_bend_is_followed_over_it():
     assert cam.tied["q"](np.array([-1, 0, 1])) == pytest.approx([-1, 0, 0.2], abs=1e-14)
 
 
+def test_the_height_of_a_hinge_that_is_not_in_the_paradox_closes_the_contact_of_a_brake_shoe():
+    assert "over theta      a paradox in 0.05 .. 1.17601" in mechanism_as_text(described_mechanism("brake_shoe"))
+
+
 def test_a_gap_of_the_turned_coordinate_alone_is_refused():
     """The paradox was told along an open contact, without a word of it."""
     block = {**BLOCK, "values": {"f": 3}, "gap": "X", "slip": "q + X*q", "over": {"X": [-1, 1]}}
