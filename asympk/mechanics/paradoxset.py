@@ -148,7 +148,7 @@ def _witnesses(kinetics: Kinetics, names: tuple, values: dict) -> Callable[..., 
     import numpy as np
 
     normal, mixed = ratio(kinetics)
-    expr = normal**2 - (kinetics.friction * kinetics.load * mixed) ** 2
+    expr = _square(normal) - (kinetics.friction * kinetics.load) ** 2 * _square(mixed)
     needed = [s for s in expr.free_symbols - {*names} if s in values]
     if any(callable(values[s]) for s in needed):
         return None
@@ -170,6 +170,12 @@ def _witnesses(kinetics: Kinetics, names: tuple, values: dict) -> Callable[..., 
         return (cuts[1:] + cuts[:-1]) / 2
 
     return places
+
+
+def _square(size: sp.Expr) -> sp.Expr:
+    """Return the square of a product of absolute values without them: SymPy keeps those of what may be complex."""
+    powers = (part.as_base_exp() for part in sp.Mul.make_args(size))
+    return sp.Mul(*((base.args[0] if isinstance(base, sp.Abs) else base) ** (2 * n) for base, n in powers))
 
 
 def _polynomial(expr: sp.Expr, name: sp.Symbol) -> tuple[tuple[sp.Expr, ...], bool] | None:

@@ -188,6 +188,17 @@ def test_an_interval_that_no_sample_meets_is_found_by_the_roots_of_a_polynomial(
     assert roots[1] - roots[0] < 1.57 / 2001
 
 
+def test_over_two_symbols_that_are_not_declared_real_no_interval_is_missing_either():
+    """The paradox f |X - a| > 1 + a^2 begins where a is a double root: f = 2 at X = 0."""
+    X, Y, U, V, a, f = sp.symbols("X Y U V a f")
+    block = ap.Mechanism((X, Y), (U, V), sp.eye(2), (0, 0), ap.Contact(Y - a * X, U + X * V, f))
+    found = block.paradox_set({a: (-3, "3.01"), X: (-1, 1)}, {f: "2.0000001"})
+    roots = [root.real for row in np.linspace(-1, 1, 201) for side in (1, -1)
+             for root in np.roots([1, side * 2.0000001, 1 - side * 2.0000001 * row]) if abs(root.imag) < 1e-9]
+    assert found.complete
+    assert sorted(found.edges) == pytest.approx(sorted(root for root in roots if -3 < root < 3.01), abs=1e-7)
+
+
 def test_edges_over_several_turns_are_those_of_one_turn_repeated():
     rod, values = slender_rod(), {"f": 2, "m": 1}
     once = rod.paradox_set({"theta": (-2, 2 * np.pi - 2)}, values).edges
