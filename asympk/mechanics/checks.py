@@ -142,7 +142,8 @@ def _without_inertia(mass: sp.ImmutableMatrix, coordinates: tuple[sp.Symbol, ...
     k = next((k for k in range(mass.rows) if _is_singular(mass[: k + 1, : k + 1])), mass.rows - 1)
     if all(map(vanishes, mass[k, :])):
         return f"{coordinates[k]} has no inertia"
-    return f"{coordinates[k]} has no inertia of its own beside {', '.join(map(str, coordinates[:k]))}"
+    beside = f" beside {', '.join(map(str, coordinates[:k]))}" if k else ""
+    return f"{coordinates[k]} has no inertia of its own{beside}"
 
 
 def _is_singular(mass: sp.ImmutableMatrix) -> bool:

@@ -164,6 +164,12 @@ def _broken(**changes):
 q1, q2, u1, u2 = sp.symbols("q1 q2 u1 u2")
 
 
+def test_the_first_coordinate_without_inertia_of_its_own_is_named_alone():
+    with pytest.raises(InputError, match="q1 has no inertia of its own; give every coordinate inertia"):
+        _broken(coordinates=sp.symbols("q1:4"), velocities=sp.symbols("u1:4"), forces=(0, 0, 0),
+                mass=[[0, 1, 1], [1, 1, 1], [1, 1, 1]])
+
+
 @pytest.mark.parametrize(
     ("changes", "match"),
     [
