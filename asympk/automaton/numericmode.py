@@ -105,11 +105,12 @@ class NumericMode:
         """Return the values of the divisors of the rates."""
         return self.divisors(t, *state, *self.p) if self.mode.poles else ()
 
-    def require_one_side(self, before: tuple, t: Any, state: State, since: Any = None) -> tuple:
+    def require_one_side(self, before: tuple, t: Any, state: State, since: Any = None, begun: Any = None) -> tuple:
         """Return the divisors of the rates; raises ``Pole`` if one has changed its sign since ``before``.
 
         One has nearly vanished ``since`` that time, or None: after long, it has come down to the errors of the states,
-        and ``OutOfRange`` says so.
+        and ``OutOfRange`` says so. At an event the time of ``before`` is ``begun``: a divisor that will vanish at once
+        is at its pole, too, as errors of the states may hide on which side.
         """
         after = self.pole_values(t, state)
         for expr, a, b in zip(self.mode.poles, before, after, strict=True):
@@ -118,8 +119,10 @@ class NumericMode:
                                  f"of the states are left by t = {float(t):.8g}; end the run before it, or take the "
                                  "logarithm of a state that dies out, or its ratio to another, for the state"
                                  )
-            if a * b < 0:
-                raise Pole(f"the rates of mode {self.name} have a pole, which the motion has passed before t = "
+            at_once = begun is not None and abs(b) * (t - begun) < NEXT_TO_NOTHING * t * (abs(a) - abs(b))
+            if a * b < 0 or at_once:
+                passed = "passed before" if a * b < 0 else "reached with an event at"
+                raise Pole(f"the rates of mode {self.name} have a pole, which the motion has {passed} t = "
                            f"{float(t):.8g}: {expr!s:.120} = 0; end the run before it, or take other states, of an "
                            "elastic contact by another order of three or more coordinates, or by a further contact "
                            "that stays open, with which no sliding velocity is a state", t, state)

@@ -157,8 +157,7 @@ def _follow(
 def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
     """Follow one mode until a guard is lost or ``until``; the samples of the segment are its steps."""
     mode, steps = scheme.mode, list[CollocationStep]()
-    rate = max(abs(v) for row in mode.jac(t, state) for v in row)
-    h = min(until - t, 1 / (until.context.one + rate))
+    h = min(until - t, 1 / (until.context.one + max(abs(v) for row in mode.jac(t, state) for v in row)))
     before = tuple(max(v, 0 * v) for v in mode.guard_values(t, state))
     tries, poles, grow = list[Any](), mode.pole_values(t, state), GROW
     while len(steps) < STEPS and not _is_hopeless(tries, until):
@@ -183,6 +182,7 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
             h, grow = h * SHRINK, 1
             continue
         if hit is not None:
+            mode.require_one_side(mode.pole_values(t, state), t + at, end, begun=t)
             end = _without_rounding(end, state, scheme.tolerance * SLACK)
             together = lost_with(mode, hit, t + at, end, scheme.tolerance * SLACK)
             return Segment(t + at, end, hit, samples=(*steps, step), together=together)

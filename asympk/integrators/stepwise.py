@@ -80,7 +80,8 @@ def follow_steps(solver: Solver, mode: NumericMode, t: float, state: tuple[float
                 continue
             hit = met[1]
         if poles and not short:
-            poles = mode.require_one_side(poles, t, state, near[0] if near else None)
+            begun = None if hit is None else solver.t_old
+            poles = mode.require_one_side(poles, t, state, near[0] if near else None, begun)
             divisor = mode.vanishing(divisors, poles)
             near = [*near[-PATIENCE:], t] if divisor is not None else []
             if len(near) > PATIENCE and t - near[0] <= LONG * t:

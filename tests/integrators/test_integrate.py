@@ -20,7 +20,8 @@ import asympk as ap
 from asympk.errors import InputError, MissingPackage, OutOfRange, TooLarge, Undecided, Unfinished, UnknownName
 from asympk.integrators.integrate import FAMILIES, FINISHED, PEERS, absent
 from asympk.symbolic.branches import Phase
-from asympk.systems import arm, painleve_klein
+from asympk.symbolic.system import Friction
+from asympk.systems import arm, crank_slider, painleve_klein
 from asympk.systems.automata import automaton_of
 from asympk.systems.catalogue import example_scene
 from asympk.systems.painleve_klein import modes
@@ -344,6 +345,30 @@ def test_an_arm_that_folds_passes_a_pole_of_its_states_and_is_refused_there_by_n
     with pytest.raises(OutOfRange, match=re.escape("a pole, which the motion has passed before t = 0.75")) as stop:
         ap.solve(scene, method)
     assert "sin(a)*cos(b) - sin(b)*cos(a) = 0" in str(stop.value)
+
+
+@pytest.mark.parametrize("start", ["6/7", "9/7", "12/7", "15/7"])
+def test_an_event_at_a_pole_does_not_hide_it(start):
+    """y' = z/x with x' = 1 and z = 0 where x = 0: some starts stalled there, or had a rate that is not finite."""
+    x, y, z, F = sp.symbols("x y z F", real=True)
+    friction = Friction(z, F, sp.S.One, sp.Rational(1, 2), sp.Rational(1, 2))
+    system = ap.System.with_frictions({x: sp.S.One, y: z / x, z: 1 + F}, {}, [friction])
+    begun = {"x": -sp.Rational(start), "y": 0, "z": -sp.Rational(start) * 3 / 2}
+    for method in ("radau", "lsoda"):
+        with pytest.raises(OutOfRange, match=r"have a pole, which the motion has (passed|reached)"):
+            ap.solve(ap.Scene(system=system, start=begun, until=5), method)
+
+
+@pytest.mark.slow
+def test_a_slider_crank_on_an_elastic_guide_does_not_turn_around_at_its_dead_centre():
+    """There slip ends where its velocity and the gap rate are no basis: the run went on backward, and was chaotic."""
+    eps = sp.Symbol("eps", positive=True)
+    elastic = crank_slider.mechanism().elastic(compliance=eps**2, damping=eps)
+    values = {"J": 2, "m": 1, "r": 1, "l": "6/5", "T": 1, "f": "1/5", "eps": "1e-3"}
+    phi = -np.arcsin(np.sin(0.3) / 1.2)
+    state = {"theta": -0.3, "phi": phi, "theta'": 0.3, "phi'": 0.3 * np.cos(0.3) / 1.2 / np.cos(phi)}
+    with pytest.raises(OutOfRange, match=r"have a pole, .* t = 0\.645617"):
+        ap.solve(example_scene(crank_slider.mechanism(), elastic, values, state, 3, "dead centre"))
 
 
 def _late(mu, until=2, start=1, **options):
