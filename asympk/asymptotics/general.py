@@ -21,6 +21,7 @@ import sympy as sp
 
 from asympk.asymptotics import matched
 from asympk.asymptotics.frictional import follow_stretches
+from asympk.asymptotics.reduced import NOISE
 from asympk.asymptotics.smooth import EXTRA, follow_smooth, leaves_its_sides
 from asympk.asymptotics.taylor import FUNCTIONS
 from asympk.automaton.automaton import ROUNDED, Automaton
@@ -40,7 +41,6 @@ SMALL = 1e-4  # the size of a state, in its unit, below which the unit is made s
 LARGEST = 1e6  # the size of a state in its layer, in its unit, above which rounding hides its slow motion
 PACE = 3  # the largest power of ten of |g_y| / |f_y| at which IN_FAST of ``matched`` keeps errors below ROUNDING
 DIGITS = 20  # digits of the rest of a Taylor polynomial
-NOISE = 1e-12  # the size of a state, relative to that by the terms of its rate, below which it is rounding
 LOOKS = 32  # the number of times at which sizes are measured, each time half of the one before
 
 

@@ -42,6 +42,7 @@ FORGOTTEN = 1e-6  # the share of a term, as the error that it is at a later time
 AT_ONCE = 7  # the number of intervals of time after which, as a rule, the rest is forgotten
 LONG = 1 / 32  # the share of a run beyond which the manifold is looked at within a step
 LOST = 0.5  # the error relative to a state from which it does not fade as a small one does
+NOISE = 1e-12  # the size of a state, relative to that by the terms of its rate, below which it is rounding
 WITHIN = 65  # the number of times at which the attraction beside a layer is looked at
 TWICE = 2 ** (-1 / EXPONENT)  # the ratio of the errors of steps twice as long
 AGAIN = math.sqrt(27 / 4)  # with x'' = y, as long as mu sqrt(27 |h_x f_x f_y| / 4) < |g_y|
@@ -216,9 +217,11 @@ class Reduced:
         sizes = np.abs([self.trajectory.start, *(step.end for step in steps)]).max(axis=0)
         if len(sizes) == 1 and _moves(steps):
             return _grown_singly(steps, sizes)
+        moved = self._moved()
+        sizes = _beyond_rounding(sizes, moved)
         kept, squares, most = self._on_branch(), np.diag(sizes**2), 1.0
         with np.errstate(all="ignore"):
-            for part in self._growths():
+            for part in exponentials(moved) if moved.size else moved:
                 kept, squares = part @ kept, part @ squares @ part.T + np.diag(sizes**2)
                 most = max(most, float((np.sqrt(np.diag(squares)) / sizes).max(initial=0.0, where=sizes > 0)))
         return Grown(kept, np.sqrt(np.diag(squares)), most, sizes)
@@ -233,20 +236,26 @@ class Reduced:
                 found[slow:] = -np.linalg.solve(slopes[:, slow:], slopes[:, :slow])
         return found
 
-    def _growths(self):
-        """Return exp(J h) for every step, or 1 where a rate has no derivative."""
+    def _moved(self):
+        """Return J h for every step, or 0 where a rate has no derivative."""
         flow, p = self.formulas.complexes.flow(*_kinds(self.orders, self.whole)[0]), (self.mu, *self.values)
         steps, width = self.trajectory.steps, len(self.trajectory.start)
         moved = np.zeros((len(steps), width, width))
         with suppress(ArithmeticError, ValueError):
             for k, step in enumerate(steps):
                 moved[k] = (min(step.after, self.end) - step.t) * jacobian(lambda w: flow(*w, *p), at_middle(step))
-        return exponentials(moved) if moved.size else moved
+        return moved
 
     def parts(self, motion: Any) -> list[Any]:
         """Return the points (x, b) of the motions to every order, of which ``motion`` consists."""
         width = len(motion) // len(self.orders)
         return [motion[k * width : (k + 1) * width] for k in range(len(self.orders))]
+
+
+def _beyond_rounding(sizes, moved):
+    """Return the sizes of states, that of mere rounding by the terms of its rate, which cancel; ``moved`` is J h."""
+    terms = np.abs(moved).sum(axis=0) @ sizes
+    return np.where((sizes > 0) & (sizes < NOISE * terms), terms, sizes)
 
 
 def _moves(steps):

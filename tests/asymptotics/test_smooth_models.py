@@ -242,6 +242,17 @@ def test_a_state_that_only_rounding_moves_has_no_unit_of_its_size(order):
     assert abs(path.final[1]) < 1e-14
 
 
+def test_errors_do_not_grow_beside_a_state_that_only_rounding_moves():
+    """Two supports of a drawer yield alike but for 1e-21, beside which errors of 1e-13 were as large as the state."""
+    one, two = x + y, u + v
+    lean = (one - two) / 10
+    drawer = ap.System.smooth(slow={x: y, u: v, w: mu * (y - v)},
+                              fast={y: 1 - 2 * one - two + lean, v: 1 - one - 2 * two + lean}, small=mu)
+    scene = ap.Scene(system=drawer, values={mu: "1e-5"}, start=(0,) * 5, until="1/2")
+    path = ap.solve(scene, "jump", order=1)
+    assert np.abs(np.subtract(path.final, ap.solve(scene).final)).max() < path.error < 1e-10
+
+
 @pytest.mark.parametrize("size", ["1e8", "1e100", "1e300"])
 def test_a_linear_system_is_followed_alike_at_every_size(size):
     linear = ap.System.smooth(slow={x: -x}, fast={y: x - 2 * y}, small=mu)
