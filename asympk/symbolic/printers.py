@@ -13,6 +13,7 @@ from sympy.printing.cxx import reserved
 from sympy.printing.numpy import NumPyPrinter
 from sympy.printing.pycode import MpmathPrinter, PythonCodePrinter
 
+LONGEST = 256  # the number of terms of a sum that is printed as it stands
 _STRICT = {"allow_unknown_functions": False, "strict": True}
 
 
@@ -21,6 +22,14 @@ class _Quick:
 
     def _as_ordered_terms(self, expr, order=None):
         return expr.args if self.order == "none" else _ordered_terms(expr)
+
+    def _print_Add(self, expr, order=None):
+        """Print a long sum as a sum of sums: Python compiles a sum to a limited depth, that of its terms."""
+        terms = self._as_ordered_terms(expr)
+        if len(terms) <= LONGEST:
+            return super()._print_Add(expr, order)
+        parts = (sp.Add(*terms[k : k + LONGEST], evaluate=False) for k in range(0, len(terms), LONGEST))
+        return " + ".join(f"({self._print(part)})" for part in parts)
 
     def _print_Mul(self, expr):
         """Print a product of symbols, as of the steps of an elimination, without SymPy's search for divisors."""

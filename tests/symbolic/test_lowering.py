@@ -21,6 +21,7 @@ import asympk as ap
 from asympk.errors import InputError, OutOfRange, UnknownName
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.penetration import Penetration
+from asympk.symbolic.printers import printer_of
 
 x, mu, sigma = sp.symbols("x mu sigma")
 EXPR = sp.Rational(1, 3) * x**2 / mu + sp.exp(-x) / sigma**3 + sp.pi * sp.sqrt(x)
@@ -334,3 +335,11 @@ def test_the_functions_of_several_targets_share_one_search_for_common_parts(monk
     found = [lower((x,), common, target)(0.5) for target in ("math", "mpmath", "numpy")]
     assert found == pytest.approx([math.sin(17.5) ** 2 + math.exp(math.sin(17.5))] * 3, rel=1e-14)
     assert len(searched) == 1
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_a_sum_of_any_number_of_terms_has_a_value(target):
+    """Python compiles no sum of 3000 terms in a row, as the third term of a slow manifold over a root may have."""
+    many = sp.symbols("x:4000")
+    text = printer_of(target, order="none").doprint(sp.Add(*many, evaluate=False))
+    assert eval(text, {s.name: 1 for s in many}) == len(many)
