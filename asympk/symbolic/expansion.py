@@ -13,10 +13,11 @@ stays: the coefficients are rational in x and y, or in y alone where g = 0 is x 
 ``_Recurrence`` the hard part.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import comb, factorial, prod
+from random import Random
 
 import sympy as sp
 
@@ -29,6 +30,7 @@ from asympk.symbolic.system import Mode
 
 INFINITE = (sp.zoo, sp.nan, sp.oo)
 _TINY = sp.Rational(1, 10**30)
+PLACES, FURTHEST = 24, 50  # the number of places at which an expression with roots is looked at, and the largest number
 EXPANDED = 20_000  # terms of a power of a sum, times its exponent: with 10000 formulas take seconds, with 90000 minutes
 LONG = 200  # operations; from longer rates that are not rational come coefficients of a hundred thousand operations
 
@@ -237,6 +239,24 @@ def is_zero_somewhere(expr: sp.Expr) -> bool:
     """
     near, far = (_around(expr, powers) for powers in ((0, -1), (-2, 2, -3, 3, -4, 4)))
     return any(map(_is_tiny, near)) or any(_is_tiny(v) and abs(v)._prec <= 1 for v in far)  # 1: no digit is left
+
+
+def zero_at_places(exprs: Sequence[sp.Expr], assumed: sp.Basic) -> set[bool]:
+    """Return whether expressions all vanish, as found in 50 digits at places in all of the range that is ``assumed``.
+
+    Both answers are found where a root of a square is that of either sign. Places where a part is not real are left
+    out; the result is empty if none is left.
+    """
+    chance, found = Random(0), set()
+    symbols = sorted(sp.Tuple(*exprs, assumed).free_symbols, key=str)
+    for _ in range(PLACES):
+        signs = [-1 if s.is_negative else 1 if s.is_nonnegative else chance.choice((1, -1)) for s in symbols]
+        sizes = [sp.Rational(chance.randint(1, FURTHEST), chance.randint(1, FURTHEST)) for _ in symbols]
+        place = {s: sign * size for s, sign, size in zip(symbols, signs, sizes, strict=True)}
+        values = [valued(e, place, 50) for e in exprs]
+        if assumed.subs(place) != sp.false and all(v.is_number and v.is_finite for v in values):
+            found.add(all(map(_is_tiny, values)))
+    return found
 
 
 def _around(expr, powers):

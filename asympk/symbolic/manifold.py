@@ -38,9 +38,10 @@ from asympk.symbolic.expansion import (
     over_fast,
     require_series,
     require_short,
+    zero_at_places,
 )
 from asympk.symbolic.reading import spare
-from asympk.symbolic.roots import heights, is_unreadable, solutions_of
+from asympk.symbolic.roots import fractional_powers, heights, is_unreadable, solutions_of
 from asympk.symbolic.system import Mode, System, of_system
 from asympk.symbolic.values import in_words
 
@@ -237,7 +238,8 @@ def integral_curves(manifold: SlowManifold) -> sp.Dict:
 def rest_state(manifold: SlowManifold) -> RestState | None:
     """Return the isolated ``RestState`` on the manifold, within its domain, or None.
 
-    Raises ``NotDerivable`` when there are several, or when SymPy cannot solve f = g = 0.
+    Raises ``NotDerivable`` when there are several, when SymPy cannot solve f = g = 0, or when it depends on the
+    parameters whether a solution lies on this manifold or on another one.
     """
     _require_manifold(manifold, "rest_state")
     mode, active = manifold.dynamics, active_slow(manifold.dynamics)
@@ -245,8 +247,11 @@ def rest_state(manifold: SlowManifold) -> RestState | None:
     found = solutions_of([*(mode.slow[x] for x in active), *mode.fast.values()], unknowns)
     if found is None or any(map(is_unreadable, heights(found))):
         raise NotDerivable(f"{manifold.name}: SymPy does not solve f = g = 0 for its rest states in readable formulas")
-    found = [s for s in found if s.keys() == {*unknowns} and _lies_on(s, manifold)]
-    found = [s for s in found if sp.And(manifold.domain, manifold.exists).subs(s) != sp.false]
+    lying = [(s, _lies_on(s, manifold)) for s in found if s.keys() == {*unknowns}]
+    found = [s for s, on in lying if True in on and sp.And(manifold.domain, manifold.exists).subs(s) != sp.false]
+    if partly := [s for s, on in lying if s in found and False in on]:
+        raise NotDerivable(f"{manifold.name}: whether {equations(partly[0])} lies on it or on another manifold depends "
+                           "on the parameters; give numbers for them, by at()")
     if len(found) > 1:
         raise NotDerivable(f"{manifold.name}: several rest states lie on it: {'; '.join(map(equations, found))}")
     if not found:
@@ -263,7 +268,10 @@ def _require_manifold(manifold, verb):
 
 
 def _lies_on(state, manifold):
-    return all(is_zero(limit_of((y - h).subs(state), manifold.small)) for y, h in manifold.branch.items())
+    """Return the answers, at any parameters allowed, to whether a state lies on the manifold: True, False or both."""
+    off = [limit_of((y - h).subs(state), manifold.small) for y, h in manifold.branch.items()]
+    told = {all(map(is_zero, off))} if all(e.is_rational_function() for e in off) else set()
+    return told or zero_at_places(off, manifold.assumptions) or {all(map(is_zero, off))}
 
 
 def _rate(manifold, active, state):
@@ -272,7 +280,8 @@ def _rate(manifold, active, state):
     (x,), flow = active, _flow(manifold)[active[0]][0]
     slopes = branch_slopes(manifold).items() if is_implicit(manifold.branch) else ()
     rate = flow.diff(x) + sum(flow.diff(y) * by[x] for y, by in slopes)
-    return sp.cancel(limit_of(rate.subs(state), manifold.small))
+    at_rest = limit_of(rate.subs(state), manifold.small)
+    return sp.cancel(at_rest.xreplace({p: sp.factor(p.base) ** p.exp for p in fractional_powers(at_rest)}))
 
 
 def _flow(manifold):

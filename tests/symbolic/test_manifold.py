@@ -376,6 +376,26 @@ def test_two_rest_states_with_long_formulas_of_parameters_are_told_in_few_words(
     assert len(str(caught.value)) < 500
 
 
+def test_which_manifold_holds_a_rest_state_is_told_by_numbers_alone_where_parameters_decide():
+    """The rest state x = y^2, y = q - p lies on y = sqrt(x) for q > p alone; it was said to for all p and q."""
+    x, y, p, q = *sp.symbols("x y", real=True), *sp.symbols("p q", positive=True)
+    manifolds = ap.slow_manifolds(ap.System.smooth({x: y + p - q}, {y: x - y**2}, mu), order=0)
+    for found in manifolds:
+        with pytest.raises(NotDerivable, match=f"^{found.name}: whether .* lies on it .* give numbers for them, by at"):
+            rest_state(found)
+    for p_, signs in ((1, [None, 1]), (3, [-1, None])):
+        rests = [rest_state(found.at(p=p_, q=2)) for found in manifolds]
+        assert [rest and rest.state[y] for rest in rests] == signs
+
+
+def test_the_rate_at_a_rest_state_has_no_root_of_a_square():
+    """On y = sqrt(x) the flow x' = y - k - 1 rests at x = (k + 1)^2, where it grows at the rate 1/(2 sqrt(x))."""
+    x, y, k = *sp.symbols("x y", real=True), sp.Symbol("k", positive=True)
+    lower, upper = ap.slow_manifolds(ap.System.smooth({x: y - k - 1}, {y: x - y**2}, mu), order=0)
+    assert rest_state(lower) is None
+    assert sp.expand(rest_state(upper).rate * (2 * k + 2)) == 1
+
+
 def test_a_flow_that_no_slow_variable_determines_rests_nowhere_in_particular_and_drifts():
     free = ap.slow_manifold(ap.System.smooth({u: v}, {v: 2 - v}, mu), {v: 2})
     assert rest_state(free).drift == sp.Dict({u: 2})
