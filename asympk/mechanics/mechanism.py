@@ -257,6 +257,7 @@ class Mechanism(ShownAsFormulas):
         """Return the jump through the paradox: ``.impulses`` (P_N, P_T), ``.velocities`` after it, ``.condition``.
 
         ``damping`` is the damping time, by default a symbol h, and ``.reaction`` is the gain of the elastic reaction x.
+        The law is that of a closed contact, g' = 0 before the jump, not of a collision.
         With a ``ratio`` h/sqrt(c), a unilateral contact opens with the rate ``.gap_rate``. The law has errors of order
         c log(1/c) in the compliance c, or with a ratio of order sqrt(c) log(1/c).
         """

@@ -162,7 +162,8 @@ class Region(ShownAsFormulas):
         return r"\begin{cases} " + r" \\ ".join(lines) + r" \end{cases}"
 
     def __str__(self) -> str:
-        parts = (f"{spans_in_words(cell.spans)} for {cell.condition}" for cell in self._shown if cell.spans)
+        parts = (spans_in_words(cell.spans) + f" for {cell.condition}" * (cell.condition != sp.true)
+                 for cell in self._shown if cell.spans)
         return "; ".join(parts) or (str(self.condition) if not self._shown else "nowhere")
 
     def _card(self) -> Card:

@@ -135,7 +135,7 @@ def stick_regions(system: System) -> StickRegions:
 
 
 def friction_cone(system: System) -> Cone:
-    """Return the cone of the system's friction on v = 0; raises as ``stick_regions`` does."""
+    """Return the cone of the system's friction on v = 0, times mu where v is fast; raises as ``stick_regions`` does."""
     friction = system.friction
     if friction is None:
         count = len(system.frictions)
@@ -153,7 +153,8 @@ def friction_cone(system: System) -> Cone:
         if bound.subs(still).has(sp.nan, sp.zoo, sp.oo, -sp.oo):
             raise NotDerivable(f"friction {short(bound)} has no finite value at rest, which regions need")
     _require_order(friction, system.assumptions)
-    rate, normal = rate_along(system, friction.velocity), friction.normal or sp.Dummy()
+    rate = _without_division(rate_along(system, friction.velocity), system.small)
+    normal = friction.normal or sp.Dummy()
     free, coupling = rate.subs(friction.force, 0), _size(rate.diff(friction.force))
     drive = free.subs(normal, friction.load)
     holds = [with_direction(friction.velocity, friction.static, side) for side in (1, -1)]
@@ -165,6 +166,13 @@ def friction_cone(system: System) -> Cone:
     slip, hold = (up if up == down else sp.Piecewise((up, drive > 0), (down, True)) for up, down in pairs)
     cone = Cone(drive, friction.load, slip * coupling, hold * coupling, friction.gap, free.subs(normal, 0))
     return cone.mapped(lambda part: part.subs(still))
+
+
+def _without_division(rate, small):
+    """Return a rate times mu if its terms are divided by mu, as of a fast velocity: a factor of the whole cone."""
+    terms = sp.Add.make_args(rate)
+    divided = small is not None and any(term.as_coeff_exponent(small)[1] == -1 for term in terms)
+    return sp.Add(*(small * term for term in terms)) if divided else rate
 
 
 def _beside_rest(system, expr):

@@ -219,3 +219,18 @@ def test_friction_without_a_finite_value_at_rest_has_no_regions(kinetic):
     block = ap.System.with_frictions({x: v, v: F - x}, {}, [ap.Friction(v, F, 1, law)])
     with pytest.raises(NotDerivable, match="has no finite value at rest, which regions need"):
         ap.stick_regions(block)
+
+
+def test_the_cone_of_a_fast_velocity_does_not_depend_on_the_small_parameter():
+    """A light block between a spring and a belt holds for |x| <= kappa; to say so, the region asked for mu."""
+    x, v, force, kappa, mu = *sp.symbols("x v F", real=True), *sp.symbols("kappa mu", positive=True)
+    block = ap.System.with_frictions({x: v + 1}, {v: force - x}, [ap.Friction(v, force, 1, kappa)], small=mu)
+    stick = ap.stick_regions(block).stick
+    assert str(stick) == "Abs(x) <= kappa"
+    assert [stick.contains({x: at, v: 0}, kappa=2) for at in (1, 3)] == [True, False]
+
+
+def test_a_region_that_is_one_for_all_parameters_is_told_without_a_condition():
+    s, v, force = sp.symbols("s v F", real=True)
+    block = ap.System.with_friction(slow={s: v}, fast={}, velocity={v: force - 1}, force=force, load=s, kinetic=2)
+    assert str(ap.stick_regions(block).stick) == "(-oo, -1/2] u [1/2, oo)"
