@@ -29,7 +29,8 @@ MARGIN = 8 * 2.0**-52  # a guard that starts at 0 counts as lost only below -MAR
 def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float, settings: Settings) -> Segment:
     """Follow ``mode`` from (t, state) until a guard is lost or ``until``."""
     solver = _compiled(settings.method, mode.mode, mode.coefficients, max(min(settings.rtol, settings.atol), FINEST))
-    solver.pars[:] = [*mode.p, *(MARGIN * (abs(v) < MARGIN) for v in mode.guard_values(t, state))]
+    given = [*mode.p, *(MARGIN * (abs(v) < MARGIN) for v in mode.guard_values(t, state))]
+    solver.pars[:] = given[: len(solver.pars)]  # it has none beyond the last one in rates and guards
     _place(solver, t, state)
     steps, short, hit, times, looked = 0, "", None, settings.times, _may_hide_rises(mode.mode)
     samples, longest, due = list[tuple[float, ...]](), settings.longest, inf
@@ -149,8 +150,7 @@ def _compiled(method, mode, coefficients, tol):
         raise InputError(f"method {method!r}: the system has a function that heyoka lacks ({reason})") from None
     events = [hy.t_event(g + hy.par[count + k], direction=hy.event_direction.negative) for k, g in enumerate(guards)]
     field = list(zip(states, (hy.expression(0.0) + r for r in rates), strict=True))
-    pars = [0.0] * (count + len(guards))
-    return hy.taylor_adaptive(field, [0.0] * len(states), tol=tol, t_events=events, pars=pars)
+    return hy.taylor_adaptive(field, [0.0] * len(states), tol=tol, t_events=events)
 
 
 @cache

@@ -832,3 +832,13 @@ def test_pulses_at_even_intervals_each_move_a_block_that_rests_between_them(meth
     path = ap.solve(ap.Scene(system=system, start=[0, 0], until=40), method=method, rtol=1e-8)
     begun = [event.t for event in path.events if event.kind == "slip_onset"]
     assert begun == pytest.approx([math.pi * k - math.acos(2 ** (-1 / 400)) for k in range(1, 13)])
+
+
+@pytest.mark.parametrize("method", ["lsoda", *here("heyoka")])
+def test_a_block_that_nothing_moves_and_no_guard_watches_rests_under_a_push_that_is_a_parameter(method):
+    """Rates and guards without parameters were none to heyoka, which took no values for them."""
+    x, v, F, G, p = sp.symbols("x v F G p", real=True)
+    jaws = [ap.Friction(velocity=v, force=force, load=1, kinetic=sp.Rational(1, 2)) for force in (F, G)]
+    block = ap.System.with_frictions({x: v, v: F + G - p}, {}, jaws)
+    path = ap.solve(ap.Scene(system=block, values={p: "1/2"}, start={x: 1, v: 0}, until=1), method)
+    assert (path.final, path.modes) == ((1, 0), ("stick+stick",))
