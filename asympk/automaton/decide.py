@@ -11,8 +11,8 @@ A single consistent branch is the motion. Of several consistent branches, those 
    with no load of another sign and no open contact that closes.
 2. Then a branch is left out if, of the contacts that rested before, another branch keeps these at rest and more.
 3. Then step 2 is repeated with all contacts.
-4. A branch is taken back in which a contact that moves has a load of another sign, or none: rest elsewhere does not
-   decide on that load.
+4. A branch is taken back in which a contact has a load of another sign, or none, than where it does not rest: rest
+   elsewhere does not decide on that load.
 
 The motion ends with an error if no branch is left, or several with different rates, or if a contact at rest may slip in
 either direction as well: such rest repels. Rest on redundant contacts comes before all of this: the system rests if
@@ -164,14 +164,19 @@ def _going_on(here: Junction, tried: Tried) -> Branch:
     left = branches.most_at_rest(branches.most_at_rest(firm, held))
     if len(left) > 1 and all(stands_still(here, mode_of(here.system, branch)) for branch in left):
         return _idle(here, left[0], consistent[left[0]])
-    moving = {*range(len(here.phases))} - here.resting
-    loaded = [k for k in moving if any(branch[k].slips for branch in firm)]
-    others = [b for b in firm if all(any(b[k] != other[k] for k in loaded) for other in left)]
+    others = [b for b in firm if all(_presses_otherwise(here, b, other) for other in left)]
     branch = _chosen(here, {branch: consistent[branch] for branch in [*left, *others]})
     _require_one_way(here, branch, tried)
     _require_shared(here, branch, consistent[branch])
     _require_uncritical(here, branch, tried)
     return _idle(here, branch, consistent[branch])
+
+
+def _presses_otherwise(here: Junction, branch: Branch, other: Branch) -> bool:
+    """Tell whether a rough contact that is not at rest in the ``other`` branch has a load of another sign, or none."""
+    pressed = (k for k, contact in enumerate(here.points[0].contacts)
+               if contact.pushed and not branches.is_smooth(here.system, k))
+    return any(branch[k].load != other[k].load and other[k].mode != "stick" for k in pressed)
 
 
 def _idle(here: Junction, branch: Branch, still: list[int]) -> Branch:

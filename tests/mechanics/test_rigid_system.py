@@ -15,9 +15,11 @@ from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
 from asympk.automaton.automaton import Automaton
+from asympk.automaton.modes import mode_of
 from asympk.errors import InputError, NoMotion, NotDerivable, TwoMotions, UnboundedReaction, Unfinished
 from asympk.integrators.integrate import FAMILIES
 from asympk.integrators.singular import approach
+from asympk.symbolic.guards import named_branches
 from asympk.systems import crank_slider
 
 GROUND = {"m": 1, "l": 1, "g": 1}
@@ -1019,6 +1021,20 @@ def test_rest_elsewhere_does_not_choose_between_a_slide_within_the_paradox_and_l
         system, rest = pair.rigid(), dict.fromkeys(("x", "y", "a", "b", "y'", "a'", "b'"), 0)
         with pytest.raises(TwoMotions, match=r"open.* and slip_opposite"):
             ap.solve(ap.Scene(system=system, start=pair.start(system, {**rest, "x'": -1}), until="1/10"))
+
+
+def test_rest_beside_a_slider_that_stops_does_not_choose_whether_the_slider_opens():
+    """The integers have three motions: one contact rests as the other opens, or slips with either load as it stays."""
+    q, u = sp.symbols("p r x y"), sp.symbols("p' r' x' y'")
+    mass = sp.Matrix([[2, 4, -1, -2], [4, 9, -2, -4], [-1, -2, 1, 1], [-2, -4, 1, 4]])
+    guide = ap.Contact(gap=q[0], slip=u[2], friction=sp.Rational(5, 2))
+    ground = ap.Contact(gap=q[1], slip=u[3], friction=2, unilateral=True)
+    system = ap.Mechanism(q, u, mass, (2, 2, -3, 2), guide, others=(ground,)).rigid()
+    automaton = Automaton(system, ())
+    before = next(b for b in named_branches(system) if mode_of(system, b).name == "stick+slip_same")
+    hit = next(k for k, guard in enumerate(mode_of(system, before).guards) if guard.key[:2] == ("velocity_zero", 1))
+    with pytest.raises(TwoMotions, match=r"stick\+open are all consistent"):
+        automaton.next(before, (hit,), 0.0, (0.0,) * 8)
 
 
 def test_a_ladder_leans_at_rest_where_static_friction_is_enough():
