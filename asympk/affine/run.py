@@ -223,7 +223,8 @@ def _followed(m, case):
                            "the numbers in use: take a smaller until")
         reached, lost = (min(t + span, until), kept[hit]) if found else (until, None)
         timed = TimedSegment(t, segment, span, hit)
-        return loop.Segment(reached, tuple(end[: len(state)]), lost, timed, together=tuple(kept[q] for q in hits[1:]))
+        return loop.Segment(reached, tuple(end[: len(state)]), lost, timed, together=tuple(kept[q] for q in hits[1:]),
+                            within=lambda at: tuple(segment.state(at - t)[: len(state)]))
 
     start = tuple(map(m.number, scene.start))
     first = automaton.first(scene.start, digits)

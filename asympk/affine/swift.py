@@ -55,6 +55,7 @@ class Swift:
     def __init__(self, flows: Any) -> None:
         self.automaton, self.flows, self.system = flows.automaton, flows, flows.automaton.system
         self.mode, self.edges_at = self.automaton.mode, self.automaton.edges_at
+        self.values, self.coefficients = self.automaton.values, self.automaton.coefficients
         self._tables: dict = {}
         self._asked: dict = {}
 

@@ -160,6 +160,16 @@ def _margins_at(
     return found
 
 
+def margins_at_state(here: Junction, branch: Branch) -> list[Any]:
+    """Return the margins of a branch at the state itself, or none where its forces are not determined."""
+    found: list[Any] = []
+    for group in coupled(here.system):
+        if (solved := here.solved(branch, group)) is None:
+            return []
+        found += _margins_at(here, branch, here.jumped(branch), group, 0, solved).values()
+    return found
+
+
 def breaks_loose(here: Junction, branch: Branch) -> bool:
     """Tell whether a contact slips in a branch that static friction would hold if every contact that may rest did.
 

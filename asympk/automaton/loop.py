@@ -17,6 +17,7 @@ from asympk.automaton.decide import finite
 from asympk.automaton.junction import BY_HAND
 from asympk.automaton.modes import SWITCH
 from asympk.automaton.numericmode import NumericMode
+from asympk.automaton.uniqueness import along_steps, require_alone
 from asympk.errors import Accumulation, NoMotion, TwoMotions, UnboundedReaction, Undecided
 from asympk.numbers import listed
 from asympk.path import Event
@@ -38,7 +39,8 @@ class Segment(NamedTuple):
 
     ``short`` is the reason why the segment ends early, or "". ``work`` and ``samples`` belong to the flow that made the
     segment. ``together`` are other guards lost at the same time. ``steps`` are times and states from the start of the
-    segment to its end. ``branch`` and ``sides`` are those of the mode.
+    segment to its end. ``branch`` and ``sides`` are those of the mode. ``within`` may be the state by the time; a run
+    does not keep it.
     """
 
     t: Any
@@ -51,6 +53,7 @@ class Segment(NamedTuple):
     steps: tuple = ()
     branch: Branch = ()
     sides: Sides = ()
+    within: Callable[[Any], tuple] | None = None
 
 
 class Run(NamedTuple):
@@ -82,7 +85,8 @@ def follow(
         while t < until or not segments:
             _require_one_motion(mode, t, state)
             segment = advance(mode, t, state, segments) if t < until else Segment(t, state, None)
-            segments.append(segment._replace(branch=mode.branch, sides=mode.mode.sides))
+            segments.append(segment._replace(branch=mode.branch, sides=mode.mode.sides, within=None))
+            require_alone(automaton, mode, t, segment.t, segment.within or along_steps(mode, segment.steps), slack)
             if segment.hit is None or mode.kinds[segment.hit][0] not in _ENDS:
                 mode.require_one_side(mode.pole_values(t, state), segment.t, segment.state)
             if segment.short:

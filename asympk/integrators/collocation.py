@@ -10,7 +10,8 @@ The zero of a guard is found on the polynomial of the step.
 ``_segment`` follows one mode, and ``_step`` is one step; ``asympk.radau`` has the coefficients of the method.
 """
 
-from bisect import bisect_left
+from bisect import bisect, bisect_left
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from math import ceil, inf, log10
@@ -185,15 +186,23 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
             mode.require_one_side(mode.pole_values(t, state), t + at, end, begun=t)
             end = _without_rounding(end, state, scheme.tolerance * SLACK)
             together = lost_with(mode, hit, t + at, end, scheme.tolerance * SLACK)
-            return Segment(t + at, end, hit, samples=(*steps, step), together=together)
+            return Segment(t + at, end, hit, None, "", (*steps, step), together, within=_within(scheme, (*steps, step)))
         steps.append(step)
         t, state = (until if last else t + h), _at(scheme.tableau, step, h)
         if last:
-            return Segment(until, state, None, samples=tuple(steps))
+            return Segment(until, state, None, samples=tuple(steps), within=_within(scheme, steps))
         before = mode.guard_values(t, state)
         h *= min(grow, left_out ** (-1 / len(scheme.tableau.nodes))) if left_out > SWEPT else grow
         grow = GROW
     raise OutOfRange(f"the reference needs more than {STEPS} steps; take a larger mu or a smaller until")
+
+
+def _within(scheme: Scheme, steps: Sequence[CollocationStep]) -> Callable[[Any], tuple]:
+    def state_at(t: Any) -> tuple:
+        step = steps[max(bisect(steps, t, key=lambda own: own.t), 1) - 1]
+        return _at(scheme.tableau, step, t - step.t)
+
+    return state_at
 
 
 def _left_out(scheme: Scheme, t: Any, state: tuple, slopes: list[FixedPoint], h: Any) -> float:

@@ -19,6 +19,7 @@ import numpy as np
 
 from asympk.automaton.loop import Run, Segment, follow
 from asympk.automaton.numericmode import NumericMode
+from asympk.automaton.uniqueness import is_watched
 from asympk.digits import carried
 from asympk.errors import AsympkError, InputError, MissingPackage, OutOfRange, TooLarge, Unfinished
 from asympk.integrators.singular import followed
@@ -134,7 +135,8 @@ def _trace(scene, method, options, times=(), keep=False):
         last = end if mode.after_switch(end) >= until else until
         later = [min(max(v, t), last) for v in times[sum(len(s.samples) for s in segments) :]]
         longest = mode.longest_step(until)
-        settings = Settings(method, options["rtol"], options["atol"], left, deadline, later, keep, longest)
+        kept = keep or is_watched(mode.mode)
+        settings = Settings(method, options["rtol"], options["atol"], left, deadline, later, kept, longest)
         return in_range(t, state, lambda: _settled(mode, later, followed(
             mode, t, state, end, lambda end: advance(mode, t, state, end, settings))))
 

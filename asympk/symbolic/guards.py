@@ -201,8 +201,8 @@ def _unambiguous(system: "System", branch: Branch) -> list[Guard]:
     With one rigid contact the constraint is 0 = a + p N, and the motion is unique while p has the same sign as without
     friction (``unbounded``). A bilateral constraint also needs this of the p for the other sign of N (``several``).
     A contact slides where any friction does whose load contains its reaction, as in one direction of two. Open contacts
-    do not count, nor joints without such a friction. With several contacts p is the determinant of their equations, and
-    second motions are sought at events only.
+    do not count, nor joints without such a friction. With several contacts p is the determinant of their equations;
+    second motions are then sought by ``asympk.automaton.uniqueness``.
     """
     rigid = [k for k, f in enumerate(system.frictions) if f.constraint is not None and branch[k] != OPEN]
     rubs = {k: {j for j, f in enumerate(system.frictions) if system.frictions[k].normal in symbols_in(f.load)

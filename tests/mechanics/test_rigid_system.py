@@ -3,6 +3,7 @@
 import math
 from contextlib import nullcontext
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -1035,6 +1036,20 @@ def test_rest_beside_a_slider_that_stops_does_not_choose_whether_the_slider_open
     hit = next(k for k, guard in enumerate(mode_of(system, before).guards) if guard.key[:2] == ("velocity_zero", 1))
     with pytest.raises(TwoMotions, match=r"stick\+open are all consistent"):
         automaton.next(before, (hit,), 0.0, (0.0,) * 8)
+
+
+@pytest.mark.parametrize("way", [{}, {"method": "lsoda", "rtol": 1e-9, "atol": 1e-9}])
+def test_a_slider_that_lift_off_would_close_on_its_neighbour_has_a_second_motion_once_the_neighbour_has_opened(way):
+    """At first lift-off of the one drives the other down; that is no motion until there is a gap below the other."""
+    q, u = sp.symbols("p r x y"), sp.symbols("p' r' x' y'")
+    mass = sp.Matrix([[5, 1, 1, -1], [1, 1, 0, 0], [1, 0, 1, 0], [-1, 0, 0, 1]])
+    feet = [ap.Contact(gap=q[k], slip=u[k + 2], friction=3 + k, unilateral=True) for k in (0, 1)]
+    system = ap.Mechanism(q, u, mass, (-1, 0, 0, 0), feet[0], others=feet[1:]).rigid()
+    scene = ap.Scene(system=system, start=dict(zip(system.states, (0, 0, 0, 0, 0, 0, -1, -1), strict=True)), until=0)
+    assert ap.solve(scene).modes == ("open+slip_opposite",)
+    with pytest.raises(TwoMotions, match=r"open\+open and open\+slip_opposite") as stopped:
+        ap.solve(replace(scene, until=Fraction(1, 10)), **way)
+    assert 0 < stopped.value.t < 1e-3
 
 
 def test_a_ladder_leans_at_rest_where_static_friction_is_enough():

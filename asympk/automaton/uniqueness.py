@@ -1,0 +1,159 @@
+r"""Second motions that come up between events, where a system has several rough rigid contacts.
+
+The equations of the contacts are piecewise linear in the forces. They have one solution, whatever the loads, if the
+determinant of each choice of phases, times the same determinant without friction, is positive. Elsewhere another
+branch may become consistent at any time: one of its margins is negative until then. An interval is free of other
+motions if each other branch has a margin that is negative at both of its ends; other intervals are halved. The margins
+are those on which ``decide`` chooses at events, and it is ``decide`` that ends the motion.
+"""
+
+from bisect import bisect
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from itertools import islice, pairwise, product
+from typing import Any, NamedTuple
+
+from asympk.automaton.automaton import ROUNDED, Automaton
+from asympk.automaton.consistency import margins_at_state, solved_without_friction
+from asympk.automaton.contacts import DOUBLES, Unclear
+from asympk.automaton.decide import presses_otherwise
+from asympk.automaton.junction import Junction, junction_at
+from asympk.automaton.modes import GuardedMode
+from asympk.automaton.numericmode import NumericMode
+from asympk.errors import AsympkError, NoMotion, UnboundedReaction, Undecided
+from asympk.numbers import sign_of
+from asympk.symbolic.branches import Branch, at_rest, is_smooth
+
+PARTS = 32  # intervals into which a segment is divided before these are halved
+EVERY = 8  # interval after which the signs of the determinants are looked at, which suffice where they agree
+HALVINGS = 30  # of an interval, within which a second motion is taken to come up
+BESIDE = 2.0**-10  # part of a segment beside its ends, on which the decisions at its ends tell
+LEAST = 2.0**-36  # part of the largest margin up to which another margin counts as 0
+MOST = 64  # choices of phases up to which they are compared
+Margins = dict[Branch, list[int]]
+_CLOSELY = DOUBLES._replace(least=0.0)  # what doubles leave unclear is decided again
+_OPEN = (Unclear, AsympkError, ArithmeticError, ValueError)  # where doubles do not tell
+
+
+class Watched(NamedTuple):
+    """A stretch of a mode from ``begin`` to ``end``, with the state as a function of the time."""
+
+    automaton: Automaton
+    branch: Branch
+    begin: Any
+    end: Any
+    state_at: Callable[[Any], tuple]
+
+    def at(self, part: float) -> tuple[Any, tuple]:
+        """Return the time and the state after a part of the stretch."""
+        t = self.begin + (self.end - self.begin) * part
+        return t, self.state_at(t)
+
+    def junction(self, part: float) -> Junction:
+        """Return the contacts after a part of the stretch, as where the mode ends without the loss of a guard."""
+        t, state = self.at(part)
+        return junction_at(self.automaton, self.branch, (), float(t), tuple(map(float, state)), ROUNDED, _CLOSELY)
+
+    def others(self, part: float) -> Margins:
+        """Return the signs of the margins of branches in which a contact that moves presses otherwise."""
+        with suppress(*_OPEN):
+            here = self.junction(part)
+            rivals = (b for b in _choices(here) if presses_otherwise(here, b, self.branch))
+            found = ((b, margins_at_state(here, b)) for b in rivals)
+            return {b: _signs(margins) for b, margins in found if margins}
+        return {}
+
+    def has_one_motion(self, part: float) -> bool:
+        """Tell whether each choice of phases has a determinant of the sign that it has without friction."""
+        with suppress(*_OPEN):
+            here = self.junction(part)
+            return all(_is_stiff(here, branch) for branch in _choices(here))
+        return False
+
+
+def is_watched(mode: GuardedMode) -> bool:
+    """Tell whether a second motion may come up in a mode: one of several rough rigid contacts is closed and moves.
+
+    A contact alone has guards of its own, as long as no other one, now open, has kept it closed.
+    """
+    frictions = enumerate(mode.system.frictions)
+    rough = {k for k, f in frictions if f.constraint is not None and not is_smooth(mode.system, k)}
+    return len(rough) > 1 and bool((rough & mode.closed.keys()) - at_rest(mode.branch))
+
+
+def require_alone(
+    automaton: Automaton, mode: NumericMode, begin: Any, end: Any, state_at: Callable[[Any], tuple] | None, slack: Any
+) -> None:
+    """Raise ``TwoMotions`` where, in a mode from ``begin`` to ``end``, another motion comes up.
+
+    ``slack`` is the relative error of the states. Where no function ``state_at`` gives them, no motion is sought.
+    """
+    if state_at is None or not end > begin or not is_watched(mode.mode):
+        return
+    stretch = Watched(automaton, mode.branch, begin, end, state_at)
+    parts = [BESIDE + (1 - 2 * BESIDE) * k / PARTS for k in range(PARTS + 1)]
+    if all(map(stretch.has_one_motion, parts[::EVERY])):
+        return
+    dismissed = set[Branch]()
+    looks = [(part, stretch.others(part)) for part in parts]
+    for low, high in pairwise(looks):
+        for part, branches in _coming_up(stretch, low, high, HALVINGS):
+            if not branches <= dismissed:
+                dismissed |= branches
+                with suppress(NoMotion, UnboundedReaction, Undecided):
+                    automaton.next(mode.branch, (), *stretch.at(part), slack)
+
+
+def along_steps(mode: NumericMode, steps: Sequence[tuple[Any, tuple]]) -> Callable[[Any], tuple] | None:
+    """Return the state as a function of the time, by cubics with the rates of a mode at the ends of the steps."""
+    if len(steps) < 2:
+        return None
+    times = [t for t, _ in steps]
+
+    def state_at(t: Any) -> tuple:
+        k = min(max(bisect(times, t), 1), len(times) - 1)
+        (t0, before), (t1, after) = steps[k - 1 : k + 1]
+        h, s = t1 - t0, (t - t0) / (t1 - t0)
+        slopes = zip(before, after, mode.rhs(t0, before), mode.rhs(t1, after), strict=True)
+        return tuple(a + s * s * (3 - 2 * s) * (b - a) + h * s * (1 - s) * ((1 - s) * p - s * q)
+                     for a, b, p, q in slopes)
+
+    return state_at
+
+
+def _choices(here: Junction) -> list[Branch]:
+    found = [*islice(product(*here.phases), MOST + 1)]
+    return found if len(found) <= MOST else []
+
+
+def _is_stiff(here: Junction, branch: Branch) -> bool:
+    group = tuple(range(len(branch)))
+    own, smooth = here.solved(branch, group), solved_without_friction(here, branch, group)
+    return own is None or smooth is None or own.determinant * smooth.determinant > 0
+
+
+def _signs(margins: list[Any]) -> list[int]:
+    least = LEAST * max(map(abs, margins))
+    return [0 if abs(margin) <= least else sign_of(margin) for margin in margins]
+
+
+def _coming_up(
+    stretch: Watched, low: tuple[float, Margins], high: tuple[float, Margins], halvings: int
+) -> Iterator[tuple[float, set[Branch]]]:
+    """Yield, in order, parts of a stretch at which other branches are consistent, and these branches."""
+    (start, before), (end, after) = low, high
+    already, there = ({b for b, signs in found.items() if min(signs) > 0} for found in (before, after))
+    if already:
+        yield start, already
+    elif any(not _is_refuted(before[b], after[b]) for b in before.keys() & after.keys()):
+        if halvings:
+            middle = (start + end) / 2
+            between = middle, stretch.others(middle)
+            yield from _coming_up(stretch, low, between, halvings - 1)
+            yield from _coming_up(stretch, between, high, halvings - 1)
+        elif there:
+            yield end, there
+
+
+def _is_refuted(before: list[int], after: list[int]) -> bool:
+    return any(max(pair) <= 0 for pair in zip(before, after, strict=True))
