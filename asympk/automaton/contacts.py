@@ -20,7 +20,7 @@ from asympk.numbers import sign_of
 from asympk.symbolic import branches, forces
 from asympk.symbolic.branches import OPEN, Branch
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.long import atoms, replaced
+from asympk.symbolic.long import atoms, replaced, symbols_in
 from asympk.symbolic.system import System
 
 if TYPE_CHECKING:
@@ -208,6 +208,17 @@ def signs_at_rest(system: System, places: Sequence[Place], still: Collection[int
 def feels_directions(system: System) -> bool:
     """Tell whether a contact depends on the sign of a sliding velocity."""
     return contact_formulas(system, (None,) * len(system.frictions)) != contact_formulas(system)
+
+
+@lru_cache(maxsize=64)
+def keeps_coefficients(system: System) -> bool:
+    """Tell whether neither states nor time move what multiplies the forces in the equations of the contacts."""
+    formulas, unknowns, _ = contact_formulas(system)
+    count = len(system.frictions)
+    bounds = (e for k in range(count) for e in formulas[4 * k + 1 : 4 * k + 3])
+    rows = (row for _, *row in linear_rows(formulas[4 * count :], unknowns))
+    moving = {*system.states, system.time}
+    return not feels_directions(system) and not symbols_in(sp.Tuple(*bounds, *chain(*rows))) & moving
 
 
 @lru_cache(maxsize=64)

@@ -10,19 +10,21 @@ are those on which ``decide`` chooses at events, and it is ``decide`` that ends 
 from bisect import bisect
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from functools import lru_cache
 from itertools import islice, pairwise, product
 from typing import Any, NamedTuple
 
 from asympk.automaton.automaton import ROUNDED, Automaton
 from asympk.automaton.consistency import margins_at_state, solved_without_friction
-from asympk.automaton.contacts import DOUBLES, Unclear
+from asympk.automaton.contacts import DOUBLES, Unclear, contact_point, keeps_coefficients, place_of, signs_at_rest
 from asympk.automaton.decide import presses_otherwise
 from asympk.automaton.junction import Junction, junction_at
 from asympk.automaton.modes import GuardedMode
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import AsympkError, NoMotion, UnboundedReaction, Undecided
 from asympk.numbers import sign_of
-from asympk.symbolic.branches import Branch, at_rest, is_smooth
+from asympk.symbolic.branches import OPEN, Branch, Phase, at_rest, is_smooth, signs_of_load
+from asympk.symbolic.system import System
 
 PARTS = 32  # intervals into which a segment is divided before these are halved
 EVERY = 8  # interval after which the signs of the determinants are looked at, which suffice where they agree
@@ -58,17 +60,15 @@ class Watched(NamedTuple):
         """Return the signs of the margins of branches in which a contact that moves presses otherwise."""
         with suppress(*_OPEN):
             here = self.junction(part)
-            rivals = (b for b in _choices(here) if presses_otherwise(here, b, self.branch))
+            rivals = (b for b in _choices(here.system, self.branch) if presses_otherwise(here, b, self.branch))
             found = ((b, margins_at_state(here, b)) for b in rivals)
             return {b: _signs(margins) for b, margins in found if margins}
         return {}
 
     def has_one_motion(self, part: float) -> bool:
         """Tell whether each choice of phases has a determinant of the sign that it has without friction."""
-        with suppress(*_OPEN):
-            here = self.junction(part)
-            return all(_is_stiff(here, branch) for branch in _choices(here))
-        return False
+        t, state = self.at(part)
+        return _has_one_motion(self.automaton, self.branch, float(t), tuple(map(float, state)))
 
 
 def is_watched(mode: GuardedMode) -> bool:
@@ -92,7 +92,7 @@ def require_alone(
         return
     stretch = Watched(automaton, mode.branch, begin, end, state_at)
     parts = [BESIDE + (1 - 2 * BESIDE) * k / PARTS for k in range(PARTS + 1)]
-    if all(map(stretch.has_one_motion, parts[::EVERY])):
+    if _has_always_one_motion(automaton, mode.branch) or all(map(stretch.has_one_motion, parts[::EVERY])):
         return
     dismissed = set[Branch]()
     looks = [(part, stretch.others(part)) for part in parts]
@@ -121,9 +121,35 @@ def along_steps(mode: NumericMode, steps: Sequence[tuple[Any, tuple]]) -> Callab
     return state_at
 
 
-def _choices(here: Junction) -> list[Branch]:
-    found = [*islice(product(*here.phases), MOST + 1)]
+@lru_cache(maxsize=256)
+def _has_always_one_motion(automaton: Automaton, branch: Branch) -> bool:
+    """Tell whether the determinants are those of any state, and have the signs that they have without friction."""
+    fixed = keeps_coefficients(automaton.system)
+    return fixed and _has_one_motion(automaton, branch, 1.0, (1.0,) * len(automaton.system.states))
+
+
+def _has_one_motion(automaton: Automaton, branch: Branch, t: float, state: tuple[float, ...]) -> bool:
+    with suppress(*_OPEN):
+        place = place_of(automaton, DOUBLES, t, state)
+        signs = signs_at_rest(automaton.system, [place, place], at_rest(branch))
+        points = [contact_point(automaton.system, place, signs)]
+        here = Junction(automaton.system, branch, set(), (place,), points, signs, {}, ROUNDED)
+        return all(_is_stiff(here, other) for other in _choices(automaton.system, branch))
+    return False
+
+
+def _choices(system: System, branch: Branch) -> list[Branch]:
+    """Return the branches that differ from one in loads, and in the phases of contacts at rest."""
+    found = [*islice(product(*(_phases(system, k, phase) for k, phase in enumerate(branch))), MOST + 1)]
     return found if len(found) <= MOST else []
+
+
+def _phases(system: System, k: int, phase: Phase) -> list[Phase]:
+    if phase == OPEN or system.frictions[k].constraint is None:
+        return [phase]
+    velocities = (phase.velocity,) if phase.velocity else (0, 1, -1)
+    closed = [Phase(load, velocity) for load in signs_of_load(system, k) for velocity in velocities]
+    return ([phase] if phase.smooth else closed) + [OPEN] * (system.frictions[k].gap is not None)
 
 
 def _is_stiff(here: Junction, branch: Branch) -> bool:
