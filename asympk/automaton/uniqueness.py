@@ -18,7 +18,7 @@ from asympk.automaton.automaton import ROUNDED, Automaton
 from asympk.automaton.consistency import margins_at_state, solved_without_friction
 from asympk.automaton.contacts import DOUBLES, Unclear, contact_point, keeps_coefficients, place_of, signs_at_rest
 from asympk.automaton.decide import presses_otherwise
-from asympk.automaton.junction import Junction, junction_at
+from asympk.automaton.junction import Junction
 from asympk.automaton.modes import GuardedMode
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import AsympkError, NoMotion, UnboundedReaction, Undecided
@@ -26,14 +26,14 @@ from asympk.numbers import sign_of
 from asympk.symbolic.branches import OPEN, Branch, Phase, at_rest, is_smooth, signs_of_load
 from asympk.symbolic.system import System
 
-PARTS = 32  # intervals into which a segment is divided before these are halved
-EVERY = 8  # interval after which the signs of the determinants are looked at, which suffice where they agree
+PARTS = 16  # intervals into which a segment is divided before these are halved
+EVERY = 4  # interval after which the signs of the determinants are looked at, which suffice where they agree
 HALVINGS = 30  # of an interval, within which a second motion is taken to come up
 BESIDE = 2.0**-10  # part of a segment beside its ends, on which the decisions at its ends tell
 LEAST = 2.0**-36  # part of the largest margin up to which another margin counts as 0
 MOST = 64  # choices of phases up to which they are compared
 Margins = dict[Branch, list[int]]
-_CLOSELY = DOUBLES._replace(least=0.0)  # what doubles leave unclear is decided again
+_CLOSELY = DOUBLES._replace(least=0.0)
 _OPEN = (Unclear, AsympkError, ArithmeticError, ValueError)  # where doubles do not tell
 
 
@@ -51,15 +51,10 @@ class Watched(NamedTuple):
         t = self.begin + (self.end - self.begin) * part
         return t, self.state_at(t)
 
-    def junction(self, part: float) -> Junction:
-        """Return the contacts after a part of the stretch, as where the mode ends without the loss of a guard."""
-        t, state = self.at(part)
-        return junction_at(self.automaton, self.branch, (), float(t), tuple(map(float, state)), ROUNDED, _CLOSELY)
-
     def others(self, part: float) -> Margins:
         """Return the signs of the margins of branches in which a contact that moves presses otherwise."""
         with suppress(*_OPEN):
-            here = self.junction(part)
+            here = _junction(self.automaton, self.branch, *self.at(part))
             rivals = (b for b in _choices(here.system, self.branch) if presses_otherwise(here, b, self.branch))
             found = ((b, margins_at_state(here, b)) for b in rivals)
             return {b: _signs(margins) for b, margins in found if margins}
@@ -67,8 +62,7 @@ class Watched(NamedTuple):
 
     def has_one_motion(self, part: float) -> bool:
         """Tell whether each choice of phases has a determinant of the sign that it has without friction."""
-        t, state = self.at(part)
-        return _has_one_motion(self.automaton, self.branch, float(t), tuple(map(float, state)))
+        return _has_one_motion(self.automaton, self.branch, *self.at(part))
 
 
 def is_watched(mode: GuardedMode) -> bool:
@@ -95,8 +89,7 @@ def require_alone(
     if _has_always_one_motion(automaton, mode.branch) or all(map(stretch.has_one_motion, parts[::EVERY])):
         return
     dismissed = set[Branch]()
-    looks = [(part, stretch.others(part)) for part in parts]
-    for low, high in pairwise(looks):
+    for low, high in pairwise((part, stretch.others(part)) for part in parts):
         for part, branches in _coming_up(stretch, low, high, HALVINGS):
             if not branches <= dismissed:
                 dismissed |= branches
@@ -128,14 +121,21 @@ def _has_always_one_motion(automaton: Automaton, branch: Branch) -> bool:
     return fixed and _has_one_motion(automaton, branch, 1.0, (1.0,) * len(automaton.system.states))
 
 
-def _has_one_motion(automaton: Automaton, branch: Branch, t: float, state: tuple[float, ...]) -> bool:
+def _has_one_motion(automaton: Automaton, branch: Branch, t: Any, state: tuple) -> bool:
     with suppress(*_OPEN):
-        place = place_of(automaton, DOUBLES, t, state)
-        signs = signs_at_rest(automaton.system, [place, place], at_rest(branch))
-        points = [contact_point(automaton.system, place, signs)]
-        here = Junction(automaton.system, branch, set(), (place,), points, signs, {}, ROUNDED)
+        here = _junction(automaton, branch, t, state)
         return all(_is_stiff(here, other) for other in _choices(automaton.system, branch))
     return False
+
+
+def _junction(automaton: Automaton, branch: Branch, t: Any, state: tuple) -> Junction:
+    """Return the contacts in a branch, in doubles without their rounding: what they show is decided again."""
+    system, place = automaton.system, place_of(automaton, _CLOSELY, float(t), tuple(map(float, state)))
+    signs = signs_at_rest(system, [place, place], at_rest(branch))
+    point = contact_point(system, place, signs)
+    rigid = (k for k, f in enumerate(system.frictions) if f.constraint is not None and f.gap is not None)
+    touching = {k: False for k in rigid if branch[k] != OPEN}
+    return Junction(system, branch, set(), (place, place), [point, point], signs, touching, ROUNDED)
 
 
 def _choices(system: System, branch: Branch) -> list[Branch]:
