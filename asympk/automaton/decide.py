@@ -164,19 +164,12 @@ def _going_on(here: Junction, tried: Tried) -> Branch:
     left = branches.most_at_rest(branches.most_at_rest(firm, held))
     if len(left) > 1 and all(stands_still(here, mode_of(here.system, branch)) for branch in left):
         return _idle(here, left[0], consistent[left[0]])
-    others = [b for b in firm if all(presses_otherwise(here, b, other) for other in left)]
+    others = [b for b in firm if all(branches.presses_otherwise(here.system, b, other) for other in left)]
     branch = _chosen(here, {branch: consistent[branch] for branch in [*left, *others]})
     _require_one_way(here, branch, tried)
     _require_shared(here, branch, consistent[branch])
     _require_uncritical(here, branch, tried)
     return _idle(here, branch, consistent[branch])
-
-
-def presses_otherwise(here: Junction, branch: Branch, other: Branch) -> bool:
-    """Tell whether a rough contact that is not at rest in the ``other`` branch has a load of another sign, or none."""
-    pressed = (k for k, contact in enumerate(here.points[0].contacts)
-               if contact.pushed and not branches.is_smooth(here.system, k))
-    return any(branch[k].load != other[k].load and other[k].mode != "stick" for k in pressed)
 
 
 def _idle(here: Junction, branch: Branch, still: list[int]) -> Branch:

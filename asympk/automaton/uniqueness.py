@@ -17,13 +17,12 @@ from typing import Any, NamedTuple
 from asympk.automaton.automaton import ROUNDED, Automaton
 from asympk.automaton.consistency import margins_at_state, solved_without_friction
 from asympk.automaton.contacts import DOUBLES, Unclear, contact_point, keeps_coefficients, place_of, signs_at_rest
-from asympk.automaton.decide import presses_otherwise
 from asympk.automaton.junction import Junction
 from asympk.automaton.modes import GuardedMode
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import AsympkError, NoMotion, UnboundedReaction, Undecided
 from asympk.numbers import sign_of
-from asympk.symbolic.branches import OPEN, Branch, Phase, at_rest, is_smooth, signs_of_load
+from asympk.symbolic.branches import OPEN, Branch, Phase, at_rest, is_smooth, presses_otherwise, signs_of_load
 from asympk.symbolic.system import System
 
 PARTS = 16  # intervals into which a segment is divided before these are halved
@@ -55,7 +54,7 @@ class Watched(NamedTuple):
         """Return the signs of the margins of branches in which a contact that moves presses otherwise."""
         with suppress(*_OPEN):
             here = _junction(self.automaton, self.branch, *self.at(part))
-            rivals = (b for b in _choices(here.system, self.branch) if presses_otherwise(here, b, self.branch))
+            rivals = (b for b in _choices(here.system, self.branch) if presses_otherwise(here.system, b, self.branch))
             found = ((b, margins_at_state(here, b)) for b in rivals)
             return {b: _signs(margins) for b, margins in found if margins}
         return {}
@@ -86,7 +85,7 @@ def require_alone(
         return
     stretch = Watched(automaton, mode.branch, begin, end, state_at)
     parts = [BESIDE + (1 - 2 * BESIDE) * k / PARTS for k in range(PARTS + 1)]
-    if _has_always_one_motion(automaton, mode.branch) or all(map(stretch.has_one_motion, parts[::EVERY])):
+    if has_always_one_motion(automaton, mode.branch) or all(map(stretch.has_one_motion, parts[::EVERY])):
         return
     dismissed = set[Branch]()
     for low, high in pairwise((part, stretch.others(part)) for part in parts):
@@ -115,7 +114,7 @@ def along_steps(mode: NumericMode, steps: Sequence[tuple[Any, tuple]]) -> Callab
 
 
 @lru_cache(maxsize=256)
-def _has_always_one_motion(automaton: Automaton, branch: Branch) -> bool:
+def has_always_one_motion(automaton: Automaton, branch: Branch) -> bool:
     """Tell whether the determinants are those of any state, and have the signs that they have without friction."""
     fixed = keeps_coefficients(automaton.system)
     return fixed and _has_one_motion(automaton, branch, 1.0, (1.0,) * len(automaton.system.states))

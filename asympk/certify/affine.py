@@ -18,8 +18,10 @@ from itertools import product
 
 import sympy as sp
 
+from asympk.automaton.automaton import Automaton
 from asympk.automaton.junction import ROUNDING
 from asympk.automaton.modes import NO_FRICTION, SWITCH, mode_of
+from asympk.automaton.uniqueness import has_always_one_motion, is_watched
 from asympk.certify.balls import Ball, Refused, flint
 from asympk.certify.candidates import Candidates, in_name_only, not_determined
 from asympk.certify.enclosure import Budget, first_event
@@ -226,6 +228,7 @@ class _Modes(Candidates):
             best = branches.most_at_rest(m.branch for m in holding)
             if best and self._are_one(best, holding, state):
                 best = [before if what == SWITCH and before in best else _first(best, before, held)]
+            best += [m.branch for m in holding if best and self._presses_otherwise(m.branch, best)]
             if verdicts and all(self._slips_freely(b, state) for b in best):
                 break
         open_ones = [m for m in verdicts if m not in holding and not self._is_told(m.branch, holding, state)]
@@ -237,7 +240,11 @@ class _Modes(Candidates):
         found = next(mode for mode in holding if mode.branch == best[0])
         self._require_one_way(found.branch, state, what)
         self._require_within_limit(found, holding, state, what)
+        self._require_alone(found)
         return self.of(found), holding[found]
+
+    def _presses_otherwise(self, branch, best):
+        return all(branches.presses_otherwise(self.system, branch, other) for other in best)
 
     def _are_one(self, best, holding, state):
         """Tell whether the motions of branches that hold do not differ."""
@@ -283,6 +290,11 @@ class _Modes(Candidates):
         if at_limit and any(self._slips(m, k, state) for m in holding for k in rest - branches.at_rest(m.branch)):
             raise Refused(f"edge: after {what}, equality holds in a condition on the parameters of {mode.name}, which "
                           "may slip as well")
+
+    def _require_alone(self, mode):
+        """Raise ``Refused`` where the equations of several rigid contacts leave room for a second motion in a mode."""
+        if is_watched(mode) and not has_always_one_motion(Automaton(self.system, self.values), mode.branch):
+            raise Refused(f"uniqueness: within {mode.name}, a second motion of the contacts may come up")
 
     def _may_leave_rest(self, branch, k, state):
         """Tell whether a branch may hold in which contact k slips, and not in name only, as others hold it."""

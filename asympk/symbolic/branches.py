@@ -176,6 +176,16 @@ def is_smooth(system: "System", k: int) -> bool:
     return not atoms(sp.Tuple(*formulas), sp.Abs, sp.sign) & asked
 
 
+def presses_otherwise(system: "System", branch: Branch, other: Branch) -> bool:
+    """Tell whether a rough contact that is not at rest in the ``other`` branch has a load of another sign, or none.
+
+    Only loads that contain forces count.
+    """
+    changed = (k for k, (own, now) in enumerate(zip(branch, other, strict=True))
+               if own.load != now.load and now.mode != "stick")
+    return any(symbols_in(system.frictions[k].load) & {*system.pushes} and not is_smooth(system, k) for k in changed)
+
+
 @lru_cache(maxsize=256)
 def signs_of_load(system: "System", k: int) -> tuple[int, ...]:
     """Return the signs of the load of contact k while it is closed: 1 alone if it ``lifts`` or is never negative."""

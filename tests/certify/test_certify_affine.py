@@ -979,6 +979,15 @@ def test_contacts_on_a_belt_that_gets_faster_do_not_rest():
     assert "stick+stick" not in certify(scene).reason
 
 
+def test_no_slide_is_proven_whose_two_contacts_may_have_other_reactions_later():
+    q, rates = sp.symbols("p r x y"), sp.symbols("p' r' x' y'")
+    mass = sp.Matrix([[1, 0, 0, -1], [0, 1, 0, 1], [0, 0, 2, -3], [-1, 1, -3, 7]])
+    guides = [ap.Contact(gap=q[k], slip=rates[2 + k], friction=1 + 2 * k) for k in (0, 1)]
+    system = ap.Mechanism(q, rates, mass, (0, -1, 2, -3), guides[0], others=guides[1:]).rigid()
+    start = dict(zip(system.states, (0, 0, 0, 0, 0, 0, 1, -1), strict=True))
+    assert certify(ap.Scene(system=system, start=start, until="1/100")).reason.startswith("uniqueness: within")
+
+
 @pytest.mark.parametrize(("speed", "reason"), [(0, ""), (1, "slip_same+slip_same+slip_same are not determined")])
 def test_a_body_on_three_rigid_feet_is_proven_to_rest_and_has_no_proof_where_it_slides(speed, reason):
     sides, forces, loads, turn = (-1, 0, 1), *(sp.symbols(f"{name}1:4", real=True) for name in "FN"), V
