@@ -50,6 +50,10 @@ GENTLY = 0.01  # the largest fall of a guard in a time mu at which slow motion, 
 STRETCHES = 3000
 
 
+class Unsettled(OutOfRange):
+    """A layer does not settle, or fades so slowly beside its fastest rate that it takes too many steps."""
+
+
 @dataclass(frozen=True)
 class Task:
     """How motions are followed: in which automaton, until when, slow motion to which order, with which tolerance.
@@ -283,7 +287,7 @@ def _in_mode(
                 break
             return tuple(found), lost
     else:
-        raise _unsettled(mode, path.t, path.t + span, state, "does not settle")
+        raise _unsettled(mode, path.t, path.t + span, state, f"takes more than {STEPS} steps", Unsettled)
     return _in_mode(task, mode, slow, path, rtol)
 
 
@@ -302,9 +306,11 @@ def _watched_steps(
     return watched(along, lambda span, state: mode.guard_values(path.t + span, state), len(atol))
 
 
-def _unsettled(mode: NumericMode, began: float, t: float, state: tuple, words: str) -> OutOfRange:
+def _unsettled(
+    mode: NumericMode, began: float, t: float, state: tuple, words: str, kind: type[OutOfRange] = OutOfRange
+) -> OutOfRange:
     """Return the error for a layer that begins at ``began`` and is followed to (t, state)."""
-    return OutOfRange(f"the layer of {mode.name} from t = {began:.6g} {words}: at t = {t:.6g} it is at "
+    return kind(f"the layer of {mode.name} from t = {began:.6g} {words}: at t = {t:.6g} it is at "
                       f"{listed(mode.mode.system.states, state)}")
 
 

@@ -28,7 +28,7 @@ import numpy as np
 
 from asympk.asymptotics import matched, reduced
 from asympk.asymptotics.fibre import Formulas
-from asympk.asymptotics.landing import OVER, Landing, land, rightmost, root
+from asympk.asymptotics.landing import OVER, Landing, abscissa, land, rightmost, root
 from asympk.asymptotics.reduced import ROUNDING, Reduced
 from asympk.automaton.modes import has_switches
 from asympk.automaton.numericmode import NumericMode
@@ -103,11 +103,19 @@ class LayeredMotion:
         landing, flow, tau = self.landing, self.reduced, self.landing.end * EARLY
         if flow.least * flow.end > FADED * flow.mu or not self.landing.corrections(np.array(0.0)).any():
             return 0.0
-        rate = rightmost(flow.formulas, landing.base[0].tolist(), landing.branch, flow.values).real
-        first, others = np.abs(self._terms(tau)[0]) * math.exp(-rate * tau), np.abs(self._terms(0.0)[1:]).sum(axis=0)
+        first, others = np.abs(self._terms(tau)[0]) / self.lingering(tau), np.abs(self._terms(0.0)[1:]).sum(axis=0)
         sizes = (first + others) * units
         fast = sizes[-len(landing.branch) :]
         return float(UNSURE * sizes.max() * (np.abs(self.beside.fading(flow.end)) @ fast).max() / fast.max())
+
+    def lingering(self, tau: float) -> float:
+        """Return exp(r tau), the share of a small departure from the branch at the start that is left at ``tau``.
+
+        r is the largest real part of an eigenvalue of g_y on the branch.
+        """
+        flow, landing = self.reduced, self.landing
+        rate = rightmost(flow.formulas, landing.base[0].tolist(), landing.branch, flow.values).real
+        return math.exp(rate * tau)
 
     def _terms(self, tau: float) -> np.ndarray:
         """Return the terms of the layer at ``tau`` times powers of mu: (orders from 0 on, states)."""
@@ -148,11 +156,14 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: An
     layered = method == "jump"
     motion, slow, layer, error = _followed(follow, tolerance(mu, order), layered, until, units)
     matched.require_no_pole(begun, slowly, motion.reduced)
-    _require_branch(task, begun, slowly, motion)
+    followed = _required_layer(task, begun, slowly, motion)
     composites = slow + layer
     if not _falls(composites) and (known := _continued(task, begun, slowly, motion, error)):
         error = min(error, _expected(motion, layered, known[0], slow, layer, units, *known[1:])[0])
     now, next_, _ = composites
+    final = now if layered else slow[0]
+    if followed is not None and followed.t == until:
+        error = _at_least(error, final, followed.state, units)
     if error >= 1 > _expected(motion, True, until, slow, layer, units)[0]:
         raise OutOfRange(f"at t = {until:.6g} the motion is still in its layer, which method 'slow' leaves out: take "
                          "method 'jump', or a later until")
@@ -161,7 +172,6 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: An
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states at t = {until:.6g}: "
                          f"{scene.system.small} = {mu:.3g} is not small here; use an exact method")
-    final = now if layered else slow[0]
     return Path(scene, method, tuple(final.tolist()), (), begun.modes, LayeredDense(motion, layered, until, begun.mode),
                 error, {"omitted": tuple((next_ - now).tolist())})
 
@@ -227,20 +237,34 @@ def _falls(motions: np.ndarray, most: float = FALLING) -> bool:
     return second <= most * first
 
 
-def _require_branch(
-    task: matched.Task, begun: matched.MatchedPath, slowly: matched.Slow, motion: LayeredMotion
-) -> None:
-    """Raise ``OutOfRange`` where the layer at the given mu leads to another branch than in the limit mu -> 0.
+def _at_least(error: float, final: np.ndarray, state: tuple, units: Any) -> float:
+    """Return the predicted error of a motion to ``final``, or how far it is from ``state`` if that tells more.
 
-    This happens to a start within O(mu) of the edge between two basins, and the terms of the expansion need not tell.
+    The full equations lead to ``state``, with the tolerance ``ROUGH``.
+    """
+    off, size = (np.abs(values * units).max() for values in (final - state, np.array(state)))
+    known, least = float(off / max(1.0, size)), ROUNDING * ROUGH * np.max(units)
+    return known + least if known - least > error else error
+
+
+def _required_layer(
+    task: matched.Task, begun: matched.MatchedPath, slowly: matched.Slow, motion: LayeredMotion
+) -> matched.MatchedPath | None:
+    """Return the path by the full equations to the end of the layer, or None where it need not or cannot be followed.
+
+    Raises ``OutOfRange`` where the layer at the given mu grows beyond bounds or leads to another branch than in the
+    limit mu -> 0. This happens to a start within O(mu) of the edge between two basins, and the terms of the expansion
+    need not tell. Where there is one branch, it must attract at every base point: the terms omitted are those of its
+    slow motions.
     """
     known, values = slowly.formulas, slowly.values
     if known.affine:  # then there is one branch
-        return
+        _require_attraction(motion)
+        return None
     try:
         path = matched.through_layer(task, begun)
-    except OutOfRange:  # the full equations need too many steps
-        return
+    except matched.Unsettled:  # the full equations need too many steps
+        return None
     (x, true), (_, limit) = (slowly.point(path.t, at) for at in (path.state, motion.states(path.t).tolist()))
     reached, expected = (root(known, x, near, values) for near in (true, limit))
     least = ROUGH * max([1.0, *map(abs, expected or ())])
@@ -249,6 +273,17 @@ def _require_branch(
         raise OutOfRange(f"the layer leads to {listed(fast, reached)} at t = {path.t:.6g}, and in the limit to "
                          f"{listed(fast, expected)}: {task.automaton.system.small} = {task.mu:.3g} is not small "
                          "so near the edge of a basin; use an exact method")
+    return path
+
+
+def _require_attraction(motion: LayeredMotion) -> None:
+    """Raise ``OutOfRange`` where a base point to one of the orders is where the only branch does not attract."""
+    known, landing = motion.reduced.formulas, motion.landing
+    for base in (motion.sums @ landing.base).tolist() if known.turning else ():
+        if not abscissa(known, base, landing.branch, motion.reduced.values) < 0:
+            raise OutOfRange(f"the layer moves {listed(known.slow_states, landing.base[0])} to about "
+                             f"{listed(known.slow_states, base)}, where the branch does not attract: "
+                             f"{known.small} = {motion.reduced.mu:.3g} is not small here; use an exact method")
 
 
 def leaves_its_sides(scene: Any, order: int) -> bool:
@@ -304,7 +339,8 @@ def _expected(motion, layered, t, slow, layer, units, ends=None, least=STEADY):
     grown = (motion.errors * scales).max()
     rounding = max(ROUNDING * motion.rtol * scales.max(), float(grown / max(1.0, np.abs(slow[0] + layer[0]).max())))
     lately = _terms(judged[0])[0] + float((recalled * scales[fast]).max(axis=1).sum())
-    return max(predicted_error(terms, left, rounding, misses, lately, least) for terms in judged), rounding
+    kept = motion.lingering(t / motion.reduced.mu)
+    return max(predicted_error(terms, left, rounding, misses, lately, least, kept) for terms in judged), rounding
 
 
 def tolerance(mu: float, order: int, finer: float = FINER) -> float:
@@ -314,20 +350,21 @@ def tolerance(mu: float, order: int, finer: float = FINER) -> float:
 
 def predicted_error(
     composites: np.ndarray, left: float = 0.0, rounding: float = 0.0, misses: np.ndarray | None = None,
-    lately: float = 0.0, least: float = STEADY,
+    lately: float = 0.0, least: float = STEADY, kept: float = 0.0,
 ) -> float:
     """Return the predicted error of the first of three composites, relative to the largest of 1 and the true states.
 
     The composites are of successive orders. ``left`` is the size of the layer where the first leaves it out,
     ``rounding`` the relative error of the integrations, ``misses`` the difference of each composite from the start, if
     known, and ``lately`` what the error remembers of terms omitted until then: those at the end may be small by chance.
-    ``least`` is a bound from below of the ratio of successive omitted terms from which the rest is estimated.
+    ``least`` is a bound from below of the ratio of successive omitted terms from which the rest is estimated, and
+    ``kept`` one of the share of the misses that is left.
     """
     first, second = _terms(composites)
     ratio = min(STALLED, max(least, second / first)) if first > 0 else STALLED
     error = max(lately, (first + 2 * second / (1 - ratio)) / (1 - ratio)) + left
     if misses is not None:
-        error += _beyond(max(first, second), misses)
+        error += _beyond(max(first, second), misses, kept)
     scale = max(1.0, np.abs(composites[0]).max() - error)  # of the true states, which the error leaves uncertain
     return float(error / scale + rounding)
 
@@ -337,14 +374,15 @@ def _terms(motions: np.ndarray) -> list[float]:
     return np.maximum.reduce(np.abs(motions[1:] - motions[:-1]), axis=1).tolist()
 
 
-def _beyond(omitted: float, misses: np.ndarray) -> float:
+def _beyond(omitted: float, misses: np.ndarray, kept: float) -> float:
     """Return the estimated error of the last composite, whose error at the start is ``misses[-1]``.
 
     This error is assumed to decay half as fast as the omitted terms, whose size was that of the differences of
-    ``misses`` at the start and is ``omitted`` now.
+    ``misses`` at the start and is ``omitted`` now, but no faster than the share ``kept``, as attraction alone would.
     """
     begun = max(_terms(misses))
-    return math.sqrt(min(1.0, omitted / begun) if begun > 0 else 1.0) * np.abs(misses[-1]).max()
+    faded = math.sqrt(min(1.0, omitted / begun) if begun > 0 else 1.0)
+    return max(faded, kept) * np.abs(misses[-1]).max()
 
 
 @dataclass(frozen=True)

@@ -880,3 +880,16 @@ def test_steps_of_a_layer_see_what_the_time_drives(until):
     scene = ap.Scene(system=system, values={c: "1/20"}, start={a: 0, w: 1, b: 0}, until=until)
     path, exact = ap.solve(scene, "jump", order=1), ap.solve(scene, "radau", rtol=1e-12, atol=1e-13)
     assert distance(path.final, exact.final) < path.error < 1e-6
+
+
+def test_a_layer_that_takes_too_many_steps_is_refused_as_that(monkeypatch):
+    """Its branch attracts, but the layer goes around it many times."""
+    x, u, v, z, force = sp.symbols("x u v z F", real=True)
+    mu = sp.Symbol("mu", positive=True)
+    fast = {u: v, v: x - u - v / 50}
+    friction = ap.Friction(velocity=z, force=force, load=sp.Integer(1), kinetic=sp.Rational(1, 2))
+    system = ap.System.with_frictions({x: -x, z: u + force}, fast, frictions=(friction,), small=mu)
+    scene = ap.Scene(system=system, values={mu: "1/1000"}, start={x: 1, z: 5, u: 0, v: 0}, until=1)
+    monkeypatch.setattr(matched, "STEPS", 100)
+    with pytest.raises(OutOfRange, match=r"the layer of .* from t = 0 takes more than 100 steps: at t = "):
+        ap.solve(scene, "jump", order=1)

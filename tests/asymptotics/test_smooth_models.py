@@ -70,6 +70,11 @@ def _solved(system, values, start, until, method="jump", order=1):
     return ap.solve(ap.Scene(system=system, values=values, start=start, until=until), method, order=order)
 
 
+def _ends(system, values, start, until):
+    """Return the last states by Radau."""
+    return ap.solve(ap.Scene(system=system, values=values, start=start, until=until), "radau", rtol=1e-11).final
+
+
 def test_the_base_point_of_a_linear_system_is_that_of_its_eigenvectors():
     m = sp.Symbol("m", positive=True)
     total, product = -1 - 2 / m, 1 / m
@@ -385,6 +390,43 @@ def test_a_start_so_near_the_edge_of_a_basin_that_the_small_parameter_decides_is
         _solved(system, {mu: "1/1000"}, {x: begun, y: near}, "1/4", method, order=order)
     far = _solved(system, {mu: "1/1000"}, {x: begun, y: 10 * Fraction(near)}, "1/4", method, order=order)
     assert far.final[1] == pytest.approx(side, abs=0.01)
+
+
+EDGE = ap.System.smooth({x: -2 * x**2 / (1 + x**2)}, {y: x - y**2}, mu)
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_a_start_that_the_small_parameter_lets_escape_to_infinity_is_refused(order):
+    """The branch that repels rises over the start, which is above it in the limit mu -> 0."""
+    with pytest.raises(OutOfRange, match="the layer of smooth from t = 0 grows beyond bounds"):
+        _solved(EDGE, {mu: "1/10"}, (1, "-0.99"), "0.4", order=order)
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_a_layer_that_lingers_at_the_edge_of_a_basin_is_as_wrong_as_is_said(order):
+    path = _solved(EDGE, {mu: "1/10"}, (1, "-0.97"), "0.4", order=order)
+    truth = _ends(EDGE, {mu: "1/10"}, (1, "-0.97"), "0.4")
+    assert distance(path.final, truth) < path.error < 0.4
+
+
+def test_a_layer_that_moves_slow_states_to_where_the_only_branch_repels_is_refused():
+    system = ap.System.smooth({x: y}, {y: (x - 1) * y}, mu)
+    with pytest.raises(OutOfRange, match=r"x = 0\.5 to about x = .* does not attract: mu = 0\.1 is not small"):
+        _solved(system, {mu: "1/10"}, (sp.S.Half, 4), 2, order=0)
+    assert _solved(system, {mu: "1/100"}, (sp.S.Half, 4), 2, order=0).error < 0.2
+
+
+@pytest.mark.parametrize(("values", "start", "small", "until", "order"), [
+    (("1.35", "0.2707", "-0.02243", "-0.8124", "0.01294"), ("0.8801", "-6.268"), "0.0141", "0.00621", 1),
+    (("0.1337", "0.1132", "-0.2142", "-0.511", "0.8396"), ("0.05125", "-5.206"), "0.00703", "0.0436", 2),
+])
+def test_the_distance_by_which_a_composite_misses_its_start_fades_no_faster_than_the_branch_attracts(
+    values, start, small, until, order
+):
+    drift, rate, turn, force, more = map(sp.Rational, values)
+    system = ap.System.smooth({x: drift * y + more}, {y: force * x - (rate + sp.sin(turn * x)) * y}, mu)
+    path = _solved(system, {mu: small}, start, until, order=order)
+    assert distance(path.final, _ends(system, {mu: small}, start, until)) < path.error
 
 
 def test_a_composite_that_is_near_no_branch_when_its_layer_is_over_is_refused_by_its_terms():
