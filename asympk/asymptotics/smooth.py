@@ -28,7 +28,7 @@ import numpy as np
 
 from asympk.asymptotics import matched, reduced
 from asympk.asymptotics.fibre import Formulas
-from asympk.asymptotics.landing import OVER, Landing, abscissa, land, rightmost, root
+from asympk.asymptotics.landing import OVER, Landing, abscissa, land, newton, rightmost, root
 from asympk.asymptotics.reduced import ROUNDING, Reduced
 from asympk.automaton.modes import has_switches
 from asympk.automaton.numericmode import NumericMode
@@ -43,6 +43,7 @@ FELL = tuple(0.5**k for k in range(10, 0, -1))  # times before ``until``, over i
 FADED = 2 * OVER  # the relaxation times, without what mu adds to their rate, after which a layer is rounding
 UNSURE = 1.25  # what is left of a layer is estimated up to a factor 1 + O(mu)
 EARLY = 1 / 8  # the share of the time of a layer after which it fades as near its end
+FIRST, NEARLY = (0.0, *(2.0**k for k in range(-6, 0))), 0.1  # shares of that time at which it may be near the branch
 SOON = 200  # the most steps of the full equations from such a time to ``until``
 FINEST, COARSEST = 1e-13, 1e-7  # bounds of the tolerance of the integrations
 FINER = 1e-5  # the tolerance of the integrations in units of mu^(n + 1)
@@ -91,22 +92,39 @@ class LayeredMotion:
         They do not where they do not fall after its first part, nor once it counts as over: the layer fades as the slow
         motion attracts, its terms as the start does, times powers of tau for the change.
         """
-        t, over = self.reduced.end, self.landing.end * self.reduced.mu
-        falls = t < over and _falls(layer * units, STALLED) and self._fell(t / self.reduced.mu, units)
-        return falls or t < over * EARLY
+        tau, over = self.reduced.end / self.reduced.mu, self.landing.end
+        if not over * EARLY <= tau < over:
+            return tau < over
+        return (_falls(layer * units, STALLED) and self._fell(tau, units)) or tau < self.arrives(units)
 
     def left(self, units: Any) -> float:
         """Return the size, times ``units``, of what is left of the layer at the end, after its first part.
 
-        The layer begins as its term 0, taken back from after the first part, and the others at the start.
+        The layer begins as its term 0, taken back from where it is near the branch, and the others, there or at the
+        start.
         """
-        landing, flow, tau = self.landing, self.reduced, self.landing.end * EARLY
-        if flow.least * flow.end > FADED * flow.mu or not self.landing.corrections(np.array(0.0)).any():
+        landing, flow = self.landing, self.reduced
+        if flow.least * flow.end > FADED * flow.mu or not landing.corrections(np.array(0.0)).any():
             return 0.0
-        first, others = np.abs(self._terms(tau)[0]) / self.lingering(tau), np.abs(self._terms(0.0)[1:]).sum(axis=0)
-        sizes = (first + others) * units
+        tau = self.arrives(units)
+        first, *later = np.abs(self._terms(tau)) / self.lingering(tau)
+        sizes = (first + np.maximum(np.abs(self._terms(0.0)[1:]), later).sum(axis=0)) * units
         fast = sizes[-len(landing.branch) :]
         return float(UNSURE * sizes.max() * (np.abs(self.beside.fading(flow.end)) @ fast).max() / fast.max())
+
+    def arrives(self, units: Any) -> float:
+        """Return the fast time from which on term 0 of the layer is near the branch, or the end of the layer.
+
+        Newton's step from there misses the branch by at most ``NEARLY`` of its length, in states times ``units``.
+        """
+        landing, known, fast = self.landing, self.reduced.formulas, len(self.landing.branch)
+        x, scales = landing.base[0].tolist(), (units + np.zeros(len(self.kept)))[-fast:]
+        for share in FIRST:
+            off = landing.corrections(np.array(share * landing.end))[0, -fast:]
+            step = newton(known, x, (landing.branch + off).tolist(), self.reduced.values)
+            if step is not None and (np.abs(step - off) * scales).max() <= NEARLY * (np.abs(off) * scales).max():
+                return share * landing.end
+        return landing.end
 
     def lingering(self, tau: float) -> float:
         """Return exp(r tau), the share of a small departure from the branch at the start that is left at ``tau``.
@@ -156,7 +174,7 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: An
     layered = method == "jump"
     motion, slow, layer, error = _followed(follow, tolerance(mu, order), layered, until, units)
     matched.require_no_pole(begun, slowly, motion.reduced)
-    followed = _required_layer(task, begun, slowly, motion)
+    followed = _required_layer(task, begun, slowly, motion, units)
     composites = slow + layer
     if not _falls(composites) and (known := _continued(task, begun, slowly, motion, error)):
         error = min(error, _expected(motion, layered, known[0], slow, layer, units, *known[1:])[0])
@@ -248,18 +266,18 @@ def _at_least(error: float, final: np.ndarray, state: tuple, units: Any) -> floa
 
 
 def _required_layer(
-    task: matched.Task, begun: matched.MatchedPath, slowly: matched.Slow, motion: LayeredMotion
+    task: matched.Task, begun: matched.MatchedPath, slowly: matched.Slow, motion: LayeredMotion, units: Any
 ) -> matched.MatchedPath | None:
     """Return the path by the full equations to the end of the layer, or None where it need not or cannot be followed.
 
     Raises ``OutOfRange`` where the layer at the given mu grows beyond bounds or leads to another branch than in the
     limit mu -> 0. This happens to a start within O(mu) of the edge between two basins, and the terms of the expansion
-    need not tell. Where there is one branch, it must attract at every base point: the terms omitted are those of its
-    slow motions.
+    need not tell. Where there is one branch, it must attract at every base point once terms of the layer do not tell
+    the error: the terms omitted are those of its slow motions.
     """
     known, values = slowly.formulas, slowly.values
     if known.affine:  # then there is one branch
-        _require_attraction(motion)
+        _require_attraction(motion, units)
         return None
     try:
         path = matched.through_layer(task, begun)
@@ -276,11 +294,12 @@ def _required_layer(
     return path
 
 
-def _require_attraction(motion: LayeredMotion) -> None:
-    """Raise ``OutOfRange`` where a base point to one of the orders is where the only branch does not attract."""
+def _require_attraction(motion: LayeredMotion, units: Any) -> None:
+    """Raise ``OutOfRange`` where a base point is where the only branch does not attract, after the layer."""
     known, landing = motion.reduced.formulas, motion.landing
     for base in (motion.sums @ landing.base).tolist() if known.turning else ():
-        if not abscissa(known, base, landing.branch, motion.reduced.values) < 0:
+        attracts = abscissa(known, base, landing.branch, motion.reduced.values) < 0
+        if not attracts and not motion.tells(motion.layer(motion.reduced.end), units):
             raise OutOfRange(f"the layer moves {listed(known.slow_states, landing.base[0])} to about "
                              f"{listed(known.slow_states, base)}, where the branch does not attract: "
                              f"{known.small} = {motion.reduced.mu:.3g} is not small here; use an exact method")
