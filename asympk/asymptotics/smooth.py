@@ -41,7 +41,7 @@ STEADY, STALLED = 0.1, 0.5  # bounds of the ratio of successive omitted terms fr
 FALLING = 0.25  # the largest ratio of successive omitted terms at which they alone tell the error
 FELL = tuple(0.5**k for k in range(10, 0, -1))  # times before ``until``, over it, at which terms may still have fallen
 FADED = 2 * OVER  # the relaxation times, without what mu adds to their rate, after which a layer is rounding
-UNSURE = 1.25  # what is left of a layer is estimated up to a factor 1 + O(mu)
+UNSURE = 1.25  # what is left of a layer is estimated up to a factor 1 + O(mu), beside what its own way changes
 EARLY = 1 / 8  # the share of the time of a layer after which it fades as near its end
 FIRST, NEARLY = (0.0, *(2.0**k for k in range(-6, 0))), 0.1  # shares of that time at which it may be near the branch
 SOON = 200  # the most steps of the full equations from such a time to ``until``
@@ -110,7 +110,8 @@ class LayeredMotion:
         first, *later = np.abs(self._terms(tau)) / self.lingering(tau)
         sizes = (first + np.maximum(np.abs(self._terms(0.0)[1:]), later).sum(axis=0)) * units
         fast = sizes[-len(landing.branch) :]
-        return float(UNSURE * sizes.max() * (np.abs(self.beside.fading(flow.end)) @ fast).max() / fast.max())
+        faded = (np.abs(self.beside.fading(flow.end)) @ fast).max() / fast.max()
+        return float(UNSURE * self._eased() * sizes.max() * faded)
 
     def arrives(self, units: Any) -> float:
         """Return the fast time from which on term 0 of the layer is near the branch, or the end of the layer.
@@ -134,6 +135,16 @@ class LayeredMotion:
         flow, landing = self.reduced, self.landing
         rate = rightmost(flow.formulas, landing.base[0].tolist(), landing.branch, flow.values).real
         return math.exp(rate * tau)
+
+    def _eased(self) -> float:
+        """Return exp(|r(x_0) - r(S)| / |r(x_0)|), by which a layer fades less than beside the slow motion from S.
+
+        It goes from x_0 to the slow motion within a relaxation time, and the branch attracts at the rates r.
+        """
+        known, landing, values = self.reduced.formulas, self.landing, self.reduced.values
+        bases = (landing.base[0].tolist(), (self.sums[-1] @ landing.base).tolist())
+        first, last = (abscissa(known, base, landing.branch, values) for base in bases)
+        return math.exp(min(1.0, abs((last - first) / first)))
 
     def _terms(self, tau: float) -> np.ndarray:
         """Return the terms of the layer at ``tau`` times powers of mu: (orders from 0 on, states)."""

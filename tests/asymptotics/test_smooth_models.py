@@ -438,6 +438,14 @@ def test_what_is_left_of_a_layer_counts_how_its_terms_have_grown_on_the_way_to_t
     assert distance(path.final, _ends(system, {mu: "0.0426"}, start, "0.307")) < path.error < 1e-3
 
 
+def test_what_is_left_of_a_layer_counts_that_it_moves_slow_states_to_where_the_branch_attracts_more():
+    drift = (4183 * y / 5000 - sp.Rational(2291, 1000)) * x
+    force = (6899 * mu / 10000 - x - sp.Rational(1571, 5000)) * y
+    system, start = ap.System.smooth({x: drift}, {y: force + 23 * y**2 / 1250}, mu), ("0.5882", "1.328")
+    path = _solved(system, {mu: "0.156"}, start, "5.45", order=2)
+    assert distance(path.final, _ends(system, {mu: "0.156"}, start, "5.45")) < path.error < 3e-4
+
+
 def test_a_composite_that_is_near_no_branch_when_its_layer_is_over_is_refused_by_its_terms():
     system = ap.System.smooth({x: 10 * y - 1}, {y: x + y - y**3 / 3}, mu)
     with pytest.raises(OutOfRange, match=r"terms that order 2 omits amount to .* of the states"):
