@@ -20,6 +20,7 @@ from asympk.automaton.automaton import Automaton
 from asympk.automaton.compiled import function
 from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import mode_of
+from asympk.automaton.uniqueness import has_always_one_motion, is_watched
 from asympk.symbolic.branches import OPEN, Branch, Phase, all_phases, at_rest, rate_along
 from asympk.symbolic.forces import determined
 from asympk.symbolic.guards import NEVER_IDLE
@@ -81,7 +82,8 @@ class Modes:
         mode = mode_of(self.system, branch)
         guards = [guard.value for guard in mode.fixed_guards if guard.kind in NEVER_IDLE]
         known = exact_values(self.system, tuple(guards), self.automaton.values, 24).values()
-        return all(v > 0 for v in known) and not any(guard.kind in NEVER_IDLE for guard in mode.guards)
+        alone = not is_watched(mode) or has_always_one_motion(self.automaton, branch)
+        return alone and all(v > 0 for v in known) and not any(guard.kind in NEVER_IDLE for guard in mode.guards)
 
     def _combinations(self) -> Iterable[Branch]:
         return product(*(all_phases(self.system, k) for k in range(len(self.pushed))))

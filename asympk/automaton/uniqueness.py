@@ -54,7 +54,7 @@ class Watched(NamedTuple):
         """Return the signs of the margins of branches in which a contact that moves presses otherwise."""
         with suppress(*_OPEN):
             here = _junction(self.automaton, self.branch, *self.at(part))
-            rivals = (b for b in _choices(here.system, self.branch) if presses_otherwise(here.system, b, self.branch))
+            rivals = (b for b in choices(here.system, self.branch) if presses_otherwise(here.system, b, self.branch))
             found = ((b, margins_at_state(here, b)) for b in rivals)
             return {b: _signs(margins) for b, margins in found if margins}
         return {}
@@ -122,8 +122,8 @@ def has_always_one_motion(automaton: Automaton, branch: Branch) -> bool:
 
 def _has_one_motion(automaton: Automaton, branch: Branch, t: Any, state: tuple) -> bool:
     with suppress(*_OPEN):
-        here = _junction(automaton, branch, t, state)
-        return all(_is_stiff(here, other) for other in _choices(automaton.system, branch))
+        here, found = _junction(automaton, branch, t, state), choices(automaton.system, branch)
+        return bool(found) and all(_is_stiff(here, other) for other in found)
     return False
 
 
@@ -137,8 +137,8 @@ def _junction(automaton: Automaton, branch: Branch, t: Any, state: tuple) -> Jun
     return Junction(system, branch, set(), (place, place), [point, point], signs, touching, ROUNDED)
 
 
-def _choices(system: System, branch: Branch) -> list[Branch]:
-    """Return the branches that differ from one in loads, and in the phases of contacts at rest."""
+def choices(system: System, branch: Branch) -> list[Branch]:
+    """Return the branches that differ from one in loads, and in the phases of contacts at rest; none above ``MOST``."""
     found = [*islice(product(*(_phases(system, k, phase) for k, phase in enumerate(branch))), MOST + 1)]
     return found if len(found) <= MOST else []
 

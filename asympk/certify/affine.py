@@ -18,11 +18,10 @@ from itertools import product
 
 import sympy as sp
 
-from asympk.automaton.automaton import Automaton
 from asympk.automaton.junction import ROUNDING
 from asympk.automaton.modes import NO_FRICTION, SWITCH, mode_of
-from asympk.automaton.uniqueness import has_always_one_motion, is_watched
-from asympk.certify.balls import Ball, Refused, flint
+from asympk.automaton.uniqueness import choices, is_watched
+from asympk.certify.balls import Ball, Refused, certain_sign, flint
 from asympk.certify.candidates import Candidates, in_name_only, not_determined
 from asympk.certify.enclosure import Budget, first_event
 from asympk.certify.families import stacked
@@ -32,6 +31,7 @@ from asympk.numbers import Number
 from asympk.path import Event
 from asympk.symbolic import branches, forces
 from asympk.symbolic.branches import OPEN, all_phases
+from asympk.symbolic.guards import stiffness
 from asympk.symbolic.sides import phase_of
 from asympk.symbolic.system import System
 
@@ -293,7 +293,11 @@ class _Modes(Candidates):
 
     def _require_alone(self, mode):
         """Raise ``Refused`` where the equations of several rigid contacts leave room for a second motion in a mode."""
-        if is_watched(mode) and not has_always_one_motion(Automaton(self.system, self.values), mode.branch):
+        if not is_watched(mode):
+            return
+        system, others = mode.sided, choices(mode.sided, mode.branch)
+        sizes = [self.field.exact(branches.with_signs(system, b, stiffness(system, b))) for b in others]
+        if not sizes or any(size != 0 and certain_sign(self.field.ball(size)) <= 0 for size in sizes):
             raise Refused(f"uniqueness: within {mode.name}, a second motion of the contacts may come up")
 
     def _may_leave_rest(self, branch, k, state):

@@ -93,7 +93,7 @@ class Candidates:
     def __init__(
         self, system: System, values: tuple[Number, ...], sides: Mapping[str, tuple[Number, Number]], until: Number
     ):
-        self.system, self.values, self.here, self.until = system, values, system, Fraction(until)
+        self.system, self.here, self.until = system, system, Fraction(until)
         self._known: dict[GuardedMode, EnclosedMode | None] = {}
         self.waves, entries = forcing(system)
         self._plain = mode_of(system, (Phase(1, 1),) * len(system.frictions))

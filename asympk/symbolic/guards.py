@@ -212,10 +212,10 @@ def _unambiguous(system: "System", branch: Branch) -> list[Guard]:
     if not sliding:
         return []
     k, *_ = sliding
-    found = [Guard("unbounded", k, _stiffness(system, branch))]
+    found = [Guard("unbounded", k, stiffness(system, branch))]
     if len(closed) == 1 and system.frictions[k].gap is None:
         other = tuple(p._replace(load=-p.load) if j in rubs[k] else p for j, p in enumerate(branch))
-        found.append(Guard("several", k, _stiffness(system, other)))
+        found.append(Guard("several", k, stiffness(system, other)))
     return found
 
 
@@ -233,12 +233,12 @@ def _attracting(system: "System", branch: Branch, solved: dict) -> list[Guard]:
     entries = force_equations(system, branch)[1] if divided else ()
     if not resting or not all(entry.is_polynomial(*moving) for entry in entries):
         return []
-    value = _stiffness(system, branch)
+    value = stiffness(system, branch)
     varies = value.free_symbols & moving and not never_negative(system, value)
     return [Guard("several", resting[0], value)] if varies else []
 
 
-def _stiffness(system: "System", branch: Branch) -> sp.Expr:
+def stiffness(system: "System", branch: Branch) -> sp.Expr:
     """Return the determinant of the equations of the forces, times the same determinant without friction."""
     unknowns, matrix, _ = force_equations(system, branch)
     alone = matrix.as_mutable()
