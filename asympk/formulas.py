@@ -54,6 +54,7 @@ FUNCTIONS = {"frac": fractional_part, "cbrt": cube_root} | {
 } | {name: getattr(sp, name.capitalize()) for name in ("abs", "Abs", "max", "Max", "min", "Min", "mod", "Mod")}
 TWO = (sp.Max, sp.Min, sp.Mod, sp.atan2)  # functions that take two arguments
 CONSTANTS = {"pi": sp.pi}
+NOT_FINITE = (sp.nan, sp.zoo, sp.oo, -sp.oo)  # what an expression has in it that has no finite value
 LONGEST = 4000  # most characters of a formula
 DEEPEST = 60  # most levels of the syntax tree
 LARGEST_DEGREE = 64
@@ -77,7 +78,7 @@ def read_formula(text: object, symbols: Mapping[str, sp.Expr], what: str = "form
     found = _read(text, symbols, what)
     if not isinstance(found, sp.Expr):
         raise InputError(f"{what} = {short(text)}: it is a relation; give an expression")
-    if found.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I):
+    if found.has(*NOT_FINITE, sp.I):
         raise InputError(f"{what} = {short(text)}: it is not a finite real expression")
     return found
 

@@ -28,9 +28,10 @@ from asympk.automaton.automaton import ROUNDED, Automaton
 from asympk.automaton.contacts import nudges
 from asympk.automaton.exact import exact_values
 from asympk.errors import AsympkError, NotDerivable, OutOfRange
+from asympk.formulas import NOT_FINITE
 from asympk.numbers import known_order, listed, short
 from asympk.path import Path, SolvedAgain
-from asympk.symbolic.expansion import INFINITE, is_singular, regular
+from asympk.symbolic.expansion import is_singular, regular
 from asympk.symbolic.long import atoms, replaced
 from asympk.symbolic.reading import rational, spare
 from asympk.symbolic.sides import SWITCHING
@@ -91,7 +92,7 @@ def _lowered(system: System, small: sp.Symbol, highest: int) -> tuple[System, di
         fixed, moving = part.as_independent(*system.states, as_Add=False)
         plain = regular(fixed, small, highest)
         terms = [plain.diff(small, k).subs(small, 0) * small**k / math.factorial(k) for k in range(highest + 1)]
-        if fixed.diff(small, highest + 1) == 0 or sp.Tuple(*terms).has(*INFINITE, sp.Subs):
+        if fixed.diff(small, highest + 1) == 0 or sp.Tuple(*terms).has(*NOT_FINITE, sp.Subs):
             continue
         name = spare(small.name, (*system.states, *system.parameters, *rests))
         told[part] = sp.Add(*terms, small**highest * name) * moving

@@ -17,7 +17,7 @@ from typing import Any, Self
 import sympy as sp
 
 from asympk.errors import InputError
-from asympk.symbolic.expansion import INFINITE
+from asympk.formulas import NOT_FINITE
 from asympk.symbolic.inverses import in_order, without_inverses
 from asympk.symbolic.penetration import Penetration
 
@@ -152,7 +152,7 @@ def _function(expr, values, tape):
 
 
 def _require_regular(expr, derivatives):
-    if any(d.subs(U, 0).has(*INFINITE) for d in derivatives):
+    if any(d.subs(U, 0).has(*NOT_FINITE) for d in derivatives):
         raise InputError(f"{expr!s:.60} has no series in the small parameter, as it is singular where that is 0; make "
                          "it a parameter of its own, of that value")
 

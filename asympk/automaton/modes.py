@@ -15,6 +15,7 @@ import sympy as sp
 
 from asympk.automaton.compiled import Direction
 from asympk.errors import InputError
+from asympk.formulas import NOT_FINITE
 from asympk.symbolic import branches, guards
 from asympk.symbolic.branches import Branch, Guard
 from asympk.symbolic.coefficients import scattered
@@ -81,7 +82,7 @@ class GuardedMode:
     @cached_property
     def is_finite(self) -> bool:
         """Whether all rates and guards have a value on the sides; on the side u = 0, u/|u| has none."""
-        return not atoms(sp.Tuple(*self.rates, *self.guard_values), sp.Basic) & {sp.zoo, sp.nan, sp.oo, -sp.oo}
+        return not atoms(sp.Tuple(*self.rates, *self.guard_values), sp.Basic) & {*NOT_FINITE}
 
     @cached_property
     def units(self) -> tuple[Direction, ...]:

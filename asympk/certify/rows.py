@@ -27,6 +27,7 @@ from asympk.automaton.modes import GuardedMode, mode_of, on_all_sides
 from asympk.certify.balls import Ball, Refused, ball, ball_of, certain_sign, flint, hull
 from asympk.certify.families import Family, constant
 from asympk.certify.spectrum import Spectrum, core_of, of_balls, of_exact, seen_in
+from asympk.formulas import NOT_FINITE
 from asympk.numbers import Number
 from asympk.symbolic import guards
 from asympk.symbolic.long import replaced
@@ -87,7 +88,7 @@ class ExactEntries:
 
     def _placed(self, expr: sp.Expr) -> sp.Expr:
         expr = expr.subs(self.numbers)
-        if expr.has(sp.zoo, sp.oo, sp.nan):
+        if expr.has(*NOT_FINITE):
             raise Refused("edge: a coefficient or a reaction is not finite at these parameters")
         expr = self._sided(expr)
         return expr.rewrite(sp.Abs) if expr.has(*_LARGEST) else expr

@@ -9,6 +9,7 @@ import sympy as sp
 from asympk.automaton.contacts import is_open, nudges
 from asympk.automaton.junction import BY_HAND, OF_ZERO
 from asympk.errors import InputError, NotDerivable, OutOfRange
+from asympk.formulas import NOT_FINITE
 from asympk.mechanics.evaluation import ROUNDING, evaluate
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import vanishes
@@ -93,7 +94,7 @@ def require_continuous(kinetics: Kinetics, parts: tuple[sp.Expr, ...], what: str
             upper, lower = (on_sides(expr, ((phase, side),)) for side in ((1, -1) if place == phase else (0, -1)))
             q = next((q for q in sorted(place.free_symbols, key=str) if place.diff(q).is_nonzero), place)
             rise = (upper - lower).subs(q, sp.solve(place, q)[0] if q.is_Symbol else 0)
-            if not rise.has(sp.nan, sp.zoo, sp.oo, -sp.oo) and not vanishes(rise):  # a motion to a pole ends there
+            if not rise.has(*NOT_FINITE) and not vanishes(rise):  # a motion to a pole ends there
                 where = f"{place} = 0" if place == phase else f"{place} is whole"
                 raise NotDerivable(f"{what} jumps where {where}, and velocities do not: round it off there")
 

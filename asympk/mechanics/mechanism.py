@@ -15,6 +15,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable, OutOfRange
+from asympk.formulas import NOT_FINITE
 from asympk.mechanics import elastic, jump_law, paradox, rigid, rigid_system
 from asympk.mechanics.checks import check_bounds, check_mechanism, require_closed, require_positive_mass
 from asympk.mechanics.evaluation import evaluate_ahead, exact_number, exactly_at
@@ -362,7 +363,7 @@ def _finite(name, value):
     if not isinstance(found, sp.Expr):
         raise InputError(f"{name} = {short(value)}: it must be an expression in symbols")
     found = replaced(found, {number: sp.Rational(number) for number in atoms(found, sp.Float)})
-    if atoms(found, sp.Basic) & {sp.nan, sp.zoo, sp.oo, -sp.oo, sp.I}:
+    if atoms(found, sp.Basic) & {*NOT_FINITE, sp.I}:
         raise InputError(f"{name} = {found!s:.60}: it must be finite and real")
     return found
 

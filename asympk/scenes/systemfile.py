@@ -36,8 +36,6 @@ from asympk.naming import nearest
 from asympk.scene import Scene
 from asympk.scenes.turned import static_frictions
 from asympk.storage.tomlfile import refuse_unknown, require_keys, table_in, tables_in
-from asympk.symbolic.branches import one_per_mode
-from asympk.symbolic.forces import force_equations
 from asympk.symbolic.system import Friction, System
 from asympk.symbolic.values import did_you_mean, in_words, with_changes
 from asympk.systems.catalogue import described_mechanism, start_at
@@ -131,9 +129,7 @@ def read_system(table: Any, parameters: Any) -> System:
     small, time = (symbols[table[key]] if key in table else None for key in ("small", "time"))
     assumed = [read_relation(a, symbols) for a in _list(table.get("assumptions", []), "system.assumptions")]
     found = [_friction(f, symbols, k) for k, f in enumerate(frictions)]
-    system = System.with_frictions(slow_rates, fast_rates, found, small, time, sp.And(*assumed))
-    force_equations(system, tuple(one_per_mode(system, k)[0] for k in range(len(found))))  # refuses what is not linear
-    return system
+    return System.with_frictions(slow_rates, fast_rates, found, small, time, sp.And(*assumed))
 
 
 def _symbols(table: dict, states: list[str], frictions: list[dict], parameters: Any) -> dict[str, sp.Symbol]:

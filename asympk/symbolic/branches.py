@@ -400,14 +400,22 @@ def check_friction(system: "System", friction: "Friction", number: int) -> None:
     moved = {s: rate for s, rate in system.rates.items() if friction.force in symbols_in(rate)}
     if not moved:
         raise InputError(f"{which}: the force {friction.force} enters no rate; write it where it acts")
-    if any(slope_by(slope_by(r, friction.force), friction.force) != 0 for r in moved.values()):
-        raise InputError(f"{which}: the force {friction.force} must enter the rates linearly")
+    if found := next((s for s, r in moved.items() if _has_square(system, friction, s, r)), None):
+        raise InputError(f"{which}: the force {friction.force} must enter the rates linearly, and not so that of "
+                         f"{found}; write it as a sum of multiples of the forces")
     if any(sp.expand(slope).free_symbols & moved.keys() for s in moved if (slope := slope_by(v, s)).has(*moved)):
         raise InputError(f"{which}: the velocity {short(v)} must be linear in what {friction.force} moves, "
                          f"{', '.join(map(str, moved))}; give one that passes through 0")
     given = (v, friction.load, friction.kinetic, friction.static, friction.gap)
     if any(e is not None and atoms(e, sp.Float) for e in given):
         raise InputError(f"{which} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
+
+
+def _has_square(system: "System", friction: "Friction", state: sp.Symbol, rate: sp.Expr) -> bool:
+    """Tell whether a rate has the square of a force, or in the rate of its velocity a product with another force."""
+    others = system.pushes if state in symbols_in(friction.velocity) else (friction.force,)
+    slope = slope_by(rate, friction.force)
+    return any(slope_by(slope, force) != 0 for force in others)
 
 
 def check_constraint(system: "System", friction: "Friction") -> None:

@@ -14,6 +14,7 @@ from typing import Any, Self
 import sympy as sp
 
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic
+from asympk.formulas import NOT_FINITE
 from asympk.numbers import short
 from asympk.shown import Card, Several, ShownAsFormulas
 from asympk.symbolic.conditions import reduce_under
@@ -110,7 +111,7 @@ class CriticalManifold(ShownAsFormulas):
     @cached_property
     def _finite(self):
         """The condition under which branch and dg/dy are finite; ``real`` covers roots in denominators."""
-        if sp.Tuple(*self.branch.values(), *self.jacobian).has(sp.zoo, sp.nan):
+        if sp.Tuple(*self.branch.values(), *self.jacobian).has(*NOT_FINITE):
             return sp.false
         if not fast_jacobian(self.dynamics, self.small).has(*self.branch):  # only det dg/dy divides
             return sp.true

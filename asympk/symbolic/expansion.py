@@ -22,13 +22,13 @@ from random import Random
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
+from asympk.formulas import NOT_FINITE
 from asympk.numbers import short
 from asympk.symbolic.branches import put_sign, without_squares
 from asympk.symbolic.diffring import DifferentialRing, Fraction, atoms_of
 from asympk.symbolic.long import atoms, heavy, is_longer, replaced, valued
 from asympk.symbolic.system import Mode
 
-INFINITE = (sp.zoo, sp.nan, sp.oo)
 _TINY = sp.Rational(1, 10**30)
 PLACES, FURTHEST = 24, 50  # the number of places at which an expression with roots is looked at, and the largest number
 EXPANDED = 20_000  # terms of a power of a sum, times its exponent: with 10000 formulas take seconds, with 90000 minutes
@@ -84,7 +84,7 @@ def require_series(mode: Mode, small: sp.Symbol | None, order: int = 0) -> None:
     if small is None:
         return
     for state, rate in {**to_degree(mode.slow, small, order), **to_degree(mode.fast, small, order)}.items():
-        if any(rate.diff(small, k).subs(small, 0).has(*INFINITE) for k in range(order + 1)):
+        if any(rate.diff(small, k).subs(small, 0).has(*NOT_FINITE) for k in range(order + 1)):
             raise InputError(f"the rate of {state} has no series in {small}: in mode {mode.name} it is singular where "
                              "that is 0; use an exact method, or replace what is singular by a parameter")
 
@@ -116,10 +116,10 @@ def limit_of(expr: sp.Expr, small: sp.Symbol) -> sp.Expr:
 
 def is_singular(expr: sp.Expr, small: sp.Symbol) -> bool:
     """Tell whether an expression has a quotient that is singular by its form where mu = 0, or is infinite."""
-    if expr == small or not expr.has(small, *INFINITE):
+    if expr == small or not expr.has(small, *NOT_FINITE):
         return False
     at = expr.subs(small, 0)
-    return at.has(*INFINITE) or any(s.args[0].subs(small, 0) == 0 for s in expr.atoms(sp.sinc))
+    return at.has(*NOT_FINITE) or any(s.args[0].subs(small, 0) == 0 for s in expr.atoms(sp.sinc))
 
 
 def _polynomial(quotient: sp.Expr, small: sp.Symbol, degree: int) -> sp.Expr:
@@ -130,7 +130,7 @@ def _polynomial(quotient: sp.Expr, small: sp.Symbol, degree: int) -> sp.Expr:
     while len(found) <= degree and not is_zero(sides[1]):
         above, below = (side.diff(small, k).subs(small, 0) / factorial(k) for side in sides)
         begun = bool(known) or not is_zero(below)  # before, the terms of n must vanish, too
-        if sp.Tuple(above, below).has(*INFINITE) or not (begun or is_zero(above)):
+        if sp.Tuple(above, below).has(*NOT_FINITE) or not (begun or is_zero(above)):
             return quotient
         if begun:
             known.append(below)

@@ -21,6 +21,7 @@ from mpmath.libmp import dps_to_prec
 from sympy.printing.codeprinter import PrintMethodNotImplementedError
 
 from asympk.errors import InputError, OutOfRange
+from asympk.formulas import NOT_FINITE
 from asympk.multiprecision import as_mpf, in_context, private_context
 from asympk.naming import named
 from asympk.numbers import Number, common_shape, number, numbers, short
@@ -416,7 +417,7 @@ def _check(expr, args, known, branching):
         )
     if any(isinstance(part, sp.Float) for part in parts):
         raise InputError(f"{expr} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
-    if parts & {sp.nan, sp.zoo, sp.oo, -sp.oo}:
+    if parts & {*NOT_FINITE}:
         beyond = ", as where no piece of a Piecewise holds; end it with one that does" if sp.nan in parts else ""
         raise InputError(f"{short(expr)} contains a constant that is not a finite number{beyond}")
     if sp.I in parts:

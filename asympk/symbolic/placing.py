@@ -10,6 +10,7 @@ import sympy as sp
 from sympy.core.function import AppliedUndef
 
 from asympk.errors import InputError
+from asympk.formulas import NOT_FINITE
 from asympk.numbers import number, short
 from asympk.symbolic.long import atoms
 from asympk.symbolic.reading import entries_of, rational
@@ -85,7 +86,7 @@ def _require_formulas(system: "System") -> None:
 def _require_divisible(system: "System", values: dict[sp.Symbol, Any], numbers: dict[sp.Symbol, sp.Rational]) -> None:
     for name, expr, divisors in _divided(system):
         for divisor in divisors:
-            if divisor.xreplace(numbers) == 0 and expr.subs(numbers).has(sp.zoo, sp.nan, sp.oo, -sp.oo):
+            if divisor.xreplace(numbers) == 0 and expr.subs(numbers).has(*NOT_FINITE):
                 raise InputError(f"values: {_given(values, divisor)} is refused; {name} = {short(expr)} divides by "
                                  f"{short(divisor)}")
 

@@ -13,10 +13,11 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic
+from asympk.formulas import NOT_FINITE
 from asympk.numbers import known_order
 from asympk.shown import Card, Several, ShownAsFormulas
 from asympk.symbolic.critical import CriticalManifold, checked_branch, equations, with_held_slow
-from asympk.symbolic.expansion import INFINITE, is_zero, limit_of
+from asympk.symbolic.expansion import is_zero, limit_of
 from asympk.symbolic.hurwitz import attracting, characteristic, off_axis, repelling, split
 from asympk.symbolic.manifold import RestState, SlowManifold
 from asympk.symbolic.sides import is_whole, on_side, phases
@@ -235,7 +236,7 @@ def _spectrum(system, mode, jacobian):
     fast, slow = jacobian[n:, n:], polynomial
     if mode.fast:
         fast, slow = fast.applyfunc(lambda entry: limit_of(entry, small)), limit_of(slow, small)
-    if sp.Tuple(*fast, slow).has(*INFINITE):
+    if sp.Tuple(*fast, slow).has(*NOT_FINITE):
         raise InputError(f"{mode.name}: the eigenvalues have no limit as {small} vanishes, in which the rates are "
                          "singular; replace what is singular by a parameter")
     fast = sp.Poly(characteristic(fast) if mode.fast else [1], NU)

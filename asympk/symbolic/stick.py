@@ -19,6 +19,7 @@ from itertools import chain, groupby, pairwise, product, zip_longest
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
+from asympk.formulas import NOT_FINITE
 from asympk.numbers import short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.branches import rate_along, with_direction
@@ -150,7 +151,7 @@ def friction_cone(system: System) -> Cone:
         )
     still = plane_of_rest(system)
     for bound in (friction.kinetic, friction.static):
-        if bound.subs(still).has(sp.nan, sp.zoo, sp.oo, -sp.oo):
+        if bound.subs(still).has(*NOT_FINITE):
             raise NotDerivable(f"friction {short(bound)} has no finite value at rest, which regions need")
     _require_order(friction, system.assumptions)
     rate = _without_division(rate_along(system, friction.velocity), system.small)

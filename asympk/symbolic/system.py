@@ -22,9 +22,11 @@ import sympy as sp
 from sympy.logic.boolalg import BooleanAtom, BooleanFunction
 
 from asympk.errors import InputError
+from asympk.formulas import NOT_FINITE
 from asympk.numbers import short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic import branches, guards
+from asympk.symbolic.forces import force_equations
 from asympk.symbolic.inverses import with_factors
 from asympk.symbolic.long import atoms, symbols_in
 from asympk.symbolic.penetration import with_penetration
@@ -367,10 +369,14 @@ def _check(system: System) -> None:
         parts = atoms(rate, sp.Basic)
         if any(isinstance(part, sp.Float) for part in parts):
             raise InputError(f"the rate of {s} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
-        if not isinstance(rate, sp.Expr) or parts & {sp.nan, sp.zoo, sp.oo, -sp.oo, sp.I}:
+        if not isinstance(rate, sp.Expr) or parts & {*NOT_FINITE, sp.I}:
             raise InputError(f"the rate of {s} is {rate}; it must be a finite real expression")
     for number, friction in enumerate(system.frictions):
         branches.check_friction(system, friction, number)
+    bounds = sp.Tuple(*(part for f in system.frictions for part in (f.load, f.constraint) if part is not None))
+    if symbols_in(bounds) & {*system.pushes}:
+        slipping = tuple(branches.one_per_mode(system, k)[0] for k in range(len(system.frictions)))
+        force_equations(system, slipping)  # refuses what is not linear
 
 
 def _require_relations(assumed: sp.Basic) -> None:
