@@ -15,9 +15,12 @@ from typing import Any
 
 import sympy as sp
 
+from asympk.errors import OutOfRange
+from asympk.numbers import short
 from asympk.symbolic.coefficients import name_of, with_names
-from asympk.symbolic.long import replaced
+from asympk.symbolic.long import atoms, replaced
 from asympk.symbolic.lowering import WIDE, Lowered, NoFunction, is_tower, lower, on_floats, without_overflow
+from asympk.symbolic.placing import named_parts
 from asympk.symbolic.system import System
 
 Direction = tuple[sp.Expr, ...]  # the rates of the time and of every state
@@ -62,12 +65,25 @@ def source(
     fixed = (*system.parameters, *map(name_of, coefficients))
     arguments = (time, *(plain[s] for s in (*system.states, *fixed)))
     values, *rows = (_in_plain_symbols(system, exprs, coefficients) for exprs in (outputs, *directions))
+    if sp.I in atoms(sp.Tuple(*values), sp.Basic):
+        raise OutOfRange(f"{_not_real(system)} is not real in every mode; write it so that it is, as sqrt(abs(v)) "
+                         "is for a velocity v")
     if directions:
         rates = tuple((*row, *(sp.S.Zero for _ in fixed)) for row in rows)
         text = Lowered(arguments, values, target, directions=rates).source
     else:
         text = lower(arguments, values, target=target, branching=True).source
     return _POWER.sub(lambda found: f"({'*'.join([found[1]] * int(found[2]))})", text) if target == "math" else text
+
+
+def _not_real(system: System) -> str:
+    """Return "name = formula" of the first formula that is not real for one sign of a sliding velocity."""
+    size = sp.Dummy(positive=True)
+    for name, expr in named_parts(system).items():
+        sides = (expr.subs(f.velocity, sign * size) for f in system.frictions for sign in (-1, 1))
+        if any(sp.I in atoms(side, sp.Basic) for side in sides):
+            return f"{name} = {short(expr)}"
+    return "a rate or a part of a friction"
 
 
 class _Products(ast.NodeTransformer):

@@ -29,6 +29,8 @@ from functools import partial
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
+import sympy as sp
+
 from asympk.automaton.consistency import (
     ORDERS,
     Tried,
@@ -50,8 +52,11 @@ from asympk.automaton.rest import has_forces, moves_in_several_ways, standing_br
 from asympk.digits import carrier_context
 from asympk.errors import AsympkError, NoMotion, OutOfRange, TwoMotions, UnboundedReaction, Undecided
 from asympk.multiprecision import in_context
+from asympk.numbers import short
 from asympk.symbolic import branches, forces, sides
 from asympk.symbolic.branches import OPEN, Branch, Guard
+from asympk.symbolic.long import replaced
+from asympk.symbolic.placing import named_parts
 from asympk.symbolic.system import System
 
 if TYPE_CHECKING:
@@ -78,13 +83,16 @@ def follow_on(automaton: "Automaton", before: Branch | None, hits: tuple, t: Any
             return _follow_on(automaton, before, hits, t, state, slack, DOUBLES)
     digits = max(WORKING, (digits_of(state) or 0) + COARSER)
     numbers = _numbers(digits + COARSER)._replace(coarser=_numbers(digits))
-    with finite(lambda: t):
+    with finite(lambda: t, lambda: without_value(automaton, t, state)):
         return _follow_on(automaton, before, hits, t, state, slack, numbers)
 
 
 @contextmanager
-def finite(reached: Callable[[], Any]) -> Iterator[None]:
-    """Raise ``OutOfRange`` in place of the errors of infinite or complex numbers; ``reached`` gives the time."""
+def finite(reached: Callable[[], Any], named: Callable[[], str] = str) -> Iterator[None]:
+    """Raise ``OutOfRange`` in place of the errors of infinite or complex numbers.
+
+    ``reached`` gives the time, and ``named`` what has no value there, or "" where that is not known.
+    """
     try:
         yield
     except AsympkError:
@@ -92,8 +100,23 @@ def finite(reached: Callable[[], Any]) -> Iterator[None]:
     except (ArithmeticError, TypeError, ValueError) as error:
         if not is_of_numbers(error):
             raise
-        raise OutOfRange("a rate or a bound of the system, or its slope, is not a finite real number at t = "
-                         f"{float(reached()):.6g}; start where its formulas hold, or give other parameters") from error
+        what = named() or "a rate or a bound of the system, or its slope,"
+        raise OutOfRange(f"{what} is not a finite real number at t = {float(reached()):.6g}; start where its formulas "
+                         "hold, or give other parameters") from error
+
+
+def without_value(automaton: "Automaton", t: Any, state: tuple) -> str:
+    """Return "name = formula" of the first rate, or part of a friction, that has no finite real value, or ""."""
+    system = automaton.system
+    symbols = (*system.parameters, *system.states, *([system.time] if system.time else ()))
+    given = (*automaton.values, *state, t)
+    at = {s: sp.Rational(float(value)) for s, value in zip(symbols, given, strict=False)}
+    at |= dict.fromkeys(system.pushes, sp.S.Zero)
+    for name, expr in named_parts(system).items():
+        value = replaced(expr, at)
+        if value.is_finite is False or value.is_real is False:
+            return f"{name} = {short(expr)}"
+    return ""
 
 
 def is_of_numbers(error: Exception) -> bool:

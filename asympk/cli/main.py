@@ -13,8 +13,9 @@ from typing import Any, NoReturn
 
 from asympk import __version__
 from asympk.cli import COMMANDS
-from asympk.errors import AsympkError
+from asympk.errors import AsympkError, InputError, MissingPackage, OrderError, UnknownName
 
+_OF_ARGUMENTS = (InputError, MissingPackage, OrderError, UnknownName)  # of files these name the file themselves
 _NEGATIVE = re.compile(r"^-(\d|\.\d)")  # -1/2 and -1e-3 are numbers too, where argparse would see options
 
 
@@ -40,13 +41,22 @@ def _run(whole, arguments):
     except (AsympkError, OSError) as error:
         if options.debug:
             _complain(traceback.format_exc())
-        _complain(f"asympk: {_one_line(error)}")
+        _complain(f"asympk: {_file_of(options, error)}{_one_line(error)}")
         return 2
     except AttributeError:
         if options.debug or sys.flags.optimize < 2:
             raise
         _complain("asympk: python -OO drops the docstrings that SymPy's mechanics reads; run python -O, or neither")
         return 2
+
+
+def _file_of(options: argparse.Namespace, error: Exception) -> str:
+    """Return "file: " for an error of the motion or the model of a scene in a file, which does not know its file."""
+    from asympk.scenes.scenefile import is_file
+
+    place = getattr(options, "scene", None)
+    told = not isinstance(error, AsympkError) or isinstance(error, _OF_ARGUMENTS) or str(error).startswith(f"{place}: ")
+    return "" if told or not place or not is_file(place) else f"{place}: "
 
 
 def _complete(whole: argparse.ArgumentParser) -> None:

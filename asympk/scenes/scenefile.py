@@ -88,9 +88,10 @@ def _changed_example(scene: Scene, name: str, changes: dict[str, Any]) -> tuple[
 
 
 def is_file(where: str | Path) -> bool:
-    """Tell whether ``where`` names a file or a pipe, and no scene that ships."""
-    there = Path(where).exists() and not Path(where).is_dir()
-    return str(where) not in scene_names() and (str(where).endswith(".toml") or there)
+    """Tell whether ``where`` names a file, a pipe or a directory, which is refused as such, and no scene that ships."""
+    name = str(where)
+    there = bool(name) and Path(where).exists() and not (Path(where).is_dir() and name in systems.__all__)
+    return name not in scene_names() and (name.endswith(".toml") or there)
 
 
 def is_scene(where: str) -> bool:

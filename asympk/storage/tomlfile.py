@@ -16,7 +16,9 @@ LARGEST = 1_000_000  # bytes of a file
 def read_table(path: str | Path) -> dict[str, Any]:
     """Return the table in the file or pipe ``path``; raises ``InputError`` unless it is TOML, ``OSError``."""
     path = Path(path)
-    if not path.exists() or path.is_dir():
+    if path.is_dir():
+        raise InputError(f"{path}: it is a directory; give a TOML file in it")
+    if not path.exists():
         raise InputError(f"{path}: there is no such file")
     raw = read_bytes(path, LARGEST + 1)
     if len(raw) > LARGEST:

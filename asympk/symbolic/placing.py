@@ -61,13 +61,13 @@ def _number(what: str, name: str, value: Any) -> Any:
 @lru_cache(maxsize=64)
 def _divided(system: "System") -> tuple[tuple[str, sp.Expr, tuple[sp.Expr, ...]], ...]:
     """Return (name, expression, divisors) of the rates and parts of frictions that divide by parameters alone."""
-    powers = ((name, expr, atoms(expr, sp.Pow)) for name, expr in _named(system).items())
+    powers = ((name, expr, atoms(expr, sp.Pow)) for name, expr in named_parts(system).items())
     found = ((name, expr, {p.base for p in own if p.exp.is_negative}) for name, expr, own in powers)
     return tuple((name, expr, own) for name, expr, bases in found
                  if (own := tuple(b for b in bases if b.free_symbols and b.free_symbols <= {*system.parameters})))
 
 
-def _named(system: "System") -> dict[str, sp.Expr]:
+def named_parts(system: "System") -> dict[str, sp.Expr]:
     """Return the rates and the parts of frictions by the names that messages have for them."""
     rates = {f"{s}'": rate for s, rate in (*system.slow.items(), *system.fast.items())}
     many = len(system.frictions) > 1
@@ -77,7 +77,7 @@ def _named(system: "System") -> dict[str, sp.Expr]:
 
 @lru_cache(maxsize=64)
 def _require_formulas(system: "System") -> None:
-    for name, expr in _named(system).items():
+    for name, expr in named_parts(system).items():
         if unknown := sorted(map(short, atoms(expr, AppliedUndef))):
             raise InputError(f"{name} = {short(expr)} has no value: {unknown[0]} is a function without a formula; "
                              "write its formula there")

@@ -196,7 +196,7 @@ class System(ShownAsFormulas):
         if z in slow or z in fast:
             raise InputError(f"the velocity {z} has a rate of its own; leave it out of slow and fast")
         friction = Friction(z, force, load, kinetic, static, gap, normal)
-        _require_loads((friction,))
+        _require_friction((friction,))
         rates, order = {**slow, z: rate}, (*slow, *fast, z)
         assumed = expression("assumptions", assumptions)
         return cls(sp.Dict(rates), sp.Dict(fast), order, small, (friction,), time, assumed)
@@ -221,7 +221,7 @@ class System(ShownAsFormulas):
         if wrong := [f for f in given if not isinstance(f, Friction)]:
             raise InputError(f"frictions: {short(wrong[0])} is no Friction; give {wanted}")
         assumed = expression("assumptions", assumptions)
-        _require_loads(given)
+        _require_friction(given)
         found = cls(sp.Dict(slow), sp.Dict(fast), (*slow, *fast), small, given, time, assumed)
         for friction in given:
             branches.check_constraint(found, friction)
@@ -338,8 +338,16 @@ def _rates(what: str, rates: Any) -> dict[sp.Symbol, sp.Expr]:
     return found
 
 
-def _require_loads(frictions: tuple[Friction, ...]) -> None:
-    """Raise ``InputError`` for a load that is written as 0; a load may become 0 on a side of a switch."""
+def _require_friction(frictions: tuple[Friction, ...]) -> None:
+    """Raise ``InputError`` for a load that is written as 0, and for a part without a finite real value.
+
+    On a side of a switch a load may become 0, and a part may have no value.
+    """
+    for friction in frictions:
+        for name, part in friction.parts.items():
+            if atoms(part, sp.Basic) & {*NOT_FINITE, sp.I}:
+                example = f", such as 1/(1 + abs({friction.velocity}))" if name in ("load", "kinetic", "static") else ""
+                raise InputError(f"friction: {name} = {short(part)}: it must be finite and real{example}")
     if any(friction.load == 0 for friction in frictions):
         raise InputError("friction: the load is 0; without a load there is no friction")
 

@@ -186,6 +186,42 @@ def test_what_is_mistyped_in_a_system_is_told_as_it_was_written(tmp_path, rate, 
         ap.solve(ap.read_scene(tmp_path / "mine.toml"), method="lsoda")
 
 
+BLOCK = """until = 3
+[system.slow]
+x = "v"
+v = "-x + F"
+[[system.frictions]]
+velocity = "v"
+force = "F"
+load = 1
+kinetic = "%s"
+[start]
+x = 1
+v = %s
+"""
+
+
+@pytest.mark.parametrize(
+    ("kinetic", "v", "said"),
+    [
+        ("sqrt(v)", "1", "kinetic = sqrt(v) is not real in every mode; write it so that it is, as sqrt(abs(v)) is"),
+        ("sqrt(v)", "-1", "kinetic = sqrt(v) is not a finite real number at t = 0"),
+        ("1/(v - 1)", "1", "kinetic = 1/(v - 1) is not a finite real number at t = 0"),
+    ],
+)
+def test_a_motion_that_cannot_be_followed_is_told_by_the_file_and_the_formula(tmp_path, capsys, kinetic, v, said):
+    (tmp_path / "block.toml").write_text(BLOCK % (kinetic, v))
+    assert main(["solve", str(tmp_path / "block.toml")]) == 2
+    assert f"asympk: {tmp_path / 'block.toml'}: {said}" in capsys.readouterr().err
+
+
+def test_a_method_or_a_number_of_digits_that_does_not_exist_is_not_laid_to_the_file(tmp_path, capsys):
+    (tmp_path / "block.toml").write_text(BLOCK % ("1/2", "1"))
+    for option in (["--digits", "0"], ["--method", "eulre"]):
+        assert main(["solve", str(tmp_path / "block.toml"), *option]) == 2
+        assert "block.toml" not in capsys.readouterr().err
+
+
 AT_REST = "[state]\n\"X'\" = 0\ntheta = 1\n\"theta'\" = 0\n"
 
 

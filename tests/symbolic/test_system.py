@@ -27,6 +27,12 @@ def _oscillator(**changes):
     return System.with_friction(**{**parts, **changes})
 
 
+def _two_blocks(push):
+    """Two blocks, of which the first is pushed by ``push``, which contains the friction forces F and N of both."""
+    frictions = [Friction(velocity=z, force=F, load=1, kinetic=k), Friction(velocity=y, force=N, load=1, kinetic=k)]
+    return System.with_frictions({z: push - x, y: N, x: z}, {}, frictions)
+
+
 def test_each_mode_is_the_field_with_its_own_friction_force():
     system = _oscillator()
     forces = {"slip_same": -k * (x + y), "slip_opposite": k * (x + y), "stick": x - 2}
@@ -39,7 +45,7 @@ def test_each_mode_is_the_field_with_its_own_friction_force():
 
 def test_a_load_that_is_not_linear_in_its_own_force_is_refused_by_the_name_of_the_force():
     with pytest.raises(InputError, match=r"slip_same: the forces must enter .* linearly, and F does not"):
-        _oscillator(load=sp.Abs(F)).mode("slip_same")
+        _oscillator(load=sp.Abs(F))
 
 
 def test_stick_has_no_acceleration_and_slip_opposes_the_velocity():
@@ -70,6 +76,9 @@ def test_a_system_and_its_modes_are_values():
     ("make", "match"),
     [
         (lambda: _oscillator(velocity={z: 2 - x + F**2}), "must enter the rates linearly"),
+        (lambda: _two_blocks(F * N), "friction 0: the force F must enter the rates linearly, and not so that of z"),
+        (lambda: _oscillator(kinetic=sp.nan), "kinetic = nan: it must be finite and real, such as 1/.1 . abs.z.."),
+        (lambda: _oscillator(static=sp.oo), "static = oo: it must be finite and real"),
         (lambda: _oscillator(velocity=z), "must be a mapping"),
         (lambda: System.smooth([x], [y], mu), "must be a mapping"),
         (lambda: System.smooth(slow={x: 0.5 * y}, fast={y: -y}, small=mu), "contains a float"),
