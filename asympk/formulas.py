@@ -11,13 +11,14 @@ import re
 from collections.abc import Mapping
 from fractions import Fraction
 from operator import add, mul, sub
+from typing import Any
 from unicodedata import normalize
 
 import sympy as sp
 
 from asympk.errors import InputError
 from asympk.naming import nearest
-from asympk.numbers import short
+from asympk.numbers import short, spells_number
 
 
 def fractional_part(of: sp.Expr) -> sp.Expr:
@@ -55,6 +56,7 @@ FUNCTIONS = {"frac": fractional_part, "cbrt": cube_root} | {
 TWO = (sp.Max, sp.Min, sp.Mod, sp.atan2)  # functions that take two arguments
 CONSTANTS = {"pi": sp.pi}
 NOT_FINITE = (sp.nan, sp.zoo, sp.oo, -sp.oo)  # what an expression has in it that has no finite value
+DIGITS = 50  # of an irrational number that a file gives by a formula
 LONGEST = 4000  # most characters of a formula
 DEEPEST = 60  # most levels of the syntax tree
 LARGEST_DEGREE = 64
@@ -81,6 +83,28 @@ def read_formula(text: object, symbols: Mapping[str, sp.Expr], what: str = "form
     if found.has(*NOT_FINITE, sp.I):
         raise InputError(f"{what} = {short(text)}: it is not a finite real expression")
     return found
+
+
+def read_constant(what: str, value: Any) -> Any:
+    """Return the number that a formula without names spells in a file, such as "sqrt(2)/2", "pi/4" or "75 deg".
+
+    It is a Fraction, of an irrational number right to 50 digits. Any other value, a string of digits included, is
+    returned as it is. Raises ``InputError``.
+
+    >>> read_constant("theta", "60 deg") == read_constant("theta", "pi/3"), read_constant("m", "2^3/5")
+    (True, Fraction(8, 5))
+    """
+    if not isinstance(value, str) or spells_number(value):
+        return value
+    text = value.strip()
+    try:
+        found = read_formula(text.removesuffix("deg"), {}, what) * (sp.pi / 180 if text.endswith("deg") else 1)
+    except InputError:
+        found = sp.nan
+    if not found.is_real:
+        raise InputError(f"{what} = {short(value)}: it must be a number, such as 0.2, or one in quotes, such as '1/3', "
+                         "'sqrt(2)/2', 'pi/4' or '75 deg'")
+    return Fraction(str(found if found.is_Rational else found.evalf(DIGITS)))
 
 
 def read_relation(text: object, symbols: Mapping[str, sp.Expr]) -> sp.Basic:

@@ -1,7 +1,7 @@
 """The reader of numbers: an argument becomes an exact int, float or Fraction, or is refused with a message of one line.
 
-Strings are read here and nowhere else. A string is a decimal or a ratio of integers, of bounded length and exponent,
-and never a formula.
+Strings are read here and nowhere else, but for formulas of numbers in files (``formulas.read_constant``). A string is
+a decimal or a ratio of integers, of bounded length and exponent, and never a formula.
 """
 
 import re
@@ -180,9 +180,14 @@ def _from_scalar(name, value):
     return Fraction(*value.as_integer_ratio())
 
 
+def spells_number(text: str) -> bool:
+    """Tell whether a string spells a decimal or a ratio, as ``number`` reads it."""
+    return len(text.strip()) <= _LONGEST and bool(_SPELT.fullmatch(text.strip()))
+
+
 def _spelt(name, text):
     bare = text.strip()
-    if len(bare) > _LONGEST or not _SPELT.fullmatch(bare):
+    if not spells_number(text):
         raise InputError(f"{name} = {short(text)}: it must be a decimal such as '0.2' or '1e-6', or a ratio, '1/3'")
     try:
         return Fraction(bare)

@@ -8,7 +8,7 @@
     unilateral = true
     [forces]        # by coordinate, the generalised forces that are not in the Lagrangian
     [values]        # a number for every parameter; formulas may use these names
-    [state]         # coordinates and rates of the example
+    [state]         # coordinates and rates of the example: numbers, or formulas of numbers such as "pi/4" or "75 deg"
     [over]          # theta = [0.05, 1.5]: the range over which the paradox is looked for
 
 With ``until`` the file is also a scene, which starts from ``[state]`` on a rigid or an elastic contact. Then the keys
@@ -28,7 +28,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError
-from asympk.formulas import names_in, read_formula
+from asympk.formulas import names_in, read_constant, read_formula
 from asympk.mechanics.closing import closed_by, closing_coordinate
 from asympk.mechanics.elastic import basis_of, scaling, velocities
 from asympk.mechanics.evaluation import evaluate
@@ -213,7 +213,11 @@ def scene_table(table: dict[str, Any], where: Any) -> dict[str, Any]:
         raise InputError(f"{where}: [state] is missing; give the coordinates and rates from which the motion starts")
     mechanism, contact = ({key: table[key] for key in keys if key in table} for keys in (KEYS, CONTACT))
     system = {"mechanism": mechanism, "contact": "elastic", **contact}
-    found = {"system": system, "values": table.get("values", {}), "start": table["state"]}
+    try:
+        start = constants_in(table, "state")
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+    found = {"system": system, "values": table.get("values", {}), "start": start}
     return {**found, "until": table["until"], "about": table.get("about", "")}
 
 
@@ -303,11 +307,16 @@ def _rows(mass):
 
 
 def _numbers(table, key):
-    found = table_in(table, key)
+    found = constants_in(table, key)
     for name, value in found.items():
         if value is not None:  # None: the values of a scene stand elsewhere
             number(f"{key}: {name}", value)
     return found
+
+
+def constants_in(table: Mapping[str, Any], key: str) -> dict[str, Any]:
+    """Return the table ``table[key]`` with numbers for formulas of numbers; raises ``InputError``."""
+    return {name: read_constant(f"{key}: {name}", value) for name, value in table_in(table, key).items()}
 
 
 def _turn(over):

@@ -11,9 +11,10 @@ r"""A system described in TOML: rates, frictions and assumptions as formulas in 
     k0 = 1                                  x = 0
                                             v = 1
 
-``[system.fast]`` holds the rates g of fast states, mu y' = g, and ``small`` the name of mu. ``time`` is the name of an
-explicit time, ``assumptions`` a list of relations. A friction may have a ``gap``, a ``normal`` and, if its contact is
-rigid, a ``constraint``, with a ``gap_rate`` if it holds both ways.
+A number may be a formula of numbers, "sqrt(2)/2" or "75 deg". ``[system.fast]`` holds the rates g of fast states, mu y'
+= g, and ``small`` the name of mu. ``time`` is the name of an explicit time, ``assumptions`` a list of relations. A
+friction may have a ``gap``, a ``normal`` and, if its contact is rigid, a ``constraint``, with a ``gap_rate`` if it
+holds both ways.
 
 A ``system`` that is a string names a system of the catalogue, ``asympk.systems``. A ``system`` with a ``mechanism`` (a
 name in the catalogue, or a table as in ``asympk.mechanics.described``) is that mechanism with ``contact = "rigid"``, or
@@ -30,7 +31,7 @@ import sympy as sp
 from asympk import systems
 from asympk.errors import InputError
 from asympk.formulas import names_in, read_formula, read_relation
-from asympk.mechanics.described import CONTACT, contact_law, described_by
+from asympk.mechanics.described import CONTACT, constants_in, contact_law, described_by
 from asympk.mechanics.mechanism import Mechanism
 from asympk.naming import nearest
 from asympk.scene import Scene
@@ -52,7 +53,8 @@ def read_system_scene(entry: dict[str, Any], changes: Mapping[str, Any]) -> Scen
     Raises ``InputError``.
     """
     require_keys(entry, ("system", "start", "until"))
-    values, start = table_in(entry, "values"), entry["start"]
+    values, start = constants_in(entry, "values"), entry["start"]
+    start = constants_in(entry, "start") if isinstance(start, dict) else start
     system, mechanism = system_of(entry["system"], values)
     follows = static_frictions(system)
     values = with_changes(values, changes, follows)

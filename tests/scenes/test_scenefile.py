@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+import re
 import sys
 from dataclasses import replace
 from fractions import Fraction
@@ -19,6 +20,7 @@ import asympk as ap
 from asympk.__main__ import main
 from asympk.errors import InputError, MissingPackage, UnknownName
 from asympk.formulas import read_formula
+from asympk.mechanics.described import read_mechanism
 from asympk.numbers import number
 from asympk.pictures.trace import trace
 from asympk.scenes import scenefile
@@ -250,6 +252,24 @@ k = 0.8
 x = 0
 v = 1
 """
+LEANING = """coordinates = ["X", "Y", "theta"]
+lagrangian = "(X'^2 + Y'^2)/2 + theta'^2/24 - Y"
+gap = "Y - sin(theta)/2"
+slip = "X - cos(theta)/2"
+friction = "f"
+unilateral = true
+contact = "rigid"
+until = 0.01
+[values]
+f = "2^3/10"
+[state]
+X = 0
+theta = "%s"
+Y = "%s"
+"X'" = -1
+"Y'" = 0
+"theta'" = 0
+"""
 ON_GROUND = """until = 1
 [system]
 contact = "rigid"
@@ -286,6 +306,30 @@ def test_what_is_not_a_system_is_refused_by_the_table_and_the_key(tmp_path, text
     with pytest.raises(InputError) as caught:
         ap.read_scene(tmp_path / "belt.toml")
     assert str(caught.value).startswith(f"{tmp_path / 'belt.toml'}: {said}")
+
+
+@pytest.mark.parametrize(("angle", "height"), [("pi/3", "sqrt(3)/4"), ("60 deg", "sin(pi/3)/2")])
+def test_numbers_of_a_mechanism_may_be_formulas_and_its_contact_is_closed_to_fifty_digits(tmp_path, angle, height):
+    """A rod of length 1 touches the ground where Y = sin(theta)/2."""
+    (tmp_path / "rod.toml").write_text(LEANING % (angle, height))
+    scene = ap.read_scene(tmp_path / "rod.toml")
+    start = dict(zip(scene.names, scene.start, strict=True))
+    with mpmath.workdps(60):
+        theta, height = (mpmath.mpf(start[q].numerator) / start[q].denominator for q in ("theta", "Y"))
+        assert abs(theta - mpmath.pi / 3) < 1e-49
+        assert abs(height - mpmath.sqrt(3) / 4) < 1e-49
+    assert dict(zip(map(str, scene.system.parameters), scene.values, strict=True))["f"] == Fraction(4, 5)
+    assert ap.solve(scene).modes == ("slip_opposite",)
+
+
+@pytest.mark.parametrize("wrong", ["theta", "one", "sqrt(-2)", "1/(2-2)", "60 degrees", "pi/"])
+def test_a_number_that_is_no_formula_of_numbers_is_refused_with_table_and_name(tmp_path, wrong):
+    (tmp_path / "rod.toml").write_text(LEANING % ("pi/3", wrong))
+    said = re.escape(f"{tmp_path / 'rod.toml'}: state: Y = {wrong!r}: it must be a number, such as 0.2")
+    with pytest.raises(InputError, match=said):
+        ap.read_scene(tmp_path / "rod.toml")
+    with pytest.raises(InputError, match=said):
+        read_mechanism(tmp_path / "rod.toml")
 
 
 def test_the_scene_of_a_system_has_the_name_in_its_file_or_of_its_file(tmp_path):
