@@ -1,9 +1,12 @@
 """Every public function refuses an argument of the wrong kind by a class of ours and in one line."""
 
 from collections.abc import Callable
+from decimal import Decimal
+from fractions import Fraction
 from typing import Any
 
 import gmpy2
+import mpmath
 import numpy as np
 import pytest
 import sympy as sp
@@ -57,6 +60,16 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "rest_state": (ap.rest_state, {"manifold": PLANE}),
     "export": (export, {"system": SMOOTH, "target": "c", "out": "here", "order": 1, "name": "model"}),
     "run_sweep": (run_sweep, {"sweep": SWEEP, "out": "here"}),
+    "a force": (lambda force: ap.Mechanism.from_lagrangian(LAGRANGIAN, (X, Y, theta), forces={X: force},
+                                                           contact=ap.Contact(**GROUND)), {"force": 1}),
+    "a coordinate": (lambda q: ap.Mechanism.from_lagrangian(LAGRANGIAN, (X, Y, q), contact=ap.Contact(**GROUND)),
+                     {"q": theta}),
+    "gap": (lambda gap: ap.Contact(**{**GROUND, "gap": gap}), {"gap": Y}),
+    "slip": (lambda slip: ap.Mechanism.from_lagrangian(LAGRANGIAN, (X, Y, theta),
+                                                       contact=ap.Contact(**{**GROUND, "slip": slip})), {"slip": X}),
+    "a branch": (lambda h: ap.slow_manifold(SMOOTH, branch={y: h}, order=1), {"h": x}),
+    "a place": (lambda at: ap.eigenvalues(SMOOTH, at={x: at, y: at}), {"at": 0}),
+    "a key": (lambda key: ROD.motions({**AT, str(key): 1}), {"key": "f"}),
     "motions": (lambda f: ROD.motions({**AT, "f": f}), {"f": 2}),
     "jump_law ratio": (ROD.jump_law, {"ratio": 1}),
     "jump_law damping": (ROD.jump_law, {"damping": 1}),
@@ -70,6 +83,9 @@ WRONG = {
     "a tuple": (1, 2), "a range": range(3), "a truth": True, "infinity in every direction": sp.zoo,
     "a time with a unit": np.timedelta64(5, "ms"), "a matrix of symbols": sp.eye(2), "a scene": SCENE,
     "a friction": ap.Friction(**FRICTION),
+    "no number of numpy": np.float32("nan"), "an interval": mpmath.iv.mpf([0, 1]),
+    "a decimal of many digits": Decimal("1e99999"), "an integer symbol": sp.Symbol("q", integer=True),
+    "a tiny fraction": Fraction(1, 10**400), "a range of sympy": sp.Range(3), "a set of sympy": sp.Interval(0, 1),
 }
 
 

@@ -14,6 +14,7 @@ from asympk.mechanics.evaluation import ROUNDING, evaluate
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import vanishes
 from asympk.multiprecision import private_context
+from asympk.numbers import short
 from asympk.symbolic.long import DIGITS, generic_place, is_regular, symbols_in, valued
 from asympk.symbolic.reading import as_floats, require_names
 from asympk.symbolic.sides import MOST, measured, on_sides, phases, switching_symbols
@@ -102,7 +103,7 @@ def require_continuous(kinetics: Kinetics, parts: tuple[sp.Expr, ...], what: str
 def check_bounds(contact: Any) -> None:
     """Raise ``InputError`` if friction or load is known to be negative, static below kinetic, or the load 0."""
     if contact.friction.is_negative or contact.load.is_nonpositive:
-        given = f"friction = {contact.friction!s:.60}, load = {contact.load!s:.60}"
+        given = f"friction = {short(contact.friction)}, load = {short(contact.load)}"
         raise InputError(f"contact: {given}: friction must not be negative, its load must be positive")
     if (contact.static - contact.friction).is_negative:
         raise InputError(f"contact: static = {contact.static} is below friction = {contact.friction}")
@@ -171,14 +172,14 @@ def _is_singular(mass: sp.ImmutableMatrix) -> bool:
 
 def _check_gap(kinetics: Kinetics, gap: sp.Expr) -> None:
     if symbols_in(kinetics.gap) & {*kinetics.velocities}:
-        raise InputError(f"gap = {gap!s:.60} contains a velocity; give it as a position expression")
+        raise InputError(f"gap = {short(gap)} contains a velocity; give it as a position expression")
     if all(vanishes(part) for part in kinetics.directions[0, :]):
         names = ", ".join(map(str, kinetics.coordinates))
-        raise InputError(f"gap = {gap!s:.60} does not depend on the coordinates {names}")
+        raise InputError(f"gap = {short(gap)} does not depend on the coordinates {names}")
 
 
 def _check_slip(kinetics: Kinetics, contact: Any) -> None:
-    given = f"slip = {contact.slip!s:.60}"
+    given = f"slip = {short(contact.slip)}"
     row = kinetics.directions[1, :]
     if symbols_in(row) & {*kinetics.velocities}:
         raise InputError(f"{given} is not linear in the velocities; give a sliding velocity, or a position")
@@ -186,4 +187,4 @@ def _check_slip(kinetics: Kinetics, contact: Any) -> None:
         raise InputError(f"{given} does not depend on the coordinates; its rate is no sliding velocity")
     minors = [kinetics.directions[:, [i, j]].det() for j in range(row.cols) for i in range(j)]
     if all(map(vanishes, minors)):
-        raise InputError(f"{given} is parallel to gap = {contact.gap!s:.60}; slip must move along the contact")
+        raise InputError(f"{given} is parallel to gap = {short(contact.gap)}; slip must move along the contact")

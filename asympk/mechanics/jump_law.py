@@ -29,6 +29,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
+from asympk.formulas import NOT_FINITE
 from asympk.mechanics import paradox
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import collected
@@ -90,11 +91,12 @@ def jump_law(
         condition = sp.And(condition, kinetics.slip * kinetics.delassus[0, 1] > 0)
     if ratio is None:
         damping = kinetics.spare("h", positive=True) if damping is None else real_expression("damping", damping)
-        if damping.is_nonpositive or damping.has(sp.oo, -sp.oo, sp.nan):
+        if damping.is_nonpositive or damping.has(*NOT_FINITE):
             raise InputError(f"damping = {damping!s:.60}: it must be a positive time; the law needs some damping")
         return _law(kinetics, own, sp.S.Zero, condition, damping)
     ratio = _ratio(ratio)
-    return _law(kinetics, own, rebound(kinetics, ratio), sp.And(condition, kinetics.free[0] < 0), None)
+    opens = sp.S.Zero if condition == sp.false else rebound(kinetics, ratio)  # without a paradox its roots are complex
+    return _law(kinetics, own, opens, sp.And(condition, kinetics.free[0] < 0), None)
 
 
 def _grows_to_the_stop(kinetics: Kinetics) -> sp.Basic:
@@ -171,7 +173,7 @@ def _decay(p: sp.Expr, p_stick: sp.Expr, ratio: sp.Expr) -> sp.Expr:
 
 def _ratio(ratio: Any) -> sp.Expr:
     ratio = real_expression("ratio", ratio)
-    if ratio.is_negative or ratio.has(sp.Float, sp.oo, sp.nan):
+    if ratio.is_negative or ratio.has(sp.Float, *NOT_FINITE):
         raise InputError(f"ratio = {ratio!s:.60}: it must be an exact number or a symbol, zero or positive")
     return ratio
 

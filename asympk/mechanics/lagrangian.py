@@ -12,7 +12,7 @@ from asympk.mechanics.kinetics import slope_in_powers
 from asympk.mechanics.tidy import LONG, collected, in_normal_form
 from asympk.numbers import short
 from asympk.symbolic.long import atoms, is_longer, replaced
-from asympk.symbolic.reading import entries_of, expression
+from asympk.symbolic.reading import entries_of, real_expression
 
 OWN: Mapping = MappingProxyType({})  # for symbols that stand for themselves
 
@@ -92,7 +92,7 @@ def _functions(coordinates: Any) -> tuple:
     found = () if coordinates is None else entries_of("coordinates", coordinates, "a sequence of dynamicsymbols")
     for q in found:
         if not isinstance(q, AppliedUndef) or len(q.args) != 1:
-            raise InputError(f"coordinate {q} is not a dynamicsymbol; for plain symbols there is ap.Mechanism")
+            raise InputError(f"coordinate {short(q)} is not a dynamicsymbol; for plain symbols there is ap.Mechanism")
     if not found:
         raise InputError("coordinates are missing; give the dynamicsymbols of the Lagrangian")
     return found
@@ -105,11 +105,11 @@ def _forces(forces: Any, coordinates: tuple) -> list:
         if unknown := forces.keys() - {*coordinates}:
             raise InputError(f"forces: {', '.join(sorted(map(short, unknown)))} is no coordinate; these are "
                              f"{', '.join(map(str, coordinates))}")
-        return [expression(f"the force on {q}", forces.get(q, 0)) for q in coordinates]
+        return [real_expression(f"the force on {q}", forces.get(q, 0)) for q in coordinates]
     given = entries_of("forces", forces, "one for each coordinate, or a dict")
     if len(given) != len(coordinates):
         raise InputError(f"{len(given)} forces for {len(coordinates)} coordinates; give one for each, or a dict")
-    return [expression(f"the force on {q}", force) for q, force in zip(coordinates, given, strict=True)]
+    return [real_expression(f"the force on {q}", force) for q, force in zip(coordinates, given, strict=True)]
 
 
 def _from_lagrange(method: Any) -> tuple[tuple, sp.Matrix, sp.Matrix, dict]:

@@ -33,7 +33,7 @@ from asympk.symbolic.expansion import (
 )
 from asympk.symbolic.hurwitz import Spectra, attracting, off_axis, repelling, spectra, split
 from asympk.symbolic.long import atoms, replaced
-from asympk.symbolic.reading import expression
+from asympk.symbolic.reading import real_expression
 from asympk.symbolic.roots import (
     fractional_powers,
     heights,
@@ -277,7 +277,7 @@ def checked_branch(branch: Any, mode: Mode, small: sp.Symbol) -> sp.Dict:
     """Return ``branch`` as a ``Dict`` after checking that it gives every fast variable and solves g = 0."""
     if not isinstance(branch, dict | sp.Dict):
         raise InputError(f"branch = {short(branch)} is not a dict {{fast variable: expression in the slow variables}}")
-    branch = sp.Dict({y: expression(f"branch {y}", h) for y, h in branch.items()})
+    branch = sp.Dict({y: real_expression(f"branch {y}", h) for y, h in branch.items()})
     _same_symbols(branch, mode)
     if {*branch} != {*mode.fast}:
         fast = in_words(mode.fast)
@@ -289,7 +289,7 @@ def checked_branch(branch: Any, mode: Mode, small: sp.Symbol) -> sp.Dict:
         residual = limit_of(g, small).subs(branch, simultaneous=True)
         if not is_zero(residual):
             raise BranchError(f"{equations(branch)} does not solve the critical equation of {mode.name!r}: "
-                              f"there {small} {y}' = {sp.factor(residual)}, not 0")
+                              f"there {small} {y}' = {short(sp.factor(residual))}, not 0")
     return branch
 
 

@@ -1,6 +1,7 @@
 """What a caller gives to a symbolic function: exact numbers and expressions; a string is never read as a formula."""
 
 from collections.abc import Iterable
+from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
@@ -49,7 +50,7 @@ def exact_constant(name: str, value: Any) -> sp.Expr:
 
 def as_floats(name: str, value: Any) -> Any:
     """Return a number or an array of numbers in floating point; raises ``InputError`` for anything else."""
-    if isinstance(value, sp.Expr) and value.is_real and not value.is_Rational:
+    if isinstance(value, sp.Expr) and value.is_number and value.is_real and not value.is_Rational:
         value = float(value)
     if not unread(name, value).ndim:
         return float(number(name, value))
@@ -76,8 +77,10 @@ def expression(name: str, value: Any) -> sp.Basic:
     try:
         if isinstance(value, (str, tuple, list, dict, set, frozenset)) or getattr(value, "is_Matrix", False):
             raise sp.SympifyError(value)
+        if isinstance(value, Decimal):
+            number(name, value)  # refuses one of too many digits
         found = sp.sympify(value, strict=True)
-    except (sp.SympifyError, TypeError):
+    except (sp.SympifyError, TypeError, ValueError, NotImplementedError):
         raise InputError(f"{name} = {short(value)}: it must be a SymPy expression or a number") from None
     return found.replace(sp.frac, fractional_part) if atoms(found, sp.frac) else found
 

@@ -14,7 +14,7 @@ import sympy as sp
 
 from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic
 from asympk.formulas import NOT_FINITE
-from asympk.numbers import known_order
+from asympk.numbers import known_order, short
 from asympk.shown import Card, Several, ShownAsFormulas
 from asympk.symbolic.critical import CriticalManifold, checked_branch, equations, with_held_slow
 from asympk.symbolic.expansion import is_zero, limit_of
@@ -195,7 +195,7 @@ def _at_rest(system, modes, at):
         rates = {**m.slow, **m.fast}
         drift = {s: sp.factor(r) for s in place if not is_zero(r := rates[s].subs(place, simultaneous=True))}
         if drift:
-            moving = moving or f"in {m.name} {', '.join(f'the rate of {s} is {r}' for s, r in drift.items())}"
+            moving = moving or f"in {m.name} {', '.join(f'the rate of {s} is {short(r)}' for s, r in drift.items())}"
             continue
         around = _around([*rates.values()], tuple(rates), place)
         if len(around) != 1:

@@ -220,6 +220,7 @@ def test_rebound_is_continuous_where_stick_is_critically_damped():
     [
         (lambda: slender_rod(unilateral=False).jump_law(ratio=1), "a two-sided constraint never opens"),
         (lambda: slender_rod().jump_law(ratio=-1), "zero or positive"),
+        (lambda: slender_rod().jump_law(ratio=-sp.oo), "zero or positive"),
         (lambda: slender_rod().jump_law(ratio=1, damping=1), "both given"),
         *((lambda damping=damping: slender_rod().jump_law(damping=damping), "it must be a positive time")
           for damping in (0, -1, sp.oo, -sp.oo, sp.nan)),
@@ -256,6 +257,16 @@ def test_the_squares_of_sine_and_cosine_in_a_factor_of_a_law_add_up_to_1():
     law = ap.Mechanism.from_lagrangian(kinetic, (X, Y, phi), contact=edge).jump_law()
     gains = (after - before for before, after in law.velocities.items())
     assert {sp.denom(part) for part in (*law.impulses, *gains)} == {4 * (a**2 + b**2)}
+
+
+@pytest.mark.parametrize("ratio", [0, 1, 2])
+def test_a_block_which_has_no_paradox_has_a_law_that_holds_nowhere_and_no_rebound(ratio):
+    """At h = 2 sqrt(c) its contact is damped critically, and the formula of a rebound would divide by 0."""
+    x, y = dynamicsymbols("x y")
+    ground = ap.Contact(gap=y, slip=x, friction=1, unilateral=True)
+    block = ap.Mechanism.from_lagrangian((x.diff(T) ** 2 + y.diff(T) ** 2) / 2 - y, (x, y), contact=ground)
+    law = block.jump_law(ratio=ratio)
+    assert (law.condition, law.gap_rate) == (sp.false, 0)
 
 
 def test_impulses_are_written_as_multiples_of_the_sliding_velocity_and_not_of_its_opposite():
