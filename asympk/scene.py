@@ -133,7 +133,7 @@ class Scene(ShownAsTable):
             mode, sign = MANIFOLDS[manifold]
             side = "positive" if (x + y) * sign > 0 else "negative"
             where = f"{manifold} lies in the mode {mode}; with x + y = {x + y:.6g} here"
-            raise InputError(f"z = {z}: {where}, z must be {side}")
+            raise InputError(f"z = {short(z)}: {where}, z must be {side}")
         return scene
 
     def _card(self) -> Card:
@@ -174,11 +174,14 @@ def _slow_y(manifold: str, sigma: Any, mu: Any, x: Any) -> float:
     if not isinstance(manifold, str) or manifold not in MANIFOLDS:
         raise InputError(f"manifold = {short(manifold)}: it must be one of {', '.join(MANIFOLDS)}")
     _, b = coefficients(MANIFOLDS[manifold][0], sigma)
+    where = f"{manifold} has no slow line at sigma = {short(sigma)}, mu = {short(mu)}"
     if b == 0 or 0 < b <= 4 * mu:
-        where = f"{manifold} has no slow line at sigma = {sigma}, mu = {mu}"
-        raise NoManifold(f"{where}: with b = {b} it needs 4 mu < b, or b < 0")
-    slow_root = -2 / (1 + math.sqrt(abs(b - 4 * mu)) / math.sqrt(abs(b)))
-    return slow_root * float(x - 1 / Fraction(b))
+        raise NoManifold(f"{where}: with b = {short(b)} it needs 4 mu < b, or b < 0")
+    try:
+        slow_root = -2 / (1 + math.sqrt(abs(b - 4 * mu)) / math.sqrt(abs(b)))
+        return slow_root * float(x - 1 / Fraction(b))
+    except (OverflowError, ZeroDivisionError):
+        raise NoManifold(f"{where} in doubles: its load 1/b, b = {short(b)}, is beyond them") from None
 
 
 def in_doubles(sigma: Number, sigma0: Number, mu: Number) -> tuple[float, float, float]:

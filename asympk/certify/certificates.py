@@ -239,7 +239,7 @@ def _exact_sides(box, known, what):
             raise InputError(f"box: {name} = {short(ends)}: it must be two numbers (low, high)")
         low, high = (Fraction(number(f"box {name}", end)) for end in ends)
         if low > high:
-            raise InputError(f"box: {name} from {low} to {high} is empty; give the lower end first")
+            raise InputError(f"box: {name} from {short(low)} to {short(high)} is empty; give the lower end first")
         sides[name] = (low, high)
     return sides
 

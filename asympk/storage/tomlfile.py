@@ -8,6 +8,7 @@ from typing import Any
 
 from asympk.errors import InputError
 from asympk.naming import nearest
+from asympk.numbers import short
 from asympk.storage.files import read_bytes
 
 LARGEST = 1_000_000  # bytes of a file
@@ -15,6 +16,8 @@ LARGEST = 1_000_000  # bytes of a file
 
 def read_table(path: str | Path) -> dict[str, Any]:
     """Return the table in the file or pipe ``path``; raises ``InputError`` unless it is TOML, ``OSError``."""
+    if not isinstance(path, str | Path):
+        raise InputError(f"{short(path)} is no name of a file; give a string or a Path")
     path = Path(path)
     if path.is_dir():
         raise InputError(f"{path}: it is a directory; give a TOML file in it")

@@ -134,7 +134,9 @@ def read_sweep(path: str | Path) -> Sweep:
 
 
 def parse_sweep(text: str) -> Sweep:
-    """Return the ``Sweep`` that ``text`` describes."""
+    """Return the ``Sweep`` that ``text`` describes; raises ``InputError`` if it describes none."""
+    if not isinstance(text, str):
+        raise InputError(f"{short(text)} is no text of TOML; give a string")
     return sweep_of_table(parse_table(text.encode(), "sweep"), "sweep")
 
 
