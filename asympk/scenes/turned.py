@@ -40,7 +40,7 @@ def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: An
     parameters.
     """
     shown, own = in_own_units(scene), scene_parameters(scene)
-    _require_names(given, own, "parameter")
+    _require_names(given, own, "parameter", f"; the states of its start are {', '.join(shown.names)}")
     _require_names(start, shown.names, "state of the start")
     read = {name: _reader(scene, own[name])(name, v) for name, v in given.items()}
     values = with_changes(own, read, static_frictions(scene.system))
@@ -92,8 +92,8 @@ def in_own_units(scene: Scene) -> Any:
     return scene if scene.rod is None else scene_in_units(scene)
 
 
-def _require_names(given: dict[str, Any], known: Any, what: str) -> None:
+def _require_names(given: dict[str, Any], known: Any, what: str, beyond: str = "") -> None:
     for name in given:
         if name not in known:
             told = f"choose one of {', '.join(known)}" if known else "the scene has none"
-            raise UnknownName(f"{short(name)} is no {what}; {told}")
+            raise UnknownName(f"{short(name)} is no {what}; {told}{beyond}")

@@ -224,7 +224,7 @@ def _range(family, field, table):
         return Axis(kinds[0], (low, high))
     if "points" not in table:
         raise InputError(f"{field}: a grid needs points")
-    return Axis("values", _grid(kinds[0], low, high, whole("points", table["points"], 2, _MOST_POINTS)))
+    return Axis("values", _grid(kinds[0], low, high, whole(f"{field}: points", table["points"], 2, _MOST_POINTS)))
 
 
 def _exact(family, field, value):

@@ -1,6 +1,7 @@
 """Sweeps over any system: what ``solve`` says of every row, the same bits however it is killed, cut or computed."""
 
 import json
+import math
 import os
 import signal
 import subprocess
@@ -172,6 +173,12 @@ def test_the_rod_by_its_name_is_swept_over_by_its_kernel(tmp_path):
     assert len(own["x"]) == 80
     for field in own.keys() - {"provenance"}:
         assert np.array_equal(own[field], named[field]), field
+
+
+def test_numbers_of_a_sweep_may_be_formulas_as_those_of_its_scene():
+    text = CHAIN.format(count=1, chunk=1).replace("[0.25, 0.5, 1]", "['pi/4', '45 deg', '2/3']")
+    given = parse_sweep(text).quantities(0, 3)["k"]
+    assert given.tolist() == [math.pi / 4, math.pi / 4, 2 / 3]
 
 
 def test_a_smooth_system_has_one_itinerary(tmp_path):
