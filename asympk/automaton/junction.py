@@ -28,7 +28,7 @@ from asympk.automaton.contacts import (
 )
 from asympk.automaton.modes import mode_of
 from asympk.errors import InputError, NoMotion, UnboundedReaction
-from asympk.numbers import listed
+from asympk.numbers import listed, short
 from asympk.symbolic import branches, sides
 from asympk.symbolic.branches import OPEN, Branch, Phase
 from asympk.symbolic.system import System
@@ -234,7 +234,8 @@ def _touching(system: System, before: Branch | None, lost: set, at: Place) -> di
         expressions = (friction.gap, branches.rate_along(system, friction.gap))
         gap, rate = _signs(system, expressions, at, rounding, OF_ZERO if before is None else None)
         if gap < 0 and ("touch_down", k) not in lost:
-            raise InputError(f"the gap of friction {k} is negative; a rigid contact starts with gap >= 0")
+            raise InputError(f"start: the gap {short(friction.gap)} of {_which(system, k)} is negative; a rigid one "
+                             "starts where its gap is 0 or positive")
         if ("touch_down", k) in lost or gap == 0:
             if min(gap, rate) < 0:
                 raise NoMotion(f"the contact is hit {_place_in_words(system, at)}: the rigid model has no law of "
@@ -244,12 +245,18 @@ def _touching(system: System, before: Branch | None, lost: set, at: Place) -> di
     return found
 
 
+def _which(system: System, k: int) -> str:
+    """Return words for a contact: its number counts where there are several."""
+    return f"contact {k}" if len(system.frictions) > 1 else "the contact"
+
+
 def _require_kept(system: System, at: Place) -> None:
     """Raise ``InputError`` where a run starts with a gap rate that a rigid contact which holds both ways keeps at 0."""
     kept = {k: friction.gap_rate for k, friction in enumerate(system.frictions) if friction.gap_rate is not None}
     for k, sign in zip(kept, _signs(system, (*kept.values(),), at, BY_HAND, OF_ZERO), strict=True):
         if sign:
-            raise InputError(f"the gap rate of friction {k} is not 0; a contact that holds both ways starts with 0")
+            raise InputError(f"start: the gap rate {short(kept[k])} of {_which(system, k)} is not 0; one that "
+                             "holds both ways starts with 0")
 
 
 def _resting(system: System, at: Place) -> set[tuple[str, int]]:

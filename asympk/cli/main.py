@@ -55,7 +55,9 @@ def _file_of(options: argparse.Namespace, error: Exception) -> str:
     from asympk.scenes.scenefile import is_file
 
     place = getattr(options, "scene", None)
-    told = not isinstance(error, AsympkError) or isinstance(error, _OF_ARGUMENTS) or str(error).startswith(f"{place}: ")
+    words = str(error)
+    of_arguments = isinstance(error, (OSError, *_OF_ARGUMENTS)) and not words.startswith("start: ")
+    told = of_arguments or words.startswith(f"{place}: ")
     return "" if told or not place or not is_file(place) else f"{place}: "
 
 

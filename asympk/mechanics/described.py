@@ -327,4 +327,4 @@ def _turn(over):
     ((name, ends),) = over.items()
     if not isinstance(ends, list) or len(ends) != 2:
         raise InputError(f"over: {name} = {ends!r:.60}: give its range, [low, high]")
-    return name, *ends
+    return name, *(read_constant(f"over: {name}", end) for end in ends)

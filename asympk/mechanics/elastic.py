@@ -81,8 +81,8 @@ def scaling(compliance: Any, damping: Any) -> Scaling:
         return Scaling(compliance, damping, compliance, sp.S.One)
     small = compliance.base if compliance.is_Pow and compliance.exp == 2 else None
     if not isinstance(small, sp.Symbol):
-        raise InputError(f"compliance = {short(compliance)}: it must be a Symbol or the square of one; put numbers in "
-                         "a Scene")
+        raise InputError(f"compliance = {short(compliance)}: it must be a Symbol or the square of one, such as c; "
+                         "its number stands among the values")
     ratio = sp.cancel(damping / small)
     if ratio.has(small):
         raise InputError(f"damping = {damping} with compliance = {compliance}: give 0 or a multiple of {small}")

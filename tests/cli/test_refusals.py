@@ -215,6 +215,15 @@ def test_a_motion_that_cannot_be_followed_is_told_by_the_file_and_the_formula(tm
     assert f"asympk: {tmp_path / 'block.toml'}: {said}" in capsys.readouterr().err
 
 
+def test_a_start_inside_a_rigid_ground_is_told_by_the_file_and_the_gap(tmp_path, capsys):
+    state = "[state]\nX = 0\nY = 0.4\ntheta = 1\n\"X'\" = 0\n\"Y'\" = 0\n\"theta'\" = 0\n"
+    values = "[values]\nm = 1\nl = 1\ng = 1\nf = 2\n"
+    (file := tmp_path / "rod.toml").write_text(f'{SLENDER_ROD}contact = "rigid"\nuntil = 1\n{values}{state}')
+    assert main(["solve", str(file)]) == 2
+    said = f"asympk: {re.escape(str(file))}: start: the gap .* of the contact is negative"
+    assert re.search(said, capsys.readouterr().err)
+
+
 def test_a_method_or_a_number_of_digits_that_does_not_exist_is_not_laid_to_the_file(tmp_path, capsys):
     (tmp_path / "block.toml").write_text(BLOCK % ("1/2", "1"))
     for option in (["--digits", "0"], ["--method", "eulre"]):
@@ -239,6 +248,8 @@ AT_REST = "[state]\n\"X'\" = 0\ntheta = 1\n\"theta'\" = 0\n"
         (("[values]", 'until = "soon"\n[values]'), "until = 'soon'"),
         (("[values]", "until = -1\n[values]"), "until = -1: it must be zero or positive"),
         (("[values]\nm = 1", f"{AT_REST}[values]\nm = 0"), "an equation of the contact is not finite"),
+        (("[values]", 'damping = 1\ncompliance = "c^3"\n[values]\nc = 1'), "compliance = c**3: it must be a Symbol"),
+        (("[values]", '[over]\ntheta = [0, "pi/"]\n[values]'), "over: theta = 'pi/': it must be a number, such as 0.2"),
         (("coordinates", "[over]\ncoordinates"), "coordinates, gap, slip, friction missing; coordinates is below"),
         (("m = 1", "m = 1"), "no value for X', theta, theta'; give each a number under [state]"),
     ],

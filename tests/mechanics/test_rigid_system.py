@@ -242,7 +242,7 @@ def test_a_rod_whose_numbers_were_rounded_by_hand_starts_on_the_ground(height):
 
 def test_a_rod_below_the_ground_is_refused():
     start = {**_start(1.1, 0, 0), "Y": 0.5}
-    with pytest.raises(InputError, match="gap of friction 0 is negative"):
+    with pytest.raises(InputError, match="of the contact is negative"):
         ap.solve(ap.Scene(system=slender_rod().rigid(), values={**GROUND, "f": 1}, start=start, until=1))
 
 
