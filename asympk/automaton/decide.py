@@ -113,7 +113,10 @@ def without_value(automaton: "Automaton", t: Any, state: tuple) -> str:
     at = {s: sp.Rational(float(value)) for s, value in zip(symbols, given, strict=False)}
     at |= dict.fromkeys(system.pushes, sp.S.Zero)
     for name, expr in named_parts(system).items():
-        value = replaced(expr, at)
+        try:
+            value = replaced(expr, at)
+        except (ArithmeticError, TypeError, ValueError):  # as of a comparison with an infinite part
+            value = sp.zoo
         if value.is_finite is False or value.is_real is False:
             return f"{name} = {short(expr)}"
     return ""

@@ -761,7 +761,7 @@ def test_a_body_on_the_edge_of_a_stair_slides_on_the_step_it_moves_to_and_starts
     assert ends(run(1, 1), ("slip_same",), [1, 1.475, 0, 0.9])
     assert ends(run(0, -1), ("slip_opposite",), [0, 0.525, 0, -0.9])
     for height in (0, "1/2"):
-        with pytest.raises(InputError, match="gap of friction 0 is negative"):
+        with pytest.raises(InputError, match="of the contact is negative"):
             run(height, 1)
 
 
