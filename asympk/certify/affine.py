@@ -13,6 +13,7 @@ coefficients are a linear combination of the coefficients of quantities that van
 """
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from fractions import Fraction
 from itertools import product
 
@@ -25,12 +26,21 @@ from asympk.certify.balls import Ball, Refused, certain_sign, flint
 from asympk.certify.candidates import Candidates, in_name_only, not_determined
 from asympk.certify.enclosure import Budget, first_event
 from asympk.certify.families import stacked
-from asympk.certify.rows import EnclosedState, affine_form, falls_to_zero, leading_sign, row_rate, sign_at, value_after
+from asympk.certify.rows import (
+    EnclosedState,
+    affine_form,
+    ball_at,
+    falls_to_zero,
+    leading_sign,
+    row_rate,
+    sign_at,
+    value_after,
+)
 from asympk.certify.segments import AffineGuard, EnclosedSegment
 from asympk.numbers import Number
 from asympk.path import Event
 from asympk.symbolic import branches, forces
-from asympk.symbolic.branches import OPEN, all_phases
+from asympk.symbolic.branches import OPEN, all_phases, rate_along
 from asympk.symbolic.guards import stiffness
 from asympk.symbolic.sides import phase_of
 from asympk.symbolic.system import System
@@ -150,7 +160,8 @@ class _Modes(Candidates):
         return self.start
 
     def first(self, state):
-        """Return (mode, its guards) at the start; raises ``Refused`` where a run rounds its sliding velocity to 0."""
+        """Return (mode, its guards) at the start; raises ``Refused`` where a run rounds a velocity or a gap to 0."""
+        self._require_no_rounding(state)
         mode, guards = self.chosen([self.every(state)], state, "start")
         for row in (self._row(mode.mode, velocity) for velocity in mode.mode.velocities.values()):
             terms = [w if w is None else c * w for c, w in zip(row, state.exact, strict=True) if c]
@@ -158,6 +169,26 @@ class _Modes(Candidates):
             if known and 0 < abs(sum(terms)) <= 4 * ROUNDING * sum(map(abs, terms)):
                 raise Refused("edge: a sliding velocity at the start is rounding, which a run takes as 0; start with 0")
         return mode, guards
+
+    def _require_no_rounding(self, state):
+        """Raise ``Refused`` for a gap of a rigid contact, or its rate, that is not 0 but may be rounding at a start."""
+        for friction in self.system.frictions:
+            gap = friction.gap if friction.constraint is not None else None
+            for what, expr in (("gap", gap), ("rate of the gap", gap and rate_along(self.system, gap))):
+                if expr and self._is_rounding(expr, state):
+                    raise Refused(f"edge: the {what} at the start is rounding, which a run takes as 0; start where it "
+                                  "is 0 exactly, or take the elastic contact")
+
+    def _is_rounding(self, expr, state):
+        """Tell whether an expression is not exactly 0 at an exact start, but so small that a run takes it as 0."""
+        with suppress(Refused):
+            row = self._plain_row(expr)
+            terms = [(c, w) for c, w in zip(row, state.exact, strict=True) if c]
+            if any(w is None for _, w in terms) or sign_at(row, state) == 0:
+                return False
+            size = sum(abs(float(self.field.ball(c).mid()) * float(w)) for c, w in terms)
+            return abs(float(ball_at(row, state).mid())) <= 4 * ROUNDING * size
+        return False
 
     def next(self, mode, guard, state):
         """Return (mode, its guards) of what follows a mode at the event of a guard.

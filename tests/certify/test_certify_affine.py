@@ -347,6 +347,17 @@ def test_a_rigid_contact_that_is_hit_has_no_proof(start):
     assert not certify(block(BLOCK.rigid(), 3, **start)).proven
 
 
+@pytest.mark.parametrize(("start", "what"), [({x: 1, y: sp.sqrt(2), v: 0, w: 0}, "the gap at the start"),
+                                             ({x: 0, y: 0, v: 1, w: sp.sqrt(2)}, "the rate of the gap at the start")])
+def test_an_irrational_start_on_a_rigid_contact_has_no_proof_and_is_told_what_is_rounding(start, what):
+    """On a slope of tan(alpha) = sqrt(2) no start but the origin is both in doubles and on the contact."""
+    slope = ap.Contact(gap=y - sp.sqrt(2) * x, slip=x + sp.sqrt(2) * y, friction=k, unilateral=True)
+    system = (block := ap.Mechanism((x, y), (v, w), sp.eye(2), (0, -1), slope)).rigid()
+    scene = ap.Scene(system=system, values={"k": 1}, start=block.start(system, start), until="1/10")
+    assert ap.solve(scene).modes != ("open",)
+    assert certify(scene).reason.startswith(f"edge: {what} is rounding, which a run takes as 0")
+
+
 @pytest.mark.parametrize("system", [BLOCK.rigid(), BLOCK.elastic(compliance=mu, damping=1)], ids=["rigid", "elastic"])
 @pytest.mark.parametrize("velocity", [0, 1, -1])
 def test_a_block_that_slides_on_ground_that_only_pushes_is_proven_down_to_its_rest(system, velocity):
