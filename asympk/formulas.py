@@ -15,6 +15,7 @@ from typing import Any
 from unicodedata import normalize
 
 import sympy as sp
+from sympy.printing.str import StrPrinter
 
 from asympk.errors import InputError
 from asympk.naming import nearest
@@ -46,6 +47,35 @@ def _as_roots(product: sp.Mul) -> sp.Expr:
     roots = {of: cube_root(of) for of in _rooted(product)}
     left = [factor for factor in product.args if not any(factor in root.args for root in roots.values())]
     return sp.Mul(*left, *map(sp.Function("cbrt"), roots))
+
+
+class _Words(StrPrinter):
+    """Writes relations with their signs, and a choice of words, such as stable and unstable, as a sentence."""
+
+    def _print_Relational(self, expr: sp.core.relational.Relational) -> str:
+        sign = {"==": "=", "!=": "!="}.get(expr.rel_op)
+        return f"{self._print(expr.lhs)} {sign} {self._print(expr.rhs)}" if sign else super()._print_Relational(expr)
+
+    def _print_And(self, expr: sp.And) -> str:
+        return self._joined(" and ", expr)
+
+    def _print_Or(self, expr: sp.Or) -> str:
+        return self._joined(" or ", expr)
+
+    def _joined(self, word: str, expr: sp.And | sp.Or) -> str:
+        return word.join(f"({self._print(part)})" if isinstance(part, sp.And | sp.Or) else self._print(part)
+                         for part in expr.args)
+
+    def _print_Piecewise(self, expr: sp.Piecewise) -> str:
+        if not all(value.is_Symbol for value, _ in expr.args):
+            return f"Piecewise({', '.join(map(self._print, expr.args))})"
+        return ", ".join(f"else {value}" if condition == sp.true else f"{value} where {self._print(condition)}"
+                         for value, condition in expr.args)
+
+
+def formula_in_words(expr: object) -> str:
+    """Return a formula as a person reads it: relations with = and !=, real cube roots as ``cbrt``."""
+    return str(_Words().doprint(with_cube_roots(expr) if isinstance(expr, sp.Basic) else expr))
 
 
 FUNCTIONS = {"frac": fractional_part, "cbrt": cube_root} | {

@@ -145,8 +145,17 @@ def few(rows: Sequence[tuple[str, Any]], most: int = ROWS) -> list[tuple[str, An
 
 def _words(value: Any) -> str:
     if isinstance(value, str) or is_formula(value):
-        return " ".join(str(_as_written(value)).split())
+        return " ".join(_spelt(value).split())
     return number_as_text(value)
+
+
+def _spelt(value: Any) -> str:
+    """Return a formula of SymPy in words, and any other value, or a word, as its text."""
+    if isinstance(value, str) or not hasattr(value, "xreplace"):  # without SymPy, which takes its time
+        return str(value)
+    from asympk.formulas import formula_in_words
+
+    return formula_in_words(value)
 
 
 def _as_written(value: Any) -> Any:

@@ -20,6 +20,7 @@ from asympk.digits import carried
 from asympk.doors import DOORS
 from asympk.errors import InputError, MissingPackage, Unfinished
 from asympk.explore.knobs import knobs_of
+from asympk.formulas import formula_in_words
 from asympk.many import Many
 from asympk.mechanics.paradoxset import ParadoxSet
 from asympk.pictures.paths import shade
@@ -288,6 +289,20 @@ def test_samples_end_where_a_run_stopped():
 ROD_SYSTEM = ap.systems.painleve_klein.system()
 NOUNS = 24  # a case for each of those that ``_nouns`` makes
 VAN_DER_POL = ap.System.smooth(slow={x: v}, fast={v: (1 - x**2) * v - x}, small=sp.Symbol("mu", positive=True))
+
+
+def test_conditions_are_written_as_sentences():
+    s, c, k = sp.symbols("s c k", real=True)
+    enzyme = ap.System.smooth(slow={s: -s + s * c}, fast={c: s - (s + k) * c}, small=sp.Symbol("mu", positive=True))
+    (branch,) = ap.slow_manifolds(enzyme, order=0)
+    assert repr(branch).splitlines()[2:] == [
+        "  where       everywhere",
+        "  exists for  k + s != 0",
+        "  stability   stable where k + s > 0, unstable where k + s < 0",
+    ]
+    x_or_y = sp.Or(sp.Eq(x, 1), sp.And(x < 0, sp.Ne(v, 0)), evaluate=False)
+    assert formula_in_words(x_or_y) == "x = 1 or (x < 0 and v != 0)"
+    assert formula_in_words(sp.Piecewise((x**2, x > 0), (v, True))) == "Piecewise((x**2, x > 0), (v, True))"
 
 
 def _two_frictions():

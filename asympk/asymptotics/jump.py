@@ -28,6 +28,7 @@ from asympk.asymptotics.linear import Linear, linear
 from asympk.asymptotics.ratio import Ratios
 from asympk.asymptotics.series import Series
 from asympk.errors import InputError, NotDerivable
+from asympk.formulas import formula_in_words
 from asympk.numbers import known_order
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.conditions import assumed_range, points_in, reduce_under
@@ -66,10 +67,10 @@ class JumpMap(ShownAsFormulas):
     def region(self) -> str:
         """The region in words: the domain, the values chosen for the sample, and how to choose others."""
         if not self.chosen:
-            return f"for {self.domain}"
+            return f"for {formula_in_words(self.domain)}"
         values = {symbol.name: value for symbol, value in self.sample.items()}
         shown = ", ".join(f"{name} = {values[name]}" for name in self.chosen)
-        return f"for {self.domain}\n(chosen: {shown}; another region by start={{name: value}})"
+        return f"for {formula_in_words(self.domain)}\n(chosen: {shown}; another region by start={{name: value}})"
 
     def __str__(self) -> str:
         return "\n".join([self.region, f"x -> {self.x}", f"z -> {self.z}", f"by {' -> '.join(self.itinerary)}"])

@@ -14,7 +14,7 @@ from typing import Any, Self
 import sympy as sp
 
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic
-from asympk.formulas import NOT_FINITE
+from asympk.formulas import NOT_FINITE, formula_in_words
 from asympk.numbers import short
 from asympk.shown import Card, Several, ShownAsFormulas
 from asympk.symbolic.conditions import reduce_under
@@ -176,7 +176,7 @@ class CriticalManifold(ShownAsFormulas):
         found = replace(self, dynamics=mode, branch=branch, assumptions=assumptions)
         if found.exists == sp.false:
             raise NotNormallyHyperbolic(f"{found.degeneracy(self.branch)} ({equations(given)}); "
-                                        f"{self.name} exists only for {_text(self.exists)}")
+                                        f"{self.name} exists only for {formula_in_words(self.exists)}")
         return found
 
     def _card(self) -> Card:
@@ -186,7 +186,8 @@ class CriticalManifold(ShownAsFormulas):
             if terms != [("", y)]:
                 (_, first), *others = terms
                 rows += [(f"{y} at {self.small}" if implicit else str(y), first), *others]
-        rows += [("where", self.domain), ("exists for", self.exists), ("stability", self._kind())]
+        rows += [("where", "everywhere" if self.domain == sp.true else self.domain)]
+        rows += [("exists for", "all values" if self.exists == sp.true else self.exists), ("stability", self._kind())]
         return Card(f"{type(self).__name__} {self.name} of mode {self.mode}", tuple(rows))
 
     def _graph(self) -> dict[sp.Symbol, list[tuple[str, sp.Expr]]]:
@@ -361,11 +362,6 @@ def _free(branch):
     found = {y: h for y, h in branch.items() if y != h}
     left = in_words(y for y in branch if y not in found)
     return f"g = 0 for all {left}{' on ' * bool(found)}{equations(found)}" if len(found) < len(branch) else ""
-
-
-def _text(condition):
-    parts = sp.And.make_args(condition)
-    return " and ".join(f"{p.lhs} != {p.rhs}" if isinstance(p, sp.Ne) else str(p) for p in parts)
 
 
 def _put(rates, given):

@@ -8,6 +8,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
+from asympk.formulas import formula_in_words
 from asympk.numbers import short
 from asympk.shown import Card, ShownAsFormulas, latex_of
 from asympk.symbolic.conditions import assumed_range
@@ -162,12 +163,12 @@ class Region(ShownAsFormulas):
         return r"\begin{cases} " + r" \\ ".join(lines) + r" \end{cases}"
 
     def __str__(self) -> str:
-        parts = (spans_in_words(cell.spans) + f" for {cell.condition}" * (cell.condition != sp.true)
+        parts = (spans_in_words(cell.spans) + f" for {formula_in_words(cell.condition)}" * (cell.condition != sp.true)
                  for cell in self._shown if cell.spans)
-        return "; ".join(parts) or (str(self.condition) if not self._shown else "nowhere")
+        return "; ".join(parts) or (formula_in_words(self.condition) if not self._shown else "nowhere")
 
     def _card(self) -> Card:
-        rows = [(str(cell.condition), spans_in_words(cell.spans)) for cell in self._shown]
+        rows = [(formula_in_words(cell.condition), spans_in_words(cell.spans)) for cell in self._shown]
         rows = rows or [("where", self.condition)]
         return Card(f"Region {self.name}, load {self.plane.load}", tuple(rows))
 

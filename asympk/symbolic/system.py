@@ -341,10 +341,13 @@ def _rates(what: str, rates: Any) -> dict[sp.Symbol, sp.Expr]:
 def _require_friction(frictions: tuple[Friction, ...]) -> None:
     """Raise ``InputError`` for a load that is written as 0, and for a part without a finite real value.
 
-    On a side of a switch a load may become 0, and a part may have no value.
+    On a side of a switch a load may become 0, and a part may have no value; nor need kinetic friction with a value for
+    each direction have one at rest.
     """
     for friction in frictions:
         for name, part in friction.parts.items():
+            if name == "static" and atoms(friction.kinetic, sp.Piecewise):
+                continue
             if atoms(part, sp.Basic) & {*NOT_FINITE, sp.I}:
                 example = f", such as 1/(1 + abs({friction.velocity}))" if name in ("load", "kinetic", "static") else ""
                 raise InputError(f"friction: {name} = {short(part)}: it must be finite and real{example}")

@@ -396,9 +396,9 @@ def test_an_unknown_symbol_in_the_start_is_refused():
 def test_the_region_comes_first_and_says_what_was_chosen_and_how_to_choose_another():
     jump = jump_map(SYSTEM, 1)
     first, second, *_ = str(jump).splitlines()
-    assert first == f"for {jump.domain}" == "for (sigma > 0) & (z < 0) & (x + y > 0)"
+    assert first == "for sigma > 0 and z < 0 and x + y > 0"
     assert second.startswith("(chosen: sigma = 1, x = 0, y = 1/5, z = -1; another region by start=")
-    assert repr(jump).startswith(f"JumpMap for {jump.domain}\n(chosen: sigma = 1")
+    assert repr(jump).startswith(f"JumpMap {first}\n(chosen: sigma = 1")
     assert len(repr(jump)) < 1200
     assert repr(jump).splitlines()[-1] == f"as mu -> 0, x -> x - z, z -> 0; known to order {jump.order}"
     assert jump.chosen == ("sigma", "x", "y", "z")
@@ -408,7 +408,7 @@ def test_the_region_comes_first_and_says_what_was_chosen_and_how_to_choose_anoth
 def test_another_start_by_name_gives_the_map_of_another_region():
     jump = jump_map(SYSTEM, 0, {"sigma": "-1/2", "x": 0, "y": 1, "z": -1})
     assert jump.chosen == ()
-    assert str(jump).startswith(f"for {jump.domain}\nx -> ")
+    assert str(jump).startswith("for sigma < 0 and z < 0 and x + y > 0\nx -> ")
     assert jump.domain != jump_map(SYSTEM, 0).domain
     assert jump == jump_map(SYSTEM, 0, {sigma: sp.Rational(-1, 2), x: 0, y: 1, z: -1})
 
