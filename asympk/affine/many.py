@@ -276,7 +276,7 @@ def _after(modes, k, event, row, flock, struck):
 
 
 def _covariance(modes, k, row, flock, struck, covariance):
-    """Return the covariance after events, which the derivative of ``rounding`` carries on, with that of their times."""
+    """Return the covariance after events, which the matrix of Lemma 8 carries on, with that of their times."""
     t, w, gradient = flock.t[struck], flock.w[struck], row[:-1]
     before, after = modes.rates(modes.branches[k], t, w), np.full(w.shape, np.nan)  # NaN where no branch is known
     for b in np.unique(flock.branch[struck][~flock.lost[struck]]):

@@ -49,7 +49,7 @@ def settings(options: Namespace) -> dict[str, str]:
         if name.strip() in found:
             raise InputError(f"{name.strip()} is given twice; give it once")
         found[name.strip()] = value.strip()
-        number(name.strip(), value.strip())
+        number(name.strip(), value.strip().removesuffix("deg"))  # whether it is an angle, the scene knows
     return found
 
 

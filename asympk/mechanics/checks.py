@@ -42,10 +42,14 @@ def check_mechanism(equations: Sequence[Kinetics], contacts: Sequence[Any]) -> N
             raise InputError(f"others[{k - 1}]: {error}" if k else str(error)) from None
 
 
-def require_closed(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> None:
-    """Raise ``InputError`` if g = g' = 0 does not hold at the time 0, as far as ``departures`` tells."""
+def require_closed(kinetics: Kinetics, values: dict[sp.Symbol, Any], which: str = "") -> None:
+    """Raise ``InputError`` if g = g' = 0 does not hold at the time 0, as far as ``departures`` tells.
+
+    ``which`` begins the message, where there are several contacts.
+    """
     for name, found in departures(kinetics, values).items():
-        raise InputError(f"the start is off the constraint: {name} = {found:g}; give coordinates and rates with 0")
+        raise InputError(f"{which}the start is off the constraint: {name} = {found:g}; give coordinates and rates with "
+                         "0")
 
 
 def departures(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> dict[str, float]:

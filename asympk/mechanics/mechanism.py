@@ -309,9 +309,9 @@ class Mechanism(ShownAsFormulas):
         given = {self.plain.time: 0} | self.keyed(values, system.parameters)
         for symbol, value in given.items():
             exact_number(symbol, value)  # refuses what is no single number
-        for contact, friction in zip(self.equations, system.frictions, strict=False):  # it may have more frictions
+        for k, (contact, friction) in enumerate(zip(self.equations, system.frictions, strict=False)):
             if friction.gap_rate is not None:
-                require_closed(contact, given)
+                require_closed(contact, given, f"others[{k - 1}]: " if k else "")
         require_positive_mass(self.plain, given)
         moving = {*self.plain.coordinates, *self.plain.velocities}
         fixed = {s: 0 for s in system.states if s not in moving}
