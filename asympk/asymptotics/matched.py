@@ -311,7 +311,7 @@ def _unsettled(
 ) -> OutOfRange:
     """Return the error for a layer that begins at ``began`` and is followed to (t, state)."""
     return kind(f"the layer of {mode.name} from t = {began:.6g} {words}: at t = {t:.6g} it is at "
-                      f"{listed(mode.mode.system.states, state)}")
+                f"{listed(mode.mode.system.states, state)}")
 
 
 def _slopes(mode, now):
