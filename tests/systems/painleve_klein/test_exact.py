@@ -628,3 +628,9 @@ def test_what_vanishes_at_a_round_time_is_met_there_whatever_rounding_says(until
         assert path.modes == other.modes
         assert path.modes[1 : len(modes) + 1] == modes
         assert [float(w) for w in path.final] == pytest.approx(other.final, abs=1e-14)
+
+
+def test_a_start_next_to_the_largest_double_is_followed_as_a_smaller_one():
+    """P does not count beside such reactions, so that x(5) is in proportion to x(0)."""
+    ends = [ap.solve(ap.Scene(1, "1e-6", (x, "1/5", -1), 5)).final[0] / x for x in (1e200, 1e305, -1e307)]
+    assert ends == pytest.approx([ends[0]] * 3, rel=1e-12)

@@ -76,11 +76,11 @@ class FastSlowSegment(SmoothSegment):
         return FastSlow(m, mode.a, number(mode.b), number(mode.mu)).start(*map(number, state))
 
     def horizon(self, until: Number) -> Number:
-        """Return ``until``, or the earlier time at which a growing fast part would overflow."""
+        """Return ``until``, or the earlier time, at least 0, at which a growing fast part would overflow."""
         m, rate = self.mode.m, self.mode.fast_rate
         if rate * until < m.most_exponent or not self.fast:
             return until
-        return min(until, (m.most_exponent - max(0, m.log(abs(self.fast)))) / rate)
+        return min(until, max(0 * rate, m.most_exponent - max(0, m.log(abs(self.fast)))) / rate)
 
     def turning(self) -> Number | None:
         """Return the time after 0 at which s has its extremum, or None where both parts of s' have one sign."""
