@@ -16,7 +16,15 @@ from typing import Any, NamedTuple
 
 from asympk.automaton.automaton import ROUNDED, Automaton
 from asympk.automaton.consistency import margins_at_state, solved_without_friction
-from asympk.automaton.contacts import DOUBLES, Unclear, contact_point, keeps_coefficients, place_of, signs_at_rest
+from asympk.automaton.contacts import (
+    DOUBLES,
+    Unclear,
+    contact_point,
+    feels_directions,
+    keeps_coefficients,
+    place_of,
+    signs_at_rest,
+)
 from asympk.automaton.junction import Junction
 from asympk.automaton.modes import GuardedMode
 from asympk.automaton.numericmode import NumericMode
@@ -30,7 +38,7 @@ EVERY = 4  # interval after which the signs of the determinants are looked at, w
 HALVINGS = 30  # of an interval, within which a second motion is taken to come up
 BESIDE = 2.0**-10  # part of a segment beside its ends, on which the decisions at its ends tell
 LEAST = 2.0**-36  # part of the largest margin up to which another margin counts as 0
-MOST = 64  # choices of phases up to which they are compared
+MOST = 512  # choices of phases up to which they are compared: those of four contacts of which one moves
 Margins = dict[Branch, list[int]]
 _CLOSELY = DOUBLES._replace(least=0.0)
 _OPEN = (Unclear, AsympkError, ArithmeticError, ValueError)  # where doubles do not tell
@@ -54,7 +62,7 @@ class Watched(NamedTuple):
         """Return the signs of the margins of branches in which a contact that moves presses otherwise."""
         with suppress(*_OPEN):
             here = _junction(self.automaton, self.branch, *self.at(part))
-            rivals = (b for b in choices(here.system, self.branch) if presses_otherwise(here.system, b, self.branch))
+            rivals = (b for b in _choices(here.system, self.branch) if presses_otherwise(here.system, b, self.branch))
             found = ((b, margins_at_state(here, b)) for b in rivals)
             return {b: _signs(margins) for b, margins in found if margins}
         return {}
@@ -122,7 +130,7 @@ def has_always_one_motion(automaton: Automaton, branch: Branch) -> bool:
 
 def _has_one_motion(automaton: Automaton, branch: Branch, t: Any, state: tuple) -> bool:
     with suppress(*_OPEN):
-        here, found = _junction(automaton, branch, t, state), choices(automaton.system, branch)
+        here, found = _junction(automaton, branch, t, state), unlike_choices(automaton.system, branch)
         return bool(found) and all(_is_stiff(here, other) for other in found)
     return False
 
@@ -137,7 +145,16 @@ def _junction(automaton: Automaton, branch: Branch, t: Any, state: tuple) -> Jun
     return Junction(system, branch, set(), (place, place), [point, point], signs, touching, ROUNDED)
 
 
-def choices(system: System, branch: Branch) -> list[Branch]:
+def unlike_choices(system: System, branch: Branch) -> list[Branch]:
+    """Return the branches that differ from one in their equations by more than constants; none if there are too many.
+
+    These contain the signs of load and velocity as a product, the mode, unless a formula asks for the direction.
+    """
+    found = _choices(system, branch)
+    return found if feels_directions(system) else [*{tuple(phase.mode for phase in b): b for b in found}.values()]
+
+
+def _choices(system: System, branch: Branch) -> list[Branch]:
     """Return the branches that differ from one in loads, and in the phases of contacts at rest; none above ``MOST``."""
     found = [*islice(product(*(_phases(system, k, phase) for k, phase in enumerate(branch))), MOST + 1)]
     return found if len(found) <= MOST else []

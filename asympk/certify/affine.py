@@ -21,7 +21,7 @@ import sympy as sp
 
 from asympk.automaton.junction import ROUNDING
 from asympk.automaton.modes import NO_FRICTION, SWITCH, mode_of
-from asympk.automaton.uniqueness import choices, is_watched
+from asympk.automaton.uniqueness import is_watched, unlike_choices
 from asympk.certify.balls import Ball, Refused, certain_sign, flint
 from asympk.certify.candidates import Candidates, in_name_only, not_determined
 from asympk.certify.enclosure import Budget, first_event
@@ -326,7 +326,7 @@ class _Modes(Candidates):
         """Raise ``Refused`` where the equations of several rigid contacts leave room for a second motion in a mode."""
         if not is_watched(mode):
             return
-        system, others = mode.sided, choices(mode.sided, mode.branch)
+        system, others = mode.sided, unlike_choices(mode.sided, mode.branch)
         sizes = [self.field.exact(branches.with_signs(system, b, stiffness(system, b))) for b in others]
         if not sizes or any(size != 0 and certain_sign(self.field.ball(size)) <= 0 for size in sizes):
             raise Refused(f"uniqueness: within {mode.name}, a second motion of the contacts may come up")
