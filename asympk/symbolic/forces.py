@@ -13,6 +13,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import sympy as sp
+from sympy.polys.matrices import DomainMatrix
 
 from asympk.errors import InputError
 from asympk.symbolic.branches import (
@@ -115,7 +116,7 @@ def _by_elimination(
     """Solve by the adjugate of a matrix of symbols that stand for the coefficients, which may be too long to expand.
 
     The short laws of slip and of open contacts are eliminated first. The only division is by the determinant: a pivot
-    may vanish at parameters at which the forces are determined.
+    may vanish at parameters at which the forces are determined. A matrix of numbers is inverted, which is quicker.
     """
     rows = sp.Matrix.hstack(matrix, right).as_mutable()
     short_laws = _put_in(rows)
@@ -125,7 +126,10 @@ def _by_elimination(
     names, known = names[:, :-1], names[:, -1]
     if (determinant := names.det(method="berkowitz")) == 0:
         raise _undetermined(branch)
-    solved = names.adjugate() * known / determinant
+    if all(entry.is_Rational for entry in names):
+        solved = DomainMatrix.from_Matrix(names).to_field().inv().to_Matrix() * known
+    else:
+        solved = names.adjugate() * known / determinant
     found = dict(zip(columns, (replaced(value, meaning) for value in solved), strict=True))
     for j, i in short_laws.items():
         found[j] = rows[i, -1] - sum(rows[i, k] * found[k] for k in columns if rows[i, k] != 0)  # 0 times long is slow

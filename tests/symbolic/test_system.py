@@ -6,7 +6,10 @@ import re
 import pytest
 import sympy as sp
 
+import asympk as ap
 from asympk.errors import InputError
+from asympk.symbolic.forces import forces
+from asympk.symbolic.guards import named_branches
 from asympk.symbolic.system import Friction, System
 
 x, y, z, mu, F, N, k = sp.symbols("x y z mu F N k", real=True)
@@ -158,3 +161,18 @@ def test_a_start_of_zero_of_a_positive_state_says_how_to_declare_the_state():
         system.placed({"mu": 1}, {"s": 0})
     with pytest.raises(InputError, match=r"mu = 0 is refused; the symbol is declared positive$"):
         system.placed({"mu": 0}, {"s": 1})
+
+
+def test_forces_for_numbers_are_those_for_symbols_at_these_numbers():
+    """A matrix of numbers is inverted at once, one of symbols by its adjugate."""
+    q, rates, c = sp.symbols("q1:5", real=True), sp.symbols("u1:5", real=True), sp.Symbol("c", positive=True)
+
+    def pair(coupling):
+        mass = sp.eye(4) + coupling * sp.Matrix(4, 4, lambda i, j: int(abs(i - j) == 1))
+        guides = [ap.Contact(gap=q[k], slip=rates[k - 1], friction=sp.Rational(k, 5), unilateral=False) for k in (1, 3)]
+        return ap.Mechanism(q, rates, mass, (-q[0], -1, 1 - q[2], -2), guides[0], others=guides[1:]).rigid()
+
+    at, named = pair(sp.Rational(1, 5)), pair(c)
+    for branch in [*named_branches(at)][::4]:
+        found, general = forces(at, branch), forces(named, branch)
+        assert all(sp.expand(found[force] - general[force].subs(c, sp.Rational(1, 5))) == 0 for force in at.pushes)
