@@ -66,15 +66,16 @@ class _Words(StrPrinter):
         return word.join(f"({self._print(part)})" if isinstance(part, sp.And | sp.Or) else self._print(part)
                          for part in expr.args)
 
-    def _print_Piecewise(self, expr: sp.Piecewise) -> str:
-        if not all(value.is_Symbol for value, _ in expr.args):
-            return f"Piecewise({', '.join(map(self._print, expr.args))})"
+    def choice(self, expr: sp.Piecewise) -> str:
+        """Return "stable where ..., else unstable"."""
         return ", ".join(f"else {value}" if condition == sp.true else f"{value} where {self._print(condition)}"
                          for value, condition in expr.args)
 
 
 def formula_in_words(expr: object) -> str:
     """Return a formula as a person reads it: relations with = and !=, real cube roots as ``cbrt``."""
+    if isinstance(expr, sp.Piecewise) and all(value.is_Symbol for value, _ in expr.args):
+        return _Words().choice(expr)  # within a formula a sentence would have no end
     return str(_Words().doprint(with_cube_roots(expr) if isinstance(expr, sp.Basic) else expr))
 
 
@@ -91,6 +92,7 @@ LONGEST = 4000  # most characters of a formula
 DEEPEST = 60  # most levels of the syntax tree
 LARGEST_DEGREE = 64
 _LARGEST_NUMBER = 1000  # most digits of a power of numbers
+_LEAST, _MOST = 1e-300, 1e300  # sizes of a number
 _OPERATORS = {ast.Add: add, ast.Sub: sub, ast.Mult: mul}
 _RELATIONS = {ast.Lt: sp.Lt, ast.LtE: sp.Le, ast.Gt: sp.Gt, ast.GtE: sp.Ge}
 _PRIME, _WORD = "\N{MODIFIER LETTER PRIME}", "\N{MODIFIER LETTER DOUBLE PRIME}"
@@ -118,23 +120,28 @@ def read_formula(text: object, symbols: Mapping[str, sp.Expr], what: str = "form
 def read_constant(what: str, value: Any) -> Any:
     """Return the number that a formula without names spells in a file, such as "sqrt(2)/2", "pi/4" or "75 deg".
 
-    It is a Fraction, of an irrational number right to 50 digits. Any other value, a string of digits included, is
-    returned as it is. Raises ``InputError``.
+    It is a Fraction, of an irrational number right to 50 digits. Degrees are a decimal or a ratio: "pi/4 deg" is
+    refused. Any other value, a string of digits included, is returned as it is. Raises ``InputError``.
 
     >>> read_constant("theta", "60 deg") == read_constant("theta", "pi/3"), read_constant("m", "2^3/5")
     (True, Fraction(8, 5))
     """
     if not isinstance(value, str) or spells_number(value):
         return value
-    text = value.strip()
+    bare = value.strip().removesuffix("deg")
+    in_degrees = bare != value.strip()
     try:
-        found = read_formula(text.removesuffix("deg"), {}, what) * (sp.pi / 180 if text.endswith("deg") else 1)
+        found = read_formula(bare, {}, what) if not in_degrees or spells_number(bare) else sp.nan
     except InputError:
         found = sp.nan
-    if not found.is_real:
+    found = found * sp.pi / 180 if in_degrees else found
+    exact = found if found.is_Rational else found.evalf(DIGITS)
+    if not exact.is_real:
         raise InputError(f"{what} = {short(value)}: it must be a number, such as 0.2, or one in quotes, such as '1/3', "
                          "'sqrt(2)/2', 'pi/4' or '75 deg'")
-    return Fraction(str(found if found.is_Rational else found.evalf(DIGITS)))
+    if exact and not _LEAST < abs(exact) < _MOST:
+        raise InputError(f"{what} = {short(value)}: it is beyond the range of doubles")
+    return Fraction(exact.p, exact.q) if exact.is_Rational else Fraction(str(exact))
 
 
 def read_relation(text: object, symbols: Mapping[str, sp.Expr]) -> sp.Basic:
@@ -229,7 +236,7 @@ class _Reader:
         if isinstance(node.value, bool) or not _NUMBER.fullmatch(spelled):
             raise self._refuse(f"{short(spelled or node.value)} is not a number")
         value = Fraction(spelled)
-        if value and not 1e-300 < value < 1e300:
+        if value and not _LEAST < value < _MOST:
             raise self._refuse(f"{short(spelled)} is beyond the range of doubles")
         return sp.Rational(value)
 

@@ -30,7 +30,7 @@ import sympy as sp
 
 from asympk import systems
 from asympk.errors import InputError
-from asympk.formulas import names_in, read_formula, read_relation
+from asympk.formulas import names_in, read_constant, read_formula, read_relation
 from asympk.mechanics.described import CONTACT, constants_in, contact_law, described_by
 from asympk.mechanics.mechanism import Mechanism
 from asympk.naming import nearest
@@ -64,8 +64,8 @@ def read_system_scene(entry: dict[str, Any], changes: Mapping[str, Any]) -> Scen
         origin = (mechanism, values, start)
         start = start_at(mechanism, system, values, start)
     kept = without(cancelled(entry["system"], system, mechanism), values)
-    return Scene(system=system, values=kept, start=start, until=entry["until"], name=entry.get("name", ""),
-                 origin=origin)
+    return Scene(system=system, values=kept, start=start, until=read_constant("until", entry["until"]),
+                 name=entry.get("name", ""), origin=origin)
 
 
 def system_of(entry: Any, parameters: Any) -> tuple[System, Mechanism | None]:

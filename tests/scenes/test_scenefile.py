@@ -322,7 +322,8 @@ def test_numbers_of_a_mechanism_may_be_formulas_and_its_contact_is_closed_to_fif
     assert ap.solve(scene).modes == ("slip_opposite",)
 
 
-@pytest.mark.parametrize("wrong", ["theta", "one", "sqrt(-2)", "1/(2-2)", "60 degrees", "pi/"])
+@pytest.mark.parametrize("wrong", ["theta", "one", "sqrt(-2)", "1/(2-2)", "60 degrees", "pi/", "pi/4 deg",
+                                   "pi/4 + 30 deg", "1 + sqrt(2) deg"])
 def test_a_number_that_is_no_formula_of_numbers_is_refused_with_table_and_name(tmp_path, wrong):
     (tmp_path / "rod.toml").write_text(LEANING % ("pi/3", wrong))
     said = re.escape(f"{tmp_path / 'rod.toml'}: state: Y = {wrong!r}: it must be a number, such as 0.2")
@@ -330,6 +331,21 @@ def test_a_number_that_is_no_formula_of_numbers_is_refused_with_table_and_name(t
         ap.read_scene(tmp_path / "rod.toml")
     with pytest.raises(InputError, match=said):
         read_mechanism(tmp_path / "rod.toml")
+
+
+@pytest.mark.parametrize("beyond", ["exp(exp(20))", "-exp(1e300)", "exp(-exp(20))"])
+def test_a_formula_of_a_number_beyond_the_range_of_doubles_is_refused_at_once(tmp_path, beyond):
+    (tmp_path / "rod.toml").write_text(LEANING % ("pi/3", beyond))
+    with pytest.raises(InputError, match=re.escape(f"Y = {beyond!r}: it is beyond the range of doubles")):
+        ap.read_scene(tmp_path / "rod.toml")
+
+
+def test_the_horizon_of_a_system_may_be_a_formula_of_numbers_as_in_a_sweep(tmp_path):
+    (tmp_path / "belt.toml").write_text(BELT.replace("until = 1", 'until = "2^3/5"', 1))
+    assert ap.read_scene(tmp_path / "belt.toml").until == Fraction(8, 5)
+    (tmp_path / "rod.toml").write_text((LEANING % ("pi/3", "sqrt(3)/4")).replace("0.01", '"1/2^7"', 1))
+    assert ap.read_scene(tmp_path / "rod.toml").until == Fraction(1, 128)
+    assert read_mechanism(tmp_path / "rod.toml").followed
 
 
 def test_the_scene_of_a_system_has_the_name_in_its_file_or_of_its_file(tmp_path):
