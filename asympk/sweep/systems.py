@@ -160,7 +160,7 @@ class SystemFamily:
         try:
             begun, values = self._in_states(values, start), without(_cancelled(self.text), values)
             solve(Scene(system=self.system, values=values, start=begun, until=row[UNTIL]))
-        except InputError as error:
+        except (InputError, OutOfRange) as error:  # OutOfRange of a start, as in ``_starts``
             return str(error)
         return ""
 

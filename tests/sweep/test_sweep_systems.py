@@ -393,6 +393,8 @@ def test_a_start_at_which_a_gap_has_no_value_is_an_outcome_of_its_own_row(tmp_pa
     found = _whole(tmp_path)
     assert [OUTCOMES[k] for k in found["outcome"]] == ["followed", "refused"]
     assert found["Y"][0] == pytest.approx(3.5)
+    told = summary.summarise(tmp_path)["refused"]
+    assert told.startswith("trajectory 1: an equation of the contact is not finite at X = -1")
 
 
 @pytest.mark.parametrize(("kinetic", "wrong"), [("1 - a", "[0, 2]"), ("1 + a", "[-2, 0]")])
