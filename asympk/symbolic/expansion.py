@@ -30,7 +30,8 @@ from asympk.symbolic.long import atoms, heavy, is_longer, replaced, valued
 from asympk.symbolic.system import Mode
 
 _TINY = sp.Rational(1, 10**30)
-PLACES, FURTHEST = 24, 50  # the number of places at which an expression with roots is looked at, and the largest number
+PLACES = 128  # at which an expression with roots is looked at
+FURTHEST = 10**6  # the largest number of which coordinates of places are ratios; of small ones some hit isolated zeros
 EXPANDED = 20_000  # terms of a power of a sum, times its exponent: with 10000 formulas take seconds, with 90000 minutes
 LONG = 200  # operations; from longer rates that are not rational come coefficients of a hundred thousand operations
 
@@ -249,13 +250,15 @@ def zero_at_places(exprs: Sequence[sp.Expr], assumed: sp.Basic) -> set[bool]:
     """
     chance, found = Random(0), set()
     symbols = sorted(sp.Tuple(*exprs, assumed).free_symbols, key=str)
-    for _ in range(PLACES):
+    for _ in range(PLACES if symbols else 1):
         signs = [-1 if s.is_negative else 1 if s.is_nonnegative else chance.choice((1, -1)) for s in symbols]
         sizes = [sp.Rational(chance.randint(1, FURTHEST), chance.randint(1, FURTHEST)) for _ in symbols]
         place = {s: sign * size for s, sign, size in zip(symbols, signs, sizes, strict=True)}
         values = [valued(e, place, 50) for e in exprs]
         if assumed.subs(place) != sp.false and all(v.is_number and v.is_finite for v in values):
             found.add(all(map(_is_tiny, values)))
+        if len(found) == 2:
+            break
     return found
 
 

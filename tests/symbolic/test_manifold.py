@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import asympk as ap
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic, OrderError
 from asympk.symbolic.critical import CriticalManifold, critical_manifolds
-from asympk.symbolic.expansion import expand, is_zero_somewhere
+from asympk.symbolic.expansion import expand, is_zero_somewhere, zero_at_places
 from asympk.symbolic.manifold import C, integral_curves, reduced_flow, rest_state
 from asympk.symbolic.signs import conjunction
 from asympk.symbolic.system import Mode
@@ -365,6 +365,7 @@ def test_a_manifold_without_rest_has_none_and_one_with_two_says_so():
     assert "several" in rest_state_error(drifting)
 
 
+@pytest.mark.further
 def test_two_rest_states_with_long_formulas_of_parameters_are_told_in_few_words():
     """SymPy's own check of these roots of two quadratic equations does not end."""
     force = -kappa * (1 + u**2 / 4)
@@ -386,6 +387,22 @@ def test_which_manifold_holds_a_rest_state_is_told_by_numbers_alone_where_parame
     for p_, signs in ((1, [None, 1]), (3, [-1, None])):
         rests = [rest_state(found.at(p=p_, q=2)) for found in manifolds]
         assert [rest and rest.state[y] for rest in rests] == signs
+
+
+@pytest.mark.parametrize("lower", [True, False])
+def test_a_rest_state_that_changes_its_manifold_in_a_small_part_of_the_range_is_on_none_for_all_parameters(lower):
+    """That with y = (1 - sqrt(1 - 4 p))/2 lies on y = sqrt(x) for 0 < p < 1/4; it was said to lie on y = -sqrt(x)."""
+    x, y, p = sp.symbols("x y p", real=True)
+    manifolds = ap.slow_manifolds(ap.System.smooth({x: y - x - p}, {y: x - y**2}, mu), order=0)
+    found = next(m for m in manifolds if (m.branch[y] == -sp.sqrt(x)) == lower)
+    with pytest.raises(NotDerivable, match=r"whether y = 1/2 - sqrt\(1 - 4\*p\)/2, .* depends on the parameters"):
+        rest_state(found)
+
+
+def test_a_difference_that_vanishes_at_a_single_parameter_is_no_zero():
+    a = sp.Symbol("a", real=True)
+    assert zero_at_places([sp.sqrt(a) - 2], sp.true) == {False}
+    assert zero_at_places([sp.sqrt(a**2) - a], sp.true) == {False, True}
 
 
 def test_the_rate_at_a_rest_state_has_no_root_of_a_square():
