@@ -1,4 +1,4 @@
-r"""Second motions that come up between events, where a system has several rough rigid contacts.
+r"""Second motions that come up between events, where a system has several rigid contacts, not all without friction.
 
 The equations of the contacts are piecewise linear in the forces. They have one solution, whatever the loads, if the
 determinant of each choice of phases, times the same determinant without friction, is positive. Elsewhere another
@@ -73,13 +73,15 @@ class Watched(NamedTuple):
 
 
 def is_watched(mode: GuardedMode) -> bool:
-    """Tell whether a second motion may come up in a mode: one of several rough rigid contacts is closed and moves.
+    """Tell whether a second motion may come up in a mode: a rough rigid contact moves, and there are other contacts.
 
-    A contact alone has guards of its own, as long as no other one, now open, has kept it closed.
+    Of these only rigid ones count, rough or such that may open. A contact alone has guards of its own, as long as no
+    other one, now open, has kept it closed.
     """
-    frictions = enumerate(mode.system.frictions)
-    rough = {k for k, f in frictions if f.constraint is not None and not is_smooth(mode.system, k)}
-    return len(rough) > 1 and bool((rough & mode.closed.keys()) - at_rest(mode.branch))
+    rigid = {k: f for k, f in enumerate(mode.system.frictions) if f.constraint is not None}
+    rough = {k for k in rigid if not is_smooth(mode.system, k)}
+    several = len(rough | {k for k, f in rigid.items() if f.gap is not None}) > 1
+    return several and bool((rough & mode.closed.keys()) - at_rest(mode.branch))
 
 
 def require_alone(

@@ -17,6 +17,7 @@ from sympy.physics.mechanics import dynamicsymbols
 import asympk as ap
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import mode_of
+from asympk.certify import certify
 from asympk.errors import InputError, NoMotion, NotDerivable, TwoMotions, UnboundedReaction, Unfinished
 from asympk.integrators.integrate import FAMILIES
 from asympk.integrators.singular import approach
@@ -1050,6 +1051,23 @@ def test_a_slider_that_lift_off_would_close_on_its_neighbour_has_a_second_motion
     with pytest.raises(TwoMotions, match=r"open\+open and open\+slip_opposite") as stopped:
         ap.solve(replace(scene, until=Fraction(1, 10)), **way)
     assert 0 < stopped.value.t < 1e-3
+
+
+@pytest.mark.parametrize("method", ["exact", "rk45"])
+def test_a_slider_that_a_smooth_contact_keeps_down_has_a_second_motion_once_both_may_lift_off(method):
+    """The gaps have g1'' = a - N1/2 + N2/2 and g2'' = b - 2 N1 + N2: N = (b - 2 a, b - 4 a), or 0 where a, b >= 0."""
+    q, u, a, t = sp.symbols("s y z"), sp.symbols("s' y' z'"), sp.symbols("a"), sp.Symbol("t")
+    yields = sp.Matrix([[40, 3, 5], [3, 2, 1], [5, 1, 2]]) / 2
+    feet = [ap.Contact(gap=q[k], slip=u[0], friction=f, unilateral=True) for k, f in ((1, 1), (2, 0))]
+    pulls = yields.inv() * sp.Matrix([60, a + 2 * t, 3 + 2 * a + 4 * t])
+    system = ap.Mechanism(q, u, yields.inv(), pulls, feet[0], others=feet[1:], time=t).rigid()
+    start = dict(zip(system.states, (0, 0, 0, 1, 0, 0), strict=True))
+    scene = ap.Scene(system=system, values={"a": -1}, start=start, until="2/5")
+    assert ap.solve(scene, method).modes == ("slip_same+closed",)
+    assert certify(scene).reason.startswith("uniqueness: within slip_same")
+    with pytest.raises(TwoMotions, match=r"open\+open and slip_same .*\+closed") as stopped:
+        ap.solve(replace(scene, until=1), method)
+    assert stopped.value.t == pytest.approx(1 / 2, abs=1e-6)
 
 
 def test_a_ladder_leans_at_rest_where_static_friction_is_enough():
