@@ -20,7 +20,9 @@ from asympk.automaton.modes import GuardedMode, mode_of
 from asympk.errors import InputError, Undecided
 from asympk.symbolic import branches
 from asympk.symbolic.branches import OPEN, Branch, Guard, Phase
+from asympk.symbolic.long import replaced
 from asympk.symbolic.penetration import with_finite_powers
+from asympk.symbolic.system import System
 
 ORDERS = 5  # least number of derivatives by which it is decided whether what vanishes stays 0
 LONGEST = 5_000  # operations of the longest derivative of a guard that is differentiated once more
@@ -161,13 +163,24 @@ def _margins_at(
 
 
 def margins_at_state(here: Junction, branch: Branch) -> list[Any]:
-    """Return the margins of a branch at the state itself, or none where its forces are not determined."""
+    """Return the margins of a branch at the state itself, or none where its forces are not determined.
+
+    A load of reactions that are all of open contacts is 0 in the whole branch, and no margin.
+    """
     found: list[Any] = []
     for group in coupled(here.system):
         if (solved := here.solved(branch, group)) is None:
             return []
-        found += _margins_at(here, branch, here.jumped(branch), group, 0, solved).values()
+        margins = _margins_at(here, branch, here.jumped(branch), group, 0, solved)
+        found += [margin for (kind, k, _), margin in margins.items()
+                  if kind != "force_zero" or not _is_unloaded(here.system, branch, k)]
     return found
+
+
+def _is_unloaded(system: System, branch: Branch, k: int) -> bool:
+    """Tell whether the load of friction k consists of reactions of contacts that are open in a branch."""
+    absent = {f.normal: sp.S.Zero for f, phase in zip(system.frictions, branch, strict=True) if phase == OPEN}
+    return replaced(system.frictions[k].load, absent) == 0
 
 
 def breaks_loose(here: Junction, branch: Branch) -> bool:

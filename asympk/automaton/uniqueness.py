@@ -30,7 +30,7 @@ from asympk.automaton.modes import GuardedMode
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import AsympkError, NoMotion, UnboundedReaction, Undecided
 from asympk.numbers import sign_of
-from asympk.symbolic.branches import OPEN, Branch, Phase, at_rest, is_smooth, presses_otherwise, signs_of_load
+from asympk.symbolic.branches import OPEN, Branch, Phase, at_rest, presses_otherwise, rubbed, signs_of_load
 from asympk.symbolic.system import System
 
 PARTS = 16  # intervals into which a segment is divided before these are halved
@@ -73,15 +73,13 @@ class Watched(NamedTuple):
 
 
 def is_watched(mode: GuardedMode) -> bool:
-    """Tell whether a second motion may come up in a mode: a rough rigid contact moves, and there are other contacts.
+    """Tell whether a second motion may come up in a mode: a rigid contact rubs, and others are rough or may open.
 
-    Of these only rigid ones count, rough or such that may open. A contact alone has guards of its own, as long as no
-    other one, now open, has kept it closed.
+    A contact alone has guards of its own, as long as no other one, now open, has kept it closed.
     """
-    rigid = {k: f for k, f in enumerate(mode.system.frictions) if f.constraint is not None}
-    rough = {k for k in rigid if not is_smooth(mode.system, k)}
-    several = len(rough | {k for k, f in rigid.items() if f.gap is not None}) > 1
-    return several and bool((rough & mode.closed.keys()) - at_rest(mode.branch))
+    branch, contacts = mode.branch, rubbed(mode.system)
+    rubs = (branch[j].slips for k, frictions in contacts.items() if branch[k] != OPEN for j in frictions)
+    return len(contacts) > 1 and any(rubs)
 
 
 def require_alone(

@@ -176,14 +176,29 @@ def is_smooth(system: "System", k: int) -> bool:
     return not atoms(sp.Tuple(*formulas), sp.Abs, sp.sign) & asked
 
 
+@lru_cache(maxsize=64)
+def rubbed(system: "System") -> dict[int, set[int]]:
+    """Return the rigid contacts that may open or have friction, with the frictions whose loads contain the reaction."""
+    rough = {j for j in range(len(system.frictions)) if not is_smooth(system, j)}
+    rubs = {k: {j for j in rough if f.normal in symbols_in(system.frictions[j].load)}
+            for k, f in enumerate(system.frictions) if f.constraint is not None}
+    return {k: found for k, found in rubs.items() if found or system.frictions[k].gap is not None}
+
+
 def presses_otherwise(system: "System", branch: Branch, other: Branch) -> bool:
     """Tell whether a rough contact that is not at rest in the ``other`` branch has a load of another sign, or none.
 
-    Only loads that contain forces count.
+    Only loads that contain forces count. The load of one direction of a contact is that of its reaction alone.
     """
-    changed = (k for k, (own, now) in enumerate(zip(branch, other, strict=True))
-               if own.load != now.load and now.mode != "stick")
-    return any(symbols_in(system.frictions[k].load) & {*system.pushes} and not is_smooth(system, k) for k in changed)
+    changed = {k for k, (own, now) in enumerate(zip(branch, other, strict=True)) if own.load != now.load}
+    moving = {k for k, phase in enumerate(other) if phase.mode != "stick" and not is_smooth(system, k)}
+    shared = {k for k in moving if len(found := _reactions(system, k)) > 0 and found <= changed}
+    return any(symbols_in(system.frictions[k].load) & {*system.pushes} for k in (changed & moving) | shared)
+
+
+@lru_cache(maxsize=256)
+def _reactions(system: "System", k: int) -> set[int]:
+    return {j for j, f in enumerate(system.frictions) if f.normal in symbols_in(system.frictions[k].load)}
 
 
 @lru_cache(maxsize=256)

@@ -23,6 +23,7 @@ from asympk.symbolic.branches import (
     lifts,
     never_negative,
     one_per_mode,
+    rubbed,
     stands,
     still_rows,
     with_direction,
@@ -204,17 +205,14 @@ def _unambiguous(system: "System", branch: Branch) -> list[Guard]:
     do not count, nor joints without such a friction. With several contacts p is the determinant of their equations;
     second motions are then sought by ``asympk.automaton.uniqueness``.
     """
-    rigid = [k for k, f in enumerate(system.frictions) if f.constraint is not None and branch[k] != OPEN]
-    rubs = {k: {j for j, f in enumerate(system.frictions) if system.frictions[k].normal in symbols_in(f.load)
-                and not branch[j].smooth} for k in rigid}
-    closed = [k for k in rigid if rubs[k] or system.frictions[k].gap is not None]
-    sliding = [k for k in closed if any(branch[j].slips for j in rubs[k])]
+    closed = {k: rubs for k, rubs in rubbed(system).items() if branch[k] != OPEN}
+    sliding = [k for k, rubs in closed.items() if any(branch[j].slips for j in rubs)]
     if not sliding:
         return []
     k, *_ = sliding
     found = [Guard("unbounded", k, stiffness(system, branch))]
     if len(closed) == 1 and system.frictions[k].gap is None:
-        other = tuple(p._replace(load=-p.load) if j in rubs[k] else p for j, p in enumerate(branch))
+        other = tuple(p._replace(load=-p.load) if j in closed[k] else p for j, p in enumerate(branch))
         found.append(Guard("several", k, stiffness(system, other)))
     return found
 

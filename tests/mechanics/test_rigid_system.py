@@ -1070,6 +1070,26 @@ def test_a_slider_that_a_smooth_contact_keeps_down_has_a_second_motion_once_both
     assert stopped.value.t == pytest.approx(1 / 2, abs=1e-6)
 
 
+@pytest.mark.parametrize(("push", "name"), [(60, "slip_same"), (0, "stick")])
+def test_a_contact_that_slides_in_one_of_two_directions_has_a_second_motion_once_it_may_lift_off(push, name):
+    """Friction across acts as in the test before, and a second one, along, rests or slides on the same reaction."""
+    y, z, u, q, p, v, w, t = sp.symbols("y z u q p v w t")
+    along, across, beside, press, other = sp.symbols("F1 F2 F3 N1 N2")
+    first = press + other / 2 + 3 * across / 2 + 2 * t - 1
+    second = press / 2 + other + 5 * across / 2 + 4 * t + 1
+    slide = 20 * across + 3 * press / 2 + 5 * other / 2 + 60
+    rates = {y: v, z: w, u: along + push, q: slide, p: beside, v: first, w: second}
+    contacts = [ap.Friction(u, along, press, sp.Rational(1, 10), gap=y, normal=press, constraint=first),
+                ap.Friction(q, across, press, 1),
+                ap.Friction(p, beside, other, 0, gap=z, normal=other, constraint=second)]
+    system = ap.System.with_frictions(slow=rates, fast={}, frictions=contacts, time=t)
+    start = dict.fromkeys(system.states, 0) | {q: 1}
+    assert ap.solve(ap.Scene(system=system, start=start, until="2/5")).modes == (f"{name}+slip_same+closed",)
+    with pytest.raises(TwoMotions, match=r"open\+slip_same .*\+open and ") as stopped:
+        ap.solve(ap.Scene(system=system, start=start, until=1))
+    assert stopped.value.t == pytest.approx(1 / 2, abs=1e-6)
+
+
 def test_a_ladder_leans_at_rest_where_static_friction_is_enough():
     # of one friction f on floor and wall (1 - f^2)/(2 f) <= 4/3, the slope: f >= 1/3
     slope = str(sp.asin(sp.Rational(4, 5)).evalf(60))
