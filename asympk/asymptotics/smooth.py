@@ -19,6 +19,7 @@ by the full equations.
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
@@ -28,7 +29,7 @@ import numpy as np
 
 from asympk.asymptotics import matched, reduced
 from asympk.asymptotics.fibre import Formulas
-from asympk.asymptotics.landing import OVER, Landing, abscissa, land, newton, rightmost, root
+from asympk.asymptotics.landing import OVER, Landing, abscissa, land, newton, root
 from asympk.asymptotics.reduced import ROUNDING, Reduced
 from asympk.automaton.modes import has_switches
 from asympk.automaton.numericmode import NumericMode
@@ -132,18 +133,24 @@ class LayeredMotion:
 
         r is the largest real part of an eigenvalue of g_y on the branch.
         """
-        flow, landing = self.reduced, self.landing
-        rate = rightmost(flow.formulas, landing.base[0].tolist(), landing.branch, flow.values).real
-        return math.exp(rate * tau)
+        return math.exp(self.rate(self.landing.base[0]) * tau)
+
+    def rate(self, base: np.ndarray) -> float:
+        """Return the largest real part of an eigenvalue of g_y on the branch at ``base``, or infinity without one.
+
+        Without one are base points that the layer moves to where g_y has no value, as sqrt(x) has none for x < 0.
+        """
+        with suppress(ArithmeticError, ValueError):
+            found = abscissa(self.reduced.formulas, base.tolist(), self.landing.branch, self.reduced.values)
+            return found if math.isfinite(found) else math.inf
+        return math.inf
 
     def _eased(self) -> float:
         """Return exp(|r(x_0) - r(S)| / |r(x_0)|), by which a layer fades less than beside the slow motion from S.
 
         It goes from x_0 to the slow motion within a relaxation time, and the branch attracts at the rates r.
         """
-        known, landing, values = self.reduced.formulas, self.landing, self.reduced.values
-        bases = (landing.base[0].tolist(), (self.sums[-1] @ landing.base).tolist())
-        first, last = (abscissa(known, base, landing.branch, values) for base in bases)
+        first, last = self.rate(self.landing.base[0]), self.rate(self.sums[-1] @ self.landing.base)
         return math.exp(min(1.0, abs((last - first) / first)))
 
     def _terms(self, tau: float) -> np.ndarray:
@@ -308,9 +315,8 @@ def _required_layer(
 def _require_attraction(motion: LayeredMotion, units: Any) -> None:
     """Raise ``OutOfRange`` where a base point is where the only branch does not attract, after the layer."""
     known, landing = motion.reduced.formulas, motion.landing
-    for base in (motion.sums @ landing.base).tolist() if known.turning else ():
-        attracts = abscissa(known, base, landing.branch, motion.reduced.values) < 0
-        if not attracts and not motion.tells(motion.layer(motion.reduced.end), units):
+    for base in motion.sums @ landing.base if known.turning else ():
+        if motion.rate(base) >= 0 and not motion.tells(motion.layer(motion.reduced.end), units):
             raise OutOfRange(f"the layer moves {listed(known.slow_states, landing.base[0])} to about "
                              f"{listed(known.slow_states, base)}, where the branch does not attract: "
                              f"{known.small} = {motion.reduced.mu:.3g} is not small here; use an exact method")

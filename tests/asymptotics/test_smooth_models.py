@@ -972,6 +972,15 @@ def test_what_is_left_of_a_layer_whose_attraction_changes_is_told(slow, rate, st
     assert wrong <= path.error < 4 * wrong + 1e-11
 
 
+@pytest.mark.parametrize("until", ["1/100", "1/10"])
+def test_a_layer_is_followed_though_the_rates_have_no_value_at_the_base_point(until):
+    """The layer takes x from 1 to about 0, and by higher orders below, where the attraction sqrt(x) has no value."""
+    system = ap.System.smooth({x: -10 * y}, {y: -sp.sqrt(x) * y}, mu)
+    scene = ap.Scene(system=system, values={mu: "1/10"}, start=(1, 1), until=until)
+    path, exact = ap.solve(scene, "jump", order=0), ap.solve(scene, digits=20).final
+    assert distance(path.final, exact) <= path.error
+
+
 @pytest.mark.parametrize("order", [0, 1, 2])
 def test_terms_omitted_since_the_start_are_remembered_where_slow_motion_fades_faster_than_a_layer(order):
     """The slow motion falls by exp(12), what the fast state remembers of it by exp(6): 1/30 of the error was told.
