@@ -181,7 +181,12 @@ def _read(text: object, symbols: Mapping[str, sp.Expr], what: str) -> sp.Basic:
     except (SyntaxError, ValueError, MemoryError, RecursionError):
         raise InputError(f"{what} = {short(text)}: it is not a formula; write one such as 'x + 2*y'") from None
     known = {spelt: symbols[name] for spelt, name in plain.items()}
-    return _Reader(known, what, text, source).read(tree.body, 0)
+    try:
+        return _Reader(known, what, text, source).read(tree.body, 0)
+    except InputError:
+        raise
+    except (ArithmeticError, ValueError):  # of SymPy, which has no digits for an integer as large as exp(10^6)
+        raise InputError(f"{what} = {short(text)}: a number in it is too large; write it without") from None
 
 
 def _degree(expr: sp.Expr) -> int:

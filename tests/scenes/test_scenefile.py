@@ -55,6 +55,8 @@ def test_a_sum_is_read_however_many_terms_it_has_and_a_product_up_to_a_degree():
         read_formula("*".join(["(x + 1)^64"] * 300), {"x": x})
     with pytest.raises(InputError, match="nested deeper than 60"):
         read_formula("sin(" * 61 + "x" + ")" * 61, {"x": x})
+    with pytest.raises(InputError, match=r"formula = 'floor\(exp\(10\^6\)\)': a number in it is too large"):
+        read_formula("floor(exp(10^6))", {})
 
 
 @pytest.mark.parametrize(("text", "meant"), [
