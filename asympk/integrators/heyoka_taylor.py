@@ -115,9 +115,9 @@ def _first_missed(found, solver, mode, settings):
     with suppress(ArithmeticError, ValueError):
         last = mode.rhs(times[-1], solver.state.tolist())
     missed, allowed = lengths * (slopes - np.vstack([series[1:, :, 1], last])), COARSE * allowed_error(ends, settings)
-    with suppress(ArithmeticError, ValueError):
-        divisible = lengths[:, 0] > SHORTEST * times[1:]
-        for k in np.flatnonzero(divisible & (abs(missed) > allowed).any(axis=1)).tolist():
+    divisible = lengths[:, 0] > SHORTEST * times[1:]
+    for k in np.flatnonzero(divisible & (abs(missed) > allowed).any(axis=1)).tolist():
+        with suppress(ArithmeticError, ValueError):  # a step beside which the rates have no slope tells nothing
             if is_missed(mode, missed[k], allowed[k], float(times[k + 1]), tuple(ends[k]), float(lengths[k, 0])):
                 return k
     return None
