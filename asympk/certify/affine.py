@@ -164,9 +164,7 @@ class _Modes(Candidates):
         self._require_no_rounding(state)
         mode, guards = self.chosen([self.every(state)], state, "start")
         for row in (self._row(mode.mode, velocity) for velocity in mode.mode.velocities.values()):
-            terms = [w if w is None else c * w for c, w in zip(row, state.exact, strict=True) if c]
-            known = all(isinstance(term, int | Fraction) for term in terms)
-            if known and 0 < abs(sum(terms)) <= 4 * ROUNDING * sum(map(abs, terms)):
+            if self._is_rounding(row, state):
                 raise Refused("edge: a sliding velocity at the start is rounding, which a run takes as 0; start with 0")
         return mode, guards
 
@@ -175,14 +173,13 @@ class _Modes(Candidates):
         for friction in self.system.frictions:
             gap = friction.gap if friction.constraint is not None else None
             for what, expr in (("gap", gap), ("rate of the gap", gap and rate_along(self.system, gap))):
-                if expr and self._is_rounding(expr, state):
+                if expr and self._is_rounding(self._plain_row(expr), state):
                     raise Refused(f"edge: the {what} at the start is rounding, which a run takes as 0; start where it "
                                   "is 0 exactly, or take the elastic contact")
 
-    def _is_rounding(self, expr, state):
-        """Tell whether an expression is not exactly 0 at an exact start, but so small that a run takes it as 0."""
+    def _is_rounding(self, row, state):
+        """Tell whether a row is not exactly 0 at an exact start, but so small that a run takes it as 0."""
         with suppress(Refused):
-            row = self._plain_row(expr)
             terms = [(c, w) for c, w in zip(row, state.exact, strict=True) if c]
             if any(w is None for _, w in terms) or sign_at(row, state) == 0:
                 return False
