@@ -1,11 +1,12 @@
 r"""The mode of an affine system that begins or follows, chosen on arrays of rows by the rules of ``automaton``.
 
 A mode may begin or follow in a row if each of its guards is positive, or is 0 and rises. Where this is not clear, and
-where a load contains forces and not exactly one mode remains, the choice is left to the automaton. ``Modes.chosen`` is
+where a load contains forces and not exactly one mode remains, the choice is left to the automaton. ``Modes._chosen`` is
 the hard function.
 """
 
 from collections.abc import Iterable
+from functools import cached_property
 from itertools import product
 from typing import Any
 
@@ -21,10 +22,9 @@ from asympk.automaton.compiled import function
 from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import mode_of
 from asympk.automaton.uniqueness import has_always_one_motion, is_watched
-from asympk.symbolic.branches import OPEN, Branch, Phase, all_phases, at_rest, rate_along
+from asympk.symbolic.branches import OPEN, Branch, Phase, all_phases, at_rest, is_pushed, rate_along
 from asympk.symbolic.forces import determined
 from asympk.symbolic.guards import NEVER_IDLE
-from asympk.symbolic.long import symbols_in
 
 _CLEAR = 1e-13  # the relative size below which a sign is not trusted
 _MOST = 2  # the number of frictions, where loads contain forces, up to which all combinations of phases are tried
@@ -38,8 +38,7 @@ class Modes:
         self.flows, self.p = flows(automaton), tuple(map(float, automaton.values))
         self.branches: list[Branch] = []
         self._known: dict = {}
-        pushes = {*self.system.pushes}
-        self.pushed = np.array([bool(symbols_in(f.load) & pushes) for f in self.system.frictions], dtype=bool)
+        self.pushed = np.array([is_pushed(self.system, k) for k in range(len(self.system.frictions))], dtype=bool)
 
     def index(self, branch: Branch) -> int:
         """Return the index of a branch in ``branches``, to which a new one is added."""
@@ -66,8 +65,9 @@ class Modes:
         sums = flow.parts(self.whole(branch, t, w) @ flow.tables.T).sums
         return np.array(initial(flow.blocks), dtype=float) @ flow.rate @ sums[:, : len(flow.rate)]
 
+    @cached_property
     def are_unclear(self) -> bool:
-        """Tell whether the automaton must decide in every row, as the forces in the loads may not tell one motion.
+        """Whether the automaton must decide in every row, as the forces in the loads may not tell one motion.
 
         They do, in contacts that are closed and stay so, if every mode determines them and none is within the paradox.
         """
@@ -92,7 +92,7 @@ class Modes:
         """Return (index of the first branch of each row, mask of the rows for which this is open)."""
         velocities, loads = self._contacts(t, w)
         scale = _CLEAR * (1 + abs(w).max(axis=1, initial=0.0))
-        tiny = ((velocities != 0) & (abs(velocities) < scale)) | ((abs(loads) < scale) & ~self.pushed[:, None])
+        tiny = ((velocities != 0) & (abs(velocities) < scale)) | (abs(loads) < scale)
         branch, doubtful = self._chosen(self._combinations(), t, w, velocities, loads)
         return branch, doubtful | tiny.any(axis=0) | self._are_apart(t, w)
 
@@ -121,12 +121,9 @@ class Modes:
             phases = [(phase,) if phase == OPEN else all_phases(self.system, j) for j, phase in enumerate(before)]
         phases[friction] = all_phases(self.system, friction)
         found, doubtful = self._chosen(product(*phases), t, w, velocities, loads)
-        others = [self._without(branch, friction) != self._without(before, friction) for branch in self.branches]
+        others = [_without(branch, friction) != _without(before, friction) for branch in self.branches]
         rigid = self.system.frictions[friction].constraint is not None and kind in ("lift_off", "touch_down")
         return found, doubtful | np.array(others, dtype=bool)[found] | rigid
-
-    def _without(self, branch, friction):
-        return branch[:friction] + branch[friction + 1 :]
 
     def _chosen(self, candidates, t, w, velocities, loads):
         """Return (index of the consistent branch of each row, mask of open rows); rest is preferred to slip.
@@ -181,6 +178,10 @@ class Modes:
         """Return the values of expressions, an array (expressions, rows)."""
         found = function(self.system, tuple(exprs), "numpy", np)(t, *w.T, *self.p)
         return np.array([np.broadcast_to(v, t.shape) for v in found], dtype=float).reshape(-1, len(t))
+
+
+def _without(branch, friction):
+    return branch[:friction] + branch[friction + 1 :]
 
 
 def _rigid(system):

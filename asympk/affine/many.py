@@ -197,7 +197,7 @@ class _Flock(NamedTuple):
 
 def _follow(modes, w, until, rows, result):
     """Follow rows of one set of parameters from the start to their ends."""
-    start, apart = w.copy(), len(w) <= FEW or modes.are_unclear()
+    start, apart = w.copy(), len(w) <= FEW or modes.are_unclear
     try:
         lost = np.ones(len(w), dtype=bool) if apart else _together(modes, w, until, rows, result)
     except (OutOfRange, ZeroDivisionError):  # no row has finite rates

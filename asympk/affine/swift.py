@@ -18,9 +18,8 @@ from asympk.automaton.contacts import feels_directions
 from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import phases_of
 from asympk.errors import InputError, Undecided
-from asympk.symbolic.branches import Branch, Phase, is_smooth, most_at_rest, stands
+from asympk.symbolic.branches import Branch, Phase, is_pushed, is_smooth, most_at_rest, stands
 from asympk.symbolic.forces import determined
-from asympk.symbolic.long import symbols_in
 from asympk.symbolic.sides import Sides
 
 _ZERO, _CLEAR = 1e-13, 1e-11  # relative sizes up to which a value is 0, and beyond which its sign is clear
@@ -177,9 +176,9 @@ def _following(system, branch, event):
 def _is_left(system):
     """Tell whether all decisions are left to the automaton: contacts feel the direction of sliding, or loads forces.
 
-    A load that contains forces may have either sign, or none, in several modes that may follow.
+    Such a load may have either sign, or none, in several modes that may follow.
     """
-    return feels_directions(system) or any(symbols_in(f.load) & {*system.pushes} for f in system.frictions)
+    return feels_directions(system) or any(is_pushed(system, k) for k in range(len(system.frictions)))
 
 
 def _decided(table, t, state, possible=None):

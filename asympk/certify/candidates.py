@@ -152,8 +152,7 @@ class Candidates:
         """Return the phases of contact k that the signs of its velocity and load at a state do not exclude."""
         friction = self.here.frictions[k]
         velocity = self._sign(friction.velocity, state)
-        pushed = friction.load.free_symbols & {*self.here.pushes}
-        load = None if pushed else self._sign(friction.load, state)
+        load = None if branches.is_pushed(self.here, k) else self._sign(friction.load, state)
         return [phase for phase in all_phases(self.system, k) if phase == OPEN or phase.smooth or (
             velocity in (None, 0, phase.velocity) and load in (None, 0, phase.load))]
 

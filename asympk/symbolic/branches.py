@@ -176,11 +176,17 @@ def is_smooth(system: "System", k: int) -> bool:
     return not atoms(sp.Tuple(*formulas), sp.Abs, sp.sign) & asked
 
 
+@lru_cache(maxsize=256)
+def is_pushed(system: "System", k: int) -> bool:
+    """Tell whether the load of friction k contains forces: it may then have either sign, or none, in several modes."""
+    return bool(symbols_in(system.frictions[k].load) & {*system.pushes})
+
+
 @lru_cache(maxsize=64)
 def rubbed(system: "System") -> dict[int, set[int]]:
     """Return the rigid contacts that may open or have friction, with the frictions whose loads contain the reaction."""
     rough = {j for j in range(len(system.frictions)) if not is_smooth(system, j)}
-    rubs = {k: {j for j in rough if f.normal in symbols_in(system.frictions[j].load)}
+    rubs = {k: {j for j in rough if k in _reactions(system, j)}
             for k, f in enumerate(system.frictions) if f.constraint is not None}
     return {k: found for k, found in rubs.items() if found or system.frictions[k].gap is not None}
 
@@ -192,12 +198,13 @@ def presses_otherwise(system: "System", branch: Branch, other: Branch) -> bool:
     """
     changed = {k for k, (own, now) in enumerate(zip(branch, other, strict=True)) if own.load != now.load}
     moving = {k for k, phase in enumerate(other) if phase.mode != "stick" and not is_smooth(system, k)}
-    shared = {k for k in moving if len(found := _reactions(system, k)) > 0 and found <= changed}
-    return any(symbols_in(system.frictions[k].load) & {*system.pushes} for k in (changed & moving) | shared)
+    shared = {k for k in moving if (found := _reactions(system, k)) and found <= changed}
+    return any(is_pushed(system, k) for k in (changed & moving) | shared)
 
 
 @lru_cache(maxsize=256)
 def _reactions(system: "System", k: int) -> set[int]:
+    """Return the contacts whose reactions the load of friction k contains."""
     return {j for j, f in enumerate(system.frictions) if f.normal in symbols_in(system.frictions[k].load)}
 
 
