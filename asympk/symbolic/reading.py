@@ -74,11 +74,11 @@ def expression(name: str, value: Any) -> sp.Basic:
 
     Raises ``InputError`` for a string or a container.
     """
+    if isinstance(value, Decimal):
+        number(name, value)  # refuses one of too many digits
     try:
         if isinstance(value, (str, tuple, list, dict, set, frozenset)) or getattr(value, "is_Matrix", False):
             raise sp.SympifyError(value)
-        if isinstance(value, Decimal):
-            number(name, value)  # refuses one of too many digits
         found = sp.sympify(value, strict=True)
     except (sp.SympifyError, TypeError, ValueError, NotImplementedError):
         raise InputError(f"{name} = {short(value)}: it must be a SymPy expression or a number") from None
