@@ -17,7 +17,7 @@ from asympk.automaton.decide import finite
 from asympk.automaton.junction import BY_HAND
 from asympk.automaton.modes import SWITCH
 from asympk.automaton.numericmode import NumericMode
-from asympk.automaton.uniqueness import along_steps, require_alone
+from asympk.automaton.uniqueness import require_alone
 from asympk.errors import Accumulation, NoMotion, TwoMotions, UnboundedReaction, Undecided
 from asympk.numbers import listed
 from asympk.path import Event
@@ -86,7 +86,7 @@ def follow(
             _require_one_motion(mode, t, state)
             segment = advance(mode, t, state, segments) if t < until else Segment(t, state, None)
             segments.append(segment._replace(branch=mode.branch, sides=mode.mode.sides, within=None))
-            require_alone(automaton, mode, t, segment.t, segment.within or along_steps(mode, segment.steps), slack)
+            require_alone(automaton, mode, t, segment, slack)
             if segment.hit is None or mode.kinds[segment.hit][0] not in _ENDS:
                 mode.require_one_side(mode.pole_values(t, state), segment.t, segment.state)
             if segment.short:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from functools import lru_cache
 from itertools import islice, pairwise, product
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from asympk.automaton.automaton import ROUNDED, Automaton
 from asympk.automaton.consistency import margins_at_state, solved_without_friction
@@ -32,6 +32,9 @@ from asympk.errors import AsympkError, NoMotion, UnboundedReaction, Undecided
 from asympk.numbers import sign_of
 from asympk.symbolic.branches import OPEN, Branch, Phase, at_rest, presses_otherwise, rubbed, signs_of_load
 from asympk.symbolic.system import System
+
+if TYPE_CHECKING:
+    from asympk.automaton.loop import Segment
 
 PARTS = 16  # intervals into which a segment is divided before these are halved
 EVERY = 4  # interval after which the signs of the determinants are looked at, which suffice where they agree
@@ -82,16 +85,16 @@ def is_watched(mode: GuardedMode) -> bool:
     return len(contacts) > 1 and any(rubs)
 
 
-def require_alone(
-    automaton: Automaton, mode: NumericMode, begin: Any, end: Any, state_at: Callable[[Any], tuple] | None, slack: Any
-) -> None:
-    """Raise ``TwoMotions`` where, in a mode from ``begin`` to ``end``, another motion comes up.
+def require_alone(automaton: Automaton, mode: NumericMode, begin: Any, segment: "Segment", slack: Any) -> None:
+    """Raise ``TwoMotions`` where another motion comes up in a segment of a mode from ``begin`` on.
 
-    ``slack`` is the relative error of the states. Where no function ``state_at`` gives them, no motion is sought.
+    ``slack`` is the relative error of the states. Where the segment does not tell them, no motion is sought.
     """
-    if state_at is None or not end > begin or not is_watched(mode.mode):
+    if not segment.t > begin or not is_watched(mode.mode):
         return
-    stretch = Watched(automaton, mode.branch, begin, end, state_at)
+    if (state_at := segment.within or along_steps(mode, segment.steps)) is None:
+        return
+    stretch = Watched(automaton, mode.branch, begin, segment.t, state_at)
     parts = [BESIDE + (1 - 2 * BESIDE) * k / PARTS for k in range(PARTS + 1)]
     if has_always_one_motion(automaton, mode.branch) or all(map(stretch.has_one_motion, parts[::EVERY])):
         return

@@ -52,13 +52,13 @@ def _run(whole, arguments):
 
 def _file_of(options: argparse.Namespace, error: Exception) -> str:
     """Return "file: " for an error of the motion or the model of a scene in a file, which does not know its file."""
+    place, words = getattr(options, "scene", None), str(error)
+    of_arguments = isinstance(error, (OSError, *_OF_ARGUMENTS)) and not words.startswith("start: ")
+    if not place or of_arguments or words.startswith(f"{place}: "):
+        return ""
     from asympk.scenes.scenefile import is_file
 
-    place = getattr(options, "scene", None)
-    words = str(error)
-    of_arguments = isinstance(error, (OSError, *_OF_ARGUMENTS)) and not words.startswith("start: ")
-    told = of_arguments or words.startswith(f"{place}: ")
-    return "" if told or not place or not is_file(place) else f"{place}: "
+    return f"{place}: " if is_file(place) else ""
 
 
 def _complete(whole: argparse.ArgumentParser) -> None:

@@ -38,10 +38,14 @@ def surroundings(scene: Scene, pair: Sequence[str], across: Sequence[float], up:
     plane = _Plane(scene, pair)
     with np.errstate(all="ignore"):  # what is not finite is left out
         grids = [np.array(grid) / size for grid, size in zip((across, up), plane.sizes, strict=True)]
-        planes = (plane, plane.beside(1), plane.beside(-1))
-        found, *others = ([*_slow(seen, grids), *_stick(seen, grids)] for seen in planes)
-        begun = plane.system.time is not None or not all(_equal(found, other) for other in others)
+        found, others = _curves(plane, grids), (_curves(plane.beside(side), grids) for side in (1, -1))
+        timed, told = plane.system.time is not None, not plane.still.any()
+        begun = timed or not (told or all(_equal(found, other) for other in others))
         return [{**curve, "points": (curve["points"] * plane.sizes).tolist(), "begun": begun} for curve in found]
+
+
+def _curves(plane: "_Plane", grids: list[np.ndarray]) -> list[Curve]:
+    return [*_slow(plane, grids), *_stick(plane, grids)]
 
 
 def _equal(found: list[Curve], other: list[Curve]) -> bool:
@@ -74,10 +78,15 @@ class _Plane:
         """Return which quantity leaves a state alone while the other one changes it; None where there is none."""
         return 1 - self.moved.index(state) if self.moved.count(state) == 1 else None
 
+    @property
+    def still(self) -> np.ndarray:
+        """Which states the picture does not move."""
+        return ~np.isin(np.arange(self.start.size), self.moved)
+
     def beside(self, side: int) -> "_Plane":
-        """Return a plane on one side, beyond 0 too, in which the states that the picture does not move have others."""
-        found, still = copy(self), ~np.isin(np.arange(self.start.size), self.moved)
-        found.start = self.start + side * still * (1 + 2 * abs(self.start))
+        """Return a plane on one side, beyond 0 too, in which the states that stand ``still`` have others."""
+        found = copy(self)
+        found.start = self.start + side * self.still * (1 + 2 * abs(self.start))
         return found
 
     def placed(self, which: int, grid: np.ndarray) -> np.ndarray:

@@ -184,9 +184,9 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
             continue
         if hit is not None:
             mode.require_one_side(mode.pole_values(t, state), t + at, end, begun=t)
-            end = _without_rounding(end, state, scheme.tolerance * SLACK)
+            end, steps = _without_rounding(end, state, scheme.tolerance * SLACK), [*steps, step]
             together = lost_with(mode, hit, t + at, end, scheme.tolerance * SLACK)
-            return Segment(t + at, end, hit, None, "", (*steps, step), together, within=_within(scheme, (*steps, step)))
+            return Segment(t + at, end, hit, None, "", tuple(steps), together, within=_within(scheme, steps))
         steps.append(step)
         t, state = (until if last else t + h), _at(scheme.tableau, step, h)
         if last:

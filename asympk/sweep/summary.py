@@ -30,16 +30,16 @@ def summarise(out: str | Path) -> dict[str, Any]:
     Quantiles are exact: the quantile of a state at p is the element of rank floor(p (n - 1)) of its n final values.
     """
     out = Path(out)
-    family = read_manifest(out)[0].family
+    sweep = read_manifest(out)[0]
     counts: dict[str, Counter] = {name: Counter() for name in _COLUMNS}
-    found = quantiles(lambda first: _final_states(out, family.states, counts if first else None), PROBABILITIES)
+    found = quantiles(lambda first: _final_states(out, sweep.family.states, counts if first else None), PROBABILITIES)
     summary = {
         "trajectories": sum(counts["outcomes"].values()),
         "outcomes": {OUTCOMES[k]: n for k, n in sorted(counts["outcomes"].items())},
-        "refused": _first_refusal(out) if _REFUSED in counts["outcomes"] else "",
+        "refused": _first_refusal(out, sweep) if _REFUSED in counts["outcomes"] else "",
         "events": {str(k): n for k, n in sorted(counts["events"].items())},
         "collisions": {str(k): n for k, n in sorted(counts["collisions"].items())},
-        "itineraries": {family.alphabet.words(k): n
+        "itineraries": {sweep.family.alphabet.words(k): n
                         for k, n in sorted(counts["itineraries"].items(), key=lambda p: (-p[1], p[0]))},
         "probabilities": list(PROBABILITIES),
         "quantiles": found,
@@ -48,9 +48,8 @@ def summarise(out: str | Path) -> dict[str, Any]:
     return summary
 
 
-def _first_refusal(out):
+def _first_refusal(out, sweep):
     """Return why the first trajectory that is refused is so, or "" where its family does not tell."""
-    sweep = read_manifest(out)[0]
     for _, story, columns in results(out, ("outcome",)):
         if rows := np.flatnonzero(columns["outcome"] == _REFUSED).tolist():
             k = story["start"] + rows[0]
