@@ -14,13 +14,13 @@ from itertools import chain, islice
 import sympy as sp
 
 from asympk.automaton.compiled import Direction
+from asympk.automaton.poles import poles_of
 from asympk.errors import InputError
 from asympk.formulas import NOT_FINITE
 from asympk.symbolic import branches, guards
 from asympk.symbolic.branches import Branch, Guard
 from asympk.symbolic.coefficients import scattered
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.inverses import InverseForm
 from asympk.symbolic.long import atoms, is_clearly_nonzero, replaced, symbols_in
 from asympk.symbolic.penetration import Penetration, without_penetration
 from asympk.symbolic.sides import (
@@ -231,12 +231,7 @@ class GuardedMode:
     @cached_property
     def poles(self) -> tuple[sp.Expr, ...]:
         """The divisors of the rates that vary and may vanish; their zeros are poles of the rates."""
-        powers = {power for rate in self.rates for power in atoms(rate, sp.Pow) if power.exp.is_negative}
-        factors = {power.base for power in powers} | {sp.cos(e.args[0]) for r in self.rates for e in atoms(r, sp.tan)}
-        factors |= {pivot for rate in self.rates for form in atoms(rate, InverseForm) for pivot in form.pivots}
-        varying = {-e if e.could_extract_minus_sign() else e for e in factors if symbols_in(e) & self.moving}
-        found = (e for e in varying if not e.is_nonzero and not (e.is_Symbol and self._is_finite_at(e)))
-        return tuple(sorted(found, key=sp.default_sort_key))
+        return poles_of(self.rates, self.moving)
 
     @cached_property
     def order_in_time(self) -> int:
@@ -244,10 +239,6 @@ class GuardedMode:
         powers = atoms(sp.Tuple(*self.rates, *self.guard_values), sp.Pow)
         moved = (p.exp for p in powers if p.exp.is_Integer and self.system.time in symbols_in(p.base))
         return max(map(int, moved), default=0)
-
-    def _is_finite_at(self, state: sp.Symbol) -> bool:
-        """Tell whether the rates have a limit where ``state`` vanishes, as sin(x)/x has."""
-        return all((rate * state).subs(state, 0) == 0 for rate in self.rates)
 
     def lie_derivative(self, expr: sp.Expr) -> sp.Expr:
         """Return the derivative of ``expr`` along the field: its Lie derivative plus its partial time derivative."""

@@ -1,0 +1,55 @@
+"""A divisor of the rates is a pole where they grow beyond bounds, and none where they have a limit."""
+
+import mpmath
+import pytest
+import sympy as sp
+
+import asympk as ap
+from asympk.automaton.poles import poles_of
+from asympk.errors import Pole
+
+x, v = sp.symbols("x v", real=True)
+mu = sp.Symbol("mu", positive=True)
+HALF = sp.Rational(1, 2)
+
+
+@pytest.mark.parametrize(
+    "rate",
+    [sp.sin(x) / x, sp.sin(x - HALF) / (x - HALF), 2 + sp.sin(x - v) / (v - x), (1 - sp.cos(x)) / x**2,
+     x / (sp.exp(x) - 1), (x - HALF) / (1 - sp.exp((1 - 2 * x) / 10)), sp.log(1 + x) / x, (x**2 - v**2) / (x - v),
+     v * (x - sp.sin(x)) / x**3],
+)
+def test_a_divisor_is_no_pole_where_the_rates_have_a_limit(rate):
+    assert poles_of((x + rate, 1 - 3 * rate), {x, v}) == ()
+
+
+@pytest.mark.parametrize(
+    "rate",
+    [1 / x, sp.cos(x) / x, sp.sin(x) / x**2, (1 - sp.cos(x)) / x**3, v * sp.sin(x) / (x - HALF), 1 / (sp.exp(x) - 1),
+     sp.cos(1 / x), sp.exp(1 / x), sp.sin(x) / x + sp.log(x) * x / x**2, sp.tan(x), (v - 1) / (x - v), 1 / (x**2 - v)],
+)
+def test_a_divisor_is_a_pole_where_one_rate_has_no_limit(rate):
+    assert poles_of((x + v, rate), {x, v})
+
+
+def test_a_divisor_that_moves_nothing_is_no_pole():
+    assert poles_of((1 / v,), {x}) == ()
+
+
+@pytest.mark.parametrize(("method", "options"), [("radau", {}), ("lsoda", {"rtol": 1e-10}), ("slow", {}), ("jump", {})])
+def test_a_motion_passes_where_its_rates_have_a_limit(method, options):
+    """x' = -1 - (x - a)/(exp(x - a) - 1) is autonomous: the time from 1 to x is an integral."""
+    part = (x - HALF) / (sp.exp(x - HALF) - 1)
+    system = ap.System.smooth({x: -1 - part}, {v: x - v}, mu)
+    path = ap.solve(ap.Scene(system=system, values={"mu": "1e-3"}, start={"x": 1, "v": 1}, until=1), method, **options)
+    with mpmath.workdps(30):
+        begin, end = mpmath.mpf(1), mpmath.mpf(path.final[0])
+        took = mpmath.quad(lambda w: 1 / (1 + (w - 0.5) / mpmath.expm1(w - 0.5)), [end, 0.5, begin])
+    assert path.final[0] < 0
+    assert float(took) == pytest.approx(1, abs=1e-7)
+
+
+def test_the_refusal_at_a_pole_of_a_smooth_system_does_not_speak_of_contacts():
+    system = ap.System.smooth({x: sp.S.One}, {v: 1 / (x - 1) - v}, mu)
+    with pytest.raises(Pole, match=r"or take other states$"):
+        ap.solve(ap.Scene(system=system, values={"mu": "1e-3"}, start={"x": 0, "v": 0}, until=2), "jump")
