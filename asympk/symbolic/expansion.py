@@ -26,7 +26,7 @@ from asympk.formulas import NOT_FINITE
 from asympk.numbers import short
 from asympk.symbolic.branches import put_sign, without_squares
 from asympk.symbolic.diffring import DifferentialRing, Fraction, atoms_of
-from asympk.symbolic.long import atoms, heavy, is_longer, replaced, valued
+from asympk.symbolic.long import atoms, heavy, is_longer, named_exponentials, replaced, valued
 from asympk.symbolic.system import Mode
 
 _TINY = sp.Rational(1, 10**30)
@@ -62,16 +62,19 @@ def is_implicit(branch: sp.Dict) -> bool:
 def require_short(mode: Mode, order: int = 0) -> None:
     """Raise ``NotDerivable`` where no formulas can be written.
 
-    This is where a power of a sum has too many terms, and, if ``order`` is above 0, where the rates are too long.
+    This is where a power of a sum has too many terms, and, if ``order`` is above 0, where the rates are too long, or
+    exponentials without a common root of low degree are in those of several fast states.
     """
     rates = sp.Tuple(*mode.slow.values(), *mode.fast.values())
     for power in sorted(atoms(rates, sp.Pow), key=str):
         if power.base.is_Add and power.exp.is_Integer and _size_expanded(power) > EXPANDED:
             raise NotDerivable(f"the rates of {mode.name} have the power {short(power)}, which has too many terms for "
                                "formulas: put a parameter for it, or an exponential; solve follows it")
-    if order and heavy(rates) and is_longer(rates, LONG):
-        raise NotDerivable(f"the rates of {mode.name} are too long for coefficients in symbols beyond order 0; "
-                           "export writes them, and solve(scene, method='slow', order=n) uses them")
+    long = heavy(rates) and is_longer(rates, LONG)
+    if order and (long or (len(mode.fast) > 1 and named_exponentials(rates))):
+        much = "are too long" if long else "have too many exponentials"
+        raise NotDerivable(f"the rates of {mode.name} {much} for coefficients in symbols beyond order 0; export writes "
+                           "them, and solve(scene, method='slow', order=n) uses them")
 
 
 def _size_expanded(power):

@@ -11,7 +11,7 @@ import sympy as sp
 
 from asympk.errors import NotDerivable
 from asympk.symbolic.conditions import reduce_under
-from asympk.symbolic.long import LONG, is_longer
+from asympk.symbolic.long import LONG, in_factors, is_longer
 from asympk.symbolic.signs import conjunction, nonzero
 from asympk.symbolic.values import in_words
 
@@ -29,7 +29,7 @@ def characteristic(matrix: sp.Matrix) -> tuple[sp.Expr, ...]:
 def spectra(matrix: sp.Matrix) -> Spectra:
     """Return the characteristic polynomials of the blocks on the diagonal of a matrix, whose rows are so ordered."""
     blocks = matrix.strongly_connected_components()
-    return tuple(tuple(map(sp.factor, characteristic(matrix.extract(block, block)))) for block in blocks)
+    return tuple(tuple(map(in_factors, characteristic(matrix.extract(block, block)))) for block in blocks)
 
 
 def attracting(polynomials: Spectra, assumptions: sp.Basic = sp.true) -> sp.Basic:
@@ -72,8 +72,10 @@ def _off_axis(coefficients, assumptions):
         return nonzero(last, assumptions)
     rising = coefficients[::-1]  # p(i w) = E(u) + i w O(u), u = -w^2
     even, odd = (sp.Poly(rising[start::2][::-1] or [0], _U) for start in (0, 1))
-    shared = sp.gcd(even, odd)
-    sequence = sp.subresultants(*(sp.quo(part, shared) for part in (even, odd)))
+    shared, sequence = sp.Poly(1, _U), [even, odd]
+    if odd.degree() != 0:  # a constant and E share no factor, which SymPy would seek long
+        shared = sp.gcd(even, odd)
+        sequence = sp.subresultants(*(sp.quo(part, shared) for part in (even, odd)))
     conditions = [nonzero(last, assumptions)]
     if shared.degree() > 0:
         conditions.append(_no_negative_root(shared, assumptions))

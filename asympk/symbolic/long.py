@@ -1,7 +1,7 @@
 """Long expressions, which contain the same part many times: each part is visited once, and none is expanded."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import lru_cache, reduce
 from itertools import islice
 from operator import add, or_
@@ -12,6 +12,7 @@ from sympy.core.operations import AssocOp
 
 PARTS = 4  # a bound on the parts of a tree, without atoms, for one operation: -a/b in a sum has two and two
 LONG = 300  # operations; a rational expression divided by a sum is not expanded if it has more
+HIGH = 4  # the highest power of an exponential with which SymPy factors fast
 ROUGH = 1e-6  # a difference of values, relative to their size, that is not rounding
 CLEAR = 1e-9  # size above which a value of DIGITS digits is certainly not 0
 DIGITS = 50
@@ -141,6 +142,33 @@ def _quotient(expr: sp.Expr) -> tuple[sp.Expr, Counter[sp.Expr]]:
 
 def _product(powers: Counter[sp.Expr]) -> sp.Expr:
     return sp.Mul(*(base**power for base, power in powers.items()))
+
+
+def in_factors(expr: sp.Expr) -> sp.Expr:
+    """Return ``sp.factor(expr)``, with exponentials that would be high powers of one left as they are."""
+    names = named_exponentials(expr)
+    return sp.factor(expr.xreplace(names)).xreplace({name: part for part, name in names.items()})
+
+
+def named_exponentials(expr: sp.Basic) -> dict[sp.Expr, sp.Symbol]:
+    """Return {exponential: name} for those that SymPy takes for high powers of one, as w^9 and w^5, and factors long.
+
+    exp(x/10) and exp(x/18) are such powers of w = exp(x/90).
+    """
+    found = sorted(atoms(expr, sp.exp), key=str)
+    moving = [sp.expand(e.exp).as_coeff_Add()[1] for e in found]
+    ratios = [sp.cancel(part / moving[0]) for part in moving]
+    if not ratios or not all(ratio.is_Rational for ratio in ratios):
+        return {}
+    step = common_divisor(ratios)
+    powers = [abs(ratio / step) for ratio in ratios]
+    return {e: sp.Dummy(positive=True) for e in found} if max(powers) > HIGH else {}
+
+
+def common_divisor(numbers: Iterable[sp.Rational]) -> sp.Rational:
+    """Return the largest rational number of which all are whole multiples; ``sp.gcd_list`` stops at a 1 among them."""
+    numbers = tuple(numbers)
+    return sp.Rational(sp.igcd(0, *(k.p for k in numbers)), sp.ilcm(1, *(k.q for k in numbers)))
 
 
 def _is_rational(expr: sp.Basic) -> bool:

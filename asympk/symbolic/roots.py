@@ -15,7 +15,7 @@ from sympy.simplify.fu import TR8
 
 from asympk.symbolic.expansion import is_zero, is_zero_somewhere
 from asympk.symbolic.forces import entries_named
-from asympk.symbolic.long import generic_place, heavy, replaced
+from asympk.symbolic.long import common_divisor, generic_place, heavy, replaced
 
 RANGE: dict[type, Callable] = {  # what is positive inside the range of an inverse function
     **dict.fromkeys((sp.asin, sp.atan, sp.acsc, sp.acot), lambda w: sp.pi**2 / 4 - w**2),
@@ -103,6 +103,8 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
         return _joined([solutions_of([*choice], unknowns) for choice in product(*factors)])
     if len(unknowns) > 1 and (given := _given_by_others(equal_zero, unknowns)):
         return _without(given, equal_zero, unknowns)
+    if 1 < len(unknowns) == len(equal_zero) and _mixes_at_last(equal_zero, unknowns):
+        return None
     turning = _in_half_angle(*equal_zero, *unknowns) if len(unknowns) == 1 else None
     eliminants = [turning[:2]] if turning else _eliminants(equal_zero, unknowns)
     if any(_is_beyond_radicals(force, y, len(unknowns)) for force, y in eliminants):
@@ -130,12 +132,47 @@ def _in_fewer_waves(force, y):
 
 
 def _mixes(force, y):
-    """Tell whether a factor of g, a polynomial in y and in waves of y, has both: SymPy seeks roots long, in vain."""
-    told = force.xreplace({wave: sp.Dummy() for wave in _waves(force, y)})
-    waves = told.free_symbols - force.free_symbols
-    if heavy(force) or not waves or not told.is_polynomial(y, *waves):
+    """Tell whether a factor of g, a polynomial in y and in functions of y, has both: SymPy seeks roots long, in vain.
+
+    The functions are waves, or several powers of exponentials; y and one such power may lead to Lambert's W.
+    """
+    if waves := _waves(force, y):
+        told = force.xreplace({wave: sp.Dummy() for wave in waves})
+        return not heavy(force) and _has_factor(told, force, y, lambda factor, names: True)
+    if powers := _exponentials_as_powers(force, y):
+        told, w, _ = powers
+        return _has_factor(told, force, y, lambda factor, names: len({k for (k,), _ in sp.Poly(factor, w).terms()}) > 2)
+    told = {e: sp.Dummy() for e in force.atoms(sp.exp) if e.has(y)}
+    if len(told) < 2:
         return False
-    return any(factor.has(y) and factor.has(*waves) for factor, _ in sp.factor_list(told, y, *waves)[1])
+    return _has_factor(force.xreplace(told), force, y, lambda factor, names: len(factor.free_symbols & names) > 1)
+
+
+def _has_factor(told, force, y, test):
+    """Tell whether ``told``, g with names for functions of y, has a factor with y and names that passes ``test``.
+
+    A g that is too long for its factors passes where it has y and names at all.
+    """
+    told, names = sp.fraction(sp.together(told))[0], told.free_symbols - force.free_symbols
+    if not names or not told.is_polynomial(y, *names):
+        return False
+    if heavy(force):
+        return told.has(y)
+    return any(factor.has(y) and factor.has(*names) and test(factor, names)
+               for factor, _ in sp.factor_list(told, y, *names)[1])
+
+
+def _mixes_at_last(equal_zero, unknowns):
+    """Tell whether the equation mixes, as ``_mixes`` tells, that is left when linear unknowns are eliminated."""
+    if len(unknowns) == 1:
+        return _mixes(sp.fraction(sp.together(*equal_zero))[0], *unknowns)
+    slopes = ((k, y, equal_zero[k].diff(y)) for k in range(len(unknowns)) for y in unknowns)
+    if (given := next(((k, y, slope) for k, y, slope in slopes if slope != 0 and not slope.has(y)), None)) is None:
+        return False
+    k, y, slope = given
+    own = -equal_zero[k].subs(y, 0) / slope
+    left = [g.subs(y, own) for g in (*equal_zero[:k], *equal_zero[k + 1 :])]
+    return _mixes_at_last(left, [other for other in unknowns if other != y])
 
 
 def _in_half_angle(force, y):
@@ -147,7 +184,7 @@ def _in_half_angle(force, y):
     slopes = [f.args[0].diff(y) * (1 + isinstance(f, sp.tan | sp.cot)) for f in waves]
     if heavy(force) or not slopes or not all((slope / slopes[0]).is_Rational for slope in slopes):
         return None
-    q = slopes[0] * sp.gcd_list([slope / slopes[0] for slope in slopes])
+    q = slopes[0] * common_divisor(slope / slopes[0] for slope in slopes)
     t, s = sp.symbols("t s", cls=sp.Dummy, real=True)
     sine, cosine = t / sp.sqrt(1 + t**2), 1 / sp.sqrt(1 + t**2)
     known = {sp.sin(s): sine, sp.cos(s): cosine, sp.tan(s): t, sp.cot(s): 1 / t}
@@ -284,16 +321,22 @@ def _in_exponentials(force, y):
 
     Hyperbolic functions are such powers. For exp(y/2) beside exp(y/3), and tanh(y) beside exp(y), SymPy does not end.
     """
-    if heavy(force):
+    if heavy(force) or not (powers := _exponentials_as_powers(force, y)):
         return None
+    told, w, q = powers
+    return _in_one_power(told, y, w, lambda value, step: sp.log(sp.together(value)) / (q * step))
+
+
+def _exponentials_as_powers(force, y):
+    """Return (g with powers of w, w, q), w = exp(q y), where g has several exponentials that are such powers."""
     force = force.xreplace({f: f.rewrite(sp.exp) for f in force.atoms(HyperbolicFunction) if f.has(y)})
     exponentials = [e for e in force.atoms(sp.exp) if e.has(y)]
     slopes = [e.exp.diff(y) for e in exponentials]
     if len(slopes) < 2 or not all(slope.is_Rational for slope in slopes):
         return None
-    q, w = sp.gcd_list(slopes), sp.Dummy(positive=True)
+    q, w = common_divisor(slopes), sp.Dummy(positive=True)
     powers = {e: w ** (k / q) * sp.exp(e.exp.subs(y, 0)) for e, k in zip(exponentials, slopes, strict=True)}
-    return _in_one_power(force.xreplace(powers), y, w, lambda value, step: sp.log(sp.together(value)) / (q * step))
+    return force.xreplace(powers), w, q
 
 
 def _in_roots(force, y):

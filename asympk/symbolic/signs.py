@@ -12,7 +12,7 @@ import sympy as sp
 
 from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.inverses import InverseForm
-from asympk.symbolic.long import atoms
+from asympk.symbolic.long import atoms, in_factors, named_exponentials
 
 _WAVES = (sp.sin, sp.cos, sp.tanh)
 
@@ -81,6 +81,7 @@ def factored(expr: sp.Expr) -> tuple[sp.Expr, list[tuple[sp.Expr, int]]]:
     numerator, denominator = sp.fraction(sp.together(expr))
     powers = (p for p in expr.atoms(sp.Pow) if p.is_positive and p.free_symbols and not p.exp.is_Integer)
     names = {p: sp.Dummy(positive=True) for p in powers}  # SymPy does not factor roots of positive symbols
+    names |= named_exponentials(expr)
     try:
         content, factors = sp.factor_list((numerator * denominator).xreplace(names))
     except sp.PolynomialError:  # of a power of a number with a state as exponent
@@ -173,7 +174,7 @@ def _waves(expr):
     return sorted(atoms(expr, *_WAVES) - inside, key=sp.default_sort_key)
 
 
-_factored = lru_cache(maxsize=1024)(sp.factor)
+_factored = lru_cache(maxsize=1024)(in_factors)
 
 
 @lru_cache(maxsize=256)

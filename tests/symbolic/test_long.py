@@ -12,6 +12,8 @@ from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.long import (
     atoms,
     carried_out,
+    common_divisor,
+    in_factors,
     is_clearly_nonzero,
     is_longer,
     is_regular,
@@ -158,3 +160,14 @@ def test_a_quotient_comes_over_one_denominator_without_being_expanded_before(mon
     assert sp.fraction(expected)[1] in {inertia, -inertia}
     monkeypatch.setattr(long, "expanded", lambda expr: pytest.fail(f"expanded {expr}"))
     assert long.tidied(quotient) == expected
+
+
+def test_the_common_divisor_of_fractions_does_not_stop_at_a_1():
+    assert common_divisor(map(sp.Rational, ("1", "1", "5/9", "1/2", "1/8"))) == sp.Rational(1, 72)
+    assert common_divisor([sp.Integer(-6), sp.Integer(4)]) == 2
+
+
+def test_exponentials_that_are_high_powers_of_one_are_factored_as_they_are():
+    expr = a * sp.exp(b / 10) - a * c * sp.exp(b / 18 - 2)
+    assert in_factors(expr) == -a * (c * sp.exp(b / 18 - 2) - sp.exp(b / 10))
+    assert in_factors(sp.exp(2 * a) - 1) == (sp.exp(a) - 1) * (sp.exp(a) + 1)

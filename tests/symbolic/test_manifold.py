@@ -543,6 +543,41 @@ def test_a_state_beside_its_own_sine_has_an_implicit_branch_without_a_search(for
     assert last.branch == {y: y}
 
 
+@pytest.mark.parametrize("force", [
+    x - y - sp.exp(y) - sp.exp(2 * y), x - y * sp.exp(y / 10) - sp.exp(y / 18), x - y * sp.exp(u * y) - sp.exp(y),
+    (x - y) * (x - y * (sp.exp(y) + 1 / (1 + sp.exp(y / 3)))),
+])
+def test_a_state_beside_several_exponentials_of_its_own_has_an_implicit_branch_without_a_search(force, monkeypatch):
+    monkeypatch.setattr(sp, "solve", None)
+    *_, last = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
+    assert last.branch == {y: y}
+
+
+def test_a_state_beside_one_exponential_of_its_own_in_each_factor_has_lamberts_function():
+    found = critical_manifolds(ap.System.smooth({x: -x}, {y: y * sp.exp(y) + sp.exp(2 * y)}, mu))
+    assert [c.branch for c in found] == [{y: -sp.LambertW(1)}]
+
+
+@pytest.mark.slow
+def test_the_axon_of_hodgkin_and_huxley_has_a_manifold_of_its_voltage_and_fast_gate():
+    """SymPy sought roots, factors and common divisors of exp(V/90)^9 and exp(V/90)^5 for more than eight minutes."""
+    V, m, h, n = sp.symbols("V m h n", real=True)
+    opens = (V + 40) / 10 / (1 - sp.exp(-(V + 40) / 10)), (V + 55) / 100 / (1 - sp.exp(-(V + 55) / 10))
+    closes = 4 * sp.exp(-(V + 65) / 18), sp.exp(-(V + 65) / 80) / 8
+    recovers, lost = sp.Rational(7, 100) * sp.exp(-(V + 65) / 20), 1 / (1 + sp.exp(-(V + 35) / 10))
+    current = 10 - 120 * m**3 * h * (V - 50) - 36 * n**4 * (V + 77) - sp.Rational(3, 10) * (V + sp.Rational(272, 5))
+    gate = opens[0] * (1 - m) - closes[0] * m
+    slow = {h: recovers * (1 - h) - lost * h, n: opens[1] * (1 - n) - closes[1] * n}
+    axon = ap.System.smooth(slow, {V: current, m: gate}, mu)
+    (manifold,) = ap.slow_manifolds(axon, order=0)
+    for voltage, stable in ((-65, True), (-30, False)):
+        place = {V: voltage, m: (opens[0] / (opens[0] + closes[0])).subs(V, voltage).evalf(30), h: 0.6, n: 0.3}
+        slopes = mpmath.matrix(sp.Matrix([current, gate]).jacobian([V, m]).subs(place).evalf(30).tolist())
+        assert manifold.attracting.subs(place) == stable == all(w.real < 0 for w in mpmath.eig(slopes)[0])
+    with pytest.raises(NotDerivable, match="have too many exponentials for coefficients in symbols beyond order 0"):
+        ap.slow_manifolds(axon)
+
+
 @pytest.mark.parametrize("force", [x - sp.sqrt(y), x - y - sp.sqrt(1 + y**2), x - sp.sqrt(1 - y**2),
                                    x - sp.sqrt(y) - 1 / sp.sqrt(y), x - y / (1 + sp.sqrt(y)),
                                    x - sp.atan(y), 2 * x - sp.asin(y), x - sp.acos(y), x - sp.acosh(y),
