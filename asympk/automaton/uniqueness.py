@@ -2,7 +2,7 @@ r"""Second motions that come up between events, where a system has several rigid
 
 The equations of the contacts are piecewise linear in the forces. They have one solution, whatever the loads, if the
 determinant of each choice of phases, times the same determinant without friction, is positive. Elsewhere another
-branch may become consistent at any time: one of its margins is negative until then. An interval is free of other
+branch may become consistent at any time: one of its margins is negative until then (Lemma 17). An interval is free of other
 motions if each other branch has a margin that is negative at both of its ends; other intervals are halved. The margins
 are those on which ``decide`` chooses at events, and it is ``decide`` that ends the motion.
 """
@@ -30,7 +30,17 @@ from asympk.automaton.modes import GuardedMode
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import AsympkError, NoMotion, UnboundedReaction, Undecided
 from asympk.numbers import sign_of
-from asympk.symbolic.branches import OPEN, Branch, Phase, at_rest, presses_otherwise, rubbed, signs_of_load
+from asympk.symbolic.branches import (
+    OPEN,
+    Branch,
+    Phase,
+    at_rest,
+    is_pushed,
+    is_smooth,
+    presses_otherwise,
+    rubbed,
+    signs_of_load,
+)
 from asympk.symbolic.system import System
 
 if TYPE_CHECKING:
@@ -62,11 +72,10 @@ class Watched(NamedTuple):
         return t, self.state_at(t)
 
     def others(self, part: float) -> Margins:
-        """Return the signs of the margins of branches in which a contact that moves presses otherwise."""
+        """Return the signs of the margins of branches that are second motions where consistent."""
         with suppress(*_OPEN):
             here = _junction(self.automaton, self.branch, *self.at(part))
-            rivals = (b for b in _choices(here.system, self.branch) if presses_otherwise(here.system, b, self.branch))
-            found = ((b, margins_at_state(here, b)) for b in rivals)
+            found = ((b, margins_at_state(here, b)) for b in rivals(here.system, self.branch))
             return {b: _signs(margins) for b, margins in found if margins}
         return {}
 
@@ -157,6 +166,16 @@ def unlike_choices(system: System, branch: Branch) -> list[Branch]:
     return found if feels_directions(system) else [*{tuple(phase.mode for phase in b): b for b in found}.values()]
 
 
+def rivals(system: System, branch: Branch) -> list[Branch]:
+    """Return the branches that are second motions where they are consistent; none if there are too many choices.
+
+    In these a contact that moves presses otherwise, or a smooth one does and the same contacts rest.
+    """
+    smooth = [k for k in range(len(branch)) if is_smooth(system, k)]
+    return [b for b in _choices(system, branch) if presses_otherwise(system, b, branch) or (
+        at_rest(b) == at_rest(branch) and any(b[k].load != branch[k].load for k in smooth))]
+
+
 def _choices(system: System, branch: Branch) -> list[Branch]:
     """Return the branches that differ from one in loads, and in the phases of contacts at rest; none above ``MOST``."""
     found = [*islice(product(*(_phases(system, k, phase) for k, phase in enumerate(branch))), MOST + 1)]
@@ -164,17 +183,21 @@ def _choices(system: System, branch: Branch) -> list[Branch]:
 
 
 def _phases(system: System, k: int, phase: Phase) -> list[Phase]:
-    if phase == OPEN or system.frictions[k].constraint is None:
+    pushed = system.frictions[k].constraint is not None or is_pushed(system, k)
+    if phase == OPEN or not (pushed or phase.mode == "stick"):
         return [phase]
     velocities = (phase.velocity,) if phase.velocity else (0, 1, -1)
     closed = [Phase(load, velocity) for load in signs_of_load(system, k) for velocity in velocities]
-    return ([phase] if phase.smooth else closed) + [OPEN] * (system.frictions[k].gap is not None)
+    opens = system.frictions[k].constraint is not None and system.frictions[k].gap is not None
+    return ([phase] if phase.smooth else closed) + [OPEN] * opens
 
 
 def _is_stiff(here: Junction, branch: Branch) -> bool:
     group = tuple(range(len(branch)))
     own, smooth = here.solved(branch, group), solved_without_friction(here, branch, group)
-    return own is None or smooth is None or own.determinant * smooth.determinant > 0
+    if own is None or smooth is None:
+        return smooth is None or bool(at_rest(branch))
+    return own.determinant * smooth.determinant > 0
 
 
 def _signs(margins: list[Any]) -> list[int]:

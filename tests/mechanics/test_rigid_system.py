@@ -1063,11 +1063,29 @@ def test_a_slider_that_a_smooth_contact_keeps_down_has_a_second_motion_once_both
     system = ap.Mechanism(q, u, yields.inv(), pulls, feet[0], others=feet[1:], time=t).rigid()
     start = dict(zip(system.states, (0, 0, 0, 1, 0, 0), strict=True))
     scene = ap.Scene(system=system, values={"a": -1}, start=start, until="2/5")
-    assert ap.solve(scene, method).modes == ("slip_same+closed",)
-    assert certify(scene).reason.startswith("uniqueness: within slip_same")
+    assert ap.solve(scene, method).modes == certify(scene).modes == ("slip_same+closed",)
+    assert certify(replace(scene, until=1)).reason.startswith("uniqueness: within slip_same+closed, slip_same+open, as")
     with pytest.raises(TwoMotions, match=r"open\+open and slip_same .*\+closed") as stopped:
         ap.solve(replace(scene, until=1), method)
     assert stopped.value.t == pytest.approx(1 / 2, abs=1e-6)
+
+
+@pytest.mark.further
+def test_a_slide_has_a_second_motion_once_two_of_three_smooth_contacts_may_lift_off_together():
+    """The smooth ones have g'' = b + B N as the slider presses; each alone holds, but B has -4 in its diagonal."""
+    q, u, t = sp.symbols("s y z1:4"), sp.symbols("s' y' z1:4'"), sp.Symbol("t")
+    yields = sp.Matrix([[100, 0, -2, -3, -4], [0, 1, 3, -2, -1], [-2, 3, 11, -6, -2], [-3, -2, -6, 5, 2],
+                        [-4, -1, -2, 2, 2]])
+    pulls = yields.inv() * sp.Matrix([500, -20, t / 5 - sp.Rational(1001, 10), -18, -58])
+    feet = [ap.Contact(gap=gap, slip=u[0], friction=int(gap == q[1]), unilateral=True) for gap in q[1:]]
+    system = ap.Mechanism(q, u, yields.inv(), pulls, feet[0], others=feet[1:], time=t).rigid()
+    scene = ap.Scene(system=system, start=dict.fromkeys(map(str, system.states), 0) | {"s'": 10**4}, until="9/20")
+    closed = "slip_same+closed+closed+closed"
+    assert certify(scene).modes == (closed,)
+    assert certify(replace(scene, until=1)).reason.startswith(f"uniqueness: within {closed}, slip_same+")
+    with pytest.raises(TwoMotions, match=r"slip_same .*\+closed\+open\+open and ") as stopped:
+        ap.solve(replace(scene, until=1))
+    assert stopped.value.t == pytest.approx(1 / 2, abs=1e-5)
 
 
 @pytest.mark.parametrize(("push", "name"), [(60, "slip_same"), (0, "stick")])
@@ -1088,6 +1106,26 @@ def test_a_contact_that_slides_in_one_of_two_directions_has_a_second_motion_once
     with pytest.raises(TwoMotions, match=r"open\+slip_same .*\+open and ") as stopped:
         ap.solve(ap.Scene(system=system, start=start, until=1))
     assert stopped.value.t == pytest.approx(1 / 2, abs=1e-6)
+
+
+@pytest.mark.slow
+def test_a_contact_at_rest_in_one_direction_begins_to_slip_where_it_may_lift_off_in_the_other():
+    """The push along, below its static friction, moves the body once there is no reaction: at t = 1/2, not at 21/40."""
+    y, z, u, q, p, v, w, t = sp.symbols("y z u q p v w t")
+    along, across, beside, press, other = sp.symbols("F1 F2 F3 N1 N2")
+    first = press + other / 2 + 3 * across / 2 + 2 * t - 1
+    second = press / 2 + other + 5 * across / 2 + 4 * t + 1
+    slide = 20 * across + 3 * press / 2 + 5 * other / 2 + 60
+    rates = {y: v, z: w, u: along + sp.Rational(1, 100), q: slide, p: beside, v: first, w: second}
+    contacts = [ap.Friction(q, across, press, 1, gap=y, normal=press, constraint=first),
+                ap.Friction(u, along, press, sp.Rational(1, 10)),
+                ap.Friction(p, beside, other, 0, gap=z, normal=other, constraint=second)]
+    system = ap.System.with_frictions(slow=rates, fast={}, frictions=contacts, time=t)
+    scene = ap.Scene(system=system, start=dict.fromkeys(system.states, 0) | {q: 1}, until=1)
+    with pytest.raises(TwoMotions, match=r"open\+slip_same .*\+open and slip_same .*\+stick\+closed") as stopped:
+        ap.solve(scene)
+    assert stopped.value.t == pytest.approx(1 / 2, abs=1e-6)
+    assert not certify(replace(scene, until="51/100")).proven
 
 
 def test_a_ladder_leans_at_rest_where_static_friction_is_enough():
