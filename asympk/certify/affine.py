@@ -21,11 +21,11 @@ import sympy as sp
 
 from asympk.automaton.junction import ROUNDING
 from asympk.automaton.modes import NO_FRICTION, SWITCH, mode_of
-from asympk.automaton.uniqueness import is_watched, unlike_choices
-from asympk.certify.balls import Ball, Refused, certain_sign, flint
+from asympk.certify.balls import Ball, Refused, flint
 from asympk.certify.candidates import Candidates, in_name_only, not_determined
 from asympk.certify.enclosure import Budget, first_event
 from asympk.certify.families import stacked
+from asympk.certify.rivals import require_no_rival
 from asympk.certify.rows import (
     EnclosedState,
     affine_form,
@@ -41,7 +41,6 @@ from asympk.numbers import Number
 from asympk.path import Event
 from asympk.symbolic import branches, forces
 from asympk.symbolic.branches import OPEN, all_phases, rate_along
-from asympk.symbolic.guards import stiffness
 from asympk.symbolic.sides import phase_of
 from asympk.symbolic.system import System
 
@@ -64,8 +63,7 @@ def enclose(
     """
     modes = _Modes(system, values, sides, until)
     modes.field.require_least_at_corners(_not_negative(system))
-    state = modes.begun(start)
-    mode, guards = modes.first(state)
+    mode, guards = modes.first(state := modes.begun(start))
     t, names, size = modes.field.family([[0]]), [mode.mode.name], len(system.states)
     events: list[Event] = []
     while True:
@@ -73,6 +71,7 @@ def enclose(
         left = (modes.field.family([[Fraction(until)]]) - t).tight()
         last = [guard for guard in guards if modes.ends_motion(guard, segment)]
         found = first_event(segment, [g for g in guards if g not in last], left.numbers()[0], finest, budget)
+        require_no_rival(modes, segment, guards, found[1] if found else left.numbers()[0], finest, budget)
         if not found and not last:
             return names, events, tuple(segment.at(None, left).numbers()[:size])
         guard, dt = (found[0], segment.moment(*found)) if found else (_together(last), left)
@@ -268,7 +267,6 @@ class _Modes(Candidates):
         found = next(mode for mode in holding if mode.branch == best[0])
         self._require_one_way(found.branch, state, what)
         self._require_within_limit(found, holding, state, what)
-        self._require_alone(found)
         return self.of(found), holding[found]
 
     def _presses_otherwise(self, branch, best):
@@ -318,15 +316,6 @@ class _Modes(Candidates):
         if at_limit and any(self._slips(m, k, state) for m in holding for k in rest - branches.at_rest(m.branch)):
             raise Refused(f"edge: after {what}, equality holds in a condition on the parameters of {mode.name}, which "
                           "may slip as well")
-
-    def _require_alone(self, mode):
-        """Raise ``Refused`` where the equations of several rigid contacts leave room for a second motion in a mode."""
-        if not is_watched(mode):
-            return
-        system, others = mode.sided, unlike_choices(mode.sided, mode.branch)
-        sizes = [self.field.exact(branches.with_signs(system, b, stiffness(system, b))) for b in others]
-        if not sizes or any(size != 0 and certain_sign(self.field.ball(size)) <= 0 for size in sizes):
-            raise Refused(f"uniqueness: within {mode.name}, a second motion of the contacts may come up")
 
     def _may_leave_rest(self, branch, k, state):
         """Tell whether a branch may hold in which contact k slips, and not in name only, as others hold it."""

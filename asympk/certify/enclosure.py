@@ -37,7 +37,7 @@ class Budget:
     def __init__(self, pieces: int):
         self.pieces = self.left = pieces
 
-    def spend(self, segment: "MatrixExponential") -> None:
+    def spend(self, segment: Any) -> None:
         """Subtract one piece, weighted by the segment's work and the precision; raises ``Refused`` below zero."""
         self.left -= segment.work * max(1, flint().ctx.prec / _CHEAP_BITS)
         if self.left < 0:

@@ -325,6 +325,16 @@ def spanned(row: Row, rows: Iterable[Row], field: ExactEntries) -> bool:
     return not any(_reduced(row, _echelon(rows, field, range(len(row)))))
 
 
+def is_multiple(row: Row, other: Row, rows: Iterable[Row], field: ExactEntries) -> bool:
+    """Tell whether a row is a positive multiple of another all over the box, where ``rows`` vanish (Lemma 13)."""
+    basis = _echelon(rows, field, range(len(row)))
+    row, other = _reduced(row, basis), _reduced(other, basis)
+    place = next((k for k, c in enumerate(other) if c and certain_sign(field.ball(c))), None)
+    if place is None or not certain_sign(field.ball(row[place] / other[place])) > 0:
+        return False
+    return not any(_reduced(row, [(place, other)]))
+
+
 def sharpened(row: Row, state: EnclosedState) -> Row:
     """Return a row of the same value at a state: the rows that vanish there take away what is known least."""
     known = state.balls
