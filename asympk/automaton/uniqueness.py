@@ -2,9 +2,9 @@ r"""Second motions that come up between events, where a system has several rigid
 
 The equations of the contacts are piecewise linear in the forces. They have one solution, whatever the loads, if the
 determinant of each choice of phases, times the same determinant without friction, is positive. Elsewhere another
-branch may become consistent at any time: one of its margins is negative until then (Lemma 17). An interval is free of other
-motions if each other branch has a margin that is negative at both of its ends; other intervals are halved. The margins
-are those on which ``decide`` chooses at events, and it is ``decide`` that ends the motion.
+branch may become consistent at any time: one of its margins is negative until then (Lemma 17). An interval is free of
+other motions if each other branch has a margin that is negative at both of its ends; other intervals are halved. The
+margins are those on which ``decide`` chooses at events, and it is ``decide`` that ends the motion.
 """
 
 from bisect import bisect
