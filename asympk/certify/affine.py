@@ -69,16 +69,17 @@ def enclose(
     while True:
         segment = EnclosedSegment(mode, state)
         left = (modes.field.family([[Fraction(until)]]) - t).tight()
-        last = [guard for guard in guards if modes.ends_motion(guard, segment)]
-        found = first_event(segment, [g for g in guards if g not in last], left.numbers()[0], finest, budget)
+        last, groups = modes.falling(guards, segment)
+        found = first_event(segment, [*groups], left.numbers()[0], finest, budget)
         require_no_rival(modes, segment, guards, found[1] if found else left.numbers()[0], finest, budget)
         if not found and not last:
             return names, events, tuple(segment.at(None, left).numbers()[:size])
-        guard, dt = (found[0], segment.moment(*found)) if found else (_together(last), left)
+        lost, dt = (groups[found[0]], segment.moment(*found)) if found else (last, left)
+        guard = _together(lost)
         if found and not (left - dt).numbers()[0] > 0:
             raise Refused(f"horizon: {guard.kind} at the end itself, until = {float(until):.10g}")
-        time = modes.instant(guard, segment) if found else Fraction(until)
-        state, t = modes.struck(segment.at(guard, dt), guard, segment, guards, time), (t + dt).tight()
+        time = modes.instant(found[0], segment) if found else Fraction(until)
+        state, t = modes.struck(segment.at(guard, dt), lost, segment, guards, time), (t + dt).tight()
         mode, guards = modes.next(mode.mode, guard, state)
         if guard := modes.event(segment.mode.mode, mode.mode, guard, state):
             names.append(mode.mode.name)
@@ -195,10 +196,26 @@ class _Modes(Candidates):
         first = [] if in_name_only(mode.sided, mode.branch) else [_after(mode, guard)]
         return self.chosen([*first, self.every(state)], state, guard.kind, mode.branch, held)
 
-    def ends_motion(self, guard, segment):
-        """Tell whether a guard is positive before ``until`` and falls through 0 exactly then (Lemma 16)."""
+    def falling(
+        self, guards: Sequence[AffineGuard], segment: EnclosedSegment
+    ) -> tuple[list[AffineGuard], dict[AffineGuard, list[AffineGuard]]]:
+        """Return the guards that are positive before ``until`` and fall through 0 exactly then (Lemma 16), and others.
+
+        Of the others, each one whose exact time is known stands for all that fall through 0 exactly when it does.
+        """
+        last = [guard for guard in guards if self._falls_at(guard, self.until, segment)]
+        groups, left = {}, [guard for guard in guards if guard not in last]
+        times = {guard: self.instant(guard, segment) for guard in left}
+        for guard in sorted(left, key=lambda guard: times[guard] is None):
+            if not any(guard in group for group in groups.values()):
+                time = times[guard]
+                groups[guard] = [g for g in left if g is guard or (time and self._falls_at(g, time, segment))]
+        return last, groups
+
+    def _falls_at(self, guard, time, segment):
+        """Tell whether a guard is positive before a time and falls through 0 exactly then (Lemma 16)."""
         since, parts = self._polynomial(guard.row, segment)
-        return bool(parts) and falls_to_zero(parts, self.until - since, self.field)
+        return bool(parts) and time > since and falls_to_zero(parts, time - since, self.field)
 
     def instant(self, guard, segment):
         """Return the exact time, the same all over the box, at which a guard linear in the time vanishes; else None.
@@ -206,7 +223,7 @@ class _Modes(Candidates):
         None stands for a long number, too.
         """
         since, parts = self._polynomial(guard.row, segment)
-        if not parts or any(parts[2:]):
+        if not parts or not parts[1] or any(parts[2:]):
             return None
         found = self.field.expression(since - parts[0] / parts[1])
         return Fraction(found) if found.is_Rational and found.q.bit_length() <= flint().ctx.prec else None
@@ -216,22 +233,22 @@ class _Modes(Candidates):
         start = segment.start if any(row[: len(self.system.states)]) else self.start
         return start.time, [] if start.time is None else segment.polynomial(row, start)
 
-    def struck(self, family, guard, segment, guards, time):
-        """Return the state at an event; what stands still, is alone in the guard, or a polynomial in time, is exact.
+    def struck(self, family, lost, segment, guards, time):
+        """Return the state at an event; what stands still, is alone in a lost guard, or a polynomial in time, is exact.
 
         ``time`` is the exact time of the event, or None.
         """
         mode, before, size = segment.mode, segment.start, len(segment.start.exact)
         exact = [w if w is not None and _stands_still(k, mode, before) else None for k, w in enumerate(before.exact)]
         known = {k: before.family.entry(k) for k, w in enumerate(exact) if w is not None}
-        involved = [k for k, c in enumerate(guard.row[:-1]) if c]
-        found = {involved[0]: -guard.row[-1] / guard.row[involved[0]]} if len(involved) == 1 else {}
+        alone = (([k for k, c in enumerate(guard.row[:-1]) if c], guard.row) for guard in lost)
+        found = {involved[0]: -row[-1] / row[involved[0]] for involved, row in alone if len(involved) == 1}
         for k in {*range(size)} - {*known} if time is not None else ():
             since, parts = self._polynomial(_unit(k, size), segment)
             found |= {k: value_after(time - since, parts)} if parts else {}
         for k, value in found.items():
             exact[k], known[k] = value, self.field.family([[value]])
-        null = (guard.row, *mode.kept, *(row for other in guards for row in other.null))
+        null = (*(guard.row for guard in lost), *mode.kept, *(row for other in guards for row in other.null))
         whole = stacked([known.get(k) or family.entry(k) for k in range(size)])
         return EnclosedState(whole, tuple(exact), self.field, null, time)
 
