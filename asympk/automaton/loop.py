@@ -15,7 +15,7 @@ from asympk.automaton.automaton import ROUNDED, Automaton, lost_on, mode_on_side
 from asympk.automaton.contacts import nudges
 from asympk.automaton.decide import finite
 from asympk.automaton.junction import BY_HAND
-from asympk.automaton.modes import SWITCH
+from asympk.automaton.modes import NO_FRICTION, SWITCH
 from asympk.automaton.numericmode import NumericMode
 from asympk.automaton.uniqueness import require_alone
 from asympk.errors import Accumulation, NoMotion, TwoMotions, UnboundedReaction, Undecided
@@ -140,15 +140,22 @@ def _left_at(
     The state is on the zeros of these guards. What follows an event at a switch is decided just after the switch, where
     the edges of the time that the mode has lost are those of no motion.
     """
-    if segment.hit is None:
+    hits = _lost_at_switch(mode, segment, slack) if segment.hit is None else (segment.hit, *segment.together)
+    if not hits:
         t, state = mode.after_switch(segment.t), segment.state
         lost = tuple(k for k, value in enumerate(mode.guard_values(t, state)) if value < 0)
         return t, state, lost, segment.t
-    hits = (segment.hit, *segment.together)
     state, t = _on_zeros(mode, hits, segment.t, segment.state), mode.past_switch(segment.t, slack)
     if t is None or t >= until:
         return segment.t, state, hits, None
     return t, state, tuple(hit for hit in hits if mode.kinds[hit][0] != SWITCH) or hits, segment.t
+
+
+def _lost_at_switch(mode: NumericMode, segment: Segment, slack: Any) -> tuple[int, ...]:
+    """Return the guards that fall through zero at a switch, within rounding, if one of these is of a contact."""
+    near = max(slack * segment.t, mode.after_switch(segment.t) - segment.t)
+    hits = lost_with(mode, NO_FRICTION, segment.t, segment.state, near)
+    return hits if any(mode.kinds[hit][0] not in (*_ENDS, SWITCH) for hit in hits) else ()
 
 
 def lost_with(mode: NumericMode, hit: int | None, t: Any, state: tuple, near: Any = None) -> tuple[int, ...]:

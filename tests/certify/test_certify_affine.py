@@ -983,6 +983,19 @@ def test_a_system_that_does_not_depend_on_the_time_is_not_proven_to_rest_unless_
     proven_as_followed(ap.Scene(system=system, start=start, until=until))
 
 
+def test_blocks_that_stop_where_a_load_steps_or_a_belt_jumps_are_proven():
+    """At t = 1 both stop, as the load of one steps and the belt of the other jumps; this one has its speed at t = 2."""
+    steps = sp.Piecewise((2, t < 1), (sp.Rational(3, 2), True)), sp.Piecewise((0, t < 1), (1, t < 2), (0, True))
+    frictions = [ap.Friction(v, F, load=steps[0], kinetic=1), ap.Friction(w - steps[1], G, load=1, kinetic=1)]
+    blocks = ap.System.with_frictions({v: 1 + F, w: G}, {}, frictions, time=t)
+    scene = ap.Scene(system=blocks, start={"v": 1, "w": 1}, until=4)
+    proof, path = certify(scene), ap.solve(scene)
+    assert proof.modes == path.modes == ("slip_same+slip_same", "stick+slip_opposite", "stick+slip_same", "stick+stick")
+    assert [(event.kind, event.friction) for event in proof.events] == [
+        (event.kind, event.friction) for event in path.events]
+    assert [float(event.t.mid()) for event in proof.events] == [1, 2, 3]
+
+
 def test_contacts_on_a_belt_that_gets_faster_do_not_rest():
     frictions = [ap.Friction(v - t / 4, force, load=1, kinetic=k) for force in (F, G)]
     carried = ap.System.with_frictions({x: v, v: F + G}, {}, frictions, time=t)

@@ -144,6 +144,19 @@ def test_static_friction_above_kinetic_moves_the_edge_that_the_integrator_leaves
     assert onset.x + onset.y == pytest.approx(1 / 6, rel=1e-12)
 
 
+@pytest.mark.parametrize("method", ["exact", "rk45", "lsoda", "radau"])
+def test_a_block_that_stops_where_its_load_steps_is_held_by_its_static_friction(method):
+    """Its velocity is 1 - t up to t = 1, where the load falls to 1 and the push rises to 3/2: static friction is 3/2."""
+    x, v, force, time = sp.symbols("x v F t", real=True)
+    push, load = (sp.Piecewise((before, time < 1), (after, True)) for before, after in ((1, sp.Rational(3, 2)), (2, 1)))
+    law = ap.Friction(velocity=v, force=force, load=load, kinetic=1, static=sp.Rational(3, 2))
+    block = ap.System.with_frictions({x: v, v: push + force}, {}, [law], time=time)
+    path = ap.solve(ap.Scene(system=block, start={"x": 0, "v": 1}, until=3), method)
+    assert path.modes == ("slip_same", "stick")
+    assert path.events[0].kind == "velocity_zero"
+    assert path.final == pytest.approx((1 / 2, 0), abs=1e-5)
+
+
 @pytest.mark.parametrize("method", ["rk45", "dop853", *here("heyoka", "cvode", "kvaerno5")])
 def test_a_budget_of_steps_ends_a_run_with_a_sentence(method):
     path = part(scene("ii", 1e-6), method=method, rtol=1e-9, steps=20)
