@@ -64,14 +64,13 @@ def enclose(
     modes = _Modes(system, values, sides, until)
     modes.field.require_least_at_corners(_not_negative(system))
     mode, guards = modes.first(state := modes.begun(start))
-    t, names, size = modes.field.family([[0]]), [mode.mode.name], len(system.states)
-    events: list[Event] = []
+    t, size, names, events = modes.field.family([[0]]), len(system.states), [mode.mode.name], list[Event]()
     while True:
         segment = EnclosedSegment(mode, state)
         left = (modes.field.family([[Fraction(until)]]) - t).tight()
         last, groups = modes.falling(guards, segment)
-        found = first_event(segment, [*groups], left.numbers()[0], finest, budget)
-        require_no_rival(modes, segment, guards, found[1] if found else left.numbers()[0], finest, budget)
+        found = first_event(segment, [*groups], end := left.numbers()[0], finest, budget)
+        require_no_rival(modes, segment, guards, found[1] if found else end, finest, budget)
         if not found and not last:
             return names, events, tuple(segment.at(None, left).numbers()[:size])
         lost, dt = (groups[found[0]], segment.moment(*found)) if found else (last, left)
@@ -204,7 +203,7 @@ class _Modes(Candidates):
         Of the others, each one whose exact time is known stands for all that fall through 0 exactly when it does.
         """
         last = [guard for guard in guards if self._falls_at(guard, self.until, segment)]
-        groups, left = {}, [guard for guard in guards if guard not in last]
+        groups, left = dict[AffineGuard, list[AffineGuard]](), [guard for guard in guards if guard not in last]
         times = {guard: self.instant(guard, segment) for guard in left}
         for guard in sorted(left, key=lambda guard: times[guard] is None):
             if not any(guard in group for group in groups.values()):

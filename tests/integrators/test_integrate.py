@@ -146,7 +146,7 @@ def test_static_friction_above_kinetic_moves_the_edge_that_the_integrator_leaves
 
 @pytest.mark.parametrize("method", ["exact", "rk45", "lsoda", "radau"])
 def test_a_block_that_stops_where_its_load_steps_is_held_by_its_static_friction(method):
-    """Its velocity is 1 - t up to t = 1, where the load falls to 1 and the push rises to 3/2: static friction is 3/2."""
+    """Its velocity is 1 - t up to t = 1, where the load falls to 1; the push rises to 3/2, static friction."""
     x, v, force, time = sp.symbols("x v F t", real=True)
     push, load = (sp.Piecewise((before, time < 1), (after, True)) for before, after in ((1, sp.Rational(3, 2)), (2, 1)))
     law = ap.Friction(velocity=v, force=force, load=load, kinetic=1, static=sp.Rational(3, 2))
