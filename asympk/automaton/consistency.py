@@ -82,12 +82,12 @@ def _unloaded(here: Junction, branch: Branch) -> set[int]:
     """Return the rigid contacts whose reaction has just vanished, each if no other contact changes in ``branch``.
 
     Their reaction then vanishes in ``branch``, too. It is a force, and moving the state makes it 0 only to rounding. A
-    reaction that has jumped past 0 does not vanish.
+    reaction that has jumped away from 0 does not vanish.
     """
     changed = {k for k, was in enumerate(here.before or ()) if was != branch[k]}
     rigid = {k for k, friction in enumerate(here.system.frictions) if friction.constraint is not None}
     unloaded = (k for kind, k in here.lost if kind == "force_zero" and k in rigid and changed <= {k})
-    return {k for k in unloaded if not here.has_turned(k)}
+    return {k for k in unloaded if not here.has_jumped(k)}
 
 
 def _ties(here: Junction, branch: Branch, group: tuple[int, ...]) -> list[tuple] | None:
@@ -214,13 +214,13 @@ def _opening(here: Junction, k: int, point: ContactPoint, forces: tuple) -> Any:
     """Return the value that must be positive for a contact to be open: its gap, or g'' for a rigid one that touches.
 
     g'' is taken without the reaction of this contact, but with the forces of the others. Where the reaction has just
-    vanished, and has not jumped past 0, the value is 0, so that ``signs_of_derivatives`` decides by g'''.
+    vanished, and has not jumped away from 0, the value is 0, so that ``signs_of_derivatives`` decides by g'''.
     """
     if here.system.frictions[k].constraint is None:
         return point.contacts[k].gap
     if k not in here.touching:
         return abs(point.contacts[k].gap)
-    return 0 if here.touching[k] and not here.has_turned(k) else row_at(gap_row(here.system, k, point), forces)
+    return 0 if here.touching[k] and not here.has_jumped(k) else row_at(gap_row(here.system, k, point), forces)
 
 
 def staying(here: Junction, mode: GuardedMode, keys: list[tuple]) -> list[int] | None:

@@ -127,14 +127,14 @@ class Junction:
             self._known[key] = solved_forces(self.system, branch, self.points_in(branch)[point], self.numbers, group)
         return self._known[key]
 
-    def has_turned(self, k: int) -> bool:
-        """Tell whether the reaction of contact k, if it keeps its branch, has clearly jumped past 0 at an edge."""
+    def has_jumped(self, k: int) -> bool:
+        """Tell whether the reaction of contact k, if it keeps its branch, has clearly jumped away from 0 at an edge."""
         if not self.before:
             return False
         group = next(group for group in coupled(self.system) if k in group)
         found = [self.solved(self.before, group, n) for n in range(len(self.points))]
-        normal, load = self.system.frictions[k].normal, self.before[k].load
-        return all(found) and clear_sign([load * own.forces[normal] for own in found if own]) < 0
+        normal = self.system.frictions[k].normal
+        return all(found) and clear_sign([own.forces[normal] for own in found if own]) != 0
 
     def is_determined(self, branch: Branch) -> bool:
         """Tell whether the equations of a branch determine its forces."""

@@ -1070,6 +1070,18 @@ def test_a_slider_that_a_smooth_contact_keeps_down_has_a_second_motion_once_both
     assert stopped.value.t == pytest.approx(1 / 2, abs=1e-6)
 
 
+@pytest.mark.parametrize("method", ["exact", "rk45"])
+@pytest.mark.parametrize(("press", "modes"), [(1, ("slip_same",)), (-1, ("slip_same", "open"))])
+def test_a_contact_whose_reaction_vanishes_where_its_load_steps_stays_closed_if_the_load_presses(press, modes, method):
+    """Up to t = 1 the load is 1 - t; after it a load of 4 - t holds the contact closed, though it falls as well."""
+    x, y, u, v, t = sp.symbols("x y u v t")
+    floor = ap.Contact(gap=y, slip=u, friction=1, unilateral=True)
+    load = sp.Piecewise((1 - t, t < 1), (press * (4 - t), True))
+    system = ap.Mechanism((x, y), (u, v), sp.eye(2), (0, -load), floor, time=t).rigid()
+    scene = ap.Scene(system=system, start={"x": 0, "y": 0, "u": 9, "v": 0}, until=2)
+    assert ap.solve(scene, method).modes == certify(scene).modes == modes
+
+
 @pytest.mark.further
 def test_a_slide_has_a_second_motion_once_two_of_three_smooth_contacts_may_lift_off_together():
     """The smooth ones have g'' = b + B N as the slider presses; each alone holds, but B has -4 in its diagonal."""
