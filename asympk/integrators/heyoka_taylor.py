@@ -1,8 +1,9 @@
 """Heyoka: Taylor series, compiled once per mode and tolerance; zeros of guards are found on its polynomials."""
 
+from bisect import bisect
 from contextlib import suppress
 from functools import cache, lru_cache
-from math import inf, isfinite
+from math import inf, isfinite, nan
 from time import monotonic
 from typing import NamedTuple
 
@@ -15,13 +16,15 @@ from asympk.automaton.numericmode import NumericMode
 from asympk.errors import InputError
 from asympk.integrators.integrate import Settings, Work, missing
 from asympk.integrators.stepwise import PARTS, allowed_error, is_missed
-from asympk.symbolic.long import atoms, symbols_in
+from asympk.symbolic.derivatives import slope_by
+from asympk.symbolic.long import symbols_in
 
-COARSE = 100  # multiple of its allowed error by which a step may miss the rates at its end
+COARSE = 100  # multiple of its allowed error by which a step may miss the rates
 CHUNK = 4000  # steps between two looks at the clock
-FEW = 100  # steps that are made one by one where each is looked at
+FEW = 100  # the same where each step is looked at
 FINEST = 2.3e-16  # the smallest tolerance that is passed on: about the spacing of doubles
-LOW = (2, 3, 4)  # powers whose rise no step passes over
+LOOKS = 8  # times within a step, the end among them, at which its series is compared with the rates
+ROUNDED = 2.0**-46  # part of a state and of its change in a step that is rounding
 SHORTEST = 2.0**-44  # part of the time up to which steps are not divided: they are at a pole
 MARGIN = 8 * 2.0**-52  # a guard that starts at 0 counts as lost only below -MARGIN, so that rounding is no event
 
@@ -32,46 +35,59 @@ def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float,
     given = [*mode.p, *(MARGIN * (abs(v) < MARGIN) for v in mode.guard_values(t, state))]
     solver.pars[:] = given[: len(solver.pars)]  # it has none beyond the last one in rates and guards
     _place(solver, t, state)
-    steps, short, hit, times, looked = 0, "", None, settings.times, _may_hide_rises(mode.mode)
+    steps, short, hit, times, looked = 0, "", None, settings.times, not _has_fixed_slopes(mode.mode)
     samples, longest, due = list[tuple[float, ...]](), settings.longest, inf
+    propagate, most = (_one_by_one, FEW) if looked or times else (_at_once, CHUNK)
     while hit is None and not short and solver.time < until:
-        propagate = _one_by_one if looked and not times and steps < FEW else _at_once
-        chunk = min(FEW if propagate is _one_by_one else CHUNK, settings.steps - steps)
+        chunk = min(most, settings.steps - steps)
         if chunk <= 0 or monotonic() > settings.deadline:
             short = f"{'step' if chunk <= 0 else 'time'} limit reached"
             break
         last = float(solver.time), tuple(solver.state.tolist())
-        hit, short, made, found = propagate(solver, min(due, until), chunk, longest, looked or bool(times))
-        if looked and found is not None and (missed := _first_missed(found, solver, mode, settings)) is not None:
+        hit, short, made, found = propagate(solver, min(due, until), chunk, longest)
+        if looked and made and (missed := _first_missed(found, mode, settings, hit)) is not None:
             made, begin, length = missed + 1, found.times[missed], found.times[missed + 1] - found.times[missed]
             longest = length / (PARTS - 1 / 2)  # so that an event is not between two steps, with one of length 0
             hit, short, due = None, "", begin + length + longest
-            _place(solver, begin, found.tcs[missed, :, 0])
+            _place(solver, begin, found.series[missed, :, 0])
         elif solver.time >= due:
             longest, due = settings.longest, inf
         steps += made
-        while len(samples) < len(times) and times[len(samples)] <= solver.time and found is not None:
-            samples.append(tuple(found(times[len(samples)]).tolist()))
+        while made and len(samples) < len(times) and times[len(samples)] <= solver.time:
+            samples.append(found.at(times[len(samples)]))
     end, state = (float(solver.time), tuple(solver.state.tolist())) if isfinite(solver.time) else last
     together = lost_with(mode, hit, end, state)
     return Segment(end, state, hit, Work(steps, steps, 0), short, tuple(samples), together)
 
 
-def _at_once(solver, end, most, longest, keep):
-    """Propagate a solver; return (guard lost or None, what stops it or "", number of steps, their output or None)."""
-    outcome, *_, made, output, _ = solver.propagate_until(end, max_steps=most, max_delta_t=longest, c_output=keep)
-    return *_reason(int(outcome)), made, output
-
-
 class _Steps(NamedTuple):
-    """The times between steps, and the Taylor coefficients of the states in each, as in heyoka's own output."""
+    """The times between steps, and in each step the Taylor coefficients of the states."""
 
     times: list[float]
-    tcs: np.ndarray
+    series: np.ndarray
+
+    def at(self, t: float) -> tuple[float, ...]:
+        """Return the state at a time."""
+        k = min(max(bisect(self.times, t) - 1, 0), len(self.series) - 1)
+        return tuple(_summed(self.series[k], t - self.times[k])[0].tolist())
 
 
-def _one_by_one(solver, end, most, longest, _):
-    """Do the same for a few steps, of which heyoka's own output takes longer: it is compiled anew each time."""
+def _summed(series, at):
+    """Return Taylor series of the last axis, and their slopes, at distances from their centres."""
+    found = slopes = 0.0
+    for k in range(series.shape[-1] - 1, -1, -1):
+        slopes, found = slopes * at + found, found * at + series[..., k]
+    return found, slopes
+
+
+def _at_once(solver, end, most, longest):
+    """Propagate a solver; return (guard lost or None, what stops it or "", number of steps, the steps or None)."""
+    outcome, *_, made, _, _ = solver.propagate_until(end, max_steps=most, max_delta_t=longest)
+    return *_reason(int(outcome)), made, None
+
+
+def _one_by_one(solver, end, most, longest):
+    """Do the same, and keep the steps: heyoka's own output of them is compiled anew each time."""
     times, series, hit, short = [float(solver.time)], [], None, ""
     while len(series) < most and hit is None and not short and times[-1] < end:
         outcome, *_, made, _, _ = solver.propagate_until(end, max_steps=1, max_delta_t=longest, write_tc=True)
@@ -79,7 +95,7 @@ def _one_by_one(solver, end, most, longest, _):
         if made:
             times.append(float(solver.time))
             series.append(solver.tc.copy())
-    return hit, short, len(series), _Steps(times, np.array(series)) if series else None
+    return hit, short, len(series), _Steps(times, np.array(series))
 
 
 def _place(solver, t, state):
@@ -90,37 +106,64 @@ def _place(solver, t, state):
 
 
 @lru_cache(maxsize=256)
-def _may_hide_rises(mode):
-    """Tell whether a Taylor series of the rates may be blind to a rise nearby, as that of exp(-100 v**2) at v = 2 is.
+def _has_fixed_slopes(mode):
+    """Tell whether rates and guards are linear in the states, without the time.
 
-    Those of low powers, sines and cosines are not.
+    If the last terms of their Taylor series vanish, by which heyoka chooses a step, so do all that follow. Those of
+    other rates may vanish where more follow, as those of x'' = -cos x do at rest at x = 0, and exp(-100 v**2) at v = 2.
     """
-    moving = {*mode.system.states, mode.system.time}
-    parts = atoms(sp.Tuple(*mode.rates), sp.Function, sp.Pow)
-    return any(symbols_in(part) & moving for part in parts
-               if not (isinstance(part, sp.sin | sp.cos) or (part.is_Pow and part.exp in LOW)))
+    time, outputs = mode.system.time, (*mode.rates, *mode.guard_values)
+    moving = {*mode.system.states, time}
+    if time in symbols_in(sp.Tuple(*outputs)):
+        return False
+    return not any(symbols_in(slope_by(expr, s)) & moving for expr in outputs for s in mode.system.states)
 
 
 @np.errstate(all="ignore")  # the last series may have overflowed
-def _first_missed(found, solver, mode, settings):
-    """Return the index of the first step whose series has another slope at its end than the rates there, or None.
+def _first_missed(found, mode, settings, hit):
+    """Return the index of the first step that misses the rates or the loss of a guard at one of its ``LOOKS``, or None.
 
-    At the end of all steps but the last, these are the first coefficients of the next series.
+    ``hit`` is the guard lost at the end of the last step, or None.
     """
-    times, series = np.array(found.times), found.tcs
-    lengths, slopes = np.diff(times)[:, None], 0.0
-    for k in range(series.shape[2] - 1, 0, -1):
-        slopes = slopes * lengths + k * series[:, :, k]
-    ends, last = np.vstack([series[1:, :, 0], solver.state]), slopes[-1]
-    with suppress(ArithmeticError, ValueError):
-        last = mode.rhs(times[-1], solver.state.tolist())
-    missed, allowed = lengths * (slopes - np.vstack([series[1:, :, 1], last])), COARSE * allowed_error(ends, settings)
-    divisible = lengths[:, 0] > SHORTEST * times[1:]
-    for k in np.flatnonzero(divisible & (abs(missed) > allowed).any(axis=1)).tolist():
-        with suppress(ArithmeticError, ValueError):  # a step beside which the rates have no slope tells nothing
-            if is_missed(mode, missed[k], allowed[k], float(times[k + 1]), tuple(ends[k]), float(lengths[k, 0])):
-                return k
+    times, lengths = np.array(found.times), np.diff(found.times)
+    at = lengths[:, None] * (np.arange(LOOKS + 1) / LOOKS)
+    looks, (states, slopes) = times[:-1, None] + at, _summed(found.series[:, None], at[:, :, None])
+    for k in np.flatnonzero(lengths > SHORTEST * times[1:]).tolist():
+        ends = hit is not None and k == len(lengths) - 1
+        seen = looks[k].tolist(), states[k].tolist()
+        if _misses_rates(mode, settings, seen, slopes[k], lengths[k], ends) or _misses_guard(mode, seen, ends):
+            return k
     return None
+
+
+def _misses_rates(mode, settings, seen, slopes, length, ends):
+    """Tell whether the slopes of a series are not the rates at the states seen there; at an event these may be none."""
+    rates = _values(mode.rhs, seen, slopes.shape[1])
+    missed, states = length * (slopes - rates), np.array(seen[1])
+    allowed = COARSE * allowed_error(states, settings) + ROUNDED * (abs(states) + abs(length * rates))
+    for k in np.flatnonzero(~(abs(missed) <= allowed).all(axis=1)).tolist():
+        if not np.isfinite(missed[k]).all():
+            return not (ends and k == LOOKS)
+        with suppress(ArithmeticError, ValueError):  # a look beside which the rates have no slope tells nothing
+            if is_missed(mode, missed[k], allowed[k], seen[0][k], tuple(seen[1][k]), float(length)):
+                return True
+    return False
+
+
+def _misses_guard(mode, seen, ends):
+    """Tell whether a guard is lost between two looks within a step, at the end of which no guard or another is lost."""
+    values = _values(mode.guard_values, seen, len(mode.kinds))[: LOOKS + 1 - ends]
+    least = -MARGIN * np.maximum(1, abs(values).max(axis=0, initial=0))
+    return bool(((values[:-1] > 0) & (values[1:] < least)).any())
+
+
+def _values(function, seen, size):
+    """Return the values of a function at the times and states that are seen, nan where it has none."""
+    found = np.full((len(seen[0]), size), nan)
+    for k, (t, state) in enumerate(zip(*seen, strict=True)):
+        with suppress(ArithmeticError, ValueError):
+            found[k] = function(t, state)
+    return found
 
 
 def _reason(outcome):
