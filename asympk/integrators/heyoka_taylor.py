@@ -2,7 +2,8 @@
 
 from bisect import bisect
 from contextlib import suppress
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
+from itertools import pairwise
 from math import inf, isfinite, nan
 from time import monotonic
 from typing import NamedTuple
@@ -15,7 +16,7 @@ from asympk.automaton.loop import Segment, lost_with
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import InputError
 from asympk.integrators.integrate import Settings, Work, missing
-from asympk.integrators.stepwise import PARTS, allowed_error, is_missed
+from asympk.integrators.stepwise import PARTS, Divisors, allowed_error, is_missed
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.long import symbols_in
 
@@ -35,29 +36,25 @@ def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float,
     given = [*mode.p, *(MARGIN * (abs(v) < MARGIN) for v in mode.guard_values(t, state))]
     solver.pars[:] = given[: len(solver.pars)]  # it has none beyond the last one in rates and guards
     _place(solver, t, state)
-    steps, short, hit, times, looked = 0, "", None, settings.times, not _has_fixed_slopes(mode.mode)
-    samples, longest, due = list[tuple[float, ...]](), settings.longest, inf
-    propagate, most = (_one_by_one, FEW) if looked or times else (_at_once, CHUNK)
+    taylor, divisors, times = _Taylor(solver, mode, settings), Divisors(mode, t, state), settings.times
+    steps, short, hit, samples, followed = 0, "", None, list[tuple[float, ...]](), list[_Steps]()
     while hit is None and not short and solver.time < until:
-        chunk = min(most, settings.steps - steps)
+        chunk = min(FEW if taylor.kept else CHUNK, settings.steps - steps)
         if chunk <= 0 or monotonic() > settings.deadline:
             short = f"{'step' if chunk <= 0 else 'time'} limit reached"
             break
         last = float(solver.time), tuple(solver.state.tolist())
-        hit, short, made, found = propagate(solver, min(due, until), chunk, longest)
-        if looked and made and (missed := _first_missed(found, mode, settings, hit)) is not None:
-            made, begin, length = missed + 1, found.times[missed], found.times[missed + 1] - found.times[missed]
-            longest = length / (PARTS - 1 / 2)  # so that an event is not between two steps, with one of length 0
-            hit, short, due = None, "", begin + length + longest
-            _place(solver, begin, found.series[missed, :, 0])
-        elif solver.time >= due:
-            longest, due = settings.longest, inf
+        hit, short, made, found = taylor.steps(until, chunk)
         steps += made
-        while made and len(samples) < len(times) and times[len(samples)] <= solver.time:
-            samples.append(found.at(times[len(samples)]))
-    end, state = (float(solver.time), tuple(solver.state.tolist())) if isfinite(solver.time) else last
+        if found is not None:
+            last = found.finite_end()
+            short = _passed(divisors, found, hit) or short
+            followed += [found] * settings.keep
+            samples += [found.at(at) for at in times[len(samples) :] if at <= solver.time]
+    end, state = (float(solver.time), tuple(solver.state.tolist())) if np.isfinite(solver.state).all() else last
+    within = partial(_within, followed) if followed else None
     together = lost_with(mode, hit, end, state)
-    return Segment(end, state, hit, Work(steps, steps, 0), short, tuple(samples), together)
+    return Segment(end, state, hit, Work(steps, steps, 0), short, tuple(samples), together, within=within)
 
 
 class _Steps(NamedTuple):
@@ -70,6 +67,51 @@ class _Steps(NamedTuple):
         """Return the state at a time."""
         k = min(max(bisect(self.times, t) - 1, 0), len(self.series) - 1)
         return tuple(_summed(self.series[k], t - self.times[k])[0].tolist())
+
+    def finite_end(self) -> tuple[float, tuple[float, ...]]:
+        """Return the time and state at the end of the last step, or at its begin if it leads nowhere."""
+        end = self.at(self.times[-1])
+        return (self.times[-1], end) if all(map(isfinite, end)) else (self.times[-2], self.at(self.times[-2]))
+
+
+class _Taylor:
+    """The steps of a solver in a mode, those that miss something made again in ``PARTS``; ``kept`` where returned."""
+
+    def __init__(self, solver, mode, settings):
+        self.solver, self.mode, self.settings, self.looked = solver, mode, settings, not _has_fixed_slopes(mode.mode)
+        self.kept = self.looked or settings.keep or bool(settings.times)
+        self.longest, self.due = settings.longest, inf
+
+    def steps(self, until, most):
+        """Make steps; return (guard lost or None, what stops them or "", their number, those to go by or None)."""
+        solver, end, start = self.solver, min(self.due, until), (self.solver.time, self.solver.state.copy())
+        hit, short, made, found = (_one_by_one if self.kept else _at_once)(solver, end, most, self.longest)
+        if short and not self.kept:  # the steps tell where
+            _place(solver, *start)
+            hit, short, made, found = _one_by_one(solver, end, most, self.longest)
+        missed = _first_missed(found, self.mode, self.settings, hit) if self.looked and found is not None else None
+        if missed is None:
+            if solver.time >= self.due:
+                self.longest, self.due = self.settings.longest, inf
+            return hit, short, made, found
+        begin, end = found.times[missed : missed + 2]
+        self.longest = (end - begin) / (PARTS - 1 / 2)  # so that no event is between two steps, with one of length 0
+        self.due = end + self.longest
+        _place(solver, begin, found.series[missed, :, 0])
+        kept = _Steps(found.times[: missed + 1], found.series[:missed]) if missed else None
+        return None, "", missed + 1, kept
+
+
+def _passed(divisors, found, hit):
+    """Return why a run stops at a divisor of the rates that one of the steps has come to, or ""."""
+    reasons = (divisors.passed(t, found.at(t), begun if t == found.times[-1] and hit is not None else None)
+               for begun, t in pairwise(found.times))
+    return next(filter(None, reasons), "")
+
+
+def _within(followed, t):
+    """Return the state at a time from the steps of a segment, given in parts."""
+    return next((found for found in followed if t <= found.times[-1]), followed[-1]).at(t)
 
 
 def _summed(series, at):
@@ -95,7 +137,7 @@ def _one_by_one(solver, end, most, longest):
         if made:
             times.append(float(solver.time))
             series.append(solver.tc.copy())
-    return hit, short, len(series), _Steps(times, np.array(series))
+    return hit, short, len(series), _Steps(times, np.array(series)) if series else None
 
 
 def _place(solver, t, state):

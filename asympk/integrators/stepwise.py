@@ -1,6 +1,7 @@
 """The loop over the steps of any integrator: after every step it checks guards, poles of the rates, and the limits.
 
-``follow_steps`` is the loop; ``Solver`` is the interface of an integrator, ``Watch`` finds the first guard lost.
+``follow_steps`` is the loop; ``Solver`` is the interface of an integrator, ``Watch`` finds the first guard lost,
+``Divisors`` the first pole.
 """
 
 from collections.abc import Callable
@@ -61,9 +62,7 @@ def follow_steps(solver: Solver, mode: NumericMode, t: float, state: tuple[float
     watch, n, times = Watch(mode, t, state), len(state), settings.times
     steps, idle, short, hit = 0, 0, "", None
     samples, passed = list[tuple[float, ...]](), [(t, state)] * settings.keep
-    start, halfway, poles = t, t, mode.pole_values(t, state)
-    divisors = poles
-    near: list[float] = []  # the times of consecutive steps at which a divisor has nearly vanished
+    start, halfway, divisors = t, t, Divisors(mode, t, state)
     while solver.status == "running" and hit is None and not short:
         short = _step(solver, steps, settings)
         steps += solver.made * (not short)
@@ -79,15 +78,10 @@ def follow_steps(solver: Solver, mode: NumericMode, t: float, state: tuple[float
                 solver.again()
                 continue
             hit = met[1]
-        if poles and not short:
-            begun = None if hit is None else solver.t_old
-            poles = mode.require_one_side(poles, t, state, near[0] if near else None, begun)
-            divisor = mode.vanishing(divisors, poles)
-            near = [*near[-PATIENCE:], t] if divisor is not None else []
-            if len(near) > PATIENCE and t - near[0] <= LONG * t:
-                short = _divided(divisor)
-        elif poles and solver.status == "failed":
-            short = _divided(mode.vanishing(divisors, mode.pole_values(t, state))) or short
+        if not short:
+            short = divisors.passed(t, state, None if hit is None else solver.t_old)
+        elif solver.status == "failed":
+            short = divisors.vanished(t, state) or short
         passed += [(t, state)] * settings.keep
         while len(samples) < len(times) and times[len(samples)] <= t and not short:
             samples.append(tuple(solver.dense_output()(times[len(samples)])[:n].tolist()))
@@ -97,8 +91,27 @@ def follow_steps(solver: Solver, mode: NumericMode, t: float, state: tuple[float
     return Segment(t, state, hit, work, short, tuple(samples), together, tuple(passed))
 
 
-def _divided(divisor):
-    return "" if divisor is None else f"stalled: rates are divided by {divisor!s:.120}, and that is 0"
+class Divisors:
+    """The divisors of the rates of a mode along its steps, none of which may change its sign."""
+
+    def __init__(self, mode: NumericMode, t: float, state: tuple[float, ...]):
+        self.mode = mode
+        self.first = self.last = mode.pole_values(t, state)
+        self.near: list[float] = []  # the times of consecutive steps at which a divisor has nearly vanished
+
+    def passed(self, t: float, state: tuple[float, ...], begun: float | None = None) -> str:
+        """Return why a run stops after a step to (t, state), or ""; ``begun`` as in ``require_one_side``."""
+        if not self.first:
+            return ""
+        self.last = self.mode.require_one_side(self.last, t, state, self.near[0] if self.near else None, begun)
+        reason = self.vanished(t, state)
+        self.near = [*self.near[-PATIENCE:], t] if reason else []
+        return reason if len(self.near) > PATIENCE and t - self.near[0] <= LONG * t else ""
+
+    def vanished(self, t: float, state: tuple[float, ...]) -> str:
+        """Return "stalled" with the divisor that nearly vanishes at (t, state), or ""."""
+        divisor = self.mode.vanishing(self.first, self.mode.pole_values(t, state)) if self.first else None
+        return "" if divisor is None else f"stalled: rates are divided by {divisor!s:.120}, and that is 0"
 
 
 class Watch:

@@ -6,6 +6,7 @@ import sympy as sp
 from peers import here
 
 import asympk as ap
+from asympk.errors import Pole, Unfinished
 
 x, y, v, u, F = sp.symbols("x y v u F", real=True)
 HALF = sp.Rational(1, 2)
@@ -58,3 +59,21 @@ def test_a_state_far_below_the_others_is_as_accurate_as_is_asked_for(method):
     """x' = -10^25 x^2 from 10^-25 halves it; beside states of size 1 heyoka takes it for rounding."""
     found = _final({x: -(10**25) * x**2, y: u, u: -y}, ["1e-25", 0, 1], 1, method=method, rtol=1e-10, atol=1e-40)
     assert found[0] == pytest.approx(5e-26, rel=1e-8, abs=0)
+
+
+@pytest.mark.parametrize("method", here("heyoka"))
+def test_a_divisor_of_the_rates_that_vanishes_twice_within_steps_is_a_pole(method):
+    """With x = y = cos t the rate y x'/x has a value between the zeros of x; the run went past these."""
+    with pytest.raises(Pole, match=r"passed before t = (1\.[5-9]|2).*: x = 0"):
+        _final({x: v, v: -x, y: y * v / x}, [1, 0, 1], 6, method=method)
+
+
+@pytest.mark.parametrize("method", here("heyoka"))
+@pytest.mark.parametrize(("rate", "end"), [(x, 710), (1 + x**2, 1.57)])
+def test_a_motion_that_grows_beyond_all_bounds_is_told_up_to_its_last_step(method, rate, end):
+    """It ended at a state that is infinite, or nan."""
+    with pytest.raises(Unfinished, match="left the range of floats") as short:
+        _final({x: rate, v: sp.S.Zero}, [1 if rate == x else 0, 0], 1000, method=method)
+    path = short.value.path
+    assert path.info["reached"] == pytest.approx(end, rel=1e-2)
+    assert 1e15 < path.final[0] < float("inf")

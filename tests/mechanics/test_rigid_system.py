@@ -1053,7 +1053,8 @@ def test_a_slider_that_lift_off_would_close_on_its_neighbour_has_a_second_motion
     assert 0 < stopped.value.t < 1e-3
 
 
-@pytest.mark.parametrize("method", ["exact", "rk45"])
+@pytest.mark.parametrize("method", [
+    "exact", "rk45", *(pytest.param(*one.values, marks=[*one.marks, pytest.mark.slow]) for one in here("heyoka"))])
 def test_a_slider_that_a_smooth_contact_keeps_down_has_a_second_motion_once_both_may_lift_off(method):
     """The gaps have g1'' = a - N1/2 + N2/2 and g2'' = b - 2 N1 + N2: N = (b - 2 a, b - 4 a), or 0 where a, b >= 0."""
     q, u, a, t = sp.symbols("s y z"), sp.symbols("s' y' z'"), sp.symbols("a"), sp.Symbol("t")
