@@ -41,7 +41,7 @@ def function(
     divided at the working precision. With ``directions`` the function returns the derivatives of the outputs along each
     direction, output by output. With ``products`` integer powers of any base are written as products.
     """
-    space, exprs = {target: functions}, (*outputs, *chain(*directions))
+    space, exprs = {target: functions, "abs": getattr(functions, "abs", abs)}, (*outputs, *chain(*directions))
     wide = partial(function, system, outputs, "mpmath", WIDE, directions, coefficients=coefficients)
     try:
         text = source(system, outputs, target, directions, coefficients)

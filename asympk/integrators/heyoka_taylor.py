@@ -247,7 +247,8 @@ def _functions():
 
     names = ("sqrt", "exp", "log", "erf", "sin", "cos", "tan", "asin", "acos", "atan", "atan2",
              "sinh", "cosh", "tanh", "asinh", "acosh", "atanh")
-    return namespace(pi=math.pi, e=math.e, pow=operator.pow, **{name: _lifted(getattr(hy, name)) for name in names})
+    lifted = {name: _lifted(getattr(hy, name)) for name in names}
+    return namespace(pi=math.pi, e=math.e, pow=operator.pow, abs=lambda v: lifted["sqrt"](v * v), **lifted)
 
 
 def _lifted(found):

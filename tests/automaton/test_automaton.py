@@ -20,7 +20,16 @@ from asympk.automaton.decide import finite
 from asympk.automaton.modes import mode_of
 from asympk.certify import certify
 from asympk.digits import carrier_context
-from asympk.errors import Accumulation, InputError, NoMotion, NotDerivable, OutOfRange, TwoMotions, UnboundedReaction
+from asympk.errors import (
+    Accumulation,
+    InputError,
+    NoMotion,
+    NotDerivable,
+    OutOfRange,
+    TwoMotions,
+    UnboundedReaction,
+    Unfinished,
+)
 from asympk.symbolic.guards import named_branches
 
 x, v, u, w, q, t = sp.symbols("x v u w q t", real=True)
@@ -708,7 +717,7 @@ def test_peers_know_inverse_functions_and_powers_of_a_penetration_or_refuse_them
     bounce = ap.System.with_frictions({x: v, v: N - 1, w: F}, {}, [contact])
     start = {"x": 1, "v": 0, "w": -1}
     if method == "heyoka":
-        with pytest.raises(InputError, match="has a function that heyoka lacks"):
+        with pytest.raises(Unfinished, match=r"left the range of floats at t = 1\.41421;"):  # where the root begins
             follow(bounce, start, 2, values, method=method)
     else:
         expected = follow(bounce, start, 2, values, method="dop853", rtol=1e-10).final

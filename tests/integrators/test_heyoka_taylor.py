@@ -77,3 +77,12 @@ def test_a_motion_that_grows_beyond_all_bounds_is_told_up_to_its_last_step(metho
     path = short.value.path
     assert path.info["reached"] == pytest.approx(end, rel=1e-2)
     assert 1e15 < path.final[0] < float("inf")
+
+
+@pytest.mark.parametrize("method", here("heyoka"))
+@pytest.mark.parametrize("power", [HALF, sp.Rational(1, 3)])
+def test_a_slip_is_followed_under_friction_with_a_root_of_its_speed(method, power):
+    """It was refused, as heyoka has no absolute value, though |v| is not 0 in a slip."""
+    law = ap.Friction(velocity=v, force=F, load=1, kinetic=(1 + abs(v) ** power) / 2)
+    found = _final({x: v, v: F - x}, [0, -3], 1, [law], method=method, rtol=1e-9)
+    assert found == pytest.approx(_final({x: v, v: F - x}, [0, -3], 1, [law]), abs=1e-8)
