@@ -13,6 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
+from asympk.automaton.contacts import clear_sign, nudges
 from asympk.automaton.loop import Segment, lost_with
 from asympk.automaton.numericmode import LONG, NumericMode
 from asympk.integrators.integrate import Settings, Work
@@ -132,7 +133,8 @@ class Watch:
             return None
         self.before = before = self.last
         begin = solver.t_old
-        self.last = Look(t, self._above(self.mode.guard_values(t, state)), self.mode.guard_rates(t, state))
+        now = self._without_rounding(self._above(self.mode.guard_values(t, state)), t, state)
+        self.last = Look(t, now, self.mode.guard_rates(t, state))
         one_step = before.t == begin
         if one_step and not suspects(before, self.last):
             return None
@@ -147,6 +149,15 @@ class Watch:
         if not one_step:
             before = Look(begin, values(begin), rates(begin))
         return first_lost(before, self.last, values, rates, _bracketed)
+
+    def _without_rounding(self, values, t, state):
+        """Return the values of the guards, 0 for each that was 0 before and is negative, but does not clearly fall."""
+        below = [k for k, (old, new) in enumerate(zip(self.before.values, values, strict=True)) if old == 0 > new]
+        if not below:
+            return values
+        places = (t, state), *nudges(t, state, self.mode.beside)
+        signs = [*map(clear_sign, zip(*(self.mode.guard_rates(*place) for place in places), strict=True))]
+        return [0.0 if k in below and signs[k] >= 0 else value for k, value in enumerate(values)]
 
     def _above(self, values):
         return [v - floor for v, floor in zip(values, self.floors, strict=True)] if self.floored else values

@@ -823,6 +823,17 @@ def test_the_steps_of_all_modes_are_compiled_once_though_some_are_made_anew(meth
     assert len(compiled) == 1
 
 
+@pytest.mark.parametrize("method", here("cvode"))
+def test_a_block_at_rest_on_the_edge_of_stick_slips_where_rounding_moves_it_back_at_first(method):
+    """The pull is the friction 3/10 at the start, and grows as t^2; after a first step of 10^-9, v was -10^-25."""
+    x, y, v, u, F, a, b, c = sp.symbols("x y v u F a b c", real=True)
+    rates = {x: v, y: u, v: F + a - b * x - c * (x - y), u: sp.Rational("2.4")}
+    system = ap.System.with_frictions(rates, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational("0.3"))])
+    values = {"a": "-4.784", "b": "7.8", "c": "5.8"}
+    path = ap.solve(ap.Scene(system=system, values=values, start=["0.01", "0.9", 0, 0], until=1), method=method)
+    assert path.modes == ("slip_same",)
+
+
 def test_a_slip_late_in_a_run_begins_and_ends_as_one_at_once():
     """The slope of a step at an event, taken between two rounded times, missed the rates there at t = 1e6."""
     (x, v, F, t), events = sp.symbols("x v F t", real=True), []
