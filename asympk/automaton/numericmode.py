@@ -72,9 +72,9 @@ class NumericMode:
 
     @cached_property
     def timed(self) -> bool:
-        """Whether a guard may vary faster than the state: one depends on the time, or an edge is not linear."""
+        """Whether a guard may vary faster than the state: one depends on the time, or an edge or gap is not linear."""
         time, states = self.mode.system.time, {*self.mode.system.states}
-        phases = [guard.value for guard in self.mode.guards if guard.kind == SWITCH]
+        phases = [guard.value for guard in self.mode.guards if guard.kind in (SWITCH, "touch_down")]
         bent = any(symbols_in(slope_by(phase, s)) & states for phase in phases for s in phase.free_symbols & states)
         return bent or time in symbols_in(sp.Tuple(*self.mode.guard_values))
 

@@ -834,6 +834,18 @@ def test_a_block_at_rest_on_the_edge_of_stick_slips_where_rounding_moves_it_back
     assert path.modes == ("slip_same",)
 
 
+@pytest.mark.parametrize("how", [{}, {"digits": 15}, *(
+    pytest.param({"method": one.values[0]}, marks=one.marks) for one in here("dop853", "rk45", "radau", "cvode"))])
+def test_a_block_that_flies_over_waves_touches_down_on_the_first_that_is_high_enough(how):
+    """Steps of the flight, whose rates are constant, were as long as some waves, and the block went through two."""
+    x, y, v, u, F = sp.symbols("x y v u F", real=True)
+    ground = ap.Friction(velocity=v, force=F, load=1, kinetic=sp.S.Half, gap=y - sp.cos(10 * x) / 10)
+    system = ap.System.with_frictions({x: v, y: u, v: F, u: -sp.Rational(1, 20)}, {}, [ground])
+    path = ap.solve(ap.Scene(system=system, start=["0.7", "0.13", "2.5", 0], until=3), **how)
+    expected = mp.findroot(lambda t: 0.13 - t**2 / 40 - mp.cos(7 + 25 * t) / 10, (1.21, 1.22), solver="anderson")
+    assert float(path.events[0].t) == pytest.approx(float(expected), abs=1e-5)
+
+
 def test_a_slip_late_in_a_run_begins_and_ends_as_one_at_once():
     """The slope of a step at an event, taken between two rounded times, missed the rates there at t = 1e6."""
     (x, v, F, t), events = sp.symbols("x v F t", real=True), []
