@@ -6,7 +6,7 @@ event onto zeros of guards and constraints, by the hard function ``_projected``.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -72,11 +72,14 @@ class NumericMode:
 
     @cached_property
     def timed(self) -> bool:
-        """Whether a guard may vary faster than the state: one depends on the time, or an edge or gap is not linear."""
-        time, states = self.mode.system.time, {*self.mode.system.states}
-        phases = [guard.value for guard in self.mode.guards if guard.kind in (SWITCH, "touch_down")]
-        bent = any(symbols_in(slope_by(phase, s)) & states for phase in phases for s in phase.free_symbols & states)
-        return bent or time in symbols_in(sp.Tuple(*self.mode.guard_values))
+        """Whether a guard may vary faster than the state: one depends on the time, or one is not linear.
+
+        Where the rates are not linear, either, only edges and gaps count, as forces that are not linear are in both.
+        """
+        free = not _is_bent(self.mode.rates, self.mode.system.states)
+        phases = [guard.value for guard in self.mode.guards if free or guard.kind in (SWITCH, "touch_down")]
+        time = self.mode.system.time
+        return _is_bent(phases, self.mode.system.states) or time in symbols_in(sp.Tuple(*self.mode.guard_values))
 
     @cached_property
     def field(self) -> Callable[..., tuple]:
@@ -383,6 +386,12 @@ class NumericMode:
     def _compiled(self, outputs: tuple, directions: tuple = ()) -> Callable[..., tuple]:
         return function(self.mode.system, outputs, self.target, self.functions, directions,
                         coefficients=self.coefficients)
+
+
+def _is_bent(exprs: Iterable[sp.Expr], states: tuple[sp.Symbol, ...]) -> bool:
+    """Tell whether the slope of an expression by a state depends on a state."""
+    moving = {*states}
+    return any(symbols_in(slope_by(expr, s)) & moving for expr in exprs for s in states)
 
 
 def _across(direction: list, basis: list[list]) -> list:

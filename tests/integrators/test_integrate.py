@@ -846,6 +846,18 @@ def test_a_block_that_flies_over_waves_touches_down_on_the_first_that_is_high_en
     assert float(path.events[0].t) == pytest.approx(float(expected), abs=1e-5)
 
 
+@pytest.mark.parametrize("method", here("dop853", "rk45", "lsoda", "cvode"))
+def test_a_block_slips_at_each_of_many_short_pushes_by_what_moves_past_it(method):
+    """Nothing else bounds the steps, as the rates are constant: LSODA passed over 14 of the 19, the others over one."""
+    x, y, v, F = sp.symbols("x y v F", real=True)
+    contact = ap.Friction(velocity=v, force=F, load=1, kinetic=sp.S.Half, static=1)
+    push = sp.Rational("1.01") * sp.cos(30 * y)
+    system = ap.System.with_frictions({x: v, y: sp.S(2), v: F + push}, {}, [contact])
+    path = ap.solve(ap.Scene(system=system, start=[0, "1.37", 0], until=1), method=method)
+    expected = [(k * math.pi - math.acos(1 / 1.01) - 41.1) / 60 for k in range(14, 33)]
+    assert [event.t for event in path.events if event.kind == "slip_onset"] == pytest.approx(expected, abs=1e-5)
+
+
 def test_a_slip_late_in_a_run_begins_and_ends_as_one_at_once():
     """The slope of a step at an event, taken between two rounded times, missed the rates there at t = 1e6."""
     (x, v, F, t), events = sp.symbols("x v F t", real=True), []
