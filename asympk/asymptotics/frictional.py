@@ -8,6 +8,7 @@ events of a layer have the same time. The errors are O(mu log(1/mu)), and the pa
 Order 0 uses ``_to_order`` where a layer or a jump has no law in the limit (``NoLaw``).
 """
 
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
@@ -93,7 +94,7 @@ def _followed(
     rounding = max(np.max(units) * max(ROUNDING * rtol, _grown(path, rtol) / scale), passed / scale)
     error = predicted_error(np.array((final, beyond, last)) * units, rounding=rounding,
                             lately=_omitted_lately(path, order, task.mu, units))
-    return path, error + _of_layer(task, path, scale, units), rounding, omitted
+    return path, error + _of_layers(task, path, scale, units), rounding, omitted
 
 
 def _landed(task: Task, begun: MatchedPath) -> MatchedPath:
@@ -125,10 +126,13 @@ def _grown(path: MatchedPath, rtol: float) -> float:
 def _passed_on(task: Task, begun: MatchedPath, path: MatchedPath, units: Any) -> float:
     """Return the error at the end of a path of many layers, each of which may let the errors before it grow.
 
-    The motion to a tolerance ``COARSER`` times as large has errors as many times as large; if it fails, the error is
-    that of the states as a whole. It is 0 for ``FEW``.
+    So does a layer that is remembered at the end, if slow motion has led to it at a time with an error. The motion to a
+    tolerance ``COARSER`` times as large has errors as many times as large; if it fails, the error is that of the states
+    as a whole. It is 0 for ``FEW`` that are forgotten.
     """
-    if sum(stretch.slowly is None for stretch in path.stretches) <= FEW:
+    first = next((stretch.began for stretch in path.stretches if stretch.slowly), path.t)
+    lately = any(not stretch.slowly and stretch.began > first for stretch, *_ in _until_forgotten(path, task.mu))
+    if not lately and sum(stretch.slowly is None for stretch in path.stretches) <= FEW:
         return 0.0
     coarser = replace(task, rtol=COARSER * task.rtol)
     try:
@@ -138,18 +142,35 @@ def _passed_on(task: Task, begun: MatchedPath, path: MatchedPath, units: Any) ->
     return float(SAFE * np.abs((np.array(again.state) - path.state) * units).max() / (COARSER - 1))
 
 
-def _omitted_lately(path: MatchedPath, order: int, mu: float, units: Any) -> float:
-    """Return the terms that ``order`` omits in slow motions before the end of a path, as far as they are remembered."""
-    system, until = path.mode.mode.system, path.t
-    found, kept = np.zeros(len(system.fast)), np.eye(len(system.fast))
+def _until_forgotten(path: MatchedPath, mu: float) -> Iterator[tuple[Stretch, np.ndarray, np.ndarray]]:
+    """Yield the stretches of a path from the last one on, as far as the fast states at the end of the path remember.
+
+    With each comes what is left at the end of the path of errors of the fast states at the end of the stretch, and of
+    those at its start.
+    """
+    until, kept = path.t, np.eye(len(path.mode.mode.system.fast))
     for stretch in reversed(path.stretches):
         if np.abs(kept).max() <= FORGOTTEN:
             break
+        after, kept, until = kept, kept @ _remembered(stretch, until, mu), stretch.began
+        yield stretch, after, kept
+
+
+def _omitted_lately(path: MatchedPath, order: int, mu: float, units: Any) -> float:
+    """Return the terms that ``order`` omits in slow motions before the end of a path, as far as they are remembered."""
+    scales = _of_fast(path, units)
+    found = np.zeros_like(scales)
+    for stretch, after, _ in _until_forgotten(path, mu):
         if stretch.slowly is not None:
-            found += np.abs(kept) @ sum(stretch.slowly.remembered(stretch.slowly.end, (order,)))[0]
-        kept, until = kept @ _remembered(stretch, until, mu), stretch.began
-    scales = (units + np.zeros(len(path.state)))[[system.states.index(state) for state in system.fast]]
+            now, since = stretch.slowly.remembered(stretch.slowly.end, (order,))
+            found += np.abs(after) @ (now + since)[0]
     return float((found * scales).max())
+
+
+def _of_fast(path: MatchedPath, units: Any) -> np.ndarray:
+    """Return the units of the fast states."""
+    system = path.mode.mode.system
+    return (units + np.zeros(len(path.state)))[[system.states.index(state) for state in system.fast]]
 
 
 def _remembered(stretch: Stretch, until: float, mu: float) -> np.ndarray:
@@ -162,16 +183,23 @@ def _remembered(stretch: Stretch, until: float, mu: float) -> np.ndarray:
     return expm(entries.reshape(len(y), len(y)) * (span / mu))
 
 
-def _of_layer(task: Task, path: MatchedPath, scale: float, units: Any) -> float:
-    """Return the predicted error of a layer that is not over at the end of a path, relative to ``scale``; else 0.
+def _of_layers(task: Task, path: MatchedPath, scale: float, units: Any) -> float:
+    """Return the predicted error at the end of a path by its last layers, relative to ``scale``.
 
-    The error is that allowed in the fast states plus an error in time times the largest rate, which covers errors that
-    grow with the fast states.
+    Slow motion begins with the error allowed in the fast states, which counts as far as it is remembered. A layer that
+    is not over has this error, too, and one in time: times the largest rate, it covers errors that grow with the fast
+    states.
     """
-    if not path.stretches or path.stretches[-1].slowly:
+    if not path.stretches:
         return 0.0
-    fastest = np.abs(np.array(path.mode.rhs(path.t, path.state)) * units).max()
-    return SEVERAL * task.off * np.max(units) + ROUNDING * task.late * fastest / scale
+    scales, late = _of_fast(path, units), 0.0
+    left = np.zeros_like(scales)
+    for stretch, _, kept in _until_forgotten(path, task.mu):
+        left += np.abs(kept).sum(axis=1) if stretch.slowly else 0.0
+    if not path.stretches[-1].slowly:
+        left += 1.0
+        late = ROUNDING * task.late * np.abs(np.array(path.mode.rhs(path.t, path.state)) * units).max()
+    return float(SEVERAL * task.off * (left * scales).max() + late / scale)
 
 
 @dataclass(frozen=True)

@@ -356,17 +356,12 @@ def slowly(task: Task, path: MatchedPath, limit: bool = False) -> MatchedPath:
     ``NotNormallyHyperbolic`` where the slow manifold is lost, and ``OutOfRange`` at a pole of the rates.
     """
     until, mu, order = task.until, task.mu, task.order
-    known = max(order, 1)  # the next mode depends on the rates of the fast states, which order 0 does not give
+    known = _known(order)
     mode = path.mode
     mode.require_smooth(path.t, until)
     slow = slow_of(mode)
     orders = [0 if limit and kind == "slip_onset" else known for kind, _ in mode.kinds]
-    distinct = {*orders}
-
-    def guards(span, at):
-        values = {m: mode.guard_values(path.t + span, slow.state(m, at, mu)) for m in distinct}
-        return [values[m][k] for k, m in enumerate(orders)]
-
+    guards = partial(_guards, path, slow, orders, mu)
     start, left, within = _begin(task, slow, path)
     found = reduced.follow_reduced_flow(
         slow.formulas, order, start, mu, slow.values, left, task.rtol, guards, path.t, within, task.whole
@@ -388,6 +383,18 @@ def slowly(task: Task, path: MatchedPath, limit: bool = False) -> MatchedPath:
     rates = slow.formulas.flow(order)(*point, mu, *slow.values)
     moved = [w + span * rate for w, rate in zip(point, rates, strict=True)]
     return met(state, stretch, (t + span, slow.state(known, moved, mu)))
+
+
+def _known(order: int) -> int:
+    """Return the order to which slow motion meets guards: the rates of the fast states, which order 0 lacks, count."""
+    return max(order, 1)
+
+
+def _guards(path: MatchedPath, slow: Slow, orders: list[int], mu: float, span: float, at: Sequence[float]) -> list:
+    """Return the guards at the point ``at`` of slow motion, ``span`` after the path, on the manifolds to ``orders``."""
+    mode = path.mode
+    values = {m: mode.guard_values(path.t + span, slow.state(m, at, mu)) for m in {*orders}}
+    return [values[m][k] for k, m in enumerate(orders)]
 
 
 def _until_lost(mode: NumericMode, guard: int, t: float, state: tuple) -> float:
@@ -444,16 +451,30 @@ def end_to(order: int, task: Task, landed: MatchedPath, path: MatchedPath) -> np
 
     Where ``path`` meets no guard after ``landed``, the slow motions to both orders are integrated side by side, and
     their difference is added to the states of ``path``. The errors of their common steps nearly cancel in the
-    difference, so these steps may be long.
+    difference, so these steps may be long. The motion to ``order`` may meet a guard all the same, shortly before the
+    end.
     """
     slow, slowly = slow_of(landed.mode), path.stretches[-1].slowly if path.stretches else None
+    finely = replace(task, order=order, whole=True)
     if len(path.stretches) != len(landed.stretches) + 1 or slowly is None:
-        return np.array(onward(replace(task, order=order, whole=True), landed).state)
+        return np.array(onward(finely, landed).state)
     start, left, within = _begin(task, slow, landed)
     found = reduced.side_by_side(slow.formulas, (task.order, order), (start, start), task.mu, slow.values, left,
                                  task.rtol, landed.t, within, growth=slowly.grown.most)
+    if _meets_guard(finely, slow, landed, found):
+        return np.array(onward(finely, landed).state)
     first, second = found.states(found.end)[:, list(slow.places)]
     return np.array(path.state) + second - first
+
+
+def _meets_guard(task: Task, slow: Slow, landed: MatchedPath, found: reduced.Reduced) -> bool:
+    """Tell whether the last of the slow motions ``found``, which begin where a path has landed, loses a guard."""
+    if not (kinds := landed.mode.kinds):
+        return False
+    guards = partial(_guards, landed, slow, [_known(task.order)] * len(kinds), task.mu)
+    size = len(found.trajectory.start)
+    along = watched(found.trajectory.steps, lambda span, at: guards(span, found.parts(at)[-1]), size)
+    return any(lost for _, lost in along)
 
 
 def decay(scene: Any, path: MatchedPath, order: int) -> float:
