@@ -85,12 +85,13 @@ def _followed(
     landed = _landed(task, begun)
     matched.require_landed(method, landed)
     path = matched.onward(task, landed)
-    final, beyond = np.array(path.state), matched.end_to(order + 1, task, landed, path)
+    next_ = matched.followed_to(order + 1, task, landed, path)
+    final, beyond = np.array(path.state), np.array(next_.state)
     omitted, scale = beyond - final, max(1.0, np.abs(final * units).max())
     apart = order > 0 or len(path.stretches) == len(landed.stretches) + 1  # orders 0 and 1 meet guards by the same y
     falls = apart and np.abs(omitted * units).max() < SLIGHT * scale and matched.decay(scene, path, order) <= FALLING
-    last = beyond + TAKEN * omitted if falls else matched.end_to(order + 2, task, landed, path)
-    passed = _passed_on(task, begun, path, units)
+    last = beyond + TAKEN * omitted if falls else matched.followed_to(order + 2, task, landed, path).state
+    passed = _passed_on(task, begun, next_, units)
     rounding = max(np.max(units) * max(ROUNDING * rtol, _grown(path, rtol) / scale), passed / scale)
     error = predicted_error(np.array((final, beyond, last)) * units, rounding=rounding,
                             lately=_omitted_lately(path, order, task.mu, units))
@@ -126,20 +127,29 @@ def _grown(path: MatchedPath, rtol: float) -> float:
 def _passed_on(task: Task, begun: MatchedPath, path: MatchedPath, units: Any) -> float:
     """Return the error at the end of a path of many layers, each of which may let the errors before it grow.
 
-    So does a layer that is remembered at the end, if slow motion has led to it at a time with an error. The motion to a
-    tolerance ``COARSER`` times as large has errors as many times as large; if it fails, the error is that of the states
-    as a whole. It is 0 for ``FEW`` that are forgotten.
+    So does a layer that is remembered at the end, if slow motion has led to it at a time with an error, or will soon.
+    The ``path`` is that to the next order. The motion to a tolerance ``COARSER`` times as large has errors as many
+    times as large; if it fails, the error is that of the states as a whole. It is 0 for ``FEW`` that are forgotten.
     """
     first = next((stretch.began for stretch in path.stretches if stretch.slowly), path.t)
     lately = any(not stretch.slowly and stretch.began > first for stretch, *_ in _until_forgotten(path, task.mu))
-    if not lately and sum(stretch.slowly is None for stretch in path.stretches) <= FEW:
+    soon = ROUNDING * task.rtol * max(1.0, path.t)
+    values = path.mode.guard_values(*path.mode.moved_on(path.t, path.state, soon))
+    nears = path.t > first and min(values, default=0.0) < 0
+    if not nears and not lately and sum(stretch.slowly is None for stretch in path.stretches) <= FEW:
         return 0.0
-    coarser = replace(task, rtol=COARSER * task.rtol)
+    later = replace(task, until=task.until + soon) if nears else task
     try:
-        again = matched.onward(coarser, _landed(coarser, begun))
+        now = _whole(later, begun) if nears else path
+        again = _whole(replace(later, rtol=COARSER * task.rtol), begun)
     except AsympkError:
         return float(np.abs(np.array(path.state) * units).max() + 1)
-    return float(SAFE * np.abs((np.array(again.state) - path.state) * units).max() / (COARSER - 1))
+    return float(SAFE * np.abs((np.array(again.state) - now.state) * units).max() / (COARSER - 1))
+
+
+def _whole(task: Task, begun: MatchedPath) -> MatchedPath:
+    """Return the motion to the next order."""
+    return matched.onward(replace(task, order=task.order + 1, whole=True), _landed(task, begun))
 
 
 def _until_forgotten(path: MatchedPath, mu: float) -> Iterator[tuple[Stretch, np.ndarray, np.ndarray]]:

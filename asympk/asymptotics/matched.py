@@ -5,8 +5,9 @@ the full equations at the given mu, and therefore all powers of mu and log(1/mu)
 the slow states by less than the tolerance. Its step control lets an error along the flow pass: such an error is one in
 time, which the slow motion after the layer hardly feels.
 ``slowly`` follows the slow motion from the end of the layer, on the manifold to order n, until a guard of its mode
-vanishes, where the next layer begins. ``onward`` alternates the two. The omitted terms are O(mu^(n + 1)). ``end_to``
-gives the motion to order n + 1, which tells their size, and to n + 2 where successive terms fall slowly (``decay``).
+vanishes, where the next layer begins. ``onward`` alternates the two. The omitted terms are O(mu^(n + 1)).
+``followed_to`` gives the motion to order n + 1, which tells their size, and to n + 2 where successive terms fall slowly
+(``decay``).
 The hard functions are ``_in_mode``, which integrates a layer through one mode, and ``_over``, which predicts its end.
 """
 
@@ -446,25 +447,25 @@ def onward(task: Task, path: MatchedPath, layer: Callable = through_layer, limit
     return path
 
 
-def end_to(order: int, task: Task, landed: MatchedPath, path: MatchedPath) -> np.ndarray:
-    """Return the last states of the whole motion to ``order``; ``path`` continues ``landed`` as ``task`` says.
+def followed_to(order: int, task: Task, landed: MatchedPath, path: MatchedPath) -> MatchedPath:
+    """Return the whole motion to ``order``; ``path`` continues ``landed`` as ``task`` says.
 
-    Where ``path`` meets no guard after ``landed``, the slow motions to both orders are integrated side by side, and
-    their difference is added to the states of ``path``. The errors of their common steps nearly cancel in the
-    difference, so these steps may be long. The motion to ``order`` may meet a guard all the same, shortly before the
-    end.
+    Where neither meets a guard after ``landed``, the slow motions to both orders are integrated side by side, and
+    their difference is added to the last states of ``path``. The errors of their common steps nearly cancel in the
+    difference, so these steps may be long.
     """
     slow, slowly = slow_of(landed.mode), path.stretches[-1].slowly if path.stretches else None
     finely = replace(task, order=order, whole=True)
     if len(path.stretches) != len(landed.stretches) + 1 or slowly is None:
-        return np.array(onward(finely, landed).state)
+        return onward(finely, landed)
     start, left, within = _begin(task, slow, landed)
     found = reduced.side_by_side(slow.formulas, (task.order, order), (start, start), task.mu, slow.values, left,
                                  task.rtol, landed.t, within, growth=slowly.grown.most)
-    if _meets_guard(finely, slow, landed, found):
-        return np.array(onward(finely, landed).state)
     first, second = found.states(found.end)[:, list(slow.places)]
-    return np.array(path.state) + second - first
+    state = tuple((np.array(path.state) + second - first).tolist())
+    if min(path.mode.guard_values(path.t, state), default=0.0) < 0 or _meets_guard(finely, slow, landed, found):
+        return onward(finely, landed)
+    return replace(path, state=state)
 
 
 def _meets_guard(task: Task, slow: Slow, landed: MatchedPath, found: reduced.Reduced) -> bool:

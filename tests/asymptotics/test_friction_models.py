@@ -508,13 +508,27 @@ def test_what_a_layer_leaves_of_the_fast_motion_is_predicted_until_it_has_faded(
     assert distance(path.final, truth.final) < path.error
 
 
-def test_the_error_in_the_time_of_an_event_is_predicted_in_the_layer_that_begins_there():
-    """Over mu, the tolerance of the slow motions before made an error of 9.2e-9, and 8.6e-9 was predicted."""
+def _braked(until):
+    """A block and two fast states that know of its friction alone: terms of order mu do not move its events."""
     brake = ap.Friction(velocity=w, force=F, load=1, kinetic=sp.Rational(1, 20))
     system = ap.System.with_frictions({a: w, w: -2 * a + F}, {b: F - b, s: b / 3 - s}, frictions=[brake], small=c)
-    scene = ap.Scene(system=system, values={c: "1e-6"}, start={a: 1, w: 1, b: 0, s: 0}, until="9.3127796978")
-    path, truth = ap.solve(scene, "jump", order=1), ap.solve(scene)
+    return ap.Scene(system=system, values={c: "1e-6"}, start={a: 1, w: 1, b: 0, s: 0}, until=until)
+
+
+def test_the_error_in_the_time_of_an_event_is_predicted_in_the_layer_that_begins_there():
+    """Over mu, the tolerance of the slow motions before made an error of 9.2e-9, and 8.6e-9 was predicted."""
+    path, truth = (ap.solve(_braked("9.3127796978"), **options) for options in ({"method": "jump", "order": 1}, {}))
     assert path.modes == truth.modes
+    assert distance(path.final, truth.final) < path.error
+
+
+@pytest.mark.parametrize(("order", "after"), [(0, 1e-9), (1, 2e-14)])
+def test_an_event_that_the_tolerance_puts_after_the_end_is_predicted(order, after):
+    """The second event of the truth is 2.5e-9 earlier than to order 0: 1.1e-4 was wrong, and 5e-7 predicted."""
+    truth = ap.solve(_braked("27/10"))
+    scene = replace(truth.scene, until=sp.Rational(truth.events[1].t) + sp.Rational(after))
+    path, truth = ap.solve(scene, "jump", order=order), ap.solve(scene)
+    assert len(truth.events) == 2
     assert distance(path.final, truth.final) < path.error
 
 
