@@ -338,7 +338,7 @@ def _over(task: Task, slow: Slow, t: float, state: tuple, off: float) -> float:
     branch = root(slow.formulas, x, y, slow.values)
     if branch is None or not (rate := attraction(slow.formulas, x, branch, slow.values)) > 0:
         return math.inf
-    left = slow.distance(task.order, x, y, branch, task.mu) / scale
+    left = slow.distance(_known(task.order), x, y, branch, task.mu) / scale
     return task.mu * math.log(max(1.0, left / off)) / rate if left < NEAR else math.inf
 
 

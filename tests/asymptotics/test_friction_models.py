@@ -532,6 +532,20 @@ def test_an_event_that_the_tolerance_puts_after_the_end_is_predicted(order, afte
     assert distance(path.final, truth.final) < path.error
 
 
+@pytest.mark.parametrize("order", [0, 1])
+def test_a_later_layer_ends_though_the_fast_state_lags_behind_its_manifold_to_order_0(order):
+    """The lag, of order mu, was larger than a layer may leave, so that the full equations were followed to the end."""
+    brake = ap.Friction(velocity=w, force=F, load=1, kinetic=sp.S.Half)
+    system = ap.System.with_frictions({a: w + 2, w: 1 - w / 4 + F}, {b: F - 3 * a - b}, frictions=[brake], small=c)
+    scene = ap.Scene(system=system, values={c: "1/200"}, start={a: 2, w: -1, b: 0}, until=3)
+    task = matched.Task.of(scene, order, 1e-8)
+    path = matched.onward(task, matched.through_layer(task, matched.begun(task.automaton, scene.start)))
+    began, *_, slow = path.stretches[-1]
+    assert path.modes == ("slip_opposite", "slip_same")
+    assert slow is not None
+    assert began < path.events[0].t + 30 / 200
+
+
 def _turning_rod(values, start, until):
     x, y, q, v, mu = (sp.Symbol(n, real=True) for n in ("x", "y", "q", "v", "mu"))
     inner, along, stiffness, kinetic = sp.symbols("a b k f", positive=True)
