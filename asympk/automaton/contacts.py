@@ -229,10 +229,15 @@ def turned_by_others(system: System) -> frozenset[int]:
 
 
 def contact_point(system: System, place: Place, signs: Signs) -> ContactPoint:
-    """Return the contacts at a place, in the numbers of this place: later operations then have the same rounding."""
+    """Return the contacts at a place, in the numbers of this place: later operations then have the same rounding.
+
+    Raises ``OverflowError`` for a bound of friction that is not finite, as of a logarithm at 0.
+    """
     formulas, unknowns, _ = contact_formulas(system, signs)
     values = tuple(map(place.numbers.convert, place.values(system, formulas)))
     count = len(system.frictions)
+    if any(bound - bound != 0 for k in range(count) for bound in values[4 * k + 1 : 4 * k + 3]):
+        raise OverflowError("a bound of friction is not finite")
     rows = linear_rows(values[4 * count :], unknowns)
     loads = ((row[0], tuple((j, c) for j, c in enumerate(row) if j and c)) for row in rows[:count])
     contacts = tuple(ContactNumbers(*(*values[4 * k : 4 * k + 4], *load)) for k, load in enumerate(loads))

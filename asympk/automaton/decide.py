@@ -117,7 +117,7 @@ def without_value(automaton: "Automaton", t: Any, state: tuple) -> str:
             value = replaced(expr, at)
         except (ArithmeticError, TypeError, ValueError):  # as of a comparison with an infinite part
             value = sp.zoo
-        if value.is_finite is False or value.is_real is False:
+        if value is sp.nan or value.is_finite is False or value.is_real is False:
             return f"{name} = {short(expr)}"
     return ""
 
