@@ -6,8 +6,9 @@ from typing import Any
 
 import sympy as sp
 
+from asympk.automaton.junction import BY_HAND, OF_ZERO
 from asympk.errors import InputError, OutOfRange
-from asympk.mechanics.kinetics import Kinetics
+from asympk.mechanics.kinetics import Kinetics, slope_in_powers
 from asympk.numbers import common_shape, number
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.long import symbols_in
@@ -96,11 +97,21 @@ def evaluate_ahead(
 
 
 def _constant(part: sp.Basic, given: dict[sp.Symbol, Any], shape: tuple[int, ...]) -> Any:
-    """Return inf for oo, and for a condition whether it holds."""
+    """Return inf for oo, and for a condition whether it holds, with its equations ``_nearly`` met."""
     import numpy as np
 
-    found = float(part) if part is sp.oo else holds(part, given)
+    near = {equation: _nearly(equation) for equation in part.atoms(sp.Eq)}
+    found = float(part) if part is sp.oo else holds(part.xreplace(near), given)
     return np.broadcast_to(found, shape) if shape else found
+
+
+def _nearly(equation: sp.Eq) -> sp.Basic:
+    """Return the condition that rounding could make an equation hold: of its symbols, to six digits, or of zeros."""
+    apart = equation.lhs - equation.rhs
+    used = sorted(symbols_in(apart), key=str)
+    zero = sp.Rational(OF_ZERO) * sp.Add(*map(sp.Abs, used))
+    allowed = (sp.Abs(slope_in_powers(apart, s)) * (sp.Rational(BY_HAND) * sp.Abs(s) + zero) for s in used)
+    return sp.Le(sp.Abs(apart), sp.Add(*allowed))
 
 
 def _declared(symbol: sp.Symbol, value: Any) -> Any:

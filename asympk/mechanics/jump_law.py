@@ -42,8 +42,8 @@ from asympk.symbolic.reading import real_expression
 class JumpLaw(ShownAsFormulas):
     """The result of the jump: impulses (P_N, P_T), the velocities after it, and the gain ``reaction`` of x.
 
-    The law holds under ``condition``. ``bound`` is friction load, the slope of the kinetic cone. ``gap_rate`` is g'
-    after the jump, 0 if the contact stays closed.
+    The law holds for a closed contact, g = 0, under ``condition``, in which g' = 0 excludes a collision. ``bound`` is
+    friction load, the slope of the kinetic cone. ``gap_rate`` is g' after the jump, 0 if the contact stays closed.
     """
 
     impulses: tuple[sp.Expr, sp.Expr]
@@ -86,7 +86,7 @@ def jump_law(
     if (grows := _grows_to_the_stop(kinetics)) == sp.false:
         raise NotDerivable("where friction falls as the contact slows down it may slide on, and the law is that of one "
                            "that stops; follow the elastic contact")
-    condition = sp.And(paradox.condition(kinetics), grows)
+    condition = sp.And(paradox.condition(kinetics), grows, keeps_gap(kinetics))
     if kinetics.unilateral:
         condition = sp.And(condition, kinetics.slip * kinetics.delassus[0, 1] > 0)
     if ratio is None:
@@ -97,6 +97,11 @@ def jump_law(
     ratio = _ratio(ratio)
     opens = sp.S.Zero if condition == sp.false else rebound(kinetics, ratio)  # without a paradox its roots are complex
     return _law(kinetics, own, opens, sp.And(condition, kinetics.free[0] < 0), None)
+
+
+def keeps_gap(kinetics: Kinetics) -> sp.Basic:
+    """Return g' = 0, the part of the condition of a law that excludes collisions."""
+    return sp.Eq(kinetics.gap_rate, 0, evaluate=False)
 
 
 def _grows_to_the_stop(kinetics: Kinetics) -> sp.Basic:

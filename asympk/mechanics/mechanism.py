@@ -214,7 +214,8 @@ class Mechanism(ShownAsFormulas):
     def evaluate(self, expr: Any, values: dict[Any, Any]) -> Any:
         """Return an expression or condition in the mechanism's own symbols at numbers or arrays of numbers.
 
-        The expression may hold other symbols, too, such as the damping time h of a jump law.
+        The expression may hold other symbols, too, such as the damping time h of a jump law. An equation in a condition
+        holds if rounding its symbols to six digits could make it hold.
         An expression that jumps at this place or time has its value just afterwards, if ``values`` contain the rates.
         """
         plain = plainly(expression("expr", expr), self._names, self.time)
@@ -258,7 +259,7 @@ class Mechanism(ShownAsFormulas):
         """Return the jump through the paradox: ``.impulses`` (P_N, P_T), ``.velocities`` after it, ``.condition``.
 
         ``damping`` is the damping time, by default a symbol h, and ``.reaction`` is the gain of the elastic reaction x.
-        The law is that of a closed contact, g' = 0 before the jump, not of a collision.
+        The law is that of a closed contact, not of a collision: its condition contains g' = 0 before the jump.
         With a ``ratio`` h/sqrt(c), a unilateral contact opens with the rate ``.gap_rate``. The law has errors of order
         c log(1/c) in the compliance c, or with a ratio of order sqrt(c) log(1/c).
         """

@@ -8,7 +8,7 @@ from asympk.errors import InputError, NotDerivable
 from asympk.mechanics import evaluation, paradox
 from asympk.mechanics.checks import departures
 from asympk.mechanics.described import Described
-from asympk.mechanics.jump_law import rebound
+from asympk.mechanics.jump_law import keeps_gap, rebound
 from asympk.numbers import number
 from asympk.output.terminal import wrapped
 from asympk.scenes.scenefile import is_file
@@ -168,7 +168,8 @@ def jump_lines(described: Described) -> list[str]:
         return [f"jump            {reason}"]
     if _excess(described) == 0 and _slides_into_it(described):
         return ["jump            not determined at exactly the critical friction: follow the elastic contact"]
-    if not rod.evaluate(law.condition, described.numbers):
+    closed = law.condition.xreplace({rod.own(keeps_gap(rod.plain)): sp.true})  # a departure is told by its own line
+    if not rod.evaluate(closed, described.numbers):
         return ["jump            none from here: no paradox, or the contact slides out of it"]
     normal, tangential = (rod.evaluate(part, described.numbers) for part in law.impulses)
     rates = [float(rod.evaluate(law.velocities[own], described.numbers)) for own in rod.velocities]
