@@ -34,7 +34,7 @@ from asympk.mechanics import paradox
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import collected
 from asympk.shown import Card, ShownAsFormulas
-from asympk.symbolic.long import modulus
+from asympk.symbolic.long import atoms, modulus
 from asympk.symbolic.reading import real_expression
 
 
@@ -180,6 +180,9 @@ def _ratio(ratio: Any) -> sp.Expr:
     ratio = real_expression("ratio", ratio)
     if ratio.is_negative or ratio.has(sp.Float, *NOT_FINITE):
         raise InputError(f"ratio = {ratio!s:.60}: it must be an exact number or a symbol, zero or positive")
+    if any(choice.args[-1].cond != sp.true for choice in atoms(ratio, sp.Piecewise)):
+        raise InputError(f"ratio = {ratio!s:.60}: it has no value where no piece of the Piecewise holds; end it with "
+                         "one that does")
     return ratio
 
 

@@ -149,6 +149,10 @@ class _NumPy(_Quick, NumPyPrinter):
 
     _print_Min = _print_Max
 
+    def _print_ITE(self, expr):
+        """Print a choice between conditions, as of a Piecewise in a condition; SymPy chooses between numbers."""
+        return self._print(expr.to_nnf(simplify=False))
+
     def _print_erf(self, expr):
         """Print a function that NumPy has not, number by number by the one of ``math``."""
         every = self._module_format("numpy.vectorize")

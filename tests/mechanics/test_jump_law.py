@@ -224,6 +224,13 @@ def test_rebound_is_continuous_where_stick_is_critically_damped():
     assert low == pytest.approx(high, rel=1e-5)
 
 
+def test_a_ratio_of_pieces_rebounds_as_that_of_the_piece_that_holds():
+    values, rod, b = _rod_on_the_ground(1.1, 2.0)[3], slender_rod(), sp.Symbol("b", positive=True)
+    rate = rod.jump_law(ratio=sp.Piecewise((1, b < 2), (4, True))).gap_rate
+    found = rod.evaluate(rate, {**values, "b": np.array([1, 3])})
+    assert found == pytest.approx([rod.evaluate(rod.jump_law(ratio=k).gap_rate, values) for k in (1, 4)], rel=1e-13)
+
+
 @pytest.mark.parametrize(
     ("make", "match"),
     [
@@ -231,6 +238,7 @@ def test_rebound_is_continuous_where_stick_is_critically_damped():
         (lambda: slender_rod().jump_law(ratio=-1), "zero or positive"),
         (lambda: slender_rod().jump_law(ratio=-sp.oo), "zero or positive"),
         (lambda: slender_rod().jump_law(ratio=1, damping=1), "both given"),
+        (lambda: slender_rod().jump_law(ratio=sp.Piecewise((1, sp.Symbol("b") < 2))), "end it with one that does"),
         *((lambda damping=damping: slender_rod().jump_law(damping=damping), "it must be a positive time")
           for damping in (0, -1, sp.oo, -sp.oo, sp.nan)),
     ],

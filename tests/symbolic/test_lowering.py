@@ -50,6 +50,14 @@ def test_what_branches_is_a_factor_in_every_target(target, choice, term):
     assert float(f("1.7", 0.75) if target == "mpmath" else f(1.7, 0.75)) == pytest.approx(float(exact), abs=1e-15)
 
 
+@pytest.mark.parametrize("target", TARGETS)
+def test_a_piecewise_within_a_condition_chooses_between_conditions_in_every_target(target):
+    """On arrays the choice was a number, which is no condition."""
+    inner = sp.Piecewise((x - 1, mu > 1), (-x, True))
+    f = lower((x, mu), sp.Piecewise((x, inner > 0), (7, True)), target, branching=True)
+    assert [float(f(*at)) for at in ((2, 2), (0.5, 2), (2, 0.5), (-2, 0.5))] == [2, 7, 7, -2]
+
+
 @settings(max_examples=50)
 @given(st.fractions(max_denominator=10**12).filter(lambda q: abs(q) < 10**12), st.integers(15, 120))
 def test_a_rational_constant_has_the_precision_of_the_call(q, digits):
