@@ -29,7 +29,8 @@ def tidy(expr: sp.Expr) -> sp.Expr:
     expanded = sp.expand_trig(plain)
     if not plain.has(sp.sin, sp.cos) or (expanded != plain and is_longer(expanded, LONG)):
         return shortest(expr, sp.factor(plain))
-    return shortest(expr, plain, *map(sp.factor, dict.fromkeys(_normal_forms(plain, expanded))))
+    forms = dict.fromkeys(form for angles in (plain, expanded) for form in _normal_forms(plain, angles))
+    return shortest(expr, plain, *map(sp.factor, forms))
 
 
 def contracted(expr: sp.Expr) -> sp.Expr:
