@@ -195,6 +195,7 @@ def _going_on(here: Junction, tried: Tried) -> Branch:
     _require_one_way(here, branch, tried)
     _require_shared(here, branch, consistent[branch])
     _require_uncritical(here, branch, tried)
+    _require_opposing(here, branch)
     return _idle(here, branch, consistent[branch])
 
 
@@ -272,6 +273,14 @@ def _undetermined(here: Junction, branch: Branch) -> UnboundedReaction:
         why = "has equations that are singular in this state only; start beside it"
     return UnboundedReaction(f"the forces of contacts are not determined {here.in_words}: "
                              f"{branches.mode_name(branch)} {why}", here.at.t, here.at.state)
+
+
+def _require_opposing(here: Junction, chosen: Branch) -> None:
+    """Raise ``OutOfRange`` if the friction of a contact that slips is negative, by a law of the state."""
+    for k, phase in enumerate(chosen):
+        if phase.slips and all(point.contacts[k].kinetic < 0 for point in here.points_in(chosen)):
+            raise OutOfRange(f"kinetic friction {short(here.system.frictions[k].kinetic)} is negative {here.in_words}; "
+                             "friction opposes the velocity: write a law that does not fall below 0")
 
 
 def _require_one_way(here: Junction, branch: Branch, tried: Tried) -> None:

@@ -207,6 +207,7 @@ v = %s
         ("sqrt(v)", "1", "kinetic = sqrt(v) is not real in every mode; write it so that it is, as sqrt(abs(v)) is"),
         ("sqrt(v)", "-1", "kinetic = sqrt(v) is not a finite real number at t = 0"),
         ("1/(v - 1)", "1", "kinetic = 1/(v - 1) is not a finite real number at t = 0"),
+        ("1 - abs(v)", "2", "kinetic friction 1 - Abs(v) is negative at t = 0, x = 1, v = 2; friction opposes"),
         ("5 + log(abs(v))", "0", "kinetic = log(Abs(v)) + 5 is not a finite real number at t = 0"),
         ("5 - log(abs(v))", "0", "kinetic = 5 - log(Abs(v)) is not a finite real number at t = 0"),
         ("1 + v*log(abs(v))", "0", "kinetic = v*log(Abs(v)) + 1 is not a finite real number at t = 0"),
