@@ -57,6 +57,9 @@ def least(
     ignored. Raises ``NotDerivable`` if the critical friction is no such function, has no least value, or its least
     value depends on signs that are not known or is a root of a polynomial whose coefficients are not rational numbers.
     """
+    if kinetics.long:
+        raise NotDerivable("the mass matrix is too long to be inverted in symbols, and the critical friction has no "
+                           "formula; look for its least value in numbers, by evaluate")
     known = {key: exact_constant(str(key), value) for key, value in values.items() if key != coordinate}
     critical = critical_friction(kinetics).subs(known)
     name, tangent = own(coordinate), sp.Dummy("T", real=True)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 import sympy as sp
-from mechanisms import THETA, T, X, Y, masses_between_guides, slender_rod
+from mechanisms import THETA, T, X, Y, chain, masses_between_guides, slender_rod
 from scipy.integrate import solve_ivp
 from sympy.physics.mechanics import dynamicsymbols
 
@@ -121,6 +121,8 @@ def test_a_critical_friction_without_a_least_value_is_told():
         masses_between_guides().least_critical_friction("x1")
     with pytest.raises(NotDerivable, match="no rational function"):
         leaning(1 + THETA**2).least_critical_friction(THETA)
+    with pytest.raises(NotDerivable, match="too long to be inverted in symbols"):
+        chain(3).least_critical_friction("q1")
     with pytest.raises(NotDerivable, match="comes down to 0"):
         leaning(1 / PRODUCT).least_critical_friction(THETA)
     with pytest.raises(NotDerivable, match="comes down to 0"):
