@@ -14,7 +14,15 @@ from functools import cached_property
 
 import sympy as sp
 
-from asympk.mechanics.tidy import cofactors, collected, contracted, expanded_determinant, has_long_minors, tidy
+from asympk.mechanics.tidy import (
+    cofactors,
+    collected,
+    contracted,
+    contracted_if_short,
+    expanded_determinant,
+    has_long_minors,
+    tidy,
+)
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.inverses import InverseForm
 from asympk.symbolic.long import atoms, is_longer, replaced, symbols_in
@@ -43,8 +51,7 @@ class Kinetics:
         """The rows W_N = dg/dq and W_T = d gamma/dq' as a 2 x n matrix."""
         gap = [slope_in_powers(self.gap, q) for q in self.coordinates]
         slip = [slope_in_powers(self.slip, u) for u in self.velocities]
-        short = lambda part: contracted(part) if part.has(sp.sin, sp.cos) else part  # noqa: E731
-        return sp.ImmutableMatrix([gap, slip]).applyfunc(short)
+        return sp.ImmutableMatrix([gap, slip]).applyfunc(contracted_if_short)
 
     @cached_property
     def response(self) -> sp.ImmutableMatrix:

@@ -9,7 +9,7 @@ from sympy.core.function import AppliedUndef
 
 from asympk.errors import InputError
 from asympk.mechanics.kinetics import slope_in_powers
-from asympk.mechanics.tidy import LONG, collected, contracted, in_normal_form
+from asympk.mechanics.tidy import LONG, collected, contracted_if_short, in_normal_form
 from asympk.numbers import short
 from asympk.symbolic.long import atoms, is_longer, replaced
 from asympk.symbolic.reading import entries_of, real_expression
@@ -59,7 +59,7 @@ def lagranges_equations(
         bent = next((term for term in sp.Add.make_args(energy) if sp.hessian(term, u).has(*u)), energy)
         raise InputError(f"{short(bent.xreplace(own))} in the Lagrangian is not quadratic in the rates, and the mass "
                          "matrix would depend on them; friction and the like are forces=")
-    tidied = mass.applyfunc(lambda entry: in_normal_form(entry) if is_longer(entry, LONG) else contracted(entry))
+    tidied = mass.applyfunc(lambda entry: (in_normal_form if is_longer(entry, LONG) else contracted_if_short)(entry))
     if tidied != mass:
         energy, momenta, mass = _through_mass(energy, momenta, tidied, u)
     moved = {t: sp.S.One, **dict(zip(q, u, strict=True))}
