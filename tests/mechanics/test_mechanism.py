@@ -14,7 +14,7 @@ import asympk as ap
 from asympk.errors import InputError, OutOfRange, UnknownName
 from asympk.mechanics.described import mechanism_of_table
 from asympk.mechanics.evaluation import evaluate
-from asympk.mechanics.tidy import cofactors, expanded_determinant
+from asympk.mechanics.tidy import SHORT, cofactors, contracted_if_short, expanded_determinant
 
 FREE = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2
 U, V = dynamicsymbols("U V")
@@ -486,3 +486,11 @@ def test_a_rod_on_a_slope_has_the_critical_friction_of_level_ground_by_its_angle
     to_slope = THETA - alpha
     expected = (3 * sp.cos(to_slope) ** 2 + 1) / (3 * sp.Abs(sp.sin(to_slope) * sp.cos(to_slope)))
     assert slender_rod(**ground).critical_friction.subs(alpha, -alpha) == expected.subs(alpha, -alpha)
+
+
+def test_a_formula_with_many_sums_of_angles_is_left_as_it_stands():
+    """A mass matrix with entries of a hundred operations took minutes."""
+    products = [sp.sin(k * THETA + n) * sp.cos(n * THETA - k * l) for k in range(1, 4) for n in range(1, 4)]
+    assert contracted_if_short(sp.Add(*products)) == sp.Add(*products)
+    assert sp.Add(*products).count_ops() > SHORT
+    assert contracted_if_short(sp.sin(THETA) * sp.cos(l) + sp.cos(THETA) * sp.sin(l)) == sp.sin(THETA + l)
