@@ -19,7 +19,7 @@ from sympy.printing.str import StrPrinter
 
 from asympk.errors import InputError
 from asympk.naming import nearest
-from asympk.numbers import short, spells_number
+from asympk.numbers import number, short, spells_number
 
 
 def fractional_part(of: sp.Expr) -> sp.Expr:
@@ -117,31 +117,61 @@ def read_formula(text: object, symbols: Mapping[str, sp.Expr], what: str = "form
     return found
 
 
-def read_constant(what: str, value: Any) -> Any:
-    """Return the number that a formula without names spells in a file, such as "sqrt(2)/2", "pi/4" or "75 deg".
+def read_constant(what: str, value: Any, angles: bool = True) -> Any:
+    """Return the number that a formula without names spells in a text, such as "sqrt(2)/2", "pi/4" or "75 deg".
 
-    It is a Fraction, of an irrational number right to 50 digits. Degrees are a decimal or a ratio: "pi/4 deg" is
-    refused. Any other value, a string of digits included, is returned as it is. Raises ``InputError``.
+    The text is that of a file or of the command line. The number is a Fraction, of an irrational number right to 50
+    digits. Degrees are a decimal or a ratio: "pi/4 deg" is refused. Without ``angles`` a text in degrees is returned
+    as it is, and so is any other value, a string of digits included. Raises ``InputError``.
 
     >>> read_constant("theta", "60 deg") == read_constant("theta", "pi/3"), read_constant("m", "2^3/5")
     (True, Fraction(8, 5))
     """
-    if not isinstance(value, str) or spells_number(value):
+    if not isinstance(value, str) or spells_number(value) or (in_degrees(value) and not angles):
         return value
-    bare = value.strip().removesuffix("deg")
-    in_degrees = bare != value.strip()
-    try:
-        found = read_formula(bare, {}, what) if not in_degrees or spells_number(bare) else sp.nan
-    except InputError:
-        found = sp.nan
-    found = found * sp.pi / 180 if in_degrees else found
+    found = _angle(what, value) if in_degrees(value) else read_formula(value, {}, what)
     exact = found if found.is_Rational else found.evalf(DIGITS)
     if not exact.is_real:
-        raise InputError(f"{what} = {short(value)}: it must be a number, such as 0.2, or one in quotes, such as '1/3', "
-                         "'sqrt(2)/2', 'pi/4' or '75 deg'")
+        raise _no_number(what, value)
     if exact and not _LEAST < abs(exact) < _MOST:
         raise InputError(f"{what} = {short(value)}: it is beyond the range of doubles")
     return Fraction(exact.p, exact.q) if exact.is_Rational else Fraction(str(exact))
+
+
+def read_constants(what: str, value: Any, angles: bool = True) -> Any:
+    """Return a list or a table with numbers for formulas of numbers, and any other value as it is.
+
+    Raises ``InputError`` as ``read_constant`` does.
+    """
+    if isinstance(value, list):
+        return [read_constant(what, entry, angles) for entry in value]
+    if isinstance(value, dict):
+        return {name: read_constant(f"{what}: {name}", entry, angles) for name, entry in value.items()}
+    return value
+
+
+def read_number(what: str, value: Any, angles: bool = True) -> int | float | Fraction:
+    """Return a number as ``numbers.number`` does; a text may also be a formula of numbers, as in ``read_constant``."""
+    return number(what, read_constant(what, value, angles))
+
+
+def in_degrees(value: object) -> bool:
+    """Tell whether ``value`` is a text in degrees, such as "75 deg"."""
+    return isinstance(value, str) and value.strip().endswith("deg")
+
+
+def _angle(what: str, text: str) -> sp.Expr:
+    """Return in radians the angle of a text in degrees."""
+    bare = text.strip().removesuffix("deg")
+    if not spells_number(bare):
+        raise InputError(f"{what} = {short(text)}: degrees are a decimal or a ratio, such as '75 deg' or '1/3 deg'; "
+                         "leave deg out of a formula in radians, such as 'pi/4'")
+    return read_formula(bare, {}, what) * sp.pi / 180
+
+
+def _no_number(what: str, text: object) -> InputError:
+    return InputError(f"{what} = {short(text)}: it must be a number, such as 0.2, or one in quotes, such as '1/3', "
+                      "'sqrt(2)/2', 'pi/4' or '75 deg'")
 
 
 def read_relation(text: object, symbols: Mapping[str, sp.Expr]) -> sp.Basic:
@@ -179,7 +209,8 @@ def _read(text: object, symbols: Mapping[str, sp.Expr], what: str) -> sp.Basic:
     try:
         tree = ast.parse(source, mode="eval")
     except (SyntaxError, ValueError, MemoryError, RecursionError):
-        raise InputError(f"{what} = {short(text)}: it is not a formula; write one such as 'x + 2*y'") from None
+        refusal = InputError(f"{what} = {short(text)}: it is not a formula; write one such as 'x + 2*y'")
+        raise (refusal if symbols else _no_number(what, text)) from None
     known = {spelt: symbols[name] for spelt, name in plain.items()}
     try:
         return _Reader(known, what, text, source).read(tree.body, 0)
@@ -191,6 +222,8 @@ def _read(text: object, symbols: Mapping[str, sp.Expr], what: str) -> sp.Basic:
 
 def _degree(expr: sp.Expr) -> int:
     """Return a bound on the degree of ``expr`` after expansion; a function counts as 1, and so does a number alone."""
+    if expr.is_number:
+        return 1
     if expr.is_Add:
         return max(map(_degree, expr.args))
     if expr.is_Mul:
@@ -250,10 +283,12 @@ class _Reader:
             return self.symbols[name]
         if name in CONSTANTS:
             return CONSTANTS[name]
-        near = nearest(name, [*self.symbols, *CONSTANTS])
+        near = nearest(name, [*self.symbols, *CONSTANTS]) or nearest(name.lower(), CONSTANTS)
+        if not self.symbols and not near:
+            raise _no_number(self.what, self.text)
         had = ", ".join(map(_as_written, self.symbols)) or "none"
         hint = f"; did you mean {_as_written(near)}?" if near else f"; it has {had}"
-        hint += "; a parameter needs a number under [values]"
+        hint += "; a parameter needs a number under [values]" if self.symbols else ""
         if name == "t":
             hint = '; a system that depends on the time says so by time = "t"'
         raise self._refuse(f"the name {_as_written(name)} is unknown{hint}")
@@ -283,9 +318,9 @@ class _Reader:
         raise self._refuse("the operators are + - * / **")
 
     def _power(self, base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
-        if exponent.is_number and not _degree(base) * abs(exponent) <= LARGEST_DEGREE:
+        if not base.is_number and exponent.is_number and not _degree(base) * abs(exponent) <= LARGEST_DEGREE:
             raise self._refuse(f"a degree beyond {LARGEST_DEGREE}")
-        if base.is_Rational and exponent.is_number and abs(exponent) * len(str(base)) > _LARGEST_NUMBER:
+        if base.is_number and exponent.is_number and abs(exponent) * len(str(base)) > _LARGEST_NUMBER:
             raise self._refuse(f"a number of more than {_LARGEST_NUMBER} digits")
         if base == 0 and not exponent.is_positive:
             raise self._refuse("a power of zero that is no number")

@@ -1,7 +1,8 @@
 """The reader of numbers: an argument becomes an exact int, float or Fraction, or is refused with a message of one line.
 
-Strings are read here and nowhere else, but for formulas of numbers in files (``formulas.read_constant``). A string is
-a decimal or a ratio of integers, of bounded length and exponent, and never a formula.
+Strings are read here and nowhere else, but for formulas of numbers in files and at the command line, which
+``formulas.read_constant`` reads. A string is a decimal or a ratio of integers, of bounded length and exponent, and
+never a formula.
 """
 
 import re

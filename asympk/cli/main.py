@@ -16,7 +16,7 @@ from asympk.cli import COMMANDS
 from asympk.errors import AsympkError, InputError, MissingPackage, OrderError, UnknownName
 
 _OF_ARGUMENTS = (InputError, MissingPackage, OrderError, UnknownName)  # of files these name the file themselves
-_NEGATIVE = re.compile(r"^-(\d|\.\d)")  # -1/2 and -1e-3 are numbers too, where argparse would see options
+_NEGATIVE = re.compile(r"^-(\d|\.\d|\(|pi\b|[a-z]+\()")  # -1e-3 and -pi/4 are numbers too, where argparse sees options
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

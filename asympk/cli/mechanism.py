@@ -17,6 +17,7 @@ def arguments(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> None:
     """Print the catalogue, or the screen on a mechanism, or draw the map of its rigid motions."""
+    from asympk.formulas import read_constants
     from asympk.output.mechanisms import load_mechanism
     from asympk.output.terminal import scenes_as_text
     from asympk.systems import MECHANISMS
@@ -26,7 +27,7 @@ def run(options: Namespace) -> None:
             raise InputError("--set and --plot are for one mechanism; name it, or give a TOML file")
         print(scenes_as_text(MECHANISMS))
         return
-    described = load_mechanism(options.name).changed(settings(options))
+    described = load_mechanism(options.name).changed(read_constants("--set", settings(options)))
     try:
         print(_drawn(described, options.plot) if options.plot else _described(described))
     except AsympkError as error:

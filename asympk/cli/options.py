@@ -39,7 +39,7 @@ def add_settings(parser: ArgumentParser, words: str) -> None:
 
 def settings(options: Namespace) -> dict[str, str]:
     """Return ``{name: value}`` of settings such as ``f=2.5``; raises ``InputError`` for a setting of another form."""
-    from asympk.numbers import number
+    from asympk.formulas import read_number
 
     found = {}
     for setting in options.set:
@@ -49,7 +49,7 @@ def settings(options: Namespace) -> dict[str, str]:
         if name.strip() in found:
             raise InputError(f"{name.strip()} is given twice; give it once")
         found[name.strip()] = value.strip()
-        number(name.strip(), value.strip().removesuffix("deg"))  # whether it is an angle, the scene knows
+        read_number(name.strip(), value)  # whether an angle is in degrees, the scene knows
     return found
 
 
@@ -70,6 +70,7 @@ def scene_name(options: Namespace) -> str | None:
 
 def given_scene(options: Namespace) -> "Scene":
     """Return the ``Scene`` that the options name, with the numbers that they give; raises ``InputError``."""
+    from asympk.formulas import read_constant, read_constants
     from asympk.scene import Scene
     from asympk.scenes.scenefile import changed_scene
     from asympk.scenes.turned import in_own_units
@@ -87,7 +88,9 @@ def given_scene(options: Namespace) -> "Scene":
     missing = [f"--{name}" for name in _REQUIRED if name not in given]
     if missing:
         raise InputError(f"a scene, or {', '.join(missing)}, required; asympk scenes lists the scenes")
-    return Scene(**{**given, "start": tuple(given["start"])})
+    start = read_constants("start", given.pop("start"), angles=False)
+    read = {name: read_constant(name, value, angles=False) for name, value in given.items()}
+    return Scene(start=tuple(start), **read)
 
 
 def _turned(scene: "Scene", given: dict, named: dict[str, str]) -> "Scene":

@@ -28,7 +28,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError
-from asympk.formulas import names_in, read_constant, read_formula
+from asympk.formulas import names_in, read_constant, read_constants, read_formula
 from asympk.mechanics.closing import closed_by, closing_coordinate
 from asympk.mechanics.elastic import basis_of, scaling, velocities
 from asympk.mechanics.evaluation import evaluate
@@ -316,7 +316,7 @@ def _numbers(table, key):
 
 def constants_in(table: Mapping[str, Any], key: str) -> dict[str, Any]:
     """Return the table ``table[key]`` with numbers for formulas of numbers; raises ``InputError``."""
-    return {name: read_constant(f"{key}: {name}", value) for name, value in table_in(table, key).items()}
+    return read_constants(key, table_in(table, key))
 
 
 def _turn(over):

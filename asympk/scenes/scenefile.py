@@ -10,15 +10,16 @@ r"""Scenes in TOML: parameters as numbers or exact strings, nondimensional or ph
                                    start = [0, 0, -1]   # R_1 in N, its rate in N/s, u in m/s
                                    until = 0.5          # s
 
-Decimals are read exactly: 0.2 is 1/5. ``sigma0`` or ``f0`` adds static friction, ``units = ["t", "N", "mm", "s"]``
-names the units of mass, force, length and time where they are not those of SI, and ``about`` is one line on what the
-scene shows. ``near = {manifold, x, offset, z}``, in place of ``start``, starts beside a slow line (``Scene.near``). A
-table ``[system]`` describes a system of one's own: see ``asympk.scenes.systemfile``. A mechanism's file with ``until``
-is a scene, too: see ``asympk.mechanics.described``. ``read_scene`` reads a file, ``keys_of`` tells its kind.
+Decimals are read exactly: 0.2 is 1/5. A number may be a formula of numbers, "sqrt(2)/2" or "pi/4". ``sigma0`` or
+``f0`` adds static friction, ``units = ["t", "N", "mm", "s"]`` names the units of mass, force, length and time where
+they are not those of SI, and ``about`` is one line on what the scene shows. ``near = {manifold, x, offset, z}``, in
+place of ``start``, starts beside a slow line (``Scene.near``). A table ``[system]`` describes a system of one's own:
+see ``asympk.scenes.systemfile``. A mechanism's file with ``until`` is a scene, too: see ``asympk.mechanics.described``.
+``read_scene`` reads a file, ``keys_of`` tells its kind.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from fractions import Fraction
 from importlib import import_module
 from importlib.resources import files
@@ -28,6 +29,7 @@ from typing import Any
 
 from asympk import systems
 from asympk.errors import InputError
+from asympk.formulas import read_constant, read_constants
 from asympk.mechanics.described import NUMBERS, describes_mechanism, refuse_sweep, scene_table
 from asympk.naming import named
 from asympk.scene import Scene
@@ -42,6 +44,7 @@ SYSTEM = ("system", "values")
 NONDIMENSIONAL = ("sigma", "mu", "sigma0", "near")
 PHYSICAL = ("m", "P", "f", "f0", "alpha", "l", "k", "h")
 UNITS = "units"  # of physical quantities: the names of those of mass, force, length and time
+_SINGLE = ("sigma", "mu", "sigma0", *PHYSICAL, "until")  # the numbers of a rod, without those of its start
 _NEAR = ("manifold", "x", "offset", "z")
 
 
@@ -73,7 +76,14 @@ def changed_scene(where: str, changes: dict[str, Any]) -> tuple[Scene, dict[str,
         return _changed_example(read_scene(where), known_name(where), changes)
     table = read_table(where)
     own = {name for key in NUMBERS & table.keys() if isinstance(table[key], dict) for name in table[key]}
-    return scene_of_table(table, where, changes), {name: v for name, v in changes.items() if name not in own}
+    taken, left = _divided(changes, own)
+    return scene_of_table(table, where, taken), left
+
+
+def _divided(changes: dict[str, Any], own: Collection[str]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the changes of numbers ``own``, read as those of a file are, and the other changes as they are."""
+    taken = {name: read_constant(name, value) for name, value in changes.items() if name in own}
+    return taken, {name: value for name, value in changes.items() if name not in own}
 
 
 def _changed_example(scene: Scene, name: str, changes: dict[str, Any]) -> tuple[Scene, dict[str, Any]]:
@@ -81,9 +91,8 @@ def _changed_example(scene: Scene, name: str, changes: dict[str, Any]) -> tuple[
     told = described_mechanism(name) if name in systems.MECHANISMS and scene.system and changes else None
     if told is None or not {*told.mechanism.plain.coordinates} <= {*scene.system.states}:
         return scene, changes
-    follows = static_frictions(scene.system)
-    values, state = (with_changes(own, changes, follows) for own in (told.values, told.state))
-    left = {key: value for key, value in changes.items() if key not in {**values, **state}}
+    follows, (taken, left) = static_frictions(scene.system), _divided(changes, {**told.values, **told.state})
+    values, state = (with_changes(own, taken, follows) for own in (told.values, told.state))
     return example_scene(told.mechanism, scene.system, values, state, scene.until, scene.name), left
 
 
@@ -162,9 +171,16 @@ def scene_of_table(table: dict[str, Any], where: str, changes: Mapping[str, Any]
         entries["name"] = word(table, "name", Path(where).stem)
         if (keys := keys_of(table)) is SYSTEM:
             return read_system_scene(entries, changes)
-        return (_from_rod if keys is PHYSICAL else _nondimensional)(entries)
+        return (_from_rod if keys is PHYSICAL else _nondimensional)(_with_constants(entries))
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
+
+
+def _with_constants(entries: dict[str, Any]) -> dict[str, Any]:
+    """Return the entries of a rod with numbers for formulas of numbers; an angle in degrees stays as it is."""
+    read = {key: read_constant(key, entries[key], angles=False) for key in entries if key in _SINGLE}
+    listed = {"start": read_constants("start", entries["start"], angles=False)} if "start" in entries else {}
+    return entries | read | listed
 
 
 def keys_of(table: Mapping[str, Any]) -> tuple[str, ...]:
@@ -191,7 +207,8 @@ def _nondimensional(entries):
     require_keys(entries, ("sigma", "mu", "until"))
     refuse_unknown(beside, _NEAR, "near")
     require_keys(beside, _NEAR)
-    return Scene.near(**beside, **entries)
+    manifold = {"manifold": beside.pop("manifold")}
+    return Scene.near(**manifold, **read_constants("near", beside, angles=False), **entries)
 
 
 def _from_rod(entries):

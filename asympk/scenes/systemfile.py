@@ -30,7 +30,7 @@ import sympy as sp
 
 from asympk import systems
 from asympk.errors import InputError
-from asympk.formulas import names_in, read_constant, read_formula, read_relation
+from asympk.formulas import names_in, read_constant, read_constants, read_formula, read_relation
 from asympk.mechanics.described import CONTACT, constants_in, contact_law, described_by
 from asympk.mechanics.mechanism import Mechanism
 from asympk.naming import nearest
@@ -53,8 +53,7 @@ def read_system_scene(entry: dict[str, Any], changes: Mapping[str, Any]) -> Scen
     Raises ``InputError``.
     """
     require_keys(entry, ("system", "start", "until"))
-    values, start = constants_in(entry, "values"), entry["start"]
-    start = constants_in(entry, "start") if isinstance(start, dict) else start
+    values, start = constants_in(entry, "values"), read_constants("start", entry["start"])
     system, mechanism = system_of(entry["system"], values)
     follows = static_frictions(system)
     values = with_changes(values, changes, follows)

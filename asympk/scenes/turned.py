@@ -1,16 +1,16 @@
 """Change numbers of a scene by name: parameters, states of the start, the horizon."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 from asympk.errors import UnknownName
-from asympk.numbers import number, short
+from asympk.formulas import in_degrees, read_constant, read_number
+from asympk.numbers import short, spells_number
 from asympk.scene import Scene
 from asympk.symbolic.system import System
 from asympk.symbolic.values import following, with_changes
 from asympk.systems.catalogue import is_off_contact, start_at
-from asympk.systems.painleve_klein.units import STATE, Degrees, in_degrees, quantity, scene_in_units
+from asympk.systems.painleve_klein.units import STATE, Degrees, degrees, quantity, scene_in_units
 
 ROD = ("sigma", "mu", "sigma0")
 _STATIC = {"sigma0": "sigma", "f0": "f"}  # of the rod
@@ -42,22 +42,30 @@ def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: An
     shown, own = in_own_units(scene), scene_parameters(scene)
     _require_names(given, own, "parameter", f"; the states of its start are {', '.join(shown.names)}")
     _require_names(start, shown.names, "state of the start")
-    read = {name: _reader(scene, own[name])(name, v) for name, v in given.items()}
+    read = {name: _read(scene, own[name], name, value) for name, value in given.items()}
     values = with_changes(own, read, static_frictions(scene.system))
-    begun = {name: number(f"start {name}", value) for name, value in start.items()}
+    angles = scene.system is not None  # those of the rod are a quantity of their own
+    begun = {name: read_number(f"start {name}", value, angles) for name, value in start.items()}
     placed, horizon, origin = scene.start, scene.until, scene.origin
     if scene.rod is not None:  # whose start and horizon are kept as they were given, exactly
         placed, horizon = shown.start, shown.until
     if is_off_contact(scene) and not begun.keys() >= {*scene.names}:
         placed, origin = _derived(scene, values, begun)
     begin = tuple(begun.get(name, value) for name, value in zip(shown.names, placed, strict=True))
-    end = horizon if until is None else number("until", until)
+    end = horizon if until is None else read_number("until", until, angles)
     return _built(scene, values, begin, end, origin, moved="y" in begun or _moved(scene, begin))
 
 
-def _reader(scene: Scene, value: Any) -> Callable[[str, Any], Any]:
-    """Return what reads a number in the place of ``value``: an angle in degrees stays one, with or without the unit."""
-    return in_degrees if isinstance(value, Degrees) else number if scene.rod is None else quantity
+def _read(scene: Scene, own: Any, name: str, value: Any) -> Any:
+    """Return the parameter ``name`` in the place of ``own`` as a file has it; a mere number for degrees is in degrees.
+
+    A formula such as pi/4 is in radians, as it is in a file.
+    """
+    if isinstance(own, Degrees) and (in_degrees(value) or not isinstance(value, str) or spells_number(value)):
+        return degrees(name, value)
+    if scene.rod is None:
+        return read_number(name, value, angles=scene.system is not None)
+    return quantity(name, read_constant(name, value, angles=False))
 
 
 def _moved(scene: Scene, start: tuple) -> bool:

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from asympk.errors import InputError
+from asympk.formulas import read_constant, read_number
 from asympk.many import PHASES
 from asympk.numbers import Number, number
 from asympk.scenes.scenefile import PHYSICAL, UNITS
@@ -38,7 +39,7 @@ class RodFamily:
 
     def number(self, field: str, value: Any) -> Number:
         """Return ``value`` as an exact number; raises ``InputError`` if it is none."""
-        return number(field, value)
+        return read_number(field, value, angles=False)
 
     def check(self, axes: Mapping[str, Axis]) -> None:
         """Raise ``InputError`` where a range contains values that are not allowed."""
@@ -87,10 +88,10 @@ class PhysicalRodFamily(RodFamily):
         from asympk.systems.painleve_klein.units import Degrees, quantity
 
         if field in self.states:
-            return number(field, value)
+            return read_number(field, value, angles=False)
         if field == "until":
-            return number(field, value, lambda t: t >= 0, "zero or positive")
-        found = quantity(field, value)
+            return number(field, read_constant(field, value, angles=False), lambda t: t >= 0, "zero or positive")
+        found = quantity(field, read_constant(field, value, angles=False))
         return number(field, found.radians) if isinstance(found, Degrees) else found
 
     def check(self, axes: Mapping[str, Axis]) -> None:

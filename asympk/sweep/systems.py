@@ -17,9 +17,9 @@ import numpy as np
 from asympk.affine.many import one_by_one, solve_many
 from asympk.affine.run import affine
 from asympk.errors import InputError, OutOfRange
-from asympk.formulas import read_constant
+from asympk.formulas import read_number
 from asympk.methods import solve
-from asympk.numbers import Number, number
+from asympk.numbers import Number
 from asympk.scene import Scene
 from asympk.scenes.systemfile import cancelled, coordinates_of_start, system_of, without
 from asympk.storage.tomlfile import require_keys, table_in
@@ -111,7 +111,7 @@ class SystemFamily:
 
     def number(self, field: str, value: Any) -> Number:
         """Return ``value`` as an exact number; raises ``InputError`` if it is none."""
-        return number(field, read_constant(field, value))
+        return read_number(field, value)
 
     def check(self, axes: Mapping[str, Axis]) -> None:
         """Raise ``InputError`` where the system refuses parameters at the ends of their ranges.

@@ -19,13 +19,14 @@ from mechanisms import FALLING_BALL, ON_HIGH_GROUND, SLENDER_ROD
 import asympk as ap
 from asympk.__main__ import main
 from asympk.errors import InputError, MissingPackage, UnknownName
-from asympk.formulas import read_formula
+from asympk.formulas import read_constant, read_formula
 from asympk.mechanics.described import read_mechanism
 from asympk.numbers import number
 from asympk.pictures.trace import trace
 from asympk.scenes import scenefile
 from asympk.scenes.scenefile import changed_scene, scene_text
 from asympk.scenes.turned import turned
+from asympk.sweep.sweepfile import parse_sweep
 
 ROD = {"m": 2, "P": 10, "f": "3", "f0": '"7/2"', "alpha": '"60 deg"', "l": "0.5", "k": "1e5", "h": "0.02",
        "start": "[1, -3, -0.1]", "until": "0.03"}
@@ -215,7 +216,9 @@ def test_repeated_collisions_are_repeated():
         ({k: v for k, v in ROD.items() if k != "k"}, "k missing"),
         ({**ROD, "alpha": '"95 deg"'}, "between 0 and 90 deg"),
         ({**ROD, "alpha": "1.6"}, "between 0 and pi/2"),
-        ({**ROD, "alpha": '"60 dgr"'}, "alpha = '60 dgr': it must be a number of radians, or of degrees, as '60 deg'"),
+        ({**ROD, "alpha": '"60 dgr"'}, "alpha = '60 dgr': it must be a number, such as 0.2, or one in quotes"),
+        ({**ROD, "f": '"60 deg"'}, "f = '60 deg': it must be a decimal"),
+        ({**ROD, "f": '"sqr(9)"'}, "f = 'sqr(9)': the function sqr is unknown; did you mean sqrt"),
         ({**ROD, "m": "-1"}, "m = -1: it must be positive"),
         ({**ROD, "f0": "1"}, "f0 = 1: it must be at least f = 3"),
         ({**ROD, "until": "-1"}, "until = -1"),
@@ -324,15 +327,65 @@ def test_numbers_of_a_mechanism_may_be_formulas_and_its_contact_is_closed_to_fif
     assert ap.solve(scene).modes == ("slip_opposite",)
 
 
-@pytest.mark.parametrize("wrong", ["theta", "one", "sqrt(-2)", "1/(2-2)", "60 degrees", "pi/", "pi/4 deg",
-                                   "pi/4 + 30 deg", "1 + sqrt(2) deg"])
-def test_a_number_that_is_no_formula_of_numbers_is_refused_with_table_and_name(tmp_path, wrong):
-    (tmp_path / "rod.toml").write_text(LEANING % ("pi/3", wrong))
-    said = re.escape(f"{tmp_path / 'rod.toml'}: state: Y = {wrong!r}: it must be a number, such as 0.2")
-    with pytest.raises(InputError, match=said):
-        ap.read_scene(tmp_path / "rod.toml")
-    with pytest.raises(InputError, match=said):
-        read_mechanism(tmp_path / "rod.toml")
+@pytest.mark.parametrize(("wrong", "said"), [
+    *((word, "it must be a number, such as 0.2") for word in ("theta", "one", "60 degrees", "pi/")),
+    *((text, "degrees are a decimal or a ratio") for text in ("pi/4 deg", "pi/4 + 30 deg", "1 + sqrt(2) deg")),
+    ("sqrt(-2)", "it is not a finite real expression"), ("1/(2-2)", "it divides by zero"),
+    ("sine(1)", "the function sine is unknown; did you mean sin?"),
+    ("Pi/4", "the name Pi is unknown; did you mean pi?"),
+])
+def test_a_number_that_is_no_formula_of_numbers_is_refused_with_its_fault_its_table_and_its_name(tmp_path, wrong, said):
+    file = tmp_path / "rod.toml"
+    file.write_text(LEANING % ("pi/3", wrong))
+    for read in (ap.read_scene, read_mechanism):
+        with pytest.raises(InputError, match=re.escape(f"{file}: state: Y = {wrong!r}: {said}")):
+            read(file)
+    for command in ("solve", "mechanism"):
+        file.write_text(LEANING % ("pi/3", "sqrt(3)/4"))
+        assert main([command, str(file), "--set", f"Y={wrong}"]) == 2
+
+
+@pytest.mark.parametrize(("angle", "height"), [("pi/6", "1/4"), ("30 deg", "sin(pi/6)/2"), ("atan(1)", "sqrt(2)/4")])
+def test_a_number_that_is_set_means_what_it_means_in_the_file(tmp_path, capsys, angle, height):
+    shown = {}
+    for file, numbers in (("own", (angle, height)), ("set", ("pi/3", "sqrt(3)/4"))):
+        place = tmp_path / f"{file}.toml"
+        place.write_text(LEANING % numbers)
+        changes = ["--set", f"theta={angle}", "--set", f"Y = {height}"] if file == "set" else []
+        assert main(["solve", str(place), "--json", *changes]) == 0
+        assert main(["mechanism", str(place), *changes]) == 0
+        shown[file] = capsys.readouterr().out.replace(str(place), "")
+    assert shown["own"] == shown["set"]
+
+
+def test_numbers_of_the_rod_may_be_formulas_in_its_file_its_options_and_its_sweep(tmp_path, capsys):
+    file = _file(tmp_path, {**PLAIN, "sigma": '"sqrt(2)/2"', "start": '["1/3", "2^-2", "-sin(1)"]', "until": '"pi"'})
+    given = ap.read_scene(file)
+    assert [given.sigma, *given.start, given.until] == pytest.approx([2**-0.5, 1 / 3, 0.25, -math.sin(1), math.pi])
+    start, until = ("--start", "1/3", "2^-2", "-sin(1)"), ("--until", "-(1 - 2)*pi")
+    finals = []
+    for told in ([file], ["--sigma", "sqrt(2)/2", "--mu", "10^-3", *start, *until],
+                 ["backward", "--mu", "1e-3", "--set", "sigma=sqrt(2)/2", *start, *until]):
+        assert main(["solve", *map(str, told), "--json"]) == 0
+        finals.append(json.loads(capsys.readouterr().out)["final"])
+    assert finals[0] == finals[1] == finals[2]
+    sweep = parse_sweep('sigma = "sqrt(2)/2"\nmu = ["10^-3"]\nstart = ["1/3", "2^-2", "-sin(1)"]\nuntil = "pi"\n')
+    assert sweep.quantities(0, 1)["sigma"] == 2**-0.5
+
+
+def test_a_formula_for_an_angle_in_degrees_is_in_radians_as_it_is_in_a_file(tmp_path):
+    radians = ap.read_scene(_file(tmp_path, {**ROD, "alpha": '"pi/4"'}))
+    assert radians == turned(ap.read_scene(_file(tmp_path, ROD)), {"alpha": "pi/4"}, {}, None)
+    assert float(radians.sigma) == pytest.approx(3 * math.tan(math.pi / 4) - 2)
+
+
+def test_a_power_of_numbers_is_no_degree():
+    assert read_constant("m", "2^100/4^40") == 2**20
+    assert float(read_constant("m", "pi^90/pi^89")) == math.pi
+    for text, said in (("10^400", "beyond the range of doubles"), ("10^10^10", "a number of more than 1000 digits"),
+                       ("sqrt(2)^(10^9)", "a number of more than 1000 digits")):
+        with pytest.raises(InputError, match=said):
+            read_constant("m", text)
 
 
 @pytest.mark.parametrize("beyond", ["exp(exp(20))", "-exp(1e300)", "exp(-exp(20))"])

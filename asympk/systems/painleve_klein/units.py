@@ -142,7 +142,7 @@ def scales() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
 def quantity(name: str, value: Any) -> Number:
     """Return a physical quantity as an exact number; an angle may be ``"60 deg"``. Raises ``InputError``."""
     if name == "alpha" and isinstance(value, str) and value.strip().endswith("deg"):
-        return in_degrees("alpha", value)
+        return degrees("alpha", value)
     if name == "alpha" and isinstance(value, str) and ((last := value.strip()[-1:]).isalpha() or last == "°"):
         raise InputError(f"alpha = {short(value)}: it must be a number of radians, or of degrees, as '60 deg'")
     if name == "alpha":
@@ -153,7 +153,7 @@ def quantity(name: str, value: Any) -> Number:
     return number(name, value, lambda v: v > 0, "positive")
 
 
-def in_degrees(name: str, value: Any) -> Degrees:
+def degrees(name: str, value: Any) -> Degrees:
     """Return an angle that is given in degrees, as a number or as ``"60 deg"``; raises ``InputError``."""
     bare = value.strip().removesuffix("deg").strip() if isinstance(value, str) else value
     return Degrees(Fraction(number(name, bare, lambda v: 0 < v < 90, "between 0 and 90 degrees")))
