@@ -17,6 +17,7 @@ from unicodedata import normalize
 import sympy as sp
 from sympy.printing.str import StrPrinter
 
+from asympk.arithmetic import KEPT_DIGITS
 from asympk.errors import InputError
 from asympk.naming import nearest
 from asympk.numbers import number, short, spells_number
@@ -87,7 +88,6 @@ FUNCTIONS = {"frac": fractional_part, "cbrt": cube_root} | {
 TWO = (sp.Max, sp.Min, sp.Mod, sp.atan2)  # functions that take two arguments
 CONSTANTS = {"pi": sp.pi}
 NOT_FINITE = (sp.nan, sp.zoo, sp.oo, -sp.oo)  # what an expression has in it that has no finite value
-DIGITS = 50  # of an irrational number that a file gives by a formula
 LONGEST = 4000  # most characters of a formula
 DEEPEST = 60  # most levels of the syntax tree
 LARGEST_DEGREE = 64
@@ -120,9 +120,9 @@ def read_formula(text: object, symbols: Mapping[str, sp.Expr], what: str = "form
 def read_constant(what: str, value: Any, angles: bool = True) -> Any:
     """Return the number that a formula without names spells in a text, such as "sqrt(2)/2", "pi/4" or "75 deg".
 
-    The text is that of a file or of the command line. The number is a Fraction, of an irrational number right to 50
-    digits. Degrees are a decimal or a ratio: "pi/4 deg" is refused. Without ``angles`` a text in degrees is returned
-    as it is, and so is any other value, a string of digits included. Raises ``InputError``.
+    The text is that of a file or of the command line. The number is a Fraction, of an irrational number right to
+    ``KEPT_DIGITS``. Degrees are a decimal or a ratio: "pi/4 deg" is refused. Without ``angles`` a text in degrees is
+    returned as it is, and so is any other value, a string of digits included. Raises ``InputError``.
 
     >>> read_constant("theta", "60 deg") == read_constant("theta", "pi/3"), read_constant("m", "2^3/5")
     (True, Fraction(8, 5))
@@ -130,7 +130,7 @@ def read_constant(what: str, value: Any, angles: bool = True) -> Any:
     if not isinstance(value, str) or spells_number(value) or (in_degrees(value) and not angles):
         return value
     found = _angle(what, value) if in_degrees(value) else read_formula(value, {}, what)
-    exact = found if found.is_Rational else found.evalf(DIGITS)
+    exact = found if found.is_Rational else found.evalf(KEPT_DIGITS)
     if not exact.is_real:
         raise _no_number(what, value)
     if exact and not _LEAST < abs(exact) < _MOST:

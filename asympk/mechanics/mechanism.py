@@ -14,6 +14,7 @@ from typing import Any
 
 import sympy as sp
 
+from asympk.arithmetic import KEPT_DIGITS
 from asympk.errors import InputError, NotDerivable, OutOfRange
 from asympk.formulas import NOT_FINITE
 from asympk.mechanics import elastic, jump_law, paradox, rigid, rigid_system
@@ -301,8 +302,8 @@ class Mechanism(ShownAsFormulas):
         ``values`` are coordinates, rates and parameters. If g = g' = 0, the elastic contact starts without reaction,
         x = y = 0; otherwise x and y follow from the gap and the gap rate, and ``values`` must contain the compliance.
         z is the sliding velocity. From exact values x, y and z are exact, too; a constant such as sin(1) is evaluated
-        to 50 digits. Raises ``InputError`` for missing values, a system of another mechanism, and a bilateral rigid
-        contact where g = g' = 0 does not hold.
+        to ``KEPT_DIGITS``. Raises ``InputError`` for missing values, a system of another mechanism, and a bilateral
+        rigid contact where g = g' = 0 does not hold.
         """
         require_system(system, "start")
         if other := [str(q) for q in self.plain.coordinates if q not in system.states]:
@@ -348,8 +349,8 @@ class Mechanism(ShownAsFormulas):
 
 
 def _worked_out(value):
-    """Return a SymPy constant that is not rational as a number of 50 digits, anything else unchanged."""
-    return value.evalf(50) if isinstance(value, sp.Expr) and not value.is_Rational else value
+    """Return a SymPy constant that is not rational as a number of ``KEPT_DIGITS``, anything else unchanged."""
+    return value.evalf(KEPT_DIGITS) if isinstance(value, sp.Expr) and not value.is_Rational else value
 
 
 def _time(coordinates):

@@ -314,15 +314,15 @@ def test_what_is_not_a_system_is_refused_by_the_table_and_the_key(tmp_path, text
 
 
 @pytest.mark.parametrize(("angle", "height"), [("pi/3", "sqrt(3)/4"), ("60 deg", "sin(pi/3)/2")])
-def test_numbers_of_a_mechanism_may_be_formulas_and_its_contact_is_closed_to_fifty_digits(tmp_path, angle, height):
+def test_numbers_of_a_mechanism_may_be_formulas_and_its_contact_is_closed_to_all_digits(tmp_path, angle, height):
     """A rod of length 1 touches the ground where Y = sin(theta)/2."""
     (tmp_path / "rod.toml").write_text(LEANING % (angle, height))
     scene = ap.read_scene(tmp_path / "rod.toml")
     start = dict(zip(scene.names, scene.start, strict=True))
-    with mpmath.workdps(60):
+    with mpmath.workdps(1000):
         theta, height = (mpmath.mpf(start[q].numerator) / start[q].denominator for q in ("theta", "Y"))
-        assert abs(theta - mpmath.pi / 3) < 1e-49
-        assert abs(height - mpmath.sqrt(3) / 4) < 1e-49
+        assert abs(theta - mpmath.pi / 3) < mpmath.mpf(10) ** -998
+        assert abs(height - mpmath.sqrt(3) / 4) < mpmath.mpf(10) ** -998
     assert dict(zip(map(str, scene.system.parameters), scene.values, strict=True))["f"] == Fraction(4, 5)
     assert ap.solve(scene).modes == ("slip_opposite",)
 
@@ -377,6 +377,26 @@ def test_a_formula_for_an_angle_in_degrees_is_in_radians_as_it_is_in_a_file(tmp_
     radians = ap.read_scene(_file(tmp_path, {**ROD, "alpha": '"pi/4"'}))
     assert radians == turned(ap.read_scene(_file(tmp_path, ROD)), {"alpha": "pi/4"}, {}, None)
     assert float(radians.sigma) == pytest.approx(3 * math.tan(math.pi / 4) - 2)
+
+
+OSCILLATOR = 'until = 1\n[system.slow]\nx = "v"\nv = "-k*x"\n[values]\nk = "pi/4"\n[start]\nx = 1\nv = 0\n'
+
+
+@pytest.mark.parametrize("digits", [60, 1000])
+def test_an_irrational_number_has_the_digits_that_are_asked_for(tmp_path, digits):
+    """The oscillator x'' = -k x from x = 1 ends at cos(sqrt(k)); k = pi/4 had 50 digits, and so had the end."""
+    (tmp_path / "oscillator.toml").write_text(OSCILLATOR)
+    (end, _) = ap.solve(ap.read_scene(tmp_path / "oscillator.toml"), digits=digits).final
+    with mpmath.workdps(digits + 20):
+        assert abs(end - mpmath.cos(mpmath.sqrt(mpmath.pi) / 2)) < mpmath.mpf(10) ** (1 - digits)
+
+
+def test_a_rod_at_an_angle_has_the_digits_that_are_asked_for(tmp_path):
+    """The group sigma = f tan(alpha) - 2 of a rod in physical units had 100 digits."""
+    sigma = ap.read_scene(_file(tmp_path, ROD)).sigma
+    with mpmath.workdps(1010):
+        exact = 3 * mpmath.tan(mpmath.pi / 3) - 2
+        assert abs(mpmath.mpf(sigma.numerator) / sigma.denominator - exact) < mpmath.mpf(10) ** -1000
 
 
 def test_a_power_of_numbers_is_no_degree():

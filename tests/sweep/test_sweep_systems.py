@@ -176,9 +176,9 @@ def test_the_rod_by_its_name_is_swept_over_by_its_kernel(tmp_path):
 
 
 def test_numbers_of_a_sweep_may_be_formulas_as_those_of_its_scene():
-    text = CHAIN.format(count=1, chunk=1).replace("[0.25, 0.5, 1]", "['pi/4', '45 deg', '2/3']")
-    given = parse_sweep(text).quantities(0, 3)["k"]
-    assert given.tolist() == [math.pi / 4, math.pi / 4, 2 / 3]
+    text = CHAIN.format(count=1, chunk=1).replace("[0.25, 0.5, 1]", "['pi/4', '45 deg', '2/3', 'exp(-600)']")
+    given = parse_sweep(text).quantities(0, 4)["k"]
+    assert given.tolist() == [math.pi / 4, math.pi / 4, 2 / 3, math.exp(-600)]
 
 
 def test_a_smooth_system_has_one_itinerary(tmp_path):

@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 
 import sympy as sp
 
+from asympk.arithmetic import KEPT_DIGITS
 from asympk.errors import InputError
 from asympk.multiprecision import private_context
 from asympk.numbers import Number, number, short, unread
@@ -24,7 +25,6 @@ from asympk.symbolic.lowering import lower
 from asympk.systems import painleve_klein
 from asympk.systems.painleve_klein import rod
 
-DIGITS = 100  # of the nondimensional numbers, most of which are irrational functions of the angle
 STATE = ("R_1", "dR_1", "u", "until")
 RESULTS = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
 _GROUPS = ("sigma", "mu", "sigma0", "rho", "y", "v", "tau")  # their names in the paper
@@ -48,8 +48,8 @@ class Degrees:
 
     @property
     def radians(self) -> Any:
-        """The angle in radians, to 100 digits."""
-        m = private_context(DIGITS)
+        """The angle in radians, to ``KEPT_DIGITS``."""
+        m = private_context(KEPT_DIGITS)
         return m.pi * self.value.numerator / (180 * self.value.denominator)
 
     def __str__(self) -> str:
@@ -160,10 +160,10 @@ def degrees(name: str, value: Any) -> Degrees:
 
 
 def nondimensional(quantities: Mapping[str, Number]) -> tuple[dict[str, Number], "Units"]:
-    """Return ``RESULTS`` and the ``Units``, as fractions correct to 100 digits, from exact quantities by name."""
+    """Return ``RESULTS`` and the ``Units``, as fractions correct to ``KEPT_DIGITS``, from exact quantities by name."""
     exact = (quantities[name] for name in SYMBOLS)
     values = [value.radians if isinstance(value, Degrees) else Fraction(value) for value in exact]
-    found = _lowered("mpmath").to_digits(DIGITS, *values)
+    found = _lowered("mpmath").to_digits(KEPT_DIGITS, *values)
     found = [number(name, value) for name, value in zip((*RESULTS, "time", "reaction", "velocity"), found, strict=True)]
     return dict(zip(RESULTS, found, strict=False)), Units(*found[len(RESULTS):])
 
