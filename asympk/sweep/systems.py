@@ -18,6 +18,7 @@ from asympk.affine.many import one_by_one, solve_many
 from asympk.affine.run import affine
 from asympk.errors import InputError, OutOfRange
 from asympk.formulas import read_number
+from asympk.many import outcome_of
 from asympk.methods import solve
 from asympk.numbers import Number
 from asympk.scene import Scene
@@ -146,7 +147,14 @@ class SystemFamily:
         if self.coordinates:
             start = self._starts(values, start, size)
         values = without(_cancelled(self.text), values)
-        many, until = None, columns[UNTIL]
+        begun = ~np.any([np.isnan(column) for column in start.values()], axis=0)
+        rows = ({name: column[begun] for name, column in part.items()} for part in (values, start))
+        found = self._followed(*rows, columns[UNTIL][begun])
+        return found if begun.all() else _spread(found, begun)
+
+    def _followed(self, values, start, until):
+        """Follow the trajectories of columns without NaN."""
+        many = None
         with suppress(InputError):  # refused parameters: scenes are then tried one by one
             many = affine(self.system) and solve_many(system=self.system, values=values, start=start, until=until)
         many = many or one_by_one(solve, self.system, values, start, until)
@@ -176,6 +184,17 @@ class SystemFamily:
             with suppress(InputError, OutOfRange):
                 found[:, row] = [*self._in_states(_row(values, row), _row(start, row)).values()]
         return dict(zip(self.states, found, strict=True))
+
+
+def _spread(found, begun):
+    """Return the results of the rows ``begun`` with those of the other rows, whose start is refused, between them."""
+    size = begun.size
+    final, first = np.full((len(found.final), size), np.nan), np.zeros((len(found.first), size), found.first.dtype)
+    n_events = np.zeros(size, found.n_events.dtype)
+    outcome = np.full(size, outcome_of(InputError()), found.outcome.dtype)
+    final[:, begun], first[:, begun] = found.final, found.first
+    n_events[begun], outcome[begun] = found.n_events, found.outcome
+    return found._replace(final=final, first=first, n_events=n_events, outcome=outcome)
 
 
 def _row(columns, row):

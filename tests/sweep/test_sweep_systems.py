@@ -454,6 +454,38 @@ def test_events_that_accumulate_are_an_outcome(tmp_path):
     assert [OUTCOMES[k] for k in found["outcome"]] == ["followed", "events accumulate"]
 
 
+SLED = """
+coordinates = ["X", "Y"]
+lagrangian = "(X'^2 + Y'^2)/2 - X^2"
+gap = "Y"
+slip = "X"
+friction = "1/5"
+contact = "rigid"
+until = 3
+[forces]
+Y = -1
+[state]
+X = { grid = [-2, 2], points = 5 }
+Y = [0, 1]
+"X'" = 0
+"Y'" = 0
+"""
+
+
+def test_a_start_off_a_rigid_contact_leaves_the_others_to_the_arrays(monkeypatch):
+    """A row without a start sent all rows of its chunk one by one to the scalar flow, seven times as slow."""
+    monkeypatch.setattr("asympk.sweep.systems.one_by_one", pytest.fail)
+    all_begin, half = (parse_sweep(text) for text in (SLED.replace("[0, 1]", "0"), SLED))
+    whole, found = (s.family.follow(s.quantities(0, s.total), s.total, True) for s in (all_begin, half))
+    begun = np.arange(half.total) % 2 == 0
+    assert [OUTCOMES[k] for k in found.outcome] == ["followed", "refused"] * 5
+    assert np.isnan(found.final[:, ~begun]).all()
+    for name in ("final", "first"):
+        assert np.array_equal(getattr(found, name)[:, begun], getattr(whole, name))
+    assert np.array_equal(found.n_events[begun], whole.n_events)
+    assert np.array_equal(found.kind, whole.kind)
+
+
 def test_parameters_that_are_refused_cost_the_others_nothing(tmp_path):
     sweep = _chain(1, 10, **{
         'time = "t"': 'time = "t"\nassumptions = ["k^2 > 1/4"]',
