@@ -17,7 +17,7 @@ from asympk import __version__
 from asympk.asymptotics.fibre import formulas
 from asympk.asymptotics.tape import Definitions
 from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic
-from asympk.formulas import with_cube_roots
+from asympk.formulas import formula_in_words
 from asympk.naming import named
 from asympk.numbers import known_order, short
 from asympk.storage.files import named_file, write_text
@@ -101,7 +101,7 @@ def _manifolds(system, order):
         where = f"{y} on {m.name}{kind} of {m.mode}"
         where += f" by {y} on its branch" if is_implicit(m.branch) else ""
         one_sided = m.domain != sp.true and m.dynamics.where != system.mode(m.mode).where
-        where += f", where {m.domain}" if one_sided else ""
+        where += f", where {formula_in_words(m.domain)}" if one_sided else ""
         definitions, levels = _coefficients(m, system, order)
         values = tuple(sp.Add(*(c * m.small**k for k, c in enumerate(cs))) for cs in zip(*levels, strict=True))
         single = len(values) == 1
@@ -177,7 +177,8 @@ def _edges(system):
     except NotDerivable:
         return
     if edges:
-        about = f"the loads {system.friction.load} at which stick can end; none where a denominator is 0"
+        load = formula_in_words(system.friction.load)
+        about = f"the loads {load} at which stick can end; none where a denominator is 0"
         yield _function(system, "stick_edges", about, edges)
 
 
@@ -199,10 +200,11 @@ def _heading(system, name):
     kind = "slow-fast system" if system.fast else "system"
     lines = [f"{name}: a {kind}, written by asympk {__version__}; needs nothing but a math library.", ""]
     for mode in system.modes:
-        lines.append(f"{mode.name}:" if mode.where == sp.true else f"{mode.name}, where {mode.where}:")
-        lines += [f"    d{x}/dt = {with_cube_roots(f)}" for x, f in mode.slow.items()]
-        lines += [f"    {system.small} d{y}/dt = {with_cube_roots(g)}" for y, g in mode.fast.items()]
-    lines += ["", f"assumed: {system.assumptions}"] if system.assumptions != sp.true else []
+        where = "" if mode.where == sp.true else f", where {formula_in_words(mode.where)}"
+        lines.append(f"{mode.name}{where}:")
+        lines += [f"    d{x}/dt = {formula_in_words(f)}" for x, f in mode.slow.items()]
+        lines += [f"    {system.small} d{y}/dt = {formula_in_words(g)}" for y, g in mode.fast.items()]
+    lines += ["", f"assumed: {formula_in_words(system.assumptions)}"] if system.assumptions != sp.true else []
     put = plain_names_of((*system.states, *system.parameters))
     aliases = [f"{plain} stands for {rate}" for rate, plain in put.items()]
     return [*lines, "", *aliases] if aliases else lines

@@ -169,7 +169,8 @@ class CriticalManifold(ShownAsFormulas):
         values = by_symbol(values, self._parameters(), "this manifold")
         given = {symbol: as_exact(value, symbol) for symbol, value in values.items()}
         if self.assumptions.subs(given) == sp.false:
-            raise InputError(f"{equations(given)} is outside the range of this system, {self.assumptions}")
+            raise InputError(f"{equations(given)} is outside the range of this system, "
+                             f"{formula_in_words(self.assumptions)}")
         mode = replace(self.dynamics, where=self.dynamics.where.subs(given), slow=_put(self.dynamics.slow, given),
                        fast=_put(self.dynamics.fast, given))
         branch, assumptions = _put(self.branch, given), self.assumptions.subs(given)

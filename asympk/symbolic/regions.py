@@ -139,7 +139,8 @@ class Region(ShownAsFormulas):
         ``NotDerivable`` where the region is no union of spans, ``InputError`` for a missing or forbidden value.
         """
         if not self.cells:
-            raise NotDerivable(f"{self.name}: {self.condition} is no union of intervals of the load; ask contains")
+            raise NotDerivable(f"{self.name}: {formula_in_words(self.condition)} is no union of intervals of the load; "
+                               "ask contains")
         symbols = self.plane.parameters if self.plane.alone else (*self.plane.parameters, *self.plane.states)
         given = by_symbol({**(values or {}), **named}, symbols, "this system")
         wanted = set().union(*(cell.condition.free_symbols for cell in self.cells))

@@ -6,6 +6,7 @@ import inspect
 import itertools
 import math
 import random
+import re
 import shutil
 import subprocess
 import sys
@@ -16,7 +17,7 @@ from mechanisms import slender_rod
 
 import asympk as ap
 from asympk.errors import InputError, UnknownName
-from asympk.formulas import read_formula
+from asympk.formulas import formula_in_words, read_formula
 from asympk.output.export import export, module_functions
 from asympk.symbolic.lowering import lower
 from asympk.systems import arm
@@ -270,6 +271,19 @@ def test_a_rate_with_the_sign_of_its_velocity_is_exported_for_both_signs(tmp_pat
     space = {}
     exec(path.read_text(encoding="utf-8"), space)
     assert (space["slip_same"](2, 1)[1], space["slip_same"](-2, -1)[1]) == (-8, 4)
+
+
+@pytest.mark.parametrize("target", ["c", "python"])
+def test_the_heading_has_conditions_as_sentences(target, tmp_path):
+    """They were spelt Eq(z, 0) & (Abs(x - 1) <= ...), as nowhere else."""
+    x, z, F = sp.symbols("x z F", real=True)
+    f, f0 = sp.symbols("f f_0", positive=True)
+    law = ap.Friction(force=F, velocity=z, load=x, kinetic=f, static=f0)
+    system = ap.System.with_frictions({x: z, z: F - sp.cbrt(sp.Abs(x)) * sp.sign(x)}, {}, [law], assumptions=f0 >= f)
+    text = export(system, target, tmp_path)[-1].read_text(encoding="utf-8")
+    assert "stick, where z = 0 and " in text
+    assert f"assumed: {formula_in_words(system.assumptions)}" in text
+    assert not re.search(r"\b(Eq|Ne|And|Or)\(| [&|] ", text[:text.index("def " if target == "python" else "#include")])
 
 
 def test_a_manifold_of_one_side_says_where_it_holds(tmp_path):
