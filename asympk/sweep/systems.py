@@ -148,8 +148,8 @@ class SystemFamily:
             start = self._starts(values, start, size)
         values = without(_cancelled(self.text), values)
         begun = ~np.any([np.isnan(column) for column in start.values()], axis=0)
-        rows = ({name: column[begun] for name, column in part.items()} for part in (values, start))
-        found = self._followed(*rows, columns[UNTIL][begun])
+        values, start = ({name: column[begun] for name, column in part.items()} for part in (values, start))
+        found = self._followed(values, start, columns[UNTIL][begun])
         return found if begun.all() else _spread(found, begun)
 
     def _followed(self, values, start, until):
