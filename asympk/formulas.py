@@ -134,7 +134,8 @@ def read_constant(what: str, value: Any, angles: bool = True) -> Any:
     if not exact.is_real:
         raise _no_number(what, value)
     if exact and not _LEAST < abs(exact) < _MOST:
-        raise InputError(f"{what} = {short(value)}: it is beyond the range of doubles")
+        advice = "; write 0 if it is meant" if abs(exact) < 1 else ""
+        raise InputError(f"{what} = {short(value)}: it is beyond the range of doubles{advice}")
     return Fraction(exact.p, exact.q) if exact.is_Rational else Fraction(str(exact))
 
 
@@ -267,6 +268,8 @@ class _Reader:
                 return self._call(node, depth)
             case ast.Compare():
                 return self._relation(node, depth)
+        if not self.symbols:
+            raise _no_number(self.what, self.text)
         raise self._refuse("it may hold numbers, names, + - * / ** and functions")
 
     def _number(self, node: ast.Constant) -> sp.Rational:
@@ -302,6 +305,9 @@ class _Reader:
         value = self._expression(node, depth + 1)
         for node in reversed(following):
             value = self._operation(node, value, self._expression(node.right, depth + 1))
+        factor = value.as_coeff_Mul()[0]
+        if factor.is_Rational and factor and not _LEAST < abs(factor) < _MOST:
+            raise self._refuse("a number in it is beyond the range of doubles")
         if _degree(value) > LARGEST_DEGREE:
             raise self._refuse(f"a degree beyond {LARGEST_DEGREE}")
         return value

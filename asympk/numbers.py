@@ -22,6 +22,7 @@ Arithmetic: TypeAlias = Any  # the functions of one kind of numbers: ``Doubles``
 
 HIGHEST = 1000  # highest order of an expansion
 _SPELT = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,4})?|[+-]?\d+/\d+", re.ASCII)
+_WIDTH = 60  # most characters of a value in a message
 _LONGEST = 4000  # most characters of a string, and most digits of a Decimal
 _FARTHEST = 9999  # largest power of ten of a Decimal, up or down
 _WIDEST = 40000  # largest power of two of an mpf, up or down
@@ -132,12 +133,17 @@ def sign_of(value: Number) -> int:
 
 
 def short(value: Any) -> str:
-    """Return ``repr(value)``, of a Fraction the ratio, on one line of at most 60 characters, for a message."""
+    """Return ``repr(value)``, of a Fraction the ratio, on one line of at most 60 characters, for a message.
+
+    A ratio of more characters is written as a decimal of ten digits.
+    """
     try:
         text = " ".join((str if isinstance(value, Fraction) else repr)(value).split())
+        if len(text) > _WIDTH and isinstance(value, Rational) and not isinstance(value, Integral):
+            return f"{Decimal(int(value.numerator)) / int(value.denominator):.10g}"
     except ValueError:  # Python spells no integer of more than some thousand digits
         return f"({type(value).__name__} of very many digits)"
-    return text if len(text) <= 60 else text[:57] + "..."
+    return text if len(text) <= _WIDTH else text[: _WIDTH - 3] + "..."
 
 
 def listed(names: Iterable[Any], values: Iterable[Number], digits: int = 6) -> str:

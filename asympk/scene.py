@@ -61,7 +61,8 @@ class Scene(ShownAsTable):
         put(self, "mu", number("mu", self.mu, lambda v: v > 0, "positive"))
         put(self, "until", number("until", self.until, lambda v: v >= 0, "zero or positive"))
         static = self.sigma if self.sigma0 is None else self.sigma0
-        put(self, "sigma0", number("sigma0", static, lambda v: v >= self.sigma, f"at least sigma = {self.sigma}"))
+        least = f"at least sigma = {short(self.sigma)}"
+        put(self, "sigma0", number("sigma0", static, lambda v: v >= self.sigma, least))
         values = triple(self.start, "(x, y, z)")
         put(self, "start", tuple(number(f"start {axis}", value) for axis, value in zip("xyz", values, strict=True)))
         if self.rod is not None and self.rod.numbers != (self.sigma, self.mu, self.sigma0, *self.start, self.until):

@@ -248,7 +248,8 @@ def _described(table, where):
     try:
         require_keys(table, NEEDED)
         values, state = (_numbers(table, key) for key in ("values", "state"))
-        number("until", read_constant("until", table.get("until", 0)), lambda t: t >= 0, "zero or positive")
+        until = read_constant("until", table.get("until", 0), angles=False)
+        number("until", until, lambda t: t >= 0, "zero or positive")
         mechanism, turn = _mechanism_of(table, values), _turn(table.get("over"))
         if not table.keys().isdisjoint(CONTACT):
             _check_law(contact_law({"contact": "elastic", **table}, mechanism, values), values)

@@ -63,7 +63,7 @@ def read_system_scene(entry: dict[str, Any], changes: Mapping[str, Any]) -> Scen
         origin = (mechanism, values, start)
         start = start_at(mechanism, system, values, start)
     kept = without(cancelled(entry["system"], system, mechanism), values)
-    return Scene(system=system, values=kept, start=start, until=read_constant("until", entry["until"]),
+    return Scene(system=system, values=kept, start=start, until=read_constant("until", entry["until"], angles=False),
                  name=entry.get("name", ""), origin=origin)
 
 

@@ -52,7 +52,7 @@ def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: An
     if is_off_contact(scene) and not begun.keys() >= {*scene.names}:
         placed, origin = _derived(scene, values, begun)
     begin = tuple(begun.get(name, value) for name, value in zip(shown.names, placed, strict=True))
-    end = horizon if until is None else read_number("until", until, angles)
+    end = horizon if until is None else read_number("until", until, angles=False)
     return _built(scene, values, begin, end, origin, moved="y" in begun or _moved(scene, begin))
 
 

@@ -62,7 +62,7 @@ def require_declared(symbol: Any, value: Any, what: str = "") -> None:
         if getattr(symbol, f"is_{word}", False) and not holds:
             other = {"positive": "nonnegative", "negative": "nonpositive"}.get(word, "") if value == 0 else ""
             advice = f"; if its formulas hold at 0, declare it {other}" if other and what == "start: " else ""
-            raise InputError(f"{what}{symbol} = {value} is refused; the symbol is declared {word}{advice}")
+            raise InputError(f"{what}{symbol} = {short(value)} is refused; the symbol is declared {word}{advice}")
 
 
 def following(bounds: Iterable[tuple[sp.Expr, sp.Expr]]) -> dict[str, str]:

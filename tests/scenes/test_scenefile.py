@@ -408,6 +408,27 @@ def test_a_power_of_numbers_is_no_degree():
             read_constant("m", text)
 
 
+@pytest.mark.parametrize(("wrong", "said"), [
+    ("sigma=-pi", "sigma = -3.141592654: it must be greater than -2"),
+    ("mu=1-2^(1/2)", "mu = -0.4142135624: it must be positive"),
+    ("sigma0=sqrt(2)-1/2", "sigma0 = 0.9142135624: it must be at least sigma = 1"),
+    ("x=1,5", "x = '1,5': it must be a number, such as 0.2"),
+    ("x=10^400", "a number in it is beyond the range of doubles"),
+    ("x=(sqrt(2)+sqrt(3))^2-5-2*sqrt(6)", "beyond the range of doubles; write 0 if it is meant"),
+])
+def test_a_number_that_is_refused_is_shown_in_few_digits(capsys, wrong, said):
+    """An irrational number was shown as the first sixty digits of a ratio."""
+    assert main(["solve", "backward", "--set", wrong]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_a_horizon_is_no_angle(tmp_path):
+    for text in (BELT, LEANING % ("pi/3", "sqrt(3)/4")):
+        (tmp_path / "scene.toml").write_text(re.sub(r"until = \S+", 'until = "30 deg"', text, count=1))
+        with pytest.raises(InputError, match="until = '30 deg': it must be a decimal"):
+            ap.read_scene(tmp_path / "scene.toml")
+
+
 @pytest.mark.parametrize("beyond", ["exp(exp(20))", "-exp(1e300)", "exp(-exp(20))"])
 def test_a_formula_of_a_number_beyond_the_range_of_doubles_is_refused_at_once(tmp_path, beyond):
     (tmp_path / "rod.toml").write_text(LEANING % ("pi/3", beyond))
