@@ -172,12 +172,19 @@ def _fixed(values, bits):
     return cleaned(np.array(whole, dtype=object).reshape(values.shape), bits)
 
 
+def _shortened(table, bits):
+    """Return (table, shifts) of whole numbers: columns divided by 2^shift, down to ``bits`` bits of the least entry."""
+    lengths = [min((abs(int(entry)).bit_length() for entry in column if entry), default=0) for column in table.T]
+    shifts = [max(0, length - bits) for length in lengths]
+    return (table >> np.array(shifts, dtype=object) if any(shifts) else table), shifts
+
+
 def _residues(m, found, root, many):
     """Return the ``many`` coefficients D_k of ``t^k/k! e^{z t}`` for a root of this multiplicity."""
     places, shape = range(len(found.adjugate)), found.adjugate.shape[1:]
-    table, series = found.adjugate.reshape(len(places), -1).T, []
+    (table, shifts), series = _shortened(found.adjugate.reshape(len(places), -1).T, m.prec + _SPARE_BITS), []
     for j in range(many):  # the coefficient of (z - l)^j in N(z)
-        weights = [comb(k, j) * root ** max(k - j, 0) for k in places]
+        weights = [comb(k, j) * root ** max(k - j, 0) * m.ldexp(1, s) for k, s in zip(places, shifts, strict=True)]
         real, imaginary = (whole_product(m, table, 0, np.array([*map(part, weights)])) for part in (m.re, m.im))
         series.append((real + imaginary * m.j if m.im(root) else real).reshape(shape))
     of_whole = residues_at(found.polynomial, series, root)

@@ -226,3 +226,17 @@ def test_a_growing_part_is_met_before_it_overflows_or_not_at_all():
 def test_a_mode_of_too_many_states_is_refused():
     with pytest.raises(InputError, match="takes 48"):
         _ = affine_mode(np.eye(60, dtype=int).tolist(), [0] * 60).in_doubles
+
+
+def test_entries_of_a_thousand_digits_have_the_exponential_of_their_first_hundred():
+    """Of long whole numbers, whose products took most of the time, no more bits are multiplied than are needed."""
+    with mpmath.workdps(1200):
+        numbers = [mpmath.sqrt(k) for k in (2, 3, 5, 7)]
+        long, short = ([Fraction(int(v * 10**digits), 10**digits) for v in numbers] for digits in (1100, 100))
+    found = []
+    for a, b, c, d in (long, short):
+        entries = ((a, -b, Fraction(0)), (c, d, Fraction(1)), (Fraction(0), a, -c))
+        found.append([*of_roots(entries, 200)])
+    assert [block.size for block, _ in found[0]] == [block.size for block, _ in found[1]]
+    for (block, matrices), (other, others) in zip(*found, strict=True):
+        assert max(abs(block.decay - other.decay), abs(block.turn - other.turn), abs(matrices - others).max()) <= 4
