@@ -180,6 +180,8 @@ def read_relation(text: object, symbols: Mapping[str, sp.Expr]) -> sp.Basic:
     found = _read(text, symbols, "assumption")
     if isinstance(found, sp.Expr):
         raise InputError(f"assumption = {short(text)}: it must be a relation, such as 'kappa > 0'")
+    if found == sp.false:
+        raise InputError(f"assumption = {short(text)}: it never holds; give one that does, such as 'kappa > 0'")
     return found
 
 

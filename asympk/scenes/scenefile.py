@@ -28,7 +28,7 @@ from types import MappingProxyType
 from typing import Any
 
 from asympk import systems
-from asympk.errors import InputError
+from asympk.errors import InputError, UnknownName
 from asympk.formulas import read_constant, read_constants
 from asympk.mechanics.described import NUMBERS, describes_mechanism, refuse_sweep, scene_table
 from asympk.naming import named
@@ -172,8 +172,8 @@ def scene_of_table(table: dict[str, Any], where: str, changes: Mapping[str, Any]
         if (keys := keys_of(table)) is SYSTEM:
             return read_system_scene(entries, changes)
         return (_from_rod if keys is PHYSICAL else _nondimensional)(_with_constants(entries))
-    except InputError as error:
-        raise InputError(f"{where}: {error}") from None
+    except (InputError, UnknownName) as error:
+        raise type(error)(f"{where}: {error}") from None
 
 
 def _with_constants(entries: dict[str, Any]) -> dict[str, Any]:

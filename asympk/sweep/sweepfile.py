@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from asympk import systems
-from asympk.errors import InputError
+from asympk.errors import InputError, UnknownName
 from asympk.mechanics.described import SWEEP, describes_mechanism, scene_table
 from asympk.numbers import number, short, whole
 from asympk.scenes.scenefile import NONDIMENSIONAL, PHYSICAL, SYSTEM, UNITS, keys_of, scene_names
@@ -148,8 +148,8 @@ def sweep_of_table(table: Mapping[str, Any], where: str | Path) -> Sweep:
     refuse_unknown(table, _KEYS, where)
     try:
         return _sweep(table)
-    except InputError as error:
-        raise InputError(f"{where}: {error}") from None
+    except (InputError, UnknownName) as error:
+        raise type(error)(f"{where}: {error}") from None
 
 
 def _sweep(table):

@@ -419,7 +419,8 @@ def _check(expr, args, known, branching):
         raise InputError(f"{expr} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
     if parts & {*NOT_FINITE}:
         beyond = ", as where no piece of a Piecewise holds; end it with one that does" if sp.nan in parts else ""
-        raise InputError(f"{short(expr)} contains a constant that is not a finite number{beyond}")
+        what = "an expression" if expr is sp.nan else short(expr)
+        raise InputError(f"{what} contains a constant that is not a finite number{beyond}")
     if sp.I in parts:
         raise InputError(f"{expr} is complex; lower its real and imaginary parts")
     if not branching and any(isinstance(part, BRANCHING) for part in parts):

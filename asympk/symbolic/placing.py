@@ -10,7 +10,7 @@ import sympy as sp
 from sympy.core.function import AppliedUndef
 
 from asympk.errors import InputError
-from asympk.formulas import NOT_FINITE
+from asympk.formulas import NOT_FINITE, formula_in_words
 from asympk.numbers import number, short
 from asympk.symbolic.long import atoms
 from asympk.symbolic.reading import entries_of, rational
@@ -96,7 +96,8 @@ def _require_assumed(system: "System", values: dict[sp.Symbol, Any]) -> None:
     _require_divisible(system, values, numbers)
     for assumption in sp.And.make_args(system.assumptions):
         if assumption.subs(numbers) == sp.false:
-            raise InputError(f"values: {_given(values, assumption)} is refused; the system assumes {assumption}")
+            raise InputError(f"values: {_given(values, assumption)} is refused; the system assumes "
+                             f"{formula_in_words(assumption)}")
     for friction in system.frictions:
         bounds = sp.sympify((friction.kinetic, friction.static), strict=True)
         kinetic, static = (bound.subs(numbers) for bound in bounds)

@@ -299,6 +299,8 @@ mechanism = "painleve_rod"
         (BELT, "until = 1", "until = 1\nmu = 1", "mu is the rod's; parameters of a system stand in [values]"),
         (ON_GROUND, "contact", "contcat = 1\ncontact", "system: key 'contcat' is unknown"),
         (ON_GROUND, "rigid", "soft", "contact must be"),
+        (ON_GROUND, "painleve_rod", "painleve_rot", "mechanism 'painleve_rot' is unknown; did you mean 'painleve_rod'"),
+        (BELT, "[system.slow]", "[system]\nassumptions = ['1 > 2']\n[system.slow]", "assumption = '1 > 2': it never"),
         (ON_GROUND, '"rigid"', '"rigid"\ndamping = "f"',
          'contact must be "rigid", or "elastic" with compliance and damping; a rigid one has neither'),
         ("[values]\nuntil = 1", "", "", "system, start, until missing; until is below [values]"),
@@ -308,7 +310,7 @@ mechanism = "painleve_rod"
 )
 def test_what_is_not_a_system_is_refused_by_the_table_and_the_key(tmp_path, text, old, new, said):
     (tmp_path / "belt.toml").write_text(text.replace(old, new, 1))
-    with pytest.raises(InputError) as caught:
+    with pytest.raises((InputError, UnknownName)) as caught:
         ap.read_scene(tmp_path / "belt.toml")
     assert str(caught.value).startswith(f"{tmp_path / 'belt.toml'}: {said}")
 
@@ -389,6 +391,12 @@ def test_an_irrational_number_has_the_digits_that_are_asked_for(tmp_path, digits
     (end, _) = ap.solve(ap.read_scene(tmp_path / "oscillator.toml"), digits=digits).final
     with mpmath.workdps(digits + 20):
         assert abs(end - mpmath.cos(mpmath.sqrt(mpmath.pi) / 2)) < mpmath.mpf(10) ** (1 - digits)
+
+
+def test_a_start_in_a_list_may_have_formulas_of_numbers(tmp_path):
+    text = OSCILLATOR.partition("[start]")[0]
+    (tmp_path / "oscillator.toml").write_text(f'start = ["2^-2", "30 deg"]\n{text}')
+    assert [float(v) for v in ap.read_scene(tmp_path / "oscillator.toml").start] == pytest.approx([0.25, math.pi / 6])
 
 
 def test_a_rod_at_an_angle_has_the_digits_that_are_asked_for(tmp_path):
