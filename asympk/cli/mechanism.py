@@ -11,7 +11,7 @@ HELP = "print the paradox of a mechanism, and the jump through it"
 def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("name", nargs="?", help="one of the catalogue, or a TOML file; without it, list the catalogue")
-    add_settings(parser, "another number for a parameter or a state, as in f=2.5")
+    add_settings(parser, "another number for a parameter or a state, as in f=2.5 or theta=pi/4")
     parser.add_argument("--plot", type=place_name, metavar="FILE", help="draw its rigid motions (.pdf, .svg, .png)")
 
 

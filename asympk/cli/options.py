@@ -29,7 +29,7 @@ def add_scene(parser: ArgumentParser) -> None:
                                                                   "x, y, z")
     parser.add_argument("--until", help="horizon, in the scene's unit of time; for the rod, h l")
     parser.add_argument("--sigma0", help="static friction parameter f0 tan(alpha) - 2 (by default sigma)")
-    add_settings(parser, "another number for a parameter or a state of the start, as in f=2.5")
+    add_settings(parser, "another number for a parameter or a state of the start, as in f=2.5 or theta=pi/4")
 
 
 def add_settings(parser: ArgumentParser, words: str) -> None:
