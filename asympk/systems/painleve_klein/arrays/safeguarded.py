@@ -6,7 +6,7 @@ to all digits of a double. A trajectory whose states do change, or which depends
 doubtful. The logic is the same as in ``flow.segments``; ``slip_ends`` is the hard function.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from asympk.systems.painleve_klein.flow.segments import MOST_EVENTS
 from asympk.systems.painleve_klein.modes import MODES, coefficients, grip, inverse_edges, leaving, signs_after
 
 FORCE_ZERO, VELOCITY_ZERO, SLIP_ONSET, NOTHING = range(4)
+Ends: TypeAlias = tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]  # (kind, time, state, doubt) of each row
 AGREED = 2e-14  # relative distance between both precisions up to which the finer result is accepted
 MARGIN = 1e-12  # relative size below which a sign is doubtful
 EXTENDED = np.longdouble if np.finfo(np.longdouble).eps < 1e-18 else None  # None where the machine has only doubles
@@ -196,10 +197,8 @@ def _sticks(sigma0, s):
     return (above >= 0) & (below >= 0), doubtful
 
 
-def slip_ends(
-    motion: Segments, s_sign: np.ndarray, z_sign: np.ndarray, left: Number
-) -> tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]:
-    """Return (kind, time, state, doubt) of the event that ends a slip within the time left, or of the end."""
+def slip_ends(motion: Segments, s_sign: np.ndarray, z_sign: np.ndarray, left: Number) -> Ends:
+    """Return the ``Ends`` at the event that ends a slip within the time left, or at the end."""
     end = motion.horizon(left)
     search = _Search(motion, left)
     opening = search.opening(z_sign)
@@ -262,10 +261,8 @@ def _leaving(search, rows, part, side, lo, hi, s, leaves):
     return start
 
 
-def stick_ends(
-    motion: Segments, sigma0: Number, s_sign: np.ndarray, left: Number
-) -> tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]:
-    """Return (kind, time, state, doubt) of the slip onset within the time left, or of the end."""
+def stick_ends(motion: Segments, sigma0: Number, s_sign: np.ndarray, left: Number) -> Ends:
+    """Return the ``Ends`` at the slip onset within the time left, or at the end."""
     search = _Search(motion, left)
     near, far = edges(sigma0, motion.s0)
     for rows, lo, hi in search.stretches(left):
@@ -285,10 +282,8 @@ def stick_ends(
     return search.kind, search.time, search.state, search.doubtful
 
 
-def settled_ends(
-    motion: Segments, sigma0: Number, left: Number, kind: np.ndarray, span: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]:
-    """Return (kind, time, state, doubt) of events, or ends, whose kinds and approximate times are known."""
+def settled_ends(motion: Segments, sigma0: Number, left: Number, kind: np.ndarray, span: np.ndarray) -> Ends:
+    """Return the ``Ends`` at events, or ends, whose kinds and approximate times are known."""
     near, far = edges(sigma0, motion.s0)
     time, state = np.where(kind == NOTHING, left, span), [np.zeros_like(left) for _ in range(4)]
     for which in (FORCE_ZERO, VELOCITY_ZERO, SLIP_ONSET, NOTHING):

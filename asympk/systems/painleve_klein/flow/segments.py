@@ -23,6 +23,7 @@ from asympk.systems.painleve_klein.modes import MODES, coefficients, first_signs
 
 RodMode: TypeAlias = FastSlow | SmoothMode
 RodSegment: TypeAlias = FastSlowSegment | SmoothSegment
+Ended: TypeAlias = tuple[str, Number, tuple[Number, ...]]  # (kind, time, state) of an event, or ("", left, state)
 MOST_EVENTS = 1000  # of one run
 WIDEST = 1e100  # of mu/|b|, whose square must be a double
 MOST_STEPS = 60  # of Newton's method onto an event
@@ -180,9 +181,7 @@ def _require_clear_end(flow, segment, state, s_sign, z_sign, late, since):
         raise Undecided
 
 
-def slip_event(
-    flow: RodFlow, segment: RodSegment, s_sign: int, z_sign: int, left: Number
-) -> tuple[str, Number, tuple[Number, ...]]:
+def slip_event(flow: RodFlow, segment: RodSegment, s_sign: int, z_sign: int, left: Number) -> Ended:
     """Return (kind, time, state) of the event that ends a slip, or ("", left, state) when the time ends first.
 
     A load that only touches zero keeps its sign. A velocity that only touches zero ends the slip if static friction
@@ -287,9 +286,7 @@ def _dip(flow, segment, z_sign, lo, hi):
     return least if flow.sigma0 > flow.sigma and _vanishes(segment, least, z) else None
 
 
-def stick_event(
-    flow: RodFlow, segment: RodSegment, s_sign: int, left: Number
-) -> tuple[str, Number, tuple[Number, ...]]:
+def stick_event(flow: RodFlow, segment: RodSegment, s_sign: int, left: Number) -> Ended:
     """Return (kind, time, state) of the slip onset, or ("", left, state) when the time ends first."""
     near, far = flow.edges(s_sign)
     lo = 0
@@ -314,9 +311,7 @@ def _stick_end(flow, segment, s_sign, left):
     return "", left, (x, y, s, z, thrust)
 
 
-def refined_event(
-    flow: RodFlow, segment: RodSegment, known: SolvedSegment, s_sign: int, left: Number
-) -> tuple[str, Number, tuple[Number, ...]]:
+def refined_event(flow: RodFlow, segment: RodSegment, known: SolvedSegment, s_sign: int, left: Number) -> Ended:
     """Return (kind, time, state) of the event or end of a segment, refined from ``known`` in coarser numbers."""
     if not known.kind:
         return "", left, segment.state(left)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from asympk.numbers import Number
 
 if TYPE_CHECKING:
-    from asympk.systems.painleve_klein.flow.segments import RodSegment
+    from asympk.systems.painleve_klein.flow.segments import Ended, RodSegment
 
 MARGIN = 1e-13  # relative size below which a sign is not trusted
 SMALL = 1e-8  # a Newton step whose square is below rounding
@@ -21,9 +21,7 @@ STEPS = 5  # of Newton's method
 LEAST = 0.05  # change of the fast exponent until the event
 
 
-def slip_end(
-    segment: "RodSegment", s_sign: int, z_sign: int, left: Number
-) -> tuple[str, Number, tuple[Number, ...]] | None:
+def slip_end(segment: "RodSegment", s_sign: int, z_sign: int, left: Number) -> "Ended | None":
     """Return (kind, time, state) as ``slip_event`` does, or None."""
     if segment.short or not segment.fast:
         return None
@@ -46,9 +44,7 @@ def slip_end(
     return _nothing(segment, s_sign, z_sign, turn if end is turn else None, left, opening)
 
 
-def stick_end(
-    segment: "RodSegment", edge: Number, far: Number | None, s_sign: int, left: Number
-) -> tuple[str, Number, tuple[Number, ...]] | None:
+def stick_end(segment: "RodSegment", edge: Number, far: Number | None, s_sign: int, left: Number) -> "Ended | None":
     """Return (kind, time, state) as ``stick_event`` does where the cone has one edge on this side, or None."""
     if far is not None or segment.short or not segment.fast or not s_sign * (segment.s0 - edge) > 0:
         return None
