@@ -24,7 +24,7 @@ from asympk.ledger.runs import (
 from asympk.ledger.verdicts import Check, claim, left_out, numeric, symbolic
 from asympk.symbolic.manifold import integral_curves, reduced_flow, rest_state, slow_manifolds
 from asympk.symbolic.regimes import regimes
-from asympk.symbolic.stability import Eigenvalues, eigenvalues
+from asympk.symbolic.stability import eigenvalues
 from asympk.symbolic.stick import drive_of_load, stick_regions
 from asympk.systems import painleve_klein as pk
 from asympk.systems.painleve_klein import rod
@@ -151,7 +151,7 @@ def second_plane() -> Iterator[Check]:
     plane = _planes()["Pi2"]
     level = sp.cancel(pk.x + plane.coefficient(0))
     yield symbolic("the critical manifold is x + y = -1/sigma", level == -1 / pk.sigma, level)
-    kind = next(s for s in eigenvalues(pk.system()) if isinstance(s, Eigenvalues) and s.mode == plane.mode)
+    kind: Any = eigenvalues(pk.system(), mode=plane.mode)[0]
     yield symbolic("for sigma > 0 one eigenvalue is positive", dict(kind.kinds)["saddle"] == (pk.sigma > 0), kind.fast)
     tenth = Fraction(1, 10)
     up, down = (modes((0, -1 + side * tenth, 1)) for side in (1, -1))

@@ -10,6 +10,7 @@ amount that does not vanish with mu, which corrects a sentence of the first kind
 
 from collections.abc import Iterator
 from fractions import Fraction
+from typing import Any
 
 import sympy as sp
 
@@ -29,7 +30,7 @@ from asympk.ledger.runs import (
 from asympk.ledger.verdicts import Check, claim, instead, left_out, numeric, symbolic
 from asympk.symbolic.manifold import slow_manifolds
 from asympk.symbolic.regimes import regimes
-from asympk.symbolic.stability import Eigenvalues, eigenvalues
+from asympk.symbolic.stability import eigenvalues
 from asympk.symbolic.stick import stick_regions
 from asympk.systems import painleve_klein as pk
 
@@ -79,7 +80,7 @@ def stick_ends_on_the_edge() -> Iterator[Check]:
     rising = regions.up.spans(sigma=1)
     between = tuple(regions.edges[::-1]) == (rising[0].start, rising[0].end)
     yield symbolic("between Gamma2 and Gamma1 every motion crosses into z > 0", between, rising[0].as_set())
-    kind = next(s for s in eigenvalues(pk.system()) if isinstance(s, Eigenvalues) and s.mode == "stick")
+    kind: Any = eigenvalues(pk.system(), mode="stick")[0]
     yield symbolic("in stick s falls to 0 with a stable fast eigenvalue", kind.kinds[0][0] == "stable node", kind.fast)
     for s, edge in ((2, Fraction(1, 4)), (-2, Fraction(-1, 2))):
         start = (_THIRD, s - _THIRD, 0)

@@ -41,8 +41,7 @@ def _numbers(values):
 
 def escape_time(offset: Number, mu: Number) -> Number:
     """Return the time at which a run at sigma = 1, from z = 1 and ``offset`` off the plane Pi2, meets x + y = 0."""
-    scene = Scene.near("Pi2", x=0, offset=offset, z=1, sigma=1, mu=mu, until=1)
-    return M.mpf(solve(scene, digits=DIGITS).events[0].t)
+    return followed_precisely(Scene.near("Pi2", x=0, offset=offset, z=1, sigma=1, mu=mu, until=1)).events[0].t
 
 
 def ratios(
