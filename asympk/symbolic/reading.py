@@ -33,14 +33,6 @@ def spare(name: str, taken: Iterable[sp.Symbol], **assumptions: bool) -> sp.Symb
     return sp.Symbol(name, **assumptions)
 
 
-def exact_value(name: str, value: Any) -> sp.Expr:
-    """Return a number or an exact SymPy constant; raises ``InputError`` for a float, which is not exact."""
-    found = value if isinstance(value, sp.Expr) and not value.is_Number else rational(name, value)
-    if isinstance(value, float) or found.has(sp.Float):
-        raise InputError(f"{name} = {short(value)} is a float; give it exactly, as a string or a Rational")
-    return found
-
-
 def exact_constant(name: str, value: Any) -> sp.Expr:
     """Return a number as the rational that it is exactly, an exact SymPy constant unchanged; raises ``InputError``."""
     if isinstance(value, sp.Expr) and value.is_number and not value.has(sp.Float):

@@ -78,14 +78,12 @@ def regimes(system: System) -> tuple[Regime, ...]:
 
 
 def _regime(part, system):
-    sample = next(points_in(part))
-    manifolds = _slip_manifolds(system)
-    passages = tuple(_passage(manifold, system, sample) for manifold in manifolds)
-    return Regime(_parameter(system), part, stick_regions(system).stick.spans({_parameter(system): sample}), passages)
+    at = {(sigma := _parameter(system)): next(points_in(part))}
+    passages = tuple(_passage(manifold, system, at) for manifold in _slip_manifolds(system))
+    return Regime(sigma, part, stick_regions(system).stick.spans(at), passages)
 
 
-def _passage(manifold, system, sample):
-    at = {_parameter(system): sample}
+def _passage(manifold, system, at):
     if manifold.exists.subs(at) == sp.false:
         return Passage(manifold.name, 0, False, 0, None)
     level = _load_on(manifold, system).subs(at)
