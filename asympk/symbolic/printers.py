@@ -76,14 +76,11 @@ class _C(_Quick, _Pieces, C99CodePrinter):
         return f"(({e}) > 0.0 ? 1.0 : ({e}) < 0.0 ? -1.0 : ({e}))"
 
     def _print_Max(self, expr):
-        return self._nan_where_an_argument_is(expr, super()._print_Max(expr))
-
-    def _print_Min(self, expr):
-        return self._nan_where_an_argument_is(expr, super()._print_Min(expr))
-
-    def _nan_where_an_argument_is(self, expr, found):
         """Print a largest or smallest of arguments, nan where one of them is; fmax and fmin leave it out."""
+        found = (super()._print_Max if isinstance(expr, sp.Max) else super()._print_Min)(expr)
         return f"({' || '.join(f'isnan({self._print(e)})' for e in expr.args if not e.is_number)} ? NAN : {found})"
+
+    _print_Min = _print_Max
 
     def _print_Mod(self, expr):
         """Print a remainder that has the sign of the divisor, as in every other target."""
@@ -103,18 +100,15 @@ class _Python:
     """Prints what SymPy prints otherwise in Python: largest and smallest of arguments, and remainders."""
 
     def _print_Max(self, expr):
-        return self._chosen("max", expr)
-
-    def _print_Min(self, expr):
-        return self._chosen("min", expr)
-
-    def _chosen(self, choice, expr):
         """Print a choice of arguments, nan where one of them is: Python keeps the first where no other is beyond it."""
+        choice = "max" if isinstance(expr, sp.Max) else "min"
         numbers = [self._print(e) for e in expr.args if e.is_number]
         rest = sorted((self._print(e) for e in expr.args if not e.is_number), key=len, reverse=True)
         first, *others = rest or numbers[:1]
         return reduce(lambda found, e: f"({e} if {e} != {e} else {choice}({found}, {e}))", others,
                       f"{choice}({', '.join([first, *numbers])})" if numbers else first)
+
+    _print_Min = _print_Max
 
     def _print_Mod(self, expr):
         """Print a remainder in parentheses: without them 1 - 2*x % 1 has the remainder of 2 x."""

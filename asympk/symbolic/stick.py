@@ -92,8 +92,7 @@ class Cone:
 
     def mapped(self, change: Callable[[sp.Expr], sp.Expr]) -> "Cone":
         """Return the cone with ``change`` applied to every part."""
-        parts = (self.drive, self.load, self.slip, self.hold, self.gap, self.opened)
-        return Cone(*(part if part is None else change(part) for part in parts))
+        return Cone(*(part if part is None else change(part) for part in vars(self).values()))
 
     def rule(self, name: str) -> sp.Basic:
         """Return the inequalities of the region ``name``, for a closed and for an open contact."""
