@@ -107,7 +107,7 @@ def logarithmic_from(times: Any, values: Any) -> float | None:
     sizes, weights = np.abs(values), np.gradient(np.array(times)) if times[-1] > 0 else np.ones(len(times))
     order = np.argsort(sizes)
     usual = sizes[order][np.searchsorted(np.cumsum(weights[order]), 0.95 * weights.sum())]
-    if not sizes.max() > 20 * usual > 0:
+    if not sizes.max() / 20 > usual > 0:
         return None
     return float(10.0 ** np.ceil(np.log10(max(usual, sizes.max() / 10.0**DECADES))))
 

@@ -1,6 +1,7 @@
 """A path of any system as numbers: samples that resolve the fast layers, as a CSV file or a pandas frame."""
 
 from itertools import pairwise
+from math import log10
 from pathlib import Path as File
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 SAMPLES = 4000
 SAMPLES_WITH_DIGITS = 400  # of a path in mpmath numbers, where a sample takes a thousand times as long
 MOST_SAMPLES = 10**7
+DECADES = 12  # of the times that crowd towards an end of a mode, from its length downwards
 
 
 def column_names(path: Path) -> tuple[str, ...]:
@@ -60,10 +62,14 @@ def trace(path: Path, samples: int | None = None) -> list[tuple]:
 
 
 def _times(begin: float, end: float, even: int, each: int) -> Any:
-    """Return times in (begin, end), some evenly spaced, and ``each`` crowding towards either end."""
+    """Return times in (begin, end), some evenly spaced, and ``each`` crowding towards either end.
+
+    Towards ``begin`` they reach down to parts of this time, as it may be shown on a logarithmic axis.
+    """
     part, close = (np.linspace(0, 1, count + 2)[1:-1] for count in (even, each))
-    close = 10.0 ** (12 * (close - 1))
-    found = np.unique(begin + (end - begin) * np.concatenate([part, close, 1 - close]))
+    early = max(DECADES, 3 + log10(end - begin) - log10(begin)) if 0 < begin < end else DECADES
+    parts = np.concatenate([part, 10.0 ** (early * (close - 1)), 1 - 10.0 ** (DECADES * (close - 1))])
+    found = np.unique(begin + (end - begin) * parts)
     return found[(found > begin) & (found < end)]
 
 

@@ -773,6 +773,23 @@ def test_logarithmic_axes_of_the_page_and_of_figures_begin_a_decade_from_0(serve
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("given", [
+    "until=5e-324", "until=1e-320&time=logarithmic", "until=1e307", "start.x=-8e307&start.y=8e307&until=1e-5",
+])
+def test_every_motion_of_doubles_has_a_picture(server, window, given):
+    window.open("about:blank")
+    window.open(f"{server.address}#{given}")
+    window.wait(f"{PATH} && {IDLE}")
+    inside = window.run("""const boxes = k => [...document.querySelectorAll(`#series ${k}`)].map(e => e.getBBox());
+        const [frame] = boxes(".frame"), ends = box => [box.x, box.x + box.width];
+        const near = (a, b) => ends(a).every((x, k) => Math.abs(x - ends(b)[k]) < 0.1);
+        const width = document.getElementById("series").clientWidth;
+        return [boxes(".path").every(box => near(box, frame)), boxes("text").every(box => ends(box)[1] <= width)];""")
+    assert inside == [True, True]
+    assert window.complaints() == []
+
+
+@pytest.mark.slow
 def test_the_page_says_what_is_wrong_and_keeps_the_last_picture(server, window):
     window.open(server.address)
     before = window.wait(PATH)

@@ -16,6 +16,7 @@ from asympk.output.arrow import arrow_drawing, parts_in_order
 from asympk.pictures import maps, paths, plate, portraits, spread
 from asympk.pictures.figures import save
 from asympk.pictures.rigid import motion_plot
+from asympk.pictures.trace import SAMPLES, sampled_modes
 from asympk.scene import Scene
 from asympk.scenes.scenefile import read_scene, scene_names
 from asympk.storage.rows import read_rows
@@ -167,6 +168,15 @@ def test_a_traced_path_passes_through_its_events_and_ends():
     assert {0.0, 2.0, *(event.t for event in path.events)} <= set(t)
     assert (x[0], y[0], z[0]) == pytest.approx((0, -2, -1))
     assert np.abs(z[np.isin(t, [event.t for event in path.events[1:]])]).max() < 1e-12
+
+
+@pytest.mark.parametrize(("mu", "until"), [("1e-15", 5), ("1e-6", 1e15)])
+def test_the_samples_after_an_early_event_show_the_motion_on_a_logarithmic_axis_of_time(mu, until):
+    path = solve(Scene(1, mu, (0, "0.2", -1), until))
+    _, (t, *values) = sampled_modes(path, SAMPLES)[-1]
+    times = np.geomspace(t[0], t[-1], 200)[1:-1]
+    for v, exact in zip(values[:3], path(times), strict=True):
+        assert np.interp(np.log(times), np.log(t), v) == pytest.approx(exact, abs=0.02 * np.ptp(v))
 
 
 def test_the_phase_space_names_its_planes_edges_and_octants(figures):

@@ -99,27 +99,37 @@ function surround() {
 
 // ---- axes -----------------------------------------------------------------------------------------------------------
 
+// Where a value stands from `low` on, with 1 at `high`, and its inverse; the difference of the two may be no double.
+function between(low, high) {
+  const size = Math.max(Math.abs(low), Math.abs(high));
+  return [v => (v / size - low / size) / (high / size - low / size), part => low * (1 - part) + high * part];
+}
+
 // The scale of a linear axis and its inverse or, with `stretch`, of one that is logarithmic where |value| exceeds
-// `stretch`: asinh, scaled as in figures, so that the part from 0 to `stretch` is as long as a decade.
+// `stretch`: asinh(value / width), scaled as in figures, so that the part from 0 to `stretch` is as long as a decade.
+// The width and the quotient may lie beyond the doubles.
 function scale(stretch) {
-  const width = stretch / Math.sinh(Math.log(10));
-  return stretch ? [v => Math.asinh(v / width), v => width * Math.sinh(v)] : [v => v, v => v];
+  if (!stretch) return [v => v, v => v];
+  const width = Math.log(stretch) - Math.log(Math.sinh(Math.log(10))), logarithm = v => Math.log(Math.abs(v)) - width;
+  const bent = power => power > 20 ? power + Math.LN2 : Math.asinh(Math.exp(power));
+  const straight = place => Math.exp(place + width + Math.log(-Math.expm1(-2 * place) / 2));
+  return [v => Math.sign(v) * bent(logarithm(v)), p => Math.sign(p) * straight(Math.abs(p))];
 }
 
 function axis(low, high, stretch, from, to) {
   const [bent, straight] = scale(stretch);
-  const size = (to - from) / (bent(high) - bent(low));
+  const [part, value] = between(bent(low), bent(high));
   return {
     from, to, low, high,
-    at: v => Math.max(-1e5, Math.min(1e5, from + (bent(v) - bent(low)) * size)),
-    back: p => straight(bent(low) + (p - from) / size),
+    at: v => Math.max(-1e5, Math.min(1e5, from + part(bent(v)) * (to - from))),
+    back: p => straight(value((p - from) / (to - from))),
     ticks: count => stretch && Math.max(high, -low) > 30 * stretch ? powers(low, high, stretch, count) : steps(low, high, count),
   };
 }
 
 // At most count + 1 places and, as each step is at most 5/2 of the one before, two of them at least for a count of 4.
 function steps(low, high, count) {
-  const power = 10 ** Math.floor(Math.log10((high - low) / count));
+  const power = 10 ** Math.floor(Math.log10(high / count - low / count));
   const step = [1, 2, 5, 10].map(k => k * power).find(s => Math.floor(high / s) - Math.ceil(low / s) <= count) ?? 10 * power;
   const found = [];
   for (let k = Math.ceil(low / step); k * step <= high; k++) found.push(k * step);
@@ -142,7 +152,7 @@ function around(values, stretch) {
   const low = places.reduce((a, b) => Math.min(a, b), Infinity), high = places.reduce((a, b) => Math.max(a, b), -Infinity);
   const size = Math.max(Math.abs(low), Math.abs(high));
   const beside = 0.12 * (high - low > NOISE * size ? high - low : Math.max(1, size));
-  return [low - beside, high + beside].map(straight);
+  return [Math.max(-Number.MAX_VALUE, low - beside), Math.min(Number.MAX_VALUE, high + beside)].map(straight);
 }
 
 // A place of an axis with as many digits as tell it from the others.
@@ -176,11 +186,14 @@ function clipped(svg, id, x, y) {
   return group;
 }
 
+const RIGHT = 10; // pixels beside an axis
+
 function ruled(svg, x, y, told) {
   const across = apart(x.ticks(5), x, 34), upward = upwards(y);
   for (const v of across) {
     svg.append(make("line", { class: "grid", x1: x.at(v), x2: x.at(v), y1: y.from, y2: y.to }));
-    if (told.x) svg.append(make("text", { x: x.at(v), y: y.from + 16, "text-anchor": "middle" }, label(v, across)));
+    const text = label(v, across), centre = Math.min(x.at(v), x.to + RIGHT - 4 * text.length); // else the last is cut
+    if (told.x) svg.append(make("text", { x: centre, y: y.from + 16, "text-anchor": "middle" }, text));
   }
   for (const v of upward) {
     svg.append(make("line", { class: "grid", x1: x.from, x2: x.to, y1: y.at(v), y2: y.at(v) }));
@@ -226,7 +239,7 @@ function drawPhase() {
   const u = motion.states[across], v = motion.states[up];
   if (!dragging || !axes) {
     const y = axis(...around(v, motion.stretch[up]), motion.stretch[up], height - 38, 8);
-    axes = { x: axis(...around(u, motion.stretch[across]), motion.stretch[across], room([y]), width - 10), y };
+    axes = { x: axis(...around(u, motion.stretch[across]), motion.stretch[across], room([y]), width - RIGHT), y };
   }
   const { x, y } = axes;
   const name = ruled(svg, x, y, { x: across, y: up });
@@ -272,7 +285,7 @@ function drawSeries() {
   const end = motion.t.at(-1) || 1, first = motion.events[0]?.t;
   const tops = names.map((_, k) => k * (panel + gap) + 6);
   const upward = names.map((name, k) => axis(...around(motion.states[name], motion.stretch[name]), motion.stretch[name], tops[k] + panel, tops[k]));
-  const x = axis(0, end, $("logarithmic").checked ? 10 ** Math.floor(Math.log10(first || end / 1000)) : null, room(upward), width - 10);
+  const x = axis(0, end, $("logarithmic").checked ? 10 ** Math.floor(Math.log10(first || end / 1000)) : null, room(upward), width - RIGHT);
   names.forEach((name, k) => {
     const top = tops[k], y = upward[k];
     for (const mode of motion.modes) {
@@ -317,8 +330,9 @@ function knob(told, set) {
   slider.dataset.slider = told.name;
   box.dataset.box = told.name;
   const { low, high, log } = told;
-  const value = part => log ? low * (high / low) ** part : low + (high - low) * part;
-  const part = v => log ? Math.log(v / low) / Math.log(high / low) : (v - low) / (high - low);
+  const [linear, back] = between(low, high);
+  const value = part => log ? low * (high / low) ** part : back(part);
+  const part = v => log ? Math.log(v / low) / Math.log(high / low) : linear(v);
   const write = text => { box.value = slider.ariaValueText = text; };
   const move = text => { const to = part(worth(text.replace(told.unit === "deg" ? /deg\s*$/ : "", ""))); if (!Number.isNaN(to)) slider.value = STEPS * Math.max(0, Math.min(1, to)); };
   const show = v => { move(String(v)); write(typeof v === "number" ? plain(v) : v); };
