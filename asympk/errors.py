@@ -7,7 +7,11 @@ from typing import Any
 
 
 class AsympkError(Exception):
-    """Any error that asympk raises on purpose."""
+    """Any error that asympk raises on purpose; ``t``, ``state`` are where a run ended, None where that is not told."""
+
+    def __init__(self, message: str = "", t: Any = None, state: Any = None):
+        super().__init__(message)
+        self.t, self.state = t, state
 
 
 class InputError(AsympkError, ValueError):
@@ -39,11 +43,7 @@ class NoManifold(AsympkError, ArithmeticError):
 
 
 class Stopped(AsympkError, ArithmeticError):
-    """The motion of the model ends at the point ``t``, ``state``, which are None where the error names no point."""
-
-    def __init__(self, message: str, t: Any = None, state: Any = None):
-        super().__init__(message)
-        self.t, self.state = t, state
+    """The motion of the model ends at the point ``t``, ``state``."""
 
 
 class NoMotion(Stopped):
@@ -63,7 +63,7 @@ class Pole(Stopped, OutOfRange):
 
 
 class TooManyEvents(AsympkError, RuntimeError):
-    """A trajectory has more events than allowed; the message gives the state reached."""
+    """A trajectory has more events than allowed; ``t``, ``state`` are those of the last one."""
 
 
 class TooLarge(AsympkError, OverflowError):
@@ -83,7 +83,7 @@ class WorkersLost(AsympkError, RuntimeError):
 
 
 class Accumulation(AsympkError, RuntimeError):
-    """Events accumulate at a time: no run passes infinitely many of them, though a mode may begin there."""
+    """Events accumulate: no run passes infinitely many; ``t``, ``state`` are those of the last one that was found."""
 
 
 class UnboundedReaction(Stopped):

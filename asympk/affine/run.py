@@ -231,7 +231,7 @@ def _followed(m, case):
     joined = loop.follow(automaton, first, start, until, advance, case.events, digits, m.slack)
     if joined.last.short:
         raise TooManyEvents(f"{joined.last.short} at t = {float(joined.last.t):.6g} of until = {float(until):.6g}; "
-                            "take a smaller until, or allow more events")
+                            "take a smaller until, or allow more events", joined.last.t, joined.last.state)
     return joined if until else _standing(joined, automaton, digits, advance)
 
 

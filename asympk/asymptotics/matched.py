@@ -126,7 +126,7 @@ class MatchedPath:
         automaton = task.automaton
         if len(self.stretches) == STRETCHES:
             raise TooManyEvents(f"more than {STRETCHES} layers and slow motions by t = {t:.6g}, at "
-                                f"{listed(automaton.system.states, state)}")
+                                f"{listed(automaton.system.states, state)}", t, state)
         at, seen = told or (t, state)
         hits = (guard, *lost_with(self.mode, guard, at, seen, task.late))
         for hit in hits:

@@ -375,7 +375,7 @@ def _require_progress(segments: list[Segment], mode: NumericMode, ends: list) ->
     if at_once and hit is not None and len({(s.branch, s.hit) for s in last}) <= FEW:
         gaps = [b - a for a, b in pairwise(ends[-FEW:])]
         if len(gaps) == FEW - 1 and all(2 * later <= before for before, later in pairwise(gaps)):
-            raise _accumulation(ends[-1], len(ends), gaps[-1], last[-1].state, mode.mode.system)
+            raise _accumulation(ends[-1], ends, last[-1].state, mode.mode.system)
         kind = mode.kinds[hit][0]
         at = listed(mode.mode.system.states, last[-1].state, 8)
         raise Undecided(f"rounding hides whether there is a {kind} at t = {float(last[-1].t):.12g}, {at}, in mode "
@@ -394,10 +394,10 @@ def _require_apart(ends: list, state: tuple, system: System) -> None:
     if tiny and all(later <= before for before, later in zip(gaps, gaps[2:], strict=False)):
         ratio = gaps[-1] / gaps[-3] if gaps[-3] > gaps[-1] else 0
         limit = ends[-1] + (gaps[-1] + gaps[-2]) * ratio / (1 - ratio)
-        raise _accumulation(limit, len(ends), gaps[-1], state, system)
+        raise _accumulation(limit, ends, state, system)
 
 
-def _accumulation(limit: Any, count: int, gap: Any, state: tuple, system: System) -> Accumulation:
-    at = listed(system.states, state, 8)
-    return Accumulation(f"events accumulate at t = {float(limit):.12g}, {at}: {count} so far, the last "
-                        f"{float(gap):.1g} apart; no run passes infinitely many, end it before")
+def _accumulation(limit: Any, ends: list, state: tuple, system: System) -> Accumulation:
+    at, gap = listed(system.states, state, 8), ends[-1] - ends[-2]
+    return Accumulation(f"events accumulate at t = {float(limit):.12g}, {at}: {len(ends)} so far, the last "
+                        f"{float(gap):.1g} apart; no run passes infinitely many, end it before", ends[-1], state)

@@ -1,18 +1,18 @@
 """The motion of a scene as the page draws it: samples, modes, events, and the reason where it ends early."""
 
 from contextlib import suppress
-from dataclasses import replace
 from time import monotonic
 from typing import Any
 
 import numpy as np
 
-from asympk.errors import AsympkError, InputError, Stopped, Unfinished, UnknownName
+from asympk.errors import AsympkError, InputError, Unfinished, UnknownName
 from asympk.methods import solve
 from asympk.path import Path
 from asympk.pictures.paths import logarithmic_from, shade
 from asympk.pictures.trace import sampled_modes
 from asympk.scene import Scene
+from asympk.scenes.turned import turned
 
 SAMPLES, SAMPLES_OF_DRAFT = 800, 300
 FINER, PART = 4, 0.01  # times the samples where the line over every second one misses others by this part of its range
@@ -49,9 +49,11 @@ def _followed(scene: Scene, draft: bool) -> tuple[Path | None, str]:
         complaint = f"{type(error).__name__}: {error}" + (NONDIMENSIONAL if scene.rod is not None else "")
         if isinstance(error, Unfinished):
             return error.path, complaint
-        if isinstance(error, Stopped) and error.t:
+        if error.t:
+            before = float(error.t) * BEFORE
+            until = before if scene.rod is None else float(scene.rod.units.moment(before))
             with suppress(AsympkError):
-                return _solved(replace(scene, until=float(error.t) * BEFORE), draft), complaint
+                return _solved(turned(scene, {}, {}, until), draft), complaint
         return None, complaint
 
 

@@ -121,7 +121,8 @@ def _references(scene: Scene, digits: int, events: int, deadline: float) -> tupl
     rough, fine = (_follow(automaton, first, scene, ctx, stages + more, digits + extra, events, deadline)
                    for ctx, (more, extra) in zip(contexts, ORDERS, strict=True))
     if fine.last.short:
-        raise TooManyEvents(f"{fine.last.short} at t = {float(fine.last.t):.6g}; take a smaller until, or more events")
+        raise TooManyEvents(f"{fine.last.short} at t = {float(fine.last.t):.6g}; take a smaller until, or more events",
+                            fine.last.t, fine.last.state)
     if rough.modes != fine.modes:
         return fine, fine.last.t.context.inf
     scale = max(1, *map(abs, fine.last.state))

@@ -240,6 +240,31 @@ def test_a_motion_that_takes_too_long_is_shown_as_far_as_it_was_followed(monkeyp
     assert found["t"][0] == 0
 
 
+@pytest.mark.parametrize("name", ["backward", "chalk"])
+def test_a_motion_of_too_many_events_is_shown_up_to_the_last(monkeypatch, name):
+    scene = ap.read_scene(name)
+    whole = ap.solve(scene)
+    monkeypatch.setattr("asympk.systems.painleve_klein.flow.segments.MOST_EVENTS", 1)
+    with pytest.raises(TooManyEvents) as stopped:
+        ap.solve(scene)
+    assert (stopped.value.t, *stopped.value.state) == pytest.approx((whole.events[1].t, *whole.events[1].state))
+    found, own = motion(scene), whole.physical() if scene.rod else whole
+    assert found["stopped"].startswith("TooManyEvents: more than 1 events by t = ")
+    assert (len(found["events"]), found["t"][-1]) == (1, pytest.approx(own.events[1].t))
+    assert found["final"][:3] == pytest.approx([*own.events[1].state], abs=1e-9)
+
+
+@pytest.mark.further
+def test_a_motion_whose_events_accumulate_is_shown_up_to_the_last_that_was_found():
+    x, v, F, G = sp.symbols("x v F G", real=True)
+    frictions = [ap.Friction(velocity=s, force=f, load=1, kinetic=k) for s, f, k in ((x, F, 3), (v, G, 1))]
+    twisting = ap.System.with_frictions({x: v, v: F + G}, {}, frictions)
+    found = motion(ap.Scene(system=twisting, start={"x": 1, "v": 0}, until=60))
+    assert found["stopped"].startswith("Accumulation: events accumulate at t = 5.1213203")
+    assert found["t"][-1] == pytest.approx(1.5 / (1 - math.sqrt(0.5)), abs=1e-6)
+    assert len(found["events"]) > 20
+
+
 def test_why_a_physical_rod_stops_is_not_taken_for_its_own_units(monkeypatch):
     def solve(scene, *options, **more):
         raise TooManyEvents("more than 1000 events by t = 2e11")

@@ -141,7 +141,7 @@ def follow_rod(
             on_event(t)
         s, s_sign, z_sign = _after(flow, kind, s_sign, z_sign, s, y, segment.size(2, span))
         if len(done) > MOST_EVENTS:
-            raise TooManyEvents(too_many(until, t, x, y, z))
+            raise TooManyEvents(too_many(until, t, x, y, z), t, (x, y, z))
 
 
 def _after(flow, kind, s_sign, z_sign, s, y, size):
