@@ -452,6 +452,39 @@ def test_a_map_of_itineraries_names_the_arguments_that_vary():
     assert (axis.get_xlabel(), axis.get_ylabel()) == ("y", "sigma")
 
 
+def test_a_map_of_itineraries_shows_every_trajectory_at_its_arguments_in_whatever_order():
+    mus, rates = np.array([1e-2, 1e-6, 1e-4]), np.array([-1, -3, 1, 0, 2])
+    drawing = ap.solve_many(1, mus[:, None], 0, rates, -1, 2).plot()
+    (axis,), (legend,) = drawing.axes, drawing.legends
+    (mesh,) = axis.collections
+    assert (axis.get_xscale(), axis.get_yscale()) == ("linear", "log")
+    assert mesh.get_coordinates()[0, :, 0].tolist() == pytest.approx([-4, -2, -0.5, 0.5, 1.5, 2.5])
+    assert mesh.get_coordinates()[:, 0, 1].tolist() == pytest.approx([1e-7, 1e-5, 1e-3, 1e-1])
+    words = [text.get_text() for text in legend.get_texts()]
+    assert [words[k] for k in mesh.get_array()[0]] == [
+        *["force_zero → velocity_zero → slip_onset"] * 2, *["velocity_zero → slip_onset"] * 3]
+
+
+@pytest.mark.parametrize(("rates", "name"), [((1, 5), "y"), ((5, 1), "y"), ((1, 1), "trajectory")])
+def test_a_row_of_trajectories_is_drawn_over_its_argument_and_not_as_a_map_without_width(rates, name):
+    rates = np.linspace(-1, 1, max(rates)).reshape(rates)
+    last = ap.solve_many(np.ones((1, 1)), 1e-2, 0, rates, -1, 2).plot().axes[-1]
+    assert (last.get_xlabel(), len(last.lines[0].get_xdata())) == (name, rates.size)
+
+
+def test_trajectories_that_are_not_followed_are_not_drawn_as_those_without_events():
+    rates, starts = np.array([0.2, 8e307]), np.array([1, 2])
+    drawing = ap.solve_many(1, 10, 0, rates, starts[:, None], 5).plot()
+    (mesh,) = drawing.axes[0].collections
+    words = [text.get_text() for text in drawing.legends[0].get_texts()]
+    assert [[words[k] for k in row] for row in mesh.get_array()] == [
+        [itinerary, "not followed: beyond the range of doubles"]
+        for itinerary in ("velocity_zero → slip_onset", "no event")]
+    drawing = ap.solve_many(1, 10, 0, rates, 1, 5).plot()
+    assert [len(line.get_xdata()) for axis in drawing.axes for line in axis.lines] == [1] * 4
+    assert drawing.get_suptitle() == "1 of 2 not followed"
+
+
 @pytest.mark.parametrize(
     ("what", "options", "labels"),
     [(SPRING, {}, ("x", "v")), (ROD, {}, ("s", "z")), (ROD, {"x": "x", "y": "y"}, ("x", "y")),

@@ -22,6 +22,8 @@ MANY = 40  # the most events that are marked by dots on the curves
 TICKS = 6  # of a logarithmic axis of time, which gets fewer than twice as many
 WHOLE = 12  # decades
 DECADES = 6  # the most of an axis, whose ticks then stand apart
+MARGIN = 0.12  # on each side of a motion, in units of its extent
+NOISE = 1e-12  # part of their size by which values vary that are equal but for rounding
 ABOVE = 1 + 1e-9  # a threshold of 1000 gets a tick at 100, too: log(1000) / log(10) is below 3 in doubles
 
 
@@ -56,6 +58,8 @@ def figure(path: Path) -> Any:
             _mark(axis, path, data[0], values)
             if limit := logarithmic_from(data[0], values):
                 _logarithmic(axis, "y", limit)
+            elif is_constant(values):
+                axis.set_ylim(around(values))
             axis.set_ylabel(style.folded(label_of(path, name), PANEL))
         _time_axis(panels[-1, 0], path)
         panels[-1, 0].set_xlabel(label_of(path, "t"))
@@ -96,6 +100,19 @@ def _mark(axis: Any, path: Path, times: tuple, values: tuple) -> None:
     at = dict(zip(times, values, strict=True))
     marks = [float(event.t) for event in path.events] if path.end else [0.0]
     axis.plot(marks, [at[t] for t in marks], "o", color=style.BLUE, markersize=2.2)
+
+
+def is_constant(values: Any) -> bool:
+    """Return whether values are equal but for rounding."""
+    half = np.array(values, dtype=float) / 2  # the extent itself may be no double
+    return bool(np.ptp(half) <= NOISE * np.max(np.abs(half)))
+
+
+def around(values: Any) -> tuple[float, float]:
+    """Return the range of values with a margin; that of a constant is about as large as its size."""
+    low, high = float(np.min(values)), float(np.max(values))
+    beside = MARGIN * max(1.0, abs(low)) if is_constant(values) else MARGIN * high - MARGIN * low
+    return low - beside, high + beside
 
 
 def logarithmic_from(times: Any, values: Any) -> float | None:

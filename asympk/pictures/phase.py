@@ -14,7 +14,7 @@ from asympk.methods import solve
 from asympk.numbers import number, short
 from asympk.path import Path
 from asympk.pictures import plate, sheets, style
-from asympk.pictures.paths import label_of
+from asympk.pictures.paths import around, label_of
 from asympk.pictures.portraits import arrows
 from asympk.pictures.trace import column_names, trace
 from asympk.scene import Scene
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 GRID = 60  # points of the field along either axis
-MARGIN = 0.12  # on each side of a motion, in units of its extent
 HEIGHT = 2.8  # inches
 WINDOW = ((-2, 2), (-2, 2))
 
@@ -86,7 +85,7 @@ def _motion(axis: Any, path: Path, x: str | None, y: str | None, window: Any) ->
     pair = _pair(names, path.names, x, y)
     data = dict(zip(column_names(path), zip(*trace(path), strict=True), strict=True))
     u, v = (np.array(data[name], dtype=float) for name in pair)
-    ends = _window(window, [_around(w) for w in (u, v)])
+    ends = _window(window, [around(w) for w in (u, v)])
     system = path.scene.system
     if system is not None and len(system.states) == 2:
         _field(axis, system, path.scene.values, ends, pair)
@@ -96,12 +95,6 @@ def _motion(axis: Any, path: Path, x: str | None, y: str | None, window: Any) ->
     axis.plot(u[at], v[at], "o", color=style.BLUE, ms=2.4, zorder=5)
     axis.plot(u[:1], v[:1], "o", mfc="white", mec=style.BLUE, ms=3.4, zorder=6)
     arrows(axis, u, v, style.BLUE)
-
-
-def _around(values: Any) -> tuple[float, float]:
-    low, high = float(values.min()), float(values.max())
-    beside = MARGIN * (high - low) or max(1.0, abs(low)) * MARGIN
-    return low - beside, high + beside
 
 
 def _field(axis: Any, system: System, parameters: tuple, window: Any, pair: tuple[str, str]) -> None:

@@ -44,8 +44,7 @@ def _bars(panel: Any, words: list[tuple[str, int, str]]) -> None:
     shown, counts, inks = zip(*words, strict=True)
     panel.barh(range(len(words)), counts, color=inks, alpha=0.3)
     for row, itinerary in enumerate(shown):
-        panel.annotate(itinerary if len(itinerary) < 60 else f"{itinerary[:57]}...", (0, row), (2, 0), va="center",
-                       textcoords="offset points")
+        panel.annotate(style.abridged(itinerary, 60), (0, row), (2, 0), va="center", textcoords="offset points")
     panel.set(yticks=[], ylabel="itineraries", xlabel="trajectories")
     panel.locator_params(axis="x", integer=True)
     panel.invert_yaxis()

@@ -15,6 +15,7 @@ from asympk.output import gallery
 from asympk.output.arrow import arrow_drawing, parts_in_order
 from asympk.pictures import maps, paths, plate, portraits, spread
 from asympk.pictures.figures import save
+from asympk.pictures.phase import phase
 from asympk.pictures.rigid import motion_plot
 from asympk.pictures.trace import SAMPLES, sampled_modes
 from asympk.scene import Scene
@@ -177,6 +178,13 @@ def test_the_samples_after_an_early_event_show_the_motion_on_a_logarithmic_axis_
     times = np.geomspace(t[0], t[-1], 200)[1:-1]
     for v, exact in zip(values[:3], path(times), strict=True):
         assert np.interp(np.log(times), np.log(t), v) == pytest.approx(exact, abs=0.02 * np.ptp(v))
+
+
+def test_what_varies_by_rounding_alone_is_drawn_as_a_constant():
+    path = solve(Scene(1, "1e-6", (0, "0.2", -1), "1e-20"))  # y grows by 1.2e-14
+    assert [axis.get_ylim() for axis in paths.figure(path).axes[1:]] == [
+        pytest.approx(ends) for ends in ((0.08, 0.32), (-1.12, -0.88), (0.08, 0.32))]
+    assert phase(path).axes[0].get_xlim() == pytest.approx((0.08, 0.32))
 
 
 def test_the_phase_space_names_its_planes_edges_and_octants(figures):
