@@ -33,10 +33,11 @@ def motion(scene: Scene, draft: bool = False) -> dict[str, Any]:
         return {"stopped": stopped, "modes": []}
     path = path.physical() if scene.rod is not None else path
     begin = monotonic()
-    pieces = [piece for _, piece in sampled_modes(path, SAMPLES_OF_DRAFT if draft else SAMPLES)]
-    if not draft and monotonic() - begin < QUICK and _is_coarse(pieces):
-        pieces = [piece for _, piece in sampled_modes(path, FINER * SAMPLES)]
-    return {**_drawn(path, pieces), "stopped": stopped}
+    with np.errstate(all="ignore"):  # a quantity in its own unit may be beyond the doubles
+        pieces = [piece for _, piece in sampled_modes(path, SAMPLES_OF_DRAFT if draft else SAMPLES)]
+        if not draft and monotonic() - begin < QUICK and _is_coarse(pieces):
+            pieces = [piece for _, piece in sampled_modes(path, FINER * SAMPLES)]
+        return {**_drawn(path, pieces), "stopped": stopped}
 
 
 def _followed(scene: Scene, draft: bool) -> tuple[Path | None, str]:

@@ -119,9 +119,13 @@ def logarithmic_from(times: Any, values: Any) -> float | None:
     """Return the size above which the axis of a state is logarithmic, or None for a linear axis.
 
     |state| stays below some value for 95 % of the time. The size is the power of ten above that value, but at most
-    ``DECADES`` below the largest |state|; the axis is linear unless |state| exceeds 20 times that value.
+    ``DECADES`` below the largest |state|; the axis is linear unless |state| exceeds 20 times that value. Only finite
+    values count.
     """
     sizes, weights = np.abs(values), np.gradient(np.array(times)) if times[-1] > 0 else np.ones(len(times))
+    if not (finite := np.isfinite(sizes)).any():
+        return None
+    sizes, weights = sizes[finite], weights[finite]
     order = np.argsort(sizes)
     usual = sizes[order][np.searchsorted(np.cumsum(weights[order]), 0.95 * weights.sum())]
     if not sizes.max() / 20 > usual > 0:

@@ -187,6 +187,13 @@ def test_what_varies_by_rounding_alone_is_drawn_as_a_constant():
     assert phase(path).axes[0].get_xlim() == pytest.approx((0.08, 0.32))
 
 
+def test_values_that_are_not_finite_do_not_count_for_the_scale_of_an_axis():
+    values = np.where(np.arange(1000) < 10, 1e6, 5.0)
+    infinite = np.where(np.arange(1000) == 500, np.inf, values)
+    found = [paths.logarithmic_from(np.arange(1000.0), v) for v in (values, infinite, infinite * np.inf)]
+    assert found == [10, 10, None]
+
+
 def test_the_phase_space_names_its_planes_edges_and_octants(figures):
     steep, shallow = figures["phase"].axes
     words = [{text.get_text() for text in ax.texts} for ax in (steep, shallow)]

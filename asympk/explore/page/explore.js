@@ -173,9 +173,10 @@ function make(kind, attributes = {}, text) {
   return made;
 }
 
+// The path through points, with a gap where a number is infinite.
 const line = (points, x, y) => points
   .map(([u, v]) => u === null || v === null ? "" : `${x.at(u).toFixed(1)},${y.at(v).toFixed(1)}`)
-  .reduce((d, p) => p === "" ? d : d + (d ? "L" : "M") + p, "");
+  .map((p, k, all) => p && (k && all[k - 1] ? "L" : "M") + p).join("");
 
 function clipped(svg, id, x, y) {
   const clip = make("clipPath", { id });
