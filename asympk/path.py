@@ -88,7 +88,7 @@ class Path(ShownAsTable):
         """Draw every state over time, modes as shades and events as marks; return the matplotlib ``Figure``.
 
         With a ``file`` that ends in .pdf, .svg or .png, the figure is also written to it. Raises ``InputError`` for
-        another kind of file, ``MissingPackage`` where matplotlib is not installed.
+        another kind of file and for a path too short for an axis, ``MissingPackage`` where matplotlib is not installed.
         """
         return through("Path.plot", self, file)
 

@@ -4,11 +4,12 @@ from functools import reduce
 from math import floor, log, log10, sinh
 from pathlib import Path as File
 from statistics import median_low
+from sys import float_info
 from typing import Any
 
 import numpy as np
 
-from asympk.errors import MissingPackage
+from asympk.errors import InputError, MissingPackage
 from asympk.path import Path
 from asympk.pictures import plate, sheets, style
 from asympk.pictures.trace import column_names, trace
@@ -24,6 +25,7 @@ WHOLE = 12  # decades
 DECADES = 6  # the most of an axis, whose ticks then stand apart
 MARGIN = 0.12  # on each side of a motion, in units of its extent
 NOISE = 1e-12  # part of their size by which values vary that are equal but for rounding
+SHORTEST = 1e21 * float_info.min  # below it, matplotlib's axes are from -0.05 to 0.05, without a message
 ABOVE = 1 + 1e-9  # a threshold of 1000 gets a tick at 100, too: log(1000) / log(10) is below 3 in doubles
 
 
@@ -32,24 +34,27 @@ def plot(path: Path, file: str | File | None = None) -> Any:
 
     Where most events are early, time is logarithmic from the power of ten before the first on. A state that is large
     for a short while only is logarithmic above its usual size. Raises ``InputError`` for a file other than .pdf,
-    .svg or .png, ``MissingPackage`` where matplotlib is not installed.
+    .svg or .png and for a path that is shorter than ``SHORTEST``, ``MissingPackage`` where matplotlib is not installed.
     """
     return sheets(file).kept(figure(path), file)
 
 
 def html(path: Path) -> str:
-    """Return the table of a path as HTML, and its picture below where matplotlib is installed."""
+    """Return the table of a path as HTML, and its picture below where matplotlib is installed and draws it."""
     from base64 import b64encode
 
     try:
         drawn = b64encode(sheets().bytes_of(figure(path), ".svg")).decode()
-    except MissingPackage:
+    except (MissingPackage, InputError):
         return as_html(path._card())
     return f'{as_html(path._card())}<img alt="the path over time" src="data:image/svg+xml;base64,{drawn}"/>'
 
 
 def figure(path: Path) -> Any:
     """Draw a path: a panel for every state and for every linear combination that the scene names."""
+    if 0 < path.end < SHORTEST:
+        raise InputError(f"until = {float(path.end):.3g}: matplotlib draws no axis below {SHORTEST:.3g}; take another "
+                         "unit of time")
     names, data = column_names(path)[1:-1], list(zip(*trace(path), strict=True))
     with plate(LEGEND + AXIS + PANEL * len(names), len(names), sharex=True) as (drawing, panels):
         for axis, values, name in zip(panels.flat, data[1:-1], names, strict=True):

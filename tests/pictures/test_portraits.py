@@ -10,6 +10,7 @@ from legibility import flaws
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from asympk.affine.many import solve_many
+from asympk.errors import InputError
 from asympk.methods import solve
 from asympk.output import gallery
 from asympk.output.arrow import arrow_drawing, parts_in_order
@@ -185,6 +186,14 @@ def test_what_varies_by_rounding_alone_is_drawn_as_a_constant():
     assert [axis.get_ylim() for axis in paths.figure(path).axes[1:]] == [
         pytest.approx(ends) for ends in ((0.08, 0.32), (-1.12, -0.88), (0.08, 0.32))]
     assert phase(path).axes[0].get_xlim() == pytest.approx((0.08, 0.32))
+
+
+def test_a_path_that_is_shorter_than_any_axis_is_refused_and_not_drawn_empty():
+    path = solve(Scene(1, "1e-6", (0, "0.2", -1), "1e-300"))
+    with pytest.raises(InputError, match=r"until = 1e-300: matplotlib draws no axis below 2\.23e-287"):
+        path.plot()
+    assert "<img" not in path._repr_html_()
+    assert paths.figure(solve(Scene(1, "1e-6", (0, "0.2", -1), "1e-286"))).axes[0].get_xlim() == (0, 1e-286)
 
 
 def test_values_that_are_not_finite_do_not_count_for_the_scale_of_an_axis():
