@@ -4,7 +4,7 @@ Counts come from the ledger, formulas from the derivations, measurements from ro
 """
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import groupby
 from math import ceil, log10
 
@@ -27,6 +27,7 @@ from asympk.storage.rows import Row
 from asympk.studies import anymechanism, chart, collisions, contacts, convergence, damping, leastmap, modelwork
 from asympk.studies import divide as escapes
 from asympk.studies.divide import DEPTH, divide
+from asympk.studies.ladder import distance
 from asympk.studies.least import LADDER
 from asympk.symbolic.regimes import thresholds
 from asympk.systems import painleve_klein as pk
@@ -153,15 +154,10 @@ def accuracy_macros() -> dict[str, str]:
 
     An error is relative to the largest of 1 and the final states, against a run with 30 digits.
     """
-    worst = 0.0
-    for start in chart.SCENES.values():
-        for mu in chart.MUS:
-            scene = Scene(1, mu, start, 5)
-            truth, found = solve(scene, digits=30).final, solve(scene).final
-            scale = max(1, *(abs(v) for v in truth))
-            worst = max(worst, *(float(abs(a - b) / scale) for a, b in zip(found, truth, strict=True)))
-    runs = str(len(chart.SCENES) * len(chart.MUS))
-    return {"doublesError": power(10.0 ** ceil(log10(worst))), "doublesRuns": runs, "doublesLeastMu": power(1e-8)}
+    scenes = [Scene(1, mu, start, 5) for start in chart.SCENES.values() for mu in chart.MUS]
+    worst = max(distance(solve(scene).final, solve(scene, digits=30).final) for scene in scenes)
+    return {"doublesError": power(10.0 ** ceil(log10(worst))), "doublesRuns": str(len(scenes)),
+            "doublesLeastMu": power(1e-8)}
 
 
 def of_convergence(rows: Sequence[Row]) -> dict[str, str]:
@@ -193,9 +189,8 @@ def of_jump_law(rows: Sequence[Row]) -> dict[str, str]:
     """
     several = [list(group) for _, group in groupby(rows, key=lambda row: row["mechanism"])]
     moved = max(abs(limit(group[:-1]) / limit(group) - 1) for group in several)
-    sizes = [row["compliance"] for row in rows]
-    return {"jumpLawLayer": str(anymechanism.LAYER), "jumpLawAgreement": power(moved, 1),
-            "jumpLawLeast": power(min(sizes)), "jumpLawMost": power(max(sizes))}
+    found = {"jumpLawLayer": str(anymechanism.LAYER), "jumpLawAgreement": power(moved, 1)}
+    return found | _ends("jumpLaw", [row["compliance"] for row in rows], power)
 
 
 def of_rebound(rows: Sequence[Row]) -> dict[str, str]:
@@ -218,22 +213,23 @@ def of_contacts(rows: Sequence[Row]) -> dict[str, str]:
 def of_models(rows: Sequence[Row]) -> dict[str, str]:
     """Return the range over mu of the cost of the cheapest integrator per that of ``jump 1``, at the same error."""
     saved = modelwork.savings([*rows])
-    mus = {mu for _, mu in saved}
-    names = _names([row for row in rows if not row["method"].startswith("jump")])
-    found = {"modelNames": names, "modelMuMost": power(max(mus)), "modelMuLeast": power(min(mus))}
+    found = {"modelNames": _names([row for row in rows if not row["method"].startswith("jump")])}
+    found |= _ends("modelMu", [mu for _, mu in saved], power)
     for name, system in (("Rod", "nonlinear rod"), ("Reaction", "enzyme reaction")):
         ratios = [min(cost for cost in costs.values() if cost) for (of, _), costs in saved.items() if of == system]
-        found |= {f"model{name}Least": rounded(min(ratios)), f"model{name}Most": rounded(max(ratios))}
+        found |= _ends(f"model{name}", ratios, rounded)
     return found
 
 
 def of_peer(rows: Sequence[Row]) -> dict[str, str]:
     """Return the cost of the affine flow in units of the rod's kernel, and of LSODA in units of the affine flow."""
-    found: dict[str, str] = {}
-    for name, column in (("", "affine"), ("Lsoda", "lsoda")):
-        ratios = [row[column] for row in rows]
-        found |= {f"peer{name}Least": rounded(min(ratios)), f"peer{name}Most": rounded(max(ratios))}
-    return found
+    affine, lsoda = ([row[column] for row in rows] for column in ("affine", "lsoda"))
+    return _ends("peer", affine, rounded) | _ends("peerLsoda", lsoda, rounded)
+
+
+def _ends(name: str, numbers: Sequence[float], dress: Callable[[float], str]) -> dict[str, str]:
+    """Return the least and the largest of numbers as two macros."""
+    return {f"{name}Least": dress(min(numbers)), f"{name}Most": dress(max(numbers))}
 
 
 def of_collisions(rows: Sequence[Row]) -> dict[str, str]:
@@ -257,19 +253,16 @@ def of_least(rows: Sequence[Row]) -> dict[str, str]:
 
 def of_damping(rows: Sequence[Row]) -> dict[str, str]:
     """Return the largest relative deviations of jam times from their laws, and macros on the undamped rod."""
-    ratio = [row for row in rows if row["part"] == "ratio"]
-    least = min(row["epsilon"] for row in ratio)
-    away = [abs(r["jam"] / r["law"] - 1) for r in ratio if r["zeta"] > 1 and r["epsilon"] == least
-            and not damping.is_single(r)]
-    below = [abs(r["jam"] / r["law"] - 1) for r in ratio if r["zeta"] < 1 and r["epsilon"] == least]
-    at_border = {share: r["jam"] for share, r in zip(damping.BORDER, [r for r in rows if r["part"] == "border"
-                 and r["epsilon"] == least], strict=True)}
+    least = min(row["epsilon"] for row in rows)
+    ratio, border = ([r for r in rows if (r["part"], r["epsilon"]) == (part, least)] for part in ("ratio", "border"))
     undamped = [row for row in rows if row["part"] == "undamped"]
+    off = [(row, abs(row["jam"] / row["law"] - 1)) for row in ratio if not damping.is_single(row)]
+    above, below = (max(size for row, size in off if (row["zeta"] > 1) is over) for over in (True, False))
+    jams = dict(zip(damping.BORDER, (row["jam"] for row in border), strict=True))
     return {
-        "dampingRuns": str(len(rows)), "dampingLeast": power(least), "dampingAbove": power(max(away), 1),
-        "dampingBelow": power(max(below), 1), "lossPerPeriod": decimal(damping.loss_per_period(1), 4),
-        "undampedFactor": decimal(damping.undamped_factor(1), 2),
-        "dampingDrop": power(at_border[0.99] / at_border[1.01], 1),
+        "dampingRuns": str(len(rows)), "dampingLeast": power(least), "dampingAbove": power(above, 1),
+        "dampingBelow": power(below, 1), "lossPerPeriod": decimal(damping.loss_per_period(1), 4),
+        "undampedFactor": decimal(damping.undamped_factor(1), 2), "dampingDrop": power(jams[0.99] / jams[1.01], 1),
         "undampedTimes": in_a_sentence([f"{row['jam']:.0f}" for row in undamped]),
         "undampedStops": in_a_sentence([str(row["sticks"]) for row in undamped]),
         "undampedEpsilons": in_a_sentence([rf"$1/{round(1 / row['epsilon'])}$" for row in undamped]),

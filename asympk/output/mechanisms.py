@@ -82,12 +82,15 @@ def _departures(described):
 def contact_lines(described: Described) -> list[str]:
     """Return the contact at the numbers, in lines: sliding velocity, Delassus matrix, free accelerations."""
     rod = described.mechanism
-    G = [rod.evaluate(rod.delassus[i], described.numbers) for i in (0, 1, 3)]
-    a = [rod.evaluate(part, described.numbers) for part in rod.free]
-    return [f"contact         {rod.contact.side}; sliding velocity "
-            f"{_short(rod.evaluate(rod.sliding_velocity, described.numbers))}",
-            f"Delassus        G_NN = {_short(G[0])}, G_NT = {_short(G[1])}, G_TT = {_short(G[2])}",
-            f"free            a_N = {_short(a[0])}, a_T = {_short(a[1])}"]
+    parts = (rod.sliding_velocity, *(rod.delassus[i] for i in (0, 1, 3)), *rod.free)
+    slip, G_NN, G_NT, G_TT, a_N, a_T = (_short(_value(described, part)) for part in parts)
+    return [f"contact         {rod.contact.side}; sliding velocity {slip}",
+            f"Delassus        G_NN = {G_NN}, G_NT = {G_NT}, G_TT = {G_TT}",
+            f"free            a_N = {a_N}, a_T = {a_T}"]
+
+
+def _value(described, expr):
+    return described.mechanism.evaluate(expr, described.numbers)
 
 
 def _paradox(described):
@@ -95,7 +98,7 @@ def _paradox(described):
     critical = rod.critical_friction
     formula = str(rod.own(critical)).replace("(t)", "")
     shown = f"{formula} = " if critical != sp.oo and len(formula) < 90 else ""
-    above, below = (rod.evaluate(part, described.numbers) for part in sp.fraction(1 / critical))
+    above, below = (_value(described, part) for part in sp.fraction(1 / critical))
     value = _short(below / above) if above else "none"  # without a coupling of gap and slip there is none
     lines = [f"critical        friction {shown}{value}: {_verdict(described)}"]
     if described.turn is None:
@@ -129,14 +132,14 @@ def _verdict(described):
 def _slides_into_it(described):
     """Tell whether the contact slides in a direction with a paradox; for a bilateral contact both directions are."""
     rod = described.mechanism
-    return not rod.contact.unilateral or rod.evaluate(rod.sliding_velocity * rod.delassus[0, 1], described.numbers) > 0
+    return not rod.contact.unilateral or _value(described, rod.sliding_velocity * rod.delassus[0, 1]) > 0
 
 
 def _excess(described):
     """Return the sign of friction load |G_NT| - G_NN, 0 where that is a rounding error."""
     rod, (normal, mixed) = described.mechanism, paradox.ratio(described.mechanism.plain)
     sides = (rod.contact.friction * rod.contact.load * rod.own(mixed), rod.own(normal))
-    above, below = (rod.evaluate(side, described.numbers) for side in sides)
+    above, below = (_value(described, side) for side in sides)
     return 0 if abs(above - below) <= evaluation.ROUNDING * (above + below) else 1 if above > below else -1
 
 
@@ -169,10 +172,10 @@ def jump_lines(described: Described) -> list[str]:
     if _excess(described) == 0 and _slides_into_it(described):
         return ["jump            not determined at exactly the critical friction: follow the elastic contact"]
     closed = law.condition.xreplace({rod.own(keeps_gap(rod.plain)): sp.true})  # a departure is told by its own line
-    if not rod.evaluate(closed, described.numbers):
+    if not _value(described, closed):
         return ["jump            none from here: no paradox, or the contact slides out of it"]
-    normal, tangential = (rod.evaluate(part, described.numbers) for part in law.impulses)
-    rates = [float(rod.evaluate(law.velocities[own], described.numbers)) for own in rod.velocities]
+    normal, tangential = (_value(described, part) for part in law.impulses)
+    rates = [float(_value(described, law.velocities[own])) for own in rod.velocities]
     least = ROUNDING * max(abs(float(described.numbers[str(rate)])) for rate in rod.plain.velocities)
     after = ", ".join(f"{name} = {_short(rate if abs(rate) > least else 0)}"
                       for name, rate in zip(rod.plain.velocities, rates, strict=True))
@@ -191,9 +194,9 @@ def jump_lines(described: Described) -> list[str]:
 def _rebounds(described):
     rod = described.mechanism
     bound = rod.plain.friction * rod.plain.load
-    if rod.evaluate(rod.free[0], described.numbers) >= 0 or bound.has(*rod.plain.velocities):
+    if _value(described, rod.free[0]) >= 0 or bound.has(*rod.plain.velocities):
         return []
-    rates = [(b, rod.evaluate(rod.own(rebound(rod.plain, sp.Integer(b))), described.numbers)) for b in _DAMPINGS]
+    rates = [(b, _value(described, rod.own(rebound(rod.plain, sp.Integer(b))))) for b in _DAMPINGS]
     c, h = rod.plain.spare("c"), rod.plain.spare("h")
     shown = ", ".join(f"g' = {_short(rate)} for {h} = {sp.Integer(b) * sp.sqrt(c)}" for b, rate in rates)
     return [f"rebound         {shown}"]

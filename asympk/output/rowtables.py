@@ -55,14 +55,12 @@ def convergence_table(rows: Sequence[Row]) -> Table:
     for group in by_quantity(rows):
         key = group[0]["expansion"], group[0]["sigma"]
         found.setdefault(key, {n: [] for n in orders})[group[0]["order"]].append(group)
-    body = [(words(expansion), _ratio(sigma), *(cell for n in orders for cell in _closeness(by_order[n])))
+    body = [(words(expansion), _formula(sigma), *(cell for n in orders for cell in _closeness(by_order[n])))
             for (expansion, sigma), by_order in found.items()]
     header: tuple = ("expansion", r"$\sigma$")
     for n in orders:
-        for mu in SHOWN:
-            front = f"{n}: " if mu == SHOWN[0] else ""
-            header += (Cell(f"{front}${power_of_ten(mu)}$", f"order {n}, mu = {_bare(mu)}"),)
-        header += (Cell("from", f"order {n}, monotone from mu"),)
+        header += (*(Cell(f"{n}: " * (k == 0) + mu.latex, f"order {n}, mu = {mu.text}")
+                     for k, mu in enumerate(map(_power, SHOWN))), Cell("from", f"order {n}, monotone from mu"))
     return Table("convergence", "ll" + "lllr" * len(orders), header, _grouped(body))
 
 
@@ -76,8 +74,7 @@ def _grouped(body):
 def _closeness(several):
     """Return cells of the largest |excess| at each mu of ``SHOWN``, and of the mu below which all excesses shrink."""
     sizes = {mu: max(abs(row["excess"]) for group in several for row in group if row["mu"] == mu) for mu in SHOWN}
-    since = min(map(monotone_from, several))
-    return [*(_short(sizes[mu]) for mu in SHOWN), Cell(f"${power_of_ten(since)}$", _bare(since))]
+    return [*(_short(sizes[mu]) for mu in SHOWN), _power(min(map(monotone_from, several)))]
 
 
 def decreasing_table(rows: Sequence[Row]) -> Table:
@@ -88,8 +85,8 @@ def decreasing_table(rows: Sequence[Row]) -> Table:
         by_mu = {row["mu"]: row for row in several}
         measure = Cell(r"$\mu\log(1/\mu)$", "mu log(1/mu)") if is_limit(next(iter(by_mu.values()))) else "omitted term"
         cells = [f"${by_mu[mu]['ratio']:.5f}$" if mu in by_mu else "--" for mu in mus]
-        body.append((name, Cell(f"${order}$", str(order)), measure, *cells))
-    header = ("system", "order", "error over", *(Cell(f"${power_of_ten(mu)}$", f"mu = {_bare(mu)}") for mu in mus))
+        body.append((name, _formula(order), measure, *cells))
+    header = ("system", "order", "error over", *(Cell(mu.latex, f"mu = {mu.text}") for mu in map(_power, mus)))
     return Table("decreasing", "lllrrr", header, _grouped(body))
 
 
@@ -104,10 +101,10 @@ def escape_table(rows: Sequence[Row]) -> Table:
         for offset in OFFSETS:
             by_mu = {row["mu"]: row for row in several if row["offset"] == offset}
             cells = [cell for mu in MUS for cell in _escape(by_mu[float(mu)])]
-            body.append((_ratio(str(Fraction(sigma))), _power(offset), *cells))
+            body.append((_formula(Fraction(sigma)), _power(offset), *cells))
     header: tuple = (r"$\sigma$", r"$\delta$")
     for mu in MUS:
-        at = f" at mu = {_bare(float(mu))}"
+        at = f" at mu = {_power(mu).text}"
         header += (Cell(rf"$T$ at $\mu={power_of_ten(float(mu))}$", f"T{at}"),
                    *(Cell(name, f"{name}{at}") for name in ("quotient", "motion")))
     return Table("escape", "ll" + "lll" * len(MUS), header, _grouped(body))
@@ -134,10 +131,10 @@ def damping_table(rows: Sequence[Row]) -> Table:
     body = []
     for damping, law, chosen in _dampings(rows):
         cells = [cell for row in chosen for cell in (str(row["sticks"]), f"{row['jam'] / row['law']:.4f}")]
-        body.append((damping, Cell(f"${law}$", law), *cells))
+        body.append((damping, _formula(law), *cells))
     header: tuple = ("damping", "$T$ to leading order")
     for epsilon in sorted({row["epsilon"] for row in rows if row["part"] == "ratio"}, reverse=True):
-        at = f" at epsilon = {_bare(epsilon)}"
+        at = f" at epsilon = {_power(epsilon).text}"
         header += (Cell(rf"$\varepsilon={power_of_ten(epsilon)}$", f"times at rest{at}"),
                    Cell("$T$/law", f"T over law{at}"))
     return Table("damping", "ll" + "rl" * 3, header, tuple(body))
@@ -170,12 +167,8 @@ def _escape(row):
     return _power(row["time"], 5), quotient, row["motion"]
 
 
-def _ratio(word):
-    return Cell(f"${word}$", word)
-
-
-def _bare(mu):
-    return f"1e{_parts(mu, 1)[1]}"
+def _formula(content):
+    return Cell(f"${content}$", str(content))
 
 
 def _short(value):
