@@ -13,10 +13,13 @@ from sympy.functions.elementary.hyperbolic import HyperbolicFunction
 from sympy.functions.elementary.trigonometric import TrigonometricFunction
 from sympy.simplify.fu import TR8
 
+from asympk.errors import InputError
 from asympk.symbolic.expansion import is_zero, is_zero_somewhere
 from asympk.symbolic.forces import entries_named
-from asympk.symbolic.long import common_divisor, generic_place, heavy, replaced
+from asympk.symbolic.long import CLEAR, ROUGH, common_divisor, generic_place, heavy, replaced
+from asympk.symbolic.lowering import lower
 
+HALVINGS = 60  # of an interval in which a function changes its sign
 RANGE: dict[type, Callable] = {  # what is positive inside the range of an inverse function
     **dict.fromkeys((sp.asin, sp.atan, sp.acsc, sp.acot), lambda w: sp.pi**2 / 4 - w**2),
     **dict.fromkeys((sp.acos, sp.asec), lambda w: w * (sp.pi - w)),
@@ -115,7 +118,53 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
     except NotImplementedError:
         found = None
     found = found and [s for s in found if not own or _solves(s, equal_zero)]
-    return _in_a_turn(found or [], *turning, *equal_zero, *unknowns) if turning else found
+    if turning:
+        return _in_a_turn(found or [], *turning, *equal_zero, *unknowns)
+    left_out = own and len(unknowns) == 1 and found is not None and _leaves_out(found, *equal_zero, *unknowns)
+    return None if left_out else found
+
+
+def _leaves_out(found, force, y):
+    """Tell whether g changes its sign, at generic numbers for all other symbols, where no solution has its value.
+
+    SymPy finds no root of sqrt(y**2 + 1) + atan(y) - 3*y, and of a product those of the factors that it solves.
+    """
+    if heavy(force) or _waves(force, y):  # roots of waves are those in one turn
+        return False
+    heights, place = [form[y] for s in found for form in real_forms(s)], generic_place(force)
+    for side in (1, -1):
+        at = {s: -number if s.is_nonpositive or (side < 0 and not s.is_nonnegative) else number
+              for s, number in place.items() if s != y}
+        values = [h.xreplace(at).evalf() for h in heights]
+        if any(value.has(sp.Function) for value in values):  # SymPy does not compute erfcinv
+            continue
+        if any(all(abs(complex(value) - root) > ROUGH * (1 + abs(root)) for value in values if value.is_finite)
+               for root in _sign_changes(force.xreplace(at), y)):
+            return True
+    return False
+
+
+def _sign_changes(force, y):
+    """Return numbers, near and far, at which a function of y alone passes 0 clearly, not a pole."""
+    import numpy as np
+
+    grid = np.sinh(np.linspace(-9.003, 9, 720))
+    grid = grid[grid > 0] if y.is_nonnegative else grid[grid < 0] if y.is_nonpositive else grid
+    try:
+        function = lower((y,), [force], "numpy", branching=True).compiled
+    except InputError:  # NumPy lacks a function
+        return []
+    with np.errstate(all="ignore"):
+        (values,) = function(grid)
+        clear = np.abs(values) > CLEAR
+        k = np.flatnonzero((values[:-1] * values[1:] < 0) & clear[:-1] & clear[1:])
+        left, right = grid[k], grid[k + 1]
+        for _ in range(HALVINGS):
+            middle = (left + right) / 2
+            before = function(middle)[0] * values[k] > 0
+            left, right = np.where(before, middle, left), np.where(before, right, middle)
+        ends = np.minimum(np.abs(values[k]), np.abs(values[k + 1]))
+        return left[np.abs(function(left)[0]) < ends].tolist()
 
 
 def _waves(force, y):

@@ -509,6 +509,14 @@ def test_inverse_functions_are_of_what_theirs_give_and_complex_branches_are_none
         assert branch.exists == sp.And(x > least, x < most)
 
 
+@pytest.mark.parametrize("factor", [1, y - x])
+def test_where_sympy_leaves_out_a_root_one_implicit_manifold_stands_for_all(factor):
+    """SymPy finds no root, and of a product that of the other factor alone."""
+    force = sp.sqrt(y**2 + 1) + sp.atan(y) - 3 * y
+    (manifold,) = critical_manifolds(ap.System.smooth({x: -x}, {y: factor * force}, mu))
+    assert manifold.branch == {y: y}
+
+
 @pytest.mark.parametrize(("force", "count", "turn"), [
     (x * sp.sin(y) - sp.sin(2 * y), 4, 2), (sp.sin(y) + x * (1 + sp.cos(y)), 2, 2), (sp.cos(y) - x * sp.sin(y), 2, 2),
     (sp.cos(2 * y) - x * sp.sin(2 * y), 2, 1), ((sp.sin(y) ** 2 - 1) * (x - sp.sin(y)), 4, 2), (x - sp.tan(y), 1, 1),
