@@ -18,19 +18,12 @@ from asympk.path import Event
 from asympk.path import Path as Trajectory
 from asympk.scene import Scene
 from asympk.storage.rows import Row, provenance, read_rows, write_rows
-from asympk.studies import contacts, modelwork
+from asympk.studies import contacts, ladder, modelwork
 from asympk.studies.compare import workprec
 from asympk.systems import nonlinear_rod
 
 SCENES = {"i": (0, 0, 1), "ii": (0, "0.2", -1), "iii": (-1, -1, 1)}
 UNTIL = 5
-MODELS = {
-    "rigid": {"method": "rigid"},
-    "slow": {"method": "slow", "order": 1},
-    "jump 0": {"method": "jump", "order": 0},
-    "jump 1": {"method": "jump", "order": 1},
-    "jump 2": {"method": "jump", "order": 2},
-}
 EXPLICIT, IMPLICIT = ("rk45", "dop853", "heyoka"), ("kvaerno5", "radau", "bdf", "lsoda", "cvode")
 CRUDE = ("sign", "tanh")
 MUS = tuple(f"1e-{k}" for k in range(1, 9))
@@ -100,8 +93,9 @@ def work_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Row]
 
 def _models():
     """Return (name, options of ``workprec``) of the exact flow and the models, which have no tolerance."""
-    return [(name, {**options, "tolerances": (None,)})
-            for name, options in {"exact": {"method": "exact"}, **MODELS}.items()]
+    models = {"exact": ("exact", {}), **ladder.ROD, **ladder.JUMPS}
+    return [(name.replace("-", " "), {"method": method, **options, "tolerances": (None,)})
+            for name, (method, options) in models.items()]
 
 
 def _integrators(plan):

@@ -74,12 +74,9 @@ def declared_sign(symbol: sp.Symbol) -> int:
 
 def _declared(parameter):
     """Return the set of values that the symbol's own assumptions allow."""
-    declared = {"positive": (0, sp.oo, True), "negative": (-sp.oo, 0, True),
-                "nonnegative": (0, sp.oo), "nonpositive": (-sp.oo, 0)}
-    for word, (start, end, *is_open) in declared.items():
-        if getattr(parameter, f"is_{word}"):
-            return sp.Interval(start, end, *(is_open * 2))
-    return sp.S.Reals
+    if not (sign := declared_sign(parameter)):
+        return sp.S.Reals
+    return sp.Interval(*((0, sp.oo) if sign > 0 else (-sp.oo, 0)), *[bool(parameter.is_nonzero)] * 2)
 
 
 def _within(parameter, relations, assumptions):

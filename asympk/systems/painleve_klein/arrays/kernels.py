@@ -1,10 +1,7 @@
 r"""Branch-free kernels of the exact flow over arrays, for a fast and a slow exponential that are well apart.
 
-In the mode ``mu y' = a - b s``, with k = mu/b, rho = (1 + sqrt(1-4k))/2, fast = -rho/k, slow = -1/rho,
-
-    x = a/b + A e^{slow t} + (w/(fast - slow)) e^{fast t},    w = y - slow (x - a/b) at t = 0,
-
-and s and z are sums of the same exponentials. So an event is the root of
+The motion in a mode is that of ``flow.fastslow``; its deviation from the slow line is w = y - slow (x - a/b) at t = 0.
+So an event is the root of
 
     F e^{fast t} = R(t),    R(t) = R(0) - drift t - p (e^{slow t} - 1),
 
