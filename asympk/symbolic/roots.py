@@ -106,6 +106,8 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
         return _joined([solutions_of([*choice], unknowns) for choice in product(*factors)])
     if len(unknowns) > 1 and (given := _given_by_others(equal_zero, unknowns)):
         return _without(given, equal_zero, unknowns)
+    if len(unknowns) > 1 and (alone := _in_one_alone(equal_zero, unknowns)):
+        return _by_turns(*alone, equal_zero, unknowns)
     if 1 < len(unknowns) == len(equal_zero) and _mixes_at_last(equal_zero, unknowns):
         return None
     turning = _in_half_angle(*equal_zero, *unknowns) if len(unknowns) == 1 else None
@@ -120,16 +122,16 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
     found = found and [s for s in found if not own or _solves(s, equal_zero)]
     if turning:
         return _in_a_turn(found or [], *turning, *equal_zero, *unknowns)
-    left_out = own and len(unknowns) == 1 and found is not None and _leaves_out(found, *equal_zero, *unknowns)
-    return None if left_out else found
+    return None if own and found is not None and _leaves_out(found, equal_zero, *unknowns) else found
 
 
-def _leaves_out(found, force, y):
+def _leaves_out(found, equal_zero, y, *others):
     """Tell whether g changes its sign, at generic numbers for all other symbols, where no solution has its value.
 
-    SymPy finds no root of sqrt(y**2 + 1) + atan(y) - 3*y, and of a product those of the factors that it solves.
+    SymPy finds no root of sqrt(y**2 + 1) + atan(y) - 3*y, and of a product those of the factors that it solves. Only
+    one unknown is looked at, and no waves, whose roots are those in one turn.
     """
-    if heavy(force) or _waves(force, y):  # roots of waves are those in one turn
+    if others or heavy(force := equal_zero[0]) or _waves(force, y):
         return False
     heights, place = [form[y] for s in found for form in real_forms(s)], generic_place(force)
     for side in (1, -1):
@@ -433,6 +435,20 @@ def _without(given, equal_zero, unknowns):
     left = [g.subs(y, own) for g in equal_zero if g is not force]
     solutions = solutions_of(left, [other for other in unknowns if other != y])
     return solutions and [{**s, y: sp.expand(own.subs(s))} for s in solutions]
+
+
+def _in_one_alone(equal_zero, unknowns):
+    """Return (equation, its only unknown) of an equation that is not rational, such as exp(-y) = atan(y), else None."""
+    found = ((g, [y for y in unknowns if g.has(y)]) for g in equal_zero)
+    return next(((g, own[0]) for g, own in found if len(own) == 1 and not g.is_rational_function(*own)), None)
+
+
+def _by_turns(force, y, equal_zero, unknowns):
+    """Return the solutions of an equation in y alone, each completed by those of the other equations there."""
+    found = solutions_of([force], [y])
+    left, others = [g for g in equal_zero if g is not force], [other for other in unknowns if other != y]
+    parts = [(s, solutions_of([g.subs(s) for g in left], others)) for s in found or ()]
+    return None if found is None or None in [more for _, more in parts] else [s | t for s, more in parts for t in more]
 
 
 def _linear_solution(matrix, rest, unknowns):

@@ -517,6 +517,14 @@ def test_where_sympy_leaves_out_a_root_one_implicit_manifold_stands_for_all(fact
     assert manifold.branch == {y: y}
 
 
+def test_a_rest_state_that_sympy_leaves_out_is_not_denied():
+    """It is at x = 0.5466..; the second equation has no coefficient by which y is eliminated."""
+    rate = sp.sqrt(x**2 + 1) + sp.atan(x) - 3 * x
+    (manifold,) = ap.slow_manifolds(ap.System.smooth({x: rate}, {y: sp.exp(x) - y * (1 + x**2)}, mu))
+    with pytest.raises(NotDerivable, match="SymPy does not solve"):
+        rest_state(manifold)
+
+
 @pytest.mark.parametrize(("force", "count", "turn"), [
     (x * sp.sin(y) - sp.sin(2 * y), 4, 2), (sp.sin(y) + x * (1 + sp.cos(y)), 2, 2), (sp.cos(y) - x * sp.sin(y), 2, 2),
     (sp.cos(2 * y) - x * sp.sin(2 * y), 2, 1), ((sp.sin(y) ** 2 - 1) * (x - sp.sin(y)), 4, 2), (x - sp.tan(y), 1, 1),
