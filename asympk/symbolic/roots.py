@@ -104,10 +104,8 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
             return None
     if len(unknowns) > 1 and (factors := [_factors(g, unknowns) for g in equal_zero]) != [[g] for g in equal_zero]:
         return _joined([solutions_of([*choice], unknowns) for choice in product(*factors)])
-    if len(unknowns) > 1 and (given := _given_by_others(equal_zero, unknowns)):
-        return _without(given, equal_zero, unknowns)
-    if len(unknowns) > 1 and (alone := _in_one_alone(equal_zero, unknowns)):
-        return _by_turns(*alone, equal_zero, unknowns)
+    if len(unknowns) > 1 and (given := _values_given(equal_zero, unknowns)):
+        return _with_values(given, equal_zero, unknowns)
     if 1 < len(unknowns) == len(equal_zero) and _mixes_at_last(equal_zero, unknowns):
         return None
     turning = _in_half_angle(*equal_zero, *unknowns) if len(unknowns) == 1 else None
@@ -416,39 +414,35 @@ def _in_one_power(force, y, w, height):
     return sum(c * w ** ((k - least) // step) for (k,), c in terms), w, lambda value: height(value, step)
 
 
-def _given_by_others(equal_zero, unknowns):
-    """Return (equation, unknown y, y in terms of the others) for a y with a constant rational coefficient, else None.
+def _values_given(equal_zero, unknowns):
+    """Return (equation, the values [{y: h}] that it gives one unknown by itself), or None.
 
-    A y without others is preferred: its formula has no root of the others' equations. SymPy takes minutes to solve
-    cubics together with such an equation. Linear systems need no such help: None.
+    A y with a constant rational coefficient has its value in terms of the others; a y without others is preferred, as
+    its formula has no root of the others' equations. SymPy takes minutes to solve cubics together with such an
+    equation. Else an equation that is not rational, in y alone, as exp(-y) = atan(y), is solved before the others.
+    Linear systems need no such help: None.
     """
     if not sp.Matrix(equal_zero).jacobian(unknowns).has(*unknowns):
         return None
     slopes = ((g, y, g.diff(y)) for g in equal_zero for y in unknowns)
     found = ((g, y, -g.subs(y, 0) / slope) for g, y, slope in slopes if slope.is_Rational and slope)
-    return min(found, key=lambda given: given[2].has(*unknowns), default=None)
+    if best := min(found, key=lambda given: given[2].has(*unknowns), default=None):
+        return best[0], [{best[1]: best[2]}]
+    alone = ((g, [y for y in unknowns if g.has(y)]) for g in equal_zero)
+    own = ((g, ys) for g, ys in alone if len(ys) == 1 and not g.is_rational_function(*ys))
+    return next(((g, solutions_of([g], ys)) for g, ys in own), None)
 
 
-def _without(given, equal_zero, unknowns):
-    """Return the solutions of the equations other than that which gives y = own, each completed by y."""
-    force, y, own = given
-    left = [g.subs(y, own) for g in equal_zero if g is not force]
-    solutions = solutions_of(left, [other for other in unknowns if other != y])
-    return solutions and [{**s, y: sp.expand(own.subs(s))} for s in solutions]
-
-
-def _in_one_alone(equal_zero, unknowns):
-    """Return (equation, its only unknown) of an equation that is not rational, such as exp(-y) = atan(y), else None."""
-    found = ((g, [y for y in unknowns if g.has(y)]) for g in equal_zero)
-    return next(((g, own[0]) for g, own in found if len(own) == 1 and not g.is_rational_function(*own)), None)
-
-
-def _by_turns(force, y, equal_zero, unknowns):
-    """Return the solutions of an equation in y alone, each completed by those of the other equations there."""
-    found = solutions_of([force], [y])
-    left, others = [g for g in equal_zero if g is not force], [other for other in unknowns if other != y]
-    parts = [(s, solutions_of([g.subs(s) for g in left], others)) for s in found or ()]
-    return None if found is None or None in [more for _, more in parts] else [s | t for s, more in parts for t in more]
+def _with_values(given, equal_zero, unknowns):
+    """Return the solutions of the equations other than that which gives an unknown, each completed by a value of it."""
+    (force, values), found = given, []
+    for own in values or ():
+        left = [g.subs(own) for g in equal_zero if g is not force]
+        solutions = solutions_of(left, [y for y in unknowns if y not in own])
+        if solutions is None:
+            return None
+        found += [s | {y: sp.expand(h.subs(s)) for y, h in own.items()} for s in solutions]
+    return values and found
 
 
 def _linear_solution(matrix, rest, unknowns):
