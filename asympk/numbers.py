@@ -133,12 +133,13 @@ def sign_of(value: Number) -> int:
 
 
 def short(value: Any) -> str:
-    """Return ``repr(value)``, of a Fraction the ratio, on one line of at most 60 characters, for a message.
+    """Return ``repr(value)``, of a Fraction or mpf the number, on one line of at most 60 characters, for a message.
 
     A ratio of more characters is written as a decimal of ten digits.
     """
+    plain = isinstance(value, Fraction) or hasattr(value, "_mpf_")
     try:
-        text = " ".join((str if isinstance(value, Fraction) else repr)(value).split())
+        text = " ".join((str if plain else repr)(value).split())
         if len(text) > _WIDTH and isinstance(value, Rational) and not isinstance(value, Integral):
             return f"{Decimal(int(value.numerator)) / int(value.denominator):.10g}"
     except ValueError:  # Python spells no integer of more than some thousand digits

@@ -102,6 +102,11 @@ BAD = [
 ]
 
 
+def test_a_physical_rod_too_large_for_its_scaled_equations_is_refused_by_the_scaled_quantity():
+    with pytest.raises(InputError, match=r"^nondimensional z = 1\.0e\+308: it must be finite"):
+        ap.Scene.physical(m=1, P=1, f=1, alpha=1, l=1, k=1, h="1/2", start=(0, 0, "5e307"), until=1)
+
+
 @pytest.mark.parametrize(("change", "words"), BAD, ids=[" ".join(c) + f" {k}" for k, (c, _) in enumerate(BAD)])
 def test_bad_input_is_refused_in_one_line_that_names_it(change, words):
     with pytest.raises(InputError) as refusal:

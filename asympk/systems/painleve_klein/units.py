@@ -164,7 +164,8 @@ def nondimensional(quantities: Mapping[str, Number]) -> tuple[dict[str, Number],
     exact = (quantities[name] for name in SYMBOLS)
     values = [value.radians if isinstance(value, Degrees) else Fraction(value) for value in exact]
     found = _lowered("mpmath").to_digits(KEPT_DIGITS, *values)
-    found = [number(name, value) for name, value in zip((*RESULTS, "time", "reaction", "velocity"), found, strict=True)]
+    names = (*(f"nondimensional {name}" for name in RESULTS), "time", "reaction", "velocity")
+    found = [number(name, value) for name, value in zip(names, found, strict=True)]
     return dict(zip(RESULTS, found, strict=False)), Units(*found[len(RESULTS):])
 
 
