@@ -1269,7 +1269,7 @@ def test_a_motion_that_leaves_for_infinity_is_as_wrong_as_is_said_or_refused(unt
     scene = ap.Scene(system=ap.System.smooth(slow, fast, mu), values={mu: "1/1000"}, start=start, until=until)
     try:
         path = ap.solve(scene, "jump", order=0)
-    except OutOfRange:
+    except (OutOfRange, NotNormallyHyperbolic):
         assert until == "1"
     else:
         assert distance(path.final, ap.solve(scene).final) < path.error
