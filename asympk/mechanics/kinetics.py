@@ -14,15 +14,7 @@ from functools import cached_property
 
 import sympy as sp
 
-from asympk.mechanics.tidy import (
-    cofactors,
-    collected,
-    contracted,
-    contracted_if_short,
-    expanded_determinant,
-    has_long_minors,
-    tidy,
-)
+from asympk.mechanics.tidy import cofactors, collected, contracted, expanded_determinant, has_long_minors, tidy
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.inverses import InverseForm
 from asympk.symbolic.long import atoms, is_longer, replaced, symbols_in
@@ -51,7 +43,7 @@ class Kinetics:
         """The rows W_N = dg/dq and W_T = d gamma/dq' as a 2 x n matrix."""
         gap = [slope_in_powers(self.gap, q) for q in self.coordinates]
         slip = [slope_in_powers(self.slip, u) for u in self.velocities]
-        return sp.ImmutableMatrix([gap, slip]).applyfunc(contracted_if_short)
+        return sp.ImmutableMatrix([gap, slip])
 
     @cached_property
     def response(self) -> sp.ImmutableMatrix:
@@ -92,13 +84,12 @@ class Kinetics:
         """(G_NN, G_NT), times det M, without fractions where M, gap and slip have none, unless they are ``long``."""
         if self.long:
             return self.delassus[0, 0], self.delassus[0, 1]
-        return self._undivided[0, 0], self._undivided[0, 1]
+        return tidy(self._undivided[0, 0]), tidy(self._undivided[0, 1])
 
     @cached_property
     def _undivided(self) -> sp.Matrix:
-        """G times det M, tidied before it is divided: else each entry might have det M in another form."""
-        entries = self.directions * self.mass.adjugate() * self.directions.T
-        return entries.applyfunc(lambda part: tidy(sp.expand(part)))
+        """G times det M."""
+        return (self.directions * self.mass.adjugate() * self.directions.T).applyfunc(sp.expand)
 
     @cached_property
     def gap_rate(self) -> sp.Expr:

@@ -9,7 +9,7 @@ from sympy.core.function import AppliedUndef
 
 from asympk.errors import InputError
 from asympk.mechanics.kinetics import slope_in_powers
-from asympk.mechanics.tidy import LONG, collected, contracted_if_short, in_normal_form
+from asympk.mechanics.tidy import LONG, collected, in_normal_form
 from asympk.numbers import short
 from asympk.symbolic.long import atoms, is_longer, replaced
 from asympk.symbolic.reading import entries_of, real_expression
@@ -59,21 +59,20 @@ def lagranges_equations(
         bent = next((term for term in sp.Add.make_args(energy) if sp.hessian(term, u).has(*u)), energy)
         raise InputError(f"{short(bent.xreplace(own))} in the Lagrangian is not quadratic in the rates, and the mass "
                          "matrix would depend on them; friction and the like are forces=")
-    tidied = mass.applyfunc(lambda entry: (in_normal_form if is_longer(entry, LONG) else contracted_if_short)(entry))
-    if tidied != mass:
-        energy, momenta, mass = _through_mass(energy, momenta, tidied, u)
+    if any(is_longer(entry, LONG) for entry in mass):
+        energy, momenta, mass = _shortened(energy, momenta, mass, u)
     moved = {t: sp.S.One, **dict(zip(q, u, strict=True))}
     turning = [sp.Add(*(slope_in_powers(p, x) * v for x, v in moved.items())) for p in momenta]
     forces = (slope_in_powers(energy, x) - part for x, part in zip(q, turning, strict=True))
     return mass, sp.Matrix([collected(force) for force in forces])  # most terms cancel
 
 
-def _through_mass(
+def _shortened(
     energy: sp.Expr, momenta: list[sp.Expr], mass: sp.Matrix, u: tuple[sp.Symbol, ...]
 ) -> tuple[sp.Expr, list[sp.Expr], sp.Matrix]:
-    """Return energy and momenta through a mass matrix in a short form, and this: squares of sine and cosine add up."""
+    """Return energy, momenta and mass matrix with normal forms in the matrix: most squares of Euler angles add up."""
     still, rates = dict.fromkeys(u, 0), sp.Matrix(u)
-    drift = sp.Matrix(momenta).xreplace(still)
+    mass, drift = mass.applyfunc(in_normal_form), sp.Matrix(momenta).xreplace(still)
     turning = mass * rates
     return turning.dot(rates) / 2 + drift.dot(rates) + energy.xreplace(still), [*(turning + drift)], mass
 

@@ -14,7 +14,6 @@ from sympy.simplify.fu import TR10i
 from asympk.symbolic.long import atoms, is_clearly_nonzero, is_longer, replaced
 
 LONG = 150  # operations beyond which a shorter form costs seconds and would not be readable
-SHORT = 60  # operations up to which a formula is contracted that enters many others: more sums of angles take minutes
 
 
 @lru_cache(maxsize=4096)
@@ -30,8 +29,7 @@ def tidy(expr: sp.Expr) -> sp.Expr:
     expanded = sp.expand_trig(plain)
     if not plain.has(sp.sin, sp.cos) or (expanded != plain and is_longer(expanded, LONG)):
         return shortest(expr, sp.factor(plain))
-    forms = dict.fromkeys(form for angles in (plain, expanded) for form in _normal_forms(plain, angles))
-    return shortest(expr, plain, *map(sp.factor, forms))
+    return shortest(expr, plain, *map(sp.factor, dict.fromkeys(_normal_forms(plain, expanded))))
 
 
 def contracted(expr: sp.Expr) -> sp.Expr:
@@ -43,11 +41,6 @@ def contracted(expr: sp.Expr) -> sp.Expr:
         return expr
     powers = (factor.as_base_exp() for factor in sp.Mul.make_args(sp.factor(sp.together(expr))))
     return shortest(tidy(expr), TR10i(sp.Mul(*(tidy(base) ** exponent for base, exponent in powers))))
-
-
-def contracted_if_short(expr: sp.Expr) -> sp.Expr:
-    """Return ``contracted(expr)`` of a formula in sines or cosines up to ``SHORT``, and any other as it stands."""
-    return contracted(expr) if expr.has(sp.sin, sp.cos) and not is_longer(expr, SHORT) else expr
 
 
 def in_normal_form(expr: sp.Expr) -> sp.Expr:

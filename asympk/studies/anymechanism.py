@@ -15,7 +15,6 @@ import sympy as sp
 
 from asympk.mechanics import paradox
 from asympk.mechanics.kinetics import Kinetics
-from asympk.mechanics.tidy import shortest
 from asympk.methods import solve
 from asympk.scene import Scene
 from asympk.storage.rows import KEPT, StoredRows, in_kept_digits
@@ -66,17 +65,10 @@ def _collected(expr, kinetics):
     angles = {s for part in expr.atoms(sp.sin, sp.cos) for s in part.free_symbols}
     parameters = [s for s in kinetics.parameters if expr.has(s) and s not in angles]
     if not parameters:
-        return _in_angles(expr)
+        return sp.trigsimp(sp.factor(expr))
     terms = sp.Poly(sp.expand(expr), *parameters).terms()
     powers = [sp.Mul(*(s**n for s, n in zip(parameters, power, strict=True))) for power, _ in terms]
-    return sp.Add(*(_in_angles(term) * power for power, (_, term) in zip(powers, terms, strict=True)))
-
-
-def _in_angles(expr):
-    """Return a short form in sines and cosines, as ``trigsimp`` has it, but with (1 - cos(2 a))/2 as sin(a)^2."""
-    found = sp.trigsimp(sp.factor(expr))
-    halved = sp.expand_mul(found.replace(sp.cos, lambda angle: 1 - 2 * sp.sin(angle / 2) ** 2))
-    return found if halved.is_Add else shortest(found, halved)
+    return sp.Add(*(sp.trigsimp(sp.factor(term)) * power for power, (_, term) in zip(powers, terms, strict=True)))
 
 
 def error_rows() -> StoredRows:

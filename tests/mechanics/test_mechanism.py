@@ -14,7 +14,7 @@ import asympk as ap
 from asympk.errors import InputError, OutOfRange, UnknownName
 from asympk.mechanics.described import mechanism_of_table
 from asympk.mechanics.evaluation import evaluate
-from asympk.mechanics.tidy import SHORT, cofactors, contracted_if_short, expanded_determinant
+from asympk.mechanics.tidy import cofactors, expanded_determinant
 
 FREE = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2
 U, V = dynamicsymbols("U V")
@@ -457,40 +457,3 @@ def test_a_symbol_of_the_name_of_the_time_that_is_another_one_is_refused(declare
     energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 - Y
     with pytest.raises(InputError, match="write the time as"):
         ap.Mechanism.from_lagrangian(energy, (X, Y), contact=ap.Contact(Y, X, 1), forces={X: sp.sin(t)})
-
-
-def test_the_mass_matrix_and_the_forces_of_a_double_pendulum_are_those_of_the_textbook():
-    """Squares of sine and cosine were left in each entry, and an entry of the Delassus matrix had 287 operations."""
-    a, b = angles = dynamicsymbols("a b")
-    m, n, r, s, gravity = sp.symbols("m n r s g", positive=True)
-    middles = [(r * sp.sin(a) / 2, -r * sp.cos(a) / 2)]
-    tip = (r * sp.sin(a) + s * sp.sin(b), -r * sp.cos(a) - s * sp.cos(b))
-    middles.append((tip[0] - s * sp.sin(b) / 2, tip[1] + s * sp.cos(b) / 2))
-    kinetic = sum(M * sum(p.diff(T) ** 2 for p in at) / 2 for M, at in zip((m, n), middles, strict=True))
-    kinetic += m * r**2 * a.diff(T) ** 2 / 24 + n * s**2 * b.diff(T) ** 2 / 24
-    energy = kinetic - gravity * (m * middles[0][1] + n * middles[1][1])
-    belt = ap.Contact(gap=tip[1] + r, slip=tip[0], friction=3, unilateral=True)
-    pendulum = ap.Mechanism.from_lagrangian(energy, angles, contact=belt)
-    mixed = n * r * s * sp.cos(a - b) / 2
-    assert (pendulum.mass - sp.Matrix([[(m / 3 + n) * r**2, mixed], [mixed, n * s**2 / 3]])).expand() == sp.zeros(2)
-    pull = n * r * s * sp.sin(a - b) * b.diff(T) ** 2 / 2 + gravity * r * (m / 2 + n) * sp.sin(a)
-    assert sp.expand(pendulum.forces[0] + pull) == 0
-    assert max(part.count_ops() for part in pendulum.mass) < 10
-
-
-def test_a_rod_on_a_slope_has_the_critical_friction_of_level_ground_by_its_angle_to_the_slope():
-    """No formula was derived: products of sines in gap and slip made the mass matrix one that is not inverted."""
-    alpha = sp.Symbol("alpha", positive=True)
-    x, y = X - l * sp.cos(THETA), Y - l * sp.sin(THETA)
-    ground = {"gap": y * sp.cos(alpha) - x * sp.sin(alpha), "slip": x * sp.cos(alpha) + y * sp.sin(alpha)}
-    to_slope = THETA - alpha
-    expected = (3 * sp.cos(to_slope) ** 2 + 1) / (3 * sp.Abs(sp.sin(to_slope) * sp.cos(to_slope)))
-    assert slender_rod(**ground).critical_friction.subs(alpha, -alpha) == expected.subs(alpha, -alpha)
-
-
-def test_a_formula_with_many_sums_of_angles_is_left_as_it_stands():
-    """A mass matrix with entries of a hundred operations took minutes."""
-    products = [sp.sin(k * THETA + n) * sp.cos(n * THETA - k * l) for k in range(1, 4) for n in range(1, 4)]
-    assert contracted_if_short(sp.Add(*products)) == sp.Add(*products)
-    assert sp.Add(*products).count_ops() > SHORT
-    assert contracted_if_short(sp.sin(THETA) * sp.cos(l) + sp.cos(THETA) * sp.sin(l)) == sp.sin(THETA + l)
