@@ -32,7 +32,7 @@ from asympk.symbolic.expansion import (
     require_short,
 )
 from asympk.symbolic.hurwitz import Spectra, attracting, off_axis, repelling, spectra, split
-from asympk.symbolic.long import atoms, in_factors, replaced
+from asympk.symbolic.long import atoms, entries_in_factors, in_factors, replaced
 from asympk.symbolic.reading import real_expression
 from asympk.symbolic.roots import (
     fractional_powers,
@@ -71,7 +71,7 @@ class CriticalManifold(ShownAsFormulas):
     def jacobian(self) -> sp.Matrix:
         """The matrix dg/dy on the manifold."""
         at = {**self.branch, **over_fast(self.dynamics, self.small, self.branch)}
-        return jacobian_on_branch(self.dynamics, self.small).subs(at, simultaneous=True).applyfunc(in_factors)
+        return entries_in_factors(jacobian_on_branch(self.dynamics, self.small).subs(at, simultaneous=True))
 
     @cached_property
     def characteristic(self) -> Spectra:

@@ -34,6 +34,7 @@ PLACES = 128  # at which an expression with roots is looked at
 FURTHEST = 10**6  # the largest number of which coordinates of places are ratios; of small ones some hit isolated zeros
 EXPANDED = 20_000  # terms of a power of a sum, times its exponent: with 10000 formulas take seconds, with 90000 minutes
 LONG = 200  # operations; from longer rates that are not rational come coefficients of a hundred thousand operations
+MANY = 4  # different exponentials in the rates of several fast states; with more, coefficients take minutes
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,11 +60,11 @@ def is_implicit(branch: sp.Dict) -> bool:
     return all(y == h for y, h in branch.items())
 
 
-def require_short(mode: Mode, order: int = 0) -> None:
+def require_short(mode: Mode, order: int = 0, branch: sp.Dict | None = None) -> None:
     """Raise ``NotDerivable`` where no formulas can be written.
 
     This is where a power of a sum has too many terms, and, if ``order`` is above 0, where the rates are too long, or
-    exponentials without a common root of low degree are in those of several fast states.
+    many different exponentials are in those of several fast states on an implicit ``branch``.
     """
     rates = sp.Tuple(*mode.slow.values(), *mode.fast.values())
     for power in sorted(atoms(rates, sp.Pow), key=str):
@@ -71,7 +72,8 @@ def require_short(mode: Mode, order: int = 0) -> None:
             raise NotDerivable(f"the rates of {mode.name} have the power {short(power)}, which has too many terms for "
                                "formulas: put a parameter for it, or an exponential; solve follows it")
     long = heavy(rates) and is_longer(rates, LONG)
-    if order and (long or (len(mode.fast) > 1 and named_exponentials(rates))):
+    implicit = branch is not None and len(branch) > 1 and is_implicit(branch)
+    if order and (long or (implicit and len(named_exponentials(rates)[1]) > MANY)):
         much = "are too long" if long else "have too many exponentials"
         raise NotDerivable(f"the rates of {mode.name} {much} for coefficients in symbols beyond order 0; export writes "
                            "them, and solve(scene, method='slow', order=n) uses them")
@@ -384,7 +386,8 @@ def _derivation(x, mode, small, inverse, value):
 def _inverse(jacobian, ties):
     """Return the inverse matrix; over an algebraic branch, with a denominator free of the generator y."""
     if jacobian.shape != (1, 1):
-        return jacobian.inv().applyfunc(sp.cancel)
+        names, own = named_exponentials(sp.Tuple(*jacobian))
+        return jacobian.xreplace(names).inv().applyfunc(sp.cancel).xreplace(own)
     numerator, denominator = sp.fraction(sp.cancel(jacobian[0]))
     if not ties:
         return sp.Matrix([[denominator / numerator]])

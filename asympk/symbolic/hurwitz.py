@@ -11,7 +11,7 @@ import sympy as sp
 
 from asympk.errors import NotDerivable
 from asympk.symbolic.conditions import reduce_under
-from asympk.symbolic.long import LONG, in_factors, is_longer
+from asympk.symbolic.long import LONG, in_factors, is_longer, named_exponentials
 from asympk.symbolic.signs import conjunction, nonzero
 from asympk.symbolic.values import in_words
 
@@ -21,9 +21,11 @@ _U = sp.Dummy("u", real=True)
 
 def characteristic(matrix: sp.Matrix) -> tuple[sp.Expr, ...]:
     """Return the coefficients of det(s - matrix), from the highest."""
-    entries = matrix.to_DM()  # ``Matrix.charpoly`` compares the entries of blocks, and fails where one has a root
+    names, own = named_exponentials(sp.Tuple(*matrix))
+    entries = matrix.xreplace(names).to_DM()  # ``Matrix.charpoly`` compares the entries of blocks, and fails at a root
     found = map(entries.domain.to_sympy, entries.charpoly_base())
-    return tuple(sp.simplify(c) if entries.domain.is_EXRAW and not is_longer(c, LONG) else c for c in found)
+    return tuple((sp.simplify(c) if entries.domain.is_EXRAW and not is_longer(c, LONG) else c).xreplace(own)
+                 for c in found)
 
 
 def spectra(matrix: sp.Matrix) -> Spectra:

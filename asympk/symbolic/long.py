@@ -146,23 +146,37 @@ def _product(powers: Counter[sp.Expr]) -> sp.Expr:
 
 def in_factors(expr: sp.Expr) -> sp.Expr:
     """Return ``sp.factor(expr)``, with exponentials that would be high powers of one left as they are."""
-    names = named_exponentials(expr)
-    return sp.factor(expr.xreplace(names)).xreplace({name: part for part, name in names.items()})
+    return entries_in_factors(sp.Matrix([expr]))[0]
 
 
-def named_exponentials(expr: sp.Basic) -> dict[sp.Expr, sp.Symbol]:
-    """Return {exponential: name} for those that SymPy takes for high powers of one, as w^9 and w^5, and factors long.
+def entries_in_factors(matrix: sp.Matrix) -> sp.Matrix:
+    """Return a matrix of entries in factors, as ``in_factors`` has them, with the same exponentials in all entries."""
+    names, meaning = named_exponentials(sp.Tuple(*matrix))
+    return matrix.xreplace(names).applyfunc(sp.factor).xreplace(meaning)
 
-    exp(x/10) and exp(x/18) are such powers of w = exp(x/90).
+
+def named_exponentials(expr: sp.Basic) -> tuple[dict[sp.Expr, sp.Expr], dict[sp.Expr, sp.Expr]]:
+    """Return {exponential: power of a name} and {name: exponential} where SymPy seeks factors or divisors long.
+
+    It does so where exponentials are high powers of one: exp(x/10) and exp(x/18) are w^9 and w^5 for w = exp(x/90).
+    Those that are whole powers of one among them have its name: exp(x/10) is v, and exp(-x/5) is v^-2.
     """
     found = sorted(atoms(expr, sp.exp), key=str)
-    moving = [sp.expand(e.exp).as_coeff_Add()[1] for e in found]
-    ratios = [sp.cancel(part / moving[0]) for part in moving]
+    exponents = [sp.expand(e.exp) for e in found]
+    slopes = [exponent.as_coeff_Add()[1] for exponent in exponents]
+    ratios = [sp.cancel(slope / first) for first in [*filter(None, slopes)][:1] for slope in slopes]
     if not ratios or not all(ratio.is_Rational for ratio in ratios):
-        return {}
+        return {}, {}
     step = common_divisor(ratios)
-    powers = [abs(ratio / step) for ratio in ratios]
-    return {e: sp.Dummy(positive=True) for e in found} if max(powers) > HIGH else {}
+    if max(abs(ratio / step) for ratio in ratios) <= HIGH:
+        return {}, {}
+    names, bases = dict[sp.Expr, sp.Expr](), dict[sp.Expr, sp.Expr]()
+    for _, e, exponent in sorted(zip(map(abs, ratios), found, exponents, strict=True), key=lambda part: part[0]):
+        powers = ((w, sp.cancel(exponent / base)) for w, base in bases.items())
+        w, k = next(((w, k) for w, k in powers if k.is_Integer), (sp.Dummy(positive=True), 1))
+        bases.setdefault(w, exponent)
+        names[e] = w**k
+    return names, {w: sp.exp(base) for w, base in bases.items()}
 
 
 def common_divisor(numbers: Iterable[sp.Rational]) -> sp.Rational:

@@ -138,7 +138,7 @@ def slow_manifold(
     if manifold.exists == sp.false:
         advice = ": give the fast states damping" * (manifold.real != sp.false)
         raise NotNormallyHyperbolic(f"{manifold.degeneracy(at)}; no slow manifold continues this branch{advice}")
-    require_short(dynamics, order)
+    require_short(dynamics, order, at)
     expand(dynamics, system.small, at, order)
     return manifold
 
@@ -152,7 +152,7 @@ def slow_manifolds(system: System, order: int = 1) -> Several[SlowManifold]:
     order = known_order(order)
     found = [c for c in critical_manifolds(system) if c.exists != sp.false and c.domain != sp.false]
     for c in found:
-        require_short(c.dynamics, order)
+        require_short(c.dynamics, order, c.branch)
         require_series(c.dynamics, c.small, order)
     return Several(SlowManifold(c.name, c.dynamics, c.small, c.branch, c.assumptions, order) for c in found)
 

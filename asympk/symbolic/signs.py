@@ -78,15 +78,15 @@ def factored(expr: sp.Expr) -> tuple[sp.Expr, list[tuple[sp.Expr, int]]]:
     """Return the content and the factors, with powers, of numerator times denominator: the sign is that of ``expr``."""
     if expr.has(sp.I):
         return sp.S.One, [(expr, 1)]
-    numerator, denominator = sp.fraction(sp.together(expr))
+    names, meaning = named_exponentials(expr)  # before a denominator e^(-y) becomes a factor e^y, which has no name
+    numerator, denominator = sp.fraction(sp.together(expr.xreplace(names)))
     powers = (p for p in expr.atoms(sp.Pow) if p.is_positive and p.free_symbols and not p.exp.is_Integer)
-    names = {p: sp.Dummy(positive=True) for p in powers}  # SymPy does not factor roots of positive symbols
-    names |= named_exponentials(expr)
+    roots = {p: sp.Dummy(positive=True) for p in powers}  # SymPy does not factor roots of positive symbols
     try:
-        content, factors = sp.factor_list((numerator * denominator).xreplace(names))
+        content, factors = sp.factor_list((numerator * denominator).xreplace(roots))
     except sp.PolynomialError:  # of a power of a number with a state as exponent
-        return sp.S.One, [(numerator * denominator, 1)]
-    meaning = {name: p for p, name in names.items()}
+        return sp.S.One, [((numerator * denominator).xreplace(meaning), 1)]
+    meaning |= {name: p for p, name in roots.items()}
     return content, [(factor.xreplace(meaning), power) for factor, power in factors]
 
 

@@ -171,3 +171,11 @@ def test_exponentials_that_are_high_powers_of_one_are_factored_as_they_are():
     expr = a * sp.exp(b / 10) - a * c * sp.exp(b / 18 - 2)
     assert in_factors(expr) == -a * (c * sp.exp(b / 18 - 2) - sp.exp(b / 10))
     assert in_factors(sp.exp(2 * a) - 1) == (sp.exp(a) - 1) * (sp.exp(a) + 1)
+
+
+def test_exponentials_that_are_high_powers_of_one_are_named_as_powers_of_those_among_them():
+    names, meaning = long.named_exponentials(sp.exp(-2 * b / 10 - 2) + sp.exp(b / 10 + 1) + sp.exp(b / 18) + sp.exp(-1))
+    assert {name: e for e, name in names.items()}.keys() >= meaning.keys()
+    assert len(meaning) == 3
+    for e, name in names.items():
+        assert sp.expand(sp.log(name.xreplace(meaning)) - e.exp) == 0

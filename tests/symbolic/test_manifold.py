@@ -594,6 +594,38 @@ def test_the_axon_of_hodgkin_and_huxley_has_a_manifold_of_its_voltage_and_fast_g
         ap.slow_manifolds(axon)
 
 
+@pytest.mark.parametrize(("slow", "fast", "start"), [
+    (-x, {y: -y + sp.exp(x), z: -z + y + sp.exp(5 * x)}, None),
+    (-x * sp.exp(-x / 10), {y: x * sp.exp(-x / 18) - y, z: -z + y + x}, None),
+    (-x, {y: x - y**3 - y, z: sp.exp(-y) + sp.exp(5 * y) - z}, (2, 1, sp.exp(-1) + sp.exp(5))),
+])
+def test_two_fast_states_with_high_powers_of_an_exponential_have_a_first_coefficient(slow, fast, start):
+    """Of h = h_0 + mu h_1 is h_1 = g_y^-1 h_0' x', along the manifold: computed from g alone, in 30 digits."""
+    (manifold,) = ap.slow_manifolds(ap.System.smooth({x: slow}, fast, mu))
+    g, place = sp.Matrix([*fast.values()]), dict(zip((x, y, z), start or (sp.Rational(1, 3), 0, 0), strict=True))
+    if not start:
+        place |= {s: h.subs(place) for s, h in manifold.branch.items()}
+    slopes = g.jacobian([y, z]).subs(place)
+    expected = slopes.inv() * (-slopes.inv() * g.diff(x).subs(place)) * slow.subs(place)
+    found = [manifold.expr[s].coeff(mu, 1).subs(place) for s in (y, z)]
+    assert max(abs(sp.N(a - b, 30)) for a, b in zip(found, expected, strict=True)) < 1e-25
+
+
+@pytest.mark.further
+def test_a_neuron_with_two_sigmoids_has_a_manifold_of_its_voltage_and_fast_gate():
+    """SymPy sought divisors of exp(x/84)^7 and exp(x/84)^15 in the Jacobian without end, a constant among them."""
+    opens = [1 / (1 + sp.exp(-(x + at) / width)) for at, width in ((20, 12), (16, sp.Rational(28, 5)))]
+    current = -1800 * opens[0]**3 * (x - 100) - 1700 * w * (x + 75) - 12 * u / (1 + u) * (x + 75) - 7 * (x + 40)
+    fast = {x: current, w: opens[1] - w}
+    (manifold,) = ap.slow_manifolds(ap.System.smooth({u: (-x / 10 - u) / 100}, fast, mu), order=0)
+    for voltage in (-60, -28, -10, 5):
+        place = {x: voltage, w: opens[1].subs(x, voltage), u: 1}
+        slopes = mpmath.matrix(sp.Matrix([*fast.values()]).jacobian([x, w]).subs(place).evalf(30).tolist())
+        parts = [value.real for value in mpmath.eig(slopes)[0]]
+        assert bool(manifold.attracting.subs(place)) == all(part < 0 for part in parts)
+        assert bool(manifold.repelling.subs(place)) == all(part > 0 for part in parts)
+
+
 @pytest.mark.parametrize("force", [x - sp.sqrt(y), x - y - sp.sqrt(1 + y**2), x - sp.sqrt(1 - y**2),
                                    x - sp.sqrt(y) - 1 / sp.sqrt(y), x - y / (1 + sp.sqrt(y)),
                                    x - sp.atan(y), 2 * x - sp.asin(y), x - sp.acos(y), x - sp.acosh(y),
