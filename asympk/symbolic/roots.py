@@ -93,12 +93,9 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
         if own := _by_lambert(*equal_zero, *unknowns) or _by_logarithm(*equal_zero, *unknowns):
             return own
         if powers := _in_exponentials(*equal_zero, *unknowns) or _in_roots(*equal_zero, *unknowns):
-            numerator, w, height = powers
-            found = solutions_of([numerator], [w])
-            if found == [{}]:
-                return found
-            own = [dict.fromkeys(unknowns, h) for h in dict.fromkeys(height(s[w]) for s in found or ())]
-            return found and [*filter(_is_as_declared, own)]
+            return _by_power(*powers, *unknowns)
+        if factors := _factors_in_waves(*equal_zero, *unknowns):
+            return _in_one_turn(factors, *equal_zero, *unknowns)
         equal_zero = [_in_fewer_waves(*equal_zero, *unknowns)]
         if _mixes(*equal_zero, *unknowns):
             return None
@@ -121,6 +118,14 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
     if turning:
         return _in_a_turn(found or [], *turning, *equal_zero, *unknowns)
     return None if own and found is not None and _leaves_out(found, equal_zero, *unknowns) else found
+
+
+def _by_power(numerator, w, height, y):
+    """Return the solutions y = height(w), as y is declared, of the equation that the numerator is 0."""
+    if (found := solutions_of([numerator], [w])) == [{}]:
+        return found
+    own = [{y: h} for h in dict.fromkeys(height(s[w]) for s in found or ())]
+    return found and [*filter(_is_as_declared, own)]
 
 
 def _leaves_out(found, equal_zero, y, *others):
@@ -170,6 +175,46 @@ def _sign_changes(force, y):
 def _waves(force, y):
     """Return the trigonometric functions of y in an expression."""
     return {f for f in force.atoms(TrigonometricFunction) if f.has(y)}
+
+
+def _turn(force, y):
+    """Return q where g is a function of waves of y whose turns, 2 pi/q together, fit each other, else None.
+
+    A tangent has half the turn of a sine.
+    """
+    slopes = [f.args[0].diff(y) * (1 + isinstance(f, sp.tan | sp.cot)) for f in _waves(force, y)]
+    if not slopes or not all((slope / slopes[0]).is_Rational for slope in slopes):
+        return None
+    return slopes[0] * common_divisor(slope / slopes[0] for slope in slopes)
+
+
+def _factors_in_waves(force, y):
+    """Return the factors of g, a product of several polynomials in waves of y whose turns fit, else []."""
+    if heavy(force) or not _turn(force, y):
+        return []
+    names = {wave: sp.Dummy() for wave in _waves(force, y)}
+    told, own = sp.fraction(sp.together(force.xreplace(names)))[0], {name: wave for wave, name in names.items()}
+    if told.has(y) or not told.is_polynomial(*own):
+        return []
+    found = [factor.xreplace(own) for factor, _ in sp.factor_list(told, *own)[1] if factor.has(*own)]
+    return found if len(found) > 1 else []
+
+
+def _in_one_turn(factors, force, y):
+    """Return the roots of all factors of g in a turn of g, which may be several turns of a factor, or None."""
+    q, roots = _turn(force, y), list[dict]()
+    for factor in factors:
+        if (found := solutions_of([factor], [y])) is None:
+            return None
+        own = _turn(factor, y)
+        roots += [{y: s[y] + 2 * sp.pi * k / own} for s in found for k in range(abs(own / q))]
+    return _different(roots, q, y)
+
+
+def _different(roots, q, y):
+    """Return the roots of which none is another and some turns 2 pi/q."""
+    return [s for k, s in enumerate(roots)
+            if not any(sp.expand((s[y] - r[y]) * q / (2 * sp.pi)).is_integer for r in roots[:k])]
 
 
 def _in_fewer_waves(force, y):
@@ -229,11 +274,8 @@ def _in_half_angle(force, y):
 
     The period of g is 2 pi/q; with tangents alone they are those of q y/2.
     """
-    waves = _waves(force, y)
-    slopes = [f.args[0].diff(y) * (1 + isinstance(f, sp.tan | sp.cot)) for f in waves]
-    if heavy(force) or not slopes or not all((slope / slopes[0]).is_Rational for slope in slopes):
+    if heavy(force) or not (q := _turn(force, y)):
         return None
-    q = slopes[0] * common_divisor(slope / slopes[0] for slope in slopes)
     t, s = sp.symbols("t s", cls=sp.Dummy, real=True)
     sine, cosine = t / sp.sqrt(1 + t**2), 1 / sp.sqrt(1 + t**2)
     known = {sp.sin(s): sine, sp.cos(s): cosine, sp.tan(s): t, sp.cot(s): 1 / t}
@@ -247,11 +289,9 @@ def _in_a_turn(found, numerator, t, q, force, y):
 
     SymPy leaves out q y = pi, where t has no value, and some others. Its roots are shorter than 2 atan(t)/q.
     """
-    different = [s for k, s in enumerate(found)
-                 if not any(sp.expand((s[y] - r[y]) * q / (2 * sp.pi)).is_integer for r in found[:k])]
     roots = [{y: 2 * sp.atan(h) / q} for s in solutions_of([numerator], [t]) or () for h in s.values()]
     roots += [{y: sp.pi / q}] * is_zero(force.subs(y, sp.pi / q))
-    return max(different, roots, key=len)
+    return max(_different(found, q, y), roots, key=len)
 
 
 def _solves(solution, equal_zero):

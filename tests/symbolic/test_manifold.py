@@ -529,6 +529,7 @@ def test_a_rest_state_that_sympy_leaves_out_is_not_denied():
     (x * sp.sin(y) - sp.sin(2 * y), 4, 2), (sp.sin(y) + x * (1 + sp.cos(y)), 2, 2), (sp.cos(y) - x * sp.sin(y), 2, 2),
     (sp.cos(2 * y) - x * sp.sin(2 * y), 2, 1), ((sp.sin(y) ** 2 - 1) * (x - sp.sin(y)), 4, 2), (x - sp.tan(y), 1, 1),
     (sp.sin(y) * sp.cos(y) - x, 2, 1), (x * sp.cos(y) ** 2 - sp.sin(y) ** 2, 2, 1),
+    ((1 - 3 * sp.cos(y) ** 2) * (x - 3 * sp.sin(y / 2)), 10, 4), ((x - sp.sin(y)) * (x - sp.cos(3 * y)), 8, 2),
 ])
 @pytest.mark.few(1)
 def test_the_branches_of_an_angle_are_all_those_in_a_turn_and_each_once(force, count, turn):
