@@ -117,11 +117,11 @@ def read_formula(text: object, symbols: Mapping[str, sp.Expr], what: str = "form
     return found
 
 
-def read_constant(what: str, value: Any, angles: bool = True) -> Any:
+def read_constant(what: str, value: Any, angles: bool = True, digits: int = KEPT_DIGITS) -> Any:
     """Return the number that a formula without names spells in a text, such as "sqrt(2)/2", "pi/4" or "75 deg".
 
     The text is that of a file or of the command line. The number is a Fraction, of an irrational number right to
-    ``KEPT_DIGITS``. Degrees are a decimal or a ratio: "pi/4 deg" is refused. Without ``angles`` a text in degrees is
+    ``digits``. Degrees are a decimal or a ratio: "pi/4 deg" is refused. Without ``angles`` a text in degrees is
     returned as it is, and so is any other value, a string of digits included. Raises ``InputError``.
 
     >>> read_constant("theta", "60 deg") == read_constant("theta", "pi/3"), read_constant("m", "2^3/5")
@@ -130,7 +130,7 @@ def read_constant(what: str, value: Any, angles: bool = True) -> Any:
     if not isinstance(value, str) or spells_number(value) or (in_degrees(value) and not angles):
         return value
     found = _angle(what, value) if in_degrees(value) else read_formula(value, {}, what)
-    exact = found if found.is_Rational else found.evalf(KEPT_DIGITS)
+    exact = found if found.is_Rational else found.evalf(digits)
     if not exact.is_real:
         raise _no_number(what, value)
     if exact and not _LEAST < abs(exact) < _MOST:
@@ -151,9 +151,11 @@ def read_constants(what: str, value: Any, angles: bool = True) -> Any:
     return value
 
 
-def read_number(what: str, value: Any, angles: bool = True) -> int | float | Fraction:
+def read_number(
+    what: str, value: Any, angles: bool = True, digits: int = KEPT_DIGITS
+) -> int | float | Fraction:
     """Return a number as ``numbers.number`` does; a text may also be a formula of numbers, as in ``read_constant``."""
-    return number(what, read_constant(what, value, angles))
+    return number(what, read_constant(what, value, angles, digits))
 
 
 def in_degrees(value: object) -> bool:

@@ -21,7 +21,7 @@ Number: TypeAlias = Any  # a float, an mpf, a Fraction or a ball, or an array of
 Arithmetic: TypeAlias = Any  # the functions of one kind of numbers: ``Doubles``, an mpmath context, NumPy
 
 HIGHEST = 1000  # highest order of an expansion
-_SPELT = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,4})?|[+-]?\d+/\d+", re.ASCII)
+_SPELT = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,4})?|[+-]?\d+/\d+", re.ASCII)
 _WIDTH = 60  # most characters of a value in a message
 _LONGEST = 4000  # most characters of a string, and most digits of a Decimal
 _FARTHEST = 9999  # largest power of ten of a Decimal, up or down

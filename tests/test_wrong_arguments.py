@@ -1,5 +1,6 @@
 """Every public function refuses an argument of the wrong kind by a class of ours and in one line."""
 
+import time
 from collections.abc import Callable
 from decimal import Decimal
 from fractions import Fraction
@@ -15,6 +16,7 @@ from sympy.physics.mechanics import dynamicsymbols
 import asympk as ap
 from asympk.certify.certificates import certify
 from asympk.errors import AsympkError, InputError
+from asympk.numbers import spells_number
 from asympk.output.export import export
 from asympk.sweep import run_sweep
 from asympk.sweep.sweepfile import parse_sweep
@@ -134,3 +136,10 @@ def test_a_constant_of_sympy_is_to_be_worked_out_first():
         ap.Scene(sigma=1, mu="1e-3", start=(0, sp.sin(1), -1), until=1)
     read = ap.Scene(sigma=1, mu="1e-3", start=(0, sp.sin(1).evalf(20), -1), until=1)
     assert abs(read.start[1] - sp.sin(1)) < 1e-20
+
+
+def test_a_long_ratio_is_read_as_fast_as_a_short_one():
+    """Its numerator alone is a decimal, too, which must not be looked for at each of its digits."""
+    begin = time.process_time()
+    assert spells_number("3" * 3990 + "/7")
+    assert time.process_time() - begin < 0.05

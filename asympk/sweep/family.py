@@ -18,6 +18,8 @@ from typing import Any, NamedTuple
 from asympk.errors import InputError
 from asympk.numbers import short
 
+DIGITS = 100  # of an irrational number: a double has 17, and the manifest lists every value of a grid
+
 
 @dataclass(frozen=True)
 class Axis:

@@ -12,7 +12,7 @@ from asympk.many import PHASES
 from asympk.numbers import Number, number
 from asympk.scenes.scenefile import PHYSICAL, UNITS
 from asympk.storage.tomlfile import require_keys
-from asympk.sweep.family import Axis, Followed, by_state, require_static, require_time
+from asympk.sweep.family import DIGITS, Axis, Followed, by_state, require_static, require_time
 from asympk.sweep.itineraries import Alphabet
 
 
@@ -39,7 +39,7 @@ class RodFamily:
 
     def number(self, field: str, value: Any) -> Number:
         """Return ``value`` as an exact number; raises ``InputError`` if it is none."""
-        return read_number(field, value, angles=False)
+        return read_number(field, value, angles=False, digits=DIGITS)
 
     def check(self, axes: Mapping[str, Axis]) -> None:
         """Raise ``InputError`` where a range contains values that are not allowed."""
@@ -87,12 +87,13 @@ class PhysicalRodFamily(RodFamily):
         """Return ``value`` as a number of a field, an angle in radians; raises ``InputError`` if it is not allowed."""
         from asympk.systems.painleve_klein.units import Degrees, quantity
 
+        value = read_constant(field, value, angles=False, digits=DIGITS)
         if field in self.states:
-            return read_number(field, value, angles=False)
+            return number(field, value)
         if field == "until":
-            return number(field, read_constant(field, value, angles=False), lambda t: t >= 0, "zero or positive")
-        found = quantity(field, read_constant(field, value, angles=False))
-        return number(field, found.radians) if isinstance(found, Degrees) else found
+            return number(field, value, lambda t: t >= 0, "zero or positive")
+        found = quantity(field, value)
+        return number(field, found.radians(DIGITS)) if isinstance(found, Degrees) else found
 
     def check(self, axes: Mapping[str, Axis]) -> None:
         """Raise ``InputError`` for static friction below kinetic friction; ``number`` checks all else."""

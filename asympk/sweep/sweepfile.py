@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 Family: TypeAlias = "RodFamily | SystemFamily"
 FORMATS = ("npz", "parquet")
-_MOST, _MOST_POINTS, _MOST_BITS = 10**12, 10**5, 5000
+_MOST, _MOST_POINTS, _MOST_BITS = 10**12, 10**5, 4000
 _SETTINGS = ("name", *SWEEP)
 _KEYS = (*_SETTINGS, "about", "sigma", "mu", "sigma0", "start", "until", *PHYSICAL, UNITS, *SYSTEM)
 _RANGES = ("grid", "log_grid", "uniform", "log_uniform")

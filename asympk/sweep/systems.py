@@ -24,7 +24,7 @@ from asympk.numbers import Number
 from asympk.scene import Scene
 from asympk.scenes.systemfile import cancelled, coordinates_of_start, system_of, without
 from asympk.storage.tomlfile import require_keys, table_in
-from asympk.sweep.family import Axis, Followed, by_state, require_time
+from asympk.sweep.family import DIGITS, Axis, Followed, by_state, require_time
 from asympk.sweep.itineraries import Alphabet
 from asympk.sweep.rods import RodFamily
 from asympk.symbolic.branches import is_smooth
@@ -112,7 +112,7 @@ class SystemFamily:
 
     def number(self, field: str, value: Any) -> Number:
         """Return ``value`` as an exact number; raises ``InputError`` if it is none."""
-        return read_number(field, value)
+        return read_number(field, value, angles=field != UNTIL, digits=DIGITS)
 
     def check(self, axes: Mapping[str, Axis]) -> None:
         """Raise ``InputError`` where the system refuses parameters at the ends of their ranges.

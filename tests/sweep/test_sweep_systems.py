@@ -23,7 +23,7 @@ from asympk.output.terminal import sweep_as_text
 from asympk.scenes.scenefile import read_scene
 from asympk.sweep import chunks, results, run_sweep, summary
 from asympk.sweep.itineraries import Alphabet
-from asympk.sweep.sweepfile import parse_sweep
+from asympk.sweep.sweepfile import from_description, parse_sweep
 
 # a rough, moving ground under one of two masses on springs, and a fast actuator: four states, affine
 CHAIN = """
@@ -682,3 +682,20 @@ def test_a_start_where_a_formula_has_no_value_is_an_outcome_unless_it_is_not_use
     found = _whole(tmp_path)
     assert [OUTCOMES[k] for k in found["outcome"]] == [outcome, "followed"]
     assert found["v"].tolist() == pytest.approx([1 if outcome == "followed" else np.nan, 1], nan_ok=True)
+
+
+def test_a_grid_between_irrational_numbers_takes_few_digits_of_the_manifest_and_a_time_no_degrees():
+    text = """
+        until = %s
+        start = {x = {grid = ["-sqrt(2)", "2*pi"], points = 1000}, v = 0}
+        [system.slow]
+        x = "v"
+        v = "-x"
+    """
+    sweep = parse_sweep(text % 1)
+    values = sweep.axes["x"].values
+    assert [float(values[0]), float(values[-1])] == [-math.sqrt(2), 2 * math.pi]
+    assert len(json.dumps(sweep.described())) < 300 * len(values)
+    assert from_description(sweep.described()) == sweep
+    with pytest.raises(InputError, match="until = '60 deg'"):
+        parse_sweep(text % '"60 deg"')

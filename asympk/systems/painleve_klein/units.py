@@ -46,10 +46,9 @@ class Degrees:
 
     value: Fraction
 
-    @property
-    def radians(self) -> Any:
-        """The angle in radians, to ``KEPT_DIGITS``."""
-        m = private_context(KEPT_DIGITS)
+    def radians(self, digits: int) -> Any:
+        """Return the angle in radians, an mpf with ``digits``."""
+        m = private_context(digits)
         return m.pi * self.value.numerator / (180 * self.value.denominator)
 
     def __str__(self) -> str:
@@ -162,7 +161,7 @@ def degrees(name: str, value: Any) -> Degrees:
 def nondimensional(quantities: Mapping[str, Number]) -> tuple[dict[str, Number], "Units"]:
     """Return ``RESULTS`` and the ``Units``, as fractions correct to ``KEPT_DIGITS``, from exact quantities by name."""
     exact = (quantities[name] for name in SYMBOLS)
-    values = [value.radians if isinstance(value, Degrees) else Fraction(value) for value in exact]
+    values = [value.radians(KEPT_DIGITS) if isinstance(value, Degrees) else Fraction(value) for value in exact]
     found = _lowered("mpmath").to_digits(KEPT_DIGITS, *values)
     names = (*(f"nondimensional {name}" for name in RESULTS), "time", "reaction", "velocity")
     found = [number(name, value) for name, value in zip(names, found, strict=True)]
