@@ -14,6 +14,8 @@ from typing import NamedTuple
 
 import sympy as sp
 
+from asympk.errors import InputError
+from asympk.formulas import NOT_FINITE
 from asympk.numbers import sign_of
 from asympk.symbolic.branches import with_direction
 from asympk.symbolic.derivatives import slope_by
@@ -152,11 +154,16 @@ def system_on_sides(system: System, sides: Sides) -> System:
     """Return a system with its rates and frictions as on the given ``sides`` of its phases: itself if they are so.
 
     A law of friction keeps the sign of its own velocity: its branch tells it, and at rest both directions count.
+    Raises ``InputError`` where a rate has no value on the sides.
     """
     if not sides:
         return system
     on = partial(on_sides, sides=sides)
     slow, fast = ({s: on(rate) for s, rate in rates.items()} for rates in (system.slow, system.fast))
+    if atoms(sp.Tuple(*slow.values(), *fast.values()), sp.Basic) & {*NOT_FINITE}:
+        edges = ", ".join(f"{phase} = 0" for phase, _ in sides)
+        raise InputError(f"the motion leads to a side of {edges} on which a rate has no value; end its Piecewise with a "
+                         "piece that always holds")
     contacts = tuple(_friction_on(f, on) for f in system.frictions)
     sided = replace(system, slow=sp.Dict(slow), fast=sp.Dict(fast), frictions=contacts)
     return system if sided == system else sided  # an equal one would be compared by its formulas, again and again

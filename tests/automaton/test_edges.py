@@ -713,6 +713,14 @@ def test_a_state_where_no_piece_holds_is_refused_by_name(at, said, options):
         ap.solve(ap.Scene(system=system, start={x: at, v: 1}, until=3), **options)
 
 
+@pytest.mark.parametrize("options", [{}, {"digits": 15}, {"method": "lsoda"}])
+@pytest.mark.parametrize("spring", [sp.Piecewise((x, x < 1)), sp.Piecewise((x, x < 1), (2, x > sp.Rational(6, 5)))])
+def test_a_start_on_an_edge_that_leads_where_no_piece_holds_is_refused_by_the_name_of_the_edge(spring, options):
+    system = ap.System.smooth({x: v, v: -spring}, {}, None)
+    with pytest.raises(ap.AsympkError, match=r"x - 1 = 0.* a rate has no value; end its Piecewise with a piece"):
+        ap.solve(ap.Scene(system=system, start={x: 1, v: 1}, until=3), **options)
+
+
 @pytest.mark.parametrize("speed", [-1, -3])
 def test_a_block_on_the_edge_beyond_which_its_load_is_zero_goes_on_without_friction(speed, how):
     """Its speed is that at the start plus sin(t), and its place 1 - cos(t) more than at that speed."""
