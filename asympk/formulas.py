@@ -95,6 +95,9 @@ _LARGEST_NUMBER = 1000  # most digits of a power of numbers
 _LEAST, _MOST = 1e-300, 1e300  # sizes of a number
 _OPERATORS = {ast.Add: add, ast.Sub: sub, ast.Mult: mul}
 _RELATIONS = {ast.Lt: sp.Lt, ast.LtE: sp.Le, ast.Gt: sp.Gt, ast.GtE: sp.Ge}
+# what to write for signs that documents have and formulas have not
+_SIGNS = {"−": "-", "–": "-", "‐": "-", "·": "*", "⋅": "*", "×": "*", "÷": "/", "∕": "/", "²": "^2", "³": "^3",
+          "½": "1/2", "√": "sqrt()", "≤": "<=", "≥": ">=", "π": "pi", "°": "deg", "′": "'"}
 _PRIME, _WORD = "\N{MODIFIER LETTER PRIME}", "\N{MODIFIER LETTER DOUBLE PRIME}"
 _NUMBER = re.compile(r"(?<![\w.])(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,4})?(?![\w.])", re.ASCII)
 
@@ -177,6 +180,15 @@ def _no_number(what: str, text: object) -> InputError:
                       "'sqrt(2)/2', 'pi/4' or '75 deg'")
 
 
+def _no_formula(what: str, text: str, symbols: Mapping[str, sp.Expr]) -> InputError:
+    for sign in _SIGNS:
+        if sign in text:
+            return InputError(f"{what} = {short(text)}: the sign {sign} is not read; write {_SIGNS[sign]}")
+    if not symbols:
+        return _no_number(what, text)
+    return InputError(f"{what} = {short(text)}: it is not a formula; write one such as 'x + 2*y'")
+
+
 def read_relation(text: object, symbols: Mapping[str, sp.Expr]) -> sp.Basic:
     """Return the relation that ``text`` spells, such as ``kappa > 0`` or ``0 < r <= 1``; raises ``InputError``."""
     found = _read(text, symbols, "assumption")
@@ -214,8 +226,7 @@ def _read(text: object, symbols: Mapping[str, sp.Expr], what: str) -> sp.Basic:
     try:
         tree = ast.parse(source, mode="eval")
     except (SyntaxError, ValueError, MemoryError, RecursionError):
-        refusal = InputError(f"{what} = {short(text)}: it is not a formula; write one such as 'x + 2*y'")
-        raise (refusal if symbols else _no_number(what, text)) from None
+        raise _no_formula(what, text, symbols) from None
     known = {spelt: symbols[name] for spelt, name in plain.items()}
     try:
         return _Reader(known, what, text, source).read(tree.body, 0)
@@ -290,7 +301,7 @@ class _Reader:
             return self.symbols[name]
         if name in CONSTANTS:
             return CONSTANTS[name]
-        near = nearest(name, [*self.symbols, *CONSTANTS]) or nearest(name.lower(), CONSTANTS)
+        near = nearest(name, [*self.symbols, *CONSTANTS]) or nearest(name.lower(), CONSTANTS) or _SIGNS.get(name)
         if not self.symbols and not near:
             raise _no_number(self.what, self.text)
         had = ", ".join(map(_as_written, self.symbols)) or "none"

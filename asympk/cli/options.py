@@ -94,8 +94,10 @@ def given_scene(options: Namespace) -> "Scene":
 
 
 def _turned(scene: "Scene", given: dict, named: dict[str, str]) -> "Scene":
-    from asympk.scenes.turned import in_own_units, turned
+    from asympk.scenes.turned import in_own_units, scene_parameters, turned
 
+    if "until" in named and "until" not in scene_parameters(scene):
+        raise InputError(f"--set until: the horizon is no parameter; give it by --until {named['until']}")
     names, start, until = in_own_units(scene).names, given.pop("start", ()), given.pop("until", None)
     if start and len(start) != len(names):
         count = f"{len(start)} number{'s' * (len(start) != 1)}"

@@ -162,8 +162,8 @@ def system_on_sides(system: System, sides: Sides) -> System:
     slow, fast = ({s: on(rate) for s, rate in rates.items()} for rates in (system.slow, system.fast))
     if atoms(sp.Tuple(*slow.values(), *fast.values()), sp.Basic) & {*NOT_FINITE}:
         edges = ", ".join(f"{phase} = 0" for phase, _ in sides)
-        raise InputError(f"the motion leads to a side of {edges} on which a rate has no value; end its Piecewise with a "
-                         "piece that always holds")
+        raise InputError(f"the motion leads to a side of {edges} on which a rate has no value; end its Piecewise with "
+                         "a piece that always holds")
     contacts = tuple(_friction_on(f, on) for f in system.frictions)
     sided = replace(system, slow=sp.Dict(slow), fast=sp.Dict(fast), frictions=contacts)
     return system if sided == system else sided  # an equal one would be compared by its formulas, again and again

@@ -80,6 +80,7 @@ BAD_LINES = [
     ("solve backward --physical", "no physical quantities; give its scene or file in m, P, f"),
     ("solve chalk --sigma 1", "'sigma' is no parameter; choose one of m, P"),
     ("solve arm --sigma 1", "'sigma' is no parameter; choose one of E, S"),
+    ("solve arm --set until=1", "--set until: the horizon is no parameter; give it by --until 1"),
     ("solve arm --set q=1", "'q' is no parameter; choose one of E, S, c, f, h, m; the states of its start are a, b,"),
     ("solve arm --start 0 1 2", "--start has 3 numbers; give all 5, a, b, x, y, z, or some by --set"),
     ("solve arm --set f", "write it as NAME=VALUE"),

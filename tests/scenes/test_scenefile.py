@@ -84,6 +84,19 @@ def test_a_formula_that_switches_by_no_relation_is_refused_in_one_line(wrong):
         read_formula(wrong, {"x": sp.Symbol("x", real=True)})
 
 
+@pytest.mark.parametrize(("text", "said"), [("x − 1", "the sign − is not read; write -"), ("2·x", "write [*]"),
+                                            ("x²", r"write \^2"), ("x ≤ 1", "write <="), ("π*x", "did you mean pi")])
+def test_a_sign_that_only_documents_have_is_named_with_what_to_write(text, said):
+    with pytest.raises(InputError, match=said):
+        read_formula(text, {"x": sp.Symbol("x", real=True)})
+
+
+def test_a_sign_that_only_documents_have_is_named_in_a_number_too():
+    for text, said in (("−1", "write -"), ("60°", "write deg"), ("π/4", "did you mean pi")):
+        with pytest.raises(InputError, match=said):
+            read_constant("alpha", text)
+
+
 def test_names_of_a_formula_stand_for_their_own_symbols_however_they_are_spelt():
     names = ("X", "X'", "X_prime", "lambda", "lambda_", "\N{MICRO SIGN}")
     symbols = {name: sp.Symbol(name) for name in names}
