@@ -63,6 +63,9 @@ class _Words(StrPrinter):
     def _print_Or(self, expr: sp.Or) -> str:
         return self._joined(" or ", expr)
 
+    def _print_Not(self, expr: sp.Not) -> str:
+        return f"not ({self._print(expr.args[0])})"
+
     def _joined(self, word: str, expr: sp.And | sp.Or) -> str:
         return word.join(f"({self._print(part)})" if isinstance(part, sp.And | sp.Or) else self._print(part)
                          for part in expr.args)

@@ -302,6 +302,7 @@ def test_conditions_are_written_as_sentences():
     ]
     x_or_y = sp.Or(sp.Eq(x, 1), sp.And(x < 0, sp.Ne(v, 0)), evaluate=False)
     assert formula_in_words(x_or_y) == "x = 1 or (x < 0 and v != 0)"
+    assert formula_in_words(sp.Not(x_or_y, evaluate=False)) == "not (x = 1 or (x < 0 and v != 0))"
     assert formula_in_words(sp.Piecewise((x**2, x > 0), (v, True))) == "Piecewise((x**2, x > 0), (v, True))"
     assert formula_in_words(k * sp.Piecewise((x, x > 0), (v, True))) == "k*Piecewise((x, x > 0), (v, True))"
 
