@@ -73,7 +73,7 @@ def _cells(count: str, name: str, values: Any) -> tuple[str, Any, Any, str]:
     to, back = (np.log, np.exp) if scale == "log" else (np.array, np.array)
     steps = to(middles)
     between = steps[:-1] / 2 + steps[1:] / 2
-    ends = 2 * steps[[0, -1]] - between[[0, -1]]
+    ends = steps[[0, -1]] + (steps[[0, -1]] - between[[0, -1]])
     if scale == "log":
         ends = np.clip(ends, *LOGARITHMS)
     return name, back(np.concatenate([ends[:1], between, ends[1:]])), order, scale
@@ -82,9 +82,10 @@ def _cells(count: str, name: str, values: Any) -> tuple[str, Any, Any, str]:
 def _scale(values: Any) -> str:
     """Return "log" for values that are spaced more evenly by their logarithms and cover decades, else "linear"."""
     ordered = np.sort(np.array(values, dtype=float))
-    if not 0 < WIDE * ordered[0] < ordered[-1]:
+    if not 0 < ordered[0] < ordered[-1] / WIDE:
         return "linear"
-    even, by_logarithm = (np.std(steps) / np.mean(steps) for steps in map(np.diff, (ordered, np.log(ordered))))
+    parts = ordered / ordered[-1]  # whose squares are doubles
+    even, by_logarithm = (np.std(steps) / np.mean(steps) for steps in map(np.diff, (parts, np.log(ordered))))
     return "log" if by_logarithm <= even else "linear"
 
 

@@ -272,3 +272,10 @@ def test_a_scale_of_a_path_has_no_corner_where_its_logarithms_begin_one_decade_f
         zero, before, first, after, tenth, hundredth = place(least * np.array([0, 0.999, 1, 1.001, 100, 1000]))
         assert after - first == pytest.approx(first - before, rel=1e-2)
         assert first - zero == pytest.approx(hundredth - tenth, rel=1e-3)
+
+
+def test_a_quantity_over_hundreds_of_decades_has_a_logarithmic_axis_without_a_warning():
+    x = sp.Symbol("x", real=True)
+    decay = System.smooth({x: -x}, {}, None)
+    many = solve_many(system=decay, values={}, start={x: np.geomspace(1e-200, 1e200, 5)}, until=1)
+    assert many.plot().axes[-1].get_xscale() == "log"
