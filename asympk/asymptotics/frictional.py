@@ -33,6 +33,8 @@ SEVERAL = 5  # the error at the end of a layer, in units of the error allowed in
 FEW = 6  # the number of layers, one for each mode, up to which errors pass from one to the next as they are
 COARSER, SAFE = 10, 4  # the ratio of tolerances that tells how errors grow, and the margin of the error
 
+Remembered = tuple[Stretch, np.ndarray, np.ndarray]
+
 
 def follow_stretches(scene: Any, method: str = "jump", *, order: int = 0, units: Any = 1.0) -> Path:
     """Follow a ``scene`` with friction, or through switching surfaces, by layers and slow motion to ``order``.
@@ -93,9 +95,10 @@ def _followed(
     last = beyond + TAKEN * omitted if falls else matched.followed_to(order + 2, task, landed, path).state
     passed = _passed_on(task, begun, next_, units)
     rounding = max(np.max(units) * max(ROUNDING * rtol, _grown(path, rtol) / scale), passed / scale)
+    recent = tuple(_until_forgotten(path, task.mu))
     error = predicted_error(np.array((final, beyond, last)) * units, rounding=rounding,
-                            lately=_omitted_lately(path, order, task.mu, units))
-    return path, error + _of_layers(task, path, scale, units), rounding, omitted
+                            lately=_omitted_lately(recent, order, _of_fast(path, units)))
+    return path, error + _of_layers(task, path, recent, scale, units), rounding, omitted
 
 
 def _landed(task: Task, begun: MatchedPath) -> MatchedPath:
@@ -132,11 +135,13 @@ def _passed_on(task: Task, begun: MatchedPath, path: MatchedPath, units: Any) ->
     times as large; if it fails, the error is that of the states as a whole. It is 0 for ``FEW`` that are forgotten.
     """
     first = next((stretch.began for stretch in path.stretches if stretch.slowly), path.t)
-    lately = any(not stretch.slowly and stretch.began > first for stretch, *_ in _until_forgotten(path, task.mu))
+    layers = [stretch for stretch in path.stretches if stretch.slowly is None]
+    lately = layers and layers[-1].began > first and any(
+        stretch is layers[-1] for stretch, *_ in _until_forgotten(path, task.mu))
     soon = ROUNDING * task.rtol * max(1.0, path.t)
     values = path.mode.guard_values(*path.mode.moved_on(path.t, path.state, soon))
     nears = path.t > first and min(values, default=0.0) < 0
-    if not nears and not lately and sum(stretch.slowly is None for stretch in path.stretches) <= FEW:
+    if not nears and not lately and len(layers) <= FEW:
         return 0.0
     later = replace(task, until=task.until + soon) if nears else task
     try:
@@ -152,7 +157,7 @@ def _whole(task: Task, begun: MatchedPath) -> MatchedPath:
     return matched.onward(replace(task, order=task.order + 1, whole=True), _landed(task, begun))
 
 
-def _until_forgotten(path: MatchedPath, mu: float) -> Iterator[tuple[Stretch, np.ndarray, np.ndarray]]:
+def _until_forgotten(path: MatchedPath, mu: float) -> Iterator[Remembered]:
     """Yield the stretches of a path from the last one on, as far as the fast states at the end of the path remember.
 
     With each comes what is left at the end of the path of errors of the fast states at the end of the stretch, and of
@@ -166,11 +171,13 @@ def _until_forgotten(path: MatchedPath, mu: float) -> Iterator[tuple[Stretch, np
         yield stretch, after, kept
 
 
-def _omitted_lately(path: MatchedPath, order: int, mu: float, units: Any) -> float:
-    """Return the terms that ``order`` omits in slow motions before the end of a path, as far as they are remembered."""
-    scales = _of_fast(path, units)
+def _omitted_lately(recent: tuple[Remembered, ...], order: int, scales: np.ndarray) -> float:
+    """Return the terms that ``order`` omits in slow motions before the end of a path, as far as they are remembered.
+
+    ``scales`` are the units of the fast states.
+    """
     found = np.zeros_like(scales)
-    for stretch, after, _ in _until_forgotten(path, mu):
+    for stretch, after, _ in recent:
         if stretch.slowly is not None:
             now, since = stretch.slowly.remembered(stretch.slowly.end, (order,))
             found += np.abs(after) @ (now + since)[0]
@@ -193,7 +200,7 @@ def _remembered(stretch: Stretch, until: float, mu: float) -> np.ndarray:
     return expm(entries.reshape(len(y), len(y)) * (span / mu))
 
 
-def _of_layers(task: Task, path: MatchedPath, scale: float, units: Any) -> float:
+def _of_layers(task: Task, path: MatchedPath, recent: tuple[Remembered, ...], scale: float, units: Any) -> float:
     """Return the predicted error at the end of a path by its last layers, relative to ``scale``.
 
     Slow motion begins with the error allowed in the fast states, which counts as far as it is remembered. A layer that
@@ -204,7 +211,7 @@ def _of_layers(task: Task, path: MatchedPath, scale: float, units: Any) -> float
         return 0.0
     scales, late = _of_fast(path, units), 0.0
     left = np.zeros_like(scales)
-    for stretch, _, kept in _until_forgotten(path, task.mu):
+    for stretch, _, kept in recent:
         left += np.abs(kept).sum(axis=1) if stretch.slowly else 0.0
     if not path.stretches[-1].slowly:
         left += 1.0
