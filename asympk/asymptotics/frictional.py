@@ -132,7 +132,8 @@ def _passed_on(task: Task, begun: MatchedPath, path: MatchedPath, units: Any) ->
 
     So does a layer that is remembered at the end, if slow motion has led to it at a time with an error, or will soon.
     The ``path`` is that to the next order. The motion to a tolerance ``COARSER`` times as large has errors as many
-    times as large; if it fails, the error is that of the states as a whole. It is 0 for ``FEW`` that are forgotten.
+    times as large; to the ``FINEST`` tolerance rounding counts, which does not fall with it. If that motion fails, the
+    error is that of the states as a whole. The error is 0 for ``FEW`` layers that are forgotten.
     """
     first = next((stretch.began for stretch in path.stretches if stretch.slowly), path.t)
     layers = [stretch for stretch in path.stretches if stretch.slowly is None]
@@ -149,7 +150,8 @@ def _passed_on(task: Task, begun: MatchedPath, path: MatchedPath, units: Any) ->
         again = _whole(replace(later, rtol=COARSER * task.rtol), begun)
     except AsympkError:
         return float(np.abs(np.array(path.state) * units).max() + 1)
-    return float(SAFE * np.abs((np.array(again.state) - now.state) * units).max() / (COARSER - 1))
+    falls = COARSER if task.rtol > FINEST else 2
+    return float(SAFE * np.abs((np.array(again.state) - now.state) * units).max() / (falls - 1))
 
 
 def _whole(task: Task, begun: MatchedPath) -> MatchedPath:

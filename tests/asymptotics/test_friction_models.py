@@ -508,6 +508,22 @@ def test_what_a_layer_leaves_of_the_fast_motion_is_predicted_until_it_has_faded(
     assert distance(path.final, truth.final) < path.error
 
 
+@pytest.mark.parametrize("order", [1, 2])
+def test_the_error_in_the_time_of_an_event_is_predicted_where_it_is_that_of_rounding(order):
+    """Over mu it was 3.0e-8, and 2.5e-8 predicted: it did not grow with the tolerance as errors of the steps do."""
+    x, y, z, q, g, k, m, d, e, f, belt = sp.symbols("x y z q g k m d e f belt", real=True)
+    system = ap.System.with_frictions(
+        {x: y, z: 1 - (x + y) + F - k * q, w: -1 + m * (x + y) + g, q: z}, {y: 1 - 2 * (x + y) + F + d * g}, small=c,
+        frictions=[ap.Friction(velocity=z, force=F, load=x + y, kinetic=f, static=2 * f),
+                   ap.Friction(velocity=w - belt, force=g, load=1, kinetic=e)],
+    )
+    values = {k: "2.163", m: "0.4408", d: "-0.2893", e: "1.169", f: "0.9337", belt: "1.434", c: "1.04e-6"}
+    start = {x: "-0.4931", z: "0.1132", w: "-0.8638", q: "0.264", y: "-0.8166"}
+    scene = ap.Scene(system=system, values=values, start=start, until="1.0384498129758697")
+    path, truth = ap.solve(scene, "jump", order=order), ap.solve(scene)
+    assert distance(path.final, truth.final) < path.error < 1e-6
+
+
 def _braked(until):
     """A block and two fast states that know of its friction alone: terms of order mu do not move its events."""
     brake = ap.Friction(velocity=w, force=F, load=1, kinetic=sp.Rational(1, 20))
