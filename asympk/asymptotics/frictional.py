@@ -5,7 +5,8 @@ r"""The asymptotic models of a system with friction or switching surfaces: layer
 fast state: the layer from the start lands on the critical manifold of a mode (``impact``), the reduced flow continues
 until a guard of the mode vanishes, the next layer begins there, and so on. Layers take no time in this limit, so all
 events of a layer have the same time. The errors are O(mu log(1/mu)), and the path carries no prediction of its error.
-Order 0 uses ``_to_order`` where a layer or a jump has no law in the limit (``NoLaw``).
+Order 0 uses ``_to_order`` where a layer or a jump has no law in the limit (``NoLaw``), and where the limit does not
+hold: mu may be too large for it alone.
 """
 
 from collections.abc import Iterator
@@ -22,7 +23,7 @@ from asympk.asymptotics.landing import abscissa
 from asympk.asymptotics.matched import MatchedPath, Stretch, Task
 from asympk.asymptotics.reduced import FORGOTTEN, LOST, ROUNDING
 from asympk.asymptotics.smooth import FINEST, finer, overgrown, predicted_error, tolerance
-from asympk.errors import AsympkError, OutOfRange
+from asympk.errors import AsympkError, NotNormallyHyperbolic, OutOfRange
 from asympk.path import Path, times_within
 
 RTOL = 1e-9  # the tolerance of the reduced flow in the limit
@@ -44,7 +45,7 @@ def follow_stretches(scene: Any, method: str = "jump", *, order: int = 0, units:
     where a slow manifold is lost, ``NotDerivable``, ``NoMotion`` and ``TooManyEvents``.
     """
     if order == 0 and len(scene.system.frictions) == len(scene.system.fast) == 1:
-        with suppress(NoLaw):
+        with suppress(NoLaw, NotNormallyHyperbolic, OutOfRange):
             return _in_limit(scene, method)
     return _to_order(scene, method, order, units)
 

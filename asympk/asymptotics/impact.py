@@ -34,7 +34,6 @@ from asympk.automaton.automaton import Automaton
 from asympk.automaton.loop import mode_after
 from asympk.automaton.modes import SWITCH, GuardedMode
 from asympk.automaton.numericmode import NumericMode
-from asympk.errors import OutOfRange
 from asympk.path import Event
 from asympk.symbolic.branches import Phase
 from asympk.symbolic.coefficients import with_few_parts
@@ -97,7 +96,7 @@ class LimitLayers:
     def arrive(self, path: MatchedPath) -> MatchedPath:
         """Return the path after its layer, with y on the critical manifold of its mode; the layer takes no time.
 
-        Raises ``OutOfRange`` where the layer never settles, ``NoLaw``.
+        Raises ``NoLaw``.
         """
         t, state, mode, speed = path.t, path.state, path.mode, 0.0
         events, modes = [*path.events], [*path.modes]
@@ -133,7 +132,7 @@ class LimitLayers:
             raise NoLaw  # no layer settles or grows there
         rest = y - force / slope
         values, slopes = self._guards(mode, t, state)
-        target = rest if slope < 0 else math.copysign(math.inf, self._way(mode, t, state, rest, values, slopes))
+        target = rest if slope < 0 else math.copysign(math.inf, self._way(state, rest, values, slopes))
         target, guard = self._first_guard(values, slopes, y, target)
         sliding = self._sliding(mode, values, slopes, state)
         if sliding is None or y == rest:
@@ -145,19 +144,14 @@ class LimitLayers:
             return target, guard, creep(end)
         return rest + (y - rest) * math.exp(slope * back), sliding, 0.0
 
-    def _way(
-        self, mode: NumericMode, t: float, state: tuple, rest: float, values: np.ndarray, slopes: np.ndarray
-    ) -> float:
+    def _way(self, state: tuple, rest: float, values: np.ndarray, slopes: np.ndarray) -> float:
         """Return a number of the sign in which y grows from where it is, away from ``rest``: off an edge, if on one.
 
-        Slow motion comes to a load of 0 with y so near to rest that terms of order mu tell the sides.
+        Where slow motion comes to a load of 0, and on a repelling manifold, terms of order mu tell the sides.
         """
         y, edges = state[self.fast], _edges(values, slopes, state)
         if not edges and abs(y - rest) <= 1e-9 * max(1, abs(y), abs(rest)):
-            if t > 0:
-                raise NoLaw
-            raise OutOfRange(f"y = {y:.6g} is on the repelling manifold of {mode.name}, a divide of two motions; move "
-                             "the start off it")
+            raise NoLaw
         return edges[0] if edges else y - rest
 
     def _guards(self, mode: Any, t: float, state: tuple) -> tuple[np.ndarray, np.ndarray]:
@@ -186,7 +180,7 @@ class LimitLayers:
         """Return stick, the state after the impulse of a load that grows with the sign ``side``, and the stop."""
         (phase,) = slip.branch
         if not phase.velocity:
-            raise OutOfRange(f"the load grows without bounds in stick at t = {t:.6g}; the contact law does not hold it")
+            raise NoLaw  # a load that grows in stick
         sliding = _of_velocity(slip)
         stopped, large = self._carried(
             slip, t, state, 0.0, side, lambda _, w: slip.guard_values(t, (*w[:-1],))[sliding]
@@ -200,7 +194,8 @@ class LimitLayers:
     def _carried(self, mode: NumericMode, t: float, state: tuple, large: float, side: float, level: Any) -> tuple:
         """Return the state and mu y at the impulse J at which ``level(J, (*state, mu y))`` falls to 0.
 
-        Raises ``NoLaw`` where the mode reaches a switching surface before, or where such a surface depends on y.
+        Raises ``NoLaw`` where nothing stops the impulse, where the mode reaches a switching surface before, or where
+        such a surface depends on y.
         """
         edges = [k for k, (kind, _) in enumerate(mode.kinds) if kind == SWITCH]
         _require_affine(mode.mode, 0)
@@ -218,22 +213,20 @@ class LimitLayers:
         least = 1e-12 * np.maximum(np.abs(first), unit * np.abs(slopes)) + sys.float_info.min
         found = solve_ivp(lambda at, w: unit * np.array(rates(at, w)), (0, REACH), first, "DOP853", rtol=1e-11,
                           atol=least, events=events)
-        ends = [end for ends in found.y_events for end in ends]
-        if not ends:
-            raise OutOfRange(f"the load grows without bounds at t = {t:.6g} in mode {mode.name}: nothing stops it")
         if not found.t_events[0].size:
             raise NoLaw
-        return tuple(ends[0][:-1].tolist()), float(ends[0][-1])
+        end = found.y_events[0][0]
+        return tuple(end[:-1].tolist()), float(end[-1])
 
     def _from_infinity(self, mode: NumericMode, t: float, state: tuple, side: float) -> float:
         """Return a value of y on ``side`` beyond the zeros of all guards, which stands for infinity.
 
-        Raises ``OutOfRange`` where static friction does not hold there.
+        Raises ``NoLaw`` where static friction does not hold there.
         """
         far = 1e9 * max(1.0, *map(abs, state))
         values, slopes = self._guards(mode, t, self._with(state, 0.0))
         if (values + side * far * slopes).min() <= 0:
-            raise OutOfRange(f"static friction does not hold the impulse at t = {t:.6g}: the contact slips on")
+            raise NoLaw
         roots = [abs(v / s) for v, s in zip(values, slopes, strict=True) if s != 0]
         return side * 2 * (1 + float(max([*roots, *map(abs, state)])))
 

@@ -228,9 +228,34 @@ def test_a_block_that_stops_with_a_shaken_table_rests_exactly_in_models_too(orde
     assert path.final[0] == 0
 
 
-def test_a_start_on_the_divide_is_refused():
-    with pytest.raises(OutOfRange, match="divide"):
-        _rod("1/1000", (0, -1, 1))
+@pytest.mark.parametrize("small", ["1/100", "1e-6"])
+def test_terms_of_order_mu_tell_where_a_start_on_the_divide_of_the_limit_goes(small):
+    path = _rod(small, (0, -1, 1))
+    truth = ap.solve(path.scene)
+    assert path.modes == truth.modes
+    assert distance(path.final, truth.final) < path.error < 3 * float(path.scene.values[-1])
+
+
+def _held(friction, small):
+    start = {"x1": 0, "x2": 0, "x": 0, "y": 0, "z": -1}
+    system = held_rod()
+    return ap.Scene(system=system, values={"f": friction, system.small: small}, start=start, until="1/2")
+
+
+def _shoe(small):
+    (scene, *_) = brake_shoe.scenes()
+    values = dict(zip((p.name for p in scene.system.parameters), scene.values, strict=True))
+    return replace(scene, values={**values, "c": small})
+
+
+@pytest.mark.parametrize(("scene", "given"), [
+    (_held, (2, "1/20")), (_held, ("4/3", "1/100")), pytest.param(_shoe, ("1/50",), marks=pytest.mark.further),
+], ids=["a manifold that is lost", "near critical friction", "a load that nothing stops"])
+def test_order_0_is_the_motion_at_the_given_mu_where_mu_is_too_large_for_the_limit(scene, given):
+    """Such a motion was refused to order 0 and predicted to order 1; its layer takes all the time."""
+    path, truth = ap.solve(scene(*given), "jump", order=0), ap.solve(scene(*given))
+    assert path.modes == truth.modes
+    assert distance(path.final, truth.final) < path.error < 1e-6
 
 
 def test_what_is_not_derived_is_refused_by_name():
