@@ -101,7 +101,7 @@ class Stretch(NamedTuple):
         """Return the points (x, b) of a slow motion at its start, at its end, and shortly before; () for a layer."""
         if (found := self.slowly) is None:
             return ()
-        return found.trajectory.start, *found.memory(found.end)[0][::2]  # without the middles of intervals
+        return found.trajectory.start, *found.recent[0][::2]  # without the middles of intervals
 
 
 @dataclass(frozen=True)

@@ -110,6 +110,11 @@ class Reduced:
         parts = exponentials((found[:-2:2] + 4 * found[1:-1:2] + found[2::2]) / 3)  # by Simpson's rule
         return reduce(lambda kept, part: part @ kept, parts)
 
+    @cached_property
+    def recent(self) -> tuple[list[tuple], np.ndarray]:
+        """The ``memory`` at the end."""
+        return self.memory(self.end)
+
     def memory(self, t: float) -> tuple[list[tuple], np.ndarray]:
         """Return points (x, b) of a single motion at ``t`` and before, and the shares of y between them left in y(t).
 
@@ -157,7 +162,7 @@ class Reduced:
         Both are moduli: (orders, fast states). The orders are successive. Over an interval the change until ``t``
         counts as the larger one of its ends.
         """
-        (points, shares), p = self.memory(t), (self.mu, *self.values)
+        (points, shares), p = self.recent if t == self.end else self.memory(t), (self.mu, *self.values)
         heights = map(self.formulas.height, (*orders, orders[-1] + 1))
         terms = np.diff([[height(*at, *p) for at in points] for height in heights], axis=0)
         changes = np.abs(terms - terms[:, :1])
