@@ -244,6 +244,7 @@ def _advanced(modes, flock, k):
     flock.size[mine] = np.maximum(flock.size[mine], abs(flock.w[mine]))
     flock.lost[mine] |= ends.open
     flock.t[mine] = np.where(ends.hit < 0, flock.until[mine], flock.t[mine] + ends.span)
+    flock.lost[mine] |= _pushed_on(modes.automaton.mode(modes.branches[k]), flock.t[mine], flock.w[mine])
     flock.alive[mine] = (ends.hit >= 0) & ~flock.lost[mine]
     notes = []
     for hit in np.unique(ends.hit[flock.alive[mine]]):
@@ -253,6 +254,14 @@ def _advanced(modes, flock, k):
     # a row that begins its mode again at the same time would do so endlessly
     flock.lost[mine] |= flock.alive[mine] & (flock.t[mine] == begun) & (flock.branch[mine] == k)
     return notes
+
+
+def _pushed_on(mode, t, w):
+    """Tell of each row whether kinetic friction is negative at the end of its segment; the scalar flow judges it."""
+    found = np.zeros(len(t), dtype=bool)
+    for law in mode.laws(t, *w.T, *mode.p) if mode.mode.laws else ():
+        found |= law < 0
+    return found
 
 
 def _kept(notes, lost):

@@ -86,9 +86,7 @@ def follow(
             _require_one_motion(mode, t, state)
             segment = advance(mode, t, state, segments) if t < until else Segment(t, state, None)
             segments.append(segment._replace(branch=mode.branch, sides=mode.mode.sides, within=None))
-            require_alone(automaton, mode, t, segment, slack)
-            if segment.hit is None or mode.kinds[segment.hit][0] not in _ENDS:
-                mode.require_one_side(mode.pole_values(t, state), segment.t, segment.state)
+            _require_lawful(automaton, mode, (t, state), segment, slack)
             if segment.short:
                 break
             if segment.hit is None and mode.after_switch(segment.t) >= until:
@@ -108,6 +106,16 @@ def follow(
                 segments[-1] = segments[-1]._replace(short=short, state=state)
                 break
         return Run(segments[-1], tuple(marks), tuple(names), tuple(segments))
+
+
+def _require_lawful(
+    automaton: Automaton, mode: NumericMode, begun: tuple[Any, tuple], segment: Segment, slack: Any
+) -> None:
+    """Raise an error where, in a segment, friction turned negative, another motion came up, or a pole was passed."""
+    mode.require_opposing(begun, (*segment.steps, (segment.t, segment.state)))
+    require_alone(automaton, mode, begun[0], segment, slack)
+    if segment.hit is None or mode.kinds[segment.hit][0] not in _ENDS:
+        mode.require_one_side(mode.pole_values(*begun), segment.t, segment.state)
 
 
 def _begun(

@@ -234,6 +234,15 @@ class GuardedMode:
         return poles_of(self.rates, self.moving)
 
     @cached_property
+    def laws(self) -> tuple[sp.Expr, ...]:
+        """The kinetic frictions of contacts that slip which vary with the state or the time and may become negative."""
+        found = (f.kinetic for f, phase in zip(self.sided.frictions, self.branch, strict=True) if phase.slips)
+        told = (self._placed(branches.with_signs(self.sided, self.branch, law)) for law in found)
+        known = {*self.moving, *self.system.parameters}
+        return tuple(law for law in told if symbols_in(law) & self.moving and symbols_in(law) <= known
+                     and not law.is_nonnegative)
+
+    @cached_property
     def order_in_time(self) -> int:
         """The largest exponent of a power that the time moves: fewer of its derivatives vanish where the power does."""
         powers = atoms(sp.Tuple(*self.rates, *self.guard_values), sp.Pow)

@@ -31,6 +31,7 @@ DERIVATIVES = 4  # derivatives of a phase that are computed to find the side to 
 LOOKS = 256  # least number of steps in a span in which the time drives the motion
 LONG = 0.01  # part of the time by then: so long a divisor nearly vanishes where it fades, but not at a pole
 NEXT_TO_NOTHING = 1e-8  # part of its first value at which a divisor counts as 0; the base of a square is then 1e-4
+FADED = 1e-6  # part of 1 or its first value by which a friction that has come down to 0 may be negative by rounding
 BESIDE = 4  # roundings of the time by which smooth stretches keep away from a switch by the time
 CONTACT_STATES = (", of an elastic contact by another order of three or more coordinates, or by a further contact that "
                   "stays open, with which no sliding velocity is a state")
@@ -137,6 +138,26 @@ class NumericMode:
         """Return a divisor of the rates that has nearly vanished relative to its ``first`` value, or None."""
         values = zip(self.mode.poles, first, now, strict=True)
         return next((expr for expr, begun, value in values if abs(value) < NEXT_TO_NOTHING * abs(begun)), None)
+
+    @cached_property
+    def laws(self) -> Callable[..., tuple]:
+        """The kinetic frictions that may become negative as a function of (t, *state, *p)."""
+        return self._compiled(self.mode.laws)
+
+    def require_opposing(self, begun: tuple[Any, State], reached: Iterable[tuple[Any, State]]) -> None:
+        """Raise ``OutOfRange`` if a kinetic friction has become negative at a time and state that the mode has reached.
+
+        One that is 0 but for the errors of the states, beside 1 or its value where the mode has ``begun``, is not.
+        """
+        if not self.mode.laws:
+            return
+        first = self.laws(begun[0], *begun[1], *self.p)
+        for t, state in reached:
+            for law, a, b in zip(self.mode.laws, first, self.laws(t, *state, *self.p), strict=True):
+                if b < -FADED * max(1, abs(a)):
+                    raise OutOfRange(f"kinetic friction {law!s:.120} of mode {self.name} is negative at t = "
+                                     f"{float(t):.8g}; friction opposes the velocity: write a law that does not fall "
+                                     "below 0, or end the run before it")
 
     def steps_until(self, t: Any, until: Any) -> Any:
         """Return the time at which a step must end: just before the next switch or peak by the time, or ``until``."""

@@ -25,7 +25,7 @@ from asympk.certify.balls import Ball, Refused, flint
 from asympk.certify.candidates import Candidates, in_name_only, not_determined
 from asympk.certify.enclosure import Budget, first_event
 from asympk.certify.families import stacked
-from asympk.certify.rivals import require_no_rival
+from asympk.certify.rivals import require_no_rival, require_opposing
 from asympk.certify.rows import (
     EnclosedState,
     affine_form,
@@ -70,7 +70,8 @@ def enclose(
         left = (modes.field.family([[Fraction(until)]]) - t).tight()
         last, groups = modes.falling(guards, segment)
         found = first_event(segment, [*groups], end := left.numbers()[0], finest, budget)
-        require_no_rival(modes, segment, guards, found[1] if found else end, finest, budget)
+        for require in (require_opposing, require_no_rival):
+            require(modes, segment, guards, found[1] if found else end, finest, budget)
         if not found and not last:
             return names, events, tuple(segment.at(None, left).numbers()[:size])
         lost, dt = (groups[found[0]], segment.moment(*found)) if found else (last, left)
@@ -162,7 +163,7 @@ class _Modes(Candidates):
         """Return (mode, its guards) at the start; raises ``Refused`` where a run rounds a velocity or a gap to 0."""
         self._require_no_rounding(state)
         mode, guards = self.chosen([self.every(state)], state, "start")
-        for row in (self._row(mode.mode, velocity) for velocity in mode.mode.velocities.values()):
+        for row in (self.row(mode.mode, velocity) for velocity in mode.mode.velocities.values()):
             if self._is_rounding(row, state):
                 raise Refused("edge: a sliding velocity at the start is rounding, which a run takes as 0; start with 0")
         return mode, guards
@@ -341,7 +342,7 @@ class _Modes(Candidates):
     def _slips(self, mode, k, state):
         """Tell whether the velocity of contact k does not stay 0 in a mode."""
         velocity = mode.velocities.get(k, self.system.frictions[k].velocity)
-        return leading_sign(self._row(mode, velocity), self.of(mode).matrix, state) != 0
+        return leading_sign(self.row(mode, velocity), self.of(mode).matrix, state) != 0
 
     def event(self, before, after, guard, state):
         """Return the guard of the event between two modes, or None if the motion of no contact changes.
@@ -368,7 +369,7 @@ class _Modes(Candidates):
         """Return the guard of a sliding velocity that has jumped away from 0, or to the other sign, or None."""
         for k, velocity in beyond.jumping.items():
             old = beyond.branch[k].velocity
-            if (sign_at(self._row(beyond, velocity), state) or old) != old:
+            if (sign_at(self.row(beyond, velocity), state) or old) != old:
                 return AffineGuard("velocity_zero" if old else "slip_onset", k, ())
         return None
 

@@ -18,6 +18,7 @@ from asympk.certify.balls import Refused
 from asympk.certify.rows import (
     EnclosedState,
     ExactEntries,
+    Row,
     affine_form,
     ball_at,
     forcing,
@@ -123,24 +124,24 @@ class Candidates:
         placed = [pair for pair in placed if any(pair[1][:-1]) or pair[0].kind in NEVER_IDLE]
         placed.sort(key=lambda pair: pair[0].kind in NEVER_IDLE)
         guards = tuple(AffineGuard(guard.kind, guard.friction, row) for guard, row in placed)
-        edges = tuple(self._row(mode, edge) for side in mode.sides for edge in inside(*side))
+        edges = tuple(self.row(mode, edge) for side in mode.sides for edge in inside(*side))
         kept = (*self._kept(mode), *self._resting(mode))
         return EnclosedMode(mode, matrix, guards, kept, edges, self.field, self.until, tuple(alone))
 
     def _resting(self, mode):
         """Return the rows of the phases on whose edge the mode stays, by the law on the edge itself."""
-        return [self._row(mode, phase) for phase, side in mode.sides if not inside(phase, side)]
+        return [self.row(mode, phase) for phase, side in mode.sides if not inside(phase, side)]
 
     def _kept(self, mode):
         """Yield the rows that vanish in a mode: velocities of stick, gaps of closed rigid contacts and their rates."""
         for k, (friction, phase) in enumerate(zip(self.system.frictions, mode.branch, strict=True)):
             if phase.mode == "stick":
-                yield self._row(mode, mode.velocities[k])
+                yield self.row(mode, mode.velocities[k])
             if friction.constraint is not None and friction.gap is not None and phase != OPEN:
-                yield self._row(mode, friction.gap)
-                yield self._row(mode, branches.rate_along(self.system, friction.gap))
+                yield self.row(mode, friction.gap)
+                yield self.row(mode, branches.rate_along(self.system, friction.gap))
 
-    def _row(self, mode, expr):
+    def row(self, mode: GuardedMode, expr: sp.Expr) -> Row:
         """Return the row of an expression on the sides of a mode."""
         return tuple(map(self.field.exact, row_of(mode, expr, self.waves)))
 
@@ -163,7 +164,7 @@ class Candidates:
 
     def _plain_row(self, expr):
         """Return the row of an expression of the states alone, which is the same in every mode."""
-        return self._row(self._plain, expr)
+        return self.row(self._plain, expr)
 
     def _sides_of_velocities(self, state):
         """Yield the sides of switches of sliding velocities that are certain shortly after a state."""
@@ -275,7 +276,7 @@ class Candidates:
 
         def is_violated(mode, values):
             matrix = self.field.matrix(affine_form(mode, self.waves)) if alike else ()
-            rows = (self._row(mode, value) for value in values)
+            rows = (self.row(mode, value) for value in values)
             signs = [leading_sign(row, matrix, state) if alike else sign_at(row, state) for row in rows]
             return any(signs[: laws.rows]) or -1 in signs[laws.rows :]
 
@@ -322,7 +323,7 @@ class Candidates:
 
         Where the phase vanishes exactly, these are both sides and the edge, or the side to which it leads by itself.
         """
-        row = self._row(mode, measured(phase))
+        row = self.row(mode, measured(phase))
         if not is_whole(phase):
             sign = sign_at(row, state)
             found = (0, 1, -1) if sign == 0 else sign and (sign,)
@@ -356,7 +357,7 @@ class Candidates:
             return -1, ()
         if branches.stands(mode.branch):
             laws, margins = unused_rows(mode.sided, mode.branch)
-            rows = (self._row(mode, expr) for expr in (*laws, *(margin.value for margin in margins)))
+            rows = (self.row(mode, expr) for expr in (*laws, *(margin.value for margin in margins)))
             signs = [leading_sign(row, found.matrix, state) for row in (*self._kept(mode), *rows)]
             if any(signs[: len(signs) - len(margins)]) or -1 in signs:
                 return -1, ()

@@ -2,7 +2,8 @@
 
 Where the determinants of all choices of phases have the signs that they have without friction, no rival is looked at.
 Elsewhere a margin of a rival is a row, as a guard is. A negative multiple of a guard of the mode is negative until this
-guard falls. For all others, the time of the mode is halved until each rival has a negative margin on each piece.
+guard falls. For all others, the time of the mode is halved until each rival has a negative margin on each piece. So it
+is until a law of friction that may become negative is positive on each piece.
 """
 
 from collections.abc import Iterator, Sequence
@@ -33,7 +34,22 @@ def require_no_rival(
         below = [*_below_zero(modes, segment, rival)]
         pairs = product((low.row for low in below), (guard.row for guard in guards))
         if not any(is_multiple(*pair, segment.mode.kept, modes.field) for pair in pairs):
-            _require_below_zero(segment, rival, below, end, finest, budget)
+            what = _refused(mode, f"{branches.mode_name(rival)}, as a second motion")
+            _require_positive(segment, below, end, finest, budget, what)
+
+
+def require_opposing(
+    modes: Candidates, segment: EnclosedSegment, guards: Sequence[AffineGuard], end: Ball, finest: float, budget: Budget
+) -> None:
+    """Raise ``Refused`` where kinetic friction may be negative in a segment with ``guards`` positive until ``end``."""
+    mode = segment.mode
+    for law in mode.mode.laws:
+        row = modes.row(mode.mode, law)
+        zeros, sign = leading(row, mode.matrix, segment.start)
+        low = AffineGuard("law", 0, row, zeros if sign == 1 else 0)
+        if not any(is_multiple(row, guard.row, mode.kept, modes.field) for guard in guards):
+            what = Refused(f"friction: within {mode.mode.name}, {law!s:.120} may be negative")
+            _require_positive(segment, [low], end, finest, budget, what)
 
 
 def _has_always_one_motion(modes: Candidates, mode: GuardedMode) -> bool:
@@ -81,19 +97,19 @@ def _margin(guard: AffineGuard, branch: Branch, matrix: tuple[Row, ...]) -> Row 
     return guard.row
 
 
-def _require_below_zero(
-    segment: EnclosedSegment, rival: Branch, below: Sequence[AffineGuard], end: Ball, finest: float, budget: Budget
+def _require_positive(
+    segment: EnclosedSegment, among: Sequence[AffineGuard], end: Ball, finest: float, budget: Budget, what: Refused
 ) -> None:
-    """Raise ``Refused`` unless at each time up to ``end`` one of some quantities, margins times -1, is positive."""
+    """Raise ``what`` unless at each time up to ``end`` one of some quantities is positive."""
     arb = flint().arb
     pieces, lo = [end.upper().mid()] if end.upper() > 0 else [], arb(0)
     while pieces:
         budget.spend(segment)
         hi = pieces[-1]
-        if any(_is_positive(segment, low, lo, hi) for low in below):
+        if any(_is_positive(segment, low, lo, hi) for low in among):
             lo = pieces.pop()
-        elif not hi - lo > end.upper() * finest or all(segment.jet(low, hi)[0] < 0 for low in below):
-            raise _refused(segment.mode.mode, f"{branches.mode_name(rival)}, as a second motion")
+        elif not hi - lo > end.upper() * finest or all(segment.jet(low, hi)[0] < 0 for low in among):
+            raise what
         else:
             pieces.append(((lo + hi) / 2).mid())
 

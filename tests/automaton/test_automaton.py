@@ -924,3 +924,16 @@ def test_a_drag_by_the_sliding_velocity_acts_in_the_air_as_well(drag, end, rigid
     path = follow(ball, {w: 1, x: 0, u: 0, v: 1}, 1, {a: "1/5"}, **way)
     assert path.modes == ("open",)
     assert [float(e) for e in path.final] == pytest.approx([1 / 2, end[0], -1, end[1]], abs=1e-6)
+
+
+@pytest.mark.parametrize("method", ["exact", "rk45"])
+def test_friction_whose_law_falls_below_0_on_the_way_is_refused(method):
+    x, v, force = sp.symbols("x v F", real=True)
+    slide = ap.Friction(velocity=v, force=force, load=1, kinetic=1 - v, static=1)
+    system = ap.System.with_frictions({x: v, v: 2 + force}, {}, [slide])
+    scene = ap.Scene(system=system, start={"x": 0, "v": "1/2"}, until=2)
+    with pytest.raises(OutOfRange, match=r"kinetic friction 1 - v of mode slip_same is negative at t = "):
+        ap.solve(scene, method)
+    assert ap.solve(ap.Scene(system=system, start={"x": 0, "v": "1/2"}, until="1/4"), method).modes == ("slip_same",)
+    many = ap.solve_many(system=system, values={}, start={"x": np.zeros(9), "v": np.full(9, 0.5)}, until=2)
+    assert "followed" not in {many.outcomes[k] for k in many.outcome}

@@ -1282,3 +1282,14 @@ def test_a_second_event_is_refused_that_only_some_points_of_a_box_have_before_th
     for until, obstacle in (("3.178", ""), ("3.183", "horizon")):
         turns = ap.Scene(system=COULOMB, values={"k": "0.35"}, start={"x": "2.3", "v": "0.1"}, until=until)
         assert certify(turns, {"v": ("0.1", "0.12")}).obstacle == obstacle
+
+
+@pytest.mark.parametrize(("law", "proven"), [("1 - v", False), ("1 - v/20", True), ("v/2", True), ("1 - t", False)])
+def test_a_slide_is_proven_where_its_law_of_friction_is_not_negative(law, proven):
+    x, v, force, t = sp.symbols("x v F t", real=True)
+    kinetic = sp.sympify(law, {"v": v, "t": t})
+    slide = ap.Friction(velocity=v, force=force, load=1, kinetic=kinetic, static=1)
+    system = ap.System.with_frictions({x: v, v: 2 + force}, {}, [slide], time=t)
+    found = certify(ap.Scene(system=system, start={"x": 0, "v": "1/2"}, until=2))
+    assert found.proven == proven
+    assert found.reason == ("" if proven else f"friction: within slip_same, {kinetic} may be negative")
