@@ -72,13 +72,16 @@ def follow_steps(solver: Solver, mode: NumericMode, t: float, state: tuple[float
         idle = idle + 1 if not short and t - solver.t_old <= 4e-16 * abs(t) else 0
         if idle > IDLE:
             short = f"stalled (the last {idle} steps gained nothing)"
-        if not short and (met := watch.lost(solver, t, state)):
-            t, state = met[0], tuple((within := solver.dense_output())(met[0])[:n].tolist())
-            if misses_rates(mode, within, t, state, solver.t - solver.t_old, settings):
+        met = None if short else watch.lost(solver, t, state)
+        if met or (solver.t_old == start and not short):
+            within, at = solver.dense_output(), met[0] if met else (start + t) / 2
+            there = tuple(within(at)[:n].tolist())
+            if misses_rates(mode, within, at, there, t - solver.t_old, settings):
                 watch.last = watch.before
                 solver.again()
                 continue
-            hit = met[1]
+        if met:
+            (t, hit), state = met, there
         if not short:
             short = divisors.passed(t, state, None if hit is None else solver.t_old)
         elif solver.status == "failed":
@@ -178,7 +181,10 @@ def misses_rates(
     mode: NumericMode, within: Callable[[float], np.ndarray], t: float, state: tuple[float, ...], h: float,
     settings: Settings,
 ) -> bool:
-    """Tell whether the slope of a step of length h, ``within(t)``, at an event is not that of the rates there."""
+    """Tell whether the slope of a step of length h, ``within(t)``, is not that of the rates at ``t``.
+
+    ``t`` is the time of an event, or the middle of the first step of a mode.
+    """
     with suppress(ArithmeticError, ValueError):
         sides = t - BESIDE * h, t + BESIDE * h  # late in a run, rounding moves them by a part of their distance
         slope = (within(sides[1]) - within(sides[0]))[: len(state)] / np.subtract(sides[1], sides[0])

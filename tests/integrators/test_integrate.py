@@ -779,6 +779,17 @@ def test_a_narrow_rise_of_friction_is_not_stepped_over_where_slip_ends_or_begins
     assert float(begun) == pytest.approx(float(mp.quad(slowness, [0, width, 9 * width, 1, end])), abs=1e-7)
 
 
+def test_a_narrow_rise_of_friction_is_not_stepped_over_by_the_first_step_of_a_mode():
+    """After the velocity has turned, a first step of DOP853 left the rise with an error of 1.7e-5."""
+    x, v, F = sp.symbols("x v F", real=True)
+    contact = ap.Friction(velocity=v, force=F, load=1, kinetic=(1 + sp.exp(-((300 * v) ** 2))) / 4)
+    system = ap.System.with_frictions({x: v, v: F - 1 - 3 * x}, {}, [contact])
+    scene = ap.Scene(system=system, start=[2, 1], until=2)
+    found, expected = (ap.solve(scene, method=method, rtol=rtol, atol=rtol).final
+                       for method, rtol in (("dop853", 1e-8), ("lsoda", 1e-11)))
+    assert found == pytest.approx(expected, abs=1e-7)
+
+
 @pytest.mark.parametrize(("method", "width", "spring", "rtol"), [
     pytest.param(one.values[0], *scene, marks=one.marks)
     for one in here("heyoka") for scene in [("1/20", 3, 1e-8), ("1/10", 1, 1e-8), ("1/5", 3, 1e-12)]
