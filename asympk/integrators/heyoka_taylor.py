@@ -4,7 +4,7 @@ from bisect import bisect
 from contextlib import suppress
 from functools import cache, lru_cache, partial
 from itertools import pairwise
-from math import inf, isfinite, nan
+from math import inf, isfinite
 from time import monotonic
 from typing import NamedTuple
 
@@ -104,8 +104,11 @@ class _Taylor:
 
 def _passed(divisors, found, hit):
     """Return why a run stops at a divisor of the rates that one of the steps has come to, or ""."""
-    reasons = (divisors.passed(t, found.at(t), begun if t == found.times[-1] and hit is not None else None)
-               for begun, t in pairwise(found.times))
+    if not divisors.first:
+        return ""
+    states = (*map(tuple, found.series[1:, :, 0].tolist()), found.at(found.times[-1]))
+    reasons = (divisors.passed(t, state, begun if t == found.times[-1] and hit is not None else None)
+               for (begun, t), state in zip(pairwise(found.times), states, strict=True))
     return next(filter(None, reasons), "")
 
 
@@ -165,47 +168,46 @@ def _has_fixed_slopes(mode):
 def _first_missed(found, mode, settings, hit):
     """Return the index of the first step that misses the rates or the loss of a guard at one of its ``LOOKS``, or None.
 
-    ``hit`` is the guard lost at the end of the last step, or None.
+    ``hit`` is the guard lost at the end of the last step, or None; the rates may have no values there.
     """
-    times, lengths = np.array(found.times), np.diff(found.times)
-    at = lengths[:, None] * (np.arange(LOOKS + 1) / LOOKS)
+    times, lengths = np.array(found.times), np.diff(found.times)[:, None]
+    at = lengths * (np.arange(LOOKS + 1) / LOOKS)
     looks, (states, slopes) = times[:-1, None] + at, _summed(found.series[:, None], at[:, :, None])
-    for k in np.flatnonzero(lengths > SHORTEST * times[1:]).tolist():
-        ends = hit is not None and k == len(lengths) - 1
-        seen = looks[k].tolist(), states[k].tolist()
-        if _misses_rates(mode, settings, seen, slopes[k], lengths[k], ends) or _misses_guard(mode, seen, ends):
+    rates, guards = (_values(mode, outputs, looks, states) for outputs in (mode.mode.rates, mode.mode.guard_values))
+    missed, change = lengths[:, :, None] * (slopes - rates), lengths[:, :, None] * rates
+    allowed = COARSE * allowed_error(states, settings) + ROUNDED * (abs(states) + abs(change))
+    wrong = ~(abs(missed) <= allowed).all(axis=2)
+    if hit is not None:
+        wrong[-1, -1] &= np.isfinite(missed[-1, -1]).all()
+        guards[-1, -1] = guards[-1, -2]
+    lost = _lost_within(guards)
+    for k in np.flatnonzero((lost | wrong.any(axis=1)) & (lengths[:, 0] > SHORTEST * times[1:])).tolist():
+        if lost[k] or any(_is_wrong(mode, missed[k, i], allowed[k, i], float(looks[k, i]), tuple(states[k, i].tolist()),
+                                    float(lengths[k, 0])) for i in np.flatnonzero(wrong[k])):
             return k
     return None
 
 
-def _misses_rates(mode, settings, seen, slopes, length, ends):
-    """Tell whether the slopes of a series are not the rates at the states seen there; at an event these may be none."""
-    rates = _values(mode.rhs, seen, slopes.shape[1])
-    missed, states = length * (slopes - rates), np.array(seen[1])
-    allowed = COARSE * allowed_error(states, settings) + ROUNDED * (abs(states) + abs(length * rates))
-    for k in np.flatnonzero(~(abs(missed) <= allowed).all(axis=1)).tolist():
-        if not np.isfinite(missed[k]).all():
-            return not (ends and k == LOOKS)
-        with suppress(ArithmeticError, ValueError):  # a look beside which the rates have no slope tells nothing
-            if is_missed(mode, missed[k], allowed[k], seen[0][k], tuple(seen[1][k]), float(length)):
-                return True
+def _is_wrong(mode, missed, allowed, *at):
+    """Tell whether a step misses the rates at a look by more than is allowed, or these have no values there."""
+    if not np.isfinite(missed).all():
+        return True
+    with suppress(ArithmeticError, ValueError):  # a look beside which the rates have no slope tells nothing
+        return is_missed(mode, missed, allowed, *at)
     return False
 
 
-def _misses_guard(mode, seen, ends):
-    """Tell whether a guard is lost between two looks within a step, at the end of which no guard or another is lost."""
-    values = _values(mode.guard_values, seen, len(mode.kinds))[: LOOKS + 1 - ends]
-    least = -MARGIN * np.maximum(1, abs(values).max(axis=0, initial=0))
-    return bool(((values[:-1] > 0) & (values[1:] < least)).any())
+def _lost_within(guards):
+    """Tell for each step whether a guard is lost between two looks, at the end of which no guard or another is lost."""
+    least = -MARGIN * np.maximum(1, abs(guards).max(axis=1, keepdims=True))
+    return ((guards[:, :-1] > 0) & (guards[:, 1:] < least)).any(axis=(1, 2))
 
 
-def _values(function, seen, size):
-    """Return the values of a function at the times and states that are seen, nan where it has none."""
-    found = np.full((len(seen[0]), size), nan)
-    for k, (t, state) in enumerate(zip(*seen, strict=True)):
-        with suppress(ArithmeticError, ValueError):
-            found[k] = function(t, state)
-    return found
+def _values(mode, outputs, looks, states):
+    """Return the ``outputs`` of a mode at all looks, not finite where they have no value."""
+    compiled = function(mode.mode.system, outputs, "numpy", np, coefficients=mode.coefficients)
+    found = compiled(looks, *np.moveaxis(states, -1, 0), *mode.p)
+    return np.stack(np.broadcast_arrays(looks, *found), axis=-1)[..., 1:]
 
 
 def _reason(outcome):

@@ -108,13 +108,16 @@ class Divisors:
         if not self.first:
             return ""
         self.last = self.mode.require_one_side(self.last, t, state, self.near[0] if self.near else None, begun)
-        reason = self.vanished(t, state)
+        reason = self._reason(self.last)
         self.near = [*self.near[-PATIENCE:], t] if reason else []
         return reason if len(self.near) > PATIENCE and t - self.near[0] <= LONG * t else ""
 
     def vanished(self, t: float, state: tuple[float, ...]) -> str:
         """Return "stalled" with the divisor that nearly vanishes at (t, state), or ""."""
-        divisor = self.mode.vanishing(self.first, self.mode.pole_values(t, state)) if self.first else None
+        return self._reason(self.mode.pole_values(t, state))
+
+    def _reason(self, now):
+        divisor = self.mode.vanishing(self.first, now)
         return "" if divisor is None else f"stalled: rates are divided by {divisor!s:.120}, and that is 0"
 
 

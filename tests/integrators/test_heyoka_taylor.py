@@ -6,6 +6,7 @@ import sympy as sp
 from peers import here
 
 import asympk as ap
+from asympk.automaton.numericmode import NumericMode
 from asympk.errors import Pole, Unfinished
 
 x, y, v, u, F = sp.symbols("x y v u F", real=True)
@@ -86,3 +87,13 @@ def test_a_slip_is_followed_under_friction_with_a_root_of_its_speed(method, powe
     law = ap.Friction(velocity=v, force=F, load=1, kinetic=(1 + abs(v) ** power) / 2)
     found = _final({x: v, v: F - x}, [0, -3], 1, [law], method=method, rtol=1e-9)
     assert found == pytest.approx(_final({x: v, v: F - x}, [0, -3], 1, [law]), abs=1e-8)
+
+
+@pytest.mark.parametrize("method", here("heyoka"))
+def test_the_looks_at_many_steps_are_evaluated_at_once(method, monkeypatch):
+    """A pendulum took 200 times as long as its steps; each look was a call of the rates and one of the guards."""
+    calls, rhs = [], NumericMode.rhs
+    monkeypatch.setattr(NumericMode, "rhs", lambda *given: calls.append(given) or rhs(*given))
+    system = ap.System.with_frictions({x: v, v: -sp.sin(x)}, {}, ())
+    path = ap.solve(ap.Scene(system=system, start=[1, 0], until=50), method=method)
+    assert len(calls) < path.info["work"]["steps"] / 4
