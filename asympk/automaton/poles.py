@@ -2,7 +2,7 @@
 
 A divisor e is no pole where all rates have a limit as e -> 0, as sin(x)/x has, and the x/(exp(x) - 1) of ion channels.
 With q for 1/e, a rate is a polynomial sum c_k q^k. It has a limit at a simple zero of e if every c_k vanishes there
-together with its first k - 1 derivatives.
+together with its first k - 1 derivatives, and its k-th one is finite: sqrt(1 - x^2)/(1 - x) has none.
 """
 
 import math
@@ -71,5 +71,10 @@ def _has_limit(rate: sp.Expr, divisor: sp.Expr, s: sp.Symbol, place: sp.Expr) ->
         return False
     degree = max((-int(power.exp) for power in powers), default=0)
     terms = [told.diff(q, k).subs(q, 0) / math.factorial(k) for k in range(degree + 1)]
-    vanishing = (term.diff(s, j).subs(s, place) for k, term in enumerate(terms) for j in range(k))
-    return not terms[0].subs(s, place).has(*NOT_FINITE) and all(expanded(value) == 0 for value in vanishing)
+    return all(_vanishes(term, k, s, place) for k, term in enumerate(terms))
+
+
+def _vanishes(term: sp.Expr, order: int, s: sp.Symbol, place: sp.Expr) -> bool:
+    """Tell whether a term is known to vanish at a place like a power of this order: the next derivative is finite."""
+    below = (term.diff(s, j).subs(s, place) for j in range(order))
+    return all(expanded(value) == 0 for value in below) and not term.diff(s, order).subs(s, place).has(*NOT_FINITE)

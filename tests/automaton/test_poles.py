@@ -26,7 +26,8 @@ def test_a_divisor_is_no_pole_where_the_rates_have_a_limit(rate):
 @pytest.mark.parametrize(
     "rate",
     [1 / x, sp.cos(x) / x, sp.sin(x) / x**2, (1 - sp.cos(x)) / x**3, v * sp.sin(x) / (x - HALF), 1 / (sp.exp(x) - 1),
-     sp.cos(1 / x), sp.exp(1 / x), sp.sin(x) / x + sp.log(x) * x / x**2, sp.tan(x), (v - 1) / (x - v), 1 / (x**2 - v)],
+     sp.cos(1 / x), sp.exp(1 / x), sp.sin(x) / x + sp.log(x) * x / x**2, sp.tan(x), (v - 1) / (x - v), 1 / (x**2 - v),
+     sp.sqrt(1 - x**2) / (1 - x), sp.acos(x) / (x - 1), sp.sqrt(abs(x)) / x, abs(x) ** (3 * HALF) / x**2],
 )
 def test_a_divisor_is_a_pole_where_one_rate_has_no_limit(rate):
     assert poles_of((x + v, rate), {x, v})
