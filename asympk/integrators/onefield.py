@@ -9,6 +9,7 @@ from time import monotonic
 import sympy as sp
 
 from asympk.automaton.compiled import function
+from asympk.automaton.numericmode import NumericMode
 from asympk.errors import InputError
 from asympk.integrators import scipy_ivp
 from asympk.integrators.integrate import Settings, bounds, endpoints, finished, in_range, tolerances
@@ -36,10 +37,7 @@ class OneField:
         return ()
 
     guard_rates = pole_values = guard_values
-
-    def require_one_side(self, before: tuple, t: float, state: tuple[float, ...], since: float | None = None) -> tuple:
-        """Return ``before``: divisors of the rates are not watched."""
-        return before
+    rhs, jac = NumericMode.rhs, NumericMode.jac
 
 
 def sign(

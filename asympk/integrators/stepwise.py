@@ -117,7 +117,7 @@ class Divisors:
         return self._reason(self.mode.pole_values(t, state))
 
     def _reason(self, now):
-        divisor = self.mode.vanishing(self.first, now)
+        divisor = self.mode.vanishing(self.first, now) if self.first else None
         return "" if divisor is None else f"stalled: rates are divided by {divisor!s:.120}, and that is 0"
 
 
