@@ -25,7 +25,7 @@ from asympk.certify.balls import Ball, Refused, flint
 from asympk.certify.candidates import Candidates, in_name_only, not_determined
 from asympk.certify.enclosure import Budget, first_event
 from asympk.certify.families import stacked
-from asympk.certify.rivals import require_no_rival, require_opposing
+from asympk.certify.rivals import require_one_motion
 from asympk.certify.rows import (
     EnclosedState,
     affine_form,
@@ -70,8 +70,7 @@ def enclose(
         left = (modes.field.family([[Fraction(until)]]) - t).tight()
         last, groups = modes.falling(guards, segment)
         found = first_event(segment, [*groups], end := left.numbers()[0], finest, budget)
-        for require in (require_opposing, require_no_rival):
-            require(modes, segment, guards, found[1] if found else end, finest, budget)
+        require_one_motion(modes, segment, guards, found[1] if found else end, finest, budget)
         if not found and not last:
             return names, events, tuple(segment.at(None, left).numbers()[:size])
         lost, dt = (groups[found[0]], segment.moment(*found)) if found else (last, left)

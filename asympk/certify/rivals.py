@@ -21,10 +21,18 @@ from asympk.symbolic.branches import OPEN, Branch
 from asympk.symbolic.guards import NEVER_IDLE, stiffness
 
 
-def require_no_rival(
+def require_one_motion(
     modes: Candidates, segment: EnclosedSegment, guards: Sequence[AffineGuard], end: Ball, finest: float, budget: Budget
 ) -> None:
-    """Raise ``Refused`` where another motion may begin in a segment with ``guards`` that are positive until ``end``."""
+    """Raise ``Refused`` where another motion may begin in a segment, or kinetic friction may be negative in it.
+
+    The ``guards`` of its mode are positive until ``end``. Pieces of time down to the share ``finest`` are looked at.
+    """
+    _require_opposing(modes, segment, guards, end, finest, budget)
+    _require_no_rival(modes, segment, guards, end, finest, budget)
+
+
+def _require_no_rival(modes, segment, guards, end, finest, budget):
     mode = segment.mode.mode
     if not is_watched(mode) or _has_always_one_motion(modes, mode):
         return
@@ -38,10 +46,7 @@ def require_no_rival(
             _require_positive(segment, below, end, finest, budget, what)
 
 
-def require_opposing(
-    modes: Candidates, segment: EnclosedSegment, guards: Sequence[AffineGuard], end: Ball, finest: float, budget: Budget
-) -> None:
-    """Raise ``Refused`` where kinetic friction may be negative in a segment with ``guards`` positive until ``end``."""
+def _require_opposing(modes, segment, guards, end, finest, budget):
     mode = segment.mode
     for law in mode.mode.laws:
         row = modes.row(mode.mode, law)
