@@ -31,6 +31,7 @@ FEW = WATCHED // 3  # guards of which such a number of losses at one time is rou
 CROSSINGS = 10_000  # crossings of edges that are allowed in addition to the allowed number of events
 TOGETHER = 16  # spacings of doubles between the times of events that count as one
 SHORTLY = 64  # multiple of the error of an event beyond which a change is due to a new side, not to this error
+RAISED = 1e-6  # part of what a guard falls by in the time so far, by its rate, beyond which it rises in a jump
 PARADOX = 2.0**-40  # part of the first motion's stiffness by which that of the second must be negative in a paradox
 
 
@@ -149,21 +150,33 @@ def _left_at(
     the edges of the time that the mode has lost are those of no motion.
     """
     hits = _lost_at_switch(mode, segment, slack) if segment.hit is None else (segment.hit, *segment.together)
-    if not hits:
-        t, state = mode.after_switch(segment.t), segment.state
-        lost = tuple(k for k, value in enumerate(mode.guard_values(t, state)) if value < 0)
-        return t, state, lost, segment.t
-    state, t = _on_zeros(mode, hits, segment.t, segment.state), mode.past_switch(segment.t, slack)
-    if t is None or t >= until:
+    state = _on_zeros(mode, hits, segment.t, segment.state)
+    t = mode.past_switch(segment.t, slack) if hits else mode.after_switch(segment.t)
+    if hits and (t is None or t >= until):
         return segment.t, state, hits, None
-    return t, state, tuple(hit for hit in hits if mode.kinds[hit][0] != SWITCH) or hits, segment.t
+    if hits and (fallen := _not_raised(mode, hits, (segment.t, state), (t, state))):
+        return t, state, tuple(hit for hit in fallen if mode.kinds[hit][0] != SWITCH) or fallen, segment.t
+    lost = tuple(k for k, value in enumerate(mode.guard_values(t, state)) if value < 0)
+    return t, state, lost, segment.t
 
 
 def _lost_at_switch(mode: NumericMode, segment: Segment, slack: Any) -> tuple[int, ...]:
     """Return the guards that fall through zero at a switch, within rounding, if one of these is of a contact."""
-    near = max(slack * segment.t, mode.after_switch(segment.t) - segment.t)
-    hits = lost_with(mode, NO_FRICTION, segment.t, segment.state, near)
+    t, state, after = segment.t, segment.state, mode.after_switch(segment.t)
+    hits = lost_with(mode, NO_FRICTION, t, state, max(slack * t, after - t))
+    hits = _not_raised(mode, hits, (t, state), (after, state)) if hits else ()
     return hits if any(mode.kinds[hit][0] not in (*_ENDS, SWITCH) for hit in hits) else ()
+
+
+def _not_raised(mode: NumericMode, hits: tuple[int, ...], before: tuple, after: tuple) -> tuple[int, ...]:
+    """Return the guards that a switch does not raise clear of zero, as it does the slip on a belt that jumps back.
+
+    Such a guard does not fall through zero, though it would have without the switch.
+    """
+    rates = mode.guard_rates(*before)
+    values = zip(mode.guard_values(*before), mode.guard_values(*after), strict=True)
+    rises = [then - now for now, then in values]
+    return tuple(hit for hit in hits if rises[hit] <= RAISED * abs(rates[hit]) * before[0])
 
 
 def lost_with(mode: NumericMode, hit: int | None, t: Any, state: tuple, near: Any = None) -> tuple[int, ...]:

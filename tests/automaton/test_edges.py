@@ -863,3 +863,15 @@ def test_a_slot_that_a_push_now_presses_on_its_other_side_still_brakes_the_block
     assert path.modes == ("slip_opposite", "slip_same")[::side]
     assert [(event.kind, float(event.t)) for event in path.events] == [("force_zero", pytest.approx(0.5, abs=1e-12))]
     assert [float(w) for w in path.final] == pytest.approx([83 / 48, 0, 23 / 16, 0], abs=1e-9)
+
+
+@pytest.mark.parametrize("late", ["0", "1e-17", "1e-25"])
+@pytest.mark.parametrize("digits", [15, 30])
+def test_a_block_that_stops_just_as_its_belt_starts_backward_is_not_carried_off_at_once(digits, late):
+    """The velocity vanishes at 1 or just before; then slip goes on, as the belt jumps away from the block."""
+    friction = ap.Friction(velocity=v + sp.floor(t), force=F, load=1, kinetic=sp.Rational(1, 2))
+    block = ap.System.with_frictions({x: v, v: F}, {}, [friction], time=t)
+    start = {x: 0, v: sp.Rational(1, 2) - sp.Rational(late)}
+    path = ap.solve(ap.Scene(system=block, start=start, until=sp.Rational(3, 2)), digits=digits)
+    assert path.modes[-1] == "slip_same"
+    assert [float(w) for w in path.final] == pytest.approx((0.1875, -0.25), abs=1e-12)
