@@ -18,7 +18,7 @@ from asympk.automaton.contacts import clear_sign, is_open, nudges
 from asympk.automaton.modes import SWITCH, GuardedMode
 from asympk.errors import NotDerivable, OutOfRange, Pole
 from asympk.symbolic.branches import Branch, at_rest, held, rate_along
-from asympk.symbolic.derivatives import slope_by
+from asympk.symbolic.derivatives import is_bent
 from asympk.symbolic.long import symbols_in
 from asympk.symbolic.sides import on_sides
 from asympk.symbolic.switches import Switch, peaks_of, sideless_of, slopes_and_phases, switches_of
@@ -77,10 +77,10 @@ class NumericMode:
 
         Where the rates are not linear, either, only edges and gaps count, as forces that are not linear are in both.
         """
-        free = not _is_bent(self.mode.rates, self.mode.system.states)
+        free = not is_bent(self.mode.rates, self.mode.system.states)
         phases = [guard.value for guard in self.mode.guards if free or guard.kind in (SWITCH, "touch_down")]
         time = self.mode.system.time
-        return _is_bent(phases, self.mode.system.states) or time in symbols_in(sp.Tuple(*self.mode.guard_values))
+        return is_bent(phases, self.mode.system.states) or time in symbols_in(sp.Tuple(*self.mode.guard_values))
 
     @cached_property
     def field(self) -> Callable[..., tuple]:
@@ -407,12 +407,6 @@ class NumericMode:
     def _compiled(self, outputs: tuple, directions: tuple = ()) -> Callable[..., tuple]:
         return function(self.mode.system, outputs, self.target, self.functions, directions,
                         coefficients=self.coefficients)
-
-
-def _is_bent(exprs: Iterable[sp.Expr], states: tuple[sp.Symbol, ...]) -> bool:
-    """Tell whether the slope of an expression by a state depends on a state."""
-    moving = {*states}
-    return any(symbols_in(slope_by(expr, s)) & moving for expr in exprs for s in states)
 
 
 def _across(direction: list, basis: list[list]) -> list:

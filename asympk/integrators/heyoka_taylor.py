@@ -17,7 +17,7 @@ from asympk.automaton.numericmode import NumericMode
 from asympk.errors import InputError
 from asympk.integrators.integrate import Settings, Work, missing
 from asympk.integrators.stepwise import PARTS, Divisors, allowed_error, is_missed
-from asympk.symbolic.derivatives import slope_by
+from asympk.symbolic.derivatives import is_bent
 from asympk.symbolic.long import symbols_in
 
 COARSE = 100  # multiple of its allowed error by which a step may miss the rates
@@ -157,11 +157,8 @@ def _has_fixed_slopes(mode):
     If the last terms of their Taylor series vanish, by which heyoka chooses a step, so do all that follow. Those of
     other rates may vanish where more follow, as those of x'' = -cos x do at rest at x = 0, and exp(-100 v**2) at v = 2.
     """
-    time, outputs = mode.system.time, (*mode.rates, *mode.guard_values)
-    moving = {*mode.system.states, time}
-    if time in symbols_in(sp.Tuple(*outputs)):
-        return False
-    return not any(symbols_in(slope_by(expr, s)) & moving for expr in outputs for s in mode.system.states)
+    outputs = (*mode.rates, *mode.guard_values)
+    return mode.system.time not in symbols_in(sp.Tuple(*outputs)) and not is_bent(outputs, mode.system.states)
 
 
 @np.errstate(all="ignore")  # the last series may have overflowed

@@ -13,7 +13,7 @@ import sympy as sp
 
 from asympk.errors import InputError
 from asympk.symbolic.inverses import Less, Solution, less, product, total
-from asympk.symbolic.long import parts_with
+from asympk.symbolic.long import parts_with, symbols_in
 from asympk.symbolic.penetration import Penetration, RootSlope
 
 Parts = list[tuple[sp.Symbol, sp.Expr]]
@@ -115,6 +115,12 @@ def slope_by(expr: sp.Expr, s: sp.Symbol) -> sp.Expr:
         return found[part]
 
     return slope(expr)
+
+
+def is_bent(exprs: Iterable[sp.Expr], states: tuple[sp.Symbol, ...]) -> bool:
+    """Tell whether the slope of an expression by a state depends on a state."""
+    moving = {*states}
+    return any(symbols_in(slope_by(expr, s)) & moving for expr in exprs for s in states)
 
 
 def _slope(expr: sp.Expr, s: sp.Symbol, slope: Callable[[sp.Expr], sp.Expr], towering: bool) -> sp.Expr:
