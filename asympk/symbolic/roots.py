@@ -103,7 +103,7 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
         return _joined([solutions_of([*choice], unknowns) for choice in product(*factors)])
     if len(unknowns) > 1 and (given := _values_given(equal_zero, unknowns)):
         return _with_values(given, equal_zero, unknowns)
-    if 1 < len(unknowns) == len(equal_zero) and _mixes_at_last(equal_zero, unknowns):
+    if 1 < len(unknowns) == len(equal_zero) and _has_none_at_last(equal_zero, unknowns):
         return None
     turning = _in_half_angle(*equal_zero, *unknowns) if len(unknowns) == 1 else None
     eliminants = [turning[:2]] if turning else _eliminants(equal_zero, unknowns)
@@ -256,17 +256,18 @@ def _has_factor(told, force, y, test):
                for factor, _ in sp.factor_list(told, y, *names)[1])
 
 
-def _mixes_at_last(equal_zero, unknowns):
-    """Tell whether the equation mixes, as ``_mixes`` tells, that is left when linear unknowns are eliminated."""
+def _has_none_at_last(equal_zero, unknowns):
+    """Tell whether no solutions are known of the equation, not rational, that is left without linear unknowns."""
     if len(unknowns) == 1:
-        return _mixes(sp.fraction(sp.together(*equal_zero))[0], *unknowns)
+        numerator = sp.fraction(sp.together(*equal_zero))[0]
+        return not numerator.is_rational_function(*unknowns) and solutions_of([numerator], unknowns) is None
     slopes = ((k, y, equal_zero[k].diff(y)) for k in range(len(unknowns)) for y in unknowns)
     if (given := next(((k, y, slope) for k, y, slope in slopes if slope != 0 and not slope.has(y)), None)) is None:
         return False
     k, y, slope = given
     own = -equal_zero[k].subs(y, 0) / slope
     left = [g.subs(y, own) for g in (*equal_zero[:k], *equal_zero[k + 1 :])]
-    return _mixes_at_last(left, [other for other in unknowns if other != y])
+    return _has_none_at_last(left, [other for other in unknowns if other != y])
 
 
 def _in_half_angle(force, y):
@@ -519,10 +520,27 @@ def _is_beyond_radicals(force, y, unknowns):
     SymPy takes an odd root of what is negative for complex, and leaves it out. With several unknowns SymPy may take
     minutes to join such roots, readable or not.
     """
-    numerator = sp.fraction(sp.together(force))[0]
+    numerator = sp.fraction(sp.together(_without_roots(force, y)))[0]
     if not numerator.is_polynomial(y):
         return False
     factors = (f for f, _ in sp.factor_list(numerator, y)[1] if sp.degree(f, y) > 2)
     return any(unknowns > 1 or sum(found.values()) < sp.degree(f, y)
                or any(is_unreadable(root) or (root.is_real is False and not is_complex(root)) for root in found)
                for f in factors for found in [sp.roots(f, y)])
+
+
+def _without_roots(force, y):
+    """Return a function that vanishes where g = 0, without the roots of functions of y that g contains.
+
+    It is the product of g over all values of each root, a resultant. SymPy takes minutes for quartics with roots in g.
+    """
+    while not heavy(force) and (roots := {p for p in fractional_powers(force) if p.has(y)}):
+        base = max((p.base for p in roots), key=sp.count_ops)
+        powers = [p for p in roots if p.base == base]
+        w, q = sp.Dummy(), sp.ilcm(1, *(p.exp.q for p in powers))
+        told = sp.fraction(sp.together(force.xreplace({p: w ** (q * p.exp) for p in powers})))[0]
+        relation = sp.fraction(sp.together(w**q - base))[0]
+        if not (told.is_polynomial(w) and relation.is_polynomial(w)):
+            return force
+        force = sp.resultant(told, relation, w)
+    return force

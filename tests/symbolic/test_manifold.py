@@ -570,6 +570,28 @@ def test_a_state_beside_several_exponentials_of_its_own_has_an_implicit_branch_w
     assert last.branch == {y: y}
 
 
+@pytest.mark.parametrize("forces", [
+    [3 * u * x * y**2 - 4 * y - 2 * sp.sqrt(y**2 + 1) - 3], [x + y + sp.sqrt(y + 1) - sp.sqrt(2 * y + 3)],
+    [3 * u * x + 3 * y * v - 2 * sp.sqrt(y**2 + 1) + 2, 2 * x * y + 2 * x * v - 1],
+    [x - y * v - 5, x**2 - 3 * y + v + 1 - sp.sqrt(v**2 + 1)],
+])
+def test_equations_with_roots_that_lead_to_a_quartic_have_an_implicit_branch_without_a_search(forces, monkeypatch):
+    """SymPy sought roots for more than a minute."""
+    monkeypatch.setattr(sp, "solve", None)
+    fast = dict(zip((y, v), forces, strict=False))
+    (found,) = critical_manifolds(ap.System.smooth({x: -x}, fast, mu))
+    assert found.branch == sp.Dict({s: s for s in fast})
+
+
+def test_an_equation_with_a_root_that_leads_to_a_square_is_solved():
+    """x + y^2 = sqrt(y^2 + 1) leads to a quadratic in y^2."""
+    found = critical_manifolds(ap.System.smooth({x: -x}, {y: x + y**2 - sp.sqrt(y**2 + 1)}, mu))
+    heights = [c.branch[y].subs(x, sp.Rational(1, 2)).evalf() for c in found]
+    real = [h for h in heights if h.is_real]
+    assert (len(heights), len(real)) == (4, 2)
+    assert all(abs(h**2 + 0.5 - sp.sqrt(h**2 + 1)) < 1e-12 for h in real)
+
+
 def test_a_state_beside_one_exponential_of_its_own_in_each_factor_has_lamberts_function():
     found = critical_manifolds(ap.System.smooth({x: -x}, {y: y * sp.exp(y) + sp.exp(2 * y)}, mu))
     assert [c.branch for c in found] == [{y: -sp.LambertW(1)}]
