@@ -83,10 +83,30 @@ def scaling(compliance: Any, damping: Any) -> Scaling:
     if not isinstance(small, sp.Symbol):
         raise InputError(f"compliance = {short(compliance)}: it must be a Symbol or the square of one, such as c; "
                          "its number stands among the values")
-    ratio = sp.cancel(damping / small)
+    ratio = _multiple(damping, small)
     if ratio.has(small):
         raise InputError(f"damping = {damping} with compliance = {compliance}: give 0 or a multiple of {small}")
     return Scaling(small, ratio, small, small)
+
+
+def _multiple(damping: sp.Expr, small: sp.Symbol) -> sp.Expr:
+    """Return a damping over the positive ``small``, piece by piece where it is given in pieces or as a largest value.
+
+    The result contains ``small`` unless the damping is a multiple of it.
+    """
+    unit = sp.Dummy(small.name, positive=True)
+
+    def over(part: sp.Expr) -> sp.Expr:
+        if not (whole := sp.cancel(part / unit)).has(unit):
+            return whole
+        if isinstance(part, sp.Piecewise):
+            return sp.Piecewise(*((over(piece), where) for piece, where in part.args))
+        if isinstance(part, sp.Add | sp.Max | sp.Min):
+            return part.func(*map(over, part.args))
+        free, moved = part.as_independent(unit, as_Add=False)
+        return whole if free == 1 else free * over(moved)
+
+    return over(damping.subs(small, unit)).subs(unit, small)
 
 
 def _elastic_system(contacts: Sequence[Kinetics], scaling: Scaling) -> System:

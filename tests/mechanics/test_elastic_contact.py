@@ -157,6 +157,32 @@ def test_scalings_without_a_limit_are_refused(compliance, damping, match):
         slender_rod().elastic(compliance=compliance, damping=damping)
 
 
+U, z, b = sp.Symbol("U", real=True), sp.Symbol("z", real=True), sp.Symbol("b", positive=True)
+PIECES = [
+    (sp.Piecewise((eps / 2, U > 1), (b * eps, True)), sp.Piecewise((sp.S.Half, z > 1), (b, True))),
+    (sp.Max(eps / 2, eps * (1 + U)), sp.Max(sp.S.Half, z + 1)),
+    (b * sp.Piecewise((0, U > 1), (eps + b * eps, True)), b * sp.Piecewise((0, z > 1), (1 + b, True))),
+    (eps + sp.Abs(eps * U), 1 + sp.Abs(z)),
+]
+
+
+@pytest.mark.parametrize(("damping", "ratio"), PIECES)
+@pytest.mark.parametrize("positive", [True, None])
+def test_a_damping_each_piece_of_which_is_a_multiple_of_the_small_parameter_is_one(damping, ratio, positive):
+    """A Piecewise of eps/2 and b eps was told to be no multiple of eps."""
+    V, x, y = sp.symbols("V x y", real=True)
+    small = sp.Symbol("eps", positive=positive)
+    block = ap.Mechanism((X, Y), (U, V), [[2, 1], [1, 1]], (0, -1), ap.Contact(Y, X, 3))
+    load = block.elastic(compliance=small**2, damping=damping.subs(eps, small)).friction.load
+    assert [sp.simplify((load - x - ratio * y).subs(z, value)) for value in (-1, 2)] == [0, 0]
+
+
+def test_a_damping_one_piece_of_which_is_no_multiple_of_the_small_parameter_is_refused():
+    for damping in (sp.Piecewise((eps, U > 1), (1, True)), sp.Piecewise((eps, eps < U), (2 * eps, True))):
+        with pytest.raises(InputError, match="give 0 or a multiple of eps"):
+            slender_rod().elastic(compliance=eps**2, damping=damping)
+
+
 def test_a_float_of_the_damping_is_the_number_that_it_is_as_in_all_else_of_a_mechanism():
     """It was refused as a float that "the friction" contains."""
     exact, given = (slender_rod().elastic(compliance=eps**2, damping=d * eps) for d in (sp.Rational(3, 4), 0.75))
