@@ -76,17 +76,18 @@ def jump_law(
 
     The errors are O(c log(1/c)), if g' = O(c) and |gamma| >> c before the jump. With ``ratio`` the contact opens, and
     the errors are O(log(k) / sqrt(k)) in the limit of large stiffness k. Raises ``InputError`` if both are given, or a
-    ratio for a bilateral constraint. Raises ``NotDerivable`` for friction that may fall as the contact slows down,
-    unless a condition without velocities excludes this, and, with a ratio, for friction that depends on the velocity.
+    ratio for a bilateral constraint. Raises ``NotDerivable`` for friction that may fall below the critical one as the
+    contact slows down, unless a condition without velocities excludes this, and, with a ratio, for friction that
+    depends on the velocity.
     """
     if ratio is not None and damping is not None:
         raise InputError("ratio and damping are both given; the damping is either a time h or a ratio b")
     if ratio is not None and not kinetics.unilateral:
         raise InputError("ratio: a two-sided constraint never opens; the rebound needs Contact(unilateral=True)")
-    if (grows := _grows_to_the_stop(kinetics)) == sp.false:
+    if (stops := _stops(kinetics)) == sp.false:
         raise NotDerivable("where friction falls as the contact slows down it may slide on, and the law is that of one "
                            "that stops; follow the elastic contact")
-    condition = sp.And(paradox.condition(kinetics), grows, keeps_gap(kinetics))
+    condition = sp.And(paradox.condition(kinetics), stops, keeps_gap(kinetics))
     if kinetics.unilateral:
         condition = sp.And(condition, kinetics.slip * kinetics.delassus[0, 1] > 0)
     if ratio is None:
@@ -104,8 +105,8 @@ def keeps_gap(kinetics: Kinetics) -> sp.Basic:
     return sp.Eq(kinetics.gap_rate, 0, evaluate=False)
 
 
-def _grows_to_the_stop(kinetics: Kinetics) -> sp.Basic:
-    """Return when the bound of friction does not fall while the sliding velocity falls to 0, False where not known.
+def _stops(kinetics: Kinetics) -> sp.Basic:
+    """Return when the bound of friction that a paradox needs lasts until the contact stops, False where not known.
 
     The condition does not contain the velocities.
     """
@@ -113,9 +114,17 @@ def _grows_to_the_stop(kinetics: Kinetics) -> sp.Basic:
     if not bound.free_symbols & {*kinetics.velocities}:
         return sp.true
     sides = [_at_velocity(kinetics, bound, sign * speed) for sign in (1, -1)]
-    grows = sp.And(*(_sign_of_slope(side, speed) <= 0 for side in sides))
-    told = not sp.Tuple(*sides).has(*kinetics.velocities, sp.Piecewise, sp.sign, sp.Heaviside)
-    return grows if told and not grows.has(speed) else sp.false
+    if sp.Tuple(*sides).has(*kinetics.velocities, sp.Piecewise, sp.sign, sp.Heaviside):
+        return sp.false
+    return sp.And(*(_lasts(kinetics, side, speed) for side in sides))
+
+
+def _lasts(kinetics: Kinetics, bound: sp.Expr, speed: sp.Symbol) -> sp.Basic:
+    """Return when a bound of friction does not fall as the speed falls to 0, or only to a value with a paradox."""
+    if (sign := _sign_of_slope(bound, speed)).has(speed):
+        return sp.false
+    least = bound.subs(speed, 0)
+    return sp.Or(sign <= 0, sp.false if least.has(*NOT_FINITE) else paradox.condition(kinetics, least))
 
 
 def _at_velocity(kinetics: Kinetics, bound: sp.Expr, gamma: sp.Expr) -> sp.Expr:
