@@ -1,6 +1,6 @@
 """Checks of a mechanism: a regular, symmetric mass matrix, a gap in the coordinates, a slip independent of the gap."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -102,6 +102,13 @@ def require_continuous(kinetics: Kinetics, parts: tuple[sp.Expr, ...], what: str
             if not rise.has(*NOT_FINITE) and not vanishes(rise):  # a motion to a pole ends there
                 where = f"{place} = 0" if place == phase else f"{place} is whole"
                 raise NotDerivable(f"{what} jumps where {where}, and velocities do not: round it off there")
+
+
+def require_own_symbols(name: str, value: sp.Expr, symbols: Iterable[sp.Symbol]) -> None:
+    """Raise ``InputError`` for an expression with a symbol that has the name of another of the mechanism's."""
+    own = {*symbols}
+    if other := {str(s) for s in value.free_symbols - own} & {*map(str, own)}:
+        raise InputError(f"{name} = {value!s:.60}: the mechanism has another {min(other)}; take another Symbol")
 
 
 def check_bounds(contact: Any) -> None:

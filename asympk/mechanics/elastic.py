@@ -21,7 +21,7 @@ import sympy as sp
 
 from asympk.automaton.junction import BY_HAND
 from asympk.errors import InputError, NotDerivable
-from asympk.mechanics.checks import departures, require_continuous
+from asympk.mechanics.checks import departures, require_continuous, require_own_symbols
 from asympk.mechanics.evaluation import exact_number, exactly_at
 from asympk.mechanics.kinetics import Kinetics, slope_in_powers
 from asympk.mechanics.tidy import tidy, vanishes
@@ -44,8 +44,7 @@ def elastic(contacts: Sequence[Kinetics], compliance: Any, damping: Any) -> Syst
     used = {s for kinetics in contacts for s in kinetics.symbols}
     if law.small.name in map(str, used):
         raise InputError(f"compliance = {compliance}: the mechanism has a {law.small} already; take another Symbol")
-    if other := {str(s) for s in law.ratio.free_symbols - used} & {*map(str, used)}:
-        raise InputError(f"damping = {damping}: the mechanism has another {min(other)}; take another Symbol")
+    require_own_symbols("damping", damping, used)
     for kinetics in contacts:
         formulas = (kinetics.gap, kinetics.gap_rate, kinetics.slip)
         require_continuous(kinetics, formulas, "gap, gap rate or sliding velocity")

@@ -31,6 +31,7 @@ import sympy as sp
 from asympk.errors import InputError, NotDerivable
 from asympk.formulas import NOT_FINITE
 from asympk.mechanics import paradox
+from asympk.mechanics.checks import require_own_symbols
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import collected
 from asympk.shown import Card, ShownAsFormulas
@@ -77,8 +78,8 @@ def jump_law(
     The errors are O(c log(1/c)), if g' = O(c) and |gamma| >> c before the jump. With ``ratio`` the contact opens, and
     the errors are O(log(k) / sqrt(k)) in the limit of large stiffness k. Raises ``InputError`` if both are given, or a
     ratio for a bilateral constraint. Raises ``NotDerivable`` for friction that may fall below the critical one as the
-    contact slows down, unless a condition without velocities excludes this, and, with a ratio, for friction that
-    depends on the velocity.
+    contact slows down, unless a condition without velocities excludes this, for damping by velocities that jump, and,
+    with a ratio, for friction that depends on the velocity.
     """
     if ratio is not None and damping is not None:
         raise InputError("ratio and damping are both given; the damping is either a time h or a ratio b")
@@ -94,8 +95,10 @@ def jump_law(
         damping = kinetics.spare("h", positive=True) if damping is None else real_expression("damping", damping)
         if damping.is_nonpositive or damping.has(*NOT_FINITE):
             raise InputError(f"damping = {damping!s:.60}: it must be a positive time; the law needs some damping")
+        _require_steady(kinetics, "damping", damping)
         return _law(kinetics, own, sp.S.Zero, condition, damping)
     ratio = _ratio(ratio)
+    _require_steady(kinetics, "ratio", ratio)
     opens = sp.S.Zero if condition == sp.false else rebound(kinetics, ratio)  # without a paradox its roots are complex
     return _law(kinetics, own, opens, sp.And(condition, kinetics.free[0] < 0), None)
 
@@ -103,6 +106,16 @@ def jump_law(
 def keeps_gap(kinetics: Kinetics) -> sp.Basic:
     """Return g' = 0, the part of the condition of a law that excludes collisions."""
     return sp.Eq(kinetics.gap_rate, 0, evaluate=False)
+
+
+def _require_steady(kinetics: Kinetics, name: str, damping: sp.Expr) -> None:
+    """Raise ``NotDerivable`` for a damping by a velocity that the impulses change: it changes during the jump."""
+    require_own_symbols(name, damping, kinetics.symbols)
+    for k, u in enumerate(kinetics.velocities):
+        if damping.has(u) and any(part != 0 for part in kinetics.response[k, :2]):
+            raise NotDerivable(f"{name} = {damping!s:.60}: {u} jumps, and the damping changes with it on the way. "
+                               "jump_law() alone gives the impulses for any damping time; for x, or a rebound, follow "
+                               "the elastic contact")
 
 
 def _stops(kinetics: Kinetics) -> sp.Basic:

@@ -262,8 +262,13 @@ class Mechanism(ShownAsFormulas):
         ``damping`` is the damping time, by default a symbol h, and ``.reaction`` is the gain of the elastic reaction x.
         The law is that of a closed contact, not of a collision: its condition contains g' = 0 before the jump.
         With a ``ratio`` h/sqrt(c), a unilateral contact opens with the rate ``.gap_rate``. The law has errors of order
-        c log(1/c) in the compliance c, or with a ratio of order sqrt(c) log(1/c).
+        c log(1/c) in the compliance c, or with a ratio of order sqrt(c) log(1/c). Raises ``NotDerivable`` for friction
+        that may fall below the critical one before the contact stops, and for damping by velocities that jump.
         """
+        ratio, damping = (
+            value if value is None else plainly(expression(name, value), self._names, self.time)
+            for name, value in (("ratio", ratio), ("damping", damping))
+        )
         return jump_law.jump_law(self._alone, self.own, ratio, damping)
 
     def rigid(self) -> System:

@@ -187,7 +187,7 @@ def jump_lines(described: Described) -> list[str]:
     lines = [f"jump            {beyond}impulses P_N = {_short(normal)}, P_T = {_short(tangential)} stop the contact",
              f"time            of order {c} log(1/{c}) with the compliance {c} of the contact",
              f"velocities      {after}",
-             f"reaction        x gains P_N / {h} = {_short(normal)} / {h} with the damping time {h}"]
+             f"reaction        x gains P_N / {h} = {_short(normal)} / {h} with a constant damping time {h}"]
     if described.undamped is not None:
         lines[1] = "time            of order eps log(1/eps) with the compliance eps^2 of the contact"
         lines[-1] = "undamped        the contact rings on; --plot draws its plane (R, R')"

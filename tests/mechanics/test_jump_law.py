@@ -372,6 +372,28 @@ def test_friction_that_falls_below_the_critical_one_has_a_law_that_does_not_hold
     assert holds == [False, True]
 
 
+@pytest.mark.parametrize("given", ["damping", "ratio"])
+def test_a_damping_by_a_velocity_that_jumps_has_no_law_and_one_by_another_has(given):
+    """With h = (1 + U^2)/2 x gained 1.0 by the law, and 1 + pi/4 by Newton's."""
+    X, Y, _, U, V, W = q = sp.symbols("X Y Z U V W", real=True)
+    contact = ap.Contact(Y, X, 3, unilateral=True)
+    block = ap.Mechanism(q[:3], q[3:], [[2, 1, 0], [1, 1, 0], [0, 0, 1]], (0, -1, 0), contact)
+    for damping in (1 + U**2, 1 + (V - X) ** 2, sp.Piecewise((1, U < -1), (2, True))):
+        with pytest.raises(NotDerivable, match=r"[UV] jumps, and the damping changes"):
+            block.jump_law(**{given: damping})
+    for damping in (1 + W**2, 1 + X**2):
+        assert block.jump_law(**{given: damping}).condition != sp.false
+    with pytest.raises(InputError, match="the mechanism has another U"):
+        block.jump_law(**{given: sp.Symbol("U", positive=True)})
+
+
+def test_a_damping_by_a_rate_that_jumps_is_recognised_by_the_rate_of_a_dynamicsymbol():
+    rod = slender_rod()
+    with pytest.raises(NotDerivable, match="theta' jumps"):
+        rod.jump_law(damping=1 + rod.velocities[2] ** 2)
+    assert rod.jump_law(damping=1 + rod.coordinates[2] ** 2).reaction.has(rod.coordinates[2])
+
+
 @pytest.mark.parametrize("way", [1, -1])
 def test_friction_that_falls_as_sliding_one_way_slows_down_has_no_law_even_if_the_other_way_has(way):
     X, Y, U, V = sp.symbols("X Y U V")
