@@ -80,8 +80,9 @@ def linear(system: System) -> Linear:
                            f"one friction and a small parameter; {IN_NUMBERS}")
     f = system.friction
     law = sp.Tuple(*system.slow.values(), *system.fast.values(), f.velocity, f.load, f.kinetic, f.static)
-    if system.time is not None and law.has(system.time):
-        raise NotDerivable(f"the time {system.time} is in the system: a jump is derived without; {IN_NUMBERS}")
+    for symbol, name in ((system.time, "time"), (system.small, "small parameter")):
+        if symbol is not None and law.has(symbol):
+            raise NotDerivable(f"the {name} {symbol} is in the system: a jump is derived without; {IN_NUMBERS}")
     z = f.velocity
     if z not in system.slow:
         raise NotDerivable(f"the sliding velocity {z!s:.60} is no slow state of its own: a jump is derived for one; "
@@ -98,7 +99,8 @@ def linear(system: System) -> Linear:
     }
     drive = sp.cancel(system.drive / system.coupling)  # what static friction must hold
     parameters = tuple(p for p in system.parameters if p != system.small)
-    found = Linear(states, parameters, fields, _affine(f.load, states), _affine(drive, states), f.static)
+    static = _at_rest(f.static, states)
+    found = Linear(states, parameters, fields, _affine(f.load, states), _affine(drive, states), static)
     _require_load(found)
     return found
 
@@ -111,6 +113,15 @@ def _affine(expr, states):
     if poly is None or poly.total_degree() > 1 or poly.coeff_monomial(states[2]) != 0:
         raise NotDerivable(f"{expr} is not affine in {states[0]} and {states[1]}: a jump is derived for linear modes")
     return tuple(poly.coeff_monomial(m) for m in (1, states[0], states[1]))
+
+
+def _at_rest(static, states):
+    """Return static friction where the velocity is 0."""
+    *others, z = states
+    if static.has(*others) or (static.has(z) and static.has(sp.Piecewise, sp.sign, sp.Heaviside)):
+        raise NotDerivable(f"static friction {static!s:.60} changes with the states or the direction: a jump is "
+                           f"derived for a constant one; {IN_NUMBERS}")
+    return static.subs(z, 0)
 
 
 def _require_load(model):

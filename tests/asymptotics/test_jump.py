@@ -385,6 +385,28 @@ def test_a_system_whose_rates_contain_the_time_has_no_jump_map_in_symbols():
     assert str(jump_map(driven(0), order=0).z) == "O(mu L)"
 
 
+def _heavier(static, more=0):
+    """Return a rod with a rough mass as heavy again as the smooth one, with ``more`` in the load."""
+    load = x + y + more
+    return System.with_friction({x: y}, {y: 1 - 3 * load / 2 + F}, velocity={z: 1 - load + F}, force=F, load=load,
+                                kinetic=3, static=static, small=mu)
+
+
+def test_static_friction_of_the_jump_is_that_at_rest_and_that_by_the_states_is_refused():
+    """Both were taken at the start: stick by 3 + x^2 was told to end too early, and by 3 + z^2 too late."""
+    assert jump_map(_heavier(3 + z**2), 1).t_leave == jump_map(_heavier(3), 1).t_leave
+    for static in (3 + x**2, sp.Piecewise((3, z > 0), (4, True))):
+        with pytest.raises(NotDerivable, match=r"static friction .* changes with the states or the direction"):
+            jump_map(_heavier(static))
+
+
+def test_a_small_parameter_in_the_rates_is_named_as_what_a_jump_map_is_derived_without():
+    """The load x + y + mu y ended in a TypeError."""
+    for more in (mu, mu * y):
+        with pytest.raises(NotDerivable, match="the small parameter mu is in the system"):
+            jump_map(_heavier(3, more))
+
+
 def test_an_unknown_symbol_in_the_start_is_refused():
     with pytest.raises(ap.errors.InputError, match="q is not a state or parameter of start"):
         jump_map(SYSTEM, 0, {sp.Symbol("q"): 1})
