@@ -78,8 +78,8 @@ def jump_law(
     The errors are O(c log(1/c)), if g' = O(c) and |gamma| >> c before the jump. With ``ratio`` the contact opens, and
     the errors are O(log(k) / sqrt(k)) in the limit of large stiffness k. Raises ``InputError`` if both are given, or a
     ratio for a bilateral constraint. Raises ``NotDerivable`` for friction that may fall below the critical one as the
-    contact slows down, unless a condition without velocities excludes this, for damping by velocities that jump, and,
-    with a ratio, for friction that depends on the velocity.
+    contact slows down, unless a condition excludes this, for damping by velocities that jump, and, with a ratio, for
+    friction that depends on the velocity.
     """
     if ratio is not None and damping is not None:
         raise InputError("ratio and damping are both given; the damping is either a time h or a ratio b")
@@ -119,10 +119,7 @@ def _require_steady(kinetics: Kinetics, name: str, damping: sp.Expr) -> None:
 
 
 def _stops(kinetics: Kinetics) -> sp.Basic:
-    """Return when the bound of friction that a paradox needs lasts until the contact stops, False where not known.
-
-    The condition does not contain the velocities.
-    """
+    """Return when the bound of friction that a paradox needs lasts until the contact stops, False where not known."""
     bound, speed = kinetics.friction * kinetics.load, sp.Dummy(positive=True)
     if not bound.free_symbols & {*kinetics.velocities}:
         return sp.true
@@ -133,11 +130,24 @@ def _stops(kinetics: Kinetics) -> sp.Basic:
 
 
 def _lasts(kinetics: Kinetics, bound: sp.Expr, speed: sp.Symbol) -> sp.Basic:
-    """Return when a bound of friction does not fall as the speed falls to 0, or only to a value with a paradox."""
-    if (sign := _sign_of_slope(bound, speed)).has(speed):
+    """Return when a bound of friction does not fall as the speed falls to 0, or only to a value with a paradox.
+
+    A sum of terms each of which grows or falls is nowhere below the sum of their least values, at the ends.
+    """
+    sign = _sign_of_slope(bound, speed)
+    if not sign.has(speed):
+        return sp.Or(sign <= 0, _exceeds(kinetics, (bound.subs(speed, 0),)))
+    terms = sp.Add.make_args(bound)
+    if any(_sign_of_slope(term, speed).has(speed) for term in terms):
         return sp.false
-    least = bound.subs(speed, 0)
-    return sp.Or(sign <= 0, sp.false if least.has(*NOT_FINITE) else paradox.condition(kinetics, least))
+    return _exceeds(kinetics, *((term.subs(speed, 0), term.subs(speed, sp.Abs(kinetics.slip))) for term in terms))
+
+
+def _exceeds(kinetics: Kinetics, *ends: tuple[sp.Expr, ...]) -> sp.Basic:
+    """Return when there is a paradox with the sum of the least of all ``ends`` as bound, False if any is not finite."""
+    if sp.Tuple(*ends).has(*NOT_FINITE):
+        return sp.false
+    return paradox.condition(kinetics, sp.Add(*(sp.Min(*values) for values in ends)))
 
 
 def _at_velocity(kinetics: Kinetics, bound: sp.Expr, gamma: sp.Expr) -> sp.Expr:

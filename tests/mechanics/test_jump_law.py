@@ -372,6 +372,16 @@ def test_friction_that_falls_below_the_critical_one_has_a_law_that_does_not_hold
     assert holds == [False, True]
 
 
+def test_friction_that_falls_and_grows_has_a_law_where_the_sum_of_its_least_terms_exceeds_the_critical_one():
+    """Viscous friction beside an exponential was refused. The critical one is 1.33, and 0.7 + 1.3 exp(-1) is 1.18."""
+    f, f_s, k = sp.symbols("f f_s k", positive=True)
+    rod, start = _leaning(f + (f_s - f) * sp.exp(-w) + k * w)
+    at = [{**start, "f": low, "f_s": high, "k": 1} for low, high in (("1.2", 2), ("0.7", 2), (2, "1.4"), (2, "1.3"))]
+    assert [rod.evaluate(rod.jump_law().condition, numbers) for numbers in at] == [True, False, True, False]
+    with pytest.raises(NotDerivable, match="falls as the contact slows down"):
+        _leaning(2 + w + 1 / w)[0].jump_law()  # without a value at rest
+
+
 @pytest.mark.parametrize("given", ["damping", "ratio"])
 def test_a_damping_by_a_velocity_that_jumps_has_no_law_and_one_by_another_has(given):
     """With h = (1 + U^2)/2 x gained 1.0 by the law, and 1 + pi/4 by Newton's."""
