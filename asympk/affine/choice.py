@@ -30,6 +30,12 @@ _CLEAR = 1e-13  # the relative size below which a sign is not trusted
 _MOST = 2  # the number of frictions, where loads contain forces, up to which all combinations of phases are tried
 
 
+def with_waves(waves: Iterable[tuple], t: np.ndarray, w: np.ndarray) -> np.ndarray:
+    """Return the states ``(w, waves, 1)`` of rows at their times."""
+    found = [np.broadcast_to(value(np, power, decay, turn, sine, t), t.shape) for power, decay, turn, sine in waves]
+    return np.column_stack([w, *found, np.ones(len(t))])
+
+
 class Modes:
     """The modes of a system in doubles, at its parameters, by their index in ``branches``."""
 
@@ -55,9 +61,7 @@ class Modes:
 
     def whole(self, branch: Branch, t: np.ndarray, w: np.ndarray) -> np.ndarray:
         """Return the states ``(w, waves, 1)`` of rows at their times."""
-        waves = [np.broadcast_to(value(np, power, decay, turn, sine, t), t.shape)
-                 for power, decay, turn, sine in self.flow(branch)[1]]
-        return np.column_stack([w, *waves, np.ones(len(t))])
+        return with_waves(self.flow(branch)[1], t, w)
 
     def rates(self, branch: Branch, t: np.ndarray, w: np.ndarray) -> np.ndarray:
         """Return the rates of the states and the waves in rows."""

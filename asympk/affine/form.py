@@ -15,6 +15,7 @@ from asympk.affine.forcing import CONSTANT, Wave, rate, waves_of, with_derivativ
 from asympk.affine.mode import AffineMode
 from asympk.automaton.exact import exact_values, is_rational
 from asympk.automaton.modes import GuardedMode
+from asympk.automaton.numericmode import FADED
 from asympk.errors import InputError
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.long import LONG, ROUGH, generic_place, heavy, is_longer, replaced, symbols_in, valued
@@ -41,8 +42,19 @@ class Form:
 @lru_cache(maxsize=512)
 def form_of(mode: GuardedMode, others: tuple[Wave, ...] = ()) -> Form | None:
     """Return the affine form of a mode, or None where there is none; its waves include ``others``."""
+    affine = all(affine_parts(mode.system, law) is not None for law in mode.laws)
+    return _form(mode, mode.guard_values, others) if affine else None
+
+
+@lru_cache(maxsize=512)
+def form_of_laws(mode: GuardedMode) -> Form | None:
+    """Return the form of a mode whose guards are its frictions that may become negative, above what counts as 0."""
+    return _form(mode, tuple(law + sp.Rational(str(FADED)) for law in mode.laws), ())
+
+
+def _form(mode: GuardedMode, guard_values: tuple[sp.Expr, ...], others: tuple[Wave, ...]) -> Form | None:
     found = []
-    for expr in (*mode.rates, *mode.guard_values):
+    for expr in (*mode.rates, *guard_values):
         if (parts := affine_parts(mode.system, expr)) is None:
             return None
         found.append(parts)
@@ -55,10 +67,11 @@ def form_of(mode: GuardedMode, others: tuple[Wave, ...] = ()) -> Form | None:
 
 
 def mode_obstacle(mode: GuardedMode) -> str | None:
-    """Return words on a rate or guard of a mode that is not affine, with sums of waves as forcing, or None."""
+    """Return words on what is not affine in a mode, with sums of waves as forcing, or None."""
     rates = ((f"the rate of {s}", rate) for s, rate in zip(mode.system.states, mode.rates, strict=True))
     guards = ((f"the guard of {guard.kind}", guard.value) for guard in mode.guards)
-    named = next((named for named in (*rates, *guards) if affine_parts(mode.system, named[1]) is None), None)
+    laws = (("the friction", law) for law in mode.laws)
+    named = next((named for named in (*rates, *guards, *laws) if affine_parts(mode.system, named[1]) is None), None)
     if named is None:
         return None
     what = "" if is_longer(named[1], LONG) else f": {named[1]!s:.80}"  # to write it takes longer than to find it

@@ -11,10 +11,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from asympk.affine.choice import Modes
-from asympk.affine.moderows import carried_on, follow_rows
+from asympk.affine.choice import Modes, with_waves
+from asympk.affine.form import form_of_laws
+from asympk.affine.moderows import carried_on, follow_rows, may_fall
 from asympk.affine.run import affine, run
-from asympk.arithmetic import UNIT
+from asympk.arithmetic import UNIT, Doubles
 from asympk.automaton.automaton import Automaton
 from asympk.errors import InputError, OutOfRange
 from asympk.many import PHASES, REFUSALS, Many, axes_of, by_trajectory, outcome_of, require_mappings
@@ -234,7 +235,7 @@ def _together(modes, w, until, rows, result):
 def _advanced(modes, flock, k):
     """Follow the rows in branch number k to the ends of their segments; return notes of their events."""
     mine = np.flatnonzero(flock.alive & (flock.branch == k))
-    begun = flock.t[mine]
+    begun, pushed = flock.t[mine], _pushed_on(modes, k, flock, mine)
     flow, _, kept, kinds = modes.flow(modes.branches[k])
     states, whole = flock.w.shape[1], modes.whole(modes.branches[k], flock.t[mine], flock.w[mine])
     covariance = np.zeros((len(mine), *[whole.shape[1] - 1] * 2))  # of the forcing, too, which has no error as yet
@@ -244,7 +245,7 @@ def _advanced(modes, flock, k):
     flock.size[mine] = np.maximum(flock.size[mine], abs(flock.w[mine]))
     flock.lost[mine] |= ends.open
     flock.t[mine] = np.where(ends.hit < 0, flock.until[mine], flock.t[mine] + ends.span)
-    flock.lost[mine] |= _pushed_on(modes.automaton.mode(modes.branches[k]), flock.t[mine], flock.w[mine])
+    flock.lost[mine] |= pushed(flock.t[mine])
     flock.alive[mine] = (ends.hit >= 0) & ~flock.lost[mine]
     notes = []
     for hit in np.unique(ends.hit[flock.alive[mine]]):
@@ -256,12 +257,14 @@ def _advanced(modes, flock, k):
     return notes
 
 
-def _pushed_on(mode, t, w):
-    """Tell of each row whether kinetic friction is negative at the end of its segment; the scalar flow judges it."""
-    found = np.zeros(len(t), dtype=bool)
-    for law in mode.laws(t, *w.T, *mode.p) if mode.mode.laws else ():
-        found |= law < 0
-    return found
+def _pushed_on(modes, k, flock, mine):
+    """Return a function of the ends of segments: whether kinetic friction may become negative in them, row by row."""
+    mode, begun = modes.automaton.mode(modes.branches[k]).mode, flock.t[mine]
+    if not mode.laws:
+        return lambda ends: False
+    flow, waves, _ = modes.flows.of(Doubles, mode, form_of_laws)
+    whole = with_waves(waves, begun, flock.w[mine])
+    return lambda ends: may_fall(flow, flow.mode.mesh, whole, ends - begun)
 
 
 def _kept(notes, lost):

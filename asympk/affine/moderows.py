@@ -104,6 +104,13 @@ def follow_rows(flow: AffineFlow, mesh: Mesh, whole: np.ndarray, left: np.ndarra
     return Ends(span, hit, state, covariance, undone | ~np.isfinite(state).all(axis=1))
 
 
+def may_fall(flow: AffineFlow, mesh: Mesh, whole: np.ndarray, left: np.ndarray) -> np.ndarray:
+    """Return a mask of the rows from starts ``whole`` in which a guard may fall through 0 before ``left``."""
+    with np.errstate(all="ignore"):
+        _, hit, undone = _first_roots(rows_of(flow, whole), mesh, left)
+    return undone | (hit >= 0)
+
+
 def _first_roots(rows, mesh, left):
     """Return (duration, guard or -1, mask of undecided rows)."""
     span, hit = left.copy(), np.full(left.shape, -1)

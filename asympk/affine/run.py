@@ -185,12 +185,13 @@ class Flows:
         self.swift = Swift(self)
         self._found: dict = {}
 
-    def of(self, m: Any, mode: GuardedMode) -> tuple[Any, tuple, tuple[int, ...]]:
-        """Return (flow, waves, indices of the guards that move) of a mode in the numbers of ``m``."""
-        key = mode.branch, mode.sides, m.prec, m.margin, m.largest  # signs at one precision differ by the margin, too
+    def of(self, m: Any, mode: GuardedMode, form_of: Any = form.form_of) -> tuple[Any, tuple, tuple[int, ...]]:
+        """Return (flow, waves, indices of the guards that move) of a mode, by its form, in the numbers of ``m``."""
+        # signs at one precision differ by the margin, too
+        key = mode.branch, mode.sides, form_of, m.prec, m.margin, m.largest
         if key not in self._found:
             digits = 24 if m is Doubles else m.dps
-            found, waves, moving = form.placed(form.form_of(mode), self.automaton.values, digits)
+            found, waves, moving = form.placed(form_of(mode), self.automaton.values, digits)
             waves = tuple((power, m.number(decay), m.number(turn), sine) for power, decay, turn, sine in waves)
             self._found[key] = found.in_doubles if m is Doubles else in_digits(m, found), waves, moving
         return self._found[key]
@@ -206,13 +207,14 @@ def _followed(m, case):
 
     def advance(mode, t, state, segments):
         flow, waves, kept = case.flows.of(m, mode.mode)
-        known = [*map(abs, state), *(amplitude(m, *wave, t) for wave in waves)]
-        start = (*state, *(value(m, *wave, t) for wave in waves))
+        start, known = _with_waves(m, waves, t, state)
         zeros = _vanishing(mode, t, state, segments)
         segment = ClosedSegment(flow, start, known, zeros=[q for q, guard in enumerate(kept) if guard in zeros])
         if segment.held and m.margin:  # what stays 0 is idle: rounding has taken the motion out of the start
             raise Undecided
         span, hits = _span(case, m, mode, segment, until - t, len(segments))
+        if mode.mode.laws and (pushed := _pushed_on(case, m, mode, (t, state), span)):
+            return loop.Segment(t + pushed[0], state, pushed[1])
         found, hit = bool(hits), hits[0] if hits else None
         end = segment.at_event(span, hit) if found else segment.state(span)
         if digits and not case.known:
@@ -233,6 +235,23 @@ def _followed(m, case):
         raise TooManyEvents(f"{joined.last.short} at t = {float(joined.last.t):.6g} of until = {float(until):.6g}; "
                             "take a smaller until, or allow more events", joined.last.t, joined.last.state)
     return joined if until else _standing(joined, automaton, digits, advance)
+
+
+def _with_waves(m, waves, t, state):
+    """Return the state with the waves at t, and the sizes to which the errors of these are proportional."""
+    known = [*map(abs, state), *(amplitude(m, *wave, t) for wave in waves)]
+    return (*state, *(value(m, *wave, t) for wave in waves)), known
+
+
+def _pushed_on(case, m, mode, begun, span):
+    """Return the time after which friction is negative in a segment, and its number after the guards, or None."""
+    flow, waves, kept = case.flows.of(m, mode.mode, form.form_of_laws)
+    segment = ClosedSegment(flow, *_with_waves(m, waves, *begun))
+    below = (k for k, value in enumerate(segment.guards[segment.functions].tolist()) if value < 0)
+    k, at = next(below, None), 0 * span
+    if k is None and (found := segment.first_event(span)):
+        at, (k, *_) = found
+    return None if k is None else (at, len(mode.kinds) + kept[k])
 
 
 def _vanishing(mode, t, state, segments):

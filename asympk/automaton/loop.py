@@ -38,10 +38,11 @@ PARADOX = 2.0**-40  # part of the first motion's stiffness by which that of the 
 class Segment(NamedTuple):
     """One stretch of one mode: the time and state at its end, the guard lost there or None, and how it was followed.
 
-    ``short`` is the reason why the segment ends early, or "". ``work`` and ``samples`` belong to the flow that made the
-    segment. ``together`` are other guards lost at the same time. ``steps`` are times and states from the start of the
-    segment to its end. ``branch`` and ``sides`` are those of the mode. ``within`` may be the state by the time; a run
-    does not keep it.
+    A number ``hit`` beyond those of the guards is that of a law of friction which becomes negative. ``short`` is
+    the reason why the segment ends early, or "". ``work`` and ``samples`` belong to the flow that made the segment.
+    ``together`` are other guards lost at the same time. ``steps`` are times and states from the start of the
+    segment to its end. ``branch`` and ``sides`` are those of the mode. ``within`` may be the state by the time; a
+    run does not keep it.
     """
 
     t: Any
@@ -113,7 +114,7 @@ def _require_lawful(
     automaton: Automaton, mode: NumericMode, begun: tuple[Any, tuple], segment: Segment, slack: Any
 ) -> None:
     """Raise an error where, in a segment, friction turned negative, another motion came up, or a pole was passed."""
-    mode.require_opposing(begun, (*segment.steps, (segment.t, segment.state)))
+    mode.require_opposing(begun, (*segment.steps, (segment.t, segment.state)), segment.t, segment.hit)
     require_alone(automaton, mode, begun[0], segment, slack)
     if segment.hit is None or mode.kinds[segment.hit][0] not in _ENDS:
         mode.require_one_side(mode.pole_values(*begun), segment.t, segment.state)

@@ -243,6 +243,11 @@ class GuardedMode:
                      and not law.is_nonnegative)
 
     @cached_property
+    def watched(self) -> tuple[sp.Expr, ...]:
+        """What a motion in the mode keeps above 0: the expressions of the guards and, after them, the ``laws``."""
+        return (*self.guard_values, *self.laws)
+
+    @cached_property
     def order_in_time(self) -> int:
         """The largest exponent of a power that the time moves: fewer of its derivatives vanish where the power does."""
         powers = atoms(sp.Tuple(*self.rates, *self.guard_values), sp.Pow)

@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from operator import sub
 from typing import Any
 
 import sympy as sp
@@ -144,20 +145,51 @@ class NumericMode:
         """The kinetic frictions that may become negative as a function of (t, *state, *p)."""
         return self._compiled(self.mode.laws)
 
-    def require_opposing(self, begun: tuple[Any, State], reached: Iterable[tuple[Any, State]]) -> None:
-        """Raise ``OutOfRange`` if a kinetic friction has become negative at a time and state that the mode has reached.
+    @cached_property
+    def watched(self) -> Callable[..., tuple]:
+        """The guards and, after them, the ``laws`` as a function of (t, *state, *p)."""
+        return self._compiled(self.mode.watched)
 
-        One that is 0 but for the errors of the states, beside 1 or its value where the mode has ``begun``, is not.
+    @cached_property
+    def watched_slopes(self) -> Callable[..., tuple]:
+        """The derivatives of what is ``watched`` along the field as a function of (t, *state, *p)."""
+        return self._compiled(self.mode.watched, (self.mode.flow,))
+
+    def faded(self, t: Any, state: State) -> tuple:
+        """Return the values down to which the ``laws`` are 0 but for the errors of the states, in a mode begun here.
+
+        These errors are parts of 1, or of the friction where the mode begins.
+        """
+        return tuple(-FADED * max(1, abs(v)) for v in self.laws(t, *state, *self.p)) if self.mode.laws else ()
+
+    def watched_values(self, faded: tuple, t: Any, state: State) -> tuple:
+        """Return the values of the guards and, after them, of the ``laws`` above their ``faded`` values."""
+        found = self.watched(t, *state, *self.p)
+        laws = len(found) - len(faded)
+        return (*found[:laws], *map(sub, found[laws:], faded)) if faded else found
+
+    def watched_rates(self, t: Any, state: State) -> tuple:
+        """Return the derivatives of what is ``watched`` along the field."""
+        return self.watched_slopes(t, *state, *self.p)
+
+    def require_opposing(
+        self, begun: tuple[Any, State], reached: Iterable[tuple[Any, State]], end: Any, hit: int | None
+    ) -> None:
+        """Raise ``OutOfRange`` if a kinetic friction has become negative.
+
+        It has at the ``end`` of a segment that ``hit`` it, and at a time and state ``reached`` where it is below its
+        ``faded`` value.
         """
         if not self.mode.laws:
             return
-        first = self.laws(begun[0], *begun[1], *self.p)
-        for t, state in reached:
-            for law, a, b in zip(self.mode.laws, first, self.laws(t, *state, *self.p), strict=True):
-                if b < -FADED * max(1, abs(a)):
-                    raise OutOfRange(f"kinetic friction {law!s:.120} of mode {self.name} is negative at t = "
-                                     f"{float(t):.8g}; friction opposes the velocity: write a law that does not fall "
-                                     "below 0, or end the run before it")
+        faded, laws = self.faded(*begun), self.mode.laws
+        below = ((law, t) for t, state in reached
+                 for law, value, least in zip(laws, self.laws(t, *state, *self.p), faded, strict=True) if value < least)
+        lost = () if hit is None or hit < len(self.kinds) else (laws[hit - len(self.kinds)], end)
+        if found := lost or next(below, ()):
+            raise OutOfRange(f"kinetic friction {found[0]!s:.120} of mode {self.name} is negative at t = "
+                             f"{float(found[1]):.8g}; friction opposes the velocity: write a law that does not fall "
+                             "below 0, or end the run before it")
 
     def steps_until(self, t: Any, until: Any) -> Any:
         """Return the time at which a step must end: just before the next switch or peak by the time, or ``until``."""

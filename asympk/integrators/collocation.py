@@ -160,8 +160,8 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
     """Follow one mode until a guard is lost or ``until``; the samples of the segment are its steps."""
     mode, steps = scheme.mode, list[CollocationStep]()
     h = min(until - t, 1 / (until.context.one + max(abs(v) for row in mode.jac(t, state) for v in row)))
-    before = tuple(max(v, 0 * v) for v in mode.guard_values(t, state))
-    tries, poles, grow = list[Any](), mode.pole_values(t, state), GROW
+    tries, poles, faded, grow = list[Any](), mode.pole_values(t, state), mode.faded(t, state), GROW
+    before = tuple(max(v, 0 * v) for v in mode.watched_values(faded, t, state))
     while len(steps) < STEPS and not _is_hopeless(tries, until):
         h = min(h, scheme.longest)
         last = h >= (until - t) * NEARLY
@@ -178,7 +178,7 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
             h, grow = h * SHRINK, 1
             continue
         step = CollocationStep(t, state, h, scheme.tableau.coefficients(slopes))
-        at, hit = _lost(scheme, step, before) or (0 * h, None)
+        at, hit = _lost(scheme, step, before, faded) or (0 * h, None)
         end = state if hit is None else _at(scheme.tableau, step, at)
         if (hit is not None or not steps) and _misses_rates(scheme, step, at, end):
             h, grow = h * SHRINK, 1
@@ -192,7 +192,7 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
         t, state = (until if last else t + h), _at(scheme.tableau, step, h)
         if last:
             return Segment(until, state, None, samples=tuple(steps), within=_within(scheme, steps))
-        before = mode.guard_values(t, state)
+        before = mode.watched_values(faded, t, state)
         h *= min(grow, left_out ** (-1 / len(scheme.tableau.nodes))) if left_out > SWEPT else grow
         grow = GROW
     raise OutOfRange(f"the reference needs more than {STEPS} steps; take a larger mu or a smaller until")
@@ -260,23 +260,26 @@ def _is_hopeless(tries: list, until: Any) -> bool:
     return bool(until - tries[-1] > HOPELESS * gained and gained < GROW * earlier)
 
 
-def _lost(scheme: Scheme, step: CollocationStep, before: tuple) -> tuple | None:
-    """Return (time in the step, guard) of the first guard lost in a step; ``before`` are the guards at its start."""
+def _lost(scheme: Scheme, step: CollocationStep, before: tuple, faded: tuple) -> tuple | None:
+    """Return (time in the step, guard) of the first guard lost in a step.
+
+    Laws of friction count as guards, above their ``faded`` values; ``before`` are the values at the start of the step.
+    """
     mode, h = scheme.mode, step.h
 
     def state(at: Any) -> tuple:
         return _at(scheme.tableau, step, at)
 
     def values(at: Any) -> tuple:
-        return mode.guard_values(step.t + at, state(at))
+        return mode.watched_values(faded, step.t + at, state(at))
 
     def rates(at: Any) -> tuple:
-        return mode.guard_rates(step.t + at, state(at))
+        return mode.watched_rates(step.t + at, state(at))
 
     def root(function: Any, low: Any, high: Any) -> Any:
         return _root(function, low, high, scheme.tolerance)
 
-    last = Look(0 * h, before, mode.guard_rates(step.t, step.state))
+    last = Look(0 * h, before, mode.watched_rates(step.t, step.state))
     for end in (h * part for part in ((*PARTS, 1) if mode.timed else (1,))):
         now = Look(end, values(end), rates(end))
         if met := first_lost(last, now, values, rates, root, PARTS, scheme.tolerance * SLACK):

@@ -148,9 +148,9 @@ def _compiled(modes, coefficients):
 
 
 def _equally_many(modes):
-    """Return a function of a mode: its guards, padded with the constant 1 to the largest number of guards."""
-    most = max(1, *(len(m.guard_values) for m in modes))
-    return lambda m: (*m.guard_values, *[sp.S.One] * (most - len(m.guard_values)))
+    """Return a function of a mode: what is watched in it, padded with the constant 1 to the largest number of these."""
+    most = max(1, *(len(m.watched) for m in modes))
+    return lambda m: (*m.watched, *[sp.S.One] * (most - len(m.watched)))
 
 
 def _chosen(modes, coefficients, outputs, directions=lambda m: ()):

@@ -34,6 +34,7 @@ def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float,
     """Follow ``mode`` from (t, state) until a guard is lost or ``until``."""
     solver = _compiled(settings.method, mode.mode, mode.coefficients, max(min(settings.rtol, settings.atol), FINEST))
     given = [*mode.p, *(MARGIN * (abs(v) < MARGIN) for v in mode.guard_values(t, state))]
+    given += [-least for least in mode.faded(t, state)]
     solver.pars[:] = given[: len(solver.pars)]  # it has none beyond the last one in rates and guards
     _place(solver, t, state)
     taylor, divisors, times = _Taylor(solver, mode, settings), Divisors(mode, t, state), settings.times
@@ -217,7 +218,10 @@ def _reason(outcome):
 
 @lru_cache(maxsize=32)
 def _compiled(method, mode, coefficients, tol):
-    """Return the compiled integrator of a mode; its parameters are those of the system and a margin for every guard."""
+    """Return the compiled integrator of a mode.
+
+    Its parameters are those of the system and a margin for every guard and law of friction.
+    """
     try:
         import heyoka as hy
     except ImportError as error:
@@ -229,7 +233,7 @@ def _compiled(method, mode, coefficients, tol):
     arguments = (hy.time, *states, *(hy.par[k] for k in range(count)))
     try:
         rates, guards = (function(system, outputs, "math", _functions(), (), True, coefficients)(*arguments)
-                         for outputs in (mode.rates, mode.guard_values))
+                         for outputs in (mode.rates, mode.watched))
     except (AttributeError, TypeError) as reason:
         raise InputError(f"method {method!r}: the system has a function that heyoka lacks ({reason})") from None
     events = [hy.t_event(g + hy.par[count + k], direction=hy.event_direction.negative) for k, g in enumerate(guards)]

@@ -36,7 +36,11 @@ class OneField:
         """Return the values of the guards: there are none."""
         return ()
 
-    guard_rates = pole_values = guard_values
+    def watched_values(self, faded: tuple[float, ...], t: float, state: tuple[float, ...]) -> tuple[float, ...]:
+        """Return nothing, as ``guard_values`` does."""
+        return faded
+
+    guard_rates = watched_rates = pole_values = faded = guard_values
     rhs, jac = NumericMode.rhs, NumericMode.jac
 
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from math import isfinite
+from operator import sub
 from time import monotonic
 from typing import Protocol
 
@@ -122,35 +123,40 @@ class Divisors:
 
 
 class Watch:
-    """The guards of a mode at the end of the last step; at the start one that is negative or rounding counts as 0."""
+    """The guards of a mode, and its laws of friction, at the end of the last step.
+
+    At the start one that is negative or rounding counts as 0.
+    """
 
     def __init__(self, mode: NumericMode, t: float, state: tuple[float, ...]):
-        self.mode, self.size = mode, len(state)
-        found = mode.guard_values(t, state)
-        signs = mode.signs(mode.mode.guard_values, t, state) if found else ()
-        values = [v if sign > 0 else 0.0 for v, sign in zip(found, signs, strict=True)]
+        self.mode, self.size, self.faded = mode, len(state), mode.faded(t, state)
+        found = mode.watched_values(self.faded, t, state)
+        guards = len(found) - len(self.faded)
+        signs = mode.signs(mode.mode.guard_values, t, state) if guards else ()
+        values = [v if sign > 0 else 0.0 for v, sign in zip(found, signs, strict=False)]
         self.floors = [v * UNBOUNDED * (kind == "unbounded") for v, (kind, _) in zip(values, mode.kinds, strict=True)]
         self.floored = any(self.floors)
-        self.before = self.last = Look(t, self._above(values), mode.guard_rates(t, state))
+        values += [max(v, 0.0) for v in found[guards:]]
+        self.before = self.last = Look(t, self._above(values), mode.watched_rates(t, state))
 
     def lost(self, solver: Solver, t: float, state: tuple[float, ...]) -> tuple[float, int] | None:
         """Return (time, guard) of the first guard lost in the step that ends at (t, state), or None."""
-        if not self.floors:
+        if not self.last.values:
             return None
         self.before = before = self.last
         begin = solver.t_old
-        now = self._without_rounding(self._above(self.mode.guard_values(t, state)), t, state)
-        self.last = Look(t, now, self.mode.guard_rates(t, state))
+        now = self._without_rounding(self._values(t, state), t, state)
+        self.last = Look(t, now, self.mode.watched_rates(t, state))
         one_step = before.t == begin
         if one_step and not suspects(before, self.last):
             return None
         within = cache(solver.dense_output)
 
         def values(at):
-            return self._above(self.mode.guard_values(at, within()(at)[: self.size].tolist()))
+            return self._values(at, within()(at)[: self.size].tolist())
 
         def rates(at):
-            return self.mode.guard_rates(at, within()(at)[: self.size].tolist())
+            return self.mode.watched_rates(at, within()(at)[: self.size].tolist())
 
         if not one_step:
             before = Look(begin, values(begin), rates(begin))
@@ -162,11 +168,15 @@ class Watch:
         if not below:
             return values
         places = (t, state), *nudges(t, state, self.mode.beside)
-        signs = [*map(clear_sign, zip(*(self.mode.guard_rates(*place) for place in places), strict=True))]
+        signs = [*map(clear_sign, zip(*(self.mode.watched_rates(*place) for place in places), strict=True))]
         return [0.0 if k in below and signs[k] >= 0 else value for k, value in enumerate(values)]
 
+    def _values(self, t, state):
+        return self._above(self.mode.watched_values(self.faded, t, state))
+
     def _above(self, values):
-        return [v - floor for v, floor in zip(values, self.floors, strict=True)] if self.floored else values
+        n = len(self.floors)
+        return [*map(sub, values[:n], self.floors), *values[n:]] if self.floored else values
 
 
 def _bracketed(function, low, high):

@@ -937,3 +937,43 @@ def test_friction_whose_law_falls_below_0_on_the_way_is_refused(method):
     assert ap.solve(ap.Scene(system=system, start={"x": 0, "v": "1/2"}, until="1/4"), method).modes == ("slip_same",)
     many = ap.solve_many(system=system, values={}, start={"x": np.zeros(9), "v": np.full(9, 0.5)}, until=2)
     assert "followed" not in {many.outcomes[k] for k in many.outcome}
+
+
+@pytest.mark.parametrize("method", ["exact", "digits", "rk45", "radau", *here("heyoka", "cvode")])
+@pytest.mark.parametrize(("law", "when"), [
+    ("3/5 + cos(t)", math.acos(-3 / 5)), ("999/1000 + cos(t)", math.acos(-0.999)),
+    ("(t - 3)^2/9 - 1/1000", 3 - 0.009**0.5), ("1/2 - x*(9 - x)/40", None),
+])
+def test_friction_that_is_below_0_for_a_while_only_is_refused(method, law, when):
+    """At the end of the run it is positive again; its zero is a root of the law alone, or of x = 2 t + t^2/2 in it."""
+    kinetic = sp.sympify(law.replace("^", "**"), {"t": t, "x": x})
+    slide = ap.Friction(velocity=v, force=F, load=1, kinetic=kinetic, static=2)
+    drive = 1 if when else 1 + kinetic
+    system = ap.System.with_frictions({x: v, v: drive + F}, {}, [slide], time=t)
+    place = sp.nsolve(kinetic.subs(x, 2 * t + t**2 / 2), t, 1) if when is None else when
+    scene = ap.Scene(system=system, start={"x": 0, "v": 2}, until=6)
+    with pytest.raises(OutOfRange, match=r"kinetic friction .* of mode slip_same is negative at t = ") as found:
+        ap.solve(scene, **({"digits": 20} if method == "digits" else {"method": method}))
+    assert float(str(found.value).partition("t = ")[2].partition(";")[0]) == pytest.approx(float(place), abs=1e-4)
+    if when:
+        many = ap.solve_many(system=system, values={}, start={"x": np.zeros(9), "v": np.full(9, 2.0)}, until=6)
+        assert "followed" not in {many.outcomes[k] for k in many.outcome.tolist()}
+
+
+@pytest.mark.parametrize("way", [{}, {"digits": 20}, {"method": "rk45"}])
+@pytest.mark.parametrize("law", ["1 - cos(t)", "v/2", "x^2*(2 - v)", "v*(3 - v)"])
+def test_friction_that_comes_down_to_0_is_not_refused(way, law):
+    kinetic = sp.sympify(law.replace("^", "**"), {"t": t, "x": x, "v": v})
+    slide = ap.Friction(velocity=v, force=F, load=1, kinetic=kinetic, static=2)
+    system = ap.System.with_frictions({x: v, v: -x + F}, {}, [slide], time=t)
+    path = ap.solve(ap.Scene(system=system, start={"x": 0, "v": 1}, until=9), **way)
+    assert path.modes[0] == "slip_same"
+
+
+def test_friction_that_is_negative_at_the_start_is_refused_each_time():
+    """From the fifth scene on, tables tell the mode that begins."""
+    slide = ap.Friction(velocity=v, force=F, load=1, kinetic=1 - v, static=1)
+    system = ap.System.with_frictions({x: v, v: 2 + F}, {}, [slide])
+    for k in range(8):
+        with pytest.raises(OutOfRange, match=r"kinetic friction 1 - v .*is negative at t = 0"):
+            ap.solve(ap.Scene(system=system, start={"x": k, "v": 2}, until=1))
