@@ -105,7 +105,7 @@ class Modes:
         rigid = _rigid(self.system)
         kept = [f.gap_rate for f in rigid if f.gap is None]
         kept += [part for f in rigid if f.gap is not None for part in (f.gap, rate_along(self.system, f.gap))]
-        return self._values(kept, t, w).any(axis=0)
+        return self.values(kept, t, w).any(axis=0)
 
     def following(self, k: int, event: tuple[str, int], t: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return (index, mask of open rows) as ``beginning`` does, after branch number k has lost a guard in all rows.
@@ -174,11 +174,11 @@ class Modes:
         """Return (velocities, loads), arrays (frictions, rows); loads that contain forces are NaN."""
         frictions = self.system.frictions
         loads = (sp.S.Zero if pushed else f.load for f, pushed in zip(frictions, self.pushed, strict=True))
-        found = self._values([*(f.velocity for f in frictions), *loads], t, w)
+        found = self.values([*(f.velocity for f in frictions), *loads], t, w)
         found[len(frictions) :][self.pushed] = np.nan
         return found[: len(frictions)], found[len(frictions) :]
 
-    def _values(self, exprs, t, w):
+    def values(self, exprs: Iterable[sp.Expr], t: np.ndarray, w: np.ndarray) -> np.ndarray:
         """Return the values of expressions, an array (expressions, rows)."""
         found = function(self.system, tuple(exprs), "numpy", np)(t, *w.T, *self.p)
         return np.array([np.broadcast_to(v, t.shape) for v in found], dtype=float).reshape(-1, len(t))

@@ -48,8 +48,9 @@ def form_of(mode: GuardedMode, others: tuple[Wave, ...] = ()) -> Form | None:
 
 @lru_cache(maxsize=512)
 def form_of_laws(mode: GuardedMode) -> Form | None:
-    """Return the form of a mode whose guards are its frictions that may become negative, above what counts as 0."""
-    return _form(mode, tuple(law + sp.Rational(str(FADED)) for law in mode.laws), ())
+    """Return the form of a mode whose guards are its frictions that may be negative, above what counts as 0."""
+    varying = (law if symbols_in(law) & mode.moving else sp.S.One for law in mode.laws)
+    return _form(mode, tuple(law + sp.Rational(str(FADED)) for law in varying), ())
 
 
 def _form(mode: GuardedMode, guard_values: tuple[sp.Expr, ...], others: tuple[Wave, ...]) -> Form | None:

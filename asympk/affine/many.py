@@ -259,12 +259,13 @@ def _advanced(modes, flock, k):
 
 def _pushed_on(modes, k, flock, mine):
     """Return a function of the ends of segments: whether kinetic friction may become negative in them, row by row."""
-    mode, begun = modes.automaton.mode(modes.branches[k]).mode, flock.t[mine]
-    if not mode.laws:
-        return lambda ends: False
+    mode, begun, w = modes.automaton.mode(modes.branches[k]).mode, flock.t[mine], flock.w[mine]
+    low = (modes.values(mode.laws, begun, w) < 0).any(axis=0) if mode.laws else np.zeros(len(mine), dtype=bool)
+    if low.all() or not mode.laws:
+        return lambda ends: low
     flow, waves, _ = modes.flows.of(Doubles, mode, form_of_laws)
-    whole = with_waves(waves, begun, flock.w[mine])
-    return lambda ends: may_fall(flow, flow.mode.mesh, whole, ends - begun)
+    whole = with_waves(waves, begun, w)
+    return lambda ends: low | may_fall(flow, flow.mode.mesh, whole, ends - begun)
 
 
 def _kept(notes, lost):

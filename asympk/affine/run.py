@@ -244,14 +244,10 @@ def _with_waves(m, waves, t, state):
 
 
 def _pushed_on(case, m, mode, begun, span):
-    """Return the time after which friction is negative in a segment, and its number after the guards, or None."""
+    """Return the time in a segment at which friction becomes negative, and its number after the guards, or None."""
     flow, waves, kept = case.flows.of(m, mode.mode, form.form_of_laws)
-    segment = ClosedSegment(flow, *_with_waves(m, waves, *begun))
-    below = (k for k, value in enumerate(segment.guards[segment.functions].tolist()) if value < 0)
-    k, at = next(below, None), 0 * span
-    if k is None and (found := segment.first_event(span)):
-        at, (k, *_) = found
-    return None if k is None else (at, len(mode.kinds) + kept[k])
+    found = ClosedSegment(flow, *_with_waves(m, waves, *begun)).first_event(span)
+    return found and (found[0], len(mode.kinds) + kept[found[1][0]])
 
 
 def _vanishing(mode, t, state, segments):

@@ -85,7 +85,7 @@ def follow(
         t, state, mode = _begun(automaton, first, start, until, digits)
         names, marks, ends = [mode.name], list[Event](), list[Any]()
         while t < until or not segments:
-            _require_one_motion(mode, t, state)
+            _require_begun(mode, t, state)
             segment = advance(mode, t, state, segments) if t < until else Segment(t, state, None)
             segments.append(segment._replace(branch=mode.branch, sides=mode.mode.sides, within=None))
             _require_lawful(automaton, mode, (t, state), segment, slack)
@@ -354,12 +354,14 @@ _ENDS: dict[str, tuple[type[UnboundedReaction] | type[TwoMotions], str]] = {
 }
 
 
-def _require_one_motion(mode: NumericMode, t: Any, state: tuple) -> None:
+def _require_begun(mode: NumericMode, t: Any, state: tuple) -> None:
     """Raise ``TwoMotions`` where a bilateral rigid contact begins to slide within the paradox.
 
     At rest such a contact has one motion; as soon as it slides, it has two. Neither states nor time need move what
-    tells this.
+    tells this. Raises ``OutOfRange`` where kinetic friction is negative from the start of the mode on, as it may be on
+    one side of a switch.
     """
+    mode.require_opposing((t, state), [(t, state)], t, None)
     fixed = tuple(guard.value for guard in mode.mode.fixed_guards if guard.kind in _ENDS)
     moving = [k for k, (kind, _) in enumerate(mode.kinds) if kind in _ENDS]
     if len(fixed) + len(moving) == len(_ENDS):

@@ -235,12 +235,15 @@ class GuardedMode:
 
     @cached_property
     def laws(self) -> tuple[sp.Expr, ...]:
-        """The kinetic frictions of contacts that slip which vary with the state or the time and may become negative."""
-        found = (f.kinetic for f, phase in zip(self.sided.frictions, self.branch, strict=True) if phase.slips)
-        told = (self._placed(branches.with_signs(self.sided, self.branch, law)) for law in found)
+        """The kinetic frictions of contacts that slip which may be negative, if they vary with the state or the time.
+
+        Such a law may still be constant on one side of a switch, or in one direction of sliding.
+        """
+        slipping = (f for f, phase in zip(self.sided.frictions, self.branch, strict=True) if phase.slips)
+        vary = (f.kinetic for f in slipping if symbols_in(f.kinetic) & self.moving)
+        told = (self._placed(branches.with_signs(self.sided, self.branch, law)) for law in vary)
         known = {*self.moving, *self.system.parameters}
-        return tuple(law for law in told if symbols_in(law) & self.moving and symbols_in(law) <= known
-                     and not law.is_nonnegative)
+        return tuple(law for law in told if symbols_in(law) <= known and not law.is_nonnegative)
 
     @cached_property
     def watched(self) -> tuple[sp.Expr, ...]:

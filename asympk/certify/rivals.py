@@ -50,6 +50,8 @@ def _require_opposing(modes, segment, guards, end, finest, budget):
     mode = segment.mode
     for law in mode.mode.laws:
         row = modes.row(mode.mode, law)
+        if not any(row):
+            continue
         zeros, sign = leading(row, mode.matrix, segment.start)
         low = AffineGuard("law", 0, row, zeros if sign == 1 else 0)
         if not any(is_multiple(row, guard.row, mode.kept, modes.field) for guard in guards):

@@ -977,3 +977,22 @@ def test_friction_that_is_negative_at_the_start_is_refused_each_time():
     for k in range(8):
         with pytest.raises(OutOfRange, match=r"kinetic friction 1 - v .*is negative at t = 0"):
             ap.solve(ap.Scene(system=system, start={"x": k, "v": 2}, until=1))
+
+
+@pytest.mark.parametrize("way", [{}, {"digits": 20}, {"method": "rk45"}])
+@pytest.mark.parametrize(("law", "start", "when"), [
+    (sp.Piecewise((1, x < 1), (-1, True)), 1, 3**0.5 - 1), (sp.Piecewise((1, t < 1), (-1, t < 2), (1, True)), 1, 1),
+    (1 - 2 * sp.Heaviside(x - 1), 1, 3**0.5 - 1), (sp.Rational(1, 2) + sp.sign(v), -1, 0),
+])
+def test_friction_that_is_a_negative_constant_on_a_side_or_in_a_direction_is_refused(way, law, start, when):
+    slide = ap.Friction(velocity=v, force=F, load=1, kinetic=law, static=2)
+    system = ap.System.with_frictions({x: v, v: 2 + F}, {}, [slide], time=t)
+    scene = ap.Scene(system=system, start={"x": 0, "v": start}, until=3)
+    with pytest.raises(OutOfRange, match=r"kinetic friction .* is negative at t = ") as found:
+        ap.solve(scene, **way)
+    told = str(found.value).partition("t = ")[2].replace(",", ";").partition(";")[0]
+    assert float(told) == pytest.approx(when, abs=1e-5)
+    if when:
+        return
+    many = ap.solve_many(system=system, values={}, start={"x": np.zeros(9), "v": np.full(9, -1.0)}, until=3)
+    assert "followed" not in {many.outcomes[k] for k in many.outcome.tolist()}

@@ -1293,3 +1293,17 @@ def test_a_slide_is_proven_where_its_law_of_friction_is_not_negative(law, proven
     found = certify(ap.Scene(system=system, start={"x": 0, "v": "1/2"}, until=2))
     assert found.proven == proven
     assert found.reason == ("" if proven else f"friction: within slip_same, {kinetic} may be negative")
+
+
+@pytest.mark.parametrize(("law", "start", "proven"), [
+    ("Piecewise((1, x < 1), (-1, True))", 1, False), ("1/2 + sign(v)", -1, False), ("1/2 + sign(v)", 1, True),
+    ("Piecewise((1, x < 1), (0, True))", 1, True),
+])
+def test_a_slide_is_not_proven_where_its_law_is_a_negative_constant_on_a_side_or_in_a_direction(law, start, proven):
+    x, v, force = sp.symbols("x v F", real=True)
+    kinetic = sp.sympify(law, {"v": v, "x": x})
+    slide = ap.Friction(velocity=v, force=force, load=1, kinetic=kinetic, static=2)
+    system = ap.System.with_frictions({x: v, v: 2 + force}, {}, [slide])
+    found = certify(ap.Scene(system=system, start={"x": 0, "v": start}, until=2))
+    assert found.proven == proven
+    assert proven or found.reason.startswith("friction: ")
