@@ -14,6 +14,7 @@ from bisect import bisect, bisect_left
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from math import ceil, inf, log10
 from sys import float_info
 from time import monotonic
@@ -30,6 +31,7 @@ from asympk.errors import OutOfRange, TooManyEvents, Unfinished
 from asympk.integrators.growth import LOST, grown, growth, linearised
 from asympk.integrators.integrate import AT_REST
 from asympk.integrators.singular import followed
+from asympk.integrators.stepwise import BESIDE_BUMPS, DEEP
 from asympk.integrators.watch import Look, first_lost
 from asympk.multiprecision import in_context
 from asympk.numbers import whole
@@ -180,7 +182,8 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
         step = CollocationStep(t, state, h, scheme.tableau.coefficients(slopes))
         at, hit = _lost(scheme, step, before, faded) or (0 * h, None)
         end = state if hit is None else _at(scheme.tableau, step, at)
-        if (hit is not None or not steps) and _misses_rates(scheme, step, at, end):
+        looks = [(at, end)] if hit is not None or not steps else []
+        if any(_misses_rates(scheme, step, *look) for look in looks) or _misses_bump(scheme, step, at or h, before):
             h, grow = h * SHRINK, 1
             continue
         if hit is not None:
@@ -232,6 +235,27 @@ def _misses_rates(scheme: Scheme, step: CollocationStep, at: Any, end: tuple) ->
         pairs = zip(step.rates, scheme.mode.rhs(step.t + at, end), strict=True)
         return any(step.h * abs(dot(step.h.context, weights, own) - rate) > allowed for own, rate in pairs)
     return False
+
+
+def _misses_bump(scheme: Scheme, step: CollocationStep, end: Any, before: tuple) -> bool:
+    """Tell whether, until the time ``end`` in a step, it misses the rates or a dip of a guard at the middle of a bump.
+
+    ``before`` are the guards at its start.
+    """
+    mode, start = scheme.mode, 0 * end
+    if not mode.mode.middles:
+        return False
+
+    def value(k: int, at: Any) -> Any:
+        return mode.middle_values(step.t + at, _at(scheme.tableau, step, at))[k]
+
+    passed = [k for k in range(len(mode.mode.middles)) if value(k, start) * value(k, end) < 0]
+    middles = [_root(partial(value, k), start, end, scheme.tolerance) for k in passed]
+    times = [at for middle in middles for part in BESIDE_BUMPS if (at := middle + part * step.h) < end]
+    looks = [(at, _at(scheme.tableau, step, at)) for at in times]
+    dips = (new < -DEEP * old < 0 for at, state in looks
+            for old, new in zip(before, mode.guard_values(step.t + at, state), strict=True))
+    return any(_misses_rates(scheme, step, *look) for look in looks) or any(dips)
 
 
 def _without_rounding(end: tuple, before: tuple, slack: Any) -> tuple:

@@ -234,3 +234,12 @@ def test_a_coefficient_without_a_value_on_another_side_of_its_switch_stays_there
     switched = ap.System.smooth({x: -(x**2) * sp.Piecewise((sp.sqrt(p - 1), p > 1), (sp.sqrt(1 - p), True))}, {}, None)
     ends = [ap.solve(ap.Scene(system=switched, values={p: v}, start={x: 1}, until=1)).final[0] for v in (0, 2)]
     assert max(abs(end - 0.5) for end in ends) < 1e-8
+
+
+def test_a_narrow_bump_along_a_state_adds_its_area():
+    """A step passed over it, and both runs agreed that the state it moves stays at 0."""
+    steep = 3000
+    x, y = sp.symbols("x y", real=True)
+    system = ap.System.smooth({x: sp.Integer(2), y: sp.exp(-((steep * (x - 1)) ** 2))}, {}, None)
+    path = ap.solve(ap.Scene(system=system, start=[0, 0], until=1), digits=10)
+    assert float(path.final[1]) == pytest.approx(math.sqrt(math.pi) / (2 * steep), abs=1e-10)
