@@ -49,6 +49,7 @@ ROUGHEST = 1e-4  # the largest error of a fast state, and of the fast time, as t
 LATE = 0.01  # the allowed error in time of one step of a layer, in units of the tolerance
 GENTLY = 0.01  # the largest fall of a guard in a time mu at which slow motion, not the fast, meets its zero
 STRETCHES = 3000
+TRIES = 6  # layers, each twice as long as the last, after which slow motion may come back to the edge that it has met
 
 
 class Unsettled(OutOfRange):
@@ -206,14 +207,15 @@ def bare_mode(mode: GuardedMode) -> Mode:
     return mode.system.autonomous(Mode(mode.name, slow, fast))
 
 
-def through_layer(task: Task, path: MatchedPath) -> MatchedPath:
+def through_layer(task: Task, path: MatchedPath, least: float = 0.0) -> MatchedPath:
     """Follow a path through its layer until only slow motion is left, or to the end.
 
-    Raises ``OutOfRange`` where the fast motion does not settle, and every error of ``mode_after``.
+    Without an event the layer lasts ``least`` at least. Raises ``OutOfRange`` where the fast motion does not settle,
+    and every error of ``mode_after``.
     """
     while True:
         mode = path.mode
-        found, lost = _in_mode(task, mode, slow_of(mode), path, task.off)
+        found, lost = _in_mode(task, mode, slow_of(mode), path, task.off, least)
         if not found:
             return path
         last, size = found[-1], len(path.state)
@@ -224,7 +226,7 @@ def through_layer(task: Task, path: MatchedPath) -> MatchedPath:
         if guard is None:
             t = task.until if span == task.until - path.t else t
             return replace(path, t=t, state=state, stretches=(*path.stretches, stretch))
-        path = path.met(task, guard, t, state, stretch)
+        path, least = path.met(task, guard, t, state, stretch), 0.0
 
 
 def to_the_end(task: Task, slow: Slow, path: MatchedPath, most: int) -> tuple | None:
@@ -257,7 +259,7 @@ def _fastest(slow: Slow, t: float, state: tuple) -> float:
 
 
 def _in_mode(
-    task: Task, mode: NumericMode, slow: Slow, path: MatchedPath, off: float
+    task: Task, mode: NumericMode, slow: Slow, path: MatchedPath, off: float, least: float = 0.0
 ) -> tuple[tuple[Step, ...], tuple[float, int] | None]:
     """Return the steps in one mode, and (time, guard) where a guard ends them, or None: layer over, or the end.
 
@@ -272,7 +274,7 @@ def _in_mode(
     most = far * max(1.0, _fastest(slow, path.t, state)) / mu  # for y in a jump
     while len(found) < STEPS:
         over = span + _over(task, slow, path.t + span, state, off) if over == math.inf else over
-        if span >= min(over, left):
+        if span >= min(max(over, least), left):
             soon = mode.moved_on(path.t + span, state, mu * OVER / _fastest(slow, path.t + span, state))
             if off > rtol and min(mode.guard_values(*soon), default=0.0) < 0:
                 break
@@ -289,7 +291,7 @@ def _in_mode(
             return tuple(found), lost
     else:
         raise _unsettled(mode, path.t, path.t + span, state, f"takes more than {STEPS} steps", Unsettled)
-    return _in_mode(task, mode, slow, path, rtol)
+    return _in_mode(task, mode, slow, path, rtol, least)
 
 
 def _watched_steps(
@@ -433,16 +435,27 @@ def begun(automaton: Automaton, start: tuple) -> MatchedPath:
 
 
 def onward(task: Task, path: MatchedPath, layer: Callable = through_layer, limit: bool = False) -> MatchedPath:
-    """Follow a path from the end of a layer to the end; ``layer(task, path)`` follows each later layer."""
-    at_once: list[NumericMode] = []  # the modes whose slow motions have ended as they began, all at one time
+    """Follow a path from the end of a layer to the end; ``layer(task, path)`` follows each later layer.
+
+    Slow motion may end on an edge from which the full equations lead back into the same mode, as terms that the order
+    omits tell the rate of the guard. There these equations are followed until they have left the edge or met it. Raises
+    ``OutOfRange`` where they do neither, and in the limit, whose layers take no time.
+    """
+    at_once, tries = list[NumericMode](), 0  # the modes whose slow motions have ended as they began, one after another
     while path.t < task.until:
         before, path = path, slowly(task, path, limit)
-        at_once = [*at_once, before.mode] if path.t == before.t else []
-        if any(path.mode is mode for mode in at_once):
+        at_once = [*at_once, before.mode] if path.t - before.t <= ROUGHEST * task.mu else []
+        back = any(path.mode is mode for mode in at_once)
+        turns = limit and sum(before.mode is mode for mode in at_once) > 1
+        tries += back
+        if turns or (back and (limit or tries > TRIES)):
             small = f"{task.automaton.system.small} = {task.mu:.3g}"
             raise OutOfRange(f"the slow motion in {path.mode.name} goes on from its edge at t = {path.t:.6g} onto the "
                              f"same: rounding, over {small}, decides; use an exact method")
-        if path.t < task.until:
+        if back and path.t < task.until:
+            fastest = _fastest(slow_of(path.mode), path.t, path.state)
+            path = through_layer(task, path, 2**tries * task.mu * OVER / fastest)
+        elif path.t < task.until:
             path = layer(task, path)
     return path
 

@@ -955,6 +955,19 @@ def test_slow_motions_that_end_as_they_begin_in_turns_are_refused_at_once(monkey
     monkeypatch.setattr(matched, "slowly", lambda task, path, limit: next(turns))
     with pytest.raises(OutOfRange, match=r"slow motion in slip_same goes on from its edge at t = 2 onto the same"):
         matched.onward(task, paths["slip_same"], lambda task, path: path, limit=True)
+    turns = iter([replace(paths["slip_same"], t=math.nextafter(2, 3))] * 2)
+    with pytest.raises(OutOfRange, match=r"slow motion in slip_same goes on from its edge at t = 2 onto the same"):
+        matched.onward(task, paths["stick"], lambda task, path: replace(paths["stick"], t=path.t), limit=True)
+
+
+def test_slow_motion_that_rises_from_its_edge_at_the_given_mu_goes_on_after_a_layer():
+    """Near critical friction the velocity vanishes to order 0, and rises by terms of order mu: it was refused."""
+    start = {"x1": "1.184", "x2": "1.184", "x": 0, "y": 0, "z": -1}
+    values = {"m": 1, "alpha": "1.2", "P": 1, "kappa": "0.3", "h": "0.2", "f": "0.7775", "c": "9.49e-5"}
+    scene = ap.Scene(system=ap.systems.held_rod.system(), values=values, start=start, until="4.357")
+    path, truth = ap.solve(scene, "jump", order=0), ap.solve(scene)
+    assert path.modes == truth.modes
+    assert distance(path.final, truth.final) < path.error < 2e-2
 
 
 @pytest.mark.further
