@@ -11,6 +11,7 @@ import re
 from collections.abc import Mapping
 from fractions import Fraction
 from operator import add, mul, sub
+from sys import float_info
 from typing import Any
 from unicodedata import normalize
 
@@ -20,7 +21,7 @@ from sympy.printing.str import StrPrinter
 from asympk.arithmetic import KEPT_DIGITS
 from asympk.errors import InputError
 from asympk.naming import nearest
-from asympk.numbers import number, short, spells_number
+from asympk.numbers import LARGEST, number, short, spells_number
 
 
 def fractional_part(of: sp.Expr) -> sp.Expr:
@@ -94,8 +95,8 @@ NOT_FINITE = (sp.nan, sp.zoo, sp.oo, -sp.oo)  # what an expression has in it tha
 LONGEST = 4000  # most characters of a formula
 DEEPEST = 60  # most levels of the syntax tree
 LARGEST_DEGREE = 64
+_FEW = 3  # digits of a size
 _LARGEST_NUMBER = 1000  # most digits of a power of numbers
-_LEAST, _MOST = 1e-300, 1e300  # sizes of a number
 _OPERATORS = {ast.Add: add, ast.Sub: sub, ast.Mult: mul}
 _RELATIONS = {ast.Lt: sp.Lt, ast.LtE: sp.Le, ast.Gt: sp.Gt, ast.GtE: sp.Ge}
 # what to write for signs that documents have and formulas have not
@@ -139,7 +140,7 @@ def read_constant(what: str, value: Any, angles: bool = True, digits: int = KEPT
     exact = found if found.is_Rational else found.evalf(digits)
     if not exact.is_real:
         raise _no_number(what, value)
-    if exact and not _LEAST < abs(exact) < _MOST:
+    if exact and not _in_range(exact):
         advice = "; write 0 if it is meant" if abs(exact) < 1 else ""
         raise InputError(f"{what} = {short(value)}: it is beyond the range of doubles{advice}")
     return Fraction(exact.p, exact.q) if exact.is_Rational else Fraction(str(exact))
@@ -252,6 +253,11 @@ def _degree(expr: sp.Expr) -> int:
     return 1
 
 
+def _in_range(value: Any) -> bool:
+    """Tell whether a double can hold a number other than 0."""
+    return float_info.min <= abs(value) <= LARGEST
+
+
 def _plain(text: str) -> str:
     """Replace primes, and the word lambda, by names of Python's grammar that no bare key of a TOML file can spell."""
     text = re.sub(r"(?<=\w)'+", lambda primes: _PRIME * len(primes[0]), text)
@@ -295,7 +301,7 @@ class _Reader:
         if isinstance(node.value, bool) or not _NUMBER.fullmatch(spelled):
             raise self._refuse(f"{short(spelled or node.value)} is not a number")
         value = Fraction(spelled)
-        if value and not _LEAST < value < _MOST:
+        if value and not _in_range(value):
             raise self._refuse(f"{short(spelled)} is beyond the range of doubles")
         return sp.Rational(value)
 
@@ -324,7 +330,7 @@ class _Reader:
         for node in reversed(following):
             value = self._operation(node, value, self._expression(node.right, depth + 1))
         factor = value.as_coeff_Mul()[0]
-        if factor.is_Rational and factor and not _LEAST < abs(factor) < _MOST:
+        if factor.is_Rational and factor and not _in_range(factor):
             raise self._refuse("a number in it is beyond the range of doubles")
         if _degree(value) > LARGEST_DEGREE:
             raise self._refuse(f"a degree beyond {LARGEST_DEGREE}")
@@ -362,9 +368,19 @@ class _Reader:
         if len(node.args) != 1 + two or node.keywords:
             raise self._refuse(f"{name} takes {'two arguments' if two else 'one argument'}")
         arguments = [self._expression(argument, depth + 1) for argument in node.args]
+        for argument in arguments:
+            self._require_size(argument)
         if FUNCTIONS[name] is sp.Mod and arguments[1] == 0:
             raise self._refuse("it divides by zero")
         return FUNCTIONS[name](*arguments)
+
+    def _require_size(self, argument: sp.Expr) -> None:
+        """Refuse a constant whose function takes as many digits as it has before its point: cos(exp(exp(20)))."""
+        few = argument.evalf(_FEW) if argument.is_number else sp.S.Zero
+        if few.is_real is False:
+            raise self._refuse("a number in it is not real")
+        if (abs(few) > LARGEST) == sp.true:
+            raise self._refuse("a number in it is beyond the range of doubles")
 
     def _piece(self, node: ast.AST, depth: int) -> tuple[sp.Expr, sp.Basic]:
         if not isinstance(node, ast.Tuple) or len(node.elts) != 2:

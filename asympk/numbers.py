@@ -26,9 +26,9 @@ _WIDTH = 60  # most characters of a value in a message
 _LONGEST = 4000  # most characters of a string, and most digits of a Decimal
 _FARTHEST = 9999  # largest power of ten of a Decimal, up or down
 _WIDEST = 40000  # largest power of two of an mpf, up or down
-_LARGEST = 2.0**1023
+LARGEST = 2.0**1023  # size of a number
 _RANGE = "it must be finite, and a double must be able to hold it"
-_SIZE = f"it must be finite, and its size at most {_LARGEST:.3g}"
+_SIZE = f"it must be finite, and its size at most {LARGEST:.3g}"
 _MOST_DIMENSIONS = 30  # NumPy iterates over 32, and a result has one or two more
 _ARRAY = "it must be a number or an array of numbers"
 _KINDS = "int, float, Fraction, Decimal, str or mpf"
@@ -43,7 +43,7 @@ def number(
     1/5) or a ratio ("1/3"). ``allowed`` is a condition, and ``words`` its wording in the message after "it must be".
     """
     exact = _exact(name, value)
-    if not -_LARGEST <= exact <= _LARGEST:
+    if not -LARGEST <= exact <= LARGEST:
         raise InputError(f"{name} = {short(value)}: {_SIZE}")
     if allowed and not allowed(exact):
         raise InputError(f"{name} = {short(value)}: it must be {words}")
@@ -97,7 +97,7 @@ def require_finite(
     name: str, values: "np.ndarray", allowed: Callable[[Any], Any] | None = None, words: str = ""
 ) -> None:
     """Raise ``InputError`` with place and value of the first number that is not finite or not ``allowed``."""
-    finite = (lambda v: abs(v) <= _LARGEST, "a finite number")
+    finite = (lambda v: abs(v) <= LARGEST, "a finite number")
     for rule, wording in (finite, (allowed, words)) if values.size else ():
         if rule and not all(map(rule, (float(values.min()), float(values.max())))):
             at = first_place(~rule(values.astype(float)))

@@ -457,6 +457,23 @@ def test_a_formula_of_a_number_beyond_the_range_of_doubles_is_refused_at_once(tm
         ap.read_scene(tmp_path / "rod.toml")
 
 
+@pytest.mark.parametrize(("text", "said"), [
+    ("cos(exp(exp(20)))", "a number in it is beyond the range of doubles"),
+    ("mod(exp(exp(20)), 1)", "a number in it is beyond the range of doubles"),
+    ("abs(log(-1))", "a number in it is not real"),
+])
+def test_a_function_of_a_number_beyond_the_range_of_doubles_is_refused_at_once(text, said):
+    """The cosine was sought with as many digits as exp(exp(20)) has before its point, 2*10^8."""
+    with pytest.raises(InputError, match=said):
+        read_constant("k", text)
+
+
+def test_a_number_that_a_double_holds_is_read():
+    assert [read_constant("k", text) for text in ("10^305", "-10^-305")] == [10**305, -Fraction(1, 10**305)]
+    with mpmath.workdps(400):
+        assert float(read_constant("k", "sin(10^305)")) == float(mpmath.sin(mpmath.mpf(10) ** 305))
+
+
 def test_the_horizon_of_a_system_may_be_a_formula_of_numbers_as_in_a_sweep(tmp_path):
     (tmp_path / "belt.toml").write_text(BELT.replace("until = 1", 'until = "2^3/5"', 1))
     assert ap.read_scene(tmp_path / "belt.toml").until == Fraction(8, 5)
