@@ -84,8 +84,7 @@ def _drawn(path: Path, pieces: list[np.ndarray]) -> dict[str, Any]:
         "t": _listed(t),
         "states": {name: _listed(v) for name, v in zip(names, values, strict=True)},
         "stretch": {name: logarithmic_from(t, v) for name, v in zip(names, values, strict=True)},
-        "modes": [{"name": mode, "from": begin, "to": end,
-                   "shade": f"rgb({', '.join(f'{255 * part:.0f}' for part in shade(mode))})"}
+        "modes": [{"name": mode, "from": begin, "to": end, "shade": [round(255 * part) for part in shade(mode)]}
                   for mode, begin, end in zip(path.modes, moments, moments[1:], strict=False)],
         "events": [{"kind": event.kind, "t": float(event.t), "state": _listed(_with(path, event.state))}
                    for event in path.events],

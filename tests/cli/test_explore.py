@@ -656,6 +656,28 @@ def test_the_page_is_self_contained_and_may_load_from_nowhere_else(server):
     connection.close()
 
 
+def _lightness(colour):
+    full = colour[1:] if len(colour) == 7 else "".join(2 * digit for digit in colour[1:])
+    parts = [int(full[k : k + 2], 16) / 255 for k in (0, 2, 4)]
+    return sum(w * (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4)
+               for w, c in zip((0.2126, 0.7152, 0.0722), parts, strict=True))
+
+
+@pytest.mark.parametrize(("scheme", "least"), [("light", 4.5), ("dark", 6)])
+def test_every_text_and_curve_of_the_page_stands_out_in_a_light_and_in_a_dark_scheme(server, scheme, least):
+    """A browser that is set to dark showed the page in light colours."""
+    sheet = _reply(server, "GET", "explore.css")[1]
+    light, dark = (dict(re.findall(r"--(\w+): (#\w+)", part)) for part in sheet.split("dark) {\n  :root", 1))
+    dark = {name: dark[name] for name in light if name in dark}
+    colours = light if scheme == "light" else {**light, **dark}
+    assert ("color-scheme: light dark" in sheet, _lightness(colours["paper"]) > 0.5) == (True, scheme == "light")
+    for name in ("ink", "quiet", "path", "stable", "unstable"):
+        bright, dim = sorted(map(_lightness, (colours["paper"], colours[name])), reverse=True)
+        assert (bright + 0.05) / (dim + 0.05) > least, name
+    rules = re.sub(r"--\w+: #\w+", "", sheet)
+    assert not re.findall(r"#[0-9a-f]{3,6};", rules), "a colour that does not follow the scheme"
+
+
 def _ask(server, connection, question):
     connection.request("POST", f"/{server.token}/motion", json.dumps(question))
     reply = connection.getresponse()

@@ -279,6 +279,13 @@ function inWords() {
   return `${older}states over time: ${modes.join(", ")}${left ? `, and ${left} more modes` : ""}; at the end ${final.join(", ")}`;
 }
 
+// Give an element the colour of a mode on white paper and, with the lightness inverted, on black.
+function coloured(element, shade) {
+  const turn = 255 - Math.max(...shade) - Math.min(...shade);
+  element.style.setProperty("--light", `rgb(${shade})`);
+  element.style.setProperty("--dark", `rgb(${shade.map(part => part + turn)})`);
+}
+
 function drawSeries() {
   const svg = $("series"), names = scene.quantities, panel = names.length > 4 ? 92 : 118, gap = 8;
   const width = sized(svg, names.length * (panel + gap) + 42);
@@ -290,8 +297,9 @@ function drawSeries() {
   names.forEach((name, k) => {
     const top = tops[k], y = upward[k];
     for (const mode of motion.modes) {
-      const shade = make("rect", { fill: mode.shade, x: x.at(mode.from), y: top, width: Math.max(0, x.at(mode.to) - x.at(mode.from)), height: panel });
+      const shade = make("rect", { class: "shade", x: x.at(mode.from), y: top, width: Math.max(0, x.at(mode.to) - x.at(mode.from)), height: panel });
       shade.append(make("title", {}, mode.name));
+      coloured(shade, mode.shade);
       svg.append(shade);
     }
     const written = ruled(svg, x, y, { x: k === names.length - 1 ? "t" : "", y: name });
@@ -308,8 +316,8 @@ function drawSeries() {
   });
   const shades = new Map(motion.modes.map(mode => [mode.name, mode.shade]));
   $("modes").replaceChildren(...[...shades].map(([name, shade]) => {
-    const told = key("", name, []);
-    told.firstChild.style.background = shade;
+    const told = key("shade", name, []);
+    coloured(told.firstChild, shade);
     return told;
   }));
 }
