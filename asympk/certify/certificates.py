@@ -59,7 +59,7 @@ class Certificate(ShownAsTable):
     box: dict = field(default_factory=dict, hash=False)
 
     def _card(self) -> Card:
-        box = [(name, f"{low} .. {high}") for name, (low, high) in self.box.items()]
+        box = [(name, f"{short(low)} .. {short(high)}") for name, (low, high) in self.box.items()]
         if not self.proven:
             return Card("Certificate: undecided", (("reason", self.reason), *box))
         events = [(f"t = {event.t.str(6)}", event.kind) for event in self.events]
@@ -251,14 +251,15 @@ def _sides(scene, box):
     least = {"sigma": -2, "mu": 0, "until": 0}
     for name, bound in least.items():
         if name in sides and not (sides[name][0] > bound or (name == "until" and sides[name][0] == 0)):
-            raise InputError(f"box: {name} must be above {bound}; it starts at {sides[name][0]}")
+            raise InputError(f"box: {name} must be above {bound}; it starts at {short(sides[name][0])}")
     if scene.near_to and sides.keys() & {"x", "y", "z"}:
         raise InputError("box: a scene that starts beside a slow line has no box of starts")
     largest = sides.get("sigma", (0, Fraction(scene.sigma)))[1]
     if scene.sigma0 != scene.sigma or "sigma0" in sides:
         least = sides.get("sigma0", (Fraction(scene.sigma0),))[0]
         if least < largest:
-            raise InputError(f"box: sigma0 must not be below sigma anywhere; it is {least} where sigma is {largest}")
+            raise InputError(f"box: sigma0 must not be below sigma anywhere; it is {short(least)} where sigma is "
+                             f"{short(largest)}")
     return sides
 
 

@@ -44,14 +44,17 @@ def _prove_claims() -> int:
 
 def _prove_scene(options: Namespace) -> int:
     from asympk.certify import certify, cover
+    from asympk.formulas import read_constants
     from asympk.output.terminal import below_scene, certificates_as_json, certificates_as_text
 
     box = {name: ends for name, *ends in options.box or ()}
     if len(box) < len(options.box or ()):
         raise InputError("--box: a name is given twice; give each one range")
     scene = given_scene(options)
+    angles = scene.system is not None
+    sides = {name: read_constants(f"box {name}", ends, angles) for name, ends in box.items()}
     with meter("proving"):
-        found = cover(scene, box, options.pieces) if box else (certify(scene, digits=options.digits),)
+        found = cover(scene, sides, options.pieces) if box else (certify(scene, digits=options.digits),)
     if options.json:
         print(certificates_as_json(found, options.digits + 2))
     else:

@@ -2,7 +2,7 @@
 
 from argparse import ArgumentParser, Namespace
 
-from asympk.cli.options import add_scene, given_scene, meter
+from asympk.cli.options import add_scene, given_scene, limits, meter
 
 HELP = "find the least model that is accurate enough for a scene"
 
@@ -20,7 +20,7 @@ def run(options: Namespace) -> None:
     from asympk.output.terminal import below_scene, ladder_as_json, ladder_as_text
     from asympk.studies.least import least_model
 
-    scene = given_scene(options)
+    scene, given = given_scene(options), limits(options, "rtol", "seconds")
     with meter("climbing the ladder of models"):
-        ladder = least_model(scene, options.rtol, options.seconds)
+        ladder = least_model(scene, **given)
     print(ladder_as_json(ladder) if options.json else below_scene(scene, ladder_as_text(ladder)))

@@ -2,7 +2,7 @@
 
 import sys
 from argparse import SUPPRESS, ArgumentParser, ArgumentTypeError, Namespace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from asympk.errors import InputError
 
@@ -51,6 +51,14 @@ def settings(options: Namespace) -> dict[str, str]:
         found[name.strip()] = value.strip()
         read_number(name.strip(), value)  # whether an angle is in degrees, the scene knows
     return found
+
+
+def limits(options: Namespace, *names: str) -> dict[str, Any]:
+    """Return the given ones of the options ``names``, numbers for formulas such as "10^-8"; raises ``InputError``."""
+    from asympk.formulas import read_constant
+
+    given = {name: getattr(options, name) for name in names}
+    return {name: read_constant(name, value, angles=False) for name, value in given.items() if value is not None}
 
 
 def scene_numbers(options: Namespace) -> dict:

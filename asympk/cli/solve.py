@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 from asympk.cli.options import (
     add_scene,
     given_scene,
+    limits,
     meter,
     place_name,
     require_drawable,
@@ -45,9 +46,7 @@ def run(options: Namespace) -> None:
     from asympk.methods import solve
     from asympk.output.terminal import below_scene, path_as_json, path_as_text
 
-    names = "digits", "order", "rtol", "atol", "steps", "seconds", "events"
-    given = {name: getattr(options, name) for name in names}
-    given = {name: value for name, value in given.items() if value is not None}
+    given = limits(options, "digits", "order", "rtol", "atol", "steps", "seconds", "events")
     for written in (options.csv, options.plot):
         require_other_file(written, scene_name(options))
     require_drawable(options.plot)

@@ -8,6 +8,7 @@ from typing import Any
 from asympk.errors import InputError
 from asympk.explore.motion import motion
 from asympk.explore.surroundings import surroundings
+from asympk.formulas import read_constant
 from asympk.numbers import number, short, whole
 from asympk.scene import Scene
 from asympk.scenes.turned import turned
@@ -57,7 +58,8 @@ def _surroundings(scenes: tuple[Scene, ...], asked: dict[str, Any]) -> Any:
 def _least(scenes: tuple[Scene, ...], asked: dict[str, Any]) -> Any:
     from asympk.studies.least import least_model
 
-    return least_model(_scene(scenes, asked), asked.get("rtol", "1e-3"), SECONDS_OF_LADDER).as_dict()
+    rtol = read_constant("rtol", asked.get("rtol", "1e-3"), angles=False)
+    return least_model(_scene(scenes, asked), rtol, SECONDS_OF_LADDER).as_dict()
 
 
 QUESTIONS = {

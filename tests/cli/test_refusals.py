@@ -263,3 +263,24 @@ def test_what_is_wrong_in_the_file_of_a_mechanism_is_told_with_the_name_of_the_f
     file.write_text(f"{SLENDER_ROD}[values]\nm = 1\nl = 1\ng = 1\nf = 2\n".replace(*change))
     assert main(["mechanism", str(file)]) == 2
     assert f"{file}: {told}" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("line", [
+    ["solve", "backward", "--method", "lsoda", "--rtol", "10^-8", "--atol", "sqrt(2)/10^9", "--seconds", "2*30"],
+    ["least", "backward", "--rtol", "10^-3", "--seconds", "2*30"],
+    ["certify", "backward", "--box", "mu", "10^-6", "1.1*10^-6"],
+])
+def test_limits_and_boxes_may_be_formulas_of_numbers_as_other_numbers_are(line):
+    assert main(line) == 0
+
+
+@pytest.mark.parametrize(("line", "said"), [
+    (["solve", "backward", "--method", "lsoda", "--rtol", "-sqrt(2)"], "rtol = -1.41421"),
+    (["least", "backward", "--seconds", "-sqrt(2)"], "seconds = -1.414213562"),
+    (["certify", "backward", "--box", "mu", "-sqrt(2)", "1"], "it starts at -1.414213562\n"),
+    (["certify", "backward", "--box", "sigma0", "sqrt(2)/3", "1"], "it is 0.4714045208 where"),
+])
+def test_an_irrational_limit_or_end_of_a_box_is_shown_in_few_digits(capsys, line, said):
+    """The end of a box was shown as a ratio of a thousand digits."""
+    assert main(line) == 2
+    assert said in capsys.readouterr().err
