@@ -10,6 +10,7 @@ import ast
 import re
 from collections.abc import Mapping
 from fractions import Fraction
+from keyword import kwlist
 from operator import add, mul, sub
 from sys import float_info
 from typing import Any
@@ -103,6 +104,8 @@ _RELATIONS = {ast.Lt: sp.Lt, ast.LtE: sp.Le, ast.Gt: sp.Gt, ast.GtE: sp.Ge}
 _SIGNS = {"−": "-", "–": "-", "‐": "-", "·": "*", "⋅": "*", "×": "*", "÷": "/", "∕": "/", "²": "^2", "³": "^3",
           "½": "1/2", "√": "sqrt()", "≤": "<=", "≥": ">=", "π": "pi", "°": "deg", "′": "'"}
 _PRIME, _WORD = "\N{MODIFIER LETTER PRIME}", "\N{MODIFIER LETTER DOUBLE PRIME}"
+# Python's own words, which may name a quantity, without those of conditions
+_RESERVED = re.compile(rf"\b({'|'.join({*kwlist} - {'and', 'or', 'not', 'if', 'else', 'True', 'False'})})\b")
 _NUMBER = re.compile(r"(?<![\w.])(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,4})?(?![\w.])", re.ASCII)
 
 
@@ -259,9 +262,9 @@ def _in_range(value: Any) -> bool:
 
 
 def _plain(text: str) -> str:
-    """Replace primes, and the word lambda, by names of Python's grammar that no bare key of a TOML file can spell."""
+    """Replace primes, and words such as lambda, by names of Python that no bare key of a TOML file can spell."""
     text = re.sub(r"(?<=\w)'+", lambda primes: _PRIME * len(primes[0]), text)
-    return re.sub(r"\blambda\b", f"lambda{_WORD}", text)
+    return _RESERVED.sub(rf"\g<0>{_WORD}", text)
 
 
 def _as_written(name: str) -> str:

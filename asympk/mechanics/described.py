@@ -173,10 +173,16 @@ def mechanism_of_table(table: dict[str, Any], where: Any) -> Described:
     return found
 
 
-def refuse_sweep(table: Mapping[str, Any], where: Any) -> None:
-    """Raise ``InputError`` for the table of a sweep: one with a setting of a sweep, or with many numbers for one."""
+def refuse_sweep(table: Mapping[str, Any], where: Any, single: Iterable[str] = ("until",)) -> None:
+    """Raise ``InputError`` for the table of a sweep: one with a setting of a sweep, or with many numbers for one.
+
+    ``single`` are the keys at its top that have one number.
+    """
     parts = [table[key] for key in table if key in NUMBERS and isinstance(table[key], dict)]
-    many = (f"{k} = {v!r:.60}" for part in parts for k, v in part.items() if isinstance(v, list | dict))
+    start = table.get("start")
+    listed = [("start", entry) for entry in start] if isinstance(start, list) else []
+    numbers = [*((key, table[key]) for key in single if key in table), *listed, *(e for p in parts for e in p.items())]
+    many = (f"{name} = {value!r:.60}" for name, value in numbers if isinstance(value, list | dict))
     if found := [*(key for key in table if key in SWEEP), *many]:
         raise InputError(f"{where}: {found[0]} is of a sweep, which asympk sweep follows; "
                          "elsewhere each quantity has one number")
@@ -215,6 +221,7 @@ def scene_table(table: dict[str, Any], where: Any) -> dict[str, Any]:
     system = {"mechanism": mechanism, "contact": "elastic", **contact}
     try:
         start = constants_in(table, "state")
+        _turn(table)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
     found = {"system": system, "values": table.get("values", {}), "start": start}
@@ -250,7 +257,7 @@ def _described(table, where):
         values, state = (_numbers(table, key) for key in ("values", "state"))
         until = read_constant("until", table.get("until", 0), angles=False)
         number("until", until, lambda t: t >= 0, "zero or positive")
-        mechanism, turn = _mechanism_of(table, values), _turn(table.get("over"))
+        mechanism, turn = _mechanism_of(table, values), _turn(table)
         if not table.keys().isdisjoint(CONTACT):
             _check_law(contact_law({"contact": "elastic", **table}, mechanism, values), values)
         return Described(str(where), word(table, "about"), mechanism, values, state, turn)
@@ -320,12 +327,19 @@ def constants_in(table: Mapping[str, Any], key: str) -> dict[str, Any]:
     return read_constants(key, table_in(table, key))
 
 
-def _turn(over):
-    if over is None:
+def _turn(table):
+    """Return (name, low, high) of the range under [over], None without one; raises ``InputError``."""
+    if "over" not in table:
         return None
+    over, names = table["over"], {*names_in(table.get("coordinates")), *table_in(table, "values")}
     if not isinstance(over, dict) or len(over) != 1:
         raise InputError("over must name one coordinate or parameter with its range, theta = [0.05, 1.5]")
     ((name, ends),) = over.items()
+    if name.rstrip("'") not in {*names, "t"}:
+        raise InputError(f"over: {name:.60} is no coordinate and no parameter{did_you_mean(name, names)}")
     if not isinstance(ends, list) or len(ends) != 2:
         raise InputError(f"over: {name} = {ends!r:.60}: give its range, [low, high]")
-    return name, *(read_constant(f"over: {name}", end) for end in ends)
+    low, high = (read_constant(f"over: {name}", end) for end in ends)
+    if not number(f"over: {name}", low) < number(f"over: {name}", high):
+        raise InputError(f"over: {name} = {ends!r:.60}: give [low, high] with low < high")
+    return name, low, high

@@ -161,7 +161,7 @@ def scene_of_table(table: dict[str, Any], where: str, changes: Mapping[str, Any]
 
     Raises ``InputError``.
     """
-    refuse_sweep(table, where)
+    refuse_sweep(table, where, _SINGLE)
     if describes_mechanism(table):
         table = scene_table(table, where)
     refuse_unknown(table, (*COMMON, *NONDIMENSIONAL, *PHYSICAL, UNITS, *SYSTEM), where)

@@ -57,6 +57,7 @@ def test_a_file_with_the_mass_and_all_forces_describes_what_a_lagrangian_does():
         (("true", '"yes"'), "", "unilateral must be true or false"),
         (("", ""), "[over]\ntheta = 1", r"over: theta = 1: give its range, \[low, high\]"),
         (("", ""), "over = 1", "over must name one coordinate or parameter"),
+        (("", ""), "[over]\nthet = [0, 1]", "over: thet is no coordinate and no parameter; did you mean theta"),
     ],
 )
 def test_a_file_that_describes_no_mechanism_is_refused_in_one_line(change, more, match):

@@ -26,7 +26,7 @@ from asympk.pictures.trace import trace
 from asympk.scenes import scenefile
 from asympk.scenes.scenefile import changed_scene, scene_text
 from asympk.scenes.turned import turned
-from asympk.sweep.sweepfile import parse_sweep
+from asympk.sweep.sweepfile import parse_sweep, read_sweep
 
 ROD = {"m": 2, "P": 10, "f": "3", "f0": '"7/2"', "alpha": '"60 deg"', "l": "0.5", "k": "1e5", "h": "0.02",
        "start": "[1, -3, -0.1]", "until": "0.03"}
@@ -246,7 +246,7 @@ def test_repeated_collisions_are_repeated():
         ({**PLAIN, "mu": "[" * 5000}, "too deep"),
         ({**PLAIN, "mu": "9" * 5000}, "too many digits"),
         ({**PLAIN, "mu": "1e" + "9" * 20}, "too many digits"),
-        ({**PLAIN, "start": "[[0.5], 0, 1]"}, "start x = ['0.5']: it must be a number"),
+        ({**PLAIN, "start": "[[0.5], 0, 1]"}, "start = ['0.5'] is of a sweep"),
         ({**PLAIN, "near": "{x = 1}"}, "in place of start"),
         ({"sigma": 1, "mu": 1, "until": 1, "near": "{manifold = 'Pi3', x = 0, offset = 0, z = 1}"}, "manifold"),
         ({"sigma": 1, "mu": 1, "near": "{manifold = 'Pi1', x = 0, offset = 0, z = 1}"}, "until missing"),
@@ -472,6 +472,36 @@ def test_a_number_that_a_double_holds_is_read():
     assert [read_constant("k", text) for text in ("10^305", "-10^-305")] == [10**305, -Fraction(1, 10**305)]
     with mpmath.workdps(400):
         assert float(read_constant("k", "sin(10^305)")) == float(mpmath.sin(mpmath.mpf(10) ** 305))
+
+
+@pytest.mark.parametrize(("over", "said"), [
+    ("theta = [0.05]", r"give its range, \[low, high\]"), ("phi = [0, 1]", "phi is no coordinate and no parameter"),
+    ("theta = ['80 deg', 'pi/6']", "with low < high"), ("theta = ['a', 1]", "theta = 'a': it must be a number"),
+])
+def test_a_range_in_the_file_of_a_mechanism_is_read_by_its_scene_and_its_sweep_too(tmp_path, over, said):
+    """Only ``asympk mechanism`` looked at it."""
+    where = tmp_path / "scene.toml"
+    where.write_text(LEANING % ("pi/3", "sqrt(3)/4") + f"[over]\n{over}\n")
+    for read in (ap.read_scene, read_sweep, read_mechanism):
+        with pytest.raises(InputError, match=said):
+            read(where)
+
+
+@pytest.mark.parametrize("change", ["sigma = {grid = [1, 2], points = 3}", "until = [1, 2]",
+                                    "start = [{uniform = [0, 1]}, 0, 1]"])
+def test_a_range_in_the_file_of_a_rod_is_said_to_be_of_a_sweep(tmp_path, change):
+    """It was said to be no number."""
+    key, entry = change.split(" = ", 1)
+    entries = {"sigma": "1", "mu": "1e-3", "start": "[0, 0, 1]", "until": "1"} | {key: entry}
+    with pytest.raises(InputError, match=f"{key} = .* is of a sweep, which asympk sweep follows"):
+        ap.read_scene(_file(tmp_path, entries))
+
+
+@pytest.mark.parametrize("name", ["class", "in", "from", "None"])
+def test_a_word_of_python_may_name_a_quantity(name):
+    """It was said to be no formula."""
+    symbol = sp.Symbol(name, real=True)
+    assert read_formula(f"2*{name} + {name}^2", {name: symbol}) == 2 * symbol + symbol**2
 
 
 def test_the_horizon_of_a_system_may_be_a_formula_of_numbers_as_in_a_sweep(tmp_path):
