@@ -37,7 +37,7 @@ from asympk.symbolic.sides import (
     system_on_sides,
     with_real_powers,
 )
-from asympk.symbolic.switches import Switch, exprs_of, switches
+from asympk.symbolic.switches import Switch, exprs_of, middles_of, switches
 from asympk.symbolic.system import Friction, System
 
 RECORD = 300  # most phases of the time, as a record of ground motion has, on whose sides a model may ask for a mode
@@ -232,6 +232,13 @@ class GuardedMode:
     def poles(self) -> tuple[sp.Expr, ...]:
         """The divisors of the rates that vary and may vanish; their zeros are poles of the rates."""
         return poles_of(self.rates, self.moving)
+
+    @cached_property
+    def middles(self) -> tuple[sp.Expr, ...]:
+        """The quantities at whose zeros, but for those of guards and poles, a rate or guard may have a narrow bump."""
+        found = middles_of((*self.rates, *self.guard_values), self.system.states, self.system.time)
+        ends = {phase_of(value)[0] for value in (*self.guard_values, *self.poles)} if found else ()
+        return tuple(middle for middle in found if middle not in ends)
 
     @cached_property
     def laws(self) -> tuple[sp.Expr, ...]:

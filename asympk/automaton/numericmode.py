@@ -112,6 +112,15 @@ class NumericMode:
         """Return the values of the divisors of the rates."""
         return self.divisors(t, *state, *self.p) if self.mode.poles else ()
 
+    @cached_property
+    def middles(self) -> Callable[..., tuple]:
+        """The quantities at whose zeros bumps may have their middles as a function of (t, *state, *p)."""
+        return self._compiled(self.mode.middles)
+
+    def middle_values(self, t: Any, state: State) -> tuple:
+        """Return the values of the quantities at whose zeros bumps may have their middles."""
+        return self.middles(t, *state, *self.p) if self.mode.middles else ()
+
     def require_one_side(self, before: tuple, t: Any, state: State, since: Any = None, begun: Any = None) -> tuple:
         """Return the divisors of the rates; raises ``Pole`` if one has changed its sign since ``before``.
 

@@ -16,7 +16,7 @@ from asympk.automaton.loop import Segment, lost_with
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import InputError
 from asympk.integrators.integrate import Settings, Work, missing
-from asympk.integrators.stepwise import PARTS, Divisors, allowed_error, is_missed
+from asympk.integrators.stepwise import BESIDE_BUMPS, PARTS, Divisors, allowed_error, bracketed, is_missed
 from asympk.symbolic.derivatives import is_bent
 from asympk.symbolic.long import symbols_in
 
@@ -164,12 +164,12 @@ def _has_fixed_slopes(mode):
 
 @np.errstate(all="ignore")  # the last series may have overflowed
 def _first_missed(found, mode, settings, hit):
-    """Return the index of the first step that misses the rates or the loss of a guard at one of its ``LOOKS``, or None.
+    """Return the index of the first step that misses the rates or the loss of a guard at one of its looks, or None.
 
     ``hit`` is the guard lost at the end of the last step, or None; the rates may have no values there.
     """
     times, lengths = np.array(found.times), np.diff(found.times)[:, None]
-    at = lengths * (np.arange(LOOKS + 1) / LOOKS)
+    at = _looked_at(found, mode, lengths * (np.arange(LOOKS + 1) / LOOKS))
     looks, (states, slopes) = times[:-1, None] + at, _summed(found.series[:, None], at[:, :, None])
     rates, guards = (_values(mode, outputs, looks, states) for outputs in (mode.mode.rates, mode.mode.guard_values))
     missed, change = lengths[:, :, None] * (slopes - rates), lengths[:, :, None] * rates
@@ -184,6 +184,21 @@ def _first_missed(found, mode, settings, hit):
                                     float(lengths[k, 0])) for i in np.flatnonzero(wrong[k])):
             return k
     return None
+
+
+def _looked_at(found, mode, at):
+    """Return the times ``at`` of looks, from the begin of each step on, and about the middles of bumps further ones."""
+    if not mode.mode.middles:
+        return at
+    looks = np.array(found.times)[:-1, None] + at
+    values = _values(mode, mode.mode.middles, looks, _summed(found.series[:, None], at[:, :, None])[0])
+    further: list[list[float]] = [[] for _ in at]
+    for k, i, m in np.argwhere(values[:, :-1] * values[:, 1:] < 0).tolist():
+        middle = bracketed(lambda t, m=m: mode.middle_values(t, found.at(t))[m], *looks[k, i : i + 2].tolist())
+        further[k] += [middle - looks[k, 0] + part * at[k, -1] for part in BESIDE_BUMPS]
+    most = max(map(len, further))
+    rows = [row + [0.0] * (most - len(row)) for row in further]
+    return np.sort(np.hstack([at, np.clip(np.reshape(rows, (len(at), most)), 0, at[:, -1:])]))
 
 
 def _is_wrong(mode, missed, allowed, *at):

@@ -6,7 +6,7 @@
 
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cache
+from functools import cache, partial
 from math import isfinite
 from operator import sub
 from time import monotonic
@@ -25,6 +25,8 @@ PATIENCE = 500  # steps near a zero of a divisor after which a run that has gain
 IDLE = 100  # steps without any gain in time after which a run is given up
 COARSE = 1000  # multiple of its allowed error by which a step may miss the rates at an event
 PARTS = 8  # the least number of steps into which one is divided
+BESIDE_BUMPS = (0, 2.0**-6, 2.0**-3)  # parts of a step from the middle of a bump; beside it, as an odd one is 0 there
+DEEP = 2.0**-10  # part of its value at the begin of a step by which a guard must be negative within, not by errors
 BESIDE = 2.0**-13  # part of a step to each side of an event within which its slope there is taken
 UNBOUNDED = 1e-8  # part of the first value of p in R = -a / p at which R counts as infinite: no step reaches p = 0
 
@@ -74,15 +76,12 @@ def follow_steps(solver: Solver, mode: NumericMode, t: float, state: tuple[float
         if idle > IDLE:
             short = f"stalled (the last {idle} steps gained nothing)"
         met = None if short else watch.lost(solver, t, state)
-        if met or (solver.t_old == start and not short):
-            within, at = solver.dense_output(), met[0] if met else (start + t) / 2
-            there = tuple(within(at)[:n].tolist())
-            if misses_rates(mode, within, at, there, t - solver.t_old, settings):
-                watch.last = watch.before
-                solver.again()
-                continue
+        if not short and watch.has_passed_over(solver, t, state, met, settings):
+            watch.back()
+            solver.again()
+            continue
         if met:
-            (t, hit), state = met, there
+            (t, hit), state = met, tuple(solver.dense_output()(met[0])[:n].tolist())
         if not short:
             short = divisors.passed(t, state, None if hit is None else solver.t_old)
         elif solver.status == "failed":
@@ -138,6 +137,7 @@ class Watch:
         self.floored = any(self.floors)
         values += [max(v, 0.0) for v in found[guards:]]
         self.before = self.last = Look(t, self._above(values), mode.watched_rates(t, state))
+        self.start, self.middles = t, (mode.middle_values(t, state),) * 2  # the latter before the last step and after
 
     def lost(self, solver: Solver, t: float, state: tuple[float, ...]) -> tuple[float, int] | None:
         """Return (time, guard) of the first guard lost in the step that ends at (t, state), or None."""
@@ -160,7 +160,44 @@ class Watch:
 
         if not one_step:
             before = Look(begin, values(begin), rates(begin))
-        return first_lost(before, self.last, values, rates, _bracketed)
+        return first_lost(before, self.last, values, rates, bracketed)
+
+    def back(self) -> None:
+        """Go back to before the last step."""
+        self.last, self.middles = self.before, self.middles[:1] * 2
+
+    def has_passed_over(
+        self, solver: Solver, t: float, state: tuple[float, ...], met: tuple | None, settings: Settings
+    ) -> bool:
+        """Tell whether the step that ends at (t, state) misses the rates or a dip of a guard where these may vary fast.
+
+        That is at the event ``met``, in the middle of the first step of a mode, and about the middles of bumps.
+        """
+        begin, end = solver.t_old, met[0] if met else t
+        times = [end] if met else [(begin + t) / 2] if begin == self.start else []
+        self.middles = self.middles[1], self.mode.middle_values(t, state)
+        passed = [k for k, (a, b) in enumerate(zip(*self.middles, strict=True)) if a * b < 0]
+        if not times and not passed:
+            return False
+        within, h = solver.dense_output(), t - begin
+
+        def at(time):
+            return tuple(within(time)[: self.size].tolist())
+
+        def from_middle(k, time):
+            return self.mode.middle_values(time, at(time))[k]
+
+        for k in passed:
+            middle = bracketed(partial(from_middle, k), begin, t)
+            times += [time for part in BESIDE_BUMPS if begin < (time := middle + part * h) < end]
+        places = [(time, at(time)) for time in times]
+        return any(misses_rates(self.mode, within, *place, h, settings) for place in places) or any(
+            self._dips(*place) for place in places if passed)
+
+    def _dips(self, t: float, state: tuple[float, ...]) -> bool:
+        """Tell whether a guard or a law of friction is clearly negative within a step that begins where it is positive."""
+        values = zip(self.before.values, self._values(t, state), strict=True)
+        return any(value < -DEEP * old < 0 for old, value in values)
 
     def _without_rounding(self, values, t, state):
         """Return the values of the guards, 0 for each that was 0 before and is negative, but does not clearly fall."""
@@ -179,7 +216,7 @@ class Watch:
         return [*map(sub, values[:n], self.floors), *values[n:]] if self.floored else values
 
 
-def _bracketed(function, low, high):
+def bracketed(function: Callable[[float], float], low: float, high: float) -> float:
     """Return the root of a function between two ends, or the end of the smaller value if the signs do not differ."""
     from scipy.optimize import brentq
 
@@ -196,7 +233,7 @@ def misses_rates(
 ) -> bool:
     """Tell whether the slope of a step of length h, ``within(t)``, is not that of the rates at ``t``.
 
-    ``t`` is the time of an event, or the middle of the first step of a mode.
+    ``t`` is a time at which the rates may change fast.
     """
     with suppress(ArithmeticError, ValueError):
         sides = t - BESIDE * h, t + BESIDE * h  # late in a run, rounding moves them by a part of their distance

@@ -59,6 +59,35 @@ def peaks_of(system: System) -> tuple[Switch, ...]:
     return tuple(sorted((Switch(line, every=False) for line in lines), key=str))
 
 
+def middles_of(exprs: Iterable[sp.Expr], states: Collection[sp.Symbol], time: sp.Symbol | None) -> tuple[sp.Expr, ...]:
+    """Return the quantities, linear in the states and the time, at whose zeros smooth bumps may have their middles.
+
+    A bump along a state, such as exp(-100 (x - 5)^2), or a steep ramp, has its middle where an argument vanishes, or
+    where a square has its vertex. Those of the time alone are ``peaks_of`` the system.
+    """
+    bumps = [part for part in atoms(sp.Tuple(*exprs), sp.Pow, sp.Function) if _is_bump(part)]
+    moving, found = {*states, time} - {None}, set[sp.Expr]()
+    for part in atoms(sp.Tuple(*bumps), sp.Pow, sp.Add, sp.Function):
+        moved = sorted(part.free_symbols & moving, key=str)
+        if not part.free_symbols & {*states} or isinstance(part, sp.sin | sp.cos):
+            continue
+        middle = part.args[0] if not part.is_Add else part.diff(moved[0]) if len(moved) == 1 else sp.S.Zero
+        if isinstance(middle, sp.Expr) and _is_linear(middle, moving) and middle.free_symbols & {*states}:
+            found.add(phase_of(middle)[0])
+    return tuple(sorted(found, key=sp.default_sort_key))
+
+
+def _is_bump(part: sp.Expr) -> bool:
+    """Tell whether an expression may be that of a narrow bump: it is no polynomial, no wave and no switch."""
+    if isinstance(part, sp.Pow):
+        return not part.exp.is_Integer or bool(part.exp.is_negative)
+    return not isinstance(part, (sp.sin, sp.cos, sp.Piecewise, *SWITCHING))
+
+
+def _is_linear(expr: sp.Expr, symbols: set[sp.Symbol]) -> bool:
+    return not any(expr.diff(s).free_symbols & symbols for s in expr.free_symbols & symbols)
+
+
 def exprs_of(system: System) -> tuple[sp.Expr, ...]:
     """Return the rates of a system and the expressions of its frictions."""
     return (*system.rates.values(), *(part for f in system.frictions for part in f.parts.values()))

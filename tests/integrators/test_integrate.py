@@ -790,6 +790,28 @@ def test_a_narrow_rise_of_friction_is_not_stepped_over_by_the_first_step_of_a_mo
     assert found == pytest.approx(expected, abs=1e-7)
 
 
+@pytest.mark.parametrize("method", ["exact", "rk45", "dop853", "radau", *here("bdf", "heyoka", "cvode")])
+def test_a_narrow_rise_of_the_load_in_the_middle_of_a_slip_takes_its_energy(method):
+    """A block stops where friction has done the work v^2/2; steps over the rise let it slide on by 0.177."""
+    x, v, F = sp.symbols("x v F", real=True)
+    contact = ap.Friction(velocity=v, force=F, load=1 + 50 * sp.exp(-((500 * (x - 1)) ** 2)), kinetic=sp.Rational(1, 2))
+    scene = ap.Scene(system=ap.System.with_frictions({x: v, v: F}, {}, [contact]), start=[0, 2], until=7)
+    path = ap.solve(scene, method=method, **({} if method == "exact" else {"rtol": 1e-8}))
+    assert path.final[0] == pytest.approx(4 - math.sqrt(math.pi) / 10, abs=2e-5)
+
+
+@pytest.mark.parametrize("method", ["exact", "rk45", "dop853", "radau", *here("bdf", "heyoka", "cvode")])
+def test_a_block_on_a_belt_slips_where_its_load_dips_for_a_while_shorter_than_a_step(method):
+    """Carried through the dip, it went on at rest on the belt."""
+    x, v, F = sp.symbols("x v F", real=True)
+    load, half = 1 - sp.exp(-((200 * x - 100) ** 2)) * sp.Rational(9, 10), sp.Rational(1, 2)
+    system = ap.System.with_frictions({x: v, v: F - x}, {}, [ap.Friction(v - 1, F, load, kinetic=1)])
+    path = ap.solve(ap.Scene(system=system, start=[-half, 1], until=sp.Rational(5, 4)), method=method)
+    assert path.modes[:2] == ("stick", "slip_opposite")
+    slips = mp.findroot(sp.lambdify(x, load - x, "mpmath"), (0.49, 0.5), solver="anderson")
+    assert path.events[0].t == pytest.approx(0.5 + float(slips), abs=1e-6)
+
+
 @pytest.mark.parametrize(("method", "width", "spring", "rtol"), [
     pytest.param(one.values[0], *scene, marks=one.marks)
     for one in here("heyoka") for scene in [("1/20", 3, 1e-8), ("1/10", 1, 1e-8), ("1/5", 3, 1e-12)]

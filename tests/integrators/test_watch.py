@@ -8,7 +8,7 @@ import sympy as sp
 import asympk as ap
 from asympk.automaton.automaton import Automaton
 from asympk.integrators.collocation import _root
-from asympk.integrators.stepwise import Watch, _bracketed
+from asympk.integrators.stepwise import Watch, bracketed
 from asympk.integrators.watch import Look, first_lost
 from asympk.symbolic.branches import Phase
 
@@ -20,7 +20,7 @@ def lost(value, rate, low, high, asked=None, touch=0):
         assert asked is None or asked.append(t) is None
         return [value(t)]
 
-    return first_lost(*looks, values, lambda t: [rate(t)], _bracketed, touch=touch)
+    return first_lost(*looks, values, lambda t: [rate(t)], bracketed, touch=touch)
 
 
 @pytest.mark.parametrize("depth", [1e-12, 1e-3, 0.3])
@@ -41,7 +41,7 @@ def test_a_guard_that_falls_through_a_multiple_root_is_lost_there():
     assert (t, guard) == (pytest.approx(math.pi, rel=1e-12), 0)
 
 
-@pytest.mark.parametrize("root", [_bracketed, lambda *given: _root(*given, 1e-15)])
+@pytest.mark.parametrize("root", [bracketed, lambda *given: _root(*given, 1e-15)])
 @pytest.mark.parametrize(("low", "high"), [(0.0, 1.0), (-1.0, 0.0)])
 @pytest.mark.parametrize("slope", [-1, 1])
 def test_a_function_that_vanishes_at_an_end_has_its_root_there(root, low, high, slope):
@@ -52,7 +52,7 @@ def test_a_guard_that_grows_from_zero_is_not_lost_within_a_step_of_the_rounding_
     # steps too short for the time to move have come before: the polynomial begins at another value
     begin, end = 1.0, math.nextafter(1, 2)
     looks = Look(begin, [1e-4], [1e20]), Look(end, [1e4], [1e20])
-    assert first_lost(*looks, lambda t: [-3.5 + 1e20 * (t - begin)], lambda t: [1e20], _bracketed) is None
+    assert first_lost(*looks, lambda t: [-3.5 + 1e20 * (t - begin)], lambda t: [1e20], bracketed) is None
 
 
 def test_a_guard_far_off_its_zero_that_trembles_with_the_steps_is_not_searched_for():
