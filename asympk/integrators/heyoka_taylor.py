@@ -90,7 +90,13 @@ class _Taylor:
         if short and not self.kept:  # the steps tell where
             _place(solver, *start)
             hit, short, made, found = _one_by_one(solver, end, most, self.longest)
-        missed = _first_missed(found, self.mode, self.settings, hit) if self.looked and found is not None else None
+        missed, lost = None, None
+        if self.looked and found is not None:
+            missed, lost = _first_missed(found, self.mode, self.settings, hit)
+        if lost is not None:
+            found = _Steps(found.times[: missed + 2], found.series[: missed + 1])
+            _place(solver, found.times[-1], found.at(found.times[-1]))
+            return lost, "", missed + 1, found
         if missed is None:
             if solver.time >= self.due:
                 self.longest, self.due = self.settings.longest, inf
@@ -164,8 +170,9 @@ def _has_fixed_slopes(mode):
 
 @np.errstate(all="ignore")  # the last series may have overflowed
 def _first_missed(found, mode, settings, hit):
-    """Return the index of the first step that misses the rates or the loss of a guard at one of its looks, or None.
+    """Return the first step that misses the rates or the loss of a guard at one of its looks, by its index, or None.
 
+    The second entry is None, or the guard if the step is too short to be divided: it is lost at the end of the step.
     ``hit`` is the guard lost at the end of the last step, or None; the rates may have no values there.
     """
     times, lengths = np.array(found.times), np.diff(found.times)[:, None]
@@ -178,12 +185,14 @@ def _first_missed(found, mode, settings, hit):
     if hit is not None:
         wrong[-1, -1] &= np.isfinite(missed[-1, -1]).all()
         guards[-1, -1] = guards[-1, -2]
-    lost = _lost_within(guards)
-    for k in np.flatnonzero((lost | wrong.any(axis=1)) & (lengths[:, 0] > SHORTEST * times[1:])).tolist():
-        if lost[k] or any(_is_wrong(mode, missed[k, i], allowed[k, i], float(looks[k, i]), tuple(states[k, i].tolist()),
-                                    float(lengths[k, 0])) for i in np.flatnonzero(wrong[k])):
-            return k
-    return None
+    lost, long = _lost_within(guards), lengths[:, 0] > SHORTEST * times[1:]
+    for k in np.flatnonzero(lost.any(axis=1) | (wrong.any(axis=1) & long)).tolist():
+        if lost[k].any():
+            return k, None if long[k] else int(lost[k].argmax())
+        if any(_is_wrong(mode, missed[k, i], allowed[k, i], float(looks[k, i]), tuple(states[k, i].tolist()),
+                         float(lengths[k, 0])) for i in np.flatnonzero(wrong[k])):
+            return k, None
+    return None, None
 
 
 def _looked_at(found, mode, at):
@@ -211,9 +220,9 @@ def _is_wrong(mode, missed, allowed, *at):
 
 
 def _lost_within(guards):
-    """Tell for each step whether a guard is lost between two looks, at the end of which no guard or another is lost."""
+    """Tell for each step and guard whether it is lost between two looks; at the end of a step no or another one is."""
     least = -MARGIN * np.maximum(1, abs(guards).max(axis=1, keepdims=True))
-    return ((guards[:, :-1] > 0) & (guards[:, 1:] < least)).any(axis=(1, 2))
+    return ((guards[:, :-1] > 0) & (guards[:, 1:] < least)).any(axis=1)
 
 
 def _values(mode, outputs, looks, states):

@@ -97,3 +97,15 @@ def test_the_looks_at_many_steps_are_evaluated_at_once(method, monkeypatch):
     system = ap.System.with_frictions({x: v, v: -sp.sin(x)}, {}, ())
     path = ap.solve(ap.Scene(system=system, start=[1, 0], until=50), method=method)
     assert len(calls) < path.info["work"]["steps"] / 4
+
+
+@pytest.mark.parametrize("method", here("heyoka"))
+def test_a_load_whose_rounding_hides_its_sign_at_its_zero_is_lost_there(method):
+    """The second zero was passed over: the block slid on with the wrong sign of the load to the foot of the dip."""
+    t = sp.Symbol("t", real=True)
+    load = 1 - sp.Rational(151, 100) * sp.Max(0, 1 - (500 * x - 700) ** 2) ** 2
+    pull = -sp.Rational(19, 50) * v - sp.Rational(76, 25) * x + sp.Rational(49, 100) * sp.sin(sp.Rational(31, 20) * t)
+    system = ap.System.with_frictions({x: v, v: F + pull}, {}, [ap.Friction(v, F, load, sp.Rational(33, 100))], time=t)
+    scene = ap.Scene(system=system, start=[sp.Rational(129, 100), sp.Rational(29, 20)], until="3.28")
+    found, expected = (ap.solve(scene, method=own, rtol=1e-10).events for own in (method, "dop853"))
+    assert [e.t for e in found] == pytest.approx([e.t for e in expected], abs=1e-8)
