@@ -1,27 +1,51 @@
-"""The poles of the rates of a mode: divisors that the motion may bring to 0, and by which the rates then grow.
+r"""The poles of the rates of a mode: divisors that the motion may bring to 0, and by which the rates then grow.
 
-A divisor e is no pole where all rates have a limit as e -> 0, as sin(x)/x has, and the x/(exp(x) - 1) of ion channels.
-With q for 1/e, a rate is a polynomial sum c_k q^k. It has a limit at a simple zero of e if every c_k vanishes there
-together with its first k - 1 derivatives, and its k-th one is finite: sqrt(1 - x^2)/(1 - x) has none.
+A divisor is no pole where all rates have a limit as it vanishes, as sin(x)/x has, and the x/(exp(x) - 1) of ion
+channels. Near its zero s = p every divisor that vanishes there is (s - p)^m times a factor with a Taylor series, so
+that a rate is a polynomial sum c_k q^k in q = 1/(s - p). The rate has a limit if
+
+    sum over k >= d of c_k^(k - d)(p) / (k - d)! = 0,    d = 1, 2, ...,
+
+and the k-th derivative of every c_k is finite at p: sqrt(1 - x^2)/(1 - x) has none.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from itertools import chain
 
 import sympy as sp
 
 from asympk.formulas import NOT_FINITE
 from asympk.symbolic.inverses import InverseForm
-from asympk.symbolic.long import atoms, expanded, replaced, symbols_in
+from asympk.symbolic.long import atoms, expanded, is_clearly_nonzero, replaced, symbols_in
+
+Zero = tuple[sp.Symbol, sp.Expr]  # a symbol, and its value where a divisor vanishes
+_TURN = sp.Dummy("k", integer=True)
+_ZEROS = {sp.sin: sp.pi * _TURN, sp.cos: sp.pi * (_TURN + sp.Rational(1, 2)), sp.log: sp.S.One} | dict.fromkeys(
+    (sp.sinh, sp.tanh, sp.asin, sp.atan), sp.S.Zero
+)
+_QUOTIENTS = {
+    sp.tan: lambda a: sp.sin(a) / sp.cos(a), sp.cot: lambda a: sp.cos(a) / sp.sin(a), sp.sec: lambda a: 1 / sp.cos(a),
+    sp.csc: lambda a: 1 / sp.sin(a), sp.coth: lambda a: sp.cosh(a) / sp.sinh(a), sp.csch: lambda a: 1 / sp.sinh(a),
+}
+MOST = 8  # order of a pole up to which a limit is looked for
 
 
 def poles_of(rates: tuple[sp.Expr, ...], moving: set[sp.Symbol]) -> tuple[sp.Expr, ...]:
-    """Return the divisors of the ``rates`` that vary with the symbols ``moving`` and whose zeros are poles."""
+    """Return the divisors of the ``rates`` that vary with the symbols ``moving`` and whose zeros are poles.
+
+    One that has a pole at other zeros than that of its argument, as x/sin(x) has, is divided by its argument.
+    """
+    rates = tuple(map(_in_quotients, rates))
     powers = {power.base for rate in rates for power in _divided(rate)}
-    others = {sp.cos(e.args[0]) for rate in rates for e in atoms(rate, sp.tan)}
-    others |= {pivot for rate in rates for form in atoms(rate, InverseForm) for pivot in form.pivots}
-    found = {e for e in _varying(powers, moving) if not _has_limits(rates, e, moving)} | _varying(others, moving)
+    others = {pivot for rate in rates for form in atoms(rate, InverseForm) for pivot in form.pivots}
+    found = {_at_poles(rates, e, moving) for e in _varying(powers, moving)} | _varying(others, moving)
     return tuple(sorted((e for e in found if not e.is_nonzero), key=sp.default_sort_key))
+
+
+def _in_quotients(rate: sp.Expr) -> sp.Expr:
+    """Return a rate with tan(a) as sin(a)/cos(a), and with the like of others that have poles of their own."""
+    return replaced(rate, {e: _QUOTIENTS[e.func](*e.args) for e in atoms(rate, *_QUOTIENTS)})
 
 
 def _divided(rate: sp.Expr) -> list[sp.Pow]:
@@ -33,24 +57,36 @@ def _varying(factors: Iterable[sp.Expr], moving: set[sp.Symbol]) -> set[sp.Expr]
     return {-e if e.could_extract_minus_sign() else e for e in factors if symbols_in(e) & moving}
 
 
-def _has_limits(rates: tuple[sp.Expr, ...], divisor: sp.Expr, moving: set[sp.Symbol]) -> bool:
-    """Tell whether all rates are known to have a limit where a divisor vanishes."""
-    zero = _simple_zero(divisor, moving)
-    return zero is not None and all(_has_limit(rate, divisor, *zero) for rate in rates)
+def _at_poles(rates: tuple[sp.Expr, ...], divisor: sp.Expr, moving: set[sp.Symbol]) -> sp.Expr:
+    """Return what vanishes where a divisor does and a rate has no known limit: 1 if all have limits everywhere."""
+    zero = next(_simple_zeros(divisor, moving), None)
+    if zero is None:
+        return divisor
+    if all(_has_limit(rate, *zero) for rate in rates):
+        return sp.S.One
+    s, place = zero
+    if divisor.func is sp.sin and all(_has_limit(rate, s, place.subs(_TURN, 0)) for rate in rates):
+        return sp.sinc(*divisor.args)
+    return divisor
 
 
-def _simple_zero(divisor: sp.Expr, moving: set[sp.Symbol]) -> tuple[sp.Symbol, sp.Expr] | None:
-    """Return a symbol and its value where a divisor a s + b or a exp(b s + c) + d vanishes, or None for another one."""
+def _simple_zeros(divisor: sp.Expr, moving: set[sp.Symbol]) -> Iterator[Zero]:
+    """Yield symbols and their values where a divisor of a known kind vanishes, as a s + b or sin(a s + b) does."""
     for s in sorted(symbols_in(divisor) & moving, key=str):
         if (place := _root(divisor, s)) is not None:
-            return s, place
+            yield s, place
+            continue
         powers = [part for part in atoms(divisor, sp.exp) if part.has(s)]
+        place = None
         if len(powers) == 1:
             part, whole = sp.Dummy(positive=True), powers[0]
             value = _root(divisor.xreplace({whole: part}), part)
             if value is not None and value.is_positive and not value.has(s):
-                return None if (place := _root(whole.exp - sp.log(value), s)) is None else (s, place)
-    return None
+                place = _root(whole.exp - sp.log(value), s)
+        elif divisor.func in _ZEROS:
+            place = _root(divisor.args[0] - _ZEROS[divisor.func], s)
+        if place is not None:
+            yield s, place
 
 
 def _root(expr: sp.Expr, s: sp.Symbol) -> sp.Expr | None:
@@ -59,22 +95,55 @@ def _root(expr: sp.Expr, s: sp.Symbol) -> sp.Expr | None:
     return None if slope == 0 or slope.has(s) else -expr.subs(s, 0) / slope
 
 
-def _has_limit(rate: sp.Expr, divisor: sp.Expr, s: sp.Symbol, place: sp.Expr) -> bool:
-    """Tell whether a rate is known to have a limit where ``s`` is at the ``place`` of the simple zero of a divisor."""
-    powers = [power for power in _divided(rate) if power.base in (divisor, -divisor)]
-    if not all(power.exp.is_Integer for power in powers):
+def _has_limit(rate: sp.Expr, s: sp.Symbol, place: sp.Expr) -> bool:
+    """Tell whether a rate is known to have a limit where ``s`` is at the ``place`` of a zero of a divisor."""
+    powers = [power for power in _divided(rate) if s in symbols_in(power)]
+    orders = {base: _order(base, s, place) for base in {power.base for power in powers}}
+    powers = [power for power in powers if orders[power.base] != 0]
+    if not all(power.exp.is_Integer and orders[power.base] <= MOST for power in powers):
         return False
     q = sp.Dummy()
-    signs = {power: 1 if power.base == divisor else (-1) ** int(power.exp) for power in powers}
-    told = replaced(rate, {power: signs[power] * q ** -power.exp for power in powers})
-    if not told.is_polynomial(q):
+    factors = {power.base: sp.Dummy() for power in powers}
+    told = replaced(rate, {p: (factors[p.base] * q ** orders[p.base]) ** -p.exp for p in powers})
+    degree = _degree(told, q) if told.is_polynomial(q) else MOST + 1
+    if degree > MOST:
         return False
-    degree = max((-int(power.exp) for power in powers), default=0)
     terms = [told.diff(q, k).subs(q, 0) / math.factorial(k) for k in range(degree + 1)]
-    return all(_vanishes(term, k, s, place) for k, term in enumerate(terms))
+    units = {factor: _unit(base, orders[base], s, place, degree) for base, factor in factors.items()}
+    return _cancel([replaced(term, units) for term in terms], s, place)
 
 
-def _vanishes(term: sp.Expr, order: int, s: sp.Symbol, place: sp.Expr) -> bool:
-    """Tell whether a term is known to vanish at a place like a power of this order: the next derivative is finite."""
-    below = (term.diff(s, j).subs(s, place) for j in range(order))
-    return all(expanded(value) == 0 for value in below) and not term.diff(s, order).subs(s, place).has(*NOT_FINITE)
+def _order(expr: sp.Expr, s: sp.Symbol, place: sp.Expr) -> int:
+    """Return the order of the zero of an expression at a place, or one beyond ``MOST`` if that is not clear."""
+    for order in range(MOST + 1):
+        if (value := expanded(expr.diff(s, order).subs(s, place))) != 0:
+            turns = [value.subs(_TURN, k) for k in range(MOST)] if value.has(_TURN) else [value]
+            return order if all(turn.is_zero is False or is_clearly_nonzero(turn) for turn in turns) else MOST + 1
+    return MOST + 1
+
+
+def _degree(expr: sp.Expr, q: sp.Symbol) -> int:
+    """Return a bound on the degree of a polynomial in ``q`` that is not expanded."""
+    if expr.is_Pow and expr.exp.is_Integer:
+        return int(expr.exp) * _degree(expr.base, q) if expr.exp > 0 else 0
+    if expr.is_Add or expr.is_Mul:
+        return (max if expr.is_Add else sum)(_degree(part, q) for part in expr.args)
+    return int(expr == q)
+
+
+def _unit(expr: sp.Expr, order: int, s: sp.Symbol, place: sp.Expr, degree: int) -> sp.Expr:
+    """Return the Taylor polynomial of (s - place)^order/expr at a zero of this order."""
+    known = [expr.diff(s, order + k).subs(s, place) / math.factorial(order + k) for k in range(degree + 1)]
+    found = [1 / known[0]]
+    for n in range(1, degree + 1):
+        found.append(-sum(known[k] * found[n - k] for k in range(1, n + 1)) / known[0])
+    return sp.Add(*(part * (s - place) ** k for k, part in enumerate(found)))
+
+
+def _cancel(terms: list[sp.Expr], s: sp.Symbol, place: sp.Expr) -> bool:
+    """Tell whether the sum of terms, each divided by its power of s - place, is known to have a limit there."""
+    parts = [[term.diff(s, j).subs(s, place) / math.factorial(j) for j in range(k + 1)] for k, term in enumerate(terms)]
+    if sp.Tuple(*chain(*parts)).has(*NOT_FINITE):
+        return False
+    sums = (sp.Add(*(part[k - d] for k, part in enumerate(parts) if k >= d)) for d in range(1, len(parts)))
+    return all(expanded(total) == 0 for total in sums)

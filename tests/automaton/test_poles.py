@@ -1,12 +1,14 @@
 """A divisor of the rates is a pole where they grow beyond bounds, and none where they have a limit."""
 
+from dataclasses import replace
+
 import mpmath
 import pytest
 import sympy as sp
 
 import asympk as ap
 from asympk.automaton.poles import poles_of
-from asympk.errors import Pole
+from asympk.errors import Pole, Unfinished
 
 x, v = sp.symbols("x v", real=True)
 mu = sp.Symbol("mu", positive=True)
@@ -17,7 +19,8 @@ HALF = sp.Rational(1, 2)
     "rate",
     [sp.sin(x) / x, sp.sin(x - HALF) / (x - HALF), 2 + sp.sin(x - v) / (v - x), (1 - sp.cos(x)) / x**2,
      x / (sp.exp(x) - 1), (x - HALF) / (1 - sp.exp((1 - 2 * x) / 10)), sp.log(1 + x) / x, (x**2 - v**2) / (x - v),
-     v * (x - sp.sin(x)) / x**3],
+     v * (x - sp.sin(x)) / x**3, sp.tan(x) * sp.cos(x), sp.sin(2 * x) / sp.sin(x), x / sp.sinh(x), (x - 1) / sp.log(x),
+     sp.sin(x) / x**2 - 1 / x, 1 / x - 1 / sp.sinh(x), sp.sin(x - v) / sp.sinh(v - x)],
 )
 def test_a_divisor_is_no_pole_where_the_rates_have_a_limit(rate):
     assert poles_of((x + rate, 1 - 3 * rate), {x, v}) == ()
@@ -27,6 +30,7 @@ def test_a_divisor_is_no_pole_where_the_rates_have_a_limit(rate):
     "rate",
     [1 / x, sp.cos(x) / x, sp.sin(x) / x**2, (1 - sp.cos(x)) / x**3, v * sp.sin(x) / (x - HALF), 1 / (sp.exp(x) - 1),
      sp.cos(1 / x), sp.exp(1 / x), sp.sin(x) / x + sp.log(x) * x / x**2, sp.tan(x), (v - 1) / (x - v), 1 / (x**2 - v),
+     (1 + 1 / x) * sp.sin(x) / x, sp.cot(x), sp.sin(x) / x**2 - sp.cot(x) / 2, sp.cos(x) * sp.tan(x / 2),
      sp.sqrt(1 - x**2) / (1 - x), sp.acos(x) / (x - 1), sp.sqrt(abs(x)) / x, abs(x) ** (3 * HALF) / x**2],
 )
 def test_a_divisor_is_a_pole_where_one_rate_has_no_limit(rate):
@@ -48,6 +52,17 @@ def test_a_motion_passes_where_its_rates_have_a_limit(method, options):
         took = mpmath.quad(lambda w: 1 / (1 + (w - 0.5) / mpmath.expm1(w - 0.5)), [end, 0.5, begin])
     assert path.final[0] < 0
     assert float(took) == pytest.approx(1, abs=1e-7)
+
+
+def test_a_divisor_may_have_a_limit_at_one_of_its_zeros_alone():
+    """The rates x/tan(x) and (exp(x) - 1)/sin(x) + sin(x)/x have a limit at 0, and a pole at pi."""
+    rates = {x: sp.S.One, v: x / sp.tan(x) + (sp.exp(x) - 1) / sp.sin(x) + sp.sin(x) / x}
+    scene = ap.Scene(system=ap.System.with_frictions(rates, {}, []), start={"x": -1, "v": 0}, until=3)
+    with mpmath.workdps(30):
+        rise = mpmath.quad(lambda w: w / mpmath.tan(w) + mpmath.expm1(w) / mpmath.sin(w) + mpmath.sinc(w), [-1, 0, 2])
+    assert ap.solve(scene).final[1] == pytest.approx(float(rise), abs=1e-8)
+    with pytest.raises(Unfinished, match=r"divided by sinc\(x\), and that is 0 at t = 4.14159"):
+        ap.solve(replace(scene, until=5), "dop853")
 
 
 def test_the_refusal_at_a_pole_of_a_smooth_system_does_not_speak_of_contacts():
