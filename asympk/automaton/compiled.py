@@ -14,6 +14,7 @@ from types import ModuleType
 from typing import Any
 
 import sympy as sp
+from mpmath.ctx_mp import MPContext
 
 from asympk.errors import OutOfRange
 from asympk.numbers import short
@@ -21,6 +22,7 @@ from asympk.symbolic.coefficients import name_of, with_names
 from asympk.symbolic.long import atoms, replaced
 from asympk.symbolic.lowering import WIDE, Lowered, NoFunction, is_tower, lower, on_floats, without_overflow
 from asympk.symbolic.placing import named_parts
+from asympk.symbolic.removable import with_limits
 from asympk.symbolic.system import System
 
 Direction = tuple[sp.Expr, ...]  # the rates of the time and of every state
@@ -42,16 +44,24 @@ def function(
     direction, output by output. With ``products`` integer powers of any base are written as products.
     """
     space, exprs = {target: functions, "abs": getattr(functions, "abs", abs)}, (*outputs, *chain(*directions))
-    wide = partial(function, system, outputs, "mpmath", WIDE, directions, coefficients=coefficients)
+    wide = partial(function, system, outputs, "mpmath", directions=directions, coefficients=coefficients)
     try:
         text = source(system, outputs, target, directions, coefficients)
     except NoFunction:
         if functions is math and not is_tower(exprs):
-            return on_floats(wide())
+            return on_floats(wide(functions=WIDE))
         raise
     if functions is math:
-        return without_overflow(text, exprs, wide)
+        return without_overflow(text, exprs, lambda numbers: wide(functions=numbers))
     exec(ast.unparse(_Products().visit(ast.parse(text))) if products else text, space)
+    if not isinstance(functions, MPContext) or is_tower(exprs):
+        return space["f"]
+    return with_limits(space["f"], partial(_executed, text), functions)
+
+
+def _executed(text: str, numbers: MPContext) -> Callable[..., tuple]:
+    space: dict[str, Any] = {"mpmath": numbers, "abs": abs}
+    exec(text, space)
     return space["f"]
 
 

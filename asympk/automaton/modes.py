@@ -14,7 +14,7 @@ from itertools import chain, islice
 import sympy as sp
 
 from asympk.automaton.compiled import Direction
-from asympk.automaton.poles import poles_of
+from asympk.automaton.poles import divisors_of
 from asympk.errors import InputError
 from asympk.formulas import NOT_FINITE
 from asympk.symbolic import branches, guards
@@ -231,7 +231,16 @@ class GuardedMode:
     @cached_property
     def poles(self) -> tuple[sp.Expr, ...]:
         """The divisors of the rates that vary and may vanish; their zeros are poles of the rates."""
-        return poles_of(self.rates, self.moving)
+        return tuple(sorted((e for e in {*self._divisors.values()} if not e.is_nonzero), key=sp.default_sort_key))
+
+    @cached_property
+    def removable(self) -> tuple[sp.Expr, ...]:
+        """The divisors of the rates that may vanish where the rates have a limit, and rounding is large beside."""
+        return tuple(sorted((e for e, pole in self._divisors.items() if pole != e), key=sp.default_sort_key))
+
+    @cached_property
+    def _divisors(self) -> dict[sp.Expr, sp.Expr]:
+        return divisors_of(self.rates, self.moving)
 
     @cached_property
     def middles(self) -> tuple[sp.Expr, ...]:

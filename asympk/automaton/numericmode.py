@@ -8,7 +8,7 @@ event onto zeros of guards and constraints, by the hard function ``_projected``.
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from operator import sub
 from typing import Any
 
@@ -21,6 +21,7 @@ from asympk.errors import NotDerivable, OutOfRange, Pole
 from asympk.symbolic.branches import Branch, at_rest, held, rate_along
 from asympk.symbolic.derivatives import is_bent
 from asympk.symbolic.long import symbols_in
+from asympk.symbolic.removable import with_more_digits
 from asympk.symbolic.sides import on_sides
 from asympk.symbolic.switches import Switch, peaks_of, sideless_of, slopes_and_phases, switches_of
 
@@ -86,12 +87,22 @@ class NumericMode:
     @cached_property
     def field(self) -> Callable[..., tuple]:
         """The rates as a function of (t, *state, *p)."""
-        return self._compiled(self.mode.rates)
+        return self._beside_limits(self.mode.rates)
 
     @cached_property
     def jacobian(self) -> Callable[..., tuple]:
         """The derivatives of the rates, row by row, as a function of (t, *state, *p)."""
-        return self._compiled(self.mode.rates, self.mode.units)
+        return self._beside_limits(self.mode.rates, self.mode.units)
+
+    def _beside_limits(self, outputs: tuple, directions: tuple = ()) -> Callable[..., tuple]:
+        """Return a function with more digits where a divisor is small at whose zero the rates have a limit."""
+        found = self._compiled(outputs, directions)
+        if not self.mode.removable or self.target == "numpy":
+            return found
+        precise = partial(function, self.mode.system, outputs, "mpmath", directions=directions,
+                          coefficients=self.coefficients)
+        return with_more_digits(found, self._compiled(self.mode.removable), lambda m: precise(functions=m),
+                                self.functions)
 
     @cached_property
     def guards(self) -> Callable[..., tuple]:

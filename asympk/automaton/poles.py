@@ -31,16 +31,17 @@ _QUOTIENTS = {
 MOST = 8  # order of a pole up to which a limit is looked for
 
 
-def poles_of(rates: tuple[sp.Expr, ...], moving: set[sp.Symbol]) -> tuple[sp.Expr, ...]:
-    """Return the divisors of the ``rates`` that vary with the symbols ``moving`` and whose zeros are poles.
+def divisors_of(rates: tuple[sp.Expr, ...], moving: set[sp.Symbol]) -> dict[sp.Expr, sp.Expr]:
+    """Return {divisor: what vanishes at its poles} of the divisors of ``rates`` that vary with the symbols ``moving``.
 
-    One that has a pole at other zeros than that of its argument, as x/sin(x) has, is divided by its argument.
+    For a divisor with limits everywhere this is 1. For one with poles at other zeros than that of its argument, as of
+    x/sin(x), it is the divisor by the argument.
     """
     rates = tuple(map(_in_quotients, rates))
     powers = {power.base for rate in rates for power in _divided(rate)}
     others = {pivot for rate in rates for form in atoms(rate, InverseForm) for pivot in form.pivots}
-    found = {_at_poles(rates, e, moving) for e in _varying(powers, moving)} | _varying(others, moving)
-    return tuple(sorted((e for e in found if not e.is_nonzero), key=sp.default_sort_key))
+    found = {e: _at_poles(rates, e, moving) for e in _varying(powers, moving)}
+    return found | {e: e for e in _varying(others, moving)}
 
 
 def _in_quotients(rate: sp.Expr) -> sp.Expr:

@@ -8,7 +8,7 @@ the same expressions give the same source in every run. ``lower`` checks its inp
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields, replace
-from functools import cache, cached_property, lru_cache
+from functools import cache, cached_property, lru_cache, partial
 from importlib import import_module
 from itertools import chain
 from threading import local
@@ -32,6 +32,7 @@ from asympk.symbolic.long import atoms, symbols_in
 from asympk.symbolic.penetration import computed
 from asympk.symbolic.printers import PRINTERS, printer_of
 from asympk.symbolic.reading import entries_of, expression, spare
+from asympk.symbolic.removable import limits_on_floats
 from asympk.symbolic.tables import as_tree, without_tables
 
 BRANCHING = (sp.Piecewise, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.floor, sp.ceiling, sp.Mod)
@@ -254,7 +255,7 @@ def _compiled(lowered):
     lowered = replace(lowered, single=False)
     if lowered.target == "math":
         wide = replace(lowered, target="mpmath")
-        return without_overflow(lowered.source, lowered.outputs, lambda: _executed(wide, WIDE))
+        return without_overflow(lowered.source, lowered.outputs, partial(_executed, wide))
     return _executed(lowered, _OWN if lowered.target == "mpmath" else import_module(lowered.target))
 
 
@@ -265,19 +266,23 @@ def _executed(lowered, functions):
 
 
 def without_overflow(
-    source: str, exprs: Iterable[sp.Expr], wider: Callable[[], Callable[..., tuple]]
+    source: str, exprs: Iterable[sp.Expr], wider: Callable[[Any], Callable[..., tuple]]
 ) -> Callable[..., tuple]:
-    """Return the function of floats with this source, which computes ``exprs`` even where intermediate values overflow.
+    """Return the function of floats with this source, which computes ``exprs`` even where parts overflow or are 0/0.
 
-    1/cosh(1000)^2 is 0, although cosh(1000) overflows. ``wider`` returns the same function for ``WIDE`` numbers, whose
-    exponents are unbounded; it is called where the floats overflow. Raises ``OverflowError`` where the result does.
+    1/cosh(1000)^2 is 0, although cosh(1000) overflows, and sin(x)/x is 1 at 0. ``wider`` returns the same function for
+    numbers of a context whose exponents are unbounded, as of ``WIDE``; it is called where the floats overflow or divide
+    by 0. Raises ``OverflowError`` where the result does, and ``ZeroDivisionError`` where it has no limit.
     """
     head, *body = source.splitlines()
     name, arguments = head[4:-2].split("(")
-    wide = cache(lambda: _diverging if is_tower(exprs) else on_floats(wider()))
-    space: dict[str, Any] = {"math": math, "_wide_": wide}
-    lines = [head, "    try:", *(f"    {line}" for line in body), "    except OverflowError:"]
-    exec("\n".join([*lines, f"        return _wide_()({arguments})"]), space)
+    wide, limits = (cache(lambda made=made: _diverging if is_tower(exprs) else made())
+                    for made in (lambda: on_floats(wider(WIDE)), lambda: limits_on_floats(wider)))
+    space: dict[str, Any] = {"math": math, "_wide_": wide, "_limits_": limits}
+    lines = [head, "    try:", *(f"    {line}" for line in body)]
+    lines += ["    except OverflowError:", f"        return _wide_()({arguments})"]
+    lines += ["    except ZeroDivisionError:", f"        return _limits_()({arguments})"]
+    exec("\n".join(lines), space)
     space[name].text = source  # an integrator may write this text into its compiled step
     return space[name]
 
