@@ -26,7 +26,7 @@ from asympk.formulas import NOT_FINITE
 from asympk.numbers import short
 from asympk.symbolic.branches import put_sign, without_squares
 from asympk.symbolic.diffring import DifferentialRing, Fraction, atoms_of
-from asympk.symbolic.long import atoms, heavy, is_longer, named_exponentials, replaced, valued
+from asympk.symbolic.long import atoms, heavy, inverse_of, is_longer, named_exponentials, replaced, valued
 from asympk.symbolic.system import Mode
 
 _TINY = sp.Rational(1, 10**30)
@@ -387,7 +387,7 @@ def _inverse(jacobian, ties):
     """Return the inverse matrix; over an algebraic branch, with a denominator free of the generator y."""
     if jacobian.shape != (1, 1):
         names, own = named_exponentials(sp.Tuple(*jacobian))
-        return jacobian.xreplace(names).inv().applyfunc(sp.cancel).xreplace(own)
+        return inverse_of(jacobian.xreplace(names)).applyfunc(sp.cancel).xreplace(own)
     numerator, denominator = sp.fraction(sp.cancel(jacobian[0]))
     if not ties:
         return sp.Matrix([[denominator / numerator]])

@@ -33,7 +33,7 @@ from asympk.symbolic.branches import (
     with_signs,
 )
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.long import heavy, is_regular, replaced, symbols_in, tidied
+from asympk.symbolic.long import entries_named, heavy, is_regular, replaced, symbols_in, tidied
 
 if TYPE_CHECKING:
     from asympk.symbolic.system import Friction, System
@@ -134,12 +134,6 @@ def _by_elimination(
     for j, i in short_laws.items():
         found[j] = rows[i, -1] - sum(rows[i, k] * found[k] for k in columns if rows[i, k] != 0)  # 0 times long is slow
     return {u: found[j] for j, u in enumerate(unknowns)}
-
-
-def entries_named(matrix: sp.Matrix) -> tuple[sp.Matrix, dict[sp.Symbol, sp.Expr]]:
-    """Return a matrix with a symbol for each entry that is not a number, and the mapping from symbols to entries."""
-    names = matrix.applyfunc(lambda entry: entry if entry.is_number else sp.Dummy())
-    return names, {s: entry for s, entry in zip(names, matrix, strict=True) if not entry.is_number}
 
 
 def _put_in(rows: sp.Matrix) -> dict[int, int]:

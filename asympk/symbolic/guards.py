@@ -30,17 +30,9 @@ from asympk.symbolic.branches import (
     with_powers,
     with_signs,
 )
-from asympk.symbolic.forces import (
-    borne,
-    determined,
-    edges_of_stick,
-    entries_named,
-    force_equations,
-    forces,
-    standing_rows,
-)
+from asympk.symbolic.forces import borne, determined, edges_of_stick, force_equations, forces, standing_rows
 from asympk.symbolic.inverses import InverseForm
-from asympk.symbolic.long import atoms, heavy, replaced, symbols_in, tidied
+from asympk.symbolic.long import atoms, entries_named, heavy, replaced, symbols_in, tidied
 from asympk.symbolic.penetration import without_penetration
 
 if TYPE_CHECKING:

@@ -155,6 +155,22 @@ def entries_in_factors(matrix: sp.Matrix) -> sp.Matrix:
     return matrix.xreplace(names).applyfunc(sp.factor).xreplace(meaning)
 
 
+def entries_named(matrix: sp.Matrix) -> tuple[sp.Matrix, dict[sp.Symbol, sp.Expr]]:
+    """Return a matrix with a symbol for each entry that is not a number, and the mapping from symbols to entries."""
+    names = matrix.applyfunc(lambda entry: entry if entry.is_number else sp.Dummy())
+    return names, {s: entry for s, entry in zip(names, matrix, strict=True) if not entry.is_number}
+
+
+def inverse_of(matrix: sp.Matrix) -> sp.Matrix:
+    """Return the inverse of a regular matrix as its adjugate over its determinant, with names for its entries.
+
+    SymPy's own asks whether pivots vanish, in vain for long where they have waves and exponentials.
+    """
+    names, meaning = entries_named(matrix)
+    inverse = names.adjugate(method="berkowitz") / names.det(method="berkowitz")
+    return inverse.applyfunc(lambda entry: replaced(entry, meaning))
+
+
 def named_exponentials(expr: sp.Basic) -> tuple[dict[sp.Expr, sp.Expr], dict[sp.Expr, sp.Expr]]:
     """Return {exponential: power of a name} and {name: exponential} where SymPy seeks factors or divisors long.
 

@@ -40,6 +40,7 @@ from asympk.symbolic.expansion import (
     require_short,
     zero_at_places,
 )
+from asympk.symbolic.long import inverse_of
 from asympk.symbolic.reading import spare
 from asympk.symbolic.roots import fractional_powers, heights, is_unreadable, solutions_of
 from asympk.symbolic.system import Mode, System, of_system
@@ -204,7 +205,7 @@ def branch_slopes(manifold: SlowManifold) -> dict[sp.Symbol, dict[sp.Symbol, sp.
     """Return the slopes {y: {x: dy/dx}} of the branch, -g_y^-1 g_x at mu = 0, evaluated on the branch."""
     mode, small, over = manifold.dynamics, manifold.small, over_fast(manifold.dynamics, manifold.small, manifold.branch)
     g = sp.Matrix([limit_of(g, small) for g in mode.fast.values()])
-    slopes = -(fast_jacobian(mode, small).inv() * g.jacobian(list(mode.slow)))
+    slopes = -(inverse_of(fast_jacobian(mode, small)) * g.jacobian(list(mode.slow)))
     at = {**manifold.branch, **over}
     return {y: {x: sp.cancel(slopes[i, j].subs(at, simultaneous=True)) for j, x in enumerate(mode.slow)}
             for i, y in enumerate(mode.fast)}

@@ -5,6 +5,7 @@ are split, unknowns that others give are eliminated, sines are put in half angle
 W. It answers None where no short formula stands for every root.
 """
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from itertools import chain, product
 
@@ -15,8 +16,7 @@ from sympy.simplify.fu import TR8
 
 from asympk.errors import InputError
 from asympk.symbolic.expansion import is_zero, is_zero_somewhere
-from asympk.symbolic.forces import entries_named
-from asympk.symbolic.long import CLEAR, ROUGH, common_divisor, generic_place, heavy, replaced
+from asympk.symbolic.long import CLEAR, ROUGH, common_divisor, entries_named, generic_place, heavy, replaced
 from asympk.symbolic.lowering import lower
 
 HALVINGS = 60  # of an interval in which a function changes its sign
@@ -132,10 +132,11 @@ def _leaves_out(found, equal_zero, y, *others):
     """Tell whether g changes its sign, at generic numbers for all other symbols, where no solution has its value.
 
     SymPy finds no root of sqrt(y**2 + 1) + atan(y) - 3*y, and of a product those of the factors that it solves. Only
-    one unknown is looked at, and no waves, whose roots are those in one turn.
+    one unknown is looked at. Roots of a g of waves alone whose turns fit are those in one turn.
     """
-    if others or heavy(force := equal_zero[0]) or _waves(force, y):
+    if others or heavy(force := equal_zero[0]):
         return False
+    turn = None if force.xreplace(dict.fromkeys(_waves(force, y), 0)).has(y) else _turn(force, y)
     heights, place = [form[y] for s in found for form in real_forms(s)], generic_place(force)
     for side in (1, -1):
         at = {s: -number if s.is_nonpositive or (side < 0 and not s.is_nonnegative) else number
@@ -143,10 +144,19 @@ def _leaves_out(found, equal_zero, y, *others):
         values = [h.xreplace(at).evalf() for h in heights]
         if any(value.has(sp.Function) for value in values):  # SymPy does not compute erfcinv
             continue
-        if any(all(abs(complex(value) - root) > ROUGH * (1 + abs(root)) for value in values if value.is_finite)
-               for root in _sign_changes(force.xreplace(at), y)):
+        period = abs(float(2 * sp.pi / turn.xreplace(at))) if turn else math.inf
+        known = [complex(value) for value in values if value.is_finite]
+        if any(all(_apart(value, root, period) for value in known) for root in _sign_changes(force.xreplace(at), y)):
             return True
     return False
+
+
+def _apart(value, root, period):
+    """Tell whether a value is not a real root, nor one some whole periods from it."""
+    off = value - root
+    if period < math.inf:
+        off -= period * round(off.real / period)
+    return abs(off) > ROUGH * (1 + abs(root))
 
 
 def _sign_changes(force, y):
@@ -183,7 +193,7 @@ def _turn(force, y):
     A tangent has half the turn of a sine.
     """
     slopes = [f.args[0].diff(y) * (1 + isinstance(f, sp.tan | sp.cot)) for f in _waves(force, y)]
-    if not slopes or not all((slope / slopes[0]).is_Rational for slope in slopes):
+    if not slopes or slopes[0].has(y) or not all((slope / slopes[0]).is_Rational for slope in slopes):
         return None
     return slopes[0] * common_divisor(slope / slopes[0] for slope in slopes)
 
@@ -226,24 +236,53 @@ def _in_fewer_waves(force, y):
 
 
 def _mixes(force, y):
-    """Tell whether a factor of g, a polynomial in y and in functions of y, has both: SymPy seeks roots long, in vain.
+    """Tell whether a factor of g, a polynomial in y and in functions of y, has several of them: SymPy may not end.
 
-    The functions are waves, or several powers of exponentials; y and one such power may lead to Lambert's W.
+    It solves for one of them, for roots of rational functions and y, for logarithms, and for waves whose turns fit; y
+    with one exponential or logarithm may lead to Lambert's W.
     """
-    if waves := _waves(force, y):
-        told = force.xreplace({wave: sp.Dummy() for wave in waves})
-        return not heavy(force) and _has_factor(told, force, y, lambda factor, names: True)
-    if powers := _exponentials_as_powers(force, y):
+    if (powers := _exponentials_as_powers(force, y)) and powers[0].is_rational_function(y, powers[1]):
         told, w, _ = powers
-        return _has_factor(told, force, y, lambda factor, names: len({k for (k,), _ in sp.Poly(factor, w).terms()}) > 2)
-    told = {e: sp.Dummy() for e in force.atoms(sp.exp) if e.has(y)}
-    if len(told) < 2:
-        return False
-    return _has_factor(force.xreplace(told), force, y, lambda factor, names: len(factor.free_symbols & names) > 1)
+        return _has_factor(told, force, y, lambda factor, names: (
+            factor.has(y) and len({k for (k,), _ in sp.Poly(factor, w).terms()}) > 2))
+    told = {f: sp.Dummy() for f in _outermost(force, y)}
+    own = {name: f for f, name in told.items()}
+
+    def several(factor, names):
+        inside = {own[name] for name in factor.free_symbols & names}
+        if all(_is_root_of_rational(f, y) for f in inside):
+            return False
+        if len(inside) == 1:
+            (f,) = inside
+            return (factor.has(y) and not isinstance(f, sp.exp | sp.log)) or _is_nested(f, y)
+        fit = all(isinstance(f, sp.log) for f in inside) or (inside <= _waves(force, y) and _turn(force, y))
+        return factor.has(y) or not fit
+
+    return _has_factor(force.xreplace(told), force, y, several)
+
+
+def _outermost(force, y):
+    """Yield the functions of y, and powers of functions of y other than whole ones, in which g is rational with y."""
+    if force.is_Add or force.is_Mul or (force.is_Pow and force.exp.is_Integer):
+        for part in force.args:
+            yield from _outermost(part, y)
+    elif force.has(y) and force != y:
+        yield force
+
+
+def _is_nested(f, y):
+    """Tell whether the argument of f has several functions of y, or y and a function of y, or functions in three."""
+    inside = [*_outermost(f.args[0], y)]
+    return len(inside) > 0 and (_mixes(f.args[0] - sp.Dummy(), y) or any(
+        next(_outermost(part.args[0], y), None) for part in inside))
+
+
+def _is_root_of_rational(f, y):
+    return f.is_Pow and f.exp.is_Rational and f.base.is_rational_function(y)
 
 
 def _has_factor(told, force, y, test):
-    """Tell whether ``told``, g with names for functions of y, has a factor with y and names that passes ``test``.
+    """Tell whether ``told``, g with names for functions of y, has a factor with names that passes ``test``.
 
     A g that is too long for its factors passes where it has y and names at all.
     """
@@ -252,7 +291,7 @@ def _has_factor(told, force, y, test):
         return False
     if heavy(force):
         return told.has(y)
-    return any(factor.has(y) and factor.has(*names) and test(factor, names)
+    return any(factor.has(*names) and test(factor, names)
                for factor, _ in sp.factor_list(told, y, *names)[1])
 
 

@@ -14,6 +14,7 @@ from asympk.symbolic.long import (
     carried_out,
     common_divisor,
     in_factors,
+    inverse_of,
     is_clearly_nonzero,
     is_longer,
     is_regular,
@@ -43,6 +44,12 @@ def test_an_expression_of_a_trillion_parts_is_replaced_and_found_long():
     assert is_longer(expr, 10_000)
     assert atoms(expr, sp.Symbol) == {a, b}
     assert len(atoms(expr, sp.sin)) == 40
+
+
+def test_an_inverse_is_written_down_without_asking_whether_pivots_vanish(monkeypatch):
+    monkeypatch.setattr(sp.matrices.matrixbase.MatrixBase, "inv", None)
+    matrix = sp.Matrix([[sp.cos(a), 0, sp.exp(b)], [1, sp.exp(-c), 2], [sp.sin(a), a * b, sp.exp(c)]])
+    assert (matrix * inverse_of(matrix)).applyfunc(sp.simplify) == sp.eye(3)
 
 
 def test_an_expression_of_a_trillion_parts_has_a_derivative_a_value_and_symbols_and_is_carried_out():

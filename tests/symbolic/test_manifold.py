@@ -570,6 +570,25 @@ def test_a_state_beside_several_exponentials_of_its_own_has_an_implicit_branch_w
     assert last.branch == {y: y}
 
 
+@pytest.mark.parametrize("force", [
+    x - sp.sin(y) - sp.sin(sp.pi * y), sp.cos(y) - x + sp.sqrt(1 + sp.sin(y)), x - sp.atan(y) - sp.tanh(y),
+    x + sp.sqrt(1 + y**2 * sp.tanh(x + 2 * y) ** 2), x + sp.tanh(sp.sqrt(sp.atan(y) ** 2 + 1)),
+    x - sp.exp(y) - sp.log(y),
+])
+def test_several_functions_of_a_state_in_one_factor_have_an_implicit_branch_without_a_search(force, monkeypatch):
+    """SymPy sought the roots of cos(y) + sqrt(1 + sin(y)) = x for more than 5 minutes."""
+    monkeypatch.setattr(sp, "solve", None)
+    (found,) = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
+    assert found.branch == {y: y}
+
+
+@pytest.mark.parametrize("force", [x - y - sp.sqrt(1 + sp.sin(y)), x - sp.tan(sp.exp(y)), x - sp.sin(y**2)])
+def test_roots_of_waves_beyond_one_turn_are_stood_for_by_one_implicit_branch(force):
+    """Of the first SymPy finds none, and of the others those of one turn of the wave, which are not all."""
+    (found,) = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
+    assert found.branch == {y: y}
+
+
 @pytest.mark.parametrize("forces", [
     [3 * u * x * y**2 - 4 * y - 2 * sp.sqrt(y**2 + 1) - 3], [x + y + sp.sqrt(y + 1) - sp.sqrt(2 * y + 3)],
     [3 * u * x + 3 * y * v - 2 * sp.sqrt(y**2 + 1) + 2, 2 * x * y + 2 * x * v - 1],
