@@ -96,11 +96,11 @@ def jump_law(
         if damping.is_nonpositive or damping.has(*NOT_FINITE):
             raise InputError(f"damping = {damping!s:.60}: it must be a positive time; the law needs some damping")
         _require_steady(kinetics, "damping", damping)
-        return _law(kinetics, own, sp.S.Zero, condition, damping)
+        return _law(kinetics, own, sp.S.Zero, sp.And(condition, damping > 0), damping)
     ratio = _ratio(ratio)
     _require_steady(kinetics, "ratio", ratio)
     opens = sp.S.Zero if condition == sp.false else rebound(kinetics, ratio)  # without a paradox its roots are complex
-    return _law(kinetics, own, opens, sp.And(condition, kinetics.free[0] < 0), None)
+    return _law(kinetics, own, opens, sp.And(condition, kinetics.free[0] < 0, ratio >= 0), None)
 
 
 def keeps_gap(kinetics: Kinetics) -> sp.Basic:

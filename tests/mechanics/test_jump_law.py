@@ -397,6 +397,15 @@ def test_a_damping_by_a_velocity_that_jumps_has_no_law_and_one_by_another_has(gi
         block.jump_law(**{given: sp.Symbol("U", positive=True)})
 
 
+@pytest.mark.parametrize("given", ["damping", "ratio"])
+def test_a_law_does_not_hold_where_its_damping_is_negative(given):
+    """At X = 2 the law with h = 1 - X^2 held, and x gained -1/3."""
+    X, Y, U, V = sp.symbols("X Y U V", real=True)
+    block = ap.Mechanism((X, Y), (U, V), [[2, 1], [1, 1]], (0, -1), ap.Contact(Y, X, 3, unilateral=True))
+    condition = block.jump_law(**{given: 1 - X**2}).condition
+    assert [block.evaluate(condition, {X: at, Y: 0, U: -1, V: 0}) for at in (0, 2)] == [True, False]
+
+
 def test_a_damping_by_a_rate_that_jumps_is_recognised_by_the_rate_of_a_dynamicsymbol():
     rod = slender_rod()
     with pytest.raises(NotDerivable, match="theta' jumps"):
