@@ -356,7 +356,8 @@ def slowly(task: Task, path: MatchedPath, limit: bool = False) -> MatchedPath:
 
     With ``limit``, for the motion of order 0 whose layers take no time, stick ends where it does to order 0. Raises
     ``NotDerivable`` where a mode has more switches than are followed or the motion stays on a switching surface,
-    ``NotNormallyHyperbolic`` where the slow manifold is lost, and ``OutOfRange`` at a pole of the rates.
+    ``NotNormallyHyperbolic`` where the slow manifold is lost, and ``OutOfRange`` at a pole of the rates or where
+    friction becomes negative.
     """
     until, mu, order = task.until, task.mu, task.order
     known = _known(order)
@@ -364,6 +365,7 @@ def slowly(task: Task, path: MatchedPath, limit: bool = False) -> MatchedPath:
     mode.require_smooth(path.t, until)
     slow = slow_of(mode)
     orders = [0 if limit and kind == "slip_onset" else known for kind, _ in mode.kinds]
+    orders += [known for _ in mode.mode.laws]
     guards = partial(_guards, path, slow, orders, mu)
     start, left, within = _begin(task, slow, path)
     found = reduced.follow_reduced_flow(
@@ -372,6 +374,7 @@ def slowly(task: Task, path: MatchedPath, limit: bool = False) -> MatchedPath:
     point = found.trajectory.state_at(found.end)
     stretch = Stretch(path.t, mode, lambda u: found.states(u)[0, slow.places], found)
     t, state = path.t + found.end, tuple(stretch.states(found.end).tolist())
+    mode.require_opposing((path.t, path.state), [(path.t, path.state)], t, found.guard)
     require_no_pole(path, slow, found)
     if found.guard is None:
         return replace(path, t=until, state=state, stretches=(*path.stretches, stretch))
@@ -394,9 +397,9 @@ def _known(order: int) -> int:
 
 
 def _guards(path: MatchedPath, slow: Slow, orders: list[int], mu: float, span: float, at: Sequence[float]) -> list:
-    """Return the guards at the point ``at`` of slow motion, ``span`` after the path, on the manifolds to ``orders``."""
-    mode = path.mode
-    values = {m: mode.guard_values(path.t + span, slow.state(m, at, mu)) for m in {*orders}}
+    """Return what is watched at the point ``at`` of slow motion, ``span`` after the path, to ``orders``."""
+    mode, faded = path.mode, path.mode.faded(path.t, path.state)
+    values = {m: mode.watched_values(faded, path.t + span, slow.state(m, at, mu)) for m in {*orders}}
     return [values[m][k] for k, m in enumerate(orders)]
 
 
@@ -483,9 +486,9 @@ def followed_to(order: int, task: Task, landed: MatchedPath, path: MatchedPath) 
 
 def _meets_guard(task: Task, slow: Slow, landed: MatchedPath, found: reduced.Reduced) -> bool:
     """Tell whether the last of the slow motions ``found``, which begin where a path has landed, loses a guard."""
-    if not (kinds := landed.mode.kinds):
+    if not (expressions := landed.mode.mode.watched):
         return False
-    guards = partial(_guards, landed, slow, [_known(task.order)] * len(kinds), task.mu)
+    guards = partial(_guards, landed, slow, [_known(task.order)] * len(expressions), task.mu)
     size = len(found.trajectory.start)
     along = watched(found.trajectory.steps, lambda span, at: guards(span, found.parts(at)[-1]), size)
     return any(lost for _, lost in along)

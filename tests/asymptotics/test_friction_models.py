@@ -1010,3 +1010,18 @@ def test_a_layer_that_takes_too_many_steps_is_refused_as_that(monkeypatch):
     monkeypatch.setattr(matched, "STEPS", 100)
     with pytest.raises(OutOfRange, match=r"the layer of .* from t = 0 takes more than 100 steps: at t = "):
         ap.solve(scene, "jump", order=1)
+
+
+@pytest.mark.parametrize(("method", "order"), [("slow", 0), ("slow", 1), ("jump", 0), ("jump", 1)])
+@pytest.mark.parametrize(("law", "when"), [
+    (lambda p, v, t: sp.Rational(3, 5) + sp.cos(t), 2.2143), (lambda p, v, t: sp.Piecewise((1, p < 1), (-1, True)), 1),
+])
+def test_slow_motion_does_not_go_on_where_friction_is_negative(method, order, law, when):
+    p, v, q, force, t = sp.symbols("p v q F t", real=True)
+    eps = sp.Symbol("eps", positive=True)
+    slide = ap.Friction(velocity=v, force=force, load=1, kinetic=law(p, v, t), static=2)
+    system = ap.System.with_frictions({p: v, v: 2 + force - q / 1000}, {q: p - q}, [slide], small=eps, time=t)
+    scene = ap.Scene(system=system, values={eps: "1e-4"}, start={"p": 0, "v": "1/2", "q": 0}, until=7)
+    with pytest.raises(OutOfRange, match=r"kinetic friction .* of mode slip_same is negative at t = ") as found:
+        ap.solve(scene, method, order=order)
+    assert float(str(found.value).partition("t = ")[2].partition(";")[0]) == pytest.approx(when, abs=1e-3)
