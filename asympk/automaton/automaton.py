@@ -31,6 +31,7 @@ from asympk.multiprecision import in_context
 from asympk.numbers import sign_of
 from asympk.symbolic.branches import OPEN, Branch, at_rest, rate_along
 from asympk.symbolic.coefficients import coefficients_of, scattered
+from asympk.symbolic.long import atoms, replaced
 from asympk.symbolic.sides import Edge, Sides, inside, is_switched, is_whole, measured, phase_of, system_on_sides
 from asympk.symbolic.system import System
 
@@ -306,12 +307,17 @@ def _entered(
 
 def lost_on(edges: Collection[sp.Expr], t: Any, bounded: bool = True) -> NotDerivable:
     """Return the error of a motion that enters no side of some edges; if not ``bounded``, a side has no rates."""
-    where = ", ".join(f"{edge} = 0" for edge in edges)
+    where = ", ".join(f"{_in_few_digits(edge)!s:.120} = 0" for edge in edges)
     if not bounded:
         return NotDerivable(f"the motion reaches {where} at t = {float(t):.6g}, beyond which a rate has no value; end "
                             "its Piecewise with a piece that always holds")
     return NotDerivable(f"the motion stays on {where} from t = {float(t):.6g} on, where the rates jump; write what "
                         "jumps there as a friction, or smooth it by tanh")
+
+
+def _in_few_digits(edge: sp.Expr) -> sp.Basic:
+    """Return an expression for a message, in which whole numbers of more digits than a double has are rounded."""
+    return replaced(edge, {n: sp.Float(n, 6) for n in atoms(edge, sp.Integer) if abs(n) > sys.maxsize})
 
 
 def _likely_first(choices: list, led_to: Callable[[tuple], list[int]]) -> Iterator[tuple]:

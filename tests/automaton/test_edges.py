@@ -153,6 +153,12 @@ def test_a_block_that_both_sides_of_an_edge_push_back_is_refused_by_name():
         ap.solve(ap.Scene(system=system, start={x: 1, v: 0}, until=3))
 
 
+def test_an_edge_of_very_many_digits_is_named_in_few():
+    system = ap.System.with_frictions({x: v, v: sp.floor(10**300 * x) - x}, {}, [])
+    with pytest.raises(NotDerivable, match=r"the motion stays on 1\.0e\+300\*x - 1\.0e\+300 = 0 from t = 0 on"):
+        ap.solve(ap.Scene(system=system, start={x: 1, v: 0}, until=1))
+
+
 def test_a_velocity_divided_by_its_size_turns_back_through_zero(how):
     """At the rate -3 until t = 1/3, at -1 from then on; beside -u/|u| alone it stays there, which is a friction."""
     pushed, alone = (ap.System.smooth({x: v, v: -v / abs(v) - push}, {}, None) for push in (2, 0))
