@@ -30,6 +30,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from asympk.asymptotics.matched import MatchedPath, bare_mode, entered
+from asympk.asymptotics.reduced import MEETING
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.loop import mode_after
 from asympk.automaton.modes import SWITCH, GuardedMode
@@ -126,10 +127,10 @@ class LimitLayers:
         """
         y = state[self.fast]
         _require_affine(mode.mode)
-        slope = self.mu * mode.jac(t, state)[self.fast][self.fast]
-        force = self.mu * mode.rhs(t, state)[self.fast]
-        if slope == 0 or not _is_fast_in_limit(mode.mode):
-            raise NoLaw  # no layer settles or grows there
+        entries, force = mode.jac(t, state), self.mu * mode.rhs(t, state)[self.fast]
+        slope = self.mu * entries[self.fast][self.fast]
+        if self._meets(entries) or not _is_fast_in_limit(mode.mode):
+            raise NoLaw  # no layer settles or grows there before the slow states move
         rest = y - force / slope
         values, slopes = self._guards(mode, t, state)
         target = rest if slope < 0 else math.copysign(math.inf, self._way(state, rest, values, slopes))
@@ -143,6 +144,12 @@ class LimitLayers:
         if (back := creep.returns(end)) is None:
             return target, guard, creep(end)
         return rest + (y - rest) * math.exp(slope * back), sliding, 0.0
+
+    def _meets(self, entries: Any) -> bool:
+        """Tell whether the rate of y meets a slow one, as in ``reduced.margin``, by the entries of the Jacobian."""
+        fast = self.fast
+        feedback = sum(entries[fast][i] * row[fast] for i, row in enumerate(entries) if i != fast)
+        return bool(entries[fast][fast] ** 2 <= MEETING * abs(feedback))
 
     def _way(self, state: tuple, rest: float, values: np.ndarray, slopes: np.ndarray) -> float:
         """Return a number of the sign in which y grows from where it is, away from ``rest``: off an edge, if on one.

@@ -960,14 +960,27 @@ def test_slow_motions_that_end_as_they_begin_in_turns_are_refused_at_once(monkey
         matched.onward(task, paths["stick"], lambda task, path: replace(paths["stick"], t=path.t), limit=True)
 
 
+def _weakly_held(friction):
+    start = {"x1": "1.184", "x2": "1.184", "x": 0, "y": 0, "z": -1}
+    values = {"m": 1, "alpha": "1.2", "P": 1, "kappa": "0.3", "h": "0.2", "f": friction, "c": "9.49e-5"}
+    return ap.Scene(system=ap.systems.held_rod.system(), values=values, start=start, until="4.357")
+
+
 def test_slow_motion_that_rises_from_its_edge_at_the_given_mu_goes_on_after_a_layer():
     """Near critical friction the velocity vanishes to order 0, and rises by terms of order mu: it was refused."""
-    start = {"x1": "1.184", "x2": "1.184", "x": 0, "y": 0, "z": -1}
-    values = {"m": 1, "alpha": "1.2", "P": 1, "kappa": "0.3", "h": "0.2", "f": "0.7775", "c": "9.49e-5"}
-    scene = ap.Scene(system=ap.systems.held_rod.system(), values=values, start=start, until="4.357")
+    scene = _weakly_held("0.7775")
     path, truth = ap.solve(scene, "jump", order=0), ap.solve(scene)
     assert path.modes == truth.modes
     assert distance(path.final, truth.final) < path.error < 2e-2
+
+
+@pytest.mark.parametrize("more", ["0", "1e-2"])
+def test_a_layer_no_faster_than_the_slow_motion_that_it_meets_is_followed_at_the_given_mu(more):
+    """Just above critical friction the load grows slowly: in the limit it made the block stick, and 0.04 was wrong."""
+    scene = _weakly_held(2 / math.tan(1.2) * (1 + float(more)))
+    path, truth = ap.solve(scene, "jump", order=0), ap.solve(scene)
+    assert path.modes == truth.modes
+    assert distance(path.final, truth.final) < path.error < 1e-2
 
 
 @pytest.mark.further
