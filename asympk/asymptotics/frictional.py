@@ -5,7 +5,7 @@ r"""The asymptotic models of a system with friction or switching surfaces: layer
 fast state: the layer from the start lands on the critical manifold of a mode (``impact``), the reduced flow continues
 until a guard of the mode vanishes, the next layer begins there, and so on. Layers take no time in this limit, so all
 events of a layer have the same time. The errors are O(mu log(1/mu)), and the path carries no prediction of its error.
-Order 0 uses ``_to_order`` where a layer or a jump has no law in the limit (``NoLaw``), or is no faster than slow motion,
+Order 0 uses ``_to_order`` where a layer or a jump has no law in the limit (``NoLaw``) or is no faster than slow motion,
 as near critical friction, and where the limit does not hold: mu may be too large for it alone.
 """
 
