@@ -168,8 +168,7 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
         h = min(h, scheme.longest)
         last = h >= (until - t) * NEARLY
         h = until - t if last else h
-        if monotonic() > scheme.deadline:
-            raise Unfinished(f"the reference is at t = {float(t):.6g} when its time is over; allow more seconds")
+        _require_time(scheme, t)
         tries.append(t)
         _require_gain(tries, mode.vanishing(poles, mode.pole_values(t, state)))
         slopes = None
@@ -199,6 +198,11 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
         h *= min(grow, left_out ** (-1 / len(scheme.tableau.nodes))) if left_out > SWEPT else grow
         grow = GROW
     raise OutOfRange(f"the reference needs more than {STEPS} steps; take a larger mu or a smaller until")
+
+
+def _require_time(scheme, t):
+    if monotonic() > scheme.deadline:
+        raise Unfinished(f"the reference is at t = {float(t):.6g} when its time is over; allow more seconds")
 
 
 def _within(scheme: Scheme, steps: Sequence[CollocationStep]) -> Callable[[Any], tuple]:

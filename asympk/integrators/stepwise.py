@@ -195,7 +195,7 @@ class Watch:
             self._dips(*place) for place in places if passed)
 
     def _dips(self, t: float, state: tuple[float, ...]) -> bool:
-        """Tell whether a guard or a law of friction is clearly negative within a step that begins where it is positive."""
+        """Tell whether a guard, or a law of friction, is clearly negative within a step and was positive before it."""
         values = zip(self.before.values, self._values(t, state), strict=True)
         return any(value < -DEEP * old < 0 for old, value in values)
 
