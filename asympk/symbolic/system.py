@@ -61,7 +61,8 @@ class Friction(ShownAsFormulas):
     ``velocity`` is an expression in the states and may contain the time, as on a moving belt; ``load``, ``kinetic`` and
     ``static`` (by default ``kinetic``) are expressions in states, parameters and time. In them sign(velocity) at rest
     is 0, but in ``static |load|`` it is the direction of the slip that the force resists; so is the branch of a
-    ``Piecewise`` with one for each direction, while a value at the zero of the velocity alone is static. The load may
+    ``Piecewise`` with one for each direction, while a value at the zero of the velocity alone is static. A motion is
+    refused where ``kinetic`` falls below 0 on its way, by more than a millionth of 1 or its first value. The load may
     also be linear in forces and normals of frictions: two directions of one contact share its reaction. A contact with
     a ``gap`` is open, without load, while ``gap > 0``; a fractional power of -gap in the load is read as a power of the
     penetration ``Max(0, -gap)``, as in Hertz's contact. ``normal`` is the symbol, if any, under which the load enters
