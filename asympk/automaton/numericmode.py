@@ -84,6 +84,11 @@ class NumericMode:
         time = self.mode.system.time
         return is_bent(phases, self.mode.system.states) or time in symbols_in(sp.Tuple(*self.mode.guard_values))
 
+    @property
+    def peaked(self) -> bool:
+        """Whether the steps of the mode end at peaks in the time."""
+        return bool(peaks_of(self.mode.system))
+
     @cached_property
     def field(self) -> Callable[..., tuple]:
         """The rates as a function of (t, *state, *p)."""

@@ -65,7 +65,7 @@ class KvaernoSteps:
         if self.t >= self.due:
             self.longest, self.due = self.own, inf
         look, first = next(look for look in self.looks if look > self.t), self.y is self.y_old
-        bounds = min(look, self.due), min(AT_ONCE, self.limit), self.until, self.longest
+        bounds = min(look, self.due), min(1 if first else AT_ONCE, self.limit), self.until, self.longest
         with jax.enable_x64(True):
             self.carry, found = self.run(first, self.carry, *bounds, *self.fixed)
             found = np.asarray(found)

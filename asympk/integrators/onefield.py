@@ -31,6 +31,7 @@ class OneField:
     p: tuple
     kinds: tuple = ()
     timed: bool = False
+    peaked: bool = False
 
     def guard_values(self, t: float, state: tuple[float, ...]) -> tuple[float, ...]:
         """Return the values of the guards: there are none."""

@@ -25,7 +25,7 @@ PATIENCE = 500  # steps near a zero of a divisor after which a run that has gain
 IDLE = 100  # steps without any gain in time after which a run is given up
 COARSE = 1000  # multiple of its allowed error by which a step may miss the rates at an event
 PARTS = 8  # the least number of steps into which one is divided
-BESIDE_BUMPS = (0, 2.0**-6, 2.0**-3)  # parts of a step from the middle of a bump; beside it, as an odd one is 0 there
+BESIDE_BUMPS = (0, 2.0**-6, -(2.0**-6), 2.0**-3, -(2.0**-3))  # parts of a step from a middle, where odd bumps are 0
 DEEP = 2.0**-10  # part of its value at the begin of a step by which a guard must be negative within, not by errors
 BESIDE = 2.0**-13  # part of a step to each side of an event within which its slope there is taken
 UNBOUNDED = 1e-8  # part of the first value of p in R = -a / p at which R counts as infinite: no step reaches p = 0
@@ -171,15 +171,18 @@ class Watch:
     ) -> bool:
         """Tell whether the step that ends at (t, state) misses the rates or a dip of a guard where these may vary fast.
 
-        That is at the event ``met``, in the middle of the first step of a mode, and about the middles of bumps.
+        That is at the event ``met``, in the middle of the first step of a mode, and about the middles of bumps; steps
+        begin and end at those of bumps in time.
         """
         begin, end = solver.t_old, met[0] if met else t
-        times = [end] if met else [(begin + t) / 2] if begin == self.start else []
+        first, last, h = begin == self.start, solver.status == "finished", t - begin
+        times = [end] if met else [(begin + t) / 2] if first else []
+        bumps = [time for time, there in ((begin, first), (t, last)) if there and self.mode.peaked]
         self.middles = self.middles[1], self.mode.middle_values(t, state)
         passed = [k for k, (a, b) in enumerate(zip(*self.middles, strict=True)) if a * b < 0]
-        if not times and not passed:
+        if not (times or passed or bumps):
             return False
-        within, h = solver.dense_output(), t - begin
+        within = solver.dense_output()
 
         def at(time):
             return tuple(within(time)[: self.size].tolist())
@@ -187,12 +190,12 @@ class Watch:
         def from_middle(k, time):
             return self.mode.middle_values(time, at(time))[k]
 
-        for k in passed:
-            middle = bracketed(partial(from_middle, k), begin, t)
-            times += [time for part in BESIDE_BUMPS if begin < (time := middle + part * h) < end]
+        bumps += [bracketed(partial(from_middle, k), begin, t) for k in passed]
+        beside = (middle + part * h for middle in bumps for part in BESIDE_BUMPS)
+        times += [time for time in beside if begin < time < end]
         places = [(time, at(time)) for time in times]
         return any(misses_rates(self.mode, within, *place, h, settings) for place in places) or any(
-            self._dips(*place) for place in places if passed)
+            self._dips(*place) for place in places if bumps)
 
     def _dips(self, t: float, state: tuple[float, ...]) -> bool:
         """Tell whether a guard, or a law of friction, is clearly negative within a step and was positive before it."""

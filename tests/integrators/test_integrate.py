@@ -800,6 +800,16 @@ def test_a_narrow_rise_of_the_load_in_the_middle_of_a_slip_takes_its_energy(meth
     assert path.final[0] == pytest.approx(4 - math.sqrt(math.pi) / 10, abs=2e-5)
 
 
+@pytest.mark.parametrize("method", ["exact", "rk45", "bdf"])
+def test_a_push_to_and_fro_within_a_short_time_moves_a_block_by_its_moment(method):
+    """The push is 0 at its middle, at which steps end; the one after it passed over its second half."""
+    x, v, t = sp.symbols("x v t", real=True)
+    push = (t - 3) * sp.exp(-((1000 * (t - 3)) ** 2)) * 10**6
+    system, how = ap.System.smooth({x: v, v: push}, {}, None, time=t), {} if method == "exact" else {"rtol": 1e-9}
+    path = ap.solve(ap.Scene(system=system, start=[0, 0], until=5), method=method, **how)
+    assert path.final == pytest.approx([-math.sqrt(math.pi) / 2000, 0], abs=1e-6)
+
+
 @pytest.mark.parametrize("method", ["exact", "rk45", "dop853", "radau", *here("bdf", "heyoka", "cvode")])
 def test_a_block_on_a_belt_slips_where_its_load_dips_for_a_while_shorter_than_a_step(method):
     """Carried through the dip, it went on at rest on the belt."""
