@@ -67,10 +67,12 @@ def _to_order(scene: Any, method: str, order: int, units: Any) -> Path:
     """
     rtol = min(tolerance(matched.small_number(scene), order, FINER), COARSEST)
     while True:
-        path, error, rounding, omitted = _followed(scene, method, order, units, rtol)
-        if not (ROUNDING * rtol * np.max(units) < rounding > error / 2 and rtol > FINEST):
+        path, rest, rounding, late, omitted = _followed(scene, method, order, units, rtol)
+        error, least = rest + late, max(rest, ROUNDING * COARSEST * np.max(units))
+        grown = ROUNDING * rtol * np.max(units) < rounding > error / 2
+        if not (grown or late > least) or rtol <= FINEST:
             break
-        rtol = finer(rtol, error, rounding)
+        rtol = finer(rtol, error, rounding) if grown else max(FINEST, rtol * least / (2 * late))
     if not error < 1:
         raise OutOfRange(overgrown(rtol, path.t) if rounding > 1 / 2 else
                          f"the terms that order {order} omits amount to {error:.3g} of the states: "
@@ -81,8 +83,11 @@ def _to_order(scene: Any, method: str, order: int, units: Any) -> Path:
 
 def _followed(
     scene: Any, method: str, order: int, units: Any, rtol: float
-) -> tuple[MatchedPath, float, float, np.ndarray]:
-    """Return a path, its predicted error, the part of it that the tolerance makes up, and the first omitted terms."""
+) -> tuple[MatchedPath, float, float, float, np.ndarray]:
+    """Return a path, its predicted error without that of its last layers, and the part that the tolerance makes up.
+
+    After these come the error of its last layers, and the first omitted terms.
+    """
     task = Task.of(scene, order, rtol)
     begun = matched.begun(task.automaton, scene.start)
     landed = _landed(task, begun)
@@ -99,7 +104,7 @@ def _followed(
     recent = tuple(_until_forgotten(path, task.mu))
     error = predicted_error(np.array((final, beyond, last)) * units, rounding=rounding,
                             lately=_omitted_lately(recent, order, _of_fast(path, units)))
-    return path, error + _of_layers(task, path, recent, scale, units), rounding, omitted
+    return path, error, rounding, _of_layers(task, path, recent, scale, units), omitted
 
 
 def _landed(task: Task, begun: MatchedPath) -> MatchedPath:

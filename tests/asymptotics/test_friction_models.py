@@ -556,6 +556,16 @@ def _braked(until):
     return ap.Scene(system=system, values={c: "1e-6"}, start={a: 1, w: 1, b: 0, s: 0}, until=until)
 
 
+def test_the_tolerance_of_a_layer_at_the_end_is_not_most_of_the_error_that_is_predicted():
+    """Order 0 of a flight, which is all layer, was wrong by 1e-10, and 5e-4 was predicted."""
+    (scene, *_) = brake_shoe.scenes()
+    start = {**dict(zip(scene.names, scene.start, strict=True)), "x": "-2e6"}
+    scene = replace(_shoe("5e-8"), start=start, until="1/100")
+    path, truth = ap.solve(scene, "jump", order=0), ap.solve(scene)
+    assert path.modes == truth.modes == ("open",)
+    assert distance(path.final, truth.final) < path.error < 1e-6
+
+
 def test_the_error_in_the_time_of_an_event_is_predicted_in_the_layer_that_begins_there():
     """Over mu, the tolerance of the slow motions before made an error of 9.2e-9, and 8.6e-9 was predicted."""
     path, truth = (ap.solve(_braked("9.3127796978"), **options) for options in ({"method": "jump", "order": 1}, {}))
