@@ -9,7 +9,7 @@ import numpy as np
 from asympk.errors import InputError
 from asympk.formulas import read_constant, read_number
 from asympk.many import PHASES
-from asympk.numbers import Number, number
+from asympk.numbers import Number, number, short
 from asympk.scenes.scenefile import PHYSICAL, UNITS
 from asympk.storage.tomlfile import require_keys
 from asympk.sweep.family import DIGITS, Axis, Followed, by_state, require_static, require_time
@@ -45,8 +45,9 @@ class RodFamily:
         """Raise ``InputError`` where a range contains values that are not allowed."""
         lowest = {field: min(axis.values) for field, axis in axes.items()}
         for field, bound in (("sigma", -2), ("mu", 0)):
-            if lowest[field] <= bound:
-                raise InputError(f"{field} reaches {float(lowest[field]):g}: it must be greater than {bound}")
+            if float(lowest[field]) <= bound:
+                reached = f"{field} reaches {short(lowest[field])}"
+                raise InputError(f"{reached}: it must be greater than {bound}, as a double, too")
         require_time("until", axes)
         require_static(self.static, self.kinetic, axes)
 

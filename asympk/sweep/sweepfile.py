@@ -145,8 +145,11 @@ def sweep_of_table(table: Mapping[str, Any], where: str | Path) -> Sweep:
     if describes_mechanism(table):
         settings = {key: value for key, value in table.items() if key in _SETTINGS}
         table = scene_table({key: table[key] for key in table.keys() - settings.keys()}, where) | settings
+    if "near" in table:
+        raise InputError(f"{where}: near is of one scene; a sweep gives its starts by start")
     refuse_unknown(table, _KEYS, where)
     try:
+        word(table, "about")
         return _sweep(table)
     except (InputError, UnknownName) as error:
         raise type(error)(f"{where}: {error}") from None
