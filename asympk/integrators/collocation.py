@@ -181,8 +181,7 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
         step = CollocationStep(t, state, h, scheme.tableau.coefficients(slopes))
         at, hit = _lost(scheme, step, before, faded) or (0 * h, None)
         end = state if hit is None else _at(scheme.tableau, step, at)
-        looks = [(at, end)] if hit is not None or not steps else []
-        if any(_misses_rates(scheme, step, *look) for look in looks) or _misses_bump(scheme, step, at or h, before):
+        if _has_passed_over(scheme, step, at or h, before, [(at, end)] * (hit is not None or not steps)):
             h, grow = h * SHRINK, 1
             continue
         if hit is not None:
@@ -241,14 +240,14 @@ def _misses_rates(scheme: Scheme, step: CollocationStep, at: Any, end: tuple) ->
     return False
 
 
-def _misses_bump(scheme: Scheme, step: CollocationStep, end: Any, before: tuple) -> bool:
-    """Tell whether, until the time ``end`` in a step, it misses the rates or a dip of a guard at the middle of a bump.
+def _has_passed_over(scheme: Scheme, step: CollocationStep, end: Any, before: tuple, places: list) -> bool:
+    """Tell whether a step misses the rates at ``places``, or these or a dip of a guard at the middle of a bump.
 
-    ``before`` are the guards at its start.
+    The step is looked at until the time ``end`` in it; ``before`` are the guards at its start.
     """
     mode, start = scheme.mode, 0 * end
     if not mode.mode.middles:
-        return False
+        return any(_misses_rates(scheme, step, *place) for place in places)
 
     def value(k: int, at: Any) -> Any:
         return mode.middle_values(step.t + at, _at(scheme.tableau, step, at))[k]
@@ -259,7 +258,7 @@ def _misses_bump(scheme: Scheme, step: CollocationStep, end: Any, before: tuple)
     looks = [(at, _at(scheme.tableau, step, at)) for at in times]
     dips = (new < -DEEP * old < 0 for at, state in looks
             for old, new in zip(before, mode.guard_values(step.t + at, state), strict=True))
-    return any(_misses_rates(scheme, step, *look) for look in looks) or any(dips)
+    return any(_misses_rates(scheme, step, *look) for look in (*places, *looks)) or any(dips)
 
 
 def _without_rounding(end: tuple, before: tuple, slack: Any) -> tuple:
