@@ -35,7 +35,7 @@ def divisors_of(rates: tuple[sp.Expr, ...], moving: set[sp.Symbol]) -> dict[sp.E
     """Return {divisor: what vanishes at its poles} of the divisors of ``rates`` that vary with the symbols ``moving``.
 
     For a divisor with limits everywhere this is 1. For one with poles at other zeros than that of its argument, as of
-    x/sin(x), it is the divisor by the argument.
+    x/sin(x), it is the divisor by the argument; for x^2/(1 - cos(x)) it is sin(x/2)/(x/2).
     """
     rates = tuple(map(_in_quotients, rates))
     powers = {power.base for rate in rates for power in _divided(rate)}
@@ -66,9 +66,24 @@ def _at_poles(rates: tuple[sp.Expr, ...], divisor: sp.Expr, moving: set[sp.Symbo
     if all(_has_limit(rate, *zero) for rate in rates):
         return sp.S.One
     s, place = zero
-    if divisor.func is sp.sin and all(_has_limit(rate, s, place.subs(_TURN, 0)) for rate in rates):
-        return sp.sinc(*divisor.args)
-    return divisor
+    wave = _wave_to_one(divisor, s)
+    if divisor.func is not sp.sin and wave is None:
+        return divisor
+    argument = divisor.args[0] if wave is None else wave.args[0] / 2  # 1 - cos(a) = 2 sin(a/2)^2
+    return sp.sinc(argument) if all(_has_limit(rate, s, place.subs(_TURN, 0)) for rate in rates) else divisor
+
+
+def _wave_to_one(divisor: sp.Expr, s: sp.Symbol) -> sp.Expr | None:
+    """Return the cosine of a divisor b (1 - cos(a)), or None for another one."""
+    waves = [wave for wave in atoms(divisor, sp.cos) if wave.has(s)]
+    return waves[0] if len(waves) == 1 and _value_at_zeros(divisor, waves[0], s) == 1 else None
+
+
+def _value_at_zeros(divisor: sp.Expr, whole: sp.Expr, s: sp.Symbol) -> sp.Expr | None:
+    """Return the value v of the part ``whole`` of a divisor b (whole - v) without ``s`` in b and v, or None."""
+    part = sp.Dummy(positive=True)
+    linear = divisor.xreplace({whole: part})
+    return None if linear.has(s) else _root(linear, part)
 
 
 def _simple_zeros(divisor: sp.Expr, moving: set[sp.Symbol]) -> Iterator[Zero]:
@@ -80,10 +95,11 @@ def _simple_zeros(divisor: sp.Expr, moving: set[sp.Symbol]) -> Iterator[Zero]:
         powers = [part for part in atoms(divisor, sp.exp) if part.has(s)]
         place = None
         if len(powers) == 1:
-            part, whole = sp.Dummy(positive=True), powers[0]
-            value = _root(divisor.xreplace({whole: part}), part)
-            if value is not None and value.is_positive and not value.has(s):
-                place = _root(whole.exp - sp.log(value), s)
+            value = _value_at_zeros(divisor, powers[0], s)
+            if value is not None and value.is_positive:
+                place = _root(powers[0].exp - sp.log(value), s)
+        elif wave := _wave_to_one(divisor, s):
+            place = _root(wave.args[0] - 2 * sp.pi * _TURN, s)
         elif divisor.func in _ZEROS:
             place = _root(divisor.args[0] - _ZEROS[divisor.func], s)
         if place is not None:
