@@ -265,10 +265,15 @@ def _described(table, where):
         raise InputError(f"{where}: {error}") from None
 
 
-def _mechanism_of(table, values):
+def _coordinates(table):
     names = table.get("coordinates")
     if not isinstance(names, list) or not all(isinstance(n, str) and _NAME.fullmatch(n) for n in names):
         raise InputError("coordinates must be a list of plain names, such as ['X', 'theta']")
+    return names
+
+
+def _mechanism_of(table, values):
+    names = _coordinates(table)
     q = tuple(sp.Symbol(n, real=True) for n in names)
     u = tuple(sp.Symbol(f"{n}'", real=True) for n in names)
     t = sp.Symbol("t", real=True)
@@ -331,7 +336,7 @@ def _turn(table):
     """Return (name, low, high) of the range under [over], None without one; raises ``InputError``."""
     if "over" not in table:
         return None
-    over, names = table["over"], {*names_in(table.get("coordinates")), *table_in(table, "values")}
+    over, names = table["over"], {*_coordinates(table), *table_in(table, "values")}
     if not isinstance(over, dict) or len(over) != 1:
         raise InputError("over must name one coordinate or parameter with its range, theta = [0.05, 1.5]")
     ((name, ends),) = over.items()

@@ -487,6 +487,13 @@ def test_a_range_in_the_file_of_a_mechanism_is_read_by_its_scene_and_its_sweep_t
             read(where)
 
 
+def test_a_coordinate_that_is_no_name_is_refused_before_the_range_over_it(tmp_path):
+    where = tmp_path / "scene.toml"
+    where.write_text(LEANING.replace('"theta"]', '"1t"]') % ("1", "1") + "[over]\ntheta = [0, 1]\n")
+    with pytest.raises(InputError, match="coordinates must be a list of plain names"):
+        ap.read_scene(where)
+
+
 @pytest.mark.parametrize("change", ["sigma = {grid = [1, 2], points = 3}", "until = [1, 2]",
                                     "start = [{uniform = [0, 1]}, 0, 1]"])
 def test_a_range_in_the_file_of_a_rod_is_said_to_be_of_a_sweep(tmp_path, change):
