@@ -80,9 +80,8 @@ def linear(system: System) -> Linear:
                            f"one friction and a small parameter; {IN_NUMBERS}")
     f = system.friction
     law = sp.Tuple(*system.slow.values(), *system.fast.values(), f.velocity, f.load, f.kinetic, f.static)
-    for symbol, name in ((system.time, "time"), (system.small, "small parameter")):
-        if symbol is not None and law.has(symbol):
-            raise NotDerivable(f"the {name} {symbol} is in the system: a jump is derived without; {IN_NUMBERS}")
+    if system.time is not None and law.has(system.time):
+        raise NotDerivable(f"the time {system.time} is in the system: a jump is derived without; {IN_NUMBERS}")
     z = f.velocity
     if z not in system.slow:
         raise NotDerivable(f"the sliding velocity {z!s:.60} is no slow state of its own: a jump is derived for one; "
@@ -92,6 +91,9 @@ def linear(system: System) -> Linear:
     if len(slow) != 1 or len(fast) != 1:
         raise NotDerivable(f"slow states {slow} and fast states {fast}: a jump is derived for one of each; the limit "
                            f"of an elastic contact is jump_law() of its mechanism, {IN_NUMBERS}")
+    if law.has(system.small):
+        raise NotDerivable(f"the small parameter {system.small} is in the rates or in the friction: a jump is derived "
+                           f"without; {IN_NUMBERS}")
     states = (*slow, *fast, z)
     fields = {
         m.name: LinearField(*(_affine(e, states) for e in (m.slow[states[0]], m.fast[states[1]], m.slow[z])))

@@ -403,7 +403,7 @@ def test_static_friction_of_the_jump_is_that_at_rest_and_that_by_the_states_is_r
 def test_a_small_parameter_in_the_rates_is_named_as_what_a_jump_map_is_derived_without():
     """The load x + y + mu y ended in a TypeError."""
     for more in (mu, mu * y):
-        with pytest.raises(NotDerivable, match="the small parameter mu is in the system"):
+        with pytest.raises(NotDerivable, match="the small parameter mu is in the rates"):
             jump_map(_heavier(3, more))
 
 
