@@ -78,8 +78,8 @@ def jump_law(
     The errors are O(c log(1/c)), if g' = O(c) and |gamma| >> c before the jump. With ``ratio`` the contact opens, and
     the errors are O(log(k) / sqrt(k)) in the limit of large stiffness k. Raises ``InputError`` if both are given, or a
     ratio for a bilateral constraint. Raises ``NotDerivable`` for friction that may fall below the critical one as the
-    contact slows down, unless a condition excludes this, for damping by velocities that jump, and, with a ratio, for
-    friction that depends on the velocity.
+    contact slows down, unless a condition excludes this, for damping by velocities that change during the jump, and,
+    with a ratio, for friction that depends on the velocity.
     """
     if ratio is not None and damping is not None:
         raise InputError("ratio and damping are both given; the damping is either a time h or a ratio b")
@@ -109,11 +109,17 @@ def keeps_gap(kinetics: Kinetics) -> sp.Basic:
 
 
 def _require_steady(kinetics: Kinetics, name: str, damping: sp.Expr) -> None:
-    """Raise ``NotDerivable`` for a damping by a velocity that the impulses change: it changes during the jump."""
+    """Raise ``NotDerivable`` for a damping by a velocity that changes during the jump, as g' does, 0 before and after.
+
+    Raises ``InputError`` for a damping without a value at some places.
+    """
     require_own_symbols(name, damping, kinetics.symbols)
+    if any(choice.args[-1].cond != sp.true for choice in atoms(damping, sp.Piecewise)):
+        raise InputError(f"{name} = {damping!s:.60}: it has no value where no piece of the Piecewise holds; end it "
+                         "with one that does")
     for k, u in enumerate(kinetics.velocities):
         if damping.has(u) and any(part != 0 for part in kinetics.response[k, :2]):
-            raise NotDerivable(f"{name} = {damping!s:.60}: {u} jumps, and the damping changes with it on the way. "
+            raise NotDerivable(f"{name} = {damping!s:.60}: {u} changes during the jump, and the damping with it. "
                                "jump_law() alone gives the impulses for any damping time; for x, or a rebound, follow "
                                "the elastic contact")
 
@@ -212,9 +218,6 @@ def _ratio(ratio: Any) -> sp.Expr:
     ratio = real_expression("ratio", ratio)
     if ratio.is_negative or ratio.has(sp.Float, *NOT_FINITE):
         raise InputError(f"ratio = {ratio!s:.60}: it must be an exact number or a symbol, zero or positive")
-    if any(choice.args[-1].cond != sp.true for choice in atoms(ratio, sp.Piecewise)):
-        raise InputError(f"ratio = {ratio!s:.60}: it has no value where no piece of the Piecewise holds; end it with "
-                         "one that does")
     return ratio
 
 

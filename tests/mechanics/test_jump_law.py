@@ -389,7 +389,7 @@ def test_a_damping_by_a_velocity_that_jumps_has_no_law_and_one_by_another_has(gi
     contact = ap.Contact(Y, X, 3, unilateral=True)
     block = ap.Mechanism(q[:3], q[3:], [[2, 1, 0], [1, 1, 0], [0, 0, 1]], (0, -1, 0), contact)
     for damping in (1 + U**2, 1 + (V - X) ** 2, sp.Piecewise((1, U < -1), (2, True))):
-        with pytest.raises(NotDerivable, match=r"[UV] jumps, and the damping changes"):
+        with pytest.raises(NotDerivable, match=r"[UV] changes during the jump, and the damping"):
             block.jump_law(**{given: damping})
     for damping in (1 + W**2, 1 + X**2):
         assert block.jump_law(**{given: damping}).condition != sp.false
@@ -406,9 +406,16 @@ def test_a_law_does_not_hold_where_its_damping_is_negative(given):
     assert [block.evaluate(condition, {X: at, Y: 0, U: -1, V: 0}) for at in (0, 2)] == [True, False]
 
 
+def test_a_damping_without_a_value_at_some_places_is_refused():
+    """It was taken for positive where it has no value, and the law held there."""
+    rod = slender_rod()
+    with pytest.raises(InputError, match="no value where no piece"):
+        rod.jump_law(damping=sp.Piecewise((1, rod.coordinates[0] > 0)))
+
+
 def test_a_damping_by_a_rate_that_jumps_is_recognised_by_the_rate_of_a_dynamicsymbol():
     rod = slender_rod()
-    with pytest.raises(NotDerivable, match="theta' jumps"):
+    with pytest.raises(NotDerivable, match="theta' changes during the jump"):
         rod.jump_law(damping=1 + rod.velocities[2] ** 2)
     assert rod.jump_law(damping=1 + rod.coordinates[2] ** 2).reaction.has(rod.coordinates[2])
 
