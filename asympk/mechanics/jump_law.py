@@ -143,7 +143,8 @@ def _lasts(kinetics: Kinetics, bound: sp.Expr, speed: sp.Symbol) -> sp.Basic:
     sign = _sign_of_slope(bound, speed)
     if not sign.has(speed):
         return sp.Or(sign <= 0, _exceeds(kinetics, (bound.subs(speed, 0),)))
-    terms = sp.Add.make_args(bound)
+    factor, whole = bound.as_independent(speed, as_Add=False)
+    terms = [factor * term for term in sp.Add.make_args(whole)]
     if any(_sign_of_slope(term, speed).has(speed) for term in terms):
         return sp.false
     return _exceeds(kinetics, *((term.subs(speed, 0), term.subs(speed, sp.Abs(kinetics.slip))) for term in terms))

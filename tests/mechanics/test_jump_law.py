@@ -315,17 +315,17 @@ def test_the_damping_of_the_law_is_not_a_parameter_of_the_same_name():
     assert damping.name == "h_"
 
 
-w = sp.Symbol("speed", positive=True)
+w, P = sp.symbols("speed P", positive=True)
 LOWER_WHEN_SLOW = sp.Piecewise((1, w < sp.Rational(1, 2)), (2, True))
 
 
-def _leaning(law):
+def _leaning(law, load=1):
     """A slender rod that leans into its motion, with friction by the speed of its end, and where it is."""
     X, Y, theta = dynamicsymbols("X Y theta")
     slip = X - sp.cos(theta) / 2
     energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 + theta.diff(T) ** 2 / 24 - Y
     friction = law.subs(w, sp.Abs(slip.diff(T)))
-    contact = ap.Contact(gap=Y - sp.sin(theta) / 2, slip=slip, friction=friction, unilateral=True)
+    contact = ap.Contact(gap=Y - sp.sin(theta) / 2, slip=slip, friction=friction, load=load, unilateral=True)
     rod = ap.Mechanism.from_lagrangian(energy, (X, Y, theta), contact=contact)
     return rod, {"X": 0, "Y": sp.sin(sp.Rational(11, 10)) / 2, "theta": "1.1", "X'": -1, "Y'": 0, "theta'": 0}
 
@@ -380,6 +380,14 @@ def test_friction_that_falls_and_grows_has_a_law_where_the_sum_of_its_least_term
     assert [rod.evaluate(rod.jump_law().condition, numbers) for numbers in at] == [True, False, True, False]
     with pytest.raises(NotDerivable, match="falls as the contact slows down"):
         _leaning(2 + w + 1 / w)[0].jump_law()  # without a value at rest
+
+
+@pytest.mark.parametrize(("law", "load"), [(2 + sp.exp(-w) + w, P), (P * (2 + sp.exp(-w) + w), 1)])
+def test_a_factor_of_friction_that_falls_and_grows_does_not_hide_its_terms(law, load):
+    """With any load but 1 it was refused. The critical one is 1.33, and 2 + exp(-1) is 2.37."""
+    rod, start = _leaning(law, load)
+    holds = [rod.evaluate(rod.jump_law().condition, {**start, "P": size}) for size in ("0.6", "0.5")]
+    assert holds == [True, False]
 
 
 @pytest.mark.parametrize("given", ["damping", "ratio"])
