@@ -83,8 +83,9 @@ def scaling(compliance: Any, damping: Any) -> Scaling:
         raise InputError(f"compliance = {short(compliance)}: it must be a Symbol or the square of one, such as c; "
                          "its number stands among the values")
     ratio = _multiple(damping, small)
-    if ratio.has(small):
-        raise InputError(f"damping = {damping} with compliance = {compliance}: give 0 or a multiple of {small}")
+    if ratio.has(small) or ratio.is_negative:
+        raise InputError(f"damping = {damping} with compliance = {compliance}: give 0 or a positive multiple of "
+                         f"{small}")
     return Scaling(small, ratio, small, small)
 
 

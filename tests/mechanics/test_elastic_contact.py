@@ -143,7 +143,8 @@ def _rebound(b):
     [
         (c, 0, "give a time that does not depend on it"),
         (c, c * h, "give a time that does not depend on it"),
-        (eps**2, 1, "give 0 or a multiple of eps"),
+        (eps**2, 1, "give 0 or a positive multiple of eps"),
+        (sp.Symbol("e") ** 2, -sp.Symbol("e"), "give 0 or a positive multiple of e"),
         (sp.Rational(1, 1000), h, "must be a Symbol or the square of one"),
         (eps**3, h, "must be a Symbol or the square of one"),
         (c, -1, "damping = -1: it must be zero or positive"),
@@ -179,7 +180,7 @@ def test_a_damping_each_piece_of_which_is_a_multiple_of_the_small_parameter_is_o
 
 def test_a_damping_one_piece_of_which_is_no_multiple_of_the_small_parameter_is_refused():
     for damping in (sp.Piecewise((eps, U > 1), (1, True)), sp.Piecewise((eps, eps < U), (2 * eps, True))):
-        with pytest.raises(InputError, match="give 0 or a multiple of eps"):
+        with pytest.raises(InputError, match="give 0 or a positive multiple of eps"):
             slender_rod().elastic(compliance=eps**2, damping=damping)
 
 
