@@ -181,7 +181,7 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
         step = CollocationStep(t, state, h, scheme.tableau.coefficients(slopes))
         at, hit = _lost(scheme, step, before, faded) or (0 * h, None)
         end = state if hit is None else _at(scheme.tableau, step, at)
-        if _has_passed_over(scheme, step, at or h, before, [(at, end)] * (hit is not None or not steps)):
+        if _has_passed_over(scheme, step, at or h, before, faded, [(at, end)] * (hit is not None or not steps)):
             h, grow = h * SHRINK, 1
             continue
         if hit is not None:
@@ -240,10 +240,12 @@ def _misses_rates(scheme: Scheme, step: CollocationStep, at: Any, end: tuple) ->
     return False
 
 
-def _has_passed_over(scheme: Scheme, step: CollocationStep, end: Any, before: tuple, places: list) -> bool:
+def _has_passed_over(
+    scheme: Scheme, step: CollocationStep, end: Any, before: tuple, faded: tuple, places: list
+) -> bool:
     """Tell whether a step misses the rates at ``places``, or these or a dip of a guard at the middle of a bump.
 
-    The step is looked at until the time ``end`` in it; ``before`` are the guards at its start.
+    The step is looked at until the time ``end`` in it; ``before`` and ``faded`` are as in ``_lost``.
     """
     mode, start = scheme.mode, 0 * end
     if not mode.mode.middles:
@@ -257,7 +259,7 @@ def _has_passed_over(scheme: Scheme, step: CollocationStep, end: Any, before: tu
     times = [at for middle in middles for part in BESIDE_BUMPS if (at := middle + part * step.h) < end]
     looks = [(at, _at(scheme.tableau, step, at)) for at in times]
     dips = (new < -DEEP * old < 0 for at, state in looks
-            for old, new in zip(before, mode.guard_values(step.t + at, state), strict=True))
+            for old, new in zip(before, mode.watched_values(faded, step.t + at, state), strict=True))
     return any(_misses_rates(scheme, step, *look) for look in (*places, *looks)) or any(dips)
 
 

@@ -33,11 +33,11 @@ MARGIN = 8 * 2.0**-52  # a guard that starts at 0 counts as lost only below -MAR
 def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float, settings: Settings) -> Segment:
     """Follow ``mode`` from (t, state) until a guard is lost or ``until``."""
     solver = _compiled(settings.method, mode.mode, mode.coefficients, max(min(settings.rtol, settings.atol), FINEST))
-    given = [*mode.p, *(MARGIN * (abs(v) < MARGIN) for v in mode.guard_values(t, state))]
-    given += [-least for least in mode.faded(t, state)]
+    given, faded = [*mode.p, *(MARGIN * (abs(v) < MARGIN) for v in mode.guard_values(t, state))], mode.faded(t, state)
+    given += [-least for least in faded]
     solver.pars[:] = given[: len(solver.pars)]  # it has none beyond the last one in rates and guards
     _place(solver, t, state)
-    taylor, divisors, times = _Taylor(solver, mode, settings), Divisors(mode, t, state), settings.times
+    taylor, divisors, times = _Taylor(solver, mode, settings, faded), Divisors(mode, t, state), settings.times
     steps, short, hit, samples, followed = 0, "", None, list[tuple[float, ...]](), list[_Steps]()
     while hit is None and not short and solver.time < until:
         chunk = min(FEW if taylor.kept else CHUNK, settings.steps - steps)
@@ -78,8 +78,9 @@ class _Steps(NamedTuple):
 class _Taylor:
     """The steps of a solver in a mode, those that miss something made again in ``PARTS``; ``kept`` where returned."""
 
-    def __init__(self, solver, mode, settings):
-        self.solver, self.mode, self.settings, self.looked = solver, mode, settings, not _has_fixed_slopes(mode.mode)
+    def __init__(self, solver, mode, settings, faded):
+        self.solver, self.mode, self.settings, self.faded = solver, mode, settings, faded
+        self.looked = not _has_fixed_slopes(mode.mode)
         self.kept = self.looked or settings.keep or bool(settings.times)
         self.longest, self.due = settings.longest, inf
 
@@ -92,7 +93,7 @@ class _Taylor:
             hit, short, made, found = _one_by_one(solver, end, most, self.longest)
         missed, lost = None, None
         if self.looked and found is not None:
-            missed, lost = _first_missed(found, self.mode, self.settings, hit)
+            missed, lost = _first_missed(found, self.mode, self.settings, self.faded, hit)
         if lost is not None:
             found = _Steps(found.times[: missed + 2], found.series[: missed + 1])
             _place(solver, found.times[-1], found.at(found.times[-1]))
@@ -159,17 +160,17 @@ def _place(solver, t, state):
 
 @lru_cache(maxsize=256)
 def _has_fixed_slopes(mode):
-    """Tell whether rates and guards are linear in the states, without the time.
+    """Tell whether rates, guards and laws of friction are linear in the states, without the time.
 
     If the last terms of their Taylor series vanish, by which heyoka chooses a step, so do all that follow. Those of
     other rates may vanish where more follow, as those of x'' = -cos x do at rest at x = 0, and exp(-100 v**2) at v = 2.
     """
-    outputs = (*mode.rates, *mode.guard_values)
+    outputs = (*mode.rates, *mode.watched)
     return mode.system.time not in symbols_in(sp.Tuple(*outputs)) and not is_bent(outputs, mode.system.states)
 
 
 @np.errstate(all="ignore")  # the last series may have overflowed
-def _first_missed(found, mode, settings, hit):
+def _first_missed(found, mode, settings, faded, hit):
     """Return the first step that misses the rates or the loss of a guard at one of its looks, by its index, or None.
 
     The second entry is None, or the guard if the step is too short to be divided: it is lost at the end of the step.
@@ -178,7 +179,8 @@ def _first_missed(found, mode, settings, hit):
     times, lengths = np.array(found.times), np.diff(found.times)[:, None]
     at = _looked_at(found, mode, lengths * (np.arange(LOOKS + 1) / LOOKS))
     looks, (states, slopes) = times[:-1, None] + at, _summed(found.series[:, None], at[:, :, None])
-    rates, guards = (_values(mode, outputs, looks, states) for outputs in (mode.mode.rates, mode.mode.guard_values))
+    rates, guards = (_values(mode, outputs, looks, states) for outputs in (mode.mode.rates, mode.mode.watched))
+    guards[..., guards.shape[-1] - len(faded) :] -= faded
     missed, change = lengths[:, :, None] * (slopes - rates), lengths[:, :, None] * rates
     allowed = COARSE * allowed_error(states, settings) + ROUNDED * (abs(states) + abs(change))
     wrong = ~(abs(missed) <= allowed).all(axis=2)

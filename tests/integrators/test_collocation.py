@@ -243,3 +243,13 @@ def test_a_narrow_bump_along_a_state_adds_its_area():
     system = ap.System.smooth({x: sp.Integer(2), y: sp.exp(-((steep * (x - 1)) ** 2))}, {}, None)
     path = ap.solve(ap.Scene(system=system, start=[0, 0], until=1), digits=10)
     assert float(path.final[1]) == pytest.approx(math.sqrt(math.pi) / (2 * steep), abs=1e-10)
+
+
+def test_friction_that_varies_beside_a_narrow_bump_of_the_load_is_followed():
+    """The looks at the bump left out the law of friction, and the run was refused as one of infinite rates."""
+    x, v, force = sp.symbols("x v F", real=True)
+    slide = ap.Friction(v, force, 1 + 50 * sp.exp(-((500 * (x - 1)) ** 2)), kinetic=sp.Rational(1, 2) - x / 10)
+    system = ap.System.with_frictions({x: v, v: force}, {}, [slide])
+    end = ap.solve(ap.Scene(system=system, start=[0, 2], until=1), digits=10).final
+    work = end[0] / 2 - end[0] ** 2 / 20 + 0.4 * math.sqrt(math.pi) / 10
+    assert float(2 - end[1] ** 2 / 2) == pytest.approx(float(work), abs=1e-10)

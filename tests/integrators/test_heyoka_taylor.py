@@ -7,7 +7,7 @@ from peers import here
 
 import asympk as ap
 from asympk.automaton.numericmode import NumericMode
-from asympk.errors import Pole, Unfinished
+from asympk.errors import OutOfRange, Pole, Unfinished
 
 x, y, v, u, F = sp.symbols("x y v u F", real=True)
 HALF = sp.Rational(1, 2)
@@ -109,3 +109,11 @@ def test_a_load_whose_rounding_hides_its_sign_at_its_zero_is_lost_there(method):
     scene = ap.Scene(system=system, start=[sp.Rational(129, 100), sp.Rational(29, 20)], until="3.28")
     found, expected = (ap.solve(scene, method=own, rtol=1e-10).events for own in (method, "dop853"))
     assert [e.t for e in found] == pytest.approx([e.t for e in expected], abs=1e-8)
+
+
+@pytest.mark.parametrize("method", here("heyoka"))
+def test_friction_that_falls_below_0_within_a_step_is_refused_though_the_rates_have_no_trace_of_it(method):
+    law = HALF - sp.exp(-((500 * (x - 1)) ** 2))
+    slide = ap.Friction(velocity=v, force=F, load=sp.Rational(1, 10**9), kinetic=law)
+    with pytest.raises(OutOfRange, match=r"kinetic friction .* is negative at t = 0\.499167"):
+        _final({x: v, v: F}, [0, 2], 1, [slide], method=method)
