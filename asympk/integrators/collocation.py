@@ -256,7 +256,7 @@ def _has_passed_over(
 
     passed = [k for k in range(len(mode.mode.middles)) if value(k, start) * value(k, end) < 0]
     middles = [_root(partial(value, k), start, end, scheme.tolerance) for k in passed]
-    times = [at for middle in middles for part in BESIDE_BUMPS if (at := middle + part * step.h) < end]
+    times = [at for middle in middles for part in BESIDE_BUMPS if start < (at := middle + part * step.h) < end]
     looks = [(at, _at(scheme.tableau, step, at)) for at in times]
     dips = (new < -DEEP * old < 0 for at, state in looks
             for old, new in zip(before, mode.watched_values(faded, step.t + at, state), strict=True))

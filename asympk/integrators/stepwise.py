@@ -25,7 +25,7 @@ PATIENCE = 500  # steps near a zero of a divisor after which a run that has gain
 IDLE = 100  # steps without any gain in time after which a run is given up
 COARSE = 1000  # multiple of its allowed error by which a step may miss the rates at an event
 PARTS = 8  # the least number of steps into which one is divided
-BESIDE_BUMPS = (0, 2.0**-6, -(2.0**-6), 2.0**-3, -(2.0**-3))  # parts of a step from a middle, where odd bumps are 0
+BESIDE_BUMPS = (0, *(sign * 8.0**-k for k in range(1, 5) for sign in (1, -1)))  # parts of a step; odd bumps are 0 at 0
 DEEP = 2.0**-10  # part of its value at the begin of a step by which a guard must be negative within, not by errors
 BESIDE = 2.0**-13  # part of a step to each side of an event within which its slope there is taken
 UNBOUNDED = 1e-8  # part of the first value of p in R = -a / p at which R counts as infinite: no step reaches p = 0

@@ -253,3 +253,12 @@ def test_friction_that_varies_beside_a_narrow_bump_of_the_load_is_followed():
     end = ap.solve(ap.Scene(system=system, start=[0, 2], until=1), digits=10).final
     work = end[0] / 2 - end[0] ** 2 / 20 + 0.4 * math.sqrt(math.pi) / 10
     assert float(2 - end[1] ** 2 / 2) == pytest.approx(float(work), abs=1e-10)
+
+
+def test_a_narrow_bump_to_and_fro_along_a_state_moves_what_follows():
+    """Of the looks beside its middle none was within it, and 10 digits had 8."""
+    steep = 5000
+    x, y, z = sp.symbols("x y z", real=True)
+    system = ap.System.smooth({x: 1, y: 2 * steep * (x - 1) * sp.exp(-((steep * (x - 1)) ** 2)), z: y}, {}, None)
+    path = ap.solve(ap.Scene(system=system, start=[0, 0, 0], until="3/2"), digits=10)
+    assert float(path.final[2]) == pytest.approx(-math.sqrt(math.pi) / steep**2, abs=1e-10)
