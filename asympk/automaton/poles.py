@@ -35,7 +35,8 @@ def divisors_of(rates: tuple[sp.Expr, ...], moving: set[sp.Symbol]) -> dict[sp.E
     """Return {divisor: what vanishes at its poles} of the divisors of ``rates`` that vary with the symbols ``moving``.
 
     For a divisor with limits everywhere this is 1. For one with poles at other zeros than that of its argument, as of
-    x/sin(x), it is the divisor by the argument; for x^2/(1 - cos(x)) it is sin(x/2)/(x/2).
+    x/sin(x), it is the divisor by the argument; for x^2/(1 - cos(x)) it is sin(x/2)/(x/2), and y for
+    (x - 1)/(x y - y).
     """
     rates = tuple(map(_in_quotients, rates))
     powers = {power.base for rate in rates for power in _divided(rate)}
@@ -63,14 +64,17 @@ def _at_poles(rates: tuple[sp.Expr, ...], divisor: sp.Expr, moving: set[sp.Symbo
     zero = next(_simple_zeros(divisor, moving), None)
     if zero is None:
         return divisor
-    if all(_has_limit(rate, *zero) for rate in rates):
-        return sp.S.One
     s, place = zero
+    first = place.subs(_TURN, 0)
     wave = _wave_to_one(divisor, s)
-    if divisor.func is not sp.sin and wave is None:
+    if all(_has_limit(rate, s, place) for rate in rates):
+        pole = sp.S.One
+    elif (divisor.func is sp.sin or wave) and all(_has_limit(rate, s, first) for rate in rates):
+        pole = sp.sinc(wave.args[0] / 2 if wave else divisor.args[0])  # 1 - cos(a) = 2 sin(a/2)^2
+    else:
         return divisor
-    argument = divisor.args[0] if wave is None else wave.args[0] / 2  # 1 - cos(a) = 2 sin(a/2)^2
-    return sp.sinc(argument) if all(_has_limit(rate, s, place.subs(_TURN, 0)) for rate in rates) else divisor
+    rest = divisor.diff(s, _order(divisor, s, first)).subs(s, first)  # x y - y vanishes at x = 1, and where y does
+    return pole * _at_poles(rates, rest, moving) if symbols_in(rest) & moving else pole
 
 
 def _wave_to_one(divisor: sp.Expr, s: sp.Symbol) -> sp.Expr | None:

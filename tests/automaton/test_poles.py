@@ -25,7 +25,8 @@ def poles_of(rates, moving):
      x / (sp.exp(x) - 1), (x - HALF) / (1 - sp.exp((1 - 2 * x) / 10)), sp.log(1 + x) / x, (x**2 - v**2) / (x - v),
      v * (x - sp.sin(x)) / x**3, sp.tan(x) * sp.cos(x), sp.sin(2 * x) / sp.sin(x), x / sp.sinh(x), (x - 1) / sp.log(x),
      sp.sin(x) / x**2 - 1 / x, 1 / x - 1 / sp.sinh(x), sp.sin(x - v) / sp.sinh(v - x),
-     sp.sin(x) ** 2 / (1 - sp.cos(x)), (1 - sp.cos(2 * x)) / (1 - sp.cos(x))],
+     sp.sin(x) ** 2 / (1 - sp.cos(x)), (1 - sp.cos(2 * x)) / (1 - sp.cos(x)), v * x / (sp.exp(v * x) - 1),
+     sp.sin(v * x) / (v * sp.exp(x) - v)],
 )
 def test_a_divisor_is_no_pole_where_the_rates_have_a_limit(rate):
     assert poles_of((x + rate, 1 - 3 * rate), {x, v}) == set()
@@ -35,7 +36,8 @@ def test_a_divisor_is_no_pole_where_the_rates_have_a_limit(rate):
     "rate",
     [1 / x, sp.cos(x) / x, sp.sin(x) / x**2, (1 - sp.cos(x)) / x**3, v * sp.sin(x) / (x - HALF), 1 / (sp.exp(x) - 1),
      sp.cos(1 / x), sp.exp(1 / x), sp.sin(x) / x + sp.log(x) * x / x**2, sp.tan(x), (v - 1) / (x - v), 1 / (x**2 - v),
-     (sp.exp(x) - 1) / sp.expand((x - 3) * (sp.exp(x) - 1)), x**2 / (1 - sp.cos(x)),
+     (sp.exp(x) - 1) / sp.expand((x - 3) * (sp.exp(x) - 1)), x**2 / (1 - sp.cos(x)), (v - 1) / (x * v - x),
+     v / (sp.exp(v * x) - 1), x * sp.cos(x) / sp.sin(v * x) * v,
      (1 + 1 / x) * sp.sin(x) / x, sp.cot(x), sp.sin(x) / x**2 - sp.cot(x) / 2, sp.cos(x) * sp.tan(x / 2),
      sp.sqrt(1 - x**2) / (1 - x), sp.acos(x) / (x - 1), sp.sqrt(abs(x)) / x, abs(x) ** (3 * HALF) / x**2],
 )
