@@ -17,8 +17,9 @@ from asympk.automaton.exact import exact_values, is_rational
 from asympk.automaton.modes import GuardedMode
 from asympk.automaton.numericmode import FADED
 from asympk.errors import InputError
+from asympk.formulas import NOT_FINITE
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.long import LONG, ROUGH, generic_place, heavy, is_longer, replaced, symbols_in, valued
+from asympk.symbolic.long import LONG, ROUGH, atoms, generic_place, heavy, is_longer, replaced, symbols_in, valued
 from asympk.symbolic.sides import FEW, is_switched
 from asympk.symbolic.system import System
 
@@ -96,7 +97,11 @@ def affine_parts(system: System, expr: sp.Expr) -> tuple[tuple[sp.Expr, ...], di
         if symbols_in(slope) & {*states, time}:
             return None
         slopes.append(slope)
-    forced = waves_of(replaced(expr, dict.fromkeys(states, sp.S.Zero)), time)
+    at_zero = dict.fromkeys(states, sp.S.Zero)
+    rest = replaced(expr, at_zero)
+    if atoms(rest, *map(type, NOT_FINITE)):  # (x^2 - y^2)/(x - y) is affine, and 0/0 where all states are 0
+        rest = replaced(sp.cancel(expr), at_zero)
+    forced = waves_of(rest, time)
     return None if forced is None else (tuple(slopes), forced)
 
 

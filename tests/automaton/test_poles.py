@@ -87,6 +87,13 @@ def test_a_motion_starts_where_its_rates_are_0_by_0_and_have_a_limit(options):
     assert abs(passed - area) < (1e-24 if exact else 1e-8)
 
 
+@pytest.mark.parametrize("options", [{}, {"method": "radau"}, {"digits": 25}])
+def test_a_quotient_that_is_affine_where_it_is_defined_may_be_0_by_0_where_all_states_are_0(options):
+    system = ap.System.with_frictions({x: sp.S.One, v: (x**2 - HALF * x) / (2 * x)}, {}, [])
+    end = ap.solve(ap.Scene(system=system, start={"x": -1, "v": 0}, until=3), **options).final
+    assert end == pytest.approx((2, 0), abs=1e-8)
+
+
 @pytest.mark.parametrize("options", [{"method": "dop853"}, {"digits": 25}])
 def test_rounding_beside_a_limit_is_no_error_of_the_motion(options):
     """A step ends next to 0, where doubles make (x - sin(x))/x^3 any number."""
