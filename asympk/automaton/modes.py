@@ -14,7 +14,7 @@ from itertools import chain, islice
 import sympy as sp
 
 from asympk.automaton.compiled import Direction
-from asympk.automaton.poles import divisors_of
+from asympk.automaton.poles import divisors_of, largest_power
 from asympk.errors import InputError
 from asympk.formulas import NOT_FINITE
 from asympk.symbolic import branches, guards
@@ -235,8 +235,9 @@ class GuardedMode:
 
     @cached_property
     def removable(self) -> tuple[sp.Expr, ...]:
-        """The divisors of the rates that may vanish where the rates have a limit, and rounding is large beside."""
-        return tuple(sorted((e for e, pole in self._divisors.items() if pole != e), key=sp.default_sort_key))
+        """The powers of divisors that may vanish where the rates have a limit, and rounding is large beside."""
+        found = {e for e, pole in self._divisors.items() if pole != e}
+        return tuple(sorted((largest_power(self.rates, e) for e in found), key=sp.default_sort_key))
 
     @cached_property
     def _divisors(self) -> dict[sp.Expr, sp.Expr]:

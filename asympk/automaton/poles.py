@@ -18,6 +18,7 @@ import sympy as sp
 from asympk.formulas import NOT_FINITE
 from asympk.symbolic.inverses import InverseForm
 from asympk.symbolic.long import atoms, expanded, is_clearly_nonzero, replaced, symbols_in
+from asympk.symbolic.removable import MOST
 
 Zero = tuple[sp.Symbol, sp.Expr]  # a symbol, and its value where a divisor vanishes
 _TURN = sp.Dummy("k", integer=True)
@@ -28,7 +29,6 @@ _QUOTIENTS = {
     sp.tan: lambda a: sp.sin(a) / sp.cos(a), sp.cot: lambda a: sp.cos(a) / sp.sin(a), sp.sec: lambda a: 1 / sp.cos(a),
     sp.csc: lambda a: 1 / sp.sin(a), sp.coth: lambda a: sp.cosh(a) / sp.sinh(a), sp.csch: lambda a: 1 / sp.sinh(a),
 }
-MOST = 8  # order of a pole up to which a limit is looked for
 
 
 def divisors_of(rates: tuple[sp.Expr, ...], moving: set[sp.Symbol]) -> dict[sp.Expr, sp.Expr]:
@@ -43,6 +43,12 @@ def divisors_of(rates: tuple[sp.Expr, ...], moving: set[sp.Symbol]) -> dict[sp.E
     others = {pivot for rate in rates for form in atoms(rate, InverseForm) for pivot in form.pivots}
     found = {e: _at_poles(rates, e, moving) for e in _varying(powers, moving)}
     return found | {e: e for e in _varying(others, moving)}
+
+
+def largest_power(rates: tuple[sp.Expr, ...], divisor: sp.Expr) -> sp.Expr:
+    """Return the largest power of a divisor by which ``rates`` are divided, or its square, as slopes divide by that."""
+    powers = (power for rate in rates for power in _divided(_in_quotients(rate)))
+    return divisor ** max(2, *(-power.exp for power in powers if power.base in (divisor, -divisor)))
 
 
 def _in_quotients(rate: sp.Expr) -> sp.Expr:

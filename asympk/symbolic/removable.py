@@ -9,9 +9,13 @@ from mpmath.ctx_mp import MPContext
 from asympk.multiprecision import in_context, private_context
 
 FLOAT_DIGITS = 16
-NEAR, SPARE = 1.5, 8  # a place is displaced by 10^(-NEAR digits), and has SPARE times as many digits
+MOST = 8  # order of a pole up to which a limit is looked for
+NEAR = 3  # a place is displaced by 10^(-NEAR digits)
+SPARE = NEAR * (MOST + 1) + 2  # times as many digits has it: derivatives have a pole of one order more
 DIRECTIONS = 4
-SMALL = 2.0**-7  # size of a divisor below which the rounding of its quotient is large
+SMALL = 2.0**-14  # power of a divisor below which the rounding of its quotient is large
+LEAST = 2  # a power below 10^(-LEAST digits) counts as 0
+BESIDE = 8  # times as many digits for greater ones: as many as two of them lose, and their derivatives
 
 Compiled = Callable[..., tuple]
 
@@ -28,16 +32,21 @@ def with_more_digits(
 ) -> Compiled:
     """Return a function of floats, or of numbers of a context ``m``, with more digits where a divisor is small.
 
-    Beside 0, (1 - cos(x))/x^2 loses two digits for each digit by which x is small.
+    ``divisors`` are the powers of divisors by which it divides. Beside 0, (1 - cos(x))/x^2 loses two digits
+    for each digit by which x is small.
     """
     digits = getattr(m, "dps", FLOAT_DIGITS)
-    wider = cache(lambda: (context := private_context(SPARE * digits), compiled(context)))
+    wider = cache(lambda times: (context := private_context(times * digits), compiled(context)))
 
     def found(*given: Any) -> tuple:
         if all(abs(e) >= SMALL for e in divisors(*given)):
             return function(*given)
-        context, precise = wider()
-        values = precise(*(in_context(context, v) for v in given))
+        context, precise = wider(BESIDE)
+        if min(map(abs, divisors(*given))) < context.mpf(10) ** (-LEAST * digits):
+            context, precise = wider(SPARE)
+            values = _limits(precise, context, given)
+        else:
+            values = precise(*(in_context(context, v) for v in given))
         return tuple(in_context(m, v) if isinstance(m, MPContext) else float(v) for v in values)
 
     return found

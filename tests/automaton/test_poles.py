@@ -104,6 +104,18 @@ def test_rounding_beside_a_limit_is_no_error_of_the_motion(options):
     assert abs(path.final[1] - area) < (1e-24 if "digits" in options else 1e-12)
 
 
+@pytest.mark.parametrize(("start", "options"), [(0, {"digits": 15}), (HALF**6, {"method": "dop853"}),
+                                                (sp.Rational(1, 10**80), {"method": "dop853"})])
+def test_a_divisor_of_high_order_has_all_digits_at_its_zero_and_beside(start, options):
+    """The rate is a series, -1/7! + x^2/9! - ..., of which doubles have no digit at 1/64."""
+    rate = (sp.sin(x) - x + x**3 / 6 - x**5 / 120) / x**7 + (1 - sp.cos(x)) / x**2
+    system = ap.System.with_frictions({x: sp.S.One, v: rate}, {}, [])
+    found = ap.solve(ap.Scene(system=system, start={"x": start, "v": 0}, until=HALF**7), **options).final[1]
+    area = sp.integrate(sum((-1) ** k * x ** (2 * k) * (1 / sp.factorial(2 * k + 2) - 1 / sp.factorial(2 * k + 7))
+                            for k in range(4)), (x, start, start + HALF**7))
+    assert float(found) == pytest.approx(float(area), rel=1e-12)
+
+
 @pytest.mark.parametrize("rate", [1 / x, v * x / (v**2 + x**2), sp.sin(1 / x)])
 @pytest.mark.parametrize("options", [{}, {"digits": 25}])
 def test_a_start_is_refused_where_a_rate_has_no_limit(rate, options):
