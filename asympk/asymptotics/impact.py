@@ -201,17 +201,19 @@ class LimitLayers:
     def _carried(self, mode: NumericMode, t: float, state: tuple, large: float, side: float, level: Any) -> tuple:
         """Return the state and mu y at the impulse J at which ``level(J, (*state, mu y))`` falls to 0.
 
-        Raises ``NoLaw`` where nothing stops the impulse, where the mode reaches a switching surface before, or where
-        such a surface depends on y.
+        Raises ``NoLaw`` where nothing stops the impulse, where the mode reaches a switching surface before, or friction
+        below 0, or where such a surface depends on y.
         """
         edges = [k for k, (kind, _) in enumerate(mode.kinds) if kind == SWITCH]
+        edges += range(len(mode.kinds), len(mode.mode.watched))
         _require_affine(mode.mode, 0)
 
         def rates(_, w):
             column = [side * row[self.fast] for row in mode.jac(t, tuple(w[:-1]))]
             return [*(0.0 if i == self.fast else c for i, c in enumerate(column)), self.mu * column[self.fast]]
 
-        events = [level, *((lambda _, w, k=k: mode.guard_values(t, (*w[:-1],))[k]) for k in edges)]
+        faded = mode.faded(t, state)
+        events = [level, *((lambda _, w, k=k: mode.watched_values(faded, t, (*w[:-1],))[k]) for k in edges)]
         for event in events:
             vars(event).update(terminal=True, direction=-1)
         first = np.array([*state, large])
@@ -243,10 +245,14 @@ class LimitLayers:
 
 @lru_cache(maxsize=256)
 def _require_affine(mode: GuardedMode, degree: int = 1) -> None:
-    """Raise ``NoLaw`` if a rate is not affine in y in the limit, or a switching function of more than ``degree``."""
+    """Raise ``NoLaw`` if a rate is not affine in y in the limit, or a switching function of more than ``degree``.
+
+    It is raised, too, where y may make friction negative.
+    """
     (y,), bare = mode.system.fast, bare_mode(mode)
     affine = all(_is_affine_in_limit(rate, y, mode.system.small) for rate in {**bare.slow, **bare.fast}.values())
-    if not affine or any(sp.expand(edge.diff(y, degree + 1)) != 0 for edge in mode.edges):
+    bent = any(sp.expand(edge.diff(y, degree + 1)) != 0 for edge in mode.edges)
+    if not affine or bent or any(law.has(y) for law in mode.laws):
         raise NoLaw
 
 

@@ -210,8 +210,8 @@ def bare_mode(mode: GuardedMode) -> Mode:
 def through_layer(task: Task, path: MatchedPath, least: float = 0.0) -> MatchedPath:
     """Follow a path through its layer until only slow motion is left, or to the end.
 
-    Without an event the layer lasts ``least`` at least. Raises ``OutOfRange`` where the fast motion does not settle,
-    and every error of ``mode_after``.
+    Without an event the layer lasts ``least`` at least. Raises ``OutOfRange`` where the fast motion does not settle or
+    friction becomes negative, and every error of ``mode_after``.
     """
     while True:
         mode = path.mode
@@ -222,6 +222,7 @@ def through_layer(task: Task, path: MatchedPath, least: float = 0.0) -> MatchedP
         stretch = Stretch(path.t, mode, _during(Trajectory(found[0].state, found), size))
         span, guard = lost or (last.after, None)
         t, state = path.t + span, (last.end if guard is None else last.state_at(span))[:size]
+        mode.require_opposing((path.t, path.state), [(path.t, path.state)], t, guard)
         mode.require_one_side(mode.pole_values(path.t, path.state), t, state)
         if guard is None:
             t = task.until if span == task.until - path.t else t
@@ -286,7 +287,7 @@ def _in_mode(
         span, state = last.after, last.end[:size]
         if lost:
             soon = mode.moved_on(path.t + lost[0], last.state_at(lost[0])[:size], mu)
-            if off > rtol and mode.guard_values(*soon)[lost[1]] > -GENTLY:
+            if off > rtol and mode.watched_values((), *soon)[lost[1]] > -GENTLY:
                 break
             return tuple(found), lost
     else:
@@ -297,8 +298,8 @@ def _in_mode(
 def _watched_steps(
     task: Task, mode: NumericMode, slow: Slow, path: MatchedPath, off: float
 ) -> Iterator[tuple[Step, tuple[float, int] | None]]:
-    """Return the steps in one mode from the end of a path, each with the first guard that it loses, or None."""
-    system, flow, now = mode.mode.system, partial(mode.field, 0.0), path.state
+    """Return the steps in one mode from the end of a path, each with the first guard or law that it loses, or None."""
+    system, flow, now, faded = mode.mode.system, partial(mode.field, 0.0), path.state, mode.faded(path.t, path.state)
     least, rtol = off * _growing(task, slow, path.t, path.state), task.rtol
     atol = tuple(least if s in system.fast else rtol for s in system.states)
     if system.time is not None:
@@ -306,7 +307,7 @@ def _watched_steps(
     along = steps((flow,), mode.p, now, task.until - path.t, rtol, (*atol, rtol)[: len(now)], late=task.late,
                   longest=task.mu / _fastest(slow, path.t, path.state), within=mode.longest_step(task.until),
                   slopes=partial(_slopes, mode))
-    return watched(along, lambda span, state: mode.guard_values(path.t + span, state), len(atol))
+    return watched(along, lambda span, state: mode.watched_values(faded, path.t + span, state), len(atol))
 
 
 def _unsettled(

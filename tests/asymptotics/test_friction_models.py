@@ -1048,3 +1048,24 @@ def test_slow_motion_does_not_go_on_where_friction_is_negative(method, order, la
     with pytest.raises(OutOfRange, match=r"kinetic friction .* of mode slip_same is negative at t = ") as found:
         ap.solve(scene, method, order=order)
     assert float(str(found.value).partition("t = ")[2].partition(";")[0]) == pytest.approx(when, abs=1e-3)
+
+
+@pytest.mark.parametrize("order", [0, 1])
+@pytest.mark.parametrize("jumps", [False, True])
+def test_a_layer_does_not_go_on_where_friction_is_negative(order, jumps):
+    """Laws of fast states that pass through 0 and back, and one that falls in a jump, were followed to the end."""
+    x, z, q, y, force = sp.symbols("x z q y F", real=True)
+    eps = sp.Symbol("eps", positive=True)
+    if jumps:
+        law, slow, fast = 2 - 3 * q, {x: -z, z: force - y / 10, q: y}, {y: -x - y - force}
+        load, start, when = y, (-1, 10, 0, 0), r"0\.0019"
+    else:
+        law, slow, fast = (y - 2) ** 2 - sp.Rational(1, 4), {x: z, z: 7 - z + force, q: 0}, {y: 1 - y}
+        load, start, when = 1, (0, 10, 0, 30), r"2\.87\d*e-05"
+    slide = ap.Friction(velocity=z, force=force, load=load, kinetic=law, static=5)
+    system = ap.System.with_frictions(slow, fast, [slide], small=eps)
+    start = tuple(sp.Rational(v, 10) for v in start)
+    scene = ap.Scene(system=system, values={eps: "1e-4"}, start=start, until=1)
+    for options in ({}, {"method": "jump", "order": order}):
+        with pytest.raises(OutOfRange, match=rf"friction .* of mode slip_same is negative at t = {when}"):
+            ap.solve(scene, **options)
