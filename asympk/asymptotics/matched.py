@@ -448,6 +448,8 @@ def onward(task: Task, path: MatchedPath, layer: Callable = through_layer, limit
     at_once, tries = list[NumericMode](), 0  # the modes whose slow motions have ended as they began, one after another
     while path.t < task.until:
         before, path = path, slowly(task, path, limit)
+        if path.t == task.until:
+            break
         at_once = [*at_once, before.mode] if path.t - before.t <= ROUGHEST * task.mu else []
         back = any(path.mode is mode for mode in at_once)
         turns = limit and sum(before.mode is mode for mode in at_once) > 1
@@ -456,10 +458,10 @@ def onward(task: Task, path: MatchedPath, layer: Callable = through_layer, limit
             small = f"{task.automaton.system.small} = {task.mu:.3g}"
             raise OutOfRange(f"the slow motion in {path.mode.name} goes on from its edge at t = {path.t:.6g} onto the "
                              f"same: rounding, over {small}, decides; use an exact method")
-        if back and path.t < task.until:
+        if back:
             fastest = _fastest(slow_of(path.mode), path.t, path.state)
             path = through_layer(task, path, 2**tries * task.mu * OVER / fastest)
-        elif path.t < task.until:
+        else:
             path = layer(task, path)
     return path
 

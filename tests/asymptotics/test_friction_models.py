@@ -976,6 +976,12 @@ def _weakly_held(friction):
     return ap.Scene(system=ap.systems.held_rod.system(), values=values, start=start, until="4.357")
 
 
+def test_the_limit_holds_at_an_end_too_soon_for_slow_motion():
+    """Its slow motion was taken for one that ends on its edge, and the layer at the given mu had too many steps."""
+    path = ap.solve(replace(_shoe("1e-7"), until="1e-12"), "jump", order=0)
+    assert path.modes == ("slip_same", "stick")
+
+
 def test_slow_motion_that_rises_from_its_edge_at_the_given_mu_goes_on_after_a_layer():
     """Near critical friction the velocity vanishes to order 0, and rises by terms of order mu: it was refused."""
     scene = _weakly_held("0.7775")
