@@ -70,7 +70,7 @@ def _to_order(scene: Any, method: str, order: int, units: Any) -> Path:
         path, rest, rounding, late, omitted = _followed(scene, method, order, units, rtol)
         error, least = rest + late, max(rest, ROUNDING * COARSEST * np.max(units))
         grown = ROUNDING * rtol * np.max(units) < rounding > error / 2
-        if not (grown or late > least) or rtol <= FINEST:
+        if not (grown or late > COARSER * least) or rtol <= FINEST:
             break
         rtol = finer(rtol, error, rounding) if grown else max(FINEST, rtol * least / (2 * late))
     if not error < 1:

@@ -12,7 +12,7 @@ from mechanisms import THETA, T, X, Y, f, g, l, m, slender_rod
 from scipy.integrate import solve_ivp
 
 import asympk as ap
-from asympk.asymptotics import impact, matched
+from asympk.asymptotics import frictional, impact, matched
 from asympk.asymptotics.impact import Creep
 from asympk.asymptotics.nonstiff import steps
 from asympk.asymptotics.watching import watched
@@ -564,6 +564,14 @@ def test_the_tolerance_of_a_layer_at_the_end_is_not_most_of_the_error_that_is_pr
     path, truth = ap.solve(scene, "jump", order=0), ap.solve(scene)
     assert path.modes == truth.modes == ("open",)
     assert distance(path.final, truth.final) < path.error < 1e-6
+
+
+def test_a_layer_at_the_end_is_not_followed_again_for_half_of_an_error_as_small_as_tolerances(monkeypatch):
+    """Order 1 took twice as long to predict 5e-7 rather than 1e-6."""
+    runs, followed = [], frictional._followed
+    monkeypatch.setattr(frictional, "_followed", lambda *given: runs.append(given) or followed(*given))
+    assert ap.solve(replace(_shoe("1e-3"), until="4e-2"), "jump", order=1).error < 2e-6
+    assert len(runs) == 1
 
 
 def test_the_error_in_the_time_of_an_event_is_predicted_in_the_layer_that_begins_there():
