@@ -238,8 +238,8 @@ def _in_fewer_waves(force, y):
 def _mixes(force, y):
     """Tell whether a factor of g, a polynomial in y and in functions of y, has several of them: SymPy may not end.
 
-    It solves for one of them, for roots of rational functions and y, for logarithms, and for waves whose turns fit; y
-    with one exponential or logarithm may lead to Lambert's W.
+    It solves for one of them, also within others, for roots of rational functions and y, for logarithms, and for waves
+    whose turns fit; y with one exponential or logarithm may lead to Lambert's W.
     """
     if (powers := _exponentials_as_powers(force, y)) and powers[0].is_rational_function(y, powers[1]):
         told, w, _ = powers
@@ -254,7 +254,11 @@ def _mixes(force, y):
             return False
         if len(inside) == 1:
             (f,) = inside
-            return (factor.has(y) and not isinstance(f, sp.exp | sp.log)) or _is_nested(f, y)
+            exponential = isinstance(f, sp.exp) or (f.is_Pow and not f.base.has(y))
+            return (factor.has(y) and not exponential and not isinstance(f, sp.log)) or _is_nested(f, y)
+        whole, w = factor.xreplace(own), sp.Dummy(real=True)
+        if one := next((f for f in inside if not whole.xreplace({f: w}).has(y)), None):
+            return _mixes(whole.xreplace({one: w}), w) or _is_nested(one, y)
         fit = all(isinstance(f, sp.log) for f in inside) or (inside <= _waves(force, y) and _turn(force, y))
         return factor.has(y) or not fit
 
@@ -461,9 +465,10 @@ def _exponentials_as_powers(force, y):
     force = force.xreplace({f: f.rewrite(sp.exp) for f in force.atoms(HyperbolicFunction) if f.has(y)})
     exponentials = [e for e in force.atoms(sp.exp) if e.has(y)]
     slopes = [e.exp.diff(y) for e in exponentials]
-    if len(slopes) < 2 or not all(slope.is_Rational for slope in slopes):
+    if len(slopes) < 2 or slopes[0].has(y) or not all((slope / slopes[0]).is_Rational for slope in slopes):
         return None
-    q, w = common_divisor(slopes), sp.Dummy(positive=True)
+    q, w = slopes[0] * common_divisor(slope / slopes[0] for slope in slopes), sp.Dummy(positive=True)
+    q = -q if q.could_extract_minus_sign() else q
     powers = {e: w ** (k / q) * sp.exp(e.exp.subs(y, 0)) for e, k in zip(exponentials, slopes, strict=True)}
     return force.xreplace(powers), w, q
 
@@ -564,8 +569,13 @@ def _is_beyond_radicals(force, y, unknowns):
         return False
     factors = (f for f, _ in sp.factor_list(numerator, y)[1] if sp.degree(f, y) > 2)
     return any(unknowns > 1 or sum(found.values()) < sp.degree(f, y)
-               or any(is_unreadable(root) or (root.is_real is False and not is_complex(root)) for root in found)
+               or any(is_unreadable(root) or _is_odd_below_0(root) for root in found)
                for f in factors for found in [sp.roots(f, y)])
+
+
+def _is_odd_below_0(root):
+    odd = any(p.exp.q % 2 for p in fractional_powers(root))
+    return odd and root.is_real is False and not is_complex(root)
 
 
 def _without_roots(force, y):

@@ -582,6 +582,20 @@ def test_several_functions_of_a_state_in_one_factor_have_an_implicit_branch_with
     assert found.branch == {y: y}
 
 
+@pytest.mark.parametrize(("force", "places"), [
+    (sp.exp(x * y) - 3 * sp.exp(-x * y), 1), (sp.exp(x * y) + sp.exp(-x * y) - 3, 2), (x - y - 2**y, 1),
+    (sp.log(y) + sp.sqrt(sp.log(y)) - x, 1), (sp.sqrt(sp.exp(y) + 1) + sp.exp(y) - x, 1),
+    (y * sp.sqrt(1 + y**2) - x, 2), (y**4 + y**2 - x**2, 2),
+])
+def test_functions_of_one_function_and_squares_of_roots_have_branches_in_closed_form(force, places):
+    """One implicit branch stood for them."""
+    found = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
+    assert (len(found), any(c.branch[y].has(y) for c in found)) == (places, False)
+    values = [c.branch[y].subs(x, 2).evalf() for c in found if c.exists.subs(x, 2) == sp.true]
+    assert values
+    assert all(abs(force.subs({x: 2, y: value}).evalf()) < 1e-9 for value in values)
+
+
 @pytest.mark.parametrize("force", [x - y - sp.sqrt(1 + sp.sin(y)), x - sp.tan(sp.exp(y)), x - sp.sin(y**2)])
 def test_roots_of_waves_beyond_one_turn_are_stood_for_by_one_implicit_branch(force):
     """Of the first SymPy finds none, and of the others those of one turn of the wave, which are not all."""
