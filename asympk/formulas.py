@@ -373,8 +373,10 @@ class _Reader:
         arguments = [self._expression(argument, depth + 1) for argument in node.args]
         for argument in arguments:
             self._require_size(argument)
-        if FUNCTIONS[name] is sp.Mod and arguments[1] == 0:
-            raise self._refuse("it divides by zero")
+        if FUNCTIONS[name] is sp.Mod:
+            if arguments[1] == 0:
+                raise self._refuse("it divides by zero")
+            self._require_size(arguments[0] / arguments[1])
         return FUNCTIONS[name](*arguments)
 
     def _require_size(self, argument: sp.Expr) -> None:

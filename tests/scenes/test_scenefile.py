@@ -460,6 +460,7 @@ def test_a_formula_of_a_number_beyond_the_range_of_doubles_is_refused_at_once(tm
 @pytest.mark.parametrize(("text", "said"), [
     ("cos(exp(exp(20)))", "a number in it is beyond the range of doubles"),
     ("mod(exp(exp(20)), 1)", "a number in it is beyond the range of doubles"),
+    ("mod(7, exp(-exp(20)))", "a number in it is beyond the range of doubles"),
     ("abs(log(-1))", "a number in it is not real"),
 ])
 def test_a_function_of_a_number_beyond_the_range_of_doubles_is_refused_at_once(text, said):
