@@ -15,6 +15,7 @@ import sympy as sp
 from asympk.asymptotics.itinerary import LoadLine
 from asympk.asymptotics.layers import LinearField
 from asympk.errors import NotDerivable
+from asympk.formulas import NOT_FINITE
 from asympk.symbolic.system import System
 
 IN_NUMBERS = "solve(scene, method='jump', order=n), n >= 1, follows any slow-fast system in numbers"
@@ -120,10 +121,11 @@ def _affine(expr, states):
 def _at_rest(static, states):
     """Return static friction where the velocity is 0."""
     *others, z = states
-    if static.has(*others) or (static.has(z) and static.has(sp.Piecewise, sp.sign, sp.Heaviside)):
-        raise NotDerivable(f"static friction {static!s:.60} changes with the states or the direction: a jump is "
-                           f"derived for a constant one; {IN_NUMBERS}")
-    return static.subs(z, 0)
+    rest = static.subs(z, 0)
+    if rest.has(*others, *NOT_FINITE) or (static.has(z) and static.has(sp.Piecewise, sp.sign, sp.Heaviside)):
+        raise NotDerivable(f"static friction {static!s:.60} changes with the states or the direction, or is not finite "
+                           f"at rest: a jump is derived for a constant one; {IN_NUMBERS}")
+    return rest
 
 
 def _require_load(model):

@@ -400,6 +400,14 @@ def test_static_friction_of_the_jump_is_that_at_rest_and_that_by_the_states_is_r
             jump_map(_heavier(static))
 
 
+def test_static_friction_without_a_value_at_rest_is_refused():
+    """A quotient 0/0 at rest ended in a TypeError, and 3 + x z was refused, which is 3 at rest."""
+    for static in (3 + sp.sin(z) / z, 3 + 1 / (1 + sp.exp(-1 / z**2)), 3 + 1 / sp.Abs(z)):
+        with pytest.raises(NotDerivable, match=r"static friction .* is not finite at rest"):
+            jump_map(_heavier(static))
+    assert jump_map(_heavier(3 + x * z), 1).t_leave == jump_map(_heavier(3), 1).t_leave
+
+
 def test_a_small_parameter_in_the_rates_is_named_as_what_a_jump_map_is_derived_without():
     """The load x + y + mu y ended in a TypeError."""
     for more in (mu, mu * y):
