@@ -177,8 +177,10 @@ def _first_missed(found, mode, settings, faded, hit):
     ``hit`` is the guard lost at the end of the last step, or None; the rates may have no values there.
     """
     times, lengths = np.array(found.times), np.diff(found.times)[:, None]
-    at = _looked_at(found, mode, lengths * (np.arange(LOOKS + 1) / LOOKS))
-    looks, (states, slopes) = times[:-1, None] + at, _summed(found.series[:, None], at[:, :, None])
+    at = lengths * (np.arange(LOOKS + 1) / LOOKS)
+    looks, states, slopes = _looks(found, at)
+    if beside := _beside_bumps(found, mode, looks, states):
+        looks, states, slopes = _looks(found, _with_further(at, beside))
     rates, guards = (_values(mode, outputs, looks, states) for outputs in (mode.mode.rates, mode.mode.watched))
     guards[..., guards.shape[-1] - len(faded) :] -= faded
     missed, change = lengths[:, :, None] * (slopes - rates), lengths[:, :, None] * rates
@@ -197,16 +199,27 @@ def _first_missed(found, mode, settings, faded, hit):
     return None, None
 
 
-def _looked_at(found, mode, at):
-    """Return the times ``at`` of looks, from the begin of each step on, and about the middles of bumps further ones."""
+def _looks(found, at):
+    """Return the times, states and slopes at times ``at`` of looks from the begin of each step on."""
+    return np.array(found.times)[:-1, None] + at, *_summed(found.series[:, None], at[:, :, None])
+
+
+def _beside_bumps(found, mode, looks, states):
+    """Return for each step the times, from its begin on, beside the middles of bumps; [] if no look passes a middle."""
     if not mode.mode.middles:
-        return at
-    looks = np.array(found.times)[:-1, None] + at
-    values = _values(mode, mode.mode.middles, looks, _summed(found.series[:, None], at[:, :, None])[0])
-    further: list[list[float]] = [[] for _ in at]
-    for k, i, m in np.argwhere(values[:, :-1] * values[:, 1:] < 0).tolist():
+        return []
+    values = _values(mode, mode.mode.middles, looks, states)
+    passed = np.argwhere(values[:, :-1] * values[:, 1:] < 0).tolist()
+    beside: list[list[float]] = [[] for _ in looks] if passed else []
+    for k, i, m in passed:
         middle = bracketed(lambda t, m=m: mode.middle_values(t, found.at(t))[m], *looks[k, i : i + 2].tolist())
-        further[k] += [middle - looks[k, 0] + part * at[k, -1] for part in BESIDE_BUMPS]
+        length = looks[k, -1] - looks[k, 0]
+        beside[k] += [middle - looks[k, 0] + part * length for part in BESIDE_BUMPS]
+    return beside
+
+
+def _with_further(at, further):
+    """Return the times ``at`` of looks with further ones in each step, in their order."""
     most = max(map(len, further))
     rows = [row + [0.0] * (most - len(row)) for row in further]
     return np.sort(np.hstack([at, np.clip(np.reshape(rows, (len(at), most)), 0, at[:, -1:])]))

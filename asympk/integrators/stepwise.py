@@ -174,14 +174,13 @@ class Watch:
         That is at the event ``met``, in the middle of the first step of a mode, and about the middles of bumps; steps
         begin and end at those of bumps in time.
         """
-        begin, end = solver.t_old, met[0] if met else t
-        first, last, h = begin == self.start, solver.status == "finished", t - begin
+        first, last = solver.t_old == self.start, solver.status == "finished"
+        passed = self._middles_passed(t, state) if self.mode.mode.middles else []
+        if not (met or first or passed or (last and self.mode.peaked)):
+            return False
+        begin, end, h = solver.t_old, met[0] if met else t, t - solver.t_old
         times = [end] if met else [(begin + t) / 2] if first else []
         bumps = [time for time, there in ((begin, first), (t, last)) if there and self.mode.peaked]
-        self.middles = self.middles[1], self.mode.middle_values(t, state)
-        passed = [k for k, (a, b) in enumerate(zip(*self.middles, strict=True)) if a * b < 0]
-        if not (times or passed or bumps):
-            return False
         within = solver.dense_output()
 
         def at(time):
@@ -196,6 +195,11 @@ class Watch:
         places = [(time, at(time)) for time in times]
         return any(misses_rates(self.mode, within, *place, h, settings) for place in places) or any(
             self._dips(*place) for place in places if bumps)
+
+    def _middles_passed(self, t: float, state: tuple[float, ...]) -> list[int]:
+        """Return the numbers of the middles of bumps that the step to (t, state) has passed."""
+        self.middles = self.middles[1], self.mode.middle_values(t, state)
+        return [k for k, (a, b) in enumerate(zip(*self.middles, strict=True)) if a * b < 0]
 
     def _dips(self, t: float, state: tuple[float, ...]) -> bool:
         """Tell whether a guard, or a law of friction, is clearly negative within a step and was positive before it."""
@@ -215,8 +219,10 @@ class Watch:
         return self._above(self.mode.watched_values(self.faded, t, state))
 
     def _above(self, values):
+        if not self.floored:
+            return values
         n = len(self.floors)
-        return [*map(sub, values[:n], self.floors), *values[n:]] if self.floored else values
+        return [*map(sub, values[:n], self.floors), *values[n:]]
 
 
 def bracketed(function: Callable[[float], float], low: float, high: float) -> float:

@@ -428,9 +428,20 @@ def check_friction(system: "System", friction: "Friction", number: int) -> None:
     if any(sp.expand(slope).free_symbols & moved.keys() for s in moved if (slope := slope_by(v, s)).has(*moved)):
         raise InputError(f"{which}: the velocity {short(v)} must be linear in what {friction.force} moves, "
                          f"{', '.join(map(str, moved))}; give one that passes through 0")
+    if _pushes_on(system, friction, moved):
+        raise InputError(f"{which}: the rate of the velocity {short(v)} falls with the force {friction.force}, which "
+                         f"opposes it: that would push on; write + {friction.force} for - {friction.force}")
     given = (v, friction.load, friction.kinetic, friction.static, friction.gap)
     if any(e is not None and atoms(e, sp.Float) for e in given):
         raise InputError(f"{which} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
+
+
+def _pushes_on(system: "System", friction: "Friction", moved: dict[sp.Symbol, sp.Expr]) -> bool:
+    """Tell whether the force, under a load without forces, is known to act along its velocity, not against it."""
+    if symbols_in(friction.load) & {*system.pushes}:
+        return False
+    slopes = (slope_by(friction.velocity, s) * slope_by(rate, friction.force) for s, rate in moved.items())
+    return sp.Add(*slopes).is_negative is True
 
 
 def _has_square(system: "System", friction: "Friction", state: sp.Symbol, rate: sp.Expr) -> bool:

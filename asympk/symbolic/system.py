@@ -58,19 +58,21 @@ class Mode(ShownAsFormulas):
 class Friction(ShownAsFormulas):
     r"""Dry friction: ``-kinetic |load| sign(velocity)`` in slip, at most ``static |load|`` in stick.
 
-    ``velocity`` is an expression in the states and may contain the time, as on a moving belt; ``load``, ``kinetic`` and
-    ``static`` (by default ``kinetic``) are expressions in states, parameters and time. In them sign(velocity) at rest
-    is 0, but in ``static |load|`` it is the direction of the slip that the force resists; so is the branch of a
-    ``Piecewise`` with one for each direction, while a value at the zero of the velocity alone is static. A motion is
-    refused where ``kinetic`` falls below 0 on its way, by more than a millionth of 1 or its first value. The load may
-    also be linear in forces and normals of frictions: two directions of one contact share its reaction. A contact with
-    a ``gap`` is open, without load, while ``gap > 0``; a fractional power of -gap in the load is read as a power of the
-    penetration ``Max(0, -gap)``, as in Hertz's contact. ``normal`` is the symbol, if any, under which the load enters
-    the rates: ``load`` while the contact is closed and 0 while the contact is open. A ``constraint`` makes the contact
-    rigid: an expression, linear in ``normal`` and the forces, that vanishes while the contact is closed and so
-    determines the reaction ``normal``, to which ``load`` is linear. With a gap g the constraint is g'', and ``normal``,
-    which only pushes, enters it with a positive coefficient. Of a rigid contact that holds both ways, without a gap,
-    ``gap_rate`` is g', the integral of the constraint, which a run then keeps at 0 to the last digit.
+    Rates contain its ``force`` as one that would raise the velocity if it were positive: v' = F - x for a mass on a
+    spring. ``velocity`` is an expression in the states and may contain the time, as on a moving belt; ``load``,
+    ``kinetic`` and ``static`` (by default ``kinetic``) are expressions in states, parameters and time. In them
+    sign(velocity) at rest is 0, but in ``static |load|`` it is the direction of the slip that the force resists; so is
+    the branch of a ``Piecewise`` with one for each direction, while a value at the zero of the velocity alone is
+    static. A motion is refused where ``kinetic`` falls below 0 on its way, by more than a millionth of 1 or its first
+    value. The load may also be linear in forces and normals of frictions: two directions of one contact share its
+    reaction. A contact with a ``gap`` is open, without load, while ``gap > 0``; a fractional power of -gap in the load
+    is read as a power of the penetration ``Max(0, -gap)``, as in Hertz's contact. ``normal`` is the symbol, if any,
+    under which the load enters the rates: ``load`` while the contact is closed and 0 while the contact is open. A
+    ``constraint`` makes the contact rigid: an expression, linear in ``normal`` and the forces, that vanishes while the
+    contact is closed and so determines the reaction ``normal``, to which ``load`` is linear. With a gap g the
+    constraint is g'', and ``normal``, which only pushes, enters it with a positive coefficient. Of a rigid contact that
+    holds both ways, without a gap, ``gap_rate`` is g', the integral of the constraint, which a run then keeps at 0 to
+    the last digit.
     """
 
     velocity: sp.Expr
