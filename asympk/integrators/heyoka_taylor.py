@@ -16,7 +16,7 @@ from asympk.automaton.loop import Segment, lost_with
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import InputError
 from asympk.integrators.integrate import Settings, Work, missing
-from asympk.integrators.stepwise import BESIDE_BUMPS, PARTS, Divisors, allowed_error, bracketed, is_missed
+from asympk.integrators.stepwise import BESIDE_BUMPS, PARTS, Divisors, allowed_error, is_missed
 from asympk.symbolic.derivatives import is_bent
 from asympk.symbolic.long import symbols_in
 
@@ -25,6 +25,7 @@ CHUNK = 4000  # steps between two looks at the clock
 FEW = 100  # the same where each step is looked at
 FINEST = 2.3e-16  # the smallest tolerance that is passed on: about the spacing of doubles
 LOOKS = 8  # times within a step, the end among them, at which its series is compared with the rates
+ROUNDS = 4  # of regula falsi between two looks, each about a hundred times as exact as the last
 ROUNDED = 2.0**-46  # part of a state and of its change in a step that is rounding
 SHORTEST = 2.0**-44  # part of the time up to which steps are not divided: they are at a pole
 MARGIN = 8 * 2.0**-52  # a guard that starts at 0 counts as lost only below -MARGIN, so that rounding is no event
@@ -209,12 +210,20 @@ def _beside_bumps(found, mode, looks, states):
     if not mode.mode.middles:
         return []
     values = _values(mode, mode.mode.middles, looks, states)
-    passed = np.argwhere(values[:, :-1] * values[:, 1:] < 0).tolist()
-    beside: list[list[float]] = [[] for _ in looks] if passed else []
-    for k, i, m in passed:
-        middle = bracketed(lambda t, m=m: mode.middle_values(t, found.at(t))[m], *looks[k, i : i + 2].tolist())
-        length = looks[k, -1] - looks[k, 0]
-        beside[k] += [middle - looks[k, 0] + part * length for part in BESIDE_BUMPS]
+    k, i, m = np.nonzero(values[:, :-1] * values[:, 1:] < 0)
+    low, high, before, after = looks[k, i], looks[k, i + 1], values[k, i, m], values[k, i + 1, m]
+    begins, series = looks[k, 0], found.series[k]
+    middle = low
+    for _ in range(ROUNDS if k.size else 0):
+        middle = low + (high - low) * before / (before - after)
+        there = _summed(series, (middle - begins)[:, None])[0]
+        now = _values(mode, mode.mode.middles, middle, there)[np.arange(k.size), m]
+        left = before * now > 0
+        low, before = np.where(left, middle, low), np.where(left, now, before)
+        high, after = np.where(left, high, middle), np.where(left, after, now)
+    beside: list[list[float]] = [[] for _ in looks] if k.size else []
+    for step, begin, at in zip(k.tolist(), begins.tolist(), middle.tolist(), strict=True):
+        beside[step] += [at - begin + part * (looks[step, -1] - begin) for part in BESIDE_BUMPS]
     return beside
 
 

@@ -27,6 +27,7 @@ COARSE = 1000  # multiple of its allowed error by which a step may miss the rate
 PARTS = 8  # the least number of steps into which one is divided
 BESIDE_BUMPS = (0, *(sign * 8.0**-k for k in range(1, 5) for sign in (1, -1)))  # parts of a step; odd bumps are 0 at 0
 DEEP = 2.0**-10  # part of its value at the begin of a step by which a guard must be negative within, not by errors
+TRUSTED = 15  # times that a middle is passed unseen before it is looked at again: its bump may depend on other states
 BESIDE = 2.0**-13  # part of a step to each side of an event within which its slope there is taken
 UNBOUNDED = 1e-8  # part of the first value of p in R = -a / p at which R counts as infinite: no step reaches p = 0
 
@@ -138,6 +139,7 @@ class Watch:
         values += [max(v, 0.0) for v in found[guards:]]
         self.before = self.last = Look(t, self._above(values), mode.watched_rates(t, state))
         self.start, self.middles = t, (mode.middle_values(t, state),) * 2  # the latter before the last step and after
+        self.looked_at = [(0.0, 0)] * len(self.middles[0])  # the longest way past a middle, and how often trusted
 
     def lost(self, solver: Solver, t: float, state: tuple[float, ...]) -> tuple[float, int] | None:
         """Return (time, guard) of the first guard lost in the step that ends at (t, state), or None."""
@@ -175,7 +177,7 @@ class Watch:
         begin and end at those of bumps in time.
         """
         first, last = solver.t_old == self.start, solver.status == "finished"
-        passed = self._middles_passed(t, state) if self.mode.mode.middles else []
+        passed = self._middles_passed(t, state) if self.middles[1] else []
         if not (met or first or passed or (last and self.mode.peaked)):
             return False
         begin, end, h = solver.t_old, met[0] if met else t, t - solver.t_old
@@ -193,13 +195,32 @@ class Watch:
         beside = (middle + part * h for middle in bumps for part in BESIDE_BUMPS)
         times += [time for time in beside if begin < time < end]
         places = [(time, at(time)) for time in times]
-        return any(misses_rates(self.mode, within, *place, h, settings) for place in places) or any(
-            self._dips(*place) for place in places if bumps)
+        if any(misses_rates(self.mode, within, *place, h, settings) for place in places) or any(
+                self._dips(*place) for place in places if bumps):
+            return True
+        for k in passed:
+            self.looked_at[k] = max(self.looked_at[k][0], self._way(k)), 0
+        return False
 
     def _middles_passed(self, t: float, state: tuple[float, ...]) -> list[int]:
-        """Return the numbers of the middles of bumps that the step to (t, state) has passed."""
+        """Return the numbers of the middles of bumps that the step to (t, state) has passed, and that are to be seen.
+
+        What a step has passed without a bump is passed by shorter ones unseen, but not by more than ``TRUSTED``.
+        """
         self.middles = self.middles[1], self.mode.middle_values(t, state)
-        return [k for k, (a, b) in enumerate(zip(*self.middles, strict=True)) if a * b < 0]
+        passed = []
+        for k, (before, after) in enumerate(zip(*self.middles, strict=True)):
+            if before * after < 0:
+                way, times = self.looked_at[k]
+                if times == TRUSTED or self._way(k) > way:
+                    passed.append(k)
+                else:
+                    self.looked_at[k] = way, times + 1
+        return passed
+
+    def _way(self, k: int) -> float:
+        before, after = self.middles
+        return abs(after[k] - before[k])
 
     def _dips(self, t: float, state: tuple[float, ...]) -> bool:
         """Tell whether a guard, or a law of friction, is clearly negative within a step and was positive before it."""

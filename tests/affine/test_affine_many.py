@@ -354,9 +354,9 @@ def test_rows_within_the_paradox_of_one_of_two_contacts_have_two_motions_each_ho
 
 
 def test_rows_at_rest_that_repels_have_two_motions_each_however_many_there_are():
-    """Of v' = -F friction drives the slip, and either direction goes on from v = 0."""
-    driven = ap.System.with_frictions({x: v, v: -F}, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=1)])
-    many = ap.solve_many(system=driven, values={}, start={"x": np.linspace(-1, 1, 8), "v": 0}, until=1)
+    """Of x'' = -F a force by the sign of x drives x away, and either direction goes on from x = 0."""
+    driven = ap.System.with_frictions({x: v, v: -F, w: 0}, {}, [ap.Friction(velocity=x, force=F, load=1, kinetic=1)])
+    many = ap.solve_many(system=driven, values={}, start={"x": 0, "v": 0, "w": np.linspace(-1, 1, 8)}, until=1)
     assert [many.outcomes[k] for k in many.outcome] == ["two motions"] * 8
 
 

@@ -52,7 +52,7 @@ def place(tmp_path, monkeypatch):
 
 BAD_LINES = [
     ("solve nonsense", "choose one of backward"),
-    ("solve typo.toml", "'sgima' is unknown"),
+    ("solve typo.toml", "is of a sweep, which asympk sweep follows"),
     ("solve binary.toml", "not TOML"),
     ("solve empty.toml", "missing"),
     ("solve deep.toml", "not TOML"),

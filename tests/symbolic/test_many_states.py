@@ -353,7 +353,7 @@ def test_a_load_that_is_a_product_of_states_holds_nothing_where_one_of_them_is_0
 def test_regions_of_several_frictions_and_of_loads_that_are_not_linear_are_refused_by_name():
     G = sp.Symbol("G", real=True)
     two = ap.System.with_frictions(
-        slow={z: -F + G, w: F}, fast={}, frictions=(ap.Friction(z - w, F, 1, 1), ap.Friction(z, G, 1, 1))
+        slow={z: F + G, w: -F}, fast={}, frictions=(ap.Friction(z - w, F, 1, 1), ap.Friction(z, G, 1, 1))
     )
     with pytest.raises(NotDerivable, match="2 frictions, whose cones depend on one another"):
         ap.stick_regions(two)
