@@ -90,6 +90,8 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
         if not matrix.has(*unknowns):
             return _linear_solution(matrix, force.subs(dict.fromkeys(unknowns, 0)), unknowns)
     if len(unknowns) == 1:
+        if shifted := _from_phase(*equal_zero, *unknowns):
+            return _by_power(*shifted, *unknowns)
         if own := _by_lambert(*equal_zero, *unknowns) or _by_logarithm(*equal_zero, *unknowns):
             return own
         if powers := _in_exponentials(*equal_zero, *unknowns) or _in_roots(*equal_zero, *unknowns):
@@ -109,15 +111,22 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
     eliminants = [turning[:2]] if turning else _eliminants(equal_zero, unknowns)
     if any(_is_beyond_radicals(force, y, len(unknowns)) for force, y in eliminants):
         return None
+    if turning and any(wave.args[0].subs(unknowns[0], 0) != 0 for wave in _waves(*equal_zero, *unknowns)):
+        return _in_a_turn([], *turning, *equal_zero, *unknowns)  # of waves of several phases SymPy may not end
     own = len(unknowns) > 1 or not equal_zero[0].is_rational_function(*unknowns)
-    try:
-        found = sp.solve(equal_zero, unknowns, dict=True, check=not own)
-    except NotImplementedError:
-        found = None
+    found = _found_by_sympy(equal_zero, unknowns, own)
     found = found and [s for s in found if not own or _solves(s, equal_zero)]
     if turning:
         return _in_a_turn(found or [], *turning, *equal_zero, *unknowns)
     return None if own and found is not None and _leaves_out(found, equal_zero, *unknowns) else found
+
+
+def _found_by_sympy(equal_zero, unknowns, own):
+    """Return SymPy's solutions, or None; ``own`` tells that the check of them is ours."""
+    try:
+        return sp.solve(equal_zero, unknowns, dict=True, check=not own)
+    except NotImplementedError:
+        return None
 
 
 def _by_power(numerator, w, height, y):
@@ -196,6 +205,20 @@ def _turn(force, y):
     if not slopes or slopes[0].has(y) or not all((slope / slopes[0]).is_Rational for slope in slopes):
         return None
     return slopes[0] * common_divisor(slope / slopes[0] for slope in slopes)
+
+
+def _from_phase(force, y):
+    """Return (g, w, y by w) in w = y - y0, where g is a function of waves of w alone, else None.
+
+    SymPy expands sin(y - 1), and then does not end for sin(y - 1)^2 = x.
+    """
+    arguments = [wave.args[0] for wave in _waves(force, y)]
+    shifts = {sp.expand(a.subs(y, 0) / a.diff(y)) for a in arguments if not a.diff(y).has(y)}
+    if len(shifts) != 1 or shifts == {0} or _turn(force, y) is None:
+        return None
+    w, (shift,) = sp.Dummy(real=True), shifts
+    told = force.xreplace({a: a.diff(y) * w for a in arguments})
+    return None if told.has(y) else (told, w, lambda value: value - shift)
 
 
 def _factors_in_waves(force, y):

@@ -596,6 +596,16 @@ def test_functions_of_one_function_and_squares_of_roots_have_branches_in_closed_
     assert all(abs(force.subs({x: 2, y: value}).evalf()) < 1e-9 for value in values)
 
 
+@pytest.mark.parametrize(("force", "roots"), [
+    (x - sp.sin(y - 1) ** 2, [1 + sp.asin(sp.sqrt(x)), 1 - sp.asin(sp.sqrt(x))]),
+    (x - sp.sin(y + x), [sp.asin(x) - x, sp.pi - sp.asin(x) - x]),
+])
+def test_waves_of_one_phase_are_solved_from_it(force, roots):
+    """SymPy expanded sin(y - 1), and did not end for its square."""
+    found = {m.branch[y] for m in critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))}
+    assert found >= {sp.expand(root) for root in roots}
+
+
 @pytest.mark.parametrize("force", [x - y - sp.sqrt(1 + sp.sin(y)), x - sp.tan(sp.exp(y)), x - sp.sin(y**2),
                                    x - sp.sin(sp.root(y, 4))])
 def test_roots_of_waves_beyond_one_turn_are_stood_for_by_one_implicit_branch(force):
