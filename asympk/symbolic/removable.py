@@ -11,7 +11,7 @@ from asympk.multiprecision import in_context, private_context
 FLOAT_DIGITS = 16
 MOST = 8  # order of a pole up to which a limit is looked for
 NEAR = 3  # a place is displaced by 10^(-NEAR digits)
-SPARE = NEAR * (MOST + 1) + 2  # times as many digits has it: derivatives have a pole of one order more
+SPARE = NEAR * (MOST + 1) + 2  # times as many digits are taken there: derivatives have a pole of one order more
 DIRECTIONS = 4
 SMALL = 2.0**-14  # power of a divisor below which the rounding of its quotient is large
 LEAST = 2  # a power below 10^(-LEAST digits) counts as 0
@@ -39,10 +39,10 @@ def with_more_digits(
     wider = cache(lambda times: (context := private_context(times * digits), compiled(context)))
 
     def found(*given: Any) -> tuple:
-        if all(abs(e) >= SMALL for e in divisors(*given)):
+        if (least := min(map(abs, divisors(*given)))) >= SMALL:
             return function(*given)
         context, precise = wider(BESIDE)
-        if min(map(abs, divisors(*given))) < context.mpf(10) ** (-LEAST * digits):
+        if least < context.mpf(10) ** (-LEAST * digits):
             context, precise = wider(SPARE)
             values = _limits(precise, context, given)
         else:
@@ -54,13 +54,14 @@ def with_more_digits(
 
 def with_limits(function: Compiled, compiled: Callable[[MPContext], Compiled], m: MPContext) -> Compiled:
     """Return a function of numbers of ``m`` that has its limits where it divides 0 by 0; see ``limits_on_floats``."""
+    wider = cache(lambda digits: (context := private_context(SPARE * digits), compiled(context)))
 
     def found(*given: Any) -> tuple:
         try:
             return function(*given)
         except ZeroDivisionError:
-            wider = private_context(SPARE * m.dps)
-            return tuple(in_context(m, value) for value in _limits(compiled(wider), wider, given))
+            context, precise = wider(m.dps)
+            return tuple(in_context(m, value) for value in _limits(precise, context, given))
 
     return found
 
