@@ -14,7 +14,6 @@ from bisect import bisect, bisect_left
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
 from math import ceil, inf, log10
 from sys import float_info
 from time import monotonic
@@ -31,8 +30,7 @@ from asympk.errors import OutOfRange, TooManyEvents, Unfinished
 from asympk.integrators.growth import LOST, grown, growth, linearised
 from asympk.integrators.integrate import AT_REST
 from asympk.integrators.singular import followed
-from asympk.integrators.stepwise import BESIDE_BUMPS, DEEP
-from asympk.integrators.watch import Look, first_lost
+from asympk.integrators.watch import BESIDE_BUMPS, Look, dips, first_lost
 from asympk.multiprecision import in_context
 from asympk.numbers import whole
 from asympk.path import Path, within
@@ -251,16 +249,15 @@ def _has_passed_over(
     if not mode.mode.middles:
         return any(_misses_rates(scheme, step, *place) for place in places)
 
-    def value(k: int, at: Any) -> Any:
-        return mode.middle_values(step.t + at, _at(scheme.tableau, step, at))[k]
+    def values(at: Any) -> tuple:
+        return mode.middle_values(step.t + at, _at(scheme.tableau, step, at))
 
-    passed = [k for k in range(len(mode.mode.middles)) if value(k, start) * value(k, end) < 0]
-    middles = [_root(partial(value, k), start, end, scheme.tolerance) for k in passed]
+    passed = [k for k, (a, b) in enumerate(zip(values(start), values(end), strict=True)) if a * b < 0]
+    middles = [_root(lambda at, k=k: values(at)[k], start, end, scheme.tolerance) for k in passed]
     times = [at for middle in middles for part in BESIDE_BUMPS if start < (at := middle + part * step.h) < end]
     looks = [(at, _at(scheme.tableau, step, at)) for at in times]
-    dips = (new < -DEEP * old < 0 for at, state in looks
-            for old, new in zip(before, mode.watched_values(faded, step.t + at, state), strict=True))
-    return any(_misses_rates(scheme, step, *look) for look in (*places, *looks)) or any(dips)
+    return any(_misses_rates(scheme, step, *look) for look in (*places, *looks)) or any(
+        dips(before, mode.watched_values(faded, step.t + at, state)) for at, state in looks)
 
 
 def _without_rounding(end: tuple, before: tuple, slack: Any) -> tuple:

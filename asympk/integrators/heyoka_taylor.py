@@ -16,7 +16,8 @@ from asympk.automaton.loop import Segment, lost_with
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import InputError
 from asympk.integrators.integrate import Settings, Work, missing
-from asympk.integrators.stepwise import BESIDE_BUMPS, PARTS, Divisors, allowed_error, is_missed
+from asympk.integrators.stepwise import PARTS, Divisors, allowed_error, is_missed
+from asympk.integrators.watch import BESIDE_BUMPS
 from asympk.symbolic.derivatives import is_bent
 from asympk.symbolic.long import symbols_in
 

@@ -18,15 +18,13 @@ from asympk.automaton.contacts import clear_sign, nudges
 from asympk.automaton.loop import Segment, lost_with
 from asympk.automaton.numericmode import LONG, NumericMode
 from asympk.integrators.integrate import Settings, Work
-from asympk.integrators.watch import Look, first_lost, suspects
+from asympk.integrators.watch import BESIDE_BUMPS, Look, dips, first_lost, suspects
 
 STEP_LIMIT = "step limit reached"
 PATIENCE = 500  # steps near a zero of a divisor after which a run that has gained no time of ``LONG`` is given up
 IDLE = 100  # steps without any gain in time after which a run is given up
 COARSE = 1000  # multiple of its allowed error by which a step may miss the rates at an event
 PARTS = 8  # the least number of steps into which one is divided
-BESIDE_BUMPS = (0, *(sign * 8.0**-k for k in range(1, 5) for sign in (1, -1)))  # parts of a step; odd bumps are 0 at 0
-DEEP = 2.0**-10  # part of its value at the begin of a step by which a guard must be negative within, not by errors
 TRUSTED = 15  # times that a middle is passed unseen before it is looked at again: its bump may depend on other states
 BESIDE = 2.0**-13  # part of a step to each side of an event within which its slope there is taken
 UNBOUNDED = 1e-8  # part of the first value of p in R = -a / p at which R counts as infinite: no step reaches p = 0
@@ -196,7 +194,7 @@ class Watch:
         times += [time for time in beside if begin < time < end]
         places = [(time, at(time)) for time in times]
         if any(misses_rates(self.mode, within, *place, h, settings) for place in places) or any(
-                self._dips(*place) for place in places if bumps):
+                dips(self.before.values, self._values(*place)) for place in places if bumps):
             return True
         for k in passed:
             self.looked_at[k] = max(self.looked_at[k][0], self._way(k)), 0
@@ -221,11 +219,6 @@ class Watch:
     def _way(self, k: int) -> float:
         before, after = self.middles
         return abs(after[k] - before[k])
-
-    def _dips(self, t: float, state: tuple[float, ...]) -> bool:
-        """Tell whether a guard, or a law of friction, is clearly negative within a step and was positive before it."""
-        values = zip(self.before.values, self._values(t, state), strict=True)
-        return any(value < -DEEP * old < 0 for old, value in values)
 
     def _without_rounding(self, values, t, state):
         """Return the values of the guards, 0 for each that was 0 before and is negative, but does not clearly fall."""

@@ -10,6 +10,8 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 PARTS = (0.25, 0.5, 0.75)  # the parts of a step at whose ends guards and rates are evaluated in the search
+BESIDE_BUMPS = (0, *(sign * 8.0**-k for k in range(1, 5) for sign in (1, -1)))  # parts of a step; odd bumps are 0 at 0
+DEEP = 2.0**-10  # part of its value at the begin of a step by which a guard must be negative within, not by errors
 STEEPER = 16  # largest ratio of a guard's rate within a step to its rates at the ends, if the guard turns within
 
 
@@ -52,6 +54,11 @@ def first_lost(
         if (t := _falls(looks, k, values, rates, root, _crosses(before, after, k), touch)) is not None:
             found.append((t, k))
     return min(found, default=None)
+
+
+def dips(before: Iterable[Any], within: Iterable[Any]) -> bool:
+    """Tell whether a guard is clearly negative ``within`` a step and was positive ``before`` it."""
+    return any(value < -DEEP * old < 0 for old, value in zip(before, within, strict=True))
 
 
 def suspects(before: Look, after: Look) -> list[int]:
