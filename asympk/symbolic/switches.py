@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import sympy as sp
 
+from asympk.symbolic.derivatives import is_bent
 from asympk.symbolic.long import atoms
 from asympk.symbolic.sides import SWITCHING, WHOLE, phase_of, phases, switching_parts
 from asympk.symbolic.system import System
@@ -72,7 +73,7 @@ def middles_of(exprs: Iterable[sp.Expr], states: Collection[sp.Symbol], time: sp
         if not part.free_symbols & {*states} or isinstance(part, sp.sin | sp.cos):
             continue
         middle = part.args[0] if not part.is_Add else part.diff(moved[0]) if len(moved) == 1 else sp.S.Zero
-        if isinstance(middle, sp.Expr) and _is_linear(middle, moving) and middle.free_symbols & {*states}:
+        if isinstance(middle, sp.Expr) and middle.free_symbols & {*states} and not is_bent((middle,), tuple(moving)):
             found.add(phase_of(middle)[0])
     return tuple(sorted(found, key=sp.default_sort_key))
 
@@ -82,10 +83,6 @@ def _is_bump(part: sp.Expr) -> bool:
     if isinstance(part, sp.Pow):
         return not part.exp.is_Integer or bool(part.exp.is_negative)
     return not isinstance(part, (sp.sin, sp.cos, sp.Piecewise, *SWITCHING))
-
-
-def _is_linear(expr: sp.Expr, symbols: set[sp.Symbol]) -> bool:
-    return not any(expr.diff(s).free_symbols & symbols for s in expr.free_symbols & symbols)
 
 
 def exprs_of(system: System) -> tuple[sp.Expr, ...]:
