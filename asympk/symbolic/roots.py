@@ -201,7 +201,11 @@ def _turn(force, y):
 
     A tangent has half the turn of a sine.
     """
-    slopes = [f.args[0].diff(y) * (1 + isinstance(f, sp.tan | sp.cot)) for f in _waves(force, y)]
+    return _common_slope([f.args[0].diff(y) * (1 + isinstance(f, sp.tan | sp.cot)) for f in _waves(force, y)], y)
+
+
+def _common_slope(slopes, y):
+    """Return the largest q of which all slopes are whole multiples, without y, or None where there is none."""
     if not slopes or slopes[0].has(y) or not all((slope / slopes[0]).is_Rational for slope in slopes):
         return None
     return slopes[0] * common_divisor(slope / slopes[0] for slope in slopes)
@@ -488,10 +492,9 @@ def _exponentials_as_powers(force, y):
     force = force.xreplace({f: f.rewrite(sp.exp) for f in force.atoms(HyperbolicFunction) if f.has(y)})
     exponentials = [e for e in force.atoms(sp.exp) if e.has(y)]
     slopes = [e.exp.diff(y) for e in exponentials]
-    if len(slopes) < 2 or slopes[0].has(y) or not all((slope / slopes[0]).is_Rational for slope in slopes):
+    if len(slopes) < 2 or (q := _common_slope(slopes, y)) is None:
         return None
-    q, w = slopes[0] * common_divisor(slope / slopes[0] for slope in slopes), sp.Dummy(positive=True)
-    q = -q if q.could_extract_minus_sign() else q
+    q, w = -q if q.could_extract_minus_sign() else q, sp.Dummy(positive=True)
     powers = {e: w ** (k / q) * sp.exp(e.exp.subs(y, 0)) for e, k in zip(exponentials, slopes, strict=True)}
     return force.xreplace(powers), w, q
 
