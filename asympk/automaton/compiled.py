@@ -43,7 +43,7 @@ def function(
     divided at the working precision. With ``directions`` the function returns the derivatives of the outputs along each
     direction, output by output. With ``products`` integer powers of any base are written as products.
     """
-    space, exprs = {target: functions, "abs": getattr(functions, "abs", abs)}, (*outputs, *chain(*directions))
+    exprs = (*outputs, *chain(*directions))
     wide = partial(function, system, outputs, "mpmath", directions=directions, coefficients=coefficients)
     try:
         text = source(system, outputs, target, directions, coefficients)
@@ -53,14 +53,14 @@ def function(
         raise
     if functions is math:
         return without_overflow(text, exprs, lambda numbers: wide(functions=numbers))
-    exec(ast.unparse(_Products().visit(ast.parse(text))) if products else text, space)
+    found = _executed(ast.unparse(_Products().visit(ast.parse(text))) if products else text, target, functions)
     if not isinstance(functions, MPContext) or is_tower(exprs):
-        return space["f"]
-    return with_limits(space["f"], partial(_executed, text), functions)
+        return found
+    return with_limits(found, partial(_executed, text, target), functions)
 
 
-def _executed(text: str, numbers: MPContext) -> Callable[..., tuple]:
-    space: dict[str, Any] = {"mpmath": numbers, "abs": abs}
+def _executed(text: str, target: str, functions: Any) -> Callable[..., tuple]:
+    space: dict[str, Any] = {target: functions, "abs": getattr(functions, "abs", abs)}
     exec(text, space)
     return space["f"]
 

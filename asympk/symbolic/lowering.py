@@ -276,8 +276,11 @@ def without_overflow(
     """
     head, *body = source.splitlines()
     name, arguments = head[4:-2].split("(")
-    wide, limits = (cache(lambda made=made: _diverging if is_tower(exprs) else made())
-                    for made in (lambda: on_floats(wider(WIDE)), lambda: limits_on_floats(wider)))
+
+    def once(made: Callable[[], Callable[..., tuple]]) -> Callable[[], Callable[..., tuple]]:
+        return cache(lambda: _diverging if is_tower(exprs) else made())
+
+    wide, limits = once(lambda: on_floats(wider(WIDE))), once(lambda: limits_on_floats(wider))
     space: dict[str, Any] = {"math": math, "_wide_": wide, "_limits_": limits}
     lines = [head, "    try:", *(f"    {line}" for line in body)]
     lines += ["    except OverflowError:", f"        return _wide_()({arguments})"]
