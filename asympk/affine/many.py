@@ -235,17 +235,16 @@ def _together(modes, w, until, rows, result):
 def _advanced(modes, flock, k):
     """Follow the rows in branch number k to the ends of their segments; return notes of their events."""
     mine = np.flatnonzero(flock.alive & (flock.branch == k))
-    begun, pushed = flock.t[mine], _pushed_on(modes, k, flock, mine)
+    begun = flock.t[mine]
     flow, _, kept, kinds = modes.flow(modes.branches[k])
     states, whole = flock.w.shape[1], modes.whole(modes.branches[k], flock.t[mine], flock.w[mine])
     covariance = np.zeros((len(mine), *[whole.shape[1] - 1] * 2))  # of the forcing, too, which has no error as yet
     covariance[:, :states, :states] = flock.covariance[mine]
     ends = follow_rows(flow, flow.mode.mesh, whole, flock.until[mine] - flock.t[mine], covariance)
+    flock.lost[mine] |= ends.open | _pushed_on(modes, k, begun, flock.w[mine], ends.span)
     flock.w[mine], flock.covariance[mine] = ends.state[:, :states], ends.covariance[:, :states, :states]
     flock.size[mine] = np.maximum(flock.size[mine], abs(flock.w[mine]))
-    flock.lost[mine] |= ends.open
     flock.t[mine] = np.where(ends.hit < 0, flock.until[mine], flock.t[mine] + ends.span)
-    flock.lost[mine] |= pushed(flock.t[mine])
     flock.alive[mine] = (ends.hit >= 0) & ~flock.lost[mine]
     notes = []
     for hit in np.unique(ends.hit[flock.alive[mine]]):
@@ -257,15 +256,14 @@ def _advanced(modes, flock, k):
     return notes
 
 
-def _pushed_on(modes, k, flock, mine):
-    """Return a function of the ends of segments: whether kinetic friction may become negative in them, row by row."""
-    mode, begun, w = modes.automaton.mode(modes.branches[k]).mode, flock.t[mine], flock.w[mine]
-    low = (modes.values(mode.laws, begun, w) < 0).any(axis=0) if mode.laws else np.zeros(len(mine), dtype=bool)
+def _pushed_on(modes, k, begun, w, span):
+    """Tell of each row whether kinetic friction may become negative in its segment; the scalar flow judges it."""
+    mode = modes.automaton.mode(modes.branches[k]).mode
+    low = (modes.values(mode.laws, begun, w) < 0).any(axis=0) if mode.laws else np.zeros(len(begun), dtype=bool)
     if low.all() or not mode.laws:
-        return lambda ends: low
+        return low
     flow, waves, _ = modes.flows.of(Doubles, mode, form_of_laws)
-    whole = with_waves(waves, begun, w)
-    return lambda ends: low | may_fall(flow, flow.mode.mesh, whole, ends - begun)
+    return low | may_fall(flow, flow.mode.mesh, with_waves(waves, begun, w), span)
 
 
 def _kept(notes, lost):
