@@ -3,7 +3,8 @@ r"""The layers of a system with one friction and one fast state to order 0: thei
 In a layer the slow states are constant, and the fast state y of a mode obeys mu y' = g_0 + g_1 y. The state y settles
 on the branch y = -g_0/g_1, or meets a guard of its mode, or, where g_1 > 0, grows without bound. A growing load makes
 an impulse J = int |y| dt, which changes the slow states, dx/dJ = sign(y) dx'/dy, and likewise mu y, until sliding
-stops. In stick the impulse continues until mu y has returned to 0. The jump is therefore
+stops. In stick the impulse continues until mu y has returned to 0. If mu y returns to 0 before, sliding goes on
+(Lemma 18), and there is no law. The jump is otherwise
 
     velocity -> 0,    mu y -> 0,    x -> x + (impulses),    errors O(mu log(1/mu)),
 
@@ -189,20 +190,23 @@ class LimitLayers:
         if not phase.velocity:
             raise NoLaw  # a load that grows in stick
         sliding = _of_velocity(slip)
+        pressed = lambda _, w: side * w[-1]  # noqa: E731
         stopped, large = self._carried(
-            slip, t, state, 0.0, side, lambda _, w: slip.guard_values(t, (*w[:-1],))[sliding]
+            slip, t, state, 0.0, side, lambda _, w: slip.guard_values(t, (*w[:-1],))[sliding], pressed
         )
         stopped = slip.snapped(sliding, t, stopped)
         event = Event("velocity_zero", t, self._with(stopped, large / self.mu), 0)
         stick = entered(self.automaton, (Phase(phase.load, 0),), t, stopped)
-        after, _ = self._carried(stick, t, stopped, large, side, lambda _, w: side * w[-1])
+        after, _ = self._carried(stick, t, stopped, large, side, pressed)
         return stick, self._with(after, self._from_infinity(stick, t, after, side)), event
 
-    def _carried(self, mode: NumericMode, t: float, state: tuple, large: float, side: float, level: Any) -> tuple:
+    def _carried(
+        self, mode: NumericMode, t: float, state: tuple, large: float, side: float, level: Any, *others: Any
+    ) -> tuple:
         """Return the state and mu y at the impulse J at which ``level(J, (*state, mu y))`` falls to 0.
 
-        Raises ``NoLaw`` where nothing stops the impulse, where the mode reaches a switching surface before, or friction
-        below 0, or where such a surface depends on y.
+        Raises ``NoLaw`` where nothing stops the impulse, where one of ``others`` falls to 0 before, where the mode
+        reaches a switching surface before, or friction below 0, or where such a surface depends on y.
         """
         edges = [k for k, (kind, _) in enumerate(mode.kinds) if kind == SWITCH]
         edges += range(len(mode.kinds), len(mode.mode.watched))
@@ -213,7 +217,7 @@ class LimitLayers:
             return [*(0.0 if i == self.fast else c for i, c in enumerate(column)), self.mu * column[self.fast]]
 
         faded = mode.faded(t, state)
-        events = [level, *((lambda _, w, k=k: mode.watched_values(faded, t, (*w[:-1],))[k]) for k in edges)]
+        events = [level, *others, *((lambda _, w, k=k: mode.watched_values(faded, t, (*w[:-1],))[k]) for k in edges)]
         for event in events:
             vars(event).update(terminal=True, direction=-1)
         first = np.array([*state, large])

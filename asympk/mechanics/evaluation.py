@@ -9,6 +9,7 @@ import sympy as sp
 from asympk.automaton.junction import BY_HAND, OF_ZERO
 from asympk.errors import InputError, OutOfRange
 from asympk.mechanics.kinetics import Kinetics, slope_in_powers
+from asympk.mechanics.stops import bound_symbols
 from asympk.numbers import common_shape, number
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.long import symbols_in
@@ -28,7 +29,8 @@ def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) ->
     """
     import numpy as np
 
-    needed = sorted(symbols_in(sp.Tuple(*expressions)), key=str)
+    together = sp.Tuple(*expressions)
+    needed = sorted(symbols_in(together) - bound_symbols(together), key=str)
     missing = [str(symbol) for symbol in needed if symbol not in values]
     if missing:
         raise InputError(f"no value for {', '.join(missing)}; give one for each of {', '.join(map(str, needed))}")

@@ -33,6 +33,7 @@ from asympk.formulas import NOT_FINITE
 from asympk.mechanics import paradox
 from asympk.mechanics.checks import require_own_symbols
 from asympk.mechanics.kinetics import Kinetics
+from asympk.mechanics.stops import Stops
 from asympk.mechanics.tidy import collected
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.long import atoms, modulus
@@ -77,17 +78,17 @@ def jump_law(
 
     The errors are O(c log(1/c)), if g' = O(c) and |gamma| >> c before the jump. With ``ratio`` the contact opens, and
     the errors are O(log(k) / sqrt(k)) in the limit of large stiffness k. Raises ``InputError`` if both are given, or a
-    ratio for a bilateral constraint. Raises ``NotDerivable`` for friction that may fall below the critical one as the
-    contact slows down, unless a condition excludes this, for damping by velocities that change during the jump, and,
-    with a ratio, for friction that depends on the velocity.
+    ratio for a bilateral constraint. Raises ``NotDerivable`` for friction by velocities other than the sliding one, or
+    without a value at rest, for damping by velocities that change during the jump, and, with a ratio, for friction that
+    depends on the velocity.
     """
     if ratio is not None and damping is not None:
         raise InputError("ratio and damping are both given; the damping is either a time h or a ratio b")
     if ratio is not None and not kinetics.unilateral:
         raise InputError("ratio: a two-sided constraint never opens; the rebound needs Contact(unilateral=True)")
     if (stops := _stops(kinetics)) == sp.false:
-        raise NotDerivable("where friction falls as the contact slows down it may slide on, and the law is that of one "
-                           "that stops; follow the elastic contact")
+        raise NotDerivable("friction depends on velocities other than the sliding one, or has no value at rest, and so "
+                           "it is not known whether the contact stops; follow the elastic contact")
     condition = sp.And(paradox.condition(kinetics), stops, keeps_gap(kinetics))
     if kinetics.unilateral:
         condition = sp.And(condition, kinetics.slip * kinetics.delassus[0, 1] > 0)
@@ -125,36 +126,16 @@ def _require_steady(kinetics: Kinetics, name: str, damping: sp.Expr) -> None:
 
 
 def _stops(kinetics: Kinetics) -> sp.Basic:
-    """Return when the bound of friction that a paradox needs lasts until the contact stops, False where not known."""
-    bound, speed = kinetics.friction * kinetics.load, sp.Dummy(positive=True)
+    """Return when the contact stops within the jump, or False where this is not known."""
+    bound, gamma = kinetics.friction * kinetics.load, sp.Dummy("gamma", real=True)
     if not bound.free_symbols & {*kinetics.velocities}:
         return sp.true
-    sides = [_at_velocity(kinetics, bound, sign * speed) for sign in (1, -1)]
-    if sp.Tuple(*sides).has(*kinetics.velocities, sp.Piecewise, sp.sign, sp.Heaviside):
+    law, speed = _at_velocity(kinetics, bound, gamma), sp.Dummy(positive=True)
+    at_rest = sp.Tuple(*(law.subs(gamma, sign * speed).subs(speed, 0) for sign in (1, -1)))
+    if law.has(*kinetics.velocities) or at_rest.has(*NOT_FINITE):
         return sp.false
-    return sp.And(*(_lasts(kinetics, side, speed) for side in sides))
-
-
-def _lasts(kinetics: Kinetics, bound: sp.Expr, speed: sp.Symbol) -> sp.Basic:
-    """Return when a bound of friction does not fall as the speed falls to 0, or only to a value with a paradox.
-
-    A sum of terms each of which grows or falls is nowhere below the sum of their least values, at the ends.
-    """
-    sign = _sign_of_slope(bound, speed)
-    if not sign.has(speed):
-        return sp.Or(sign <= 0, _exceeds(kinetics, (bound.subs(speed, 0),)))
-    factor, whole = bound.as_independent(speed, as_Add=False)
-    terms = [factor * term for term in sp.Add.make_args(whole)]
-    if any(_sign_of_slope(term, speed).has(speed) for term in terms):
-        return sp.false
-    return _exceeds(kinetics, *((term.subs(speed, 0), term.subs(speed, sp.Abs(kinetics.slip))) for term in terms))
-
-
-def _exceeds(kinetics: Kinetics, *ends: tuple[sp.Expr, ...]) -> sp.Basic:
-    """Return when there is a paradox with the sum of the least of all ``ends`` as bound, False if any is not finite."""
-    if sp.Tuple(*ends).has(*NOT_FINITE):
-        return sp.false
-    return paradox.condition(kinetics, sp.Add(*(sp.Min(*values) for values in ends)))
+    G = kinetics.delassus
+    return Stops(sp.Lambda(gamma, law), kinetics.slip, G[0, 0], modulus(G[0, 1]), G[1, 1])
 
 
 def _at_velocity(kinetics: Kinetics, bound: sp.Expr, gamma: sp.Expr) -> sp.Expr:
@@ -166,21 +147,6 @@ def _at_velocity(kinetics: Kinetics, bound: sp.Expr, gamma: sp.Expr) -> sp.Expr:
         compared = {relation: relation.func(relation.lhs - relation.rhs, 0) for relation in placed.atoms(sp.Rel)}
         found = sp.expand(placed.xreplace(compared))
     return found
-
-
-def _sign_of_slope(bound: sp.Expr, speed: sp.Symbol) -> sp.Expr:
-    """Return what has the sign of the slope over the speed of a bound of friction, which is not negative."""
-    slope = bound.diff(speed)
-    if slope == 0:
-        return slope  # a bound may be 0 with it
-    found = (_without_signed(expr) for expr in (slope / bound, slope))
-    return next((sign for sign in found if not sign.has(speed)), slope)
-
-
-def _without_signed(expr: sp.Expr) -> sp.Expr:
-    """Return an expression in which every factor whose sign is known is this sign."""
-    signs = ((part, sp.sign(part)) for part in sp.Mul.make_args(sp.factor(expr)))
-    return sp.Mul(*(part if sign.has(sp.sign) else sign for part, sign in signs))
 
 
 def rebound(kinetics: Kinetics, ratio: sp.Expr) -> sp.Expr:

@@ -6,12 +6,18 @@ from operator import eq, ge, gt, le, lt, ne
 from typing import Any
 
 import sympy as sp
+from sympy.logic.boolalg import BooleanFunction
 
 from asympk.errors import InputError
 from asympk.numbers import common_shape
 from asympk.symbolic.long import replaced
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.reading import as_floats
+
+
+class Evaluated(BooleanFunction):
+    """A condition that no relation writes down: its method ``at`` tells whether the condition holds at numbers."""
+
 
 _COMPARE = {sp.Ge: ge, sp.Gt: gt, sp.Le: le, sp.Lt: lt, sp.Ne: ne, sp.Eq: eq}
 
@@ -70,6 +76,8 @@ def _evaluated(condition, numbers):
         for part in rest:
             found = found & part if isinstance(condition, sp.And) else found | part
         return found
+    if isinstance(condition, Evaluated):
+        return condition.at(numbers)
     if not isinstance(condition, sp.Rel):
         return condition == sp.true
     left, right = (_value(side, numbers) for side in condition.args)

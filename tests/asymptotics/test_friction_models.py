@@ -112,6 +112,21 @@ def test_the_limit_of_the_nonlinear_rod_is_wrong_by_mu_log_mu():
     assert abs(constants[2] - constants[1]) < abs(constants[1] - constants[0])
 
 
+@pytest.mark.parametrize(("start", "stops"), [("-1.5", True), ("-2.3", False), ("-3", False)])
+def test_order_0_slides_on_where_the_load_fades_within_the_jump_though_friction_grows_again_below(start, stops):
+    """The limit carried an impulse below 0 through a dip of friction, and stopped the mass at the start of 5 s."""
+    x, y, z, F = sp.symbols("x y z F", real=True)
+    mu, load = sp.Symbol("mu", positive=True), x + y
+    law = 3 - sp.Rational(9, 5) * sp.exp(-((10 * (sp.Abs(z) - 2) / 3) ** 2))
+    rates = {"slow": {x: y}, "fast": {y: 1 - 2 * load + F}, "velocity": {z: 1 - load + F}}
+    system = ap.System.with_friction(**rates, force=F, load=load, kinetic=law, static=law, small=mu)
+    scene = ap.Scene(system=system, values={mu: "1e-6"}, start={x: 0, y: "0.5", z: start}, until="0.01")
+    path, exact = ap.solve(scene, method="jump", order=0), ap.solve(scene)
+    assert ("stick" in exact.modes) is stops
+    assert path.modes == exact.modes
+    assert path.final == pytest.approx(exact.final, abs=1e-3)
+
+
 def test_the_impulses_followed_in_numbers_are_those_of_the_jump_law():
     rod, h, turned, spin = slender_rod(unilateral=False), sp.Rational(1, 5), sp.Rational(11, 10), sp.Rational(3, 10)
     law, system = rod.jump_law(), rod.elastic(compliance=c, damping=h)
