@@ -58,6 +58,10 @@ class OutOfRange(AsympkError, ArithmeticError):
     """An asymptotic prediction is asked for where its expansion does not hold."""
 
 
+class NegativeFriction(OutOfRange):
+    """Kinetic friction is negative at a state of the motion: it would push on."""
+
+
 class Pole(Stopped, OutOfRange):
     """The motion has passed a pole of its rates before the time ``t``."""
 

@@ -32,6 +32,7 @@ REFUSALS = {
     errors.TwoMotions: "two motions",
     errors.UnboundedReaction: "unbounded reaction",
     errors.Unfinished: "unfinished",
+    errors.NegativeFriction: "negative friction",
     errors.OutOfRange: "a rate is not finite",
     InputError: "refused",
 }

@@ -32,6 +32,7 @@ from asympk.formulas import formula_in_words
 from asympk.numbers import known_order
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.conditions import assumed_range, points_in, reduce_under
+from asympk.symbolic.placing import require_opposing
 from asympk.symbolic.signs import follows
 from asympk.symbolic.system import System, of_system
 from asympk.symbolic.truth import require_relations
@@ -137,8 +138,9 @@ def jump_map(
     the sample. With ``arrival`` the layer begins where the slow motion in the mode of that name reaches z = 0, and the
     map depends on x alone. With ``near`` the load at the start is that of the slow line of the mode of that name plus
     ``OFFSET``, and the map holds for any small offset. For a system without friction, ``base_point(system, order)`` is
-    returned. Raises ``OrderError``, ``InputError`` for a start that is no mapping to numbers or violates the
-    assumptions, ``OutOfRange`` for a sample on the boundary between two itineraries, and ``NotDerivable``.
+    returned. Raises ``OrderError``, ``InputError`` for a start that is no mapping to numbers, violates the assumptions,
+    or has negative kinetic friction or less static friction, ``OutOfRange`` for a sample on the boundary between two
+    itineraries, and ``NotDerivable``.
 
     >>> from asympk.systems import painleve_klein
     >>> jump = jump_map(painleve_klein.system(), order=0)
@@ -156,12 +158,12 @@ def jump_map(
         raise InputError(f"near: the system has a {OFFSET} already, as the offset is called; give it another name")
     given = _given(model, {} if start is None else start)
     values = _sample(system, model, given, arrival)
-    velocity = model.states[2] if values[model.states[2]] != 0 else sp.S.Zero
-    begins = Beginning(arrival, near, velocity)
+    require_opposing(system, {**values, model.states[2]: sp.S.Zero})
+    begins = Beginning(arrival, near, velocity := model.states[2] if values[model.states[2]] != 0 else sp.S.Zero)
     signs = _Signs({**values, LOAD: _load(model).subs(values)})
     steps = itinerary(model.line, begins.load(model), velocity, signs)
     x, z, events = _expansion(system, steps, order, begins)
-    domain = _domain(tuple(signs.asked), system.assumptions).subs(LOAD, _load(model))
+    domain = _domain((*signs.asked, *_opposing(system, model)), system.assumptions).subs(LOAD, _load(model))
     rest = sp.cancel(model.line.rest(steps[-1].mode))
     places = sp.Dict({v: values[v] for v in (*model.parameters, *model.states)})
     chosen = tuple(v.name for v in places if v not in given and domain.has(v))
@@ -206,6 +208,12 @@ def _expansion(system, steps, order, begins):
 
     events = tuple(LayerEvent(t.kind, *map(out, t[1:])) for t in layers.turns)
     return out(layers.x.truncated(order)), out(layers.z.truncated(order)), events
+
+
+def _opposing(system, model):
+    """Return the relations under which friction opposes the velocity and static friction is not below it."""
+    kinetic = sp.sympify(system.friction.kinetic, strict=True)
+    return sp.Ge(kinetic, 0), sp.Ge(model.static, kinetic)
 
 
 def _load(model):

@@ -50,7 +50,7 @@ from asympk.automaton.kept import vanish_on_plane
 from asympk.automaton.modes import mode_of
 from asympk.automaton.rest import has_forces, moves_in_several_ways, standing_branch
 from asympk.digits import carrier_context
-from asympk.errors import AsympkError, NoMotion, OutOfRange, TwoMotions, UnboundedReaction, Undecided
+from asympk.errors import AsympkError, NegativeFriction, NoMotion, OutOfRange, TwoMotions, UnboundedReaction, Undecided
 from asympk.multiprecision import in_context
 from asympk.numbers import short
 from asympk.symbolic import branches, forces, sides
@@ -276,11 +276,12 @@ def _undetermined(here: Junction, branch: Branch) -> UnboundedReaction:
 
 
 def _require_opposing(here: Junction, chosen: Branch) -> None:
-    """Raise ``OutOfRange`` if the friction of a contact that slips is negative, by a law of the state."""
+    """Raise ``NegativeFriction`` if the friction of a contact that slips is negative, by a law of the state."""
     for k, phase in enumerate(chosen):
         if phase.slips and all(point.contacts[k].kinetic < 0 for point in here.points_in(chosen)):
-            raise OutOfRange(f"kinetic friction {short(here.system.frictions[k].kinetic)} is negative {here.in_words}; "
-                             "friction opposes the velocity: write a law that does not fall below 0")
+            raise NegativeFriction(f"kinetic friction {short(here.system.frictions[k].kinetic)} is negative "
+                                   f"{here.in_words}; friction opposes the velocity: write a law that does not fall "
+                                   "below 0")
 
 
 def _require_one_way(here: Junction, branch: Branch, tried: Tried) -> None:

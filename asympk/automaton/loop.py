@@ -358,8 +358,8 @@ def _require_begun(mode: NumericMode, t: Any, state: tuple) -> None:
     """Raise ``TwoMotions`` where a bilateral rigid contact begins to slide within the paradox.
 
     At rest such a contact has one motion; as soon as it slides, it has two. Neither states nor time need move what
-    tells this. Raises ``OutOfRange`` where kinetic friction is negative from the start of the mode on, as it may be on
-    one side of a switch.
+    tells this. Raises ``NegativeFriction`` where kinetic friction is negative from the start of the mode on, as it may
+    be on one side of a switch.
     """
     mode.require_opposing((t, state), [(t, state)], t, None)
     fixed = tuple(guard.value for guard in mode.mode.fixed_guards if guard.kind in _ENDS)

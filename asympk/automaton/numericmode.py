@@ -17,7 +17,7 @@ import sympy as sp
 from asympk.automaton.compiled import function
 from asympk.automaton.contacts import clear_sign, is_open, nudges
 from asympk.automaton.modes import SWITCH, GuardedMode
-from asympk.errors import NotDerivable, OutOfRange, Pole
+from asympk.errors import NegativeFriction, NotDerivable, OutOfRange, Pole
 from asympk.symbolic.branches import Branch, at_rest, held, rate_along
 from asympk.symbolic.derivatives import is_bent
 from asympk.symbolic.long import symbols_in
@@ -200,7 +200,7 @@ class NumericMode:
     def require_opposing(
         self, begun: tuple[Any, State], reached: Iterable[tuple[Any, State]], end: Any, hit: int | None
     ) -> None:
-        """Raise ``OutOfRange`` if a kinetic friction has become negative.
+        """Raise ``NegativeFriction`` if a kinetic friction has become negative.
 
         It has at the ``end`` of a segment that ``hit`` it, and at a time and state ``reached`` where it is below its
         ``faded`` value.
@@ -212,9 +212,9 @@ class NumericMode:
                  for law, value, least in zip(laws, self.laws(t, *state, *self.p), faded, strict=True) if value < least)
         lost = () if hit is None or hit < len(self.kinds) else (laws[hit - len(self.kinds)], end)
         if found := lost or next(below, ()):
-            raise OutOfRange(f"kinetic friction {found[0]!s:.120} of mode {self.name} is negative at t = "
-                             f"{float(found[1]):.8g}; friction opposes the velocity: write a law that does not fall "
-                             "below 0, or end the run before it")
+            raise NegativeFriction(f"kinetic friction {found[0]!s:.120} of mode {self.name} is negative at t = "
+                                   f"{float(found[1]):.8g}; friction opposes the velocity: write a law that does not "
+                                   "fall below 0, or end the run before it")
 
     def steps_until(self, t: Any, until: Any) -> Any:
         """Return the time at which a step must end: just before the next switch or peak by the time, or ``until``."""

@@ -89,7 +89,7 @@ def jump_law(
     if (stops := _stops(kinetics)) == sp.false:
         raise NotDerivable("friction depends on velocities other than the sliding one, or has no value at rest, and so "
                            "it is not known whether the contact stops; follow the elastic contact")
-    condition = sp.And(paradox.condition(kinetics), stops, keeps_gap(kinetics))
+    condition = sp.And(paradox.condition(kinetics), stops, _rests(kinetics), keeps_gap(kinetics))
     if kinetics.unilateral:
         condition = sp.And(condition, kinetics.slip * kinetics.delassus[0, 1] > 0)
     if ratio is None:
@@ -130,12 +130,33 @@ def _stops(kinetics: Kinetics) -> sp.Basic:
     bound, gamma = kinetics.friction * kinetics.load, sp.Dummy("gamma", real=True)
     if not bound.free_symbols & {*kinetics.velocities}:
         return sp.true
-    law, speed = _at_velocity(kinetics, bound, gamma), sp.Dummy(positive=True)
-    at_rest = sp.Tuple(*(law.subs(gamma, sign * speed).subs(speed, 0) for sign in (1, -1)))
-    if law.has(*kinetics.velocities) or at_rest.has(*NOT_FINITE):
+    law = _at_velocity(kinetics, bound, gamma)
+    if law.has(*kinetics.velocities) or sp.Tuple(*_at_rest(kinetics, bound)).has(*NOT_FINITE):
         return sp.false
     G = kinetics.delassus
     return Stops(sp.Lambda(gamma, law), kinetics.slip, G[0, 0], modulus(G[0, 1]), G[1, 1])
+
+
+def _rests(kinetics: Kinetics) -> sp.Basic:
+    """Return when static friction is not below the kinetic one where the contact has stopped.
+
+    Raises ``NotDerivable`` where static friction has no value there.
+    """
+    if kinetics.static == kinetics.friction:
+        return sp.true
+    gained = (gain * -kinetics.slip for gain in kinetics.slip_impact)
+    after = {u: u + gain for u, gain in zip(kinetics.velocities, gained, strict=False)}
+    static = _at_velocity(kinetics, kinetics.static, sp.S.Zero).subs(after, simultaneous=True)
+    if static.has(*NOT_FINITE):
+        raise NotDerivable(f"static friction {kinetics.static!s:.60} has no value at rest; follow the elastic contact")
+    return sp.And(*(sp.Ge(static, kinetic) for kinetic in _at_rest(kinetics, kinetics.friction)))
+
+
+def _at_rest(kinetics: Kinetics, law: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
+    """Return what a law of friction tends to as sliding in either direction slows down to rest."""
+    speed = sp.Dummy(positive=True)
+    one, other = (_at_velocity(kinetics, law, sign * speed).subs(speed, 0) for sign in (1, -1))
+    return one, other
 
 
 def _at_velocity(kinetics: Kinetics, bound: sp.Expr, gamma: sp.Expr) -> sp.Expr:

@@ -98,6 +98,17 @@ def _require_assumed(system: "System", values: dict[sp.Symbol, Any]) -> None:
         if assumption.subs(numbers) == sp.false:
             raise InputError(f"values: {_given(values, assumption)} is refused; the system assumes "
                              f"{formula_in_words(assumption)}")
+    require_opposing(system, numbers, values)
+
+
+def require_opposing(
+    system: "System", numbers: dict[sp.Symbol, sp.Expr], values: dict[sp.Symbol, Any] | None = None
+) -> None:
+    """Raise ``InputError`` where kinetic friction is negative at ``numbers``, or static friction below it.
+
+    ``values`` are the numbers as they were given.
+    """
+    values = numbers if values is None else values
     for friction in system.frictions:
         bounds = sp.sympify((friction.kinetic, friction.static), strict=True)
         kinetic, static = (bound.subs(numbers) for bound in bounds)

@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 
 import asympk as ap
-from asympk.errors import Accumulation, InputError, TwoMotions
+from asympk.errors import Accumulation, InputError, NegativeFriction, TwoMotions
 from asympk.many import PHASES
 
 F, G, t = sp.symbols("F G t", real=True)
@@ -413,3 +413,15 @@ def test_rounding_does_not_grow_with_the_number_of_events():
     many = ap.solve_many(system=system, values={}, start=start, until=60)
     assert (many.alone, many.n_events.min() > 30) == (0, True)
     require_equal_to_solve(many, system, start, 60)
+
+
+def test_rows_whose_friction_becomes_negative_are_told_from_rows_whose_rates_are_not_finite():
+    """Their outcome was that a rate is not finite."""
+    v, q, G = sp.symbols("v q G", real=True)
+    a, t = sp.Symbol("a", positive=True), sp.Symbol("t", real=True)
+    contact = ap.Friction(velocity=v, force=G, load=1, kinetic=1 - a * t)
+    system = ap.System.with_frictions(slow={q: v, v: G - q}, fast={}, time=t, frictions=(contact,))
+    many = ap.solve_many(system=system, values={a: [0.01, 0.5]}, start={q: 3, v: 0}, until=5)
+    assert [many.outcomes[k] for k in many.outcome] == ["followed", "negative friction"]
+    with pytest.raises(NegativeFriction, match=r"kinetic friction -a\*t \+ 1 .* is negative at t = 2"):
+        ap.solve(ap.Scene(system=system, values={a: 0.5}, start={q: 3, v: 0}, until=5))

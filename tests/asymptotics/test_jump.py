@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 import asympk as ap
 from asympk.asymptotics.jump import first_integral, jump_map
 from asympk.asymptotics.ratio import Ratios
-from asympk.errors import NotDerivable, OrderError, OutOfRange
+from asympk.errors import InputError, NotDerivable, OrderError, OutOfRange
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.system import System
 from asympk.systems import painleve_klein as pk
@@ -539,3 +539,20 @@ def test_the_jump_map_does_not_depend_on_the_origin_of_the_fast_state():
     for found, known in ((there.x, here.x), (there.z, here.z)):
         assert found.terms.keys() == known.terms.keys()
         assert all(sp.cancel(found.terms[m] - moved(c)) == 0 for m, c in known.terms.items())
+
+
+def test_a_jump_map_holds_where_friction_opposes_the_velocity_and_static_friction_is_not_below_it():
+    """A map was derived for static friction 2 beside kinetic friction 3, and for kinetic friction -3."""
+    kinetic, static = sp.symbols("a b", real=True)
+
+    def system(*laws):
+        rates = {x: y}, {y: 1 - 2 * (x + y) + F}, {z: 1 - (x + y) + F}
+        return System.with_friction(*rates, F, x + y, *laws, mu)
+
+    found = jump_map(system(kinetic, static), order=0, start={kinetic: 1, static: 3})
+    assert {kinetic >= 0, static >= kinetic} <= {*sp.And.make_args(found.domain)}
+    for laws in ((3, 2), (3, -1), (kinetic, static)):
+        with pytest.raises(InputError, match=r"static friction .* is below the kinetic one"):
+            jump_map(system(*map(sp.sympify, laws)), start={kinetic: 3, static: 2} if kinetic in laws else None)
+    with pytest.raises(InputError, match="kinetic friction -3 is negative"):
+        jump_map(system(sp.Integer(-3), sp.Integer(2)))

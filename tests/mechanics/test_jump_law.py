@@ -418,6 +418,19 @@ def test_a_damping_by_a_rate_that_jumps_is_recognised_by_the_rate_of_a_dynamicsy
     assert rod.jump_law(damping=1 + rod.coordinates[2] ** 2).reaction.has(rod.coordinates[2])
 
 
+def test_a_law_does_not_hold_where_static_friction_is_below_the_kinetic_one_at_rest():
+    """The condition did not contain static friction, and held for a negative one."""
+    X, Y, U, V, f, f_s = sp.symbols("X Y U V f f_s", real=True)
+    laws = [(f, f_s), (f + sp.Abs(U), f_s), (f, f_s - sp.Abs(V - U)), (f, f_s + sp.sign(U))]
+    for kinetic, static in laws:
+        block = ap.Mechanism((X, Y), (U, V), [[2, 1], [1, 1]], (0, -1), ap.Contact(Y, X, kinetic, static=static))
+        at = {X: 0, Y: 0, U: -1, V: 0, f: 3}
+        holds = [block.evaluate(block.jump_law().condition, {**at, f_s: value}) for value in ("7/2", "14/5", -3)]
+        assert holds == [True, False, False]
+    with pytest.raises(NotDerivable, match="has no value at rest"):
+        ap.Mechanism((X, Y), (U, V), [[2, 1], [1, 1]], (0, -1), ap.Contact(Y, X, f, static=1 / U)).jump_law()
+
+
 @pytest.mark.parametrize("way", [1, -1])
 def test_friction_that_falls_below_the_critical_one_as_sliding_one_way_slows_down_has_a_law_of_that_way(way):
     X, Y, U, V = sp.symbols("X Y U V")
