@@ -244,11 +244,16 @@ class GuardedMode:
         return divisors_of(self.rates, self.moving)
 
     @cached_property
-    def middles(self) -> tuple[sp.Expr, ...]:
-        """The quantities at whose zeros, but for those of guards and poles, a rate or guard may have a narrow bump."""
+    def middles(self) -> tuple[Switch, ...]:
+        """The phases at whose zeros, but for those of guards and poles, a rate or guard may have a narrow bump."""
         found = middles_of((*self.rates, *self.guard_values), self.system.states, self.system.time)
         ends = {phase_of(value)[0] for value in (*self.guard_values, *self.poles)} if found else ()
-        return tuple(middle for middle in found if middle not in ends)
+        return tuple(middle for middle in found if middle.phase not in ends)
+
+    @cached_property
+    def middle_sides(self) -> tuple[sp.Expr, ...]:
+        """The sides of the ``middles``: the sign of a phase, or its whole part."""
+        return tuple(sp.floor(middle.phase) if middle.every else sp.sign(middle.phase) for middle in self.middles)
 
     @cached_property
     def laws(self) -> tuple[sp.Expr, ...]:

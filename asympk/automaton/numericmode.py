@@ -130,12 +130,21 @@ class NumericMode:
 
     @cached_property
     def middles(self) -> Callable[..., tuple]:
-        """The quantities at whose zeros bumps may have their middles as a function of (t, *state, *p)."""
-        return self._compiled(self.mode.middles)
+        """The phases of the middles of bumps as a function of (t, *state, *p)."""
+        return self._compiled(tuple(middle.phase for middle in self.mode.middles))
 
     def middle_values(self, t: Any, state: State) -> tuple:
-        """Return the values of the quantities at whose zeros bumps may have their middles."""
-        return self.middles(t, *state, *self.p) if self.mode.middles else ()
+        """Return the phases of the middles of bumps."""
+        return self.middles(t, *state, *self.p)
+
+    @cached_property
+    def middle_sides(self) -> Callable[..., tuple]:
+        """The sides of the middles of bumps as a function of (t, *state, *p)."""
+        return self._compiled(self.mode.middle_sides)
+
+    def sides_of_middles(self, t: Any, state: State) -> tuple:
+        """Return the sides of the middles of bumps, which differ at the ends of a step that passes one."""
+        return self.middle_sides(t, *state, *self.p) if self.mode.middles else ()
 
     def require_one_side(self, before: tuple, t: Any, state: State, since: Any = None, begun: Any = None) -> tuple:
         """Return the divisors of the rates; raises ``Pole`` if one has changed its sign since ``before``.

@@ -30,7 +30,7 @@ from asympk.errors import OutOfRange, TooManyEvents, Unfinished
 from asympk.integrators.growth import LOST, grown, growth, linearised
 from asympk.integrators.integrate import AT_REST
 from asympk.integrators.singular import followed
-from asympk.integrators.watch import BESIDE_BUMPS, Look, dips, first_lost
+from asympk.integrators.watch import BESIDE_BUMPS, Look, dips, first_lost, passed_wholes
 from asympk.multiprecision import in_context
 from asympk.numbers import whole
 from asympk.path import Path, within
@@ -252,8 +252,9 @@ def _has_passed_over(
     def values(at: Any) -> tuple:
         return mode.middle_values(step.t + at, _at(scheme.tableau, step, at))
 
-    passed = [k for k, (a, b) in enumerate(zip(values(start), values(end), strict=True)) if a * b < 0]
-    middles = [_root(lambda at, k=k: values(at)[k], start, end, scheme.tolerance) for k in passed]
+    ends = zip(mode.mode.middles, values(start), values(end), strict=True)
+    passed = [(k, n) for k, (own, a, b) in enumerate(ends) for n in passed_wholes(own.every, a, b)]
+    middles = [_root(lambda at, k=k, n=n: values(at)[k] - n, start, end, scheme.tolerance) for k, n in passed]
     times = [at for middle in middles for part in BESIDE_BUMPS if start < (at := middle + part * step.h) < end]
     looks = [(at, _at(scheme.tableau, step, at)) for at in times]
     return any(_misses_rates(scheme, step, *look) for look in (*places, *looks)) or any(

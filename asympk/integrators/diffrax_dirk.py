@@ -1,8 +1,9 @@
 """Kvaerno5 of diffrax (ESDIRK of order 5): runs of many steps, compiled by JAX.
 
 A system with one friction whose contact does not open has few modes, which are compiled together. A compiled run makes
-steps until one is of interest: a guard is lost or may be lost within it, the time of a sample is reached, or the run
-has its number of steps. The limit on seconds is checked between runs. ``_compiled`` is the hard function.
+steps until one is of interest: a guard is lost or may be lost within it, it passes the middle of a bump, the time of a
+sample is reached, or the run has its number of steps. The limit on seconds is checked between runs. ``_compiled`` is
+the hard function.
 """
 
 from collections.abc import Callable
@@ -112,13 +113,13 @@ def _compiled(modes, coefficients):
     import jax
     import jax.numpy as jnp
 
-    padded = _equally_many(modes)
-    field, guards, rates = (_chosen(modes, coefficients, *which) for which in (
-        (lambda m: m.rates,), (padded,), (padded, lambda m: (m.flow,))))
+    watched, middles = (_equally_many(modes, of) for of in (lambda m: m.watched, lambda m: m.middle_sides))
+    field, guards, rates, sides = (_chosen(modes, coefficients, *which) for which in (
+        (lambda m: m.rates,), (watched,), (watched, lambda m: (m.flow,)), (middles,)))
     term = diffrax.ODETerm(lambda t, w, args: field(t, w, *args))
 
     def look(t, w, args):
-        return Look(t, guards(t, w, *args), rates(t, w, *args))
+        return Look(t, guards(t, w, *args), rates(t, w, *args)), sides(t, w, *args)
 
     @jax.jit
     def run(first, carry, due, most, until, longest, p, index, rtol, atol):
@@ -147,10 +148,10 @@ def _compiled(modes, coefficients):
     return template, run
 
 
-def _equally_many(modes):
-    """Return a function of a mode: what is watched in it, padded with the constant 1 to the largest number of these."""
-    most = max(1, *(len(m.watched) for m in modes))
-    return lambda m: (*m.watched, *[sp.S.One] * (most - len(m.watched)))
+def _equally_many(modes, of):
+    """Return a function of a mode: its expressions ``of(mode)``, padded with the constant 1 to the largest number."""
+    most = max(1, *(len(of(m)) for m in modes))
+    return lambda m: (*of(m), *[sp.S.One] * (most - len(of(m))))
 
 
 def _chosen(modes, coefficients, outputs, directions=lambda m: ()):
@@ -191,8 +192,9 @@ def _attempt(term, control, solver, look, until, longest, args):
         new, error = jnp.where(finite, new, w), jnp.where(finite, error, jnp.inf)
         kept, begin, end, jumped, state, _ = control.adapt_step_size(
             t, after, w, new, args, error, solver.error_order(term), state)
-        seen = look(after, new, args)
-        lost = jnp.any((seen.values <= 0) | jnp.stack([near(before, seen, k) for k in range(len(seen.values))]))
+        seen = now, sides = look(after, new, args)
+        lost = jnp.any((now.values <= 0) | jnp.stack([near(before[0], now, k) for k in range(len(now.values))]))
+        lost |= jnp.any(sides != before[1])
         keep = lambda a, b: jax.tree_util.tree_map(lambda one, other: jnp.where(kept, one, other), a, b)  # noqa: E731
         following = begin, jnp.minimum(end, until), keep(new, w), keep(inner_new, inner), state, jumped
         return (following, *keep((t, w, made + 1, lost, seen, 0), (t_old, w_old, made, False, before, vain + 1)))

@@ -207,25 +207,38 @@ def _looks(found, at):
 
 
 def _beside_bumps(found, mode, looks, states):
-    """Return for each step the times, from its begin on, beside the middles of bumps; [] if no look passes a middle."""
-    if not mode.mode.middles:
-        return []
-    values = _values(mode, mode.mode.middles, looks, states)
-    k, i, m = np.nonzero(values[:, :-1] * values[:, 1:] < 0)
-    low, high, before, after = looks[k, i], looks[k, i + 1], values[k, i, m], values[k, i + 1, m]
-    begins, series = looks[k, 0], found.series[k]
+    """Return for each step the times, from its begin on, beside the middles of bumps; [] if no look passes a middle.
+
+    Steps begin and end at those of bumps in time.
+    """
+    lengths, beside = looks[:, -1] - looks[:, 0], [list[float]() for _ in looks]
+    if mode.peaked:
+        beside[0] += [part * lengths[0] for part in BESIDE_BUMPS]
+        beside[-1] += [lengths[-1] + part * lengths[-1] for part in BESIDE_BUMPS]
+    if mode.mode.middles:
+        for step, at in _middles(found, mode, looks, states):
+            beside[step] += [at + part * lengths[step] for part in BESIDE_BUMPS]
+    return beside if any(beside) else []
+
+
+def _middles(found, mode, looks, states):
+    """Return pairs (step, time from its begin on) of the middles of bumps along states that looks pass."""
+    phases, every = zip(*((middle.phase, middle.every) for middle in mode.mode.middles), strict=True)
+    values = _values(mode, phases, looks, states)
+    ends = np.minimum(values[:, :-1], values[:, 1:]), np.maximum(values[:, :-1], values[:, 1:])
+    wholes = np.where(every, np.floor(ends[1]), 0)
+    k, i, m = np.nonzero((ends[0] < wholes) & (wholes <= ends[1]))
+    low, high, begins, series = looks[k, i], looks[k, i + 1], looks[k, 0], found.series[k]
+    before, after = (v[k, i, m] - wholes[k, i, m] for v in (values[:, :-1], values[:, 1:]))
     middle = low
     for _ in range(ROUNDS if k.size else 0):
-        middle = low + (high - low) * before / (before - after)
+        middle = low + (high - low) * before / np.where(before == after, 1, before - after)
         there = _summed(series, (middle - begins)[:, None])[0]
-        now = _values(mode, mode.mode.middles, middle, there)[np.arange(k.size), m]
+        now = _values(mode, phases, middle, there)[np.arange(k.size), m] - wholes[k, i, m]
         left = before * now > 0
         low, before = np.where(left, middle, low), np.where(left, now, before)
         high, after = np.where(left, high, middle), np.where(left, after, now)
-    beside: list[list[float]] = [[] for _ in looks] if k.size else []
-    for step, begin, at in zip(k.tolist(), begins.tolist(), middle.tolist(), strict=True):
-        beside[step] += [at - begin + part * (looks[step, -1] - begin) for part in BESIDE_BUMPS]
-    return beside
+    return zip(k.tolist(), (middle - begins).tolist(), strict=True)
 
 
 def _with_further(at, further):

@@ -4,6 +4,7 @@
 ``Divisors`` the first pole.
 """
 
+from collections import defaultdict
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache, partial
@@ -18,7 +19,7 @@ from asympk.automaton.contacts import clear_sign, nudges
 from asympk.automaton.loop import Segment, lost_with
 from asympk.automaton.numericmode import LONG, NumericMode
 from asympk.integrators.integrate import Settings, Work
-from asympk.integrators.watch import BESIDE_BUMPS, Look, dips, first_lost, suspects
+from asympk.integrators.watch import BESIDE_BUMPS, Look, dips, first_lost, passed_wholes, suspects
 
 STEP_LIMIT = "step limit reached"
 PATIENCE = 500  # steps near a zero of a divisor after which a run that has gained no time of ``LONG`` is given up
@@ -136,8 +137,9 @@ class Watch:
         self.floored = any(self.floors)
         values += [max(v, 0.0) for v in found[guards:]]
         self.before = self.last = Look(t, self._above(values), mode.watched_rates(t, state))
-        self.start, self.middles = t, (mode.middle_values(t, state),) * 2  # the latter before the last step and after
-        self.looked_at = [(0.0, 0)] * len(self.middles[0])  # the longest way past a middle, and how often trusted
+        self.start, self.sides = t, (mode.sides_of_middles(t, state),) * 2  # the latter before the last step and after
+        # the longest way past a middle, of a wave by the quarter of its turn, and how often trusted
+        self.looked_at = defaultdict[tuple[int, int], tuple[float, int]](lambda: (0.0, 0))
 
     def lost(self, solver: Solver, t: float, state: tuple[float, ...]) -> tuple[float, int] | None:
         """Return (time, guard) of the first guard lost in the step that ends at (t, state), or None."""
@@ -164,7 +166,7 @@ class Watch:
 
     def back(self) -> None:
         """Go back to before the last step."""
-        self.last, self.middles = self.before, self.middles[:1] * 2
+        self.last, self.sides = self.before, self.sides[:1] * 2
 
     def has_passed_over(
         self, solver: Solver, t: float, state: tuple[float, ...], met: tuple | None, settings: Settings
@@ -175,7 +177,7 @@ class Watch:
         begin and end at those of bumps in time.
         """
         first, last = solver.t_old == self.start, solver.status == "finished"
-        passed = self._middles_passed(t, state) if self.middles[1] else []
+        passed = self._middles_passed(solver, t, state) if self.sides[1] else {}
         if not (met or first or passed or (last and self.mode.peaked)):
             return False
         begin, end, h = solver.t_old, met[0] if met else t, t - solver.t_old
@@ -186,39 +188,39 @@ class Watch:
         def at(time):
             return tuple(within(time)[: self.size].tolist())
 
-        def from_middle(k, time):
-            return self.mode.middle_values(time, at(time))[k]
+        def from_middle(k, whole, time):
+            return self.mode.middle_values(time, at(time))[k] - whole
 
-        bumps += [bracketed(partial(from_middle, k), begin, t) for k in passed]
+        bumps += [bracketed(partial(from_middle, *middle), begin, t) for middle in passed]
         beside = (middle + part * h for middle in bumps for part in BESIDE_BUMPS)
         times += [time for time in beside if begin < time < end]
         places = [(time, at(time)) for time in times]
         if any(misses_rates(self.mode, within, *place, h, settings) for place in places) or any(
                 dips(self.before.values, self._values(*place)) for place in places if bumps):
             return True
-        for k in passed:
-            self.looked_at[k] = max(self.looked_at[k][0], self._way(k)), 0
+        self.looked_at |= {(k, whole % 4): (way, 0) for (k, whole), way in passed.items()}
         return False
 
-    def _middles_passed(self, t: float, state: tuple[float, ...]) -> list[int]:
-        """Return the numbers of the middles of bumps that the step to (t, state) has passed, and that are to be seen.
+    def _middles_passed(self, solver: Solver, t: float, state: tuple[float, ...]) -> dict[tuple[int, int], float]:
+        """Return the middles of bumps, by whole values, that the step to (t, state) has passed and that are to be seen.
 
-        What a step has passed without a bump is passed by shorter ones unseen, but not by more than ``TRUSTED``.
+        For each it gives the longest way past it. What a step has passed without a bump is passed by shorter ones
+        unseen, but not by more than ``TRUSTED``.
         """
-        self.middles = self.middles[1], self.mode.middle_values(t, state)
-        passed = []
-        for k, (before, after) in enumerate(zip(*self.middles, strict=True)):
-            if before * after < 0:
-                way, times = self.looked_at[k]
-                if times == TRUSTED or self._way(k) > way:
-                    passed.append(k)
+        self.sides = self.sides[1], self.mode.middle_sides(t, *state, *self.mode.p)
+        if self.sides[0] == self.sides[1]:
+            return {}
+        begin = tuple(solver.dense_output()(solver.t_old)[: self.size].tolist())
+        ends = self.mode.middle_values(solver.t_old, begin), self.mode.middle_values(t, state)
+        passed = {}
+        for k, (middle, before, after) in enumerate(zip(self.mode.mode.middles, *ends, strict=True)):
+            for whole in passed_wholes(middle.every, before, after):
+                longest, times = self.looked_at[k, whole % 4]
+                if times == TRUSTED or abs(after - before) > longest:
+                    passed[k, whole] = max(longest, abs(after - before))
                 else:
-                    self.looked_at[k] = way, times + 1
+                    self.looked_at[k, whole % 4] = longest, times + 1
         return passed
-
-    def _way(self, k: int) -> float:
-        before, after = self.middles
-        return abs(after[k] - before[k])
 
     def _without_rounding(self, values, t, state):
         """Return the values of the guards, 0 for each that was 0 before and is negative, but does not clearly fall."""

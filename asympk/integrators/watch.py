@@ -10,7 +10,8 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 PARTS = (0.25, 0.5, 0.75)  # the parts of a step at whose ends guards and rates are evaluated in the search
-BESIDE_BUMPS = (0, *(sign * 8.0**-k for k in range(1, 5) for sign in (1, -1)))  # parts of a step; odd bumps are 0 at 0
+BESIDE_BUMPS = (0, *(sign * 16.0**-k for k in range(1, 6) for sign in (1, -1)))  # parts of a step; odd bumps are 0 at 0
+TURNS = 8  # middles of one wave that are looked at in one step
 DEEP = 2.0**-10  # part of its value at the begin of a step by which a guard must be negative within, not by errors
 STEEPER = 16  # largest ratio of a guard's rate within a step to its rates at the ends, if the guard turns within
 
@@ -59,6 +60,13 @@ def first_lost(
 def dips(before: Iterable[Any], within: Iterable[Any]) -> bool:
     """Tell whether a guard is clearly negative ``within`` a step and was positive ``before`` it."""
     return any(value < -DEEP * old < 0 for old, value in zip(before, within, strict=True))
+
+
+def passed_wholes(every: bool, before: Any, after: Any) -> list[int]:
+    """Return the whole values that the phase of a middle passes, 0 alone unless it has one at ``every`` whole value."""
+    low, high = sorted((before, after))
+    wholes = range(int(low) - 1, min(int(high), int(low) + TURNS) + 2) if every else (0,)
+    return [n for n in wholes if low < n <= high]
 
 
 def suspects(before: Look, after: Look) -> list[int]:

@@ -15,6 +15,7 @@ from asympk.symbolic.long import atoms
 from asympk.symbolic.sides import SWITCHING, WHOLE, phase_of, phases, switching_parts
 from asympk.symbolic.system import System
 
+WIDEST = 2  # power of a wave that is a wave itself
 _JUMPING = (*SWITCHING, sp.Pow, sp.core.relational.Relational)
 
 
@@ -60,28 +61,32 @@ def peaks_of(system: System) -> tuple[Switch, ...]:
     return tuple(sorted((Switch(line, every=False) for line in lines), key=str))
 
 
-def middles_of(exprs: Iterable[sp.Expr], states: Collection[sp.Symbol], time: sp.Symbol | None) -> tuple[sp.Expr, ...]:
-    """Return the quantities, linear in the states and the time, at whose zeros smooth bumps may have their middles.
+def middles_of(exprs: Iterable[sp.Expr], states: Collection[sp.Symbol], time: sp.Symbol | None) -> tuple[Switch, ...]:
+    """Return the phases at whose zeros, or whole values, smooth bumps may have their middles.
 
     A bump along a state, such as exp(-100 (x - 5)^2), or a steep ramp, has its middle where an argument vanishes, or
-    where a square has its vertex. Those of the time alone are ``peaks_of`` the system.
+    where a square has its vertex; one in a wave, such as cos(x)^100, at a quarter turn. Those of lines in the time
+    alone are ``peaks_of`` the system.
     """
     bumps = [part for part in atoms(sp.Tuple(*exprs), sp.Pow, sp.Function) if _is_bump(part)]
-    moving, found = {*states, time} - {None}, set[sp.Expr]()
+    moving, found = {*states, time} - {None}, set[Switch]()
     for part in atoms(sp.Tuple(*bumps), sp.Pow, sp.Add, sp.Function):
         moved = sorted(part.free_symbols & moving, key=str)
-        if not part.free_symbols & {*states} or isinstance(part, sp.sin | sp.cos):
-            continue
         middle = part.args[0] if not part.is_Add else part.diff(moved[0]) if len(moved) == 1 else sp.S.Zero
-        if isinstance(middle, sp.Expr) and middle.free_symbols & {*states} and not is_bent((middle,), tuple(moving)):
-            found.add(phase_of(middle)[0])
-    return tuple(sorted(found, key=sp.default_sort_key))
+        if not isinstance(middle, sp.Expr) or middle.is_Pow or not middle.free_symbols & moving:
+            continue
+        bent = is_bent((middle,), tuple(moving))
+        if isinstance(part, sp.sin | sp.cos):
+            found |= set() if bent else {Switch(2 * middle / sp.pi, every=True)}
+        elif middle.is_polynomial(*moving) and (bent or middle.free_symbols & {*states}):
+            found.add(Switch(phase_of(middle)[0], every=False))
+    return tuple(sorted(found, key=str))
 
 
 def _is_bump(part: sp.Expr) -> bool:
-    """Tell whether an expression may be that of a narrow bump: it is no polynomial, no wave and no switch."""
+    """Tell whether an expression may be that of a narrow bump: no low power, no wave and no switch."""
     if isinstance(part, sp.Pow):
-        return not part.exp.is_Integer or bool(part.exp.is_negative)
+        return not part.exp.is_Integer or bool(part.exp.is_negative) or part.exp > WIDEST
     return not isinstance(part, (sp.sin, sp.cos, sp.Piecewise, *SWITCHING))
 
 

@@ -245,6 +245,14 @@ def test_a_narrow_bump_along_a_state_adds_its_area():
     assert float(path.final[1]) == pytest.approx(math.sqrt(math.pi) / (2 * steep), abs=1e-10)
 
 
+def test_a_narrow_bump_where_a_square_of_a_state_has_a_value_adds_its_area():
+    """Both runs passed over it, and agreed on 0."""
+    x, y = sp.symbols("x y", real=True)
+    system = ap.System.smooth({x: 1, y: x * sp.exp(-((3000 * (x**2 - 1)) ** 2))}, {}, None)
+    path = ap.solve(ap.Scene(system=system, start=[0, 0], until=2), digits=10)
+    assert float(path.final[1]) == pytest.approx(math.sqrt(math.pi) / 6000, abs=1e-10)
+
+
 def test_friction_that_varies_beside_a_narrow_bump_of_the_load_is_followed():
     """The looks at the bump left out the law of friction, and the run was refused as one of infinite rates."""
     x, v, force = sp.symbols("x v F", real=True)
