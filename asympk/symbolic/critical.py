@@ -24,12 +24,14 @@ from asympk.symbolic.expansion import (
     fast_jacobian,
     is_implicit,
     is_zero,
+    is_zero_somewhere,
     jacobian_on_branch,
     limit_of,
     one_side,
     over_fast,
     require_series,
     require_short,
+    zero_at_places,
 )
 from asympk.symbolic.hurwitz import Spectra, attracting, off_axis, repelling, spectra, split
 from asympk.symbolic.long import atoms, entries_in_factors, in_factors, replaced
@@ -76,7 +78,17 @@ class CriticalManifold(ShownAsFormulas):
     @cached_property
     def characteristic(self) -> Spectra:
         """The polynomials whose product is det(nu - dg/dy) on the manifold, from the highest coefficient of each."""
-        return spectra(self.jacobian)
+        return tuple((*p[:-1], sp.S.Zero if self._vanishes(p[-1]) else p[-1]) for p in spectra(self.jacobian))
+
+    def _vanishes(self, determinant):
+        """Tell whether a determinant is 0 on all of the manifold, as dg/dy is where all roots of g are multiple."""
+        if not is_implicit(self.branch):
+            return (not determinant.is_rational_function() and is_zero_somewhere(determinant)
+                    and zero_at_places([determinant], self._assumed) == {True})
+        known = {f for f, _ in factored(determinant)[1]}
+        forces = (limit_of(g, self.small) for g in self.dynamics.fast.values())
+        vanishing = ({f for f, _ in factored(g)[1] if nonzero(f, self.assumptions) != sp.true} for g in forces)
+        return any(factors and factors <= known for factors in vanishing)
 
     @cached_property
     def real(self) -> sp.Basic:

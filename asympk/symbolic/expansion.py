@@ -272,7 +272,8 @@ def _around(expr, powers):
 
 
 def _is_tiny(value):
-    return value.is_number and value.is_finite and bool(abs(value) < _TINY)
+    worked_out = value.is_number and value.is_finite and not value.has(sp.Function)  # SymPy does not compute erfcinv
+    return worked_out and bool(abs(value) < _TINY)
 
 
 def _value(expr, k, scale=1):
@@ -289,7 +290,7 @@ def _value(expr, k, scale=1):
         return found
     try:
         return replaced(expr, points).evalf(50)
-    except (TypeError, AttributeError):  # SymPy cannot compare exp(9375) with pi, and its cache fails at that error
+    except (TypeError, AttributeError, ValueError):  # SymPy cannot compare exp(9375) with pi, nor compute erfinv(2)
         return sp.nan
 
 

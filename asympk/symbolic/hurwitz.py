@@ -21,6 +21,8 @@ _U = sp.Dummy("u", real=True)
 
 def characteristic(matrix: sp.Matrix) -> tuple[sp.Expr, ...]:
     """Return the coefficients of det(s - matrix), from the highest."""
+    if matrix.rows == 1:
+        return sp.S.One, -matrix[0]
     names, own = named_exponentials(sp.Tuple(*matrix))
     entries = matrix.xreplace(names).to_DM()  # ``Matrix.charpoly`` compares the entries of blocks, and fails at a root
     found = map(entries.domain.to_sympy, entries.charpoly_base())

@@ -217,7 +217,10 @@ def valued(expr: sp.Basic, place: Mapping[sp.Symbol, sp.Expr], digits: int) -> s
     def value(part: sp.Basic) -> sp.Basic:
         if part not in found:
             new = part.func(*map(value, part.args)) if part.args else part
-            worked_out = new.evalf(digits) if isinstance(new, sp.Expr) and new.args and new.is_number else new
+            try:
+                worked_out = new.evalf(digits) if isinstance(new, sp.Expr) and new.args and new.is_number else new
+            except ValueError:  # of erfinv(2)
+                worked_out = sp.nan
             found[part] = sp.nan if worked_out.is_real is False else worked_out
         return found[part]
 

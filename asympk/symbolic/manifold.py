@@ -132,7 +132,7 @@ def slow_manifold(
     require_series(dynamics, system.small, order)
     at = sp.Dict({y: y for y in dynamics.fast}) if branch is None else checked_branch(branch, dynamics, system.small)
     manifold = SlowManifold(name, dynamics, system.small, at, system.assumptions, order)
-    if is_zero(manifold.jacobian.det()):
+    if any(p[-1] == 0 for p in manifold.characteristic):
         raise NotNormallyHyperbolic(
             f"{determinant(at)} vanishes on {branch_in_words(at)}; no slow manifold continues this branch"
         )

@@ -919,6 +919,20 @@ def test_a_singular_branch_is_not_normally_hyperbolic():
     assert ap.slow_manifolds(fold) == ()
 
 
+@pytest.mark.parametrize("force", [(y**3 - y - x) ** 2, sp.expand((y**3 + y - x) ** 3), (sp.tanh(y) + y - x) ** 2,
+                                   (sp.tanh(y) + y - x) ** 3 * sp.exp(y), (sp.exp(y) + y - x) ** 2,
+                                   (sp.sqrt(y) - x) ** 2])
+@pytest.mark.few(3)
+def test_a_manifold_of_multiple_roots_alone_is_not_normally_hyperbolic(force):
+    system = ap.System.smooth(slow={x: 1}, fast={y: force}, small=mu)
+    (manifold,) = ap.critical_manifolds(system)
+    assert manifold.exists == sp.false
+    assert "dg/dy vanishes on" in manifold.degeneracy(manifold.branch)
+    assert ap.slow_manifolds(system) == ()
+    with pytest.raises(NotNormallyHyperbolic, match=r"no slow manifold continues this branch$"):
+        ap.slow_manifold(system)
+
+
 def test_a_manifold_asked_for_where_it_does_not_exist_says_where_it_does():
     with pytest.raises(NotNormallyHyperbolic, match=r"\(sigma = 0\); Pi2 exists only for sigma != 0"):
         PI2.at(sigma=0)
