@@ -77,4 +77,6 @@ def _zero(value: Callable, low: float, high: float) -> float:
         before = low + (high - low) / 2
         while low < before < after and not value(before) > 0:
             before, after = low + (before - low) / 2, before
-    return brentq(value, before, after, xtol=1e-300, rtol=1e-15) if value(before) > 0 else after
+    if not value(before) > 0:
+        return after
+    return brentq(value, before, after, xtol=1e-300, rtol=1e-15, maxiter=10_000)  # roots may be multiple

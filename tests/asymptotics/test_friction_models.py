@@ -307,6 +307,12 @@ def test_a_guard_that_vanishes_where_a_step_begins_is_lost_where_it_vanishes_aga
     assert found[:1] == [(pytest.approx(1e-20, rel=1e-12), 0)]
 
 
+def test_a_guard_that_falls_through_a_multiple_zero_is_lost_there():
+    ahead = steps((lambda x: (1.0,),), (), (0.0,), 1.0, 1e-3, (1e-3,))
+    found = [hit for _, hit in watched(ahead, lambda t, state: ((0.37 - state[0]) ** 3,), 1) if hit]
+    assert found[:1] == [(pytest.approx(0.37, abs=1e-12), 0)]
+
+
 def test_an_upright_rod_whose_end_rests_and_begins_to_move_by_rounding_alone_is_held_at_once():
     state = {"X": 0, "Y": 1, "theta": math.pi / 2, "X'": -1, "Y'": 0, "theta'": 1}
     values, soft = {"m": 1, "l": 1, "g": 10, "f": 2}, slender_rod().elastic(compliance=c, damping=sp.S.Half)
