@@ -13,7 +13,7 @@ The hard functions are ``_in_mode``, which integrates a layer through one mode, 
 
 import math
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
@@ -169,6 +169,12 @@ class Slow:
         whole = (*point[: len(self.formulas.slow_states)], *self.formulas.height(order)(*point, mu, *self.values))
         return tuple(whole[k] for k in self.places)
 
+    def along(self, found: reduced.Reduced) -> Iterator[tuple[float, tuple]]:
+        """Yield the times and the states of the system at the ends of the steps of a slow motion."""
+        for step in found.trajectory.steps:
+            after = min(step.after, found.end)
+            yield after, self.state(found.orders[0], step.state_at(after), found.mu)
+
     def distance(self, order: int, x: tuple, y: tuple, branch: tuple, mu: float) -> float:
         """Return max |y - h(x, mu)| for the manifold to ``order``; ``branch`` is h(x, 0)."""
         height = self.formulas.height(order)(*self.formulas.on_branch(x, branch), mu, *self.values)
@@ -223,7 +229,7 @@ def through_layer(task: Task, path: MatchedPath, least: float = 0.0) -> MatchedP
         span, guard = lost or (last.after, None)
         t, state = path.t + span, (last.end if guard is None else last.state_at(span))[:size]
         mode.require_opposing((path.t, path.state), [(path.t, path.state)], t, guard)
-        mode.require_one_side(mode.pole_values(path.t, path.state), t, state)
+        require_no_pole(path, [*((step.after, step.end[:size]) for step in found[:-1]), (span, state)])
         if guard is None:
             t = task.until if span == task.until - path.t else t
             return replace(path, t=t, state=state, stretches=(*path.stretches, stretch))
@@ -376,7 +382,7 @@ def slowly(task: Task, path: MatchedPath, limit: bool = False) -> MatchedPath:
     stretch = Stretch(path.t, mode, lambda u: found.states(u)[0, slow.places], found)
     t, state = path.t + found.end, tuple(stretch.states(found.end).tolist())
     mode.require_opposing((path.t, path.state), [(path.t, path.state)], t, found.guard)
-    require_no_pole(path, slow, found)
+    require_no_pole(path, slow.along(found))
     if found.guard is None:
         return replace(path, t=until, state=state, stretches=(*path.stretches, stretch))
     seen = slow.state(known, point, mu)
@@ -410,17 +416,17 @@ def _until_lost(mode: NumericMode, guard: int, t: float, state: tuple) -> float:
     return -mode.guard_values(t, state)[guard] / rate if rate < 0 else 0.0
 
 
-def require_no_pole(path: MatchedPath, slow: Slow, found: reduced.Reduced) -> None:
-    """Raise ``OutOfRange`` where the slow motion ``found``, which starts at the end of ``path``, passes a pole.
+def require_no_pole(path: MatchedPath, along: Iterable[tuple[float, tuple]]) -> None:
+    """Raise ``OutOfRange`` where a motion from the end of ``path`` passes a pole.
 
-    The integration need not notice a pole of the rates, so the signs of their divisors are compared at the ends of
-    every step. A step is assumed to contain at most one zero of each divisor.
+    ``along`` has the times since then and the states at the ends of the steps of the motion. The integration need not
+    notice a pole of the rates, so the signs of their divisors are compared there. A step is assumed to contain at most
+    one zero of each divisor.
     """
     mode, since = path.mode, None
     first = values = mode.pole_values(path.t, path.state)
-    for step in found.trajectory.steps if values else ():
-        t = path.t + (after := min(step.after, found.end))
-        state = slow.state(found.orders[0], step.state_at(after), found.mu)
+    for span, state in along if values else ():
+        t = path.t + span
         values = mode.require_one_side(values, t, state, since)
         since = None if mode.vanishing(first, values) is None else t if since is None else since
 

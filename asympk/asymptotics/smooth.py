@@ -191,7 +191,7 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: An
     follow = partial(layered_motion, slowly.formulas, order, begin, mu, slowly.values, until, slowly.places)
     layered = method == "jump"
     motion, slow, layer, error = _followed(follow, tolerance(mu, order), layered, until, units)
-    matched.require_no_pole(begun, slowly, motion.reduced)
+    matched.require_no_pole(begun, slowly.along(motion.reduced))
     followed = _required_layer(task, begun, slowly, motion, units)
     composites = slow + layer
     if not _falls(composites) and (known := _continued(task, begun, slowly, motion, error)):

@@ -24,6 +24,7 @@ from asympk.errors import (
     NotNormallyHyperbolic,
     OrderError,
     OutOfRange,
+    Pole,
     UnboundedReaction,
 )
 from asympk.studies.decreasing import held_rod
@@ -311,6 +312,18 @@ def test_a_guard_that_falls_through_a_multiple_zero_is_lost_there():
     ahead = steps((lambda x: (1.0,),), (), (0.0,), 1.0, 1e-3, (1e-3,))
     found = [hit for _, hit in watched(ahead, lambda t, state: ((0.37 - state[0]) ** 3,), 1) if hit]
     assert found[:1] == [(pytest.approx(0.37, abs=1e-12), 0)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("until", [1, "2.1"])
+def test_an_arm_that_flies_through_its_stretched_position_and_back_passes_a_pole_as_one_that_flies_through_it(until):
+    """Where its links are aligned, at t = 0.69 and 2.06, no sliding velocity moves it."""
+    values = {"m": 1, "S": "-0.756", "E": "-1.36", "f": "0.921", "c": "1e-6", "h": 2}
+    start = {"a": "-0.0331", "b": "0.34", "x": "-35.9", "y": "1.16", "z": "-0.844"}
+    scene = ap.Scene(system=arm.system(), values=values, start=start, until=until)
+    for order in (0, 1):
+        with pytest.raises(Pole, match="mode open have a pole, which the motion has passed before t = 0"):
+            ap.solve(scene, "jump", order=order)
 
 
 def test_an_upright_rod_whose_end_rests_and_begins_to_move_by_rounding_alone_is_held_at_once():
