@@ -67,6 +67,7 @@ EXACT = 45  # digits of an exact start that count as correct; the other 15 are l
 WORKING = 40  # least number of digits on which the following mode is decided, whatever the digits of the state
 COARSER = 10  # digits by which a second, coarser evaluation is shorter; a sign on which the two differ is rounding
 LATER = Fraction(5, 7)  # a generic span of time: after it a smooth force that is 0 now shows whether it stays 0
+RANGE = 700  # more digits than lie between the least and the largest double
 SAME = 1e-12  # relative difference below which static and kinetic friction count as equal
 
 
@@ -82,9 +83,17 @@ def follow_on(automaton: "Automaton", before: Branch | None, hits: tuple, t: Any
         with suppress(Unclear, ArithmeticError, ValueError):
             return _follow_on(automaton, before, hits, t, state, slack, DOUBLES)
     digits = max(WORKING, (digits_of(state) or 0) + COARSER)
+    if any(state) and min(filter(None, map(abs, state))) < _part(digits, state):  # no sum with the largest contains it
+        digits += RANGE
+        state = tuple(w if abs(w) >= _part(RANGE, state) else 0 * w for w in state)
     numbers = _numbers(digits + COARSER)._replace(coarser=_numbers(digits))
     with finite(lambda: t, lambda: without_value(automaton, t, state)):
         return _follow_on(automaton, before, hits, t, state, slack, numbers)
+
+
+def _part(digits: int, state: tuple) -> Any:
+    """Return the size of the largest state times 10^-``digits``."""
+    return max(map(abs, state)) * _numbers(digits).functions.mpf(10) ** -digits
 
 
 @contextmanager

@@ -442,3 +442,23 @@ def test_a_slider_crank_passes_its_dead_centre_with_a_further_contact_that_stays
     assert path.modes[:2] == ("slip_opposite+open", "slip_same+open")
     assert path.final[0] > np.pi
     assert path.final[1] == pytest.approx(math.asin(math.sin(path.final[0]) / 1.5), abs=1e-5)
+
+
+@pytest.mark.parametrize(("root", "digits"), [("6e-4", None), ("1e-5", 30)])
+def test_a_drill_that_sticks_starts_again_however_far_its_contact_has_come_to_rest(root, digits):
+    """The rate y of the reaction has decayed to 1e-129 of it or less: as the only term left it stopped the bit."""
+    angle, bit, depth = dynamicsymbols("angle bit depth")
+    rates = [q.diff(T) for q in (angle, bit, depth)]
+    energy = rates[0] ** 2 + rates[1] ** 2 / 20 + rates[2] ** 2 / 2 - 5 * (angle - bit) ** 2 / 2 - 10 * depth
+    rock = ap.Contact(gap=depth, slip=bit / 2, friction=sp.S.Half, unilateral=True)
+    drill = ap.Mechanism.from_lagrangian(energy, (angle, bit, depth), contact=rock)
+    system = drill.elastic(compliance=eps**2, damping=eps)
+    turning = {"angle": 0, "bit": 0, "depth": 0, "angle'": 1, "bit'": 1, "depth'": 0}
+    scene = ap.Scene(system=system, values={"eps": root}, start=drill.start(system, turning), until=1)
+    path = ap.solve(scene, digits=digits)
+    assert path.modes == ("slip_same", "stick", "slip_same")
+    rest = path.events[0].state
+    held, rate = float(5 * (rest[0] - rest[1])), float(rest[path.names.index("angle'")])  # angle'' = -5 (angle - bit)/2
+    swing = solve_ivp(lambda _, w: [w[1], -2.5 * w[0]], (0, 1), [held / 5, rate], rtol=1e-10, atol=1e-12,
+                      events=lambda _, w: 5 * w[0] - 2.5)  # until the spring overcomes f N/2
+    assert float(path.events[1].t) == pytest.approx(float(path.events[0].t) + swing.t_events[0][0], abs=1e-8)
