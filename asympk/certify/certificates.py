@@ -14,7 +14,7 @@ succession are written here independently of the flow: a proof must not rest on 
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from heapq import heappop, heappush
@@ -120,11 +120,14 @@ def certify(scene: Scene, box: Mapping[str, tuple] | None = None, digits: int = 
     return found
 
 
-def cover(scene: Scene, box: Mapping[str, tuple], pieces: int = 64) -> tuple[Certificate, ...]:
+def cover(
+    scene: Scene, box: Mapping[str, tuple], pieces: int = 64, progress: Callable[[int, int], None] | None = None
+) -> tuple[Certificate, ...]:
     """Return certificates of pieces that make up ``box``; pieces without a proof are halved, to ``pieces`` in all.
 
     A side of a piece is undecided if there is no proof with all other sides shrunk to their midpoints. The largest
     piece is halved next, across its longest undecided side; each undecided side counts as a quarter of the size.
+    ``progress(proven, cut)`` is called with the number of pieces proven and of all before a piece is halved.
     """
     require_scene(scene, "cover")
     pieces = whole("pieces", pieces, 1, MOST_PIECES)
@@ -140,6 +143,8 @@ def cover(scene: Scene, box: Mapping[str, tuple], pieces: int = 64) -> tuple[Cer
                 heappush(undecided, (-size, next(order), side, found))
         fresh = []
         if undecided and len(done) + len(undecided) < pieces:
+            if progress:
+                progress(len(done), len(done) + len(undecided))
             *_, side, found = heappop(undecided)
             fresh = [certify(scene, half) for half in _halves(found.box, side)]
     return (*done, *(found for *_, found in undecided))
@@ -150,7 +155,8 @@ def _undecided(scene, found, box):
     lengths = {name: Fraction(high) - Fraction(low) for name, (low, high) in box.items()}
     parts = {name: float((high - low) / lengths[name]) for name, (low, high) in found.box.items() if low < high}
     middle = {name: ((low + high) / 2,) * 2 for name, (low, high) in found.box.items()}
-    sides = [name for name in parts if not certify(scene, {**middle, name: found.box[name]}).proven]
+    alone = len(parts) == 1  # then the piece itself is what would be tried
+    sides = [name for name in parts if alone or not certify(scene, {**middle, name: found.box[name]}).proven]
     return math.prod(parts.values()) / 4 ** len(sides), max(sides or parts, key=parts.get)
 
 

@@ -16,7 +16,7 @@ from asympk.scenes import scenefile
 
 flint = pytest.importorskip("flint")
 
-from asympk.certify import Certificate, certify, cover  # noqa: E402
+from asympk.certify import Certificate, certificates, certify, cover  # noqa: E402
 from asympk.certify.balls import Refused, ball, ball_of, common, hull, times  # noqa: E402
 from asympk.certify.enclosure import Budget, LevelGuard, first_event  # noqa: E402
 from asympk.certify.proofs import Inequality, inequalities, prove  # noqa: E402
@@ -414,6 +414,16 @@ def breadth_first(scene, box, pieces):
         ends = (low, (low + high) / 2), ((low + high) / 2, high)
         todo += [certify(scene, {**found.box, name: half}) for half in ends]
     return done
+
+
+def test_a_box_with_one_side_is_tried_once_a_piece_and_tells_how_far_it_is(monkeypatch):
+    tried, heard, attempt = [], [], certificates._attempt
+    monkeypatch.setattr(certificates, "_attempt", lambda scene, sides, *rest: (tried.append(sides["x"]),
+                                                                               attempt(scene, sides, *rest))[1])
+    found = cover(ap.Scene(1, "1e-3", (0, 0, "-1"), 1), {"x": (-2, 2)}, 8, lambda *parts: heard.append(parts))
+    assert len(tried) == len({*tried}) == 2 * len(found) - 1
+    assert [cut for _, cut in heard] == [*range(1, len(found))]
+    assert all(proven < cut for proven, cut in heard)
 
 
 @pytest.mark.further
