@@ -4,10 +4,12 @@ import argparse
 import errno
 import os
 import re
+import signal
 import sys
+import threading
 import traceback
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from typing import Any, NoReturn
 
@@ -20,13 +22,34 @@ _NEGATIVE = re.compile(r"^-(\d|\.\d|\(|pi\b|[a-z]+\()")  # -1e-3 and -pi/4 are n
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line and return its exit status: 0 done, 1 a claim or check does not hold, 2 bad input."""
+    """Run the command line and return its exit status: 0 done, 1 a claim or check does not hold, 2 bad input.
+
+    Ctrl-C and SIGTERM end it alike, with status 130 and 143: what is half written is removed, and workers end.
+    """
     _open_streams()
     try:
-        return _run(parser(), arguments)
-    except KeyboardInterrupt:
+        with _hearing_sigterm():
+            return _run(parser(), arguments)
+    except KeyboardInterrupt as interruption:
         _complain("asympk: interrupted")
-        return 130
+        return 128 + int(next(iter(interruption.args), signal.SIGINT))
+
+
+@contextmanager
+def _hearing_sigterm() -> Iterator[None]:
+    """Raise ``KeyboardInterrupt`` where SIGTERM would end the process, which only the main thread can hear."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _interrupt(number: int, _: object) -> NoReturn:
+    raise KeyboardInterrupt(number)
 
 
 def _run(whole, arguments):

@@ -1,7 +1,6 @@
 """``asympk report``: the results, the systems and the reference as a site."""
 
 from argparse import ArgumentParser, Namespace
-from typing import NoReturn
 
 from asympk.cli.options import add_root, meter, place_name
 
@@ -15,19 +14,9 @@ def arguments(parser: ArgumentParser) -> None:
 
 
 def run(options: Namespace) -> None:
-    """Write the site and print where it is; a report that is terminated removes its temporary folder, too."""
-    from signal import SIGTERM, signal
-
+    """Write the site and print where it is."""
     from asympk.output.site import build_site
 
-    before = signal(SIGTERM, _leave)
-    try:
-        with meter() as shown:
-            path = build_site(options.root, options.out, shown.tell)
-    finally:
-        signal(SIGTERM, before)
+    with meter() as shown:
+        path = build_site(options.root, options.out, shown.tell)
     print(f"wrote {path}")
-
-
-def _leave(number: int, _: object) -> NoReturn:
-    raise SystemExit(128 + number)

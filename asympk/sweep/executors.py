@@ -15,20 +15,24 @@ from typing import Any
 from asympk.errors import InputError, MissingPackage
 from asympk.numbers import short
 
+_AT_REST = threading.Lock()  # held by a worker while it does not compute
 _PATIENCE = 2.5  # seconds to wait for the answer of a dask scheduler
 _ADDRESS = re.compile(r"(?:(?:tcp|tls|ws|wss|ucx)://)?([^/\s:]+|\[[0-9a-fA-F:.]+\]):(\d{1,5})", re.ASCII)
 
 
 @contextmanager
 def deaf_children() -> Iterator[None]:
-    """Keep Ctrl-C, where signals can be masked, from the processes that the block starts: also while they import."""
+    """Keep Ctrl-C, where signals can be masked, from the processes that the block starts: also while they import.
+
+    In this process Ctrl-C and SIGTERM wait until the processes are started.
+    """
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
     from multiprocessing import resource_tracker
 
     resource_tracker.ensure_running()  # its start, which is a part of that of the first process, unmasks Ctrl-C
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
     try:
         yield
     finally:
@@ -51,44 +55,70 @@ class Here(Executor):
 class Processes(Executor):
     """An executor of worker processes; when a worker is killed, a new pool takes the place of the broken one.
 
-    Workers ignore Ctrl-C, which their parent process handles, and exit when the parent process is gone.
+    Workers ignore Ctrl-C, which their parent process handles. They exit at once when the parent process is gone, or
+    when the block of this context ends with an exception.
     """
 
     def __init__(self, workers: int):
         self._workers, self._pool = workers, None
 
+    def __exit__(self, kind: Any, *_: object) -> None:
+        if kind and self._pool:
+            self._held.close()
+        self.shutdown(cancel_futures=True)
+
     @deaf_children()
     def submit(self, function: Callable, /, *arguments: Any, **named: Any) -> Future:
         """Return the ``Future`` of a call in a worker; it ends in ``BrokenProcessPool`` when a worker is killed."""
         try:
-            return self._running().submit(function, *arguments, **named)
+            return self._running().submit(_compute, function, *arguments, **named)
         except BrokenProcessPool:
             self.shutdown()
-            return self._running().submit(function, *arguments, **named)
+            return self._running().submit(_compute, function, *arguments, **named)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Stop the workers."""
         if self._pool:
             self._pool.shutdown(wait, cancel_futures=cancel_futures)
+            self._held.close()
+            self._awaited.close()
             self._pool = None
 
     def _running(self):
         if self._pool is None:
             from multiprocessing import get_context
 
-            self._pool = ProcessPoolExecutor(self._workers, get_context("spawn"), _start_worker)
+            context = get_context("spawn")
+            self._awaited, self._held = context.Pipe(duplex=False)
+            self._pool = ProcessPoolExecutor(self._workers, context, _start_worker, (self._awaited,))
         return self._pool
 
 
-def _start_worker():
+def _start_worker(awaited):
+    """Ignore Ctrl-C, hear SIGTERM, and leave when the parent process is gone or closes the other end of ``awaited``."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_leave_with_parent, daemon=True).start()
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
+    _AT_REST.acquire()
+    threading.Thread(target=_leave, args=(awaited,), daemon=True).start()
 
 
-def _leave_with_parent():
+def _compute(function, /, *arguments, **named):
+    _AT_REST.release()
+    try:
+        return function(*arguments, **named)
+    finally:
+        _AT_REST.acquire()
+
+
+def _leave(awaited):
+    """Exit once asked to, but not in the middle of a result, for whose rest the parent process would wait for ever."""
     from multiprocessing import parent_process
+    from multiprocessing.connection import wait
 
-    parent_process().join()
+    parent = parent_process().sentinel
+    while parent not in wait([parent, awaited]) and not _AT_REST.acquire(timeout=1):
+        pass
     os._exit(1)
 
 
@@ -106,11 +136,8 @@ def executor(workers: int | None = None, dask: str | None = None) -> Iterator[Ex
         return
     if workers is not None and not 1 <= workers <= 1024:
         raise InputError(f"workers = {workers}: it must be from 1 to 1024")
-    pool = Processes(workers) if workers else Here()
-    try:
+    with Processes(workers) if workers else Here() as pool:
         yield pool
-    finally:
-        pool.shutdown(cancel_futures=True)
 
 
 def _client(address):

@@ -333,6 +333,21 @@ def whole(tmp_path_factory):
     return folder / "whole"
 
 
+@pytest.mark.slow
+def test_workers_are_not_waited_for_when_a_sweep_is_interrupted():
+    begun = time.monotonic()
+
+    def interrupted():
+        with Processes(1) as workers:
+            assert workers.submit(abs, -1).result() == 1
+            workers.submit(time.sleep, 60)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert time.monotonic() - begun < 30
+
+
 @pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="there are no masks of signals")
 @pytest.mark.slow
 def test_a_worker_does_not_hear_ctrl_c_even_before_it_can_ignore_it():
@@ -363,13 +378,15 @@ def test_killed_three_times_and_resumed_equals_the_uninterrupted_sweep(tmp_path,
 
 
 @pytest.mark.further
-def test_ctrl_c_is_one_line_and_leaves_a_resumable_directory(tmp_path):
-    out = tmp_path / "out"
-    process = subprocess.Popen(_command(tmp_path, out), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+@pytest.mark.parametrize("workers", [(), ("--workers", "2")])
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_an_interruption_is_one_line_and_leaves_a_resumable_directory(tmp_path, sent, workers):
+    out, command = tmp_path / "out", _command(tmp_path, tmp_path / "out", *workers)
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     _wait_for(out, 5)
-    process.send_signal(signal.SIGINT)
+    process.send_signal(sent)
     printed, complained = process.communicate()
-    assert (process.returncode, printed) == (130, "")
+    assert (process.returncode, printed) == (128 + sent, "")
     assert complained.startswith("asympk: interrupted")
     assert complained.count("\n") == 1
     done = len([*out.glob("chunk-*")])
