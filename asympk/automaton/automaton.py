@@ -72,7 +72,7 @@ class Automaton:
         If the system switches at t = 0, within the rounding of ``until``, the branch is that just after the switch. A
         start within the rounding of an edge, in doubles or in mpmath numbers of ``digits`` digits, is taken as on it.
         """
-        with decide.finite(lambda: 0, lambda: decide.without_value(self, 0, start)):
+        with decide.finite(lambda: 0, lambda: decide.without_value(self.system, self.values, 0, start)):
             return _first(self, tuple(start), until if self.system.time else 1, digits)
 
     def next(

@@ -55,12 +55,13 @@ from asympk.multiprecision import in_context
 from asympk.numbers import short
 from asympk.symbolic import branches, forces, sides
 from asympk.symbolic.branches import OPEN, Branch, Guard
-from asympk.symbolic.long import replaced
 from asympk.symbolic.placing import named_parts
 from asympk.symbolic.system import System
+from asympk.symbolic.values import term_without_value
 
 if TYPE_CHECKING:
     from asympk.automaton.automaton import Automaton
+    from asympk.automaton.numericmode import NumericMode
 
 DIGITS = 60  # digits to which an exact start is converted
 EXACT = 45  # digits of an exact start that count as correct; the other 15 are left to rounding
@@ -68,6 +69,7 @@ WORKING = 40  # least number of digits on which the following mode is decided, w
 COARSER = 10  # digits by which a second, coarser evaluation is shorter; a sign on which the two differ is rounding
 LATER = Fraction(5, 7)  # a generic span of time: after it a smooth force that is 0 now shows whether it stays 0
 RANGE = 700  # more digits than lie between the least and the largest double
+SOON = 17  # spans from rounding to 1e-6, each four times as long as the one before
 SAME = 1e-12  # relative difference below which static and kinetic friction count as equal
 
 
@@ -87,7 +89,7 @@ def follow_on(automaton: "Automaton", before: Branch | None, hits: tuple, t: Any
         digits += RANGE
         state = tuple(w if abs(w) >= _part(RANGE, state) else 0 * w for w in state)
     numbers = _numbers(digits + COARSER)._replace(coarser=_numbers(digits))
-    with finite(lambda: t, lambda: without_value(automaton, t, state)):
+    with finite(lambda: t, lambda: without_value(automaton.system, automaton.values, t, state)):
         return _follow_on(automaton, before, hits, t, state, slack, numbers)
 
 
@@ -114,21 +116,33 @@ def finite(reached: Callable[[], Any], named: Callable[[], str] = str) -> Iterat
                          "hold, or give other parameters") from error
 
 
-def without_value(automaton: "Automaton", t: Any, state: tuple) -> str:
-    """Return "name = formula" of the first rate, or part of a friction, that has no finite real value, or ""."""
-    system = automaton.system
+def without_value(system: System, values: tuple, t: Any, state: tuple) -> str:
+    """Return the first term that has no finite real value, and the rate or part of a friction it is in, or ""."""
     symbols = (*system.parameters, *system.states, *([system.time] if system.time else ()))
-    given = (*automaton.values, *state, t)
+    given = (*values, *state, t)
     at = {s: sp.Rational(float(value)) for s, value in zip(symbols, given, strict=False)}
     at |= dict.fromkeys(system.pushes, sp.S.Zero)
     for name, expr in named_parts(system).items():
-        try:
-            value = replaced(expr, at)
-        except (ArithmeticError, TypeError, ValueError):  # as of a comparison with an infinite part
-            value = sp.zoo
-        if value is sp.nan or value.is_finite is False or value.is_real is False:
-            return f"{name} = {short(expr)}"
+        if term := term_without_value(expr, at):
+            return f"{short(term)} in {name} = {short(expr)}" if term != expr else f"{name} = {short(expr)}"
     return ""
+
+
+def without_value_soon(mode: "NumericMode", t: float, state: tuple[float, ...]) -> str:
+    """Return what has no finite real value at a state of a mode or shortly after, as ``without_value`` does.
+
+    The place is sought along the rates, at spans that grow from rounding on.
+    """
+    system, span = mode.mode.system, 2.0**-52 * max(1.0, abs(t))
+    values = mode.p[: len(system.parameters)]
+    with suppress(ArithmeticError, TypeError, ValueError):
+        slope = mode.rhs(t, state)
+        for _ in range(SOON):
+            later = tuple(w + span * rate for w, rate in zip(state, slope, strict=True))
+            if found := without_value(system, values, t + span, later):
+                return found
+            span *= 4
+    return without_value(system, values, t, state)
 
 
 def is_of_numbers(error: Exception) -> bool:

@@ -13,7 +13,7 @@ import sympy as sp
 
 from asympk.automaton.automaton import ROUNDED, Automaton, lost_on, mode_on_sides
 from asympk.automaton.contacts import nudges
-from asympk.automaton.decide import finite
+from asympk.automaton.decide import finite, without_value_soon
 from asympk.automaton.junction import BY_HAND
 from asympk.automaton.modes import NO_FRICTION, SWITCH
 from asympk.automaton.numericmode import NumericMode
@@ -81,7 +81,7 @@ def follow(
     at an event. Raises ``NoMotion``, ``TwoMotions``, ``UnboundedReaction``, ``Accumulation`` and ``OutOfRange``.
     """
     segments: list[Segment] = []
-    with finite(lambda: segments[-1].t if segments else 0):
+    with finite(lambda: segments[-1].t if segments else 0, lambda: without_value_after(automaton, *segments[-1:])):
         t, state, mode = _begun(automaton, first, start, until, digits)
         names, marks, ends = [mode.name], list[Event](), list[Any]()
         while t < until or not segments:
@@ -352,6 +352,14 @@ _ENDS: dict[str, tuple[type[UnboundedReaction] | type[TwoMotions], str]] = {
     "unbounded": (UnboundedReaction, "the reaction of a rigid contact grows beyond all bounds, or is not determined,"),
     "several": (TwoMotions, "a second motion of the contact comes up"),
 }
+
+
+def without_value_after(automaton: Automaton, last: Segment | None = None) -> str:
+    """Return what has no finite real value at the end of the last segment, or shortly after, or ""."""
+    if last is None or not last.branch:
+        return ""
+    mode = automaton.mode(last.branch, sides=last.sides)
+    return without_value_soon(mode, float(last.t), tuple(map(float, last.state)))
 
 
 def _require_begun(mode: NumericMode, t: Any, state: tuple) -> None:

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from asympk.automaton.automaton import Automaton
-from asympk.automaton.decide import is_of_numbers
+from asympk.automaton.decide import is_of_numbers, without_value_soon
 from asympk.automaton.loop import Run, Segment, follow, lost_with
 from asympk.automaton.numericmode import NumericMode
 from asympk.digits import FixedPoint, carried, carrier_context, dot, fixed_point
@@ -168,11 +168,8 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
         h = until - t if last else h
         _require_time(scheme, t)
         tries.append(t)
-        _require_gain(tries, mode.vanishing(poles, mode.pole_values(t, state)))
-        slopes = None
-        with suppress(OverflowError):  # beyond the range of doubles, the iterates of the step do not converge
-            slopes = _step(scheme, t, state, h)
-        left_out = _left_out(scheme, t, state, slopes, h) if slopes else inf
+        _require_gain(scheme, tries, state, mode.vanishing(poles, mode.pole_values(t, state)))
+        slopes, left_out = _tried(scheme, t, state, h)
         if not slopes or left_out > 1:
             h, grow = h * SHRINK, 1
             continue
@@ -195,6 +192,20 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
         h *= min(grow, left_out ** (-1 / len(scheme.tableau.nodes))) if left_out > SWEPT else grow
         grow = GROW
     raise OutOfRange(f"the reference needs more than {STEPS} steps; take a larger mu or a smaller until")
+
+
+def _tried(scheme: Scheme, t: Any, state: tuple, h: Any) -> tuple[list[FixedPoint] | None, float]:
+    """Return the stage derivatives of a step, and the error that it leaves out, or (None, inf) if a shorter one is due.
+
+    It is where the iterates do not converge, leave the range of doubles, or come to where a rate is not real.
+    """
+    try:
+        slopes = _step(scheme, t, state, h)
+        return slopes, _left_out(scheme, t, state, slopes, h) if slopes else inf
+    except (OverflowError, ZeroDivisionError, TypeError) as error:
+        if not is_of_numbers(error):
+            raise
+        return None, inf
 
 
 def _require_time(scheme, t):
@@ -266,7 +277,7 @@ def _without_rounding(end: tuple, before: tuple, slack: Any) -> tuple:
     return tuple(w if abs(w) > slack * abs(was) else 0 * w for w, was in zip(end, before, strict=True))
 
 
-def _require_gain(tries: list, divisor: Any) -> None:
+def _require_gain(scheme: Scheme, tries: list, state: tuple, divisor: Any) -> None:
     """Raise ``OutOfRange`` if many tries of a step, made at the times ``tries``, have gained hardly any time.
 
     ``divisor`` is a divisor of the rates that has nearly vanished, or None. With a divisor, fewer tries are allowed.
@@ -274,7 +285,9 @@ def _require_gain(tries: list, divisor: Any) -> None:
     begun, t = tries[0], tries[-1]
     patience, gain = (PATIENCE, STANDSTILL) if divisor is None else (FEWER, LESS)
     if len(tries) > patience and t - begun <= (1 + gain) * (tries[-patience] - begun):
-        why = "the motion is not smooth or grows beyond bounds; end the run before it"
+        unreal = without_value_soon(scheme.doubles, float(t), tuple(map(float, state)))
+        what = f"{unreal} is no finite real number" if unreal else "the motion is not smooth or grows beyond bounds"
+        why = f"{what}; end the run before it"
         why = why if divisor is None else f"rates are divided by {divisor!s:.120}, and that is 0; {AT_REST}"
         raise OutOfRange(f"the reference comes to a standstill at t = {float(t):.10g}, where {why}")
 

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from asympk.automaton.loop import Run, Segment, follow
+from asympk.automaton.loop import Run, Segment, follow, without_value_after
 from asympk.automaton.numericmode import NumericMode
 from asympk.automaton.uniqueness import is_watched
 from asympk.digits import carried
@@ -40,14 +40,14 @@ PEERS = {  # method -> (module, package) where it needs one of the extra ``peers
     "cvode": ("sksundae", "scikit-sundae"),
     "kvaerno5": ("diffrax", "diffrax"),
 }
-FINISHED = "finished"
+FINISHED, LEFT = "finished", "left the range of floats"
 AT_REST = ("dry friction in a plane, -f v/|v|, stops there: end the run before, or write the speed |v| as "
            "sqrt(v**2 + e**2) with a small e")
 ADVICE = {  # beginning of the status of a run that stops early -> advice for the user
     "step limit": "allow more steps, or take another method",
     "time limit": "allow more seconds, or take another method",
     "limit of": "allow more events",
-    "left the range": "a rate or its slope is no finite real number; end the run before, or start where formulas hold",
+    "left the range": "{what} is no finite real number; end the run before, or start where formulas hold",
     "stalled: rates are divided": AT_REST,
     "": "the motion grows beyond bounds, or keeps to where a rate jumps; end the run before, or take another method",
 }
@@ -153,7 +153,7 @@ def in_range(t: float, state: tuple[float, ...], segment: Callable[[], Segment])
         raise
     except (ArithmeticError, ValueError):
         pass
-    return Segment(t, state, None, Work(), "left the range of floats")
+    return Segment(t, state, None, Work(), LEFT)
 
 
 def _settled(mode, times, segment):
@@ -183,7 +183,8 @@ def finished(
     if not last.short:
         return path
     advice = next(words for begin, words in ADVICE.items() if last.short.startswith(begin))
-    raise Unfinished(f"method {method!r}: {status}; {advice}", path)
+    what = without_value_after(automaton_of(scene), last) or "a rate or its slope"
+    raise Unfinished(f"method {method!r}: {status}; {advice.format(what=what)}", path)
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,8 @@ import numpy as np
 from asympk.automaton.contacts import clear_sign, nudges
 from asympk.automaton.loop import Segment, lost_with
 from asympk.automaton.numericmode import LONG, NumericMode
-from asympk.integrators.integrate import Settings, Work
+from asympk.errors import AsympkError
+from asympk.integrators.integrate import LEFT, Settings, Work
 from asympk.integrators.watch import BESIDE_BUMPS, Look, dips, first_lost, passed_wholes, suspects
 
 STEP_LIMIT = "step limit reached"
@@ -75,7 +76,7 @@ def follow_steps(solver: Solver, mode: NumericMode, t: float, state: tuple[float
         idle = idle + 1 if not short and t - solver.t_old <= 4e-16 * abs(t) else 0
         if idle > IDLE:
             short = f"stalled (the last {idle} steps gained nothing)"
-        met = None if short else watch.lost(solver, t, state)
+        met, short = (None, short) if short else _met(watch, solver, t, state)
         if not short and watch.has_passed_over(solver, t, state, met, settings):
             watch.back()
             solver.again()
@@ -93,6 +94,16 @@ def follow_steps(solver: Solver, mode: NumericMode, t: float, state: tuple[float
         short = f"stalled (the last {steps // 2} steps gained {t - halfway:.1g})"
     work, together = Work(int(solver.nfev), steps, int(solver.njev)), lost_with(mode, hit, t, state)
     return Segment(t, state, hit, work, short, tuple(samples), together, tuple(passed))
+
+
+def _met(watch: "Watch", solver: Solver, t: float, state: tuple[float, ...]) -> tuple[tuple[float, int] | None, str]:
+    """Return when a step to (t, state) loses a guard, and which, or None; and the reason that stops the run, or ""."""
+    try:
+        return watch.lost(solver, t, state), ""
+    except AsympkError:
+        raise
+    except (ArithmeticError, ValueError):
+        return None, LEFT
 
 
 class Divisors:
@@ -314,7 +325,7 @@ def _step(solver, steps, settings):
     try:
         reason = solver.step()
     except (ArithmeticError, ValueError):
-        return "left the range of floats"
+        return LEFT
     if solver.status == "failed":
         return f"stalled ({reason.rstrip('.').lower()})"
-    return "" if all(map(isfinite, solver.y.tolist())) else "left the range of floats"
+    return "" if all(map(isfinite, solver.y.tolist())) else LEFT

@@ -10,13 +10,13 @@ from asympk.automaton.junction import BY_HAND, OF_ZERO
 from asympk.errors import InputError, OutOfRange
 from asympk.mechanics.kinetics import Kinetics, slope_in_powers
 from asympk.mechanics.stops import bound_symbols
-from asympk.numbers import common_shape, number
+from asympk.numbers import common_shape, number, short
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.long import symbols_in
+from asympk.symbolic.long import atoms, symbols_in
 from asympk.symbolic.reading import as_floats
 from asympk.symbolic.sides import shortly_after
 from asympk.symbolic.truth import array_function, holds
-from asympk.symbolic.values import require_declared
+from asympk.symbolic.values import require_declared, term_without_value
 
 ROUNDING = 8 * 2.0**-52  # part of its terms below which a sum of products may be rounding
 
@@ -47,9 +47,13 @@ def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) ->
     except OutOfRange:
         k = _first_out_of_range(function, [value.ravel() for value in given.values()])
         place = ", ".join(f"{symbol} = {value.flat[k]:g}" for symbol, value in given.items())
-        raise OutOfRange(f"an equation of the contact is not finite at {place}, or beside it; give other numbers: "
-                         "a mass or a length by which it divides may be 0, or G_NT, by which the critical friction "
-                         "divides") from None
+        at = {symbol: sp.Rational(float(value.flat[k])) for symbol, value in given.items()}
+        sides = (side for relation in sorted(atoms(together, sp.Rel), key=str) for side in relation.args)
+        term = next(filter(None, (term_without_value(expr, at) for expr in (*plain, *sides))), None)
+        named = f", where {short(term)} is no finite real number" if term else ""
+        raise OutOfRange(f"an equation of the contact is not finite at {place}, or beside it{named}; give other "
+                         "numbers: a mass or a length by which it divides may be 0, or G_NT, by which the critical "
+                         "friction divides") from None
 
 
 def _first_out_of_range(function: Callable[..., Any], arrays: Sequence[Any]) -> int:

@@ -11,6 +11,7 @@ import sympy as sp
 from asympk.errors import InputError
 from asympk.naming import nearest
 from asympk.numbers import short
+from asympk.symbolic.long import replaced
 from asympk.symbolic.reading import rational
 
 
@@ -107,3 +108,18 @@ def _unknown(key, symbols, owner, kind):
     known = {s.name for s in symbols}
     return f"{key!s:.60} is not a {kind} of {owner}; it has {in_words(known)}{did_you_mean(key, known)}"
 
+
+def term_without_value(expr: sp.Expr, at: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | None:
+    """Return the first innermost term of an expression that has no finite real value at numbers, or None."""
+    if not _is_unreal(expr, at):
+        return None
+    inner = (term_without_value(part, at) for part in expr.args if isinstance(part, sp.Expr))
+    return next(filter(None, inner), expr)
+
+
+def _is_unreal(expr: sp.Expr, at: Mapping[sp.Symbol, sp.Expr]) -> bool:
+    try:
+        value = replaced(expr, at)
+    except (ArithmeticError, TypeError, ValueError):  # as of a comparison with an infinite part
+        return True
+    return value is sp.nan or value.is_finite is False or value.is_real is False

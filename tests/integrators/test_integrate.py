@@ -650,6 +650,24 @@ def test_a_motion_that_ends_where_rates_have_values_is_followed_to_its_end(metho
     assert short.value.path.final[0] == pytest.approx(0, abs=1e-6)
 
 
+@pytest.mark.parametrize("options", [{}, {"method": "radau"}, {"digits": 15}])
+@pytest.mark.parametrize(
+    ("push", "law", "words"),
+    [(0, lambda q, t: sp.sqrt(q - 1), r"t = 1\.7076.* kinetic = sqrt\(q - 1\) is no finite real number"),
+     (lambda q, t: sp.log(2 - t), None, r"t = 2\b.* log\(2 - t\) in v' = .* is no finite real number"),
+     (0, lambda q, t: sp.sqrt(2 - t), r"kinetic = sqrt\(2 - t\) is not a finite real number at t = 2;")],
+)
+@pytest.mark.few(3)
+def test_a_term_that_ceases_to_be_real_along_a_motion_is_named_with_the_time(options, push, law, words):
+    """A run said that a rate or its slope is not real, at t = 0 where the slope of the term is infinite at its end."""
+    q, v, F, t = sp.symbols("q v F t", real=True)
+    contact = ap.Friction(velocity=v, force=F, load=1, kinetic=law(q, t) if law else 1)
+    rates = {q: v, v: F - q + (push(q, t) if push else 0)}
+    system = ap.System.with_frictions(slow=rates, fast={}, time=t, frictions=(contact,))
+    with pytest.raises((Unfinished, OutOfRange), match=words):
+        ap.solve(ap.Scene(system=system, start={q: 3, v: 0}, until=5), **options)
+
+
 @pytest.mark.parametrize("method", here("heyoka"))
 def test_a_step_that_leads_nowhere_is_not_made(method):
     scene = ap.Scene(sigma=1, mu="1e-300", start=("1e200", 0, 1), until=5)

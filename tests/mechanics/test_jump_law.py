@@ -11,7 +11,7 @@ from mechanisms import slender_rod
 from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
-from asympk.errors import InputError, NotDerivable, UnknownName
+from asympk.errors import InputError, NotDerivable, OutOfRange, UnknownName
 
 T = dynamicsymbols._t
 
@@ -438,6 +438,15 @@ def test_friction_that_falls_below_the_critical_one_as_sliding_one_way_slows_dow
     block = ap.Mechanism((X, Y), (U, V), [[2, 1], [1, 1]], (0, -1), ap.Contact(Y, X, law))
     holds = [block.evaluate(block.jump_law().condition, {X: 0, Y: 0, U: U_0, V: 0}) for U_0 in (1, -1)]
     assert holds == [way * U_0 > 0 for U_0 in (1, -1)]
+
+
+def test_a_term_of_a_contact_that_is_not_real_at_a_place_is_named():
+    X, Y, U, V = sp.symbols("X Y U V", real=True)
+    block = ap.Mechanism((X, Y), (U, V), [[2, 1], [1, 1]], (0, -1), ap.Contact(Y, X, 3 + sp.sqrt(1 - X**2)))
+    at = {X: 2, Y: 0, U: -1, V: 0}
+    for ask in (block.motions, lambda at: block.evaluate(block.jump_law().condition, at)):
+        with pytest.raises(OutOfRange, match=r"X = 2, or beside it, where sqrt\(1 - X\*\*2\) is no finite real number"):
+            ask(at)
 
 
 def test_friction_that_acts_one_way_alone_has_its_law():
