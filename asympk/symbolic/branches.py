@@ -27,6 +27,7 @@ from asympk.symbolic.long import (
     valued,
 )
 from asympk.symbolic.penetration import without_penetration
+from asympk.symbolic.signs import waves_never_negative
 
 if TYPE_CHECKING:
     from asympk.symbolic.system import Friction, System
@@ -217,9 +218,10 @@ def signs_of_load(system: "System", k: int) -> tuple[int, ...]:
 
 @lru_cache(maxsize=512)  # branches have the same loads
 def never_negative(system: "System", expr: sp.Expr) -> bool:
-    """Tell whether an expression is negative at no real states, as an even power: rounding alone would lose it."""
+    """Tell whether an expression is negative at no real states: rounding alone would lose an even power, or a wave."""
     real = {s: sp.Dummy(real=True) for s in (*system.states, system.time)}
-    return bool(replaced(with_powers(expr), real).is_nonnegative)
+    found = replaced(with_powers(expr), real)
+    return bool(found.is_nonnegative) or waves_never_negative(found)
 
 
 @lru_cache(maxsize=512)

@@ -12,8 +12,9 @@ import sympy as sp
 
 from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.inverses import InverseForm
-from asympk.symbolic.long import atoms, in_factors, named_exponentials
+from asympk.symbolic.long import atoms, common_divisor, in_factors, named_exponentials
 
+HIGHEST = 12  # the highest multiple of an angle up to which waves are written as polynomials
 _WAVES = (sp.sin, sp.cos, sp.tanh)
 
 
@@ -141,6 +142,39 @@ def _is_known(difference, facts, strict=False):
             return True
     ends = _at_ends(difference, facts)
     return bool(ends) and all(_is_known(end, facts, strict) for end in ends)
+
+
+def waves_never_negative(expr: sp.Expr) -> bool:
+    """Tell whether an expression in waves is nowhere negative: by the bounds of each, or by all as one polynomial."""
+    return bool(_without_waves(expr).is_nonnegative) or _never_negative_in_tangent(expr)
+
+
+def _never_negative_in_tangent(expr):
+    """Tell whether waves of multiples of one angle, with rational numbers, give a number that is nowhere negative.
+
+    It is a quotient of polynomials in the tangent of half that angle. The number has one sign if no real root of the
+    numerator has an odd multiplicity.
+    """
+    angles = [wave.args[0] for wave in expr.atoms(sp.sin, sp.cos)]
+    ratios = [sp.cancel(angle / angles[0]) for angle in angles]
+    if not angles or not all(ratio.is_Rational for ratio in ratios):
+        return False
+    unit, x = common_divisor(ratios), sp.Dummy(real=True)
+    if max(map(abs, ratios)) > HIGHEST * unit:
+        return False
+    s, c = 2 * x / (1 + x**2), (1 - x**2) / (1 + x**2)
+    told = {}
+    for angle, ratio in zip(angles, ratios, strict=True):
+        k = abs(ratio / unit)
+        told |= {sp.cos(angle): sp.chebyshevt(k, c), sp.sin(angle): sp.sign(ratio) * s * sp.chebyshevu(k - 1, c)}
+    if (found := expr.xreplace(told)).free_symbols != {x} or not found.is_rational_function(x):
+        return False
+    above, below = sp.fraction(sp.cancel(sp.together(found)))
+    numerator = sp.Poly(above * below, x)
+    if not (numerator.domain.is_QQ or numerator.domain.is_ZZ) or sp.Poly(below, x).count_roots():
+        return False
+    odd = [part for part, power in numerator.sqf_list()[1] if power % 2]
+    return numerator.LC() > 0 and not any(part.count_roots() for part in odd)
 
 
 def _at_ends(expr, facts):

@@ -21,6 +21,7 @@ from asympk.scenes.turned import turned
 from asympk.studies.bench import rod_in_general_clothes
 from asympk.symbolic import branches, guards
 from asympk.symbolic.branches import Phase
+from asympk.symbolic.signs import waves_never_negative
 
 pytest.importorskip("flint")
 
@@ -783,6 +784,34 @@ def test_that_no_forces_agree_with_a_slip_is_seen_on_all_sides_of_a_switch_on_wh
 def test_a_box_of_starts_across_an_edge_has_no_proof(law):
     scene = block_under(-law, {"x": 1, "v": 1}, until=1)
     assert "the side of" in certify(scene, {"x": ("0.9", "1.1")}).reason
+
+
+@pytest.mark.parametrize(
+    "wave", [lambda t: 1 - sp.cos(t), lambda t: 1 + (3 * sp.sin(t) + 4 * sp.cos(t)) / 5,
+             lambda t: sp.Rational(9, 8) + sp.cos(t) + sp.cos(2 * t), lambda t: 1 - sp.cos(t) * sp.cos(2 * t)]
+)
+def test_a_load_of_waves_that_is_nowhere_negative_is_proven_through_the_times_at_which_it_is_0(wave):
+    """It was refused as grazing, after many seconds."""
+    t, v, q, G = sp.symbols("t v q G", real=True)
+    contact = ap.Friction(velocity=v, force=G, load=wave(t), kinetic=sp.Rational(1, 5))
+    system = ap.System.with_frictions(slow={q: v, v: G - q}, fast={}, time=t, frictions=(contact,))
+    scene = ap.Scene(system=system, start={q: 3, v: 0}, until=15)
+    path, found = ap.solve(scene), certify(scene)
+    assert found.proven
+    assert found.modes == path.modes
+    assert [float(ball.mid()) for ball in found.final] == pytest.approx(path.final, abs=1e-8)
+
+
+def test_waves_that_are_negative_anywhere_are_not_taken_for_nowhere_negative():
+    t, a = sp.Symbol("t", real=True), sp.Symbol("a", positive=True)
+    close = sp.Rational(1, 10**9)
+    nowhere = (1 - sp.cos(t), a - a * sp.cos(3 * t), sp.Rational(9, 8) - sp.sin(7 * t + 1) - sp.cos(14 * t + 2),
+               1 + 2 * sp.sin(t) * sp.cos(t), 1 / (2 - sp.cos(t)) - sp.Rational(1, 3))
+    somewhere = (1 - close - sp.cos(t), sp.Rational(9, 8) - close + sp.cos(t) + sp.cos(2 * t), sp.cos(t),
+                 sp.cos(t) ** 3, 1 / sp.cos(t), -1 - sp.cos(t), 1 - sp.cos(t) / t, sp.exp(sp.cos(t)) - 1,
+                 1 + a - sp.cos(t) - 2 * a * sp.sin(t), sp.Piecewise((sp.cos(t), t > 1), (1, True)))
+    assert [*map(waves_never_negative, nowhere)] == [True] * len(nowhere)
+    assert [*map(waves_never_negative, somewhere)] == [False] * len(somewhere)
 
 
 @pytest.mark.parametrize(
