@@ -9,6 +9,7 @@ formula in real numbers, one implicit manifold, ``{y: y}``, stands for all of it
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
+from itertools import product
 from typing import Any, Self
 
 import sympy as sp
@@ -24,7 +25,6 @@ from asympk.symbolic.expansion import (
     fast_jacobian,
     is_implicit,
     is_zero,
-    is_zero_somewhere,
     jacobian_on_branch,
     limit_of,
     one_side,
@@ -37,6 +37,7 @@ from asympk.symbolic.hurwitz import Spectra, attracting, off_axis, repelling, sp
 from asympk.symbolic.long import atoms, entries_in_factors, in_factors, replaced
 from asympk.symbolic.reading import real_expression
 from asympk.symbolic.roots import (
+    factors_of,
     fractional_powers,
     heights,
     is_complex,
@@ -44,6 +45,7 @@ from asympk.symbolic.roots import (
     is_zero_on,
     real_forms,
     solutions_of,
+    whole_turn,
 )
 from asympk.symbolic.sides import Sides, is_switched, is_whole, on_sides, phases
 from asympk.symbolic.signs import above, conjunction, factored, nonzero, with_known_lambert
@@ -83,8 +85,8 @@ class CriticalManifold(ShownAsFormulas):
     def _vanishes(self, determinant):
         """Tell whether a determinant is 0 on all of the manifold, as dg/dy is where all roots of g are multiple."""
         if not is_implicit(self.branch):
-            return (not determinant.is_rational_function() and is_zero_somewhere(determinant)
-                    and zero_at_places([determinant], self._assumed) == {True})
+            zero = iter(()) if determinant.is_rational_function() else zero_at_places([determinant], self._assumed)
+            return next(zero, False) and all(zero)
         known = {f for f, _ in factored(determinant)[1]}
         forces = (limit_of(g, self.small) for g in self.dynamics.fast.values())
         vanishing = ({f for f, _ in factored(g)[1] if nonzero(f, self.assumptions) != sp.true} for g in forces)
@@ -237,14 +239,15 @@ class CriticalManifold(ShownAsFormulas):
 def critical_manifolds(system: System) -> Several[CriticalManifold]:
     """Solve g = 0 for the fast variables in every mode.
 
-    Manifolds of modes other than stick are named Pi1, Pi2, ... in order, those of stick Lambda1, ...; a manifold that
-    lies nowhere in its mode has ``domain`` False. Where the rates of a mode switch by a state or the time, every side
-    of the switch has its own manifolds, each with its domain. Where SymPy leaves out a root of g = 0, or gives it no
-    readable formula in real numbers, as for a cubic, one manifold stands for all roots: ``branch[y]`` is y. Those roots
-    of factors of g that have one come before it. Where g = 0 leaves a fast state y free on one manifold of several,
-    ``branch[y]`` is y there, and ``exists`` is False. A fast state that stick holds is slow in this mode. Raises
-    ``NotDerivable`` where a mode has too many sides, ``NotNormallyHyperbolic`` where g = 0 leaves fast states free on
-    all manifolds of a mode, ``InputError`` where rates are singular at mu = 0.
+    Manifolds of modes other than stick are named Pi1, Pi2, ... in order, those of stick Lambda1, ...; a manifold
+    that lies nowhere in its mode has ``domain`` False. Where the rates of a mode switch by a state or the time,
+    every side of the switch has its own manifolds, each with its domain. Where SymPy leaves out a root of g = 0, or
+    gives it no readable formula in real numbers, as for a cubic, one manifold stands for all roots: ``branch[y]``
+    is y. Those roots of factors of g that have one come before it, in one turn of a factor such as sin(y). Where g
+    = 0 leaves a fast state y free on one manifold of several, ``branch[y]`` is y there, and ``exists`` is False. A
+    fast state that stick holds is slow in this mode. Raises ``NotDerivable`` where a mode has too many sides,
+    ``NotNormallyHyperbolic`` where g = 0 leaves fast states free on all manifolds of a mode, ``InputError`` where
+    rates are singular at mu = 0.
     """
     found: list[CriticalManifold] = []
     count: dict[str, int] = {}
@@ -358,16 +361,17 @@ def _branches(mode, small):
 
 
 def _by_value(mode, small, equal_zero):
-    """Return the closed branches of factors of g, a polynomial of one fast state, and the implicit one of the others.
+    """Return the closed branches of factors of g, and the implicit one of the others, which may stand alone.
 
-    Without such factors the implicit branch stands alone.
+    The others are also the roots in all turns of a factor where g has no turn.
     """
-    implicit, factors = sp.Dict({y: y for y in mode.fast}), []
-    if len(equal_zero) == 1 and equal_zero[0].is_polynomial(*mode.fast):
-        factors = [factor for factor, _ in sp.factor_list(equal_zero[0], *mode.fast)[1]]
-    parts = [replace(mode, fast=sp.Dict(dict.fromkeys(mode.fast, factor))) for factor in factors if len(factors) > 1]
-    branches = [branch for part in parts for branch in _branches(part, small)] if parts else [implicit]
-    return [*(branch for branch in branches if branch != implicit), *[implicit] * (implicit in branches)]
+    implicit = sp.Dict({y: y for y in mode.fast})
+    choices = [*product(*(factors_of(g, [*mode.fast]) for g in equal_zero))]
+    parts = (replace(mode, fast=sp.Dict(dict(zip(mode.fast, choice, strict=True)))) for choice in choices)
+    found = [branch for part in parts for branch in _branches(part, small)] if len(choices) > 1 else [implicit]
+    closed = [b for b in dict.fromkeys(found) if b != implicit and all(is_zero_on(g, b) for g in equal_zero)]
+    further = any(whole_turn(factor, *mode.fast) for factor, *_ in choices) if len(mode.fast) == 1 else False
+    return [*closed, *[implicit] * (implicit in found or further)]
 
 
 def _free(branch):

@@ -13,7 +13,7 @@ stays: the coefficients are rational in x and y, or in y alone where g = 0 is x 
 ``_Recurrence`` the hard part.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import comb, factorial, prod
@@ -247,24 +247,21 @@ def is_zero_somewhere(expr: sp.Expr) -> bool:
     return any(map(_is_tiny, near)) or any(_is_tiny(v) and abs(v)._prec <= 1 for v in far)  # 1: no digit is left
 
 
-def zero_at_places(exprs: Sequence[sp.Expr], assumed: sp.Basic) -> set[bool]:
-    """Return whether expressions all vanish, as found in 50 digits at places in all of the range that is ``assumed``.
+def zero_at_places(exprs: Sequence[sp.Expr], assumed: sp.Basic) -> Iterator[bool]:
+    """Yield whether expressions all vanish, as found in 50 digits, at places in all of the range that is ``assumed``.
 
     Both answers are found where a root of a square is that of either sign. Places where a part is not real are left
-    out; the result is empty if none is left.
+    out.
     """
-    chance, found = Random(0), set()
+    chance = Random(0)
     symbols = sorted(sp.Tuple(*exprs, assumed).free_symbols, key=str)
     for _ in range(PLACES if symbols else 1):
         signs = [-1 if s.is_negative else 1 if s.is_nonnegative else chance.choice((1, -1)) for s in symbols]
         sizes = [sp.Rational(chance.randint(1, FURTHEST), chance.randint(1, FURTHEST)) for _ in symbols]
         place = {s: sign * size for s, sign, size in zip(symbols, signs, sizes, strict=True)}
         values = [valued(e, place, 50) for e in exprs]
-        if assumed.subs(place) != sp.false and all(v.is_number and v.is_finite for v in values):
-            found.add(all(map(_is_tiny, values)))
-        if len(found) == 2:
-            break
-    return found
+        if all(v.is_number and v.is_finite for v in values) and assumed.subs(place) != sp.false:
+            yield all(map(_is_tiny, values))
 
 
 def _around(expr, powers):
@@ -279,13 +276,13 @@ def _is_tiny(value):
 def _value(expr, k, scale=1):
     """Evaluate at the k-th of a few points times ``scale``, each symbol at a rational of its own sign.
 
-    Each part of a heavy expression is computed once, with 50 digits to lose by cancelling, unless one is not real.
+    Each part of a heavy expression is computed once, with 50 digits to lose by cancelling.
     """
     points = {}
     for i, s in enumerate(sorted(expr.free_symbols, key=str)):
         sign = -1 if s.is_negative else 1 if s.is_positive else sp.sign(scale)
         points[s] = sign * abs(scale) * sp.Rational(13 * k + 7 * i + 2, 11 + 3 * k)
-    found = valued(expr, points, 2 * 50) if heavy(expr) else sp.nan
+    found = valued(expr, points, 2 * 50, real=False) if heavy(expr) else sp.nan
     if found.is_finite:
         return found
     try:

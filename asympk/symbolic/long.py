@@ -210,19 +210,29 @@ def generic_place(expr: sp.Basic) -> dict[sp.Symbol, sp.Expr]:
     return {s: sp.Rational(2 * k + 5, k + 7) for k, s in enumerate(sorted(symbols_in(expr), key=str))}
 
 
-def valued(expr: sp.Basic, place: Mapping[sp.Symbol, sp.Expr], digits: int) -> sp.Basic:
-    """Return ``expr`` at a place in floating point, nan if a part is not real there; each part is computed once."""
+def valued(expr: sp.Basic, place: Mapping[sp.Symbol, sp.Expr], digits: int, real: bool = True) -> sp.Basic:
+    """Return ``expr`` at a place in floating point; each part is computed once.
+
+    Where a part has no value, or is not real and ``real`` is True, the result is nan. An imaginary part that may be
+    rounding is left out.
+    """
     found: dict[sp.Basic, sp.Basic] = {s: sp.Float(at, digits) for s, at in place.items()}
 
     def value(part: sp.Basic) -> sp.Basic:
         if part not in found:
             new = part.func(*map(value, part.args)) if part.args else part
-            try:
-                worked_out = new.evalf(digits) if isinstance(new, sp.Expr) and new.args and new.is_number else new
-            except ValueError:  # of erfinv(2)
-                worked_out = sp.nan
-            found[part] = sp.nan if worked_out.is_real is False else worked_out
+            found[part] = worked_out(new) if isinstance(new, sp.Expr) and new.args and new.is_number else new
         return found[part]
+
+    def worked_out(new: sp.Expr) -> sp.Expr:
+        try:
+            number = new.evalf(digits)
+        except (TypeError, ValueError):  # of erfinv(2), and where complex numbers are compared
+            return sp.nan
+        if real or number.is_real is not False:
+            return sp.nan if number.is_real is False else number
+        level, turned = number.as_real_imag()
+        return level if abs(turned) <= abs(level) * sp.Float(10) ** (-digits // 2) else number
 
     return value(expr)
 

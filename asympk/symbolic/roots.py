@@ -6,7 +6,7 @@ W. It answers None where no short formula stands for every root.
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from itertools import chain, product
 
 import sympy as sp
@@ -89,19 +89,22 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
         matrix = (force := sp.Matrix(equal_zero)).jacobian(unknowns)
         if not matrix.has(*unknowns):
             return _linear_solution(matrix, force.subs(dict.fromkeys(unknowns, 0)), unknowns)
+    own = len(unknowns) > 1 or not equal_zero[0].is_rational_function(*unknowns)
     if len(unknowns) == 1:
+        equal_zero = [_in_base_e(*equal_zero, *unknowns)]
         if shifted := _from_phase(*equal_zero, *unknowns):
             return _by_power(*shifted, *unknowns)
-        if own := _by_lambert(*equal_zero, *unknowns) or _by_logarithm(*equal_zero, *unknowns):
-            return own
-        if powers := _in_exponentials(*equal_zero, *unknowns) or _in_roots(*equal_zero, *unknowns):
+        if own and (factors := factors_of(equal_zero[0], unknowns)) != equal_zero:
+            return _with_factors(factors, *equal_zero, *unknowns)
+        if closed := _by_lambert(*equal_zero, *unknowns) or _by_logarithm(*equal_zero, *unknowns):
+            return closed
+        ways = (way(*equal_zero, *unknowns) for way in (_without_logarithms, _in_exponentials, _in_roots))
+        if powers := next(filter(None, ways), None):
             return _by_power(*powers, *unknowns)
-        if factors := _factors_in_waves(*equal_zero, *unknowns):
-            return _in_one_turn(factors, *equal_zero, *unknowns)
         equal_zero = [_in_fewer_waves(*equal_zero, *unknowns)]
         if _mixes(*equal_zero, *unknowns):
             return None
-    if len(unknowns) > 1 and (factors := [_factors(g, unknowns) for g in equal_zero]) != [[g] for g in equal_zero]:
+    if len(unknowns) > 1 and (factors := [factors_of(g, unknowns) for g in equal_zero]) != [[g] for g in equal_zero]:
         return _joined([solutions_of([*choice], unknowns) for choice in product(*factors)])
     if len(unknowns) > 1 and (given := _values_given(equal_zero, unknowns)):
         return _with_values(given, equal_zero, unknowns)
@@ -113,7 +116,6 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
         return None
     if turning and any(wave.args[0].subs(unknowns[0], 0) != 0 for wave in _waves(*equal_zero, *unknowns)):
         return _in_a_turn([], *turning, *equal_zero, *unknowns)  # of waves of several phases SymPy may not end
-    own = len(unknowns) > 1 or not equal_zero[0].is_rational_function(*unknowns)
     found = _found_by_sympy(equal_zero, unknowns, own)
     found = found and [s for s in found if not own or _solves(s, equal_zero)]
     if turning:
@@ -145,7 +147,7 @@ def _leaves_out(found, equal_zero, y, *others):
     """
     if others or heavy(force := equal_zero[0]):
         return False
-    turn = None if force.xreplace(dict.fromkeys(_waves(force, y), 0)).has(y) else _turn(force, y)
+    turn = whole_turn(force, y)
     heights, place = [form[y] for s in found for form in real_forms(s)], generic_place(force)
     for side in (1, -1):
         at = {s: -number if s.is_nonpositive or (side < 0 and not s.is_nonnegative) else number
@@ -197,7 +199,7 @@ def _waves(force, y):
 
 
 def _turn(force, y):
-    """Return q where g is a function of waves of y whose turns, 2 pi/q together, fit each other, else None.
+    """Return q where the turns of all waves of y in g, 2 pi/q together, fit each other, else None.
 
     A tangent has half the turn of a sine.
     """
@@ -225,27 +227,24 @@ def _from_phase(force, y):
     return None if told.has(y) else (told, w, lambda value: value - shift)
 
 
-def _factors_in_waves(force, y):
-    """Return the factors of g, a product of several polynomials in waves of y whose turns fit, else []."""
-    if heavy(force) or not _turn(force, y):
-        return []
-    names = {wave: sp.Dummy() for wave in _waves(force, y)}
-    told, own = sp.fraction(sp.together(force.xreplace(names)))[0], {name: wave for wave, name in names.items()}
-    if told.has(y) or not told.is_polynomial(*own):
-        return []
-    found = [factor.xreplace(own) for factor, _ in sp.factor_list(told, *own)[1] if factor.has(*own)]
-    return found if len(found) > 1 else []
+def whole_turn(force: sp.Expr, y: sp.Symbol) -> sp.Expr | None:
+    """Return q where g is a function of waves of y alone whose turns, 2 pi/q together, fit each other, else None."""
+    return None if force.xreplace({f: sp.Dummy() for f in _waves(force, y)}).has(y) else _turn(force, y)
 
 
-def _in_one_turn(factors, force, y):
-    """Return the roots of all factors of g in a turn of g, which may be several turns of a factor, or None."""
-    q, roots = _turn(force, y), list[dict]()
-    for factor in factors:
-        if (found := solutions_of([factor], [y])) is None:
-            return None
-        own = _turn(factor, y)
-        roots += [{y: s[y] + 2 * sp.pi * k / own} for s in found for k in range(abs(own / q))]
-    return _different(roots, q, y)
+def _with_factors(factors, force, y):
+    """Return the different roots of all factors of g, or None where a factor has none, or has more in further turns.
+
+    Where g has a turn, which may be several turns of a factor, they are those in a turn of g.
+    """
+    parts, q = [solutions_of([factor], [y]) for factor in factors], whole_turn(force, y)
+    if None in parts or (q is None and any(whole_turn(factor, y) for factor in factors)):
+        return None
+    if q is None:
+        return _joined(parts)
+    turns = [abs(_turn(factor, y) / q) for factor in factors]
+    return _different([{y: s[y] + 2 * sp.pi * k / (q * turn)} for turn, found in zip(turns, parts, strict=True)
+                       for s in found for k in range(turn)], q, y)
 
 
 def _different(roots, q, y):
@@ -272,7 +271,7 @@ def _mixes(force, y):
         told, w, _ = powers
         return _has_factor(told, force, y, lambda factor, names: (
             factor.has(y) and len({k for (k,), _ in sp.Poly(factor, w).terms()}) > 2))
-    told = {f: sp.Dummy() for f in _outermost(force, y)}
+    told = {f: sp.Dummy() for f in _outermost(force, [y])}
     own = {name: f for f, name in told.items()}
 
     def several(factor, names):
@@ -292,20 +291,20 @@ def _mixes(force, y):
     return _has_factor(force.xreplace(told), force, y, several)
 
 
-def _outermost(force, y):
-    """Yield the functions of y, and powers of functions of y other than whole ones, in which g is rational with y."""
+def _outermost(force, unknowns):
+    """Yield the functions of unknowns, and powers other than whole ones, in which g is rational with the unknowns."""
     if force.is_Add or force.is_Mul or (force.is_Pow and force.exp.is_Integer):
         for part in force.args:
-            yield from _outermost(part, y)
-    elif force.has(y) and force != y:
+            yield from _outermost(part, unknowns)
+    elif force.has(*unknowns) and force not in unknowns:
         yield force
 
 
 def _is_nested(f, y):
     """Tell whether the argument of f has several functions of y, or y and a function of y, or functions in three."""
-    inside = [*_outermost(f.args[0], y)]
+    inside = [*_outermost(f.args[0], [y])]
     return len(inside) > 0 and (_mixes(f.args[0] - sp.Dummy(), y) or any(
-        next(_outermost(part.args[0], y), None) for part in inside))
+        next(_outermost(part.args[0], [y]), None) for part in inside))
 
 
 def _is_root_of_rational(f, y):
@@ -413,15 +412,21 @@ def _is_as_declared(solution):
     return all(sp.check_assumptions(h, **y.assumptions0) is not False for y, h in solution.items())
 
 
-def _factors(force, unknowns):
-    """Return the factors of g that may vanish, where g is a product of polynomials in the unknowns, else [g].
+def factors_of(force: sp.Expr, unknowns: Collection[sp.Symbol]) -> list[sp.Expr]:
+    """Return the factors of g that may vanish, each once, or [g] where g has no others.
 
-    With products SymPy may not end. A positive state does not vanish.
+    They are polynomials in the unknowns and in functions of these. With products SymPy may not end. A positive state
+    does not vanish.
     """
-    if heavy(force) or not force.is_polynomial(*unknowns):
+    if heavy(force):
         return [force]
-    found = sp.factor_list(force, *unknowns)[1]
-    return [factor for factor, _ in found if not factor.is_nonzero] if len(found) > 1 else [force]
+    names = {f: sp.Dummy() for f in _outermost(force, unknowns)}
+    told, own = sp.fraction(sp.together(force.xreplace(names)))[0], {name: f for f, name in names.items()}
+    if not told.is_polynomial(*unknowns, *own):
+        return [force]
+    found = sp.factor_list(told, *unknowns, *own)[1]
+    factors = [factor.xreplace(own) for factor, _ in found]
+    return [f for f in factors if not f.is_nonzero] if sum(power for _, power in found) > 1 else [force]
 
 
 def _joined(parts):
@@ -436,6 +441,12 @@ def _joined(parts):
 def _is_case(solution, other):
     """Tell whether a solution with more given states is a case of another one."""
     return len(other) < len(solution) and all(is_zero((y - h).subs(solution)) for y, h in other.items())
+
+
+def _in_base_e(force, y):
+    """Return g with exponentials in place of powers of other numbers: 4**y is the square of 2**y = e**(y log(2))."""
+    powers = (p for p in force.atoms(sp.Pow) if p.exp.has(y) and not p.base.has(y))
+    return force.xreplace({p: sp.exp(p.exp * sp.expand_log(sp.log(p.base))) for p in powers})
 
 
 def _by_lambert(force, y):
@@ -476,6 +487,22 @@ def _by_logarithm(force, y):
     return found and [{y: height.subs(root)} for root in found]
 
 
+def _without_logarithms(force, y):
+    """Return (numerator of e^(g/q) - 1, y, y by y), where g has rational multiples of several logarithms, else None.
+
+    The q makes whole powers of these. SymPy takes the roots of a cubic for log(y) + log(y + 1) + log(y + 2) = x.
+    """
+    logarithms = [f for f in _outermost(force, [y]) if isinstance(f, sp.log)]
+    names = {f: sp.Dummy() for f in logarithms}
+    told = sp.expand(force.xreplace(names))
+    slopes = [told.diff(name) for name in names.values()]
+    if len(slopes) < 2 or (q := _common_slope(slopes, y)) is None or q.has(*names.values()):
+        return None
+    rest = told.xreplace(dict.fromkeys(names.values(), sp.S.Zero))
+    powers = sp.Mul(*(f.args[0] ** (slope / q) for f, slope in zip(logarithms, slopes, strict=True)))
+    return None if rest.has(y) else (sp.fraction(sp.together(powers - sp.exp(-rest / q)))[0], y, lambda value: value)
+
+
 def _in_exponentials(force, y):
     """Return (numerator of g in w, w, y by w), w = exp(q y), where g is rational in several powers of it, else None.
 
@@ -489,10 +516,11 @@ def _in_exponentials(force, y):
 
 def _exponentials_as_powers(force, y):
     """Return (g with powers of w, w, q), w = exp(q y), where g has several exponentials that are such powers."""
-    force = force.xreplace({f: f.rewrite(sp.exp) for f in force.atoms(HyperbolicFunction) if f.has(y)})
+    hyperbolic = {f: f.rewrite(sp.exp) for f in force.atoms(HyperbolicFunction) if f.has(y)}
+    force = force.xreplace(hyperbolic)
     exponentials = [e for e in force.atoms(sp.exp) if e.has(y)]
     slopes = [e.exp.diff(y) for e in exponentials]
-    if len(slopes) < 2 or (q := _common_slope(slopes, y)) is None:
+    if len(slopes) + len(hyperbolic) < 2 or (q := _common_slope(slopes, y)) is None:
         return None
     q, w = -q if q.could_extract_minus_sign() else q, sp.Dummy(positive=True)
     powers = {e: w ** (k / q) * sp.exp(e.exp.subs(y, 0)) for e, k in zip(exponentials, slopes, strict=True)}

@@ -85,7 +85,7 @@ def factored(expr: sp.Expr) -> tuple[sp.Expr, list[tuple[sp.Expr, int]]]:
     roots = {p: sp.Dummy(positive=True) for p in powers}  # SymPy does not factor roots of positive symbols
     try:
         content, factors = sp.factor_list((numerator * denominator).xreplace(roots))
-    except sp.PolynomialError:  # of a power of a number with a state as exponent
+    except (sp.PolynomialError, TypeError):  # of a power with a state as exponent
         return sp.S.One, [((numerator * denominator).xreplace(meaning), 1)]
     meaning |= {name: p for p, name in roots.items()}
     return content, [(factor.xreplace(meaning), power) for factor, power in factors]

@@ -78,6 +78,12 @@ def vanishes(coefficient):
     return coefficient == 0 if isinstance(coefficient, sp.Basic) else abs(coefficient) < 1e-50
 
 
+def solved_if_rational(equations, *rest, solve=sp.solve, **named):
+    """Return what SymPy solves for, of rational equations alone."""
+    assert sp.Tuple(*equations).atoms(sp.Function) == set()
+    return solve(equations, *rest, **named)
+
+
 def invariance_residual(manifold):
     """mu h_x f - g by fast state, with the truncated series put in."""
     mode, series = manifold.dynamics, manifold.expr
@@ -401,8 +407,8 @@ def test_a_rest_state_that_changes_its_manifold_in_a_small_part_of_the_range_is_
 
 def test_a_difference_that_vanishes_at_a_single_parameter_is_no_zero():
     a = sp.Symbol("a", real=True)
-    assert zero_at_places([sp.sqrt(a) - 2], sp.true) == {False}
-    assert zero_at_places([sp.sqrt(a**2) - a], sp.true) == {False, True}
+    assert {*zero_at_places([sp.sqrt(a) - 2], sp.true)} == {False}
+    assert {*zero_at_places([sp.sqrt(a**2) - a], sp.true)} == {False, True}
 
 
 def test_the_rate_at_a_rest_state_has_no_root_of_a_square():
@@ -509,12 +515,52 @@ def test_inverse_functions_are_of_what_theirs_give_and_complex_branches_are_none
         assert branch.exists == sp.And(x > least, x < most)
 
 
-@pytest.mark.parametrize("factor", [1, y - x])
-def test_where_sympy_leaves_out_a_root_one_implicit_manifold_stands_for_all(factor):
+@pytest.mark.parametrize(("factor", "closed"), [(1, []), (y - x, [x])])
+def test_where_sympy_leaves_out_a_root_one_implicit_manifold_stands_for_all_of_its_factor(factor, closed):
     """SymPy finds no root, and of a product that of the other factor alone."""
     force = sp.sqrt(y**2 + 1) + sp.atan(y) - 3 * y
-    (manifold,) = critical_manifolds(ap.System.smooth({x: -x}, {y: factor * force}, mu))
-    assert manifold.branch == {y: y}
+    found = critical_manifolds(ap.System.smooth({x: -x}, {y: factor * force}, mu))
+    assert [m.branch[y] for m in found] == [*closed, y]
+
+
+@pytest.mark.parametrize(("force", "closed"), [
+    ((y - x) * (y**3 - y - x) * (y + sp.exp(y) - x), [x - sp.LambertW(sp.exp(x)), x]),
+    ((y - x) * (y + sp.tanh(y) - x) / (1 + y**2), [x]), ((sp.exp(y) - x) * (y + sp.tanh(y) - x), [sp.log(x)]),
+    ((y**2 - x) * (y + sp.sin(y) - x), [-sp.sqrt(x), sp.sqrt(x)]), ((y - x) * sp.sin(y), [0, sp.pi, x]),
+    ((sp.exp(y) - x) * (y**3 - y - x), [sp.log(x)]),
+])
+@pytest.mark.few(2)
+def test_a_factor_with_roots_in_closed_form_has_its_branches_beside_the_implicit_one_of_the_others(force, closed):
+    found = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
+    assert {m.branch[y] for m in found[:-1]} == {*closed}
+    assert found[-1].branch == {y: y}
+
+
+def test_two_equations_have_the_branches_of_their_factors():
+    found = critical_manifolds(ap.System.smooth({x: -x}, {y: (z - x) * (y + sp.exp(y) - x), z: y - z}, mu))
+    root = x - sp.LambertW(sp.exp(x))
+    assert [{**m.branch} for m in found] == [{y: x, z: x}, {y: root, z: root}]
+
+
+@pytest.mark.parametrize(("force", "count"), [
+    (x + sp.log(y + 1) + sp.log(y + 2), 1), (x + 2 * sp.log(y) - sp.log(y + 2), 1), (4**y + 2**y - x, 1),
+    (sp.sinh(x * y) + sp.cosh(x * y) - 3, 1), (2 ** (y - x) * x + 3 * x * y + 1, 2),
+    ((5 * sp.cosh(x + y) - 1) * (5 * x * y + x + sp.exp(x + y)), 2), (x**y - 3, 1), (y**y - x, 2),
+])
+@pytest.mark.few(3)
+def test_sums_of_logarithms_and_powers_of_numbers_have_branches_in_closed_form(force, count):
+    """Each took SymPy long, or had an implicit branch alone."""
+    found = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
+    assert len(found) == count
+    at = {x: sp.Rational(5, 4)}
+    values = [m.branch[y].subs(at).evalf(30) for m in found if m.exists.subs(at) == sp.true]
+    assert all(abs(force.subs(at).subs(y, value)) < 1e-25 for value in values)
+
+
+def test_three_logarithms_have_an_implicit_branch_without_a_search(monkeypatch):
+    monkeypatch.setattr(sp, "solve", None)
+    (found,) = critical_manifolds(ap.System.smooth({x: -x}, {y: x + sp.log(y + 1) + sp.log(y + 2) + sp.log(y + 3)}, mu))
+    assert (found.branch, found.stability) == ({y: y}, "unstable")
 
 
 def test_a_rest_state_that_sympy_leaves_out_is_not_denied():
@@ -555,7 +601,7 @@ def test_an_angle_without_branches_in_radicals_has_an_implicit_one_at_once():
 ])
 def test_a_state_beside_its_own_sine_has_an_implicit_branch_without_a_search(force, monkeypatch):
     """SymPy tried Lambert's function and complex exponentials for 5 s."""
-    monkeypatch.setattr(sp, "solve", None)
+    monkeypatch.setattr(sp, "solve", solved_if_rational)
     *_, last = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
     assert last.branch == {y: y}
 
@@ -565,7 +611,7 @@ def test_a_state_beside_its_own_sine_has_an_implicit_branch_without_a_search(for
     (x - y) * (x - y * (sp.exp(y) + 1 / (1 + sp.exp(y / 3)))),
 ])
 def test_a_state_beside_several_exponentials_of_its_own_has_an_implicit_branch_without_a_search(force, monkeypatch):
-    monkeypatch.setattr(sp, "solve", None)
+    monkeypatch.setattr(sp, "solve", solved_if_rational)
     *_, last = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
     assert last.branch == {y: y}
 
