@@ -15,6 +15,7 @@ from asympk.asymptotics.nonstiff import Step
 
 Guards = Callable[[float, tuple[float, ...]], Sequence[float]]
 NUDGE = 1e-6  # the difference in time, in units of a step, for the slopes of guards at the ends of the step
+SOONER = 2.0**-16  # the ratio of the times, from where a guard is 0, by which it is looked for positive values
 SHALLOW = 0.5  # where the tangents meet, in units of the lesser end value, above which no dip is sought
 
 
@@ -74,9 +75,9 @@ def _zero(value: Callable, low: float, high: float) -> float:
         return high
     before, after = low, high
     if not value(low) > 0:
-        before = low + (high - low) / 2
+        before = low + SOONER * (high - low)
         while low < before < after and not value(before) > 0:
-            before, after = low + (before - low) / 2, before
+            before, after = low + SOONER * (before - low), before
     if not value(before) > 0:
         return after
     return brentq(value, before, after, xtol=1e-300, rtol=1e-15, maxiter=10_000)  # roots may be multiple

@@ -308,6 +308,14 @@ def test_a_guard_that_vanishes_where_a_step_begins_is_lost_where_it_vanishes_aga
     assert found[:1] == [(pytest.approx(1e-20, rel=1e-12), 0)]
 
 
+def test_a_guard_that_falls_from_zero_at_once_is_not_looked_at_a_thousand_times():
+    looks = []
+    ahead = steps((lambda x: (1.0,),), (), (0.0,), 1.0, 1e-3, (1e-3,))
+    along = watched(ahead, lambda t, state: looks.append(t) or (-state[0],), 1)
+    assert next(along)[1] == (pytest.approx(0, abs=1e-300), 0)
+    assert len(looks) < 100
+
+
 def test_a_guard_that_falls_through_a_multiple_zero_is_lost_there():
     ahead = steps((lambda x: (1.0,),), (), (0.0,), 1.0, 1e-3, (1e-3,))
     found = [hit for _, hit in watched(ahead, lambda t, state: ((0.37 - state[0]) ** 3,), 1) if hit]
