@@ -57,9 +57,10 @@ class Path(ShownAsTable):
 
     ``final`` is the state at ``until`` in the order of ``names``, (x, y, z) for the rod. ``modes`` is one longer than
     ``events``. Calling the path at times ``t`` gives an array of shape ``(n,) + t.shape``. ``error`` is an estimate of
-    the error of ``final``, relative to the largest of 1, |x|, |z|, or None if the model gives none. ``info`` is a
-    mapping of further results of the model: an integrator gives "status", "reached", "work" and "options", and "why"
-    if it replaces the exact flow. Paths are equal if their scene, model, ``final``, events, modes and ``error`` are.
+    the error of ``final``, relative to the largest of 1 and the states (the rod's x and z), or None if the model gives
+    none, as the limit with friction. ``info`` is a mapping of further results of the model: an integrator gives
+    "status", "reached", "work" and "options", and "why" if it replaces the exact flow. Paths are equal if their scene,
+    model, ``final``, events, modes and ``error`` are.
     """
 
     scene: Any
