@@ -19,6 +19,7 @@ from asympk.systems.automata import automaton_of
 INTEGRATOR = "lsoda"
 TOLERANCE = 1e-10
 SMALL = 1e-4  # ratio of a state's size to its scale below which the run is repeated with a smaller atol
+SMALLER = 1 / 2  # the same where the errors would be a noticeable part of the states
 NOISE = 1e-7  # ratio of a state's size to that by the terms of its rate below which the state may be rounding
 UNBOUNDED = 1e12  # seconds: in effect no limit
 
@@ -30,7 +31,7 @@ def run(
     """Follow ``scene`` by LSODA with rtol = atol = 1e-10, or, with ``digits``, by collocation to that accuracy.
 
     If a state stays small relative to 1, as in too large a unit, the run is repeated with atol relative to its size,
-    and after a pole with atol = 1e-14.
+    also if the errors may otherwise have grown too large, and after a pole with atol = 1e-14.
     ``path.model`` names the integrator; ``steps`` bounds those of LSODA, ``seconds`` the time. Raises ``Undecided``
     where errors may have grown to a noticeable part of the final state, or of a state well before the run stops at a
     pole or beyond all bounds, ``Pole``, ``Unfinished``, ``Accumulation``, ``NoMotion``,
@@ -68,14 +69,14 @@ def _followed(scene: Any, **limits: Any) -> Path:
         path, joined = traced(atol=TOLERANCE * (scale := SMALL))
     parts = linearised(automaton, without_rounding(automaton, joined.segments))
     scales, (found, sizes) = (scale,) * len(scene.start), _scales(parts)
-    while any(new < SMALL * old for old, new in zip(scales, found, strict=True)):
-        path, joined = traced(atol=tuple(TOLERANCE * scale for scale in found))
-        parts = linearised(automaton, without_rounding(automaton, joined.segments))
-        scales, (found, sizes) = found, _scales(parts)
-    factor = growth(parts, scales, sizes, TOLERANCE)
-    if factor * TOLERANCE > LOST:
-        raise grown(factor, path.info["reached"])
-    return path
+    for least in (SMALL, SMALLER):
+        while any(new < least * old for old, new in zip(scales, found, strict=True)):
+            path, joined = traced(atol=tuple(TOLERANCE * scale for scale in found))
+            parts = linearised(automaton, without_rounding(automaton, joined.segments))
+            scales, (found, sizes) = found, _scales(parts)
+        if (factor := growth(parts, scales, sizes, TOLERANCE)) * TOLERANCE <= LOST:
+            return path
+    raise grown(factor, path.info["reached"])
 
 
 def _scales(parts: Sequence[Linearised]) -> tuple[tuple[float, ...], tuple[float, ...]]:

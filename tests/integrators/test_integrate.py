@@ -494,6 +494,15 @@ def test_a_state_that_is_large_in_its_units_hides_no_growth_of_the_errors_of_ano
             ap.solve(ap.Scene(system=system, values={"mu": "1/69"}, start={"x": -1, "y": 1, "z": large}, until=2))
 
 
+def test_a_state_of_a_small_size_beside_a_motion_of_many_steps_is_followed_to_errors_relative_to_its_size():
+    """x moves by 2e-4 at first: errors of 1e-10 in each of 5000 steps of a pendulum were a noticeable part of it."""
+    x, y, u, v = sp.symbols("x y u v", real=True)
+    system = ap.System.smooth({x: y / 5000, y: -y, u: v, v: -sp.sin(u)}, {}, None)
+    end = ap.solve(ap.Scene(system=system, start={"x": 0, "y": 1, "u": 1, "v": 0}, until=200)).final
+    assert end[0] == pytest.approx(2e-4, rel=1e-8)
+    assert end[3] ** 2 / 2 - math.cos(end[2]) == pytest.approx(-math.cos(1), abs=1e-7)
+
+
 def test_errors_do_not_grow_by_the_units_of_the_states():
     """Henri's enzyme, also with its complex in units of 1e-21: squaring of exponentials lost its substrate."""
     x, y, small, unit = sp.symbols("x y mu l", positive=True)
