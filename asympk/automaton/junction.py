@@ -251,12 +251,20 @@ def _which(system: System, k: int) -> str:
 
 
 def _require_kept(system: System, at: Place) -> None:
-    """Raise ``InputError`` where a run starts with a gap rate that a rigid contact which holds both ways keeps at 0."""
+    """Raise ``InputError`` where a run starts off what its motions keep.
+
+    This is 0 for the gap rate of a rigid contact that holds both ways, and for a dependent state its value.
+    """
     kept = {k: friction.gap_rate for k, friction in enumerate(system.frictions) if friction.gap_rate is not None}
     for k, sign in zip(kept, _signs(system, (*kept.values(),), at, BY_HAND, OF_ZERO), strict=True):
         if sign:
             raise InputError(f"start: the gap rate {short(kept[k])} of {_which(system, k)} is not 0; one that "
                              "holds both ways starts with 0")
+    apart = tuple(s - value for s, value in system.dependent.items())
+    for s, sign in zip(system.dependent, _signs(system, apart, at, BY_HAND, OF_ZERO), strict=True):
+        if sign:
+            raise InputError(f"start: {s} is not {short(system.dependent[s])}, its value by other states; change "
+                             "these, or give it this value")
 
 
 def _resting(system: System, at: Place) -> set[tuple[str, int]]:

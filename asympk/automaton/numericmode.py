@@ -35,8 +35,6 @@ LONG = 0.01  # part of the time by then: so long a divisor nearly vanishes where
 NEXT_TO_NOTHING = 1e-8  # part of its first value at which a divisor counts as 0; the base of a square is then 1e-4
 FADED = 1e-6  # part of 1 or its first value by which a friction that has come down to 0 may be negative by rounding
 BESIDE = 4  # roundings of the time by which smooth stretches keep away from a switch by the time
-CONTACT_STATES = (", of an elastic contact by another order of three or more coordinates, or by a further contact that "
-                  "stays open, with which no sliding velocity is a state")
 OF_STATES = ("velocity_zero", "touch_down")  # kinds of guards that never depend on the time alone
 
 State = tuple[Any, ...]
@@ -163,10 +161,8 @@ class NumericMode:
             at_once = begun is not None and abs(b) * (t - begun) < NEXT_TO_NOTHING * t * (abs(a) - abs(b))
             if a * b < 0 or at_once:
                 passed = "passed before" if a * b < 0 else "reached with an event at"
-                others = CONTACT_STATES if self.mode.system.frictions else ""
                 raise Pole(f"the rates of mode {self.name} have a pole, which the motion has {passed} t = "
-                           f"{float(t):.8g}: {expr!s:.120} = 0; end the run before it, or take other states{others}",
-                           t, state)
+                           f"{float(t):.8g}: {expr!s:.120} = 0; end the run before it, or take other states", t, state)
         return after
 
     def vanishing(self, first: tuple, now: tuple) -> sp.Expr | None:

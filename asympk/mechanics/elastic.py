@@ -5,11 +5,12 @@ A spring 1/c beside a damper h/c makes the reaction R = (d + h d')/c of the pene
     x' = y,    c y' = -(a_N + G_NN R + G_NT F),    z' = a_T + G_NT R + G_TT F,    R = x + h y,
 
 with the sliding velocity z. The velocities are (g', gamma, w) = (-c y, z, w), where w are the rates of the last
-coordinates that complete g' and gamma to a basis, at all places if any do. With several contacts each has an x and a y,
-and w completes all g' alone, as their sliding velocities often depend on each other. Where a g' is a sum of multiples
-of others, as at a third support of a beam, its y is the same sum of their y, and no state. As all coordinates are
-states, g(q) + c x is an invariant. With c = eps^2 and h = b eps (b is fixed, and 0 without damping) both x and
-y = eps x' are fast, R = x + b y and g' = -eps y. A unilateral contact has R = max(0, x + h y).
+coordinates that complete g' and gamma to a basis at all places. If none do, as with a slider-crank, whose slider stands
+still at a dead centre, w are all rates, and y and z are ``dependent``. With several contacts each has an x and a y, and
+w completes all g' alone. Where a g' is a sum of multiples of others, as at a third support of a beam, its y is the same
+sum of their y, and no state. As all coordinates are states, g(q) + c x is an invariant.
+With c = eps^2 and h = b eps (b is fixed, and 0 without damping) both x and y = eps x' are fast, R = x + b y and
+g' = -eps y. A unilateral contact has R = max(0, x + h y).
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -32,7 +33,7 @@ from asympk.symbolic.system import Friction, System
 
 
 def elastic(contacts: Sequence[Kinetics], compliance: Any, damping: Any) -> System:
-    """Return the ``System`` with the states: coordinates, x, the rates that complete a basis, fast y, and z.
+    """Return the ``System`` with the states: coordinates, x, the rates w, fast y, and z.
 
     ``contacts`` are the equations of one mechanism for each of its contacts. Further ones have x2, y2, x3, ..., and
     with these there is no z, nor a y for a gap rate that depends on those before. ``compliance`` is a Symbol c with
@@ -116,14 +117,18 @@ def _elastic_system(contacts: Sequence[Kinetics], scaling: Scaling) -> System:
     z = states[0][2]
     closings = _closings(contacts, basis, [y for _, y, _ in states])
     known = [-scaling.closing * states[k][1] for k in basis.held] + [z] * alone
-    rates = velocities(first, basis, known)
+    if _lasts(first, basis):
+        rates, places, dependent = velocities(first, basis, known), basis.rest, {}
+    else:
+        rates, places, dependent = {}, tuple(range(len(first.velocities))), {z: first.slip} if alone else {}
+        dependent |= {states[k][1]: -contacts[k].gap_rate / scaling.closing for k in basis.held}
     put = lambda expr: first.tidy_if_short(replaced(expr, rates))  # noqa: E731
     frictions = []
     for k, (kinetics, (x, _, _), y) in enumerate(zip(contacts, states, closings, strict=True)):
         slip, names = z if alone else put(kinetics.slip), force_names(contacts, k, *taken)
         frictions.append(_friction(kinetics, x + put(scaling.ratio) * y, slip, names, put))
     pushes = [push for f in frictions for push in (f.load if f.normal is None else f.normal, f.force)]
-    gaps, slips, others = accelerations(contacts, basis.rest, pushes, put)
+    gaps, slips, others = accelerations(contacts, places, pushes, put)
     slow = {q: put(u) for q, u in zip(first.coordinates, first.velocities, strict=True)}
     pressing = {x: y for (x, _, _), y in zip(states, closings, strict=True)}
     fast = {states[k][1]: -gaps[k] for k in basis.held}
@@ -131,7 +136,7 @@ def _elastic_system(contacts: Sequence[Kinetics], scaling: Scaling) -> System:
     slow, last = slow | others, dict(zip([z] * alone, slips, strict=True))
     timed = any(k.timed for k in contacts) or scaling.ratio.has(first.time)
     found = System.with_frictions(slow | last, fast, frictions, scaling.small, first.time if timed else None)
-    return replace(found, states=(*slow, *fast, *last))
+    return replace(found, states=(*slow, *fast, *last), dependent=sp.Dict(dependent))
 
 
 def _closings(contacts: Sequence[Kinetics], basis: "Basis", names: Sequence[sp.Symbol]) -> list[sp.Expr]:
@@ -241,8 +246,7 @@ class Basis:
 def basis_of(contacts: Sequence[Kinetics]) -> Basis:
     """Return the rates g' of contacts, gamma of a contact alone, and the last coordinates that complete them.
 
-    A g' that depends on those before is left out. Rates that complete the others at all times and places come first:
-    the rates of the system have no pole then.
+    A g' that depends on those before is left out. A basis that lasts comes first.
     """
     first, alone = contacts[0], len(contacts) == 1
     given = [kinetics.gap_rate for kinetics in contacts] + [first.slip] * alone
@@ -258,9 +262,12 @@ def basis_of(contacts: Sequence[Kinetics]) -> Basis:
     held: tuple[int, ...] = ()
     for k in range(len(contacts)):
         held = (*held, k) if len(held) < rows.cols and any(True for _ in bases((*held, k))) else held
-    moving = (*first.coordinates, first.time)
-    lasting = (b for b in bases(held) if all(vanishes(slope_in_powers(b.determinant, q)) for q in moving))
-    return next(lasting, None) or next(bases(held))
+    return next((basis for basis in bases(held) if _lasts(first, basis)), None) or next(bases(held))
+
+
+def _lasts(kinetics: Kinetics, basis: Basis) -> bool:
+    """Tell whether a basis is one at all places and times."""
+    return all(vanishes(slope_in_powers(basis.determinant, q)) for q in (*kinetics.coordinates, kinetics.time))
 
 
 def velocities(kinetics: Kinetics, basis: Basis, known: Sequence[sp.Expr]) -> dict[sp.Symbol, sp.Expr]:

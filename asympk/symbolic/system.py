@@ -14,7 +14,7 @@ The signs of v and of the load, and of the gap where a contact can open, divide 
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, wraps
 from typing import Any, TypeVar, cast
 
@@ -128,6 +128,7 @@ class System(ShownAsFormulas):
 
     ``small`` multiplies the rates of the fast states and is None where there are no fast states; ``time`` is the symbol
     of an explicit time, or None. ``assumptions`` are relations that restrict the parameters, joined by And, Or or Not.
+    ``dependent`` gives the states that at a start follow from others, and then do on the whole motion, by their values.
     """
 
     slow: sp.Dict
@@ -137,6 +138,7 @@ class System(ShownAsFormulas):
     frictions: tuple[Friction, ...] = ()
     time: sp.Symbol | None = None
     assumptions: sp.Basic = sp.true
+    dependent: sp.Dict = field(default_factory=sp.Dict)
 
     def __post_init__(self) -> None:
         pushes = {*self.pushes}

@@ -78,9 +78,9 @@ def test_above_a_path_are_the_numbers_of_its_scene_and_what_its_states_are(capsy
 @pytest.mark.parametrize("words", ["arm --start {}", "--start {} arm"])
 @pytest.mark.few(0)
 def test_start_takes_a_number_for_each_state_before_or_after_the_scene(capsys, words):
-    told = ("1", "0.9", "0", "0.1", "-0.2")
+    names, told = ("a", "b", "x", "a'", "b'", "y", "z"), ("1", "0.9", "0.1", "0", "0", "0", "0")
     given = run(capsys, "solve", *words.format(" ".join(told)).split(), "--until", "1e-3", "--json")[1]
-    set_each = [f"--set={name}={value}" for name, value in zip("abxyz", told, strict=True)]
+    set_each = [f"--set={name}={value}" for name, value in zip(names, told, strict=True)]
     assert given == run(capsys, "solve", "arm", *set_each, "--until", "1e-3", "--json")[1] != ""
 
 

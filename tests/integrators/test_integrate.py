@@ -348,16 +348,19 @@ def test_a_quotient_that_has_a_limit_where_its_divisor_vanishes_is_followed_thro
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["exact", "radau", "lsoda"])
-def test_an_arm_that_folds_passes_a_pole_of_its_states_and_is_refused_there_by_name(method):
-    # gap rate and sliding velocity depend on each other where the links are in line; the run beyond was wrong in some
+def test_an_arm_that_folds_is_followed_past_where_its_links_are_in_line(method):
+    """Gap rate and sliding velocity depend on each other there, and no formula of the rates is divided by both."""
     epsilon = sp.Symbol("epsilon", positive=True)
     elastic = arm.mechanism().elastic(compliance=epsilon**2, damping=epsilon / 2)
     values = {"m": 1, "b_0": 1, "S": "1.24", "E": "-2.46", "f": "1.6", "epsilon": "0.0379"}
     state = {"a": 1.0778, "b": 1.0160, "a'": 0.4296, "b'": -0.4452}
     scene = example_scene(arm.mechanism(), elastic, values, state, 1, "folding arm")
-    with pytest.raises(OutOfRange, match=re.escape("a pole, which the motion has passed before t = 0.75")) as stop:
-        ap.solve(scene, method)
-    assert "sin(a)*cos(b) - sin(b)*cos(a) = 0" in str(stop.value)
+    path = ap.solve(scene, method)
+    assert path.modes == ("slip_opposite", "open")
+    assert path.final[:2] == pytest.approx((1.87137982, -3.12473245), abs=1e-5)  # of Newton's law, friction by tanh
+    start = dict(zip(scene.names, scene.start, strict=True)) | {"z": "0.3"}
+    with pytest.raises(InputError, match=r"start: z is not a'\*cos\(a\) \+ b'\*cos\(b\), its value by other states"):
+        ap.solve(replace(scene, start=start), method)
 
 
 @pytest.mark.parametrize("start", ["6/7", "9/7", "12/7", "15/7"])
@@ -374,14 +377,17 @@ def test_an_event_at_a_pole_does_not_hide_it(start):
 
 @pytest.mark.slow
 def test_a_slider_crank_on_an_elastic_guide_does_not_turn_around_at_its_dead_centre():
-    """There slip ends where its velocity and the gap rate are no basis: the run went on backward, and was chaotic."""
+    """There slip ends where its velocity and the gap rate are no basis: of these alone no run goes on rightly."""
     eps = sp.Symbol("eps", positive=True)
     elastic = crank_slider.mechanism().elastic(compliance=eps**2, damping=eps)
     values = {"J": 2, "m": 1, "r": 1, "l": "6/5", "T": 1, "f": "1/5", "eps": "1e-3"}
     phi = -np.arcsin(np.sin(0.3) / 1.2)
     state = {"theta": -0.3, "phi": phi, "theta'": 0.3, "phi'": 0.3 * np.cos(0.3) / 1.2 / np.cos(phi)}
-    with pytest.raises(OutOfRange, match=r"have a pole, .* t = 0\.645617"):
-        ap.solve(example_scene(crank_slider.mechanism(), elastic, values, state, 3, "dead centre"))
+    path = ap.solve(example_scene(crank_slider.mechanism(), elastic, values, state, 3, "dead centre"))
+    rigid = crank_slider.mechanism().rigid()
+    other = ap.solve(example_scene(crank_slider.mechanism(), rigid, values, state, 3, "dead centre"))
+    assert path.modes == other.modes
+    assert path.final[:2] == pytest.approx(other.final[:2], abs=1e-4)
 
 
 def _late(mu, until=2, start=1, **options):
