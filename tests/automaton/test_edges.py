@@ -700,6 +700,16 @@ def test_a_relay_typed_by_signs_comes_to_its_origin_in_the_known_time_and_is_ref
 
 
 @pytest.mark.further
+def test_steps_that_no_run_will_ever_cross_are_refused_after_a_hundred():
+    """x' = 1 + floor(10^300 x)/10^300: each step took its own mode, some thousands of them minutes."""
+    x = sp.Symbol("x", real=True)
+    steps = ap.System.smooth({x: 1 + sp.floor(10**300 * x) / 10**300}, {}, None)
+    with pytest.raises(TooManyEvents, match=r"limit of 11000 crossings out of sight .*100 reached at t = 1e-298"):
+        ap.solve(ap.Scene(system=steps, start=[0], until=1))
+
+
+
+@pytest.mark.further
 def test_crossings_whose_intervals_shrink_too_slowly_to_end_are_refused_after_some_thousands():
     """With mu y' = -sgn x - y the velocity at the k-th crossing falls like 1/k: the crossings have no end."""
     system = ap.System.smooth({x: v}, {v: -sp.sign(x) - v}, sp.Symbol("mu", positive=True))

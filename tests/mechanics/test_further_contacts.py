@@ -12,7 +12,7 @@ from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
 from asympk.certify import certify
-from asympk.errors import InputError, NoMotion, NotDerivable, TwoMotions, UnboundedReaction
+from asympk.errors import InputError, NoMotion, NotDerivable, TwoMotions, UnboundedReaction, Undecided
 from asympk.mechanics.elastic import basis_of, velocities
 from asympk.mechanics.evaluation import evaluate
 from asympk.symbolic.branches import OPEN, Phase
@@ -462,3 +462,20 @@ def test_a_rest_that_would_turn_the_load_of_another_contact_chooses_no_slip():
     pair = ap.Mechanism(q, u, yields.inv(), yields.inv() * free, first, others=[second])
     with pytest.raises(TwoMotions, match=r"slip_same.*\+slip_opposite.* and slip_same.*\+slip_same"):
         ap.solve(ap.Scene(system=pair.rigid(), start={**dict.fromkeys((*q, *u), 0), u[2]: -1}, until=1))
+
+
+@pytest.mark.further
+def test_a_bipod_that_brakes_on_elastic_feet_ends_by_name_where_its_rocking_has_died_out():
+    """It rocks for ever, and a foot slips by its angle times its rate: events of rounding were followed for ever."""
+    feet = [ap.Contact(Y + side * sp.sin(THETA) - sp.cos(THETA), X + side * sp.cos(THETA) + sp.sin(THETA), f,
+                       unilateral=True) for side in (-1, 1)]
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 + THETA.diff(T) ** 2 / 4 - 10 * Y
+    bipod = ap.Mechanism.from_lagrangian(energy, (X, Y, THETA), contact=feet[0], others=feet[1:])
+    eps = sp.Symbol("eps", positive=True)
+    system = bipod.elastic(compliance=eps**2, damping=eps)
+    start = bipod.start(system, FLAT | {"Y": 1})
+    scene = ap.Scene(system=system, values={"f": "0.3", "eps": "1e-3"}, start=start, until=1)
+    braked = ap.solve(replace(scene, until="0.34"))
+    assert float(braked.events[0].t) == pytest.approx(1 / 3, abs=1e-6)
+    with pytest.raises(Undecided):
+        ap.solve(scene)
