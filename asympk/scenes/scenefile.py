@@ -33,11 +33,9 @@ from asympk.formulas import read_constant, read_constants
 from asympk.mechanics.described import NUMBERS, describes_mechanism, refuse_sweep, scene_table
 from asympk.naming import named
 from asympk.scene import Scene
-from asympk.scenes.systemfile import read_system_scene
-from asympk.scenes.turned import static_frictions
+from asympk.scenes.systemfile import MECHANISM, read_system_scene
 from asympk.storage.tomlfile import parse_table, read_table, refuse_unknown, require_keys, word
-from asympk.symbolic.values import with_changes
-from asympk.systems.catalogue import about_system, described_mechanism, example_scene, example_scenes
+from asympk.systems.catalogue import about_system, example_scenes
 
 COMMON = ("name", "about", "start", "until")
 SYSTEM = ("system", "values")
@@ -72,28 +70,19 @@ def changed_scene(where: str, changes: dict[str, Any]) -> tuple[Scene, dict[str,
     The numbers of an example of the catalogue are those of its mechanism. A start in coordinates and rates is derived
     anew. Raises as ``read_scene`` does.
     """
-    if not is_file(where):
-        return _changed_example(read_scene(where), known_name(where), changes)
-    table = read_table(where)
+    scene = None if is_file(where) else read_scene(where)
+    if scene is not None and (scene.origin is None or not changes):
+        return scene, changes
+    table = read_table(where) if scene is None else _table_of(where, scene)
     own = {name for key in NUMBERS & table.keys() if isinstance(table[key], dict) for name in table[key]}
-    taken, left = _divided(changes, own)
+    taken = {name: read_constant(name, value) for name, value in changes.items() if name in own}
+    left = {name: value for name, value in changes.items() if name not in own}
     return scene_of_table(table, where, taken), left
 
 
-def _divided(changes: dict[str, Any], own: Collection[str]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the changes of numbers ``own``, read as those of a file are, and the other changes as they are."""
-    taken = {name: read_constant(name, value) for name, value in changes.items() if name in own}
-    return taken, {name: value for name, value in changes.items() if name not in own}
-
-
-def _changed_example(scene: Scene, name: str, changes: dict[str, Any]) -> tuple[Scene, dict[str, Any]]:
-    """Return a scene that ships, derived anew if it is the example of a mechanism, and the changes of other numbers."""
-    told = described_mechanism(name) if name in systems.MECHANISMS and scene.system and changes else None
-    if told is None or not {*told.mechanism.plain.coordinates} <= {*scene.system.states}:
-        return scene, changes
-    follows, (taken, left) = static_frictions(scene.system), _divided(changes, {**told.values, **told.state})
-    values, state = (with_changes(own, taken, follows) for own in (told.values, told.state))
-    return example_scene(told.mechanism, scene.system, values, state, scene.until, scene.name), left
+def _table_of(name: str, scene: Scene) -> dict[str, Any]:
+    """Return the table in the file of an example of the catalogue, which has no name of its own."""
+    return {"name": scene.name, **parse_table(scene_text(known_name(name)).encode(), name)}
 
 
 def is_file(where: str | Path) -> bool:
@@ -136,11 +125,15 @@ def scene_text(name: str) -> str:
     if name not in systems.__all__:
         return shipped(name).rstrip()
     scene = import_module(f"asympk.systems.{name}").scenes()[0]
-    told = json.dumps(about(name), ensure_ascii=False)
-    lines = [f"about = {told}", f'system = "{name}"', f"until = {_number(scene.until)}"]
-    values = zip(map(str, scene.system.parameters), scene.values, strict=True)
-    for table, entries in (("values", values), ("start", zip(scene.names, scene.start, strict=True))):
-        lines += ["", f"[{table}]", *(f"{_key(entry)} = {_number(number)}" for entry, number in entries)]
+    told, system = json.dumps(about(name), ensure_ascii=False), [f'system = "{name}"']
+    values = dict(zip(map(str, scene.system.parameters), scene.values, strict=True))
+    start = dict(zip(scene.names, scene.start, strict=True))
+    if scene.origin is not None:
+        (values, start), law = scene.origin[1:3], ("eps^2", "0") if "eps" in values else ("c", "h")
+        system = [f'system.{key} = "{word}"' for key, word in zip(MECHANISM, (name, "elastic", *law), strict=True)]
+    lines = [f"about = {told}", *system, f"until = {_number(scene.until)}"]
+    for table, entries in (("values", values), ("start", start)):
+        lines += ["", f"[{table}]", *(f"{_key(entry)} = {_number(number)}" for entry, number in entries.items())]
     return "\n".join(lines)
 
 
@@ -149,7 +142,8 @@ def _key(name):
 
 
 def _number(value):
-    """Spell an exact number or a double: as a decimal where that is the number, else as a ratio in quotes."""
+    """Spell an exact number, also in a string, or a double: as a decimal where that is the number, else as a ratio."""
+    value = Fraction(value) if isinstance(value, str) else value
     if isinstance(value, float) or value == int(value):
         return repr(value if isinstance(value, float) else int(value))
     decimal = repr(float(value))
