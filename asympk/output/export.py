@@ -9,6 +9,7 @@ numbers, such as a root of a cubic, its functions take the fast states on the br
 """
 
 from dataclasses import dataclass, replace
+from hashlib import sha256
 from pathlib import Path
 
 import sympy as sp
@@ -222,20 +223,25 @@ def _python(name, heading, functions):
 
 
 def _c(name, heading, functions):
-    """Return {file name: text} of a C99 header and source; every function is called ``name_function``."""
+    """Return {file name: text} of a C99 header and source; every function is called ``name_function``.
+
+    The source does not compile with the header of another export, which an interruption between the two leaves.
+    """
     comment = "\n".join(["/*", *(f" * {line}".rstrip() for line in heading), " */", ""])
     functions = [(f, _lowered(f, "c", f"{name}_{f.name}")) for f in functions]
     prototypes = [f"/* {f.meaning} */\n{text.partition(chr(10))[0]};\n" for f, text in functions]
-    guard = f"{name.upper()}_H"
+    guard, bodies = f"{name.upper()}_H", [text for _, text in functions]
+    mark = f"{guard}_{sha256(''.join([comment, *bodies]).encode()).hexdigest()[:16].upper()}"
     header = [
         comment,
-        f"#ifndef {guard}\n#define {guard}\n",
+        f"#ifndef {guard}\n#define {guard}\n#define {mark}\n",
         '#ifdef __cplusplus\nextern "C" {\n#endif\n',
         *prototypes,
         "#ifdef __cplusplus\n}\n#endif\n",
         "#endif\n",
     ]
-    source = [comment, f'#include <math.h>\n\n#include "{name}.h"\n', *(text for _, text in functions)]
+    matched = f'#ifndef {mark}\n#error "{name}.h is of another export; write both again"\n#endif\n'
+    source = [comment, f'#include <math.h>\n\n#include "{name}.h"\n', matched, *bodies]
     return {f"{name}.h": "\n".join(header), f"{name}.c": "\n".join(source)}
 
 

@@ -62,6 +62,18 @@ def test_the_python_module_computes_what_lower_does(name, tmp_path):
 
 
 @pytest.mark.skipif(COMPILER is None, reason="there is no C compiler")
+@pytest.mark.parametrize("whole", [True, False])
+def test_a_source_does_not_compile_with_the_header_of_another_export(tmp_path, whole):
+    export(VAN_DER_POL, "c", tmp_path)
+    old = (tmp_path / "model.c").read_text()
+    export(TWO_FAST, "c", tmp_path)
+    if not whole:  # as an interruption after the header leaves it
+        (tmp_path / "model.c").write_text(old)
+    run = subprocess.run([COMPILER, "-c", "-o", tmp_path / "model.o", tmp_path / "model.c"], capture_output=True)
+    assert (run.returncode == 0, b"model.h is of another export; write both again" in run.stderr) == (whole, not whole)
+
+
+@pytest.mark.skipif(COMPILER is None, reason="there is no C compiler")
 @pytest.mark.parametrize("name", EACH)
 @pytest.mark.few(2)
 def test_the_c_module_compiles_without_a_warning_and_computes_what_lower_does(name, tmp_path):
