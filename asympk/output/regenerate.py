@@ -18,7 +18,7 @@ def project(root: str | Path) -> Path:
     if not (root / "derivations").is_dir():
         raise InputError(
             f"{root.resolve()} has no derivations/: run asympk in a checkout of the project, or give --root; "
-            "asympk solve, least, mechanism, certify and sweep need none"
+            "only asympk alone, derive, tables, chart, paper and report need one"
         )
     return root
 

@@ -359,6 +359,12 @@ def test_a_shell_that_asks_in_vain_starts_no_work(tmp_path):
     assert (run.returncode, run.stdout, run.stderr) == (1, b"", b"")
 
 
+def test_the_commands_that_need_a_checkout_are_those_that_take_its_root(capsys):
+    _, _, err = run(capsys, "derive", "--root", "/nowhere")
+    taking = {name for name in cli.COMMANDS if "--root" in run(capsys, name, "--help")[1]}
+    assert {name for name in cli.COMMANDS if re.search(rf"\b{name}\b", err.partition("only")[2])} == taking
+
+
 def test_version_is_that_of_the_package(capsys):
     assert run(capsys, "--version") == (0, f"asympk {asympk.__version__}\n", "")
 
