@@ -37,10 +37,10 @@ def run(
     pole or beyond all bounds, ``Pole``, ``Unfinished``, ``Accumulation``, ``NoMotion``,
     ``TwoMotions`` and the errors of ``collocation.run``.
     """
-    if digits is not None:
-        return collocation.run(scene, digits=digits, events=events, seconds=seconds)
     steps, seconds = integrate.bounds(steps, seconds)
     events = whole("events", events, 0, integrate.MOST_STEPS)
+    if digits is not None:
+        return collocation.run(scene, digits=digits, events=events, seconds=seconds)
     followed = partial(_followed, steps=steps, seconds=seconds, events=events)
     try:
         return followed(scene)

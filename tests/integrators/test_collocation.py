@@ -8,7 +8,7 @@ import sympy as sp
 from mpmath import mp
 
 import asympk as ap
-from asympk.errors import OutOfRange
+from asympk.errors import InputError, OutOfRange, Unfinished
 from asympk.integrators import collocation
 from asympk.integrators.collocation import _solved
 
@@ -75,6 +75,13 @@ def test_a_pendulum_that_turns_too_often_is_refused_before_all_steps_are_spent()
     heavy = ap.System.smooth({q: p, p: -(10**30) * sp.sin(q)}, {}, None)
     with pytest.raises(OutOfRange, match="needs more than 5000 steps"):
         ap.solve(ap.Scene(system=heavy, start={"q": 1, "p": 0}, until=1), digits=20, seconds=30)
+
+
+@pytest.mark.parametrize(("option", "error"), [({"seconds": "0"}, Unfinished), ({"seconds": "nan"}, InputError),
+                                               ({"events": "many"}, InputError)])
+def test_bounds_of_a_run_with_many_digits_are_read_as_those_of_any_other(option, error):
+    with pytest.raises(error, match=r"time is over|must be a"):
+        ap.solve(ap.read_scene("nonlinear_rod"), digits=20, **option)
 
 
 @pytest.mark.parametrize("static", ["1/2", "3/5"])
