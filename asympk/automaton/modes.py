@@ -23,6 +23,7 @@ from asympk.symbolic.coefficients import scattered
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.long import atoms, is_clearly_nonzero, replaced, symbols_in
 from asympk.symbolic.penetration import Penetration, without_penetration
+from asympk.symbolic.removable import SMALL
 from asympk.symbolic.sides import (
     MOST,
     SWITCHING,
@@ -254,6 +255,11 @@ class GuardedMode:
     def middle_sides(self) -> tuple[sp.Expr, ...]:
         """The sides of the ``middles``: the sign of a phase, or its whole part."""
         return tuple(sp.floor(middle.phase) if middle.every else sp.sign(middle.phase) for middle in self.middles)
+
+    @property
+    def limit_sides(self) -> tuple[sp.Expr, ...]:
+        """The signs of the ``removable`` powers without the range in which rounding is large."""
+        return tuple(sp.sign(sp.Abs(power) - sp.Rational(SMALL)) for power in self.removable)
 
     @cached_property
     def laws(self) -> tuple[sp.Expr, ...]:

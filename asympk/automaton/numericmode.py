@@ -21,7 +21,7 @@ from asympk.errors import NegativeFriction, NotDerivable, OutOfRange, Pole
 from asympk.symbolic.branches import Branch, at_rest, held, rate_along
 from asympk.symbolic.derivatives import is_bent
 from asympk.symbolic.long import symbols_in
-from asympk.symbolic.removable import with_more_digits
+from asympk.symbolic.removable import SMALL, with_more_digits
 from asympk.symbolic.sides import on_sides
 from asympk.symbolic.switches import Switch, peaks_of, sideless_of, slopes_and_phases, switches_of
 
@@ -106,6 +106,11 @@ class NumericMode:
                           coefficients=self.coefficients)
         return with_more_digits(found, self._compiled(self.mode.removable), lambda m: precise(functions=m),
                                 self.functions)
+
+    def is_beside_limit(self, t: Any, state: Sequence) -> bool:
+        """Tell whether rounding is large in a rate that is 0/0 at a place near (t, state) and has a limit there."""
+        powers = self._compiled(self.mode.removable)(t, *state, *self.p) if self.mode.removable else ()
+        return any(abs(power) < SMALL for power in powers)
 
     @cached_property
     def guards(self) -> Callable[..., tuple]:

@@ -1,9 +1,9 @@
 """Kvaerno5 of diffrax (ESDIRK of order 5): runs of many steps, compiled by JAX.
 
 A system with one friction whose contact does not open has few modes, which are compiled together. A compiled run makes
-steps until one is of interest: a guard is lost or may be lost within it, it passes the middle of a bump, the time of a
-sample is reached, or the run has its number of steps. The limit on seconds is checked between runs. ``_compiled`` is
-the hard function.
+steps until one is of interest: a guard is lost or may be lost within it, it passes the middle of a bump or comes to a
+0/0, the time of a sample is reached, or the run has its number of steps. The limit on seconds is checked between runs.
+``_compiled`` is the hard function.
 """
 
 from collections.abc import Callable
@@ -113,9 +113,10 @@ def _compiled(modes, coefficients):
     import jax
     import jax.numpy as jnp
 
-    watched, middles = (_equally_many(modes, of) for of in (lambda m: m.watched, lambda m: m.middle_sides))
+    watched, sided = (_equally_many(modes, of) for of in (
+        lambda m: m.watched, lambda m: (*m.middle_sides, *m.limit_sides)))
     field, guards, rates, sides = (_chosen(modes, coefficients, *which) for which in (
-        (lambda m: m.rates,), (watched,), (watched, lambda m: (m.flow,)), (middles,)))
+        (lambda m: m.rates,), (watched,), (watched, lambda m: (m.flow,)), (sided,)))
     term = diffrax.ODETerm(lambda t, w, args: field(t, w, *args))
 
     def look(t, w, args):

@@ -15,11 +15,12 @@ from asympk.automaton.compiled import function, namespace
 from asympk.automaton.loop import Segment, lost_with
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import InputError
-from asympk.integrators.integrate import Settings, Work, missing
+from asympk.integrators.integrate import Settings, Work, is_rounded, missing
 from asympk.integrators.stepwise import PARTS, Divisors, allowed_error, is_missed
 from asympk.integrators.watch import BESIDE_BUMPS
 from asympk.symbolic.derivatives import is_bent
 from asympk.symbolic.long import symbols_in
+from asympk.symbolic.removable import SMALL
 
 COARSE = 100  # multiple of its allowed error by which a step may miss the rates
 CHUNK = 4000  # steps between two looks at the clock
@@ -41,7 +42,8 @@ def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float,
     _place(solver, t, state)
     taylor, divisors, times = _Taylor(solver, mode, settings, faded), Divisors(mode, t, state), settings.times
     steps, short, hit, samples, followed = 0, "", None, list[tuple[float, ...]](), list[_Steps]()
-    while hit is None and not short and solver.time < until:
+    while hit is None and not short and solver.time < until and not is_rounded(
+            settings.method, mode, solver.time, solver.state.tolist()):
         chunk = min(FEW if taylor.kept else CHUNK, settings.steps - steps)
         if chunk <= 0 or monotonic() > settings.deadline:
             short = f"{'step' if chunk <= 0 else 'time'} limit reached"
@@ -93,6 +95,8 @@ class _Taylor:
         if short and not self.kept:  # the steps tell where
             _place(solver, *start)
             hit, short, made, found = _one_by_one(solver, end, most, self.longest)
+        if found is not None and (cut := self._before_rounding(found)):
+            hit, short, made, found = None, "", len(cut.series), cut
         missed, lost = None, None
         if self.looked and found is not None:
             missed, lost = _first_missed(found, self.mode, self.settings, self.faded, hit)
@@ -110,6 +114,16 @@ class _Taylor:
         _place(solver, begin, found.series[missed, :, 0])
         kept = _Steps(found.times[: missed + 1], found.series[:missed]) if missed else None
         return None, "", missed + 1, kept
+
+
+    def _before_rounding(self, found):
+        """Return the steps up to the first, before the last, that ends where rates are rounding, or None."""
+        if self.mode.mode.removable:
+            for k, t in enumerate(found.times[1:-1], start=1):
+                if self.mode.is_beside_limit(t, state := found.at(t)):
+                    _place(self.solver, t, state)
+                    return _Steps(found.times[: k + 1], found.series[:k])
+        return None
 
 
 def _passed(divisors, found, hit):
@@ -188,6 +202,8 @@ def _first_missed(found, mode, settings, faded, hit):
     missed, change = lengths[:, :, None] * (slopes - rates), lengths[:, :, None] * rates
     allowed = COARSE * allowed_error(states, settings) + ROUNDED * (abs(states) + abs(change))
     wrong = ~(abs(missed) <= allowed).all(axis=2)
+    if mode.mode.removable:  # beside 0/0 the rates are rounding
+        wrong &= (abs(_values(mode, mode.mode.removable, looks, states)) >= SMALL).all(axis=2)
     if hit is not None:
         wrong[-1, -1] &= np.isfinite(missed[-1, -1]).all()
         guards[-1, -1] = guards[-1, -2]

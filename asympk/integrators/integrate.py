@@ -40,6 +40,8 @@ PEERS = {  # method -> (module, package) where it needs one of the extra ``peers
     "cvode": ("sksundae", "scikit-sundae"),
     "kvaerno5": ("diffrax", "diffrax"),
 }
+COMPILED = ("heyoka", "kvaerno5")  # whose rates are compiled as they are written, and lose digits beside 0/0
+BESIDE_LIMITS, PIECES = "lsoda", 64  # the method there, and the part of a run after which it is told whether to go on
 FINISHED, LEFT = "finished", "left the range of floats"
 AT_REST = ("dry friction in a plane, -f v/|v|, stops there: end the run before, or write the speed |v| as "
            "sqrt(v**2 + e**2) with a small e")
@@ -87,6 +89,7 @@ class Advance(Protocol):
 
     1. It starts from ``state`` at ``t`` and ends at ``until``, or before at the first guard of ``mode`` that is lost.
     2. It keeps to the bounds of ``settings`` on the error of a step, the number of steps and the time on the clock.
+       A method in ``COMPILED`` ends, too, where ``is_rounded``.
     3. The ``Segment`` holds in ``samples`` the states at ``settings.times``, in order, and in ``work`` a ``Work``.
     4. If it stops early, the segment's ``short`` says why. It raises ``MissingPackage`` if its package is missing.
     """
@@ -125,7 +128,6 @@ def traced(scene: Scene, method: str, keep: bool = False, **options: Any) -> tup
 def _trace(scene, method, options, times=(), keep=False):
     """Return the ``Run`` of a scene, with samples at ``times``; a run with ``times`` has no limit on its seconds."""
     start, until = endpoints(scene)
-    advance: Advance = import_module(f"asympk.integrators.{FAMILIES[method]}").advance
     automaton = automaton_of(scene)
     deadline = float("inf") if times else monotonic() + options["seconds"]
 
@@ -136,11 +138,19 @@ def _trace(scene, method, options, times=(), keep=False):
         later = [min(max(v, t), last) for v in times[sum(len(s.samples) for s in segments) :]]
         longest = mode.longest_step(until)
         kept = keep or is_watched(mode.mode)
-        settings = Settings(method, options["rtol"], options["atol"], left, deadline, later, kept, longest)
+        rounded = is_rounded(method, mode, t, state)
+        own, end = (BESIDE_LIMITS, min(end, t + until / PIECES)) if rounded else (method, end)
+        advance: Advance = import_module(f"asympk.integrators.{FAMILIES[own]}").advance
+        settings = Settings(own, options["rtol"], options["atol"], left, deadline, later, kept, longest)
         return in_range(t, state, lambda: _settled(mode, later, followed(
             mode, t, state, end, lambda end: advance(mode, t, state, end, settings))))
 
     return follow(automaton, automaton.first(scene.start, scene.until), start, until, on, options["events"])
+
+
+def is_rounded(method: str, mode: NumericMode, t: float, state: Sequence[float]) -> bool:
+    """Tell whether rounding is large in the rates by which a method steps: it has them without more digits."""
+    return method in COMPILED and mode.is_beside_limit(t, state)
 
 
 def in_range(t: float, state: tuple[float, ...], segment: Callable[[], Segment]) -> Segment:

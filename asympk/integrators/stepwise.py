@@ -19,7 +19,7 @@ from asympk.automaton.contacts import clear_sign, nudges
 from asympk.automaton.loop import Segment, lost_with
 from asympk.automaton.numericmode import LONG, NumericMode
 from asympk.errors import AsympkError
-from asympk.integrators.integrate import LEFT, Settings, Work
+from asympk.integrators.integrate import LEFT, Settings, Work, is_rounded
 from asympk.integrators.watch import BESIDE_BUMPS, Look, dips, first_lost, passed_wholes, suspects
 
 STEP_LIMIT = "step limit reached"
@@ -68,7 +68,7 @@ def follow_steps(solver: Solver, mode: NumericMode, t: float, state: tuple[float
     steps, idle, short, hit = 0, 0, "", None
     samples, passed = list[tuple[float, ...]](), [(t, state)] * settings.keep
     start, halfway, divisors = t, t, Divisors(mode, t, state)
-    while solver.status == "running" and hit is None and not short:
+    while solver.status == "running" and hit is None and not short and not is_rounded(settings.method, mode, t, state):
         short = _step(solver, steps, settings)
         steps += solver.made * (not short)
         halfway = solver.t if 2 * steps <= settings.steps else halfway
