@@ -17,6 +17,7 @@ import sympy as sp
 from asympk.automaton.compiled import function
 from asympk.automaton.contacts import clear_sign, is_open, nudges
 from asympk.automaton.modes import SWITCH, GuardedMode
+from asympk.automaton.poles import as_quotient
 from asympk.errors import NegativeFriction, NotDerivable, OutOfRange, Pole
 from asympk.symbolic.branches import Branch, at_rest, held, rate_along
 from asympk.symbolic.derivatives import is_bent
@@ -157,23 +158,25 @@ class NumericMode:
         is at its pole, too, as errors of the states may hide on which side.
         """
         after = self.pole_values(t, state)
-        for expr, a, b in zip(self.mode.poles, before, after, strict=True):
+        for divisor, a, b in zip(self.mode.poles, before, after, strict=True):
             if a * b < 0 and since is not None and t - since > LONG * t:
-                raise OutOfRange(f"the rates of mode {self.name} are divided by {expr!s:.120}, of which only errors "
-                                 f"of the states are left by t = {float(t):.8g}; end the run before it, or take the "
-                                 "logarithm of a state that dies out, or its ratio to another, for the state"
-                                 )
+                raise OutOfRange(f"the rates of mode {self.name} are divided by {as_quotient(divisor)!s:.120}, of "
+                                 f"which only errors of the states are left by t = {float(t):.8g}; end the run before "
+                                 "it, or take the logarithm of a state that dies out, or its ratio to another, for the "
+                                 "state")
             at_once = begun is not None and abs(b) * (t - begun) < NEXT_TO_NOTHING * t * (abs(a) - abs(b))
             if a * b < 0 or at_once:
                 passed = "passed before" if a * b < 0 else "reached with an event at"
                 raise Pole(f"the rates of mode {self.name} have a pole, which the motion has {passed} t = "
-                           f"{float(t):.8g}: {expr!s:.120} = 0; end the run before it, or take other states", t, state)
+                           f"{float(t):.8g}: {as_quotient(divisor)!s:.120} = 0; end the run before it, or take "
+                           "other states", t, state)
         return after
 
     def vanishing(self, first: tuple, now: tuple) -> sp.Expr | None:
         """Return a divisor of the rates that has nearly vanished relative to its ``first`` value, or None."""
         values = zip(self.mode.poles, first, now, strict=True)
-        return next((expr for expr, begun, value in values if abs(value) < NEXT_TO_NOTHING * abs(begun)), None)
+        near = (expr for expr, begun, value in values if abs(value) < NEXT_TO_NOTHING * abs(begun))
+        return next(map(as_quotient, near), None)
 
     @cached_property
     def laws(self) -> Callable[..., tuple]:

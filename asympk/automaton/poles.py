@@ -51,6 +51,11 @@ def largest_power(rates: tuple[sp.Expr, ...], divisor: sp.Expr) -> sp.Expr:
     return divisor ** max(2, *(-power.exp for power in powers if power.base in (divisor, -divisor)))
 
 
+def as_quotient(divisor: sp.Expr) -> sp.Expr:
+    """Return a divisor as a user writes it, with sin(a)/a for sinc(a)."""
+    return replaced(divisor, {e: sp.sin(*e.args) / e.args[0] for e in atoms(divisor, sp.sinc)})
+
+
 def _in_quotients(rate: sp.Expr) -> sp.Expr:
     """Return a rate with tan(a) as sin(a)/cos(a), and with the like of others that have poles of their own."""
     return replaced(rate, {e: _QUOTIENTS[e.func](*e.args) for e in atoms(rate, *_QUOTIENTS)})

@@ -230,8 +230,8 @@ class Mechanism(ShownAsFormulas):
     def motions(self, values: dict[Any, Any]) -> tuple[Motion, ...]:
         """Return the rigid motions of the closed contact at numbers: one, or where there is a paradox none or several.
 
-        Each is a pair (name, reaction) with the name ``"slip"``, ``"stick"`` or ``"lift_off"``. Raises ``InputError``
-        for missing values, and ``Undecided`` where the reaction is not determined.
+        Each is a pair (name, reaction) with the name ``"slip"``, ``"stick"`` or ``"lift_off"``. The time is 0 unless it
+        is given. Raises ``InputError`` for missing values, and ``Undecided`` where the reaction is not determined.
         """
         return rigid.motions(self._alone, self.keyed(values))
 

@@ -63,8 +63,9 @@ def motions(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> tuple[Motion, .
     """Return all rigid motions at numbers as pairs (name, reaction): where there is a paradox, none or several.
 
     The contact counts as closed, g = g' = 0. ``values`` gives each state and parameter that the contact's equations
-    contain; strings are decimals or ratios. A sliding velocity that is a rounding error counts as 0. Raises
-    ``InputError`` for missing values, ``Undecided`` if the reaction is not determined: p = a_N = 0, or G is singular.
+    contain; strings are decimals or ratios, and the time is 0 unless it is given. A sliding velocity that is a rounding
+    error counts as 0. Raises ``InputError`` for missing values, ``Undecided`` if the reaction is not determined:
+    p = a_N = 0, or G is singular.
     """
     if shaped := [key for key, value in values.items() if unread(str(key), value).ndim]:
         raise InputError(f"{shaped[0]} is an array; motion_map counts the motions on arrays")
@@ -74,7 +75,7 @@ def motions(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> tuple[Motion, .
 
 def motion_map(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> MotionMap:
     """Return the ``MotionMap`` on arrays that broadcast; ``values`` as for ``motions``."""
-    terms = _terms(kinetics, values)
+    terms = _terms(kinetics, {kinetics.time: 0} | values)
     signs = (1,) if kinetics.unilateral else (1, -1)
     stick = _stick(terms, kinetics.unilateral)
     slips = [_slip(terms, direction, sign, stick.exists) for direction in (1, -1) for sign in signs]

@@ -315,3 +315,15 @@ def test_no_motion_is_counted_at_a_number_that_its_symbol_is_declared_not_to_be(
     right = -1 if declared in ("negative", "nonpositive") else 1
     assert block.motions({"U": 1, "k": right}) == (("slip", 2 + right / 4),)
     assert block.motion_map({"U": 1, "k": [0, right]}).count.tolist() == [1, 1]
+
+
+def test_motions_on_a_ground_that_moves_are_those_at_the_time_0_unless_another_is_given():
+    """On a ground Y = sin(2 t)/10 the reaction of m = 1 is 10 - 0.4 sin(2 t)."""
+    T, (X, Y) = dynamicsymbols._t, dynamicsymbols("X Y")
+    ground = ap.Contact(gap=Y - sp.sin(2 * T) / 10, slip=X, friction=1, unilateral=True)
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 - 10 * Y
+    block = ap.Mechanism.from_lagrangian(energy, (X, Y), contact=ground)
+    sliding = {"X": 0, "Y": 0, "X'": 1, "Y'": "0.2"}
+    found = [block.motions(sliding | given) for given in ({}, {"t": 0}, {"t": 1})]
+    expected = [10, 10, 10 - 0.4 * np.sin(2)]
+    assert [motion.reaction for (motion,) in found] == pytest.approx(expected)
