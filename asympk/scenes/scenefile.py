@@ -19,7 +19,7 @@ see ``asympk.scenes.systemfile``. A mechanism's file with ``until`` is a scene, 
 """
 
 import json
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from fractions import Fraction
 from importlib import import_module
 from importlib.resources import files
