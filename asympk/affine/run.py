@@ -33,7 +33,7 @@ from asympk.automaton import loop
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import GuardedMode, mode_of, on_all_sides, phases_of
 from asympk.digits import carried, double
-from asympk.errors import NoMotion, OutOfRange, TooLarge, TooManyEvents, TwoMotions, Undecided
+from asympk.errors import NegativeFriction, NoMotion, OutOfRange, TooLarge, TooManyEvents, TwoMotions, Undecided
 from asympk.numbers import Number, whole
 from asympk.path import ClosedForm, Path, times_within
 from asympk.symbolic import guards
@@ -156,23 +156,32 @@ def _estimated(case):
     The error is given twice: the largest of a state relative to its own largest value on the path, which tells whether
     doubles serve, and the largest relative to the largest of 1 and the final states.
     """
+    done = list[TimedSegment]()
     try:
         with np.errstate(all="ignore"):
-            joined = _followed(Doubles, case)
-            errors, sizes = estimate([s.work for s in joined.segments], len(case.scene.start))
+            joined = _followed(Doubles, case, done)
+            worst, error = _errors([s.work for s in joined.segments], case)
     except TooLarge:
         raise
-    except (Undecided, OutOfRange, OverflowError, ZeroDivisionError):
+    except (Undecided, OutOfRange, OverflowError, ZeroDivisionError) as reason:
+        if isinstance(reason, NegativeFriction) and done and _errors(done, case)[0] <= TRUSTED:
+            raise
         return None, math.inf, math.inf
-    worst = float((errors / np.where(sizes > 0, sizes, 1.0)).max())
-    return joined, worst, float(errors.max()) / max(1.0, *map(abs, joined.last.state))
+    return joined, worst, error / max(1.0, *map(abs, joined.last.state))
+
+
+def _errors(done, case):
+    """Return the largest estimated error of a state relative to its own largest value on a path, and without that."""
+    with np.errstate(all="ignore"):
+        errors, sizes = estimate(done, len(case.scene.start))
+    return float((errors / np.where(sizes > 0, sizes, 1.0)).max()), float(errors.max())
 
 
 def _known(case):
     """Return the run in doubles if its sequence of events is trusted, else None."""
     try:
         joined, worst, _ = _estimated(case)
-    except (TooLarge, NoMotion, TwoMotions):
+    except (TooLarge, NegativeFriction, NoMotion, TwoMotions):
         return None
     return joined if worst <= TOLD else None
 
@@ -200,8 +209,8 @@ class Flows:
 flows = lru_cache(maxsize=256)(Flows)  # further scenes may have the same parameters
 
 
-def _followed(m, case):
-    """Follow a scene in the numbers of ``m``."""
+def _followed(m, case, done):
+    """Follow a scene in the numbers of ``m``; ``done`` gets the segments, also those before an error."""
     scene, automaton = case.scene, case.flows.swift
     until, digits = m.number(scene.until), None if m is Doubles else m.dps
 
@@ -214,6 +223,7 @@ def _followed(m, case):
             raise Undecided
         span, hits = _span(case, m, mode, segment, until - t, len(segments))
         if mode.mode.laws and (pushed := _pushed_on(case, m, mode, (t, state), span)):
+            done.append(TimedSegment(t, segment, pushed[0], None))
             return loop.Segment(t + pushed[0], state, pushed[1])
         found, hit = bool(hits), hits[0] if hits else None
         end = segment.at_event(span, hit) if found else segment.state(span)
@@ -224,7 +234,7 @@ def _followed(m, case):
             raise TooLarge(f"the path reaches 1e{int(m.log(size) / m.log(10))} at t = {float(t + span):.6g}, beyond "
                            "the numbers in use: take a smaller until")
         reached, lost = (min(t + span, until), kept[hit]) if found else (until, None)
-        timed = TimedSegment(t, segment, span, hit)
+        done.append(timed := TimedSegment(t, segment, span, hit))
         return loop.Segment(reached, tuple(end[: len(state)]), lost, timed, together=tuple(kept[q] for q in hits[1:]),
                             within=lambda at: tuple(segment.state(at - t)[: len(state)]))
 
@@ -296,7 +306,7 @@ def _certified(case, digits, largest=None):
         m = flow_context(largest or most)
         set_digits(m, working, tie)
         first = working < 2 * (digits + SPARE_DIGITS)
-        return _followed(m, case if first else case._replace(known=None))
+        return _followed(m, case if first else case._replace(known=None), [])
 
     return agreed(follow, _distance, digits, most)
 
