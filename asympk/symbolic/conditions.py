@@ -134,17 +134,14 @@ def _solution(condition):
     if isinstance(condition, sp.And | sp.Or):
         join = sp.Intersection if isinstance(condition, sp.And) else sp.Union
         return join(*map(_solution, condition.args))
-    if isinstance(condition, sp.Rel) and (parts := _rational_parts(condition.lhs - condition.rhs)):
-        if _has_short_roots(parts):
+    if isinstance(condition, sp.Rel):
+        parts = [sp.Poly(part, _ANYTHING) for part in sp.fraction(sp.together(condition.lhs - condition.rhs))]
+        exact = all(part.domain.is_ZZ or part.domain.is_QQ for part in parts)
+        if not (_has_short_roots(parts) if exact else max(part.degree() for part in parts) <= 2):
+            return sp.ConditionSet(_ANYTHING, condition, sp.S.Reals)
+        if exact:
             return reduce_rational_inequalities([[condition]], _ANYTHING, relational=False)
-        return sp.ConditionSet(_ANYTHING, condition, sp.S.Reals)
     return sp.solveset(condition, _ANYTHING, sp.S.Reals)
-
-
-def _rational_parts(value):
-    """Return numerator and denominator of a rational function with rational coefficients, else ()."""
-    parts = [sp.Poly(part, _ANYTHING) for part in sp.fraction(sp.together(value))]
-    return parts if all(part.domain.is_ZZ or part.domain.is_QQ for part in parts) else ()
 
 
 def _has_short_roots(parts):

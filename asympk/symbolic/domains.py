@@ -60,17 +60,20 @@ def _within_ranges(g, branch):
     waves = {f for f in g.atoms(HyperbolicFunction) if f.has(*branch)}
     if any(type(f) not in _INVERSE for f in waves):
         g = g.xreplace({f: f.rewrite(sp.exp) for f in waves})
+    if is_implicit(branch):
+        yield from {p.base for p in fractional_powers(g) if p.has(*branch)}
+        return
     outer = _outermost(g, branch)
     outer = {f for f in outer if not (isinstance(f, sp.exp) and f.exp.could_extract_minus_sign() and 1 / f in outer)}
     roots = outer & fractional_powers(*outer)
-    if roots == outer and not is_implicit(branch) and (values := _values_of_roots(g, roots, branch)):
+    if roots == outer and (values := _values_of_roots(g, roots, branch)):
         yield from values
         return
     for base in {p.base for p in roots}:
         if len(outer) > 1:
             yield base.subs(branch, simultaneous=True)
         yield from _root_within_range(g, base, {p for p in roots if p.base == base}, branch)
-    for f in outer - roots if not is_implicit(branch) else ():
+    for f in outer - roots:
         yield from _inverse_within_range(g, f, branch)
 
 
@@ -170,7 +173,7 @@ def _has_whole_slopes(f, branch):
 
 def _values(g, w, meaning, branch):
     """Return [value] of the one root w of g on a branch that solves ``meaning`` = 0, too, or [] if several do."""
-    if is_implicit(branch) or heavy(told := g.subs(branch, simultaneous=True)) or is_zero(told):
+    if heavy(told := g.subs(branch, simultaneous=True)) or is_zero(told):
         return []
     values = [s[w] for s in solutions_of([told], [w]) or () if w in s]
     found = [value for value in values if is_zero_somewhere(meaning.subs(w, value))]

@@ -3,6 +3,7 @@
 import math
 import pickle
 from fractions import Fraction
+from itertools import pairwise
 
 import mpmath
 import pytest
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 
 import asympk as ap
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic, OrderError
+from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.critical import CriticalManifold, critical_manifolds
 from asympk.symbolic.expansion import expand, is_zero_somewhere, zero_at_places
 from asympk.symbolic.manifold import C, integral_curves, reduced_flow, rest_state
@@ -534,6 +536,30 @@ def test_a_factor_with_roots_in_closed_form_has_its_branches_beside_the_implicit
     found = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
     assert {m.branch[y] for m in found[:-1]} == {*closed}
     assert found[-1].branch == {y: y}
+
+
+@pytest.mark.parametrize("force", [(x + sp.sqrt(3 - y)) * (x - sp.cos(x - y) + 3 * sp.cos(x + y)),
+                                   (2 * x + sp.root(y, 3)) * (sp.sqrt(1 + y**2) + sp.log(3 - y) - x)])
+def test_an_implicit_branch_exists_at_the_roots_of_one_factor_where_a_root_in_another_has_no_such_value(force):
+    """It was asked of both that the value of the root in it solves g = 0."""
+    *_, implicit = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
+    at, function = {x: sp.Rational(3, 2)}, sp.lambdify(y, force.subs(x, 1.5), "mpmath")
+    scan = [mpmath.mpf(k) / 64 + mpmath.mpf("0.01") for k in range(180)]
+    roots = [mpmath.findroot(function, (a, b), solver="anderson") for a, b in pairwise(scan)
+             if function(a) * function(b) < 0]
+    assert roots
+    for root in roots:
+        place = at | {y: sp.Float(root)}
+        assert implicit.exists.subs(place) == sp.true
+        told = sp.sympify(implicit.stability).subs(place)
+        assert str(told) == ("stable" if force.diff(y).subs(place) < 0 else "unstable")
+
+
+def test_a_condition_on_a_cubic_with_irrational_coefficients_is_not_solved(monkeypatch):
+    """SymPy sought the roots of such conditions for a minute."""
+    monkeypatch.setattr(sp, "solveset", None)
+    condition = sp.Ne(x**3 + sp.sin(1) * x + sp.exp(2), 0)
+    assert reduce_under(condition, sp.true) == condition
 
 
 def test_two_equations_have_the_branches_of_their_factors():
