@@ -357,7 +357,20 @@ def _branches(mode, small):
     told = all(g.is_rational_function(*mode.fast) for g in equal_zero)  # SymPy finds false roots of exponentials
     complete = [form for s in complete for form in real_forms(s)
                 if (told and form is s) or all(is_zero_on(g, form) for g in equal_zero)]
-    return [sp.Dict({y: by_powers(h, tuple(mode.slow)) for y, h in s.items()}) for s in complete]
+    branches = [sp.Dict({y: by_powers(h, tuple(mode.slow)) for y, h in s.items()}) for s in complete]
+    return branches + [_implicit(mode)] * _has_further_turns(mode, equal_zero[0], equal_zero[0])
+
+
+def _implicit(mode):
+    return sp.Dict({y: y for y in mode.fast})
+
+
+def _has_further_turns(mode, factor, force):
+    """Tell whether a factor of g has other branches in further turns: g has no turn, or the mode ends at some y."""
+    y, *others = mode.fast
+    if others or whole_turn(factor, y) is None:
+        return False
+    return whole_turn(force, y) is None or mode.where.has(y)
 
 
 def _by_value(mode, small, equal_zero):
@@ -365,12 +378,12 @@ def _by_value(mode, small, equal_zero):
 
     The others are also the roots in all turns of a factor where g has no turn.
     """
-    implicit = sp.Dict({y: y for y in mode.fast})
+    implicit = _implicit(mode)
     choices = [*product(*(factors_of(g, [*mode.fast]) for g in equal_zero))]
     parts = (replace(mode, fast=sp.Dict(dict(zip(mode.fast, choice, strict=True)))) for choice in choices)
     found = [branch for part in parts for branch in _branches(part, small)] if len(choices) > 1 else [implicit]
     closed = [b for b in dict.fromkeys(found) if b != implicit and all(is_zero_on(g, b) for g in equal_zero)]
-    further = any(whole_turn(factor, *mode.fast) for factor, *_ in choices) if len(mode.fast) == 1 else False
+    further = any(_has_further_turns(mode, factor, equal_zero[0]) for factor, *_ in choices)
     return [*closed, *[implicit] * (implicit in found or further)]
 
 

@@ -555,6 +555,15 @@ def test_an_implicit_branch_exists_at_the_roots_of_one_factor_where_a_root_in_an
         assert str(told) == ("stable" if force.diff(y).subs(place) < 0 else "unstable")
 
 
+def test_where_a_mode_holds_in_a_part_of_a_turn_an_implicit_branch_stands_for_the_roots_of_the_others():
+    """For y < 0 the roots of x = sin(y) are in the turns below that of asin(x) and pi - asin(x)."""
+    force = sp.Piecewise((x - sp.sin(y), y < 0), (x - 2 * sp.sin(y), True))
+    found = [m for m in critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu)) if m.domain != (y > 0)]
+    place = {x: sp.Rational(1, 2), y: -sp.pi - sp.asin(sp.Rational(1, 2))}
+    here = [m for m in found if (m.branch[y] - y).subs(place) == 0 and m.domain.subs(place) == sp.true]
+    assert [str(m.stability.subs(place)) for m in here] == ["unstable"]
+
+
 def test_a_condition_on_a_cubic_with_irrational_coefficients_is_not_solved(monkeypatch):
     """SymPy sought the roots of such conditions for a minute."""
     monkeypatch.setattr(sp, "solveset", None)
