@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from asympk.errors import AsympkError, Unfinished
+from asympk.errors import AsympkError, Undecided, Unfinished
 from asympk.many import require_mappings
 from asympk.methods import solve
 from asympk.numbers import common_shape, unread
@@ -75,27 +75,32 @@ def rungs(scene: Scene, allowed: float = inf) -> tuple[Rung, ...]:
 
     After ``allowed`` seconds no further rung is tried, and errors are measured only if the reference is complete by
     then: the exact motion to ``OF_ROD`` digits for the rod, else to ``REFERENCE_DIGITS`` digits, by collocation if it
-    is not affine. Raises the errors of ``solve`` where the exact motion itself cannot be followed.
+    is not affine. Where the exact motion is ``Undecided`` in doubles, its rung says so, and there are no costs. Raises
+    the other errors of ``solve`` where the exact motion itself cannot be followed.
     """
-    end, follow = monotonic() + allowed, cache(partial(solve, scene))
-    exact = follow()
-    found = [_rung(follow, name, *of, monotonic() > end) for name, of in models_below(scene.system).items()]
-    found.append((Rung("exact", _exact_error(scene, exact), cost=seconds(scene, "exact", {})), exact.final))
+    end, follow, exact, why = monotonic() + allowed, cache(partial(solve, scene)), None, ""
     try:
-        left: dict[str, Any] = {"seconds": end - monotonic()} if "why" in exact.info else {}
+        exact = follow()
+    except Undecided as reason:
+        why = f"Undecided: {reason}"
+    found = [_rung(follow, name, *of, monotonic() > end) for name, of in models_below(scene.system).items()]
+    found.append((Rung("exact", None, reason=why), None) if exact is None else
+                 (Rung("exact", _exact_error(scene, exact), cost=seconds(scene, "exact", {})), exact.final))
+    try:
+        left: dict[str, Any] = {"seconds": end - monotonic()} if exact is None or "why" in exact.info else {}
         digits = OF_ROD if scene.system is None else REFERENCE_DIGITS
         reference = solve(scene, digits=digits, **left).final
-    except Unfinished:
+    except (Undecided, Unfinished):
         reference = None
     unit = found[-1][0].cost
     told = slice(None) if scene.system else slice(None, None, 2)
     return tuple(_measured(rung, final and final[told], reference and reference[told], unit) for rung, final in found)
 
 
-def _measured(rung: Rung, final: tuple | None, reference: tuple | None, unit: float) -> Rung:
+def _measured(rung: Rung, final: tuple | None, reference: tuple | None, unit: float | None) -> Rung:
     if final is None:
         return rung
-    cost = rung.cost and rung.cost / unit
+    cost = rung.cost and unit and rung.cost / unit
     if reference is None:
         return replace(rung, cost=cost, reason="not measured: no reference within the time")
     return replace(rung, cost=cost, measured=distance(final, reference))

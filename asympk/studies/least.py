@@ -48,7 +48,8 @@ def least_model(scene: Any, rtol: float = 1e-3, seconds: float | None = None) ->
 
     The ladder of a system other than the rod is that of ``ladder.rungs``: rigid, slow, jump-0 .. jump-2, exact. For
     such a system no further rung is tried and no error measured after ``seconds``, and each rung says so. Raises
-    ``InputError`` if rtol or seconds is not a positive number, or if the exact motion in doubles does not reach rtol.
+    ``InputError`` if rtol or seconds is not a positive number, or if no model reaches rtol, the exact motion in doubles
+    included.
     """
     require_scene(scene, "least_model")
     rtol = _tolerance(rtol)
@@ -57,7 +58,7 @@ def least_model(scene: Any, rtol: float = 1e-3, seconds: float | None = None) ->
     rungs = ladder.rungs(inside or scene, inf if inside else allowed)
     enough = [rung for rung in rungs if rung.predicted is not None and rung.predicted < rtol]
     if not enough:
-        raise InputError(f"rtol = {rtol}: the exact motion predicts {rungs[-1].predicted:.2g}; give a larger rtol")
+        raise InputError(f"rtol = {rtol}: no model is so accurate (exact: {rungs[-1].in_words}); give a larger rtol")
     return Ladder(enough[0].model, cast(float, enough[0].predicted), rtol, rungs)
 
 
