@@ -252,9 +252,10 @@ def _in(units: tuple[int, ...], scene: Any) -> Any:
                   for rates, unit in ((system.slow, 1), (system.fast, told[small][0])))
     frictions = tuple(replace(f, **{part: expr.xreplace(meant) for part, expr in f.parts.items()})
                       for f in system.frictions)
+    dependent = {told[s][1]: value.xreplace(meant) / told[s][0] for s, value in system.dependent.items()}
     *states, least = (name for _, name in told.values())
     inside = replace(system, slow=sp.Dict(slow), fast=sp.Dict(fast), states=(*states,), small=least,
-                     frictions=frictions)
+                     frictions=frictions, dependent=sp.Dict(dependent))
     values, start = ({told.get(s, (1, s))[1]: _divided(v, told.get(s, (1, s))[0]) for s, v in zip(of, at, strict=True)}
                      for of, at in ((system.parameters, scene.values), (system.states, scene.start)))
     return replace(scene, system=inside, values=values, start=start)

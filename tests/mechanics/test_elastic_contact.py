@@ -471,3 +471,19 @@ def test_a_drill_that_sticks_starts_again_however_far_its_contact_has_come_to_re
     swing = solve_ivp(lambda _, w: [w[1], -2.5 * w[0]], (0, 1), [held / 5, rate], rtol=1e-10, atol=1e-12,
                       events=lambda _, w: 5 * w[0] - 2.5)  # until the spring overcomes f N/2
     assert float(path.events[1].t) == pytest.approx(float(path.events[0].t) + swing.t_events[0][0], abs=1e-8)
+
+
+@pytest.mark.further
+def test_the_rigid_limit_of_an_elastic_slider_crank_starts_from_its_dead_centre_in_units_of_its_own():
+    """Rates that follow from each other do in any units; in those of the limit one was not known."""
+    a, b = dynamicsymbols("a b")
+    turning = (sp.sin(a) * a.diff(T) + 3 * sp.sin(b) * b.diff(T)) ** 2 + a.diff(T) ** 2 + b.diff(T) ** 2
+    across, along = sp.sin(a) - 3 * sp.sin(b), sp.cos(a) + 3 * sp.cos(b)
+    guide = ap.Contact(across, along, sp.Rational(3, 10))
+    crank = ap.Mechanism.from_lagrangian(turning / 2 + 5 * a, (a, b), contact=guide)
+    system = crank.elastic(compliance=eps**2, damping=eps)
+    start = crank.start(system, {"a": 0, "b": 0, "a'": 0, "b'": 0})
+    scene = ap.Scene(system=system, values={"eps": "1e-4"}, start=start, until=sp.S.Half)
+    exact = ap.solve(scene).final
+    assert exact[0] > 0.5
+    assert ap.solve(scene, "slow", order=0).final[:2] == pytest.approx(exact[:2], abs=1e-4)
