@@ -246,7 +246,7 @@ class System(ShownAsFormulas):
     def parameters(self) -> tuple[sp.Symbol, ...]:
         """The parameters in the order of their names, including ``small``."""
         friction = (part for f in self.frictions for part in f.parts.values())
-        used = sp.Tuple(*self.slow.values(), *self.fast.values(), *friction)
+        used = sp.Tuple(*self.slow.values(), *self.fast.values(), *friction, *self.dependent.values())
         free = symbols_in(used) | ({self.small} - {None}) | self.assumptions.free_symbols
         known = {*self.states, self.time, *self.pushes}
         return tuple(sorted(free - known, key=lambda s: (s.name, str(s.assumptions0))))

@@ -2,6 +2,7 @@
 
 import math
 from contextlib import nullcontext
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -487,3 +488,13 @@ def test_the_rigid_limit_of_an_elastic_slider_crank_starts_from_its_dead_centre_
     exact = ap.solve(scene).final
     assert exact[0] > 0.5
     assert ap.solve(scene, "slow", order=0).final[:2] == pytest.approx(exact[:2], abs=1e-4)
+
+
+def test_the_speed_of_a_belt_is_a_parameter_of_an_elastic_contact_where_z_alone_depends_on_it():
+    """With all rates for states no rate of the shoe contains v, but what z is at a start does."""
+    scene = ap.systems.brake_shoe.scenes()[0]
+    assert "v" in map(str, scene.system.parameters)
+    assert ap.solve(replace(scene, until="1e-6")).modes == ("slip_same",)
+    moved = {s: value + (s.name == "z") for s, value in zip(scene.system.states, scene.start, strict=True)}
+    with pytest.raises(InputError, match="its value by other states"):
+        ap.solve(replace(scene, start=moved))
