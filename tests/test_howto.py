@@ -11,7 +11,7 @@ from asympk.__main__ import main
 from asympk.output.terminal import NEXT
 
 DOCS = Path(__file__).parents[1] / "docs"
-PAGES = {name: (DOCS / f"{name}.md").read_text(encoding="utf-8") for name in ("howto", "own")}
+PAGES = {name: (DOCS / f"{name}.md").read_text(encoding="utf-8") for name in ("howto", "own", "limits")}
 INLINE = ("sweep fan.toml --out fan", "export --target c --out build")
 
 
@@ -24,7 +24,7 @@ def desk(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.mark.parametrize(("name", "least"), [("howto", 10), ("own", 10)])
+@pytest.mark.parametrize(("name", "least"), [("howto", 10), ("own", 10), ("limits", 9)])
 @pytest.mark.few(1)
 def test_the_sessions_of_a_page_print_what_it_says(name, least, desk):
     session = "\n".join(re.findall(r"```pycon\n(.*?)```", PAGES[name], re.DOTALL))

@@ -137,7 +137,7 @@ def test_the_processes_that_draw_the_pages_and_the_temporary_folder_end_with_a_r
 
 @pytest.mark.further
 def test_every_kind_of_page_is_there(built):
-    wanted = ["index", "howto", "own", "models", "api", "glossary", "lemmas", "architecture", "article/index"]
+    wanted = ["index", "howto", "own", "models", "limits", "api", "glossary", "lemmas", "architecture", "article/index"]
     wanted += [f"systems/{name}" for name in SYSTEMS]
     wanted += [f"derivations/{script.stem}" for script in (ROOT / "derivations").glob("*.py")]
     assert [name for name in wanted if not (built / f"{name}.html").is_file()] == []
