@@ -144,8 +144,7 @@ def read_constant(what: str, value: Any, angles: bool = True, digits: int = KEPT
     if not exact.is_real:
         raise _no_number(what, value)
     if exact and not _in_range(exact):
-        advice = "; write 0 if it is meant" if abs(exact) < 1 else ""
-        raise InputError(f"{what} = {short(value)}: it is beyond the range of doubles{advice}")
+        raise InputError(f"{what} = {short(value)}: {_beyond('it', exact)}")
     return Fraction(exact.p, exact.q) if exact.is_Rational else Fraction(str(exact))
 
 
@@ -259,6 +258,10 @@ def _degree(expr: sp.Expr) -> int:
 def _in_range(value: Any) -> bool:
     """Tell whether a double can hold a number other than 0."""
     return float_info.min <= abs(value) <= LARGEST
+
+
+def _beyond(what: str, value: Any) -> str:
+    return f"{what} is beyond the range of doubles{'; write 0 if it is meant' if abs(value) < 1 else ''}"
 
 
 def _plain(text: str) -> str:
@@ -377,7 +380,10 @@ class _Reader:
             if arguments[1] == 0:
                 raise self._refuse("it divides by zero")
             self._require_size(arguments[0] / arguments[1])
-        return FUNCTIONS[name](*arguments)
+        found = FUNCTIONS[name](*arguments)
+        if found.is_number and (few := found.evalf(_FEW)).is_real and few and not _in_range(few):
+            raise self._refuse(_beyond("a number in it", few))  # a polynomial in it would have as high a degree
+        return found
 
     def _require_size(self, argument: sp.Expr) -> None:
         """Refuse a constant whose function takes as many digits as it has before its point: cos(exp(exp(20)))."""

@@ -453,8 +453,10 @@ def test_a_horizon_is_no_angle(tmp_path):
 @pytest.mark.parametrize("beyond", ["exp(exp(20))", "-exp(1e300)", "exp(-exp(20))"])
 def test_a_formula_of_a_number_beyond_the_range_of_doubles_is_refused_at_once(tmp_path, beyond):
     (tmp_path / "rod.toml").write_text(LEANING % ("pi/3", beyond))
-    with pytest.raises(InputError, match=re.escape(f"Y = {beyond!r}: it is beyond the range of doubles")):
+    with pytest.raises(InputError, match=re.escape(f"Y = {beyond!r}: a number in it is beyond the range of doubles")):
         ap.read_scene(tmp_path / "rod.toml")
+    with pytest.raises(InputError, match=r"law = .*: a number in it is beyond the range of doubles"):
+        read_formula(f"f*({beyond} + f)", {"f": sp.Symbol("f")}, "law")  # a polynomial of a degree beyond all bounds
 
 
 @pytest.mark.parametrize(("text", "said"), [
