@@ -15,7 +15,7 @@ from asympk.automaton.compiled import function, namespace
 from asympk.automaton.loop import Segment, lost_with
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import InputError
-from asympk.integrators.integrate import Settings, Work, is_rounded, missing
+from asympk.integrators.integrate import Settings, Work, missing
 from asympk.integrators.stepwise import PARTS, Divisors, allowed_error, is_missed
 from asympk.integrators.watch import BESIDE_BUMPS
 from asympk.symbolic.derivatives import is_bent
@@ -42,8 +42,7 @@ def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float,
     _place(solver, t, state)
     taylor, divisors, times = _Taylor(solver, mode, settings, faded), Divisors(mode, t, state), settings.times
     steps, short, hit, samples, followed = 0, "", None, list[tuple[float, ...]](), list[_Steps]()
-    while hit is None and not short and solver.time < until and not is_rounded(
-            settings.method, mode, solver.time, solver.state.tolist()):
+    while hit is None and not short and solver.time < until and not mode.is_beside_limit(solver.time, solver.state):
         chunk = min(FEW if taylor.kept else CHUNK, settings.steps - steps)
         if chunk <= 0 or monotonic() > settings.deadline:
             short = f"{'step' if chunk <= 0 else 'time'} limit reached"

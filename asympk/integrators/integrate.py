@@ -89,7 +89,7 @@ class Advance(Protocol):
 
     1. It starts from ``state`` at ``t`` and ends at ``until``, or before at the first guard of ``mode`` that is lost.
     2. It keeps to the bounds of ``settings`` on the error of a step, the number of steps and the time on the clock.
-       A method in ``COMPILED`` ends, too, where ``is_rounded``.
+       A method in ``COMPILED`` ends, too, where the mode ``is_beside_limit``.
     3. The ``Segment`` holds in ``samples`` the states at ``settings.times``, in order, and in ``work`` a ``Work``.
     4. If it stops early, the segment's ``short`` says why. It raises ``MissingPackage`` if its package is missing.
     """
@@ -138,7 +138,7 @@ def _trace(scene, method, options, times=(), keep=False):
         later = [min(max(v, t), last) for v in times[sum(len(s.samples) for s in segments) :]]
         longest = mode.longest_step(until)
         kept = keep or is_watched(mode.mode)
-        rounded = is_rounded(method, mode, t, state)
+        rounded = method in COMPILED and mode.is_beside_limit(t, state)
         own, end = (BESIDE_LIMITS, min(end, t + until / PIECES)) if rounded else (method, end)
         advance: Advance = import_module(f"asympk.integrators.{FAMILIES[own]}").advance
         settings = Settings(own, options["rtol"], options["atol"], left, deadline, later, kept, longest)
@@ -146,11 +146,6 @@ def _trace(scene, method, options, times=(), keep=False):
             mode, t, state, end, lambda end: advance(mode, t, state, end, settings))))
 
     return follow(automaton, automaton.first(scene.start, scene.until), start, until, on, options["events"])
-
-
-def is_rounded(method: str, mode: NumericMode, t: float, state: Sequence[float]) -> bool:
-    """Tell whether rounding is large in the rates by which a method steps: it has them without more digits."""
-    return method in COMPILED and mode.is_beside_limit(t, state)
 
 
 def in_range(t: float, state: tuple[float, ...], segment: Callable[[], Segment]) -> Segment:

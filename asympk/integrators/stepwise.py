@@ -19,7 +19,7 @@ from asympk.automaton.contacts import clear_sign, nudges
 from asympk.automaton.loop import Segment, lost_with
 from asympk.automaton.numericmode import LONG, NumericMode
 from asympk.errors import AsympkError
-from asympk.integrators.integrate import LEFT, Settings, Work, is_rounded
+from asympk.integrators.integrate import COMPILED, LEFT, Settings, Work
 from asympk.integrators.watch import BESIDE_BUMPS, Look, dips, first_lost, passed_wholes, suspects
 
 STEP_LIMIT = "step limit reached"
@@ -68,7 +68,8 @@ def follow_steps(solver: Solver, mode: NumericMode, t: float, state: tuple[float
     steps, idle, short, hit = 0, 0, "", None
     samples, passed = list[tuple[float, ...]](), [(t, state)] * settings.keep
     start, halfway, divisors = t, t, Divisors(mode, t, state)
-    while solver.status == "running" and hit is None and not short and not is_rounded(settings.method, mode, t, state):
+    compiled = settings.method in COMPILED
+    while solver.status == "running" and hit is None and not (short or (compiled and mode.is_beside_limit(t, state))):
         short = _step(solver, steps, settings)
         steps += solver.made * (not short)
         halfway = solver.t if 2 * steps <= settings.steps else halfway
@@ -148,7 +149,8 @@ class Watch:
         self.floored = any(self.floors)
         values += [max(v, 0.0) for v in found[guards:]]
         self.before = self.last = Look(t, self._above(values), mode.watched_rates(t, state))
-        self.start, self.sides = t, (mode.sides_of_middles(t, state),) * 2  # the latter before the last step and after
+        self.start, self.sides = t, mode.sides_of_middles(t, state)
+        self.earlier = self.sides  # before the last step
         # the longest way past a middle, of a wave by the quarter of its turn, and how often trusted
         self.looked_at = defaultdict[tuple[int, int], tuple[float, int]](lambda: (0.0, 0))
 
@@ -177,7 +179,7 @@ class Watch:
 
     def back(self) -> None:
         """Go back to before the last step."""
-        self.last, self.sides = self.before, self.sides[:1] * 2
+        self.last, self.sides = self.before, self.earlier
 
     def has_passed_over(
         self, solver: Solver, t: float, state: tuple[float, ...], met: tuple | None, settings: Settings
@@ -188,7 +190,10 @@ class Watch:
         begin and end at those of bumps in time.
         """
         first, last = solver.t_old == self.start, solver.status == "finished"
-        passed = self._middles_passed(solver, t, state) if self.sides[1] else {}
+        passed: dict[tuple[int, int], float] = {}
+        if self.sides:
+            self.earlier, self.sides = self.sides, self.mode.middle_sides(t, *state, *self.mode.p)
+            passed = passed if self.sides == self.earlier else self._middles_passed(solver, t, state)
         if not (met or first or passed or (last and self.mode.peaked)):
             return False
         begin, end, h = solver.t_old, met[0] if met else t, t - solver.t_old
@@ -218,9 +223,6 @@ class Watch:
         For each it gives the longest way past it. What a step has passed without a bump is passed by shorter ones
         unseen, but not by more than ``TRUSTED``.
         """
-        self.sides = self.sides[1], self.mode.middle_sides(t, *state, *self.mode.p)
-        if self.sides[0] == self.sides[1]:
-            return {}
         begin = tuple(solver.dense_output()(solver.t_old)[: self.size].tolist())
         ends = self.mode.middle_values(solver.t_old, begin), self.mode.middle_values(t, state)
         passed = {}
