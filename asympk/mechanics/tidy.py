@@ -21,10 +21,14 @@ def tidy(expr: sp.Expr) -> sp.Expr:
     """Return the shortest of a few forms of ``expr``: unchanged, factored, or with squares of one function only.
 
     An expression of more than ``LONG`` operations is returned unchanged. Sines of sums are not expanded where the
-    expanded expression would be longer than that.
+    expanded expression would be longer than that. An exponential of a sum stands as it is: SymPy takes the exponential
+    of each term to be a power of one with a common denominator, of a degree of thousands.
     """
     if is_longer(expr, LONG):
         return expr
+    exponentials = sorted(atoms(expr, sp.exp), key=sp.default_sort_key)
+    if sums := {e: sp.Dummy(positive=True) for e in exponentials if sp.expand(e.exp).is_Add}:
+        return replaced(tidy(replaced(expr, sums)), {name: e for e, name in sums.items()})
     plain = sp.cancel(sp.together(expr))
     expanded = sp.expand_trig(plain)
     if not plain.has(sp.sin, sp.cos) or (expanded != plain and is_longer(expanded, LONG)):

@@ -440,6 +440,13 @@ def test_friction_that_falls_below_the_critical_one_as_sliding_one_way_slows_dow
     assert holds == [way * U_0 > 0 for U_0 in (1, -1)]
 
 
+def test_an_elastic_contact_with_a_dip_of_friction_of_any_rational_width_is_derived_at_once():
+    """Its exponential was split into one for each term of the exponent, powers of one of a degree of thousands."""
+    dip = sp.exp(-((sp.Rational(100, 37) * w - sp.Rational(41, 37)) ** 2))
+    rod, _ = _leaning(sp.Rational(79, 50) - sp.Rational(67, 50) * dip)
+    assert rod.elastic(compliance=sp.Symbol("c", positive=True), damping=1).friction.kinetic.has(sp.exp)
+
+
 def test_a_term_of_a_contact_that_is_not_real_at_a_place_is_named():
     X, Y, U, V = sp.symbols("X Y U V", real=True)
     block = ap.Mechanism((X, Y), (U, V), [[2, 1], [1, 1]], (0, -1), ap.Contact(Y, X, 3 + sp.sqrt(1 - X**2)))
