@@ -6,6 +6,9 @@ from functools import lru_cache
 import sympy as sp
 from sympy.solvers.inequalities import reduce_rational_inequalities
 
+from asympk.symbolic.long import is_longer
+
+SHORT = 16  # operations in a condition that SymPy solves though its coefficients are not rational
 _ANYTHING = sp.Dummy(real=True)  # replaces a symbol whose own assumptions would exclude a part of the real line
 
 
@@ -81,7 +84,10 @@ def _declared(parameter):
 
 def _within(parameter, relations, assumptions):
     allowed = assumed_range(parameter, assumptions)
-    found = _solutions(relations, parameter)
+    try:
+        found = _solutions(relations, parameter)
+    except TypeError:  # SymPy cannot compare ends such as 2**(sqrt(3)/9)
+        return sp.And(*relations)
     if found.has(sp.ConditionSet):
         return sp.And(*(_throughout(relation, parameter, allowed) for relation in relations))
     if allowed.is_subset(found):
@@ -137,11 +143,16 @@ def _solution(condition):
     if isinstance(condition, sp.Rel):
         parts = [sp.Poly(part, _ANYTHING) for part in sp.fraction(sp.together(condition.lhs - condition.rhs))]
         exact = all(part.domain.is_ZZ or part.domain.is_QQ for part in parts)
-        if not (_has_short_roots(parts) if exact else max(part.degree() for part in parts) <= 2):
+        if not (_has_short_roots(parts) if exact else _is_short(condition, parts)):
             return sp.ConditionSet(_ANYTHING, condition, sp.S.Reals)
         if exact:
             return reduce_rational_inequalities([[condition]], _ANYTHING, relational=False)
     return sp.solveset(condition, _ANYTHING, sp.S.Reals)
+
+
+def _is_short(condition, parts):
+    """Tell whether SymPy solves a condition with other coefficients, as sin(1) and sqrt(2), in about a second."""
+    return max(part.degree() for part in parts) <= 2 and not is_longer(condition, SHORT)
 
 
 def _has_short_roots(parts):

@@ -8,6 +8,7 @@ roots of several polynomials, as the eigenvalues of a matrix are those of the bl
 """
 
 import sympy as sp
+from sympy.functions.elementary.hyperbolic import HyperbolicFunction
 
 from asympk.errors import NotDerivable
 from asympk.symbolic.conditions import reduce_under
@@ -21,13 +22,16 @@ _U = sp.Dummy("u", real=True)
 
 def characteristic(matrix: sp.Matrix) -> tuple[sp.Expr, ...]:
     """Return the coefficients of det(s - matrix), from the highest."""
-    if matrix.rows == 1:
-        return sp.S.One, -matrix[0]
     names, own = named_exponentials(sp.Tuple(*matrix))
     entries = matrix.xreplace(names).to_DM()  # ``Matrix.charpoly`` compares the entries of blocks, and fails at a root
     found = map(entries.domain.to_sympy, entries.charpoly_base())
-    return tuple((sp.simplify(c) if entries.domain.is_EXRAW and not is_longer(c, LONG) else c).xreplace(own)
-                 for c in found)
+    return tuple((_simplified(c) if entries.domain.is_EXRAW else c).xreplace(own) for c in found)
+
+
+def _simplified(coefficient):
+    """Simplify a coefficient that is short, without hyperbolic functions, for which SymPy factors in complex ones."""
+    slow = is_longer(coefficient, LONG) or coefficient.has(HyperbolicFunction)
+    return coefficient if slow else sp.simplify(coefficient)
 
 
 def spectra(matrix: sp.Matrix) -> Spectra:

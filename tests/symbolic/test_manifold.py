@@ -571,6 +571,14 @@ def test_a_condition_on_a_cubic_with_irrational_coefficients_is_not_solved(monke
     assert reduce_under(condition, sp.true) == condition
 
 
+def test_conditions_between_ends_that_sympy_does_not_compare_stay_as_they_are():
+    """It raised a TypeError of SymPy."""
+    force = (3 * sp.Abs(y) ** sp.Rational(2, 3) - 1) * (2 ** (y / 2) / 2 - 2 ** (y - 1) + x)
+    found = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
+    lower = next(m for m in found if m.branch[y] == -sp.sqrt(3) / 9)
+    assert [str(lower.stability.subs(x, place)) for place in (-1, 1)] == ["unstable", "stable"]
+
+
 def test_two_equations_have_the_branches_of_their_factors():
     found = critical_manifolds(ap.System.smooth({x: -x}, {y: (z - x) * (y + sp.exp(y) - x), z: y - z}, mu))
     root = x - sp.LambertW(sp.exp(x))
