@@ -540,7 +540,7 @@ def test_options_replace_numbers_of_any_scene_by_the_names_that_it_has(capsys):
     assert main(["solve", "chalk", "--set", "f=1", "--set", "u=-0.1", "--until", "0.01", "--json"]) == 0
     chalk = turned(ap.read_scene("chalk"), {"f": 1}, {"u": "-0.1"}, "0.01")
     assert json.loads(capsys.readouterr().out)["final"] == list(ap.solve(chalk).final)
-    assert main(["solve", "arm", "--set", "f=1/2", "--set", "z=1/5", "--until", "0.01", "--json"]) == 0
+    assert main(["solve", "arm", "--set", "f=1/2", "--set", "x=1/5", "--until", "0.01", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["modes"] == ["slip_same"]
     assert main(["solve", "chalk", "--mu", "1e-3"]) == 2
     assert "'mu' is no parameter; choose one of m, P, f" in capsys.readouterr().err
