@@ -288,9 +288,9 @@ class Mechanism(ShownAsFormulas):
         ``compliance`` is a Symbol c with ``damping`` a time h, or ``eps**2`` with ``damping`` a multiple of eps, 0
         included. The damping may depend on coordinates, rates and time. The states are the coordinates, the reaction x,
         its rate y, the sliding velocity z, and the rates of the last coordinates that complete g' and z to a basis of
-        the velocities at all places, or all rates if none do. The ``others`` have reactions x2, x3, ... of the same
-        compliance and damping; with others the rates complete all g', and no sliding velocity is a state. A gap rate
-        that depends on those before, as at a third support of a beam, adds no y.
+        the velocities at all places. If none do, these are all rates, from which y and z follow. The ``others`` have
+        reactions x2, x3, ... of the same compliance and damping; with others the rates complete all g', and no sliding
+        velocity is a state. A gap rate that depends on those before, as at a third support of a beam, adds no y.
         With a damping time h, R = max(0, x + h y): a contact that has opened and returns pushes already at the gap
         h |g'|. So motions with flights need ``eps**2``. Raises ``InputError`` for other scalings, ``NotDerivable``.
         """
