@@ -156,14 +156,18 @@ def _at_once(solver, end, most, longest):
 
 def _one_by_one(solver, end, most, longest):
     """Do the same, and keep the steps: heyoka's own output of them is compiled anew each time."""
-    times, series, hit, short = [float(solver.time)], [], None, ""
-    while len(series) < most and hit is None and not short and times[-1] < end:
-        outcome, *_, made, _, _ = solver.propagate_until(end, max_steps=1, max_delta_t=longest, write_tc=True)
-        hit, short = _reason(int(outcome))
-        if made:
-            times.append(float(solver.time))
-            series.append(solver.tc.copy())
-    return hit, short, len(series), _Steps(times, np.array(series)) if series else None
+    times, series = [float(solver.time)], []
+
+    def kept(_=None):
+        times.append(float(solver.time))
+        series.append(solver.tc.copy())
+        return True
+
+    outcome, *_, made, _, _ = solver.propagate_until(
+        end, max_steps=most, max_delta_t=longest, callback=kept, write_tc=True)
+    if made > len(series):  # none is told of a step that ends at an event
+        kept()
+    return *_reason(int(outcome)), len(series), _Steps(times, np.array(series)) if series else None
 
 
 def _place(solver, t, state):
