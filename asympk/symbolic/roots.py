@@ -321,8 +321,12 @@ def _has_factor(told, force, y, test):
         return False
     if heavy(force):
         return told.has(y)
-    return any(factor.has(*names) and test(factor, names)
-               for factor, _ in sp.factor_list(told, y, *names)[1])
+    return any(factor.has(*names) and test(factor, names) for factor, _ in _factor_list(told, [y, *names]))
+
+
+def _factor_list(told, symbols):
+    """Return the factors of a polynomial with their powers; where it lacks one of the symbols, SymPy may find none."""
+    return sp.factor_list(told, *(s for s in symbols if told.has(s)))[1]
 
 
 def _has_none_at_last(equal_zero, unknowns):
@@ -424,7 +428,7 @@ def factors_of(force: sp.Expr, unknowns: Collection[sp.Symbol]) -> list[sp.Expr]
     told, own = sp.fraction(sp.together(force.xreplace(names)))[0], {name: f for f, name in names.items()}
     if not told.is_polynomial(*unknowns, *own):
         return [force]
-    found = sp.factor_list(told, *unknowns, *own)[1]
+    found = _factor_list(told, [*unknowns, *own])
     factors = [factor.xreplace(own) for factor, _ in found]
     return [f for f in factors if not f.is_nonzero] if sum(power for _, power in found) > 1 else [force]
 

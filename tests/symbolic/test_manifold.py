@@ -662,7 +662,7 @@ def test_a_state_beside_several_exponentials_of_its_own_has_an_implicit_branch_w
 @pytest.mark.parametrize("force", [
     x - sp.sin(y) - sp.sin(sp.pi * y), sp.cos(y) - x + sp.sqrt(1 + sp.sin(y)), x - sp.atan(y) - sp.tanh(y),
     x + sp.sqrt(1 + y**2 * sp.tanh(x + 2 * y) ** 2), x + sp.tanh(sp.sqrt(sp.atan(y) ** 2 + 1)),
-    x - sp.exp(y) - sp.log(y),
+    x - sp.exp(y) - sp.log(y), x * sp.tan(y / 2) - sp.sqrt(2) * sp.sqrt(y) + sp.sin(y - 3),
 ])
 def test_several_functions_of_a_state_in_one_factor_have_an_implicit_branch_without_a_search(force, monkeypatch):
     """SymPy sought the roots of cos(y) + sqrt(1 + sin(y)) = x for more than 5 minutes."""
