@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from asympk.errors import AsympkError, Undecided, Unfinished
+from asympk.integrators.stepped import UNBOUNDED
 from asympk.many import require_mappings
 from asympk.methods import solve
 from asympk.numbers import common_shape, unread
@@ -87,7 +88,8 @@ def rungs(scene: Scene, allowed: float = inf) -> tuple[Rung, ...]:
     found.append((Rung("exact", None, reason=why), None) if exact is None else
                  (Rung("exact", _exact_error(scene, exact), cost=seconds(scene, "exact", {})), exact.final))
     try:
-        left: dict[str, Any] = {"seconds": end - monotonic()} if exact is None or "why" in exact.info else {}
+        stepped = exact is None or "why" in exact.info
+        left: dict[str, Any] = {"seconds": min(max(end - monotonic(), 0), UNBOUNDED)} if stepped else {}
         digits = OF_ROD if scene.system is None else REFERENCE_DIGITS
         reference = solve(scene, digits=digits, **left).final
     except (Undecided, Unfinished):

@@ -22,17 +22,14 @@ _ADDRESS = re.compile(r"(?:(?:tcp|tls|ws|wss|ucx)://)?([^/\s:]+|\[[0-9a-fA-F:.]+
 
 @contextmanager
 def deaf_children() -> Iterator[None]:
-    """Keep Ctrl-C, where signals can be masked, from the processes that the block starts: also while they import.
-
-    In this process Ctrl-C and SIGTERM wait until the processes are started.
-    """
+    """Keep Ctrl-C, where signals can be masked, from the processes that the block starts: also while they import."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
     from multiprocessing import resource_tracker
 
     resource_tracker.ensure_running()  # its start, which is a part of that of the first process, unmasks Ctrl-C
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
@@ -95,10 +92,8 @@ class Processes(Executor):
 
 
 def _start_worker(awaited):
-    """Ignore Ctrl-C, hear SIGTERM, and leave when the parent process is gone or closes the other end of ``awaited``."""
+    """Ignore Ctrl-C, and leave when the parent process is gone or closes the other end of ``awaited``."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if hasattr(signal, "pthread_sigmask"):
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
     _AT_REST.acquire()
     threading.Thread(target=_leave, args=(awaited,), daemon=True).start()
 

@@ -737,12 +737,13 @@ def test_a_mechanism_with_a_c_and_an_h_of_its_own_keeps_them_beside_those_of_the
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent otherwise there")
-def test_ctrl_c_ends_the_command_cleanly():
+@pytest.mark.parametrize("sent", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.further)])
+def test_an_interruption_ends_the_command_cleanly(sent):
     command = hearing("explore", "backward", "--no-browser")
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
         assert running.stdout.readline().startswith("http://127.0.0.1:")
         assert running.stdout.readline() == "Ctrl-C ends it.\n"
-        running.send_signal(signal.SIGINT)
+        running.send_signal(sent)
         try:
             _, complaint = running.communicate(timeout=60)
         finally:
