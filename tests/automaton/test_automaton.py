@@ -189,7 +189,7 @@ def test_a_mechanism_without_weight_at_rest_on_an_elastic_contact_stays_at_rest(
     start = bead.start(soft, {"r": 1, "phi": 1, "r'": 0, "phi'": 0})
     path = ap.solve(ap.Scene(system=soft, values={w: 0, eps: "1e-3"}, start=start, until=1))
     assert path.modes == ("stick",)
-    assert path.final == (1, 1, 0, 0, 0)
+    assert path.final == (1, 1, 0, 0, 0, 0, 0)  # r, phi, x, their rates, y, z
 
 
 @pytest.mark.parametrize("options", [{}, {"digits": 20}, {"method": "radau"}])
