@@ -131,7 +131,7 @@ def _stops(kinetics: Kinetics) -> sp.Basic:
     if not bound.free_symbols & {*kinetics.velocities}:
         return sp.true
     law = _at_velocity(kinetics, bound, gamma)
-    if law.has(*kinetics.velocities) or sp.Tuple(*_at_rest(kinetics, bound)).has(*NOT_FINITE):
+    if law.has(*kinetics.velocities) or sp.Tuple(*_at_rest(kinetics, bound)).has(*NOT_FINITE, sp.I):
         return sp.false
     G = kinetics.delassus
     return Stops(sp.Lambda(gamma, law), kinetics.slip, G[0, 0], modulus(G[0, 1]), G[1, 1])
