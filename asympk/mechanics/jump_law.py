@@ -147,7 +147,7 @@ def _rests(kinetics: Kinetics) -> sp.Basic:
     gained = (gain * -kinetics.slip for gain in kinetics.slip_impact)
     after = {u: u + gain for u, gain in zip(kinetics.velocities, gained, strict=False)}
     static = _at_velocity(kinetics, kinetics.static, sp.S.Zero).subs(after, simultaneous=True)
-    if static.has(*NOT_FINITE):
+    if static.has(*NOT_FINITE, sp.I):
         raise NotDerivable(f"static friction {kinetics.static!s:.60} has no value at rest; follow the elastic contact")
     return sp.And(*(sp.Ge(static, kinetic) for kinetic in _at_rest(kinetics, kinetics.friction)))
 
