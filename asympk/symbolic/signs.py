@@ -14,7 +14,7 @@ from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.inverses import InverseForm
 from asympk.symbolic.long import atoms, common_divisor, in_factors, named_exponentials
 
-HIGHEST = 12  # the highest multiple of an angle up to which waves are written as polynomials
+HIGHEST = 24  # the highest degree of a polynomial in the sine and cosine of one angle whose roots are counted
 _WAVES = (sp.sin, sp.cos, sp.tanh)
 
 
@@ -155,26 +155,37 @@ def _never_negative_in_tangent(expr):
     It is a quotient of polynomials in the tangent of half that angle. The number has one sign if no real root of the
     numerator has an odd multiplicity.
     """
-    angles = [wave.args[0] for wave in expr.atoms(sp.sin, sp.cos)]
-    ratios = [sp.cancel(angle / angles[0]) for angle in angles]
-    if not angles or not all(ratio.is_Rational for ratio in ratios):
+    waves = [*expr.atoms(sp.sin, sp.cos)]
+    ratios = [sp.cancel(wave.args[0] / waves[0].args[0]) for wave in waves]
+    others = expr.xreplace(dict.fromkeys(waves, sp.S.One)).free_symbols
+    if not waves or others or not all(ratio.is_Rational for ratio in ratios):
         return False
     unit, x = common_divisor(ratios), sp.Dummy(real=True)
-    if max(map(abs, ratios)) > HIGHEST * unit:
+    orders = {wave: ratio / unit for wave, ratio in zip(waves, ratios, strict=True)}
+    if sum(_degree(part, orders) for part in sp.fraction(sp.together(expr))) > HIGHEST:
         return False
     s, c = 2 * x / (1 + x**2), (1 - x**2) / (1 + x**2)
-    told = {}
-    for angle, ratio in zip(angles, ratios, strict=True):
-        k = abs(ratio / unit)
-        told |= {sp.cos(angle): sp.chebyshevt(k, c), sp.sin(angle): sp.sign(ratio) * s * sp.chebyshevu(k - 1, c)}
-    if (found := expr.xreplace(told)).free_symbols != {x} or not found.is_rational_function(x):
+    found = expr.xreplace({
+        wave: sp.chebyshevt(abs(k), c) if wave.func == sp.cos else sp.sign(k) * s * sp.chebyshevu(abs(k) - 1, c)
+        for wave, k in orders.items()})
+    if not found.is_rational_function(x):
         return False
     above, below = sp.fraction(sp.cancel(sp.together(found)))
     numerator = sp.Poly(above * below, x)
     if not (numerator.domain.is_QQ or numerator.domain.is_ZZ) or sp.Poly(below, x).count_roots():
         return False
     odd = [part for part, power in numerator.sqf_list()[1] if power % 2]
-    return numerator.LC() > 0 and not any(part.count_roots() for part in odd)
+    return bool(numerator.LC() > 0) and not any(part.count_roots() for part in odd)
+
+
+def _degree(expr, orders):
+    """Return a bound of the degree of sums of products of waves, each of which is of the order of its angle."""
+    if expr in orders:
+        return abs(orders[expr])
+    parts = [_degree(part, orders) for part in expr.args]
+    if expr.is_Pow and expr.exp.is_Integer:
+        return parts[0] * abs(expr.exp)
+    return sum(parts) if expr.is_Mul else max(parts, default=0)
 
 
 def _at_ends(expr, facts):
