@@ -26,7 +26,7 @@ from asympk.automaton.decide import is_of_numbers, without_value_soon
 from asympk.automaton.loop import Run, Segment, follow, lost_with
 from asympk.automaton.numericmode import NumericMode
 from asympk.digits import FixedPoint, carried, carrier_context, dot, fixed_point
-from asympk.errors import OutOfRange, TooManyEvents, Unfinished
+from asympk.errors import AsympkError, OutOfRange, TooManyEvents, Unfinished
 from asympk.integrators.growth import LOST, grown, growth, linearised
 from asympk.integrators.integrate import AT_REST
 from asympk.integrators.singular import followed
@@ -202,7 +202,9 @@ def _tried(scheme: Scheme, t: Any, state: tuple, h: Any) -> tuple[list[FixedPoin
     try:
         slopes = _step(scheme, t, state, h)
         return slopes, _left_out(scheme, t, state, slopes, h) if slopes else inf
-    except (OverflowError, ZeroDivisionError, TypeError) as error:
+    except AsympkError:
+        raise
+    except (ArithmeticError, TypeError, ValueError) as error:
         if not is_of_numbers(error):
             raise
         return None, inf

@@ -188,7 +188,7 @@ def finished(
     if not last.short:
         return path
     advice = next(words for begin, words in ADVICE.items() if last.short.startswith(begin))
-    what = without_value_after(automaton_of(scene), last) or "a rate or its slope"
+    what = (last.short == LEFT and without_value_after(automaton_of(scene), last)) or "a rate or its slope"
     raise Unfinished(f"method {method!r}: {status}; {advice.format(what=what)}", path)
 
 

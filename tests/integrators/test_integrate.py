@@ -669,10 +669,11 @@ def test_a_motion_that_ends_where_rates_have_values_is_followed_to_its_end(metho
 @pytest.mark.parametrize(
     ("push", "law", "words"),
     [(0, lambda q, t: sp.sqrt(q - 1), r"t = 1\.7076.* kinetic = sqrt\(q - 1\) is no finite real number"),
+     (0, lambda q, t: (q - 1) ** sp.Rational(1, 3), r"t = 1\.6515.* kinetic = \(q - 1\)\*\*\(1/3\) is no finite real"),
      (lambda q, t: sp.log(2 - t), None, r"t = 2\b.* log\(2 - t\) in v' = .* is no finite real number"),
      (0, lambda q, t: sp.sqrt(2 - t), r"kinetic = sqrt\(2 - t\) is not a finite real number at t = 2;")],
 )
-@pytest.mark.few(3)
+@pytest.mark.few(4)
 def test_a_term_that_ceases_to_be_real_along_a_motion_is_named_with_the_time(options, push, law, words):
     """A run said that a rate or its slope is not real, at t = 0 where the slope of the term is infinite at its end."""
     q, v, F, t = sp.symbols("q v F t", real=True)
