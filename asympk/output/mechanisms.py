@@ -174,8 +174,8 @@ def jump_lines(described: Described) -> list[str]:
     closed = law.condition.xreplace({rod.own(keeps_gap(rod.plain)): sp.true})  # a departure is told by its own line
     if not _value(described, closed):
         if _excess(described) > 0 and _slides_into_it(described):
-            return ["jump            none that stops the contact: friction falls below the critical one before, and "
-                    "sliding goes on; follow the elastic contact"]
+            return ["jump            no law: sliding goes on, as friction falls below the critical one before the stop,"
+                    " or static friction is below the kinetic one at rest; follow the elastic contact"]
         return ["jump            none from here: no paradox, or the contact slides out of it"]
     normal, tangential = (_value(described, part) for part in law.impulses)
     rates = [float(_value(described, law.velocities[own])) for own in rod.velocities]

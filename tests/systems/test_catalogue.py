@@ -193,7 +193,8 @@ def test_where_a_paradox_is_looked_for_at_samples_the_screen_says_so(friction, t
 @pytest.mark.parametrize(("law", "told"), [
     ("f*(1 + abs(S))", "impulses P_N = 0.303186, P_T = 0.404311 stop the contact"),
     ("f/2*(1 + abs(S))", "impulses P_N = 0.303186, P_T = 0.404311 stop the contact"),
-    ("f/2*(1/2 + abs(S))", "none that stops the contact: friction falls below the critical one before"),
+    ("f/2*(1/2 + abs(S))", "no law: sliding goes on, as friction falls below the critical one before the stop"),
+    ('f + exp(-5*abs(S))"\nstatic = "5/2', "or static friction is below the kinetic one at rest"),
     ("f*max(1, abs(S))", "impulses P_N = 0.303186, P_T = 0.404311 stop the contact"),
     ("f*max(1, X')", "friction depends on velocities other than the sliding one"),
 ])
