@@ -38,7 +38,7 @@ from asympk.symbolic.sides import (
     system_on_sides,
     with_real_powers,
 )
-from asympk.symbolic.switches import Switch, exprs_of, middles_of, switches
+from asympk.symbolic.switches import Middle, Switch, exprs_of, middles_of, switches
 from asympk.symbolic.system import Friction, System
 
 RECORD = 300  # most phases of the time, as a record of ground motion has, on whose sides a model may ask for a mode
@@ -245,16 +245,11 @@ class GuardedMode:
         return divisors_of(self.rates, self.moving)
 
     @cached_property
-    def middles(self) -> tuple[Switch, ...]:
-        """The phases at whose zeros, but for those of guards and poles, a rate or guard may have a narrow bump."""
+    def middles(self) -> tuple[Middle, ...]:
+        """Where, but at the zeros of guards and poles, a rate or guard may have the middle of a bump."""
         found = middles_of((*self.rates, *self.guard_values), self.system.states, self.system.time)
         ends = {phase_of(value)[0] for value in (*self.guard_values, *self.poles)} if found else ()
         return tuple(middle for middle in found if middle.phase not in ends)
-
-    @cached_property
-    def middle_sides(self) -> tuple[sp.Expr, ...]:
-        """The sides of the ``middles``: the sign of a phase, or its whole part."""
-        return tuple(sp.floor(middle.phase) if middle.every else sp.sign(middle.phase) for middle in self.middles)
 
     @property
     def limit_sides(self) -> tuple[sp.Expr, ...]:

@@ -14,6 +14,7 @@ from typing import Any
 
 import sympy as sp
 
+from asympk.automaton.bumps import is_narrow
 from asympk.automaton.compiled import function
 from asympk.automaton.contacts import clear_sign, is_open, nudges
 from asympk.automaton.modes import SWITCH, GuardedMode
@@ -24,7 +25,7 @@ from asympk.symbolic.derivatives import is_bent
 from asympk.symbolic.long import symbols_in
 from asympk.symbolic.removable import SMALL, with_more_digits
 from asympk.symbolic.sides import on_sides
-from asympk.symbolic.switches import Switch, peaks_of, sideless_of, slopes_and_phases, switches_of
+from asympk.symbolic.switches import Middle, Switch, peaks_of, sideless_of, slopes_and_phases, switches_of
 
 DEPENDENT = 2.0**-60  # part of a gradient's square across earlier gradients below which this part is rounding
 FARTHEST = 1e-3  # largest move onto the zero of a guard of forces, by the largest state; beyond, gradients are rounding
@@ -105,13 +106,16 @@ class NumericMode:
             return found
         precise = partial(function, self.mode.system, outputs, "mpmath", directions=directions,
                           coefficients=self.coefficients)
-        return with_more_digits(found, self._compiled(self.mode.removable), lambda m: precise(functions=m),
+        return with_more_digits(found, self._removable, lambda m: precise(functions=m),
                                 self.functions)
+
+    @cached_property
+    def _removable(self) -> Callable[..., tuple]:
+        return self._compiled(self.mode.removable)
 
     def is_beside_limit(self, t: Any, state: Sequence) -> bool:
         """Tell whether rounding is large in a rate that is 0/0 at a place near (t, state) and has a limit there."""
-        powers = self._compiled(self.mode.removable)(t, *state, *self.p) if self.mode.removable else ()
-        return any(abs(power) < SMALL for power in powers)
+        return bool(self.mode.removable) and min(map(abs, self._removable(t, *state, *self.p))) < SMALL
 
     @cached_property
     def guards(self) -> Callable[..., tuple]:
@@ -133,22 +137,28 @@ class NumericMode:
         return self.divisors(t, *state, *self.p) if self.mode.poles else ()
 
     @cached_property
-    def middles(self) -> Callable[..., tuple]:
-        """The phases of the middles of bumps as a function of (t, *state, *p)."""
-        return self._compiled(tuple(middle.phase for middle in self.mode.middles))
+    def middles(self) -> tuple[Middle, ...]:
+        """The middles of bumps that may be narrow with the parameters of the mode."""
+        parameters = self.mode.system.parameters
+        return tuple(middle for middle in self.mode.middles if not middle.every or any(
+            is_narrow(bump, middle.angle, parameters, self.p[: len(parameters)]) for bump in middle.bumps))
+
+    @cached_property
+    def _phases_of_middles(self) -> Callable[..., tuple]:
+        return self._compiled(tuple(middle.phase for middle in self.middles))
 
     def middle_values(self, t: Any, state: State) -> tuple:
-        """Return the phases of the middles of bumps."""
-        return self.middles(t, *state, *self.p)
+        """Return the phases of the ``middles``."""
+        return self._phases_of_middles(t, *state, *self.p)
 
     @cached_property
     def middle_sides(self) -> Callable[..., tuple]:
-        """The sides of the middles of bumps as a function of (t, *state, *p)."""
-        return self._compiled(self.mode.middle_sides)
+        """The sides of the ``middles`` as a function of (t, *state, *p)."""
+        return self._compiled(tuple(middle.side for middle in self.middles))
 
     def sides_of_middles(self, t: Any, state: State) -> tuple:
-        """Return the sides of the middles of bumps, which differ at the ends of a step that passes one."""
-        return self.middle_sides(t, *state, *self.p) if self.mode.middles else ()
+        """Return the sides of the ``middles``."""
+        return self.middle_sides(t, *state, *self.p) if self.middles else ()
 
     def require_one_side(self, before: tuple, t: Any, state: State, since: Any = None, begun: Any = None) -> tuple:
         """Return the divisors of the rates; raises ``Pole`` if one has changed its sign since ``before``.

@@ -259,13 +259,13 @@ def _has_passed_over(
     The step is looked at until the time ``end`` in it; ``before`` and ``faded`` are as in ``_lost``.
     """
     mode, start = scheme.mode, 0 * end
-    if not mode.mode.middles:
+    if not mode.middles:
         return any(_misses_rates(scheme, step, *place) for place in places)
 
     def values(at: Any) -> tuple:
         return mode.middle_values(step.t + at, _at(scheme.tableau, step, at))
 
-    ends = zip(mode.mode.middles, values(start), values(end), strict=True)
+    ends = zip(mode.middles, values(start), values(end), strict=True)
     passed = [(k, n) for k, (own, a, b) in enumerate(ends) for n in passed_wholes(own.every, a, b)]
     middles = [_root(lambda at, k=k, n=n: values(at)[k] - n, start, end, scheme.tolerance) for k, n in passed]
     times = [at for middle in middles for part in BESIDE_BUMPS if start < (at := middle + part * step.h) < end]

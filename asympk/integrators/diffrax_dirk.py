@@ -55,7 +55,9 @@ class KvaernoSteps:
         p, w = (np.array(v, dtype=float) for v in (mode.p, state))
         with jax.enable_x64(True):
             self.carry = np.array(t), np.array(t), w, *template(len(w), len(p))
-        self.fixed = p, together.index(mode.mode), settings.rtol, settings.atol
+        wide = {middle.side for middle in {*mode.mode.middles} - {*mode.middles}}
+        narrow = np.array([side not in wide for side in _equally_many(together, _sides)(mode.mode)])
+        self.fixed = p, together.index(mode.mode), narrow, settings.rtol, settings.atol
         self.longest = self.own = settings.longest
         self.t_old, self.t, self.y_old, self.y = t, t, w, w
 
@@ -113,8 +115,7 @@ def _compiled(modes, coefficients):
     import jax
     import jax.numpy as jnp
 
-    watched, sided = (_equally_many(modes, of) for of in (
-        lambda m: m.watched, lambda m: (*m.middle_sides, *m.limit_sides)))
+    watched, sided = (_equally_many(modes, of) for of in (lambda m: m.watched, _sides))
     field, guards, rates, sides = (_chosen(modes, coefficients, *which) for which in (
         (lambda m: m.rates,), (watched,), (watched, lambda m: (m.flow,)), (sided,)))
     term = diffrax.ODETerm(lambda t, w, args: field(t, w, *args))
@@ -123,7 +124,7 @@ def _compiled(modes, coefficients):
         return Look(t, guards(t, w, *args), rates(t, w, *args)), sides(t, w, *args)
 
     @jax.jit
-    def run(first, carry, due, most, until, longest, p, index, rtol, atol):
+    def run(first, carry, due, most, until, longest, p, index, narrow, rtol, atol):
         control, solver = _method(rtol, atol)
         args = p, index
         carry = jax.lax.cond(first, lambda c: _begun(term, control, solver, *c[:3:2], until, args), lambda c: c, carry)
@@ -132,7 +133,7 @@ def _compiled(modes, coefficients):
             (t, after, *_), _, _, made, of_interest, _, vain = all_
             return (made < most) & (t < due) & (after > t) & ~of_interest & (vain < IDLE)
 
-        attempt = _attempt(term, control, solver, look, until, longest, args)
+        attempt = _attempt(term, control, solver, look, until, longest, narrow, args)
         t, _, w, *_ = carry
         carry, t_old, w_old, made, _, _, vain = jax.lax.while_loop(
             go_on, attempt, (carry, t, w, 0, jnp.asarray(False), look(t, w, args), 0))
@@ -147,6 +148,11 @@ def _compiled(modes, coefficients):
         return jax.tree_util.tree_map(lambda leaf: np.zeros(leaf.shape, leaf.dtype), shapes)[3:]
 
     return template, run
+
+
+def _sides(mode):
+    """Return the sides of the middles of bumps and of 0/0 in a mode."""
+    return *(middle.side for middle in mode.middles), *mode.limit_sides
 
 
 def _equally_many(modes, of):
@@ -180,7 +186,7 @@ def _begun(term, control, solver, t, w, until, args):
     return t, after, w, solver.init(term, t, after, w, args), state, jnp.asarray(False)
 
 
-def _attempt(term, control, solver, look, until, longest, args):
+def _attempt(term, control, solver, look, until, longest, narrow, args):
     """Return the function that tries one step, which is accepted or tried again with a smaller step size."""
     import jax
     import jax.numpy as jnp
@@ -195,7 +201,7 @@ def _attempt(term, control, solver, look, until, longest, args):
             t, after, w, new, args, error, solver.error_order(term), state)
         seen = now, sides = look(after, new, args)
         lost = jnp.any((now.values <= 0) | jnp.stack([near(before[0], now, k) for k in range(len(now.values))]))
-        lost |= jnp.any(sides != before[1])
+        lost |= jnp.any((sides != before[1]) & narrow)
         keep = lambda a, b: jax.tree_util.tree_map(lambda one, other: jnp.where(kept, one, other), a, b)  # noqa: E731
         following = begin, jnp.minimum(end, until), keep(new, w), keep(inner_new, inner), state, jumped
         return (following, *keep((t, w, made + 1, lost, seen, 0), (t_old, w_old, made, False, before, vain + 1)))

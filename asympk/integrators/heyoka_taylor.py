@@ -114,7 +114,6 @@ class _Taylor:
         kept = _Steps(found.times[: missed + 1], found.series[:missed]) if missed else None
         return None, "", missed + 1, kept
 
-
     def _before_rounding(self, found):
         """Return the steps up to the first, before the last, that ends where rates are rounding, or None."""
         if self.mode.mode.removable:
@@ -234,7 +233,7 @@ def _beside_bumps(found, mode, looks, states):
     if mode.peaked:
         beside[0] += [part * lengths[0] for part in BESIDE_BUMPS]
         beside[-1] += [lengths[-1] + part * lengths[-1] for part in BESIDE_BUMPS]
-    if mode.mode.middles:
+    if mode.middles:
         for step, at in _middles(found, mode, looks, states):
             beside[step] += [at + part * lengths[step] for part in BESIDE_BUMPS]
     return beside if any(beside) else []
@@ -242,7 +241,7 @@ def _beside_bumps(found, mode, looks, states):
 
 def _middles(found, mode, looks, states):
     """Return pairs (step, time from its begin on) of the middles of bumps along states that looks pass."""
-    phases, every = zip(*((middle.phase, middle.every) for middle in mode.mode.middles), strict=True)
+    phases, every = zip(*((middle.phase, middle.every) for middle in mode.middles), strict=True)
     values = _values(mode, phases, looks, states)
     ends = np.minimum(values[:, :-1], values[:, 1:]), np.maximum(values[:, :-1], values[:, 1:])
     wholes = np.where(every, np.floor(ends[1]), 0)

@@ -226,7 +226,7 @@ class Watch:
         begin = tuple(solver.dense_output()(solver.t_old)[: self.size].tolist())
         ends = self.mode.middle_values(solver.t_old, begin), self.mode.middle_values(t, state)
         passed = {}
-        for k, (middle, before, after) in enumerate(zip(self.mode.mode.middles, *ends, strict=True)):
+        for k, (middle, before, after) in enumerate(zip(self.mode.middles, *ends, strict=True)):
             for whole in passed_wholes(middle.every, before, after):
                 longest, times = self.looked_at[k, whole % 4]
                 if times == TRUSTED or abs(after - before) > longest:

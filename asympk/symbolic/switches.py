@@ -26,6 +26,27 @@ class Switch(NamedTuple):
     every: bool
 
 
+class Middle(NamedTuple):
+    """A phase at whose zero a bump may have its middle; of ``bumps`` in a wave, at each of its whole values.
+
+    The phase of a wave counts the quarter turns of its ``angle``; without a wave there is none.
+    """
+
+    phase: sp.Expr
+    angle: sp.Expr | None = None
+    bumps: tuple[sp.Expr, ...] = ()
+
+    @property
+    def every(self) -> bool:
+        """Whether bumps may have their middles at each whole value of the phase."""
+        return self.angle is not None
+
+    @property
+    def side(self) -> sp.Expr:
+        """The sign of the phase, or its whole part: it differs at the ends of a step that passes a middle."""
+        return sp.floor(self.phase) if self.every else sp.sign(self.phase)
+
+
 @lru_cache(maxsize=256)
 def switches_of(system: System) -> tuple[Switch, ...]:
     """Return the switches of a system by the time alone."""
@@ -61,15 +82,16 @@ def peaks_of(system: System) -> tuple[Switch, ...]:
     return tuple(sorted((Switch(line, every=False) for line in lines), key=str))
 
 
-def middles_of(exprs: Iterable[sp.Expr], states: Collection[sp.Symbol], time: sp.Symbol | None) -> tuple[Switch, ...]:
-    """Return the phases at whose zeros, or whole values, smooth bumps may have their middles.
+def middles_of(exprs: Iterable[sp.Expr], states: Collection[sp.Symbol], time: sp.Symbol | None) -> tuple[Middle, ...]:
+    """Return the possible middles of smooth bumps.
 
     A bump along a state, such as exp(-100 (x - 5)^2), or a steep ramp, has its middle where an argument vanishes, or
     where a square has its vertex; one in a wave, such as cos(x)^100, at a quarter turn. Those of lines in the time
     alone are ``peaks_of`` the system.
     """
     bumps = [part for part in atoms(sp.Tuple(*exprs), sp.Pow, sp.Function) if _is_bump(part)]
-    moving, found = {*states, time} - {None}, set[Switch]()
+    waves = {bump: {wave.args[0] for wave in atoms(bump, sp.sin, sp.cos)} for bump in bumps}
+    moving, found = {*states, time} - {None}, set[Middle]()
     for part in atoms(sp.Tuple(*bumps), sp.Pow, sp.Add, sp.Function):
         moved = sorted(part.free_symbols & moving, key=str)
         middle = part.args[0] if not part.is_Add else part.diff(moved[0]) if len(moved) == 1 else sp.S.Zero
@@ -77,9 +99,10 @@ def middles_of(exprs: Iterable[sp.Expr], states: Collection[sp.Symbol], time: sp
             continue
         bent = is_bent((middle,), tuple(moving))
         if isinstance(part, sp.sin | sp.cos):
-            found |= set() if bent else {Switch(2 * middle / sp.pi, every=True)}
+            own = tuple(bump for bump in bumps if middle in waves[bump])
+            found |= set() if bent else {Middle(2 * middle / sp.pi, middle, own)}
         elif middle.is_polynomial(*moving) and (bent or middle.free_symbols & {*states}):
-            found.add(Switch(phase_of(middle)[0], every=False))
+            found.add(Middle(phase_of(middle)[0]))
     return tuple(sorted(found, key=str))
 
 

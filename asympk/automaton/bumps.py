@@ -1,0 +1,44 @@
+"""Which bumps in waves are narrow, in numbers: steps follow those as wide as a wave as they follow the wave."""
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from asympk.symbolic.long import atoms, replaced, symbols_in
+from asympk.symbolic.lowering import lower
+
+QUARTER = 12  # looks in a quarter turn
+NARROW = 2  # looks within which a narrow bump has more than half of its change: 15 degrees
+MOST = 3  # angles on which a bump may depend to be looked at
+
+
+@lru_cache(maxsize=512)
+def is_narrow(bump: sp.Expr, angle: sp.Expr, parameters: tuple[sp.Symbol, ...], values: tuple[Any, ...]) -> bool:
+    """Tell whether a bump may vary along an ``angle`` of its waves much faster than these do.
+
+    It may, too, if it depends on what is no angle of a wave, on more than ``MOST`` angles, or is not finite somewhere.
+    """
+    found = _over_turns(bump, angle, parameters)
+    if found is None:
+        return True
+    size, compiled = found
+    turn = np.arange(4 * QUARTER) * (np.pi / 2 / QUARTER)
+    with np.errstate(all="ignore"):
+        seen = compiled(*np.ix_(*[turn] * size), *map(float, values))[0]
+        change = abs(seen - np.roll(seen, NARROW, axis=0)).max()
+        return not 2 * change <= np.ptp(seen)
+
+
+@lru_cache(maxsize=512)
+def _over_turns(bump, angle, parameters):
+    """Return (number of angles, the bump as a function of the angles, ``angle`` first, and the parameters), or None."""
+    waves = [wave for wave in atoms(bump, sp.sin, sp.cos) if not symbols_in(wave) <= {*parameters}]
+    angles = [angle, *sorted({wave.args[0] for wave in waves} - {angle}, key=str)]
+    turns = dict(zip(angles, sp.symbols(f"turn:{len(angles)}", cls=sp.Dummy, real=True), strict=True))
+    given = *turns.values(), *parameters
+    alone = replaced(bump, {wave: wave.func(turns[wave.args[0]]) for wave in waves})
+    if len(angles) > MOST or not symbols_in(alone) <= {*given}:
+        return None
+    return len(angles), lower(given, (alone,), target="numpy", branching=True).compiled

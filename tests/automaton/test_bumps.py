@@ -1,0 +1,38 @@
+"""Bumps in waves: which are narrow, with the parameters of a scene."""
+
+import pytest
+import sympy as sp
+
+import asympk as ap
+from asympk.systems.automata import automaton_of
+
+a, b, w, v = sp.symbols("a b w v", real=True)
+k = sp.Symbol("k", positive=True)
+
+
+def _middles(push, width):
+    system = ap.System.smooth({a: w, b: v, w: push, v: sp.S.Zero}, {}, None)
+    scene = ap.Scene(system=system, values={k: width} if push.has(k) else {}, start=[1, 1, 1, 1], until=1)
+    return automaton_of(scene).mode(()).middles
+
+
+@pytest.mark.parametrize(("push", "wide", "narrow"), [
+    (1 / (1 + k * sp.cos(a) ** 2), 3, 100),
+    (1 / (1 + k * sp.sin(a - b) ** 2), 3, 100),
+    (sp.exp(-((k * sp.sin(a)) ** 2)), 2, 200),
+    (1 + sp.tanh(k * sp.sin(a)), 2, 200),
+    (sp.cos(a) ** 4 + sp.exp(-k * sp.cos(a)), 1, 1000),
+    (1 / (1 + 1 / k - sp.cos(a) * sp.cos(b)), 1, 1000),
+])
+def test_a_bump_is_watched_if_it_is_narrow_beside_the_way_between_middles(push, wide, narrow):
+    """The inverse mass matrix of an arm is such a bump, as wide as the wave: LSODA took 1.3 times as long."""
+    assert not _middles(push, wide)
+    assert _middles(push, narrow)
+
+
+@pytest.mark.parametrize("push", [
+    1 / (2 + w**2 + sp.cos(a)), 1 / (6 + sp.cos(a) + sp.cos(b) + sp.cos(a - b) + sp.cos(a + b)), 1 / sp.cos(a) ** 2,
+])
+def test_a_bump_is_watched_if_its_width_is_not_known(push):
+    """It depends on what is no angle, on many angles, or is not finite everywhere."""
+    assert any(middle.every for middle in _middles(push, 1))
