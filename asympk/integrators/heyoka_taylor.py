@@ -94,7 +94,7 @@ class _Taylor:
         if short and not self.kept:  # the steps tell where
             _place(solver, *start)
             hit, short, made, found = _one_by_one(solver, end, most, self.longest)
-        if found is not None and (cut := self._before_rounding(found)):
+        if found is not None and (cut := self._before_rounding(found, short)):
             hit, short, made, found = None, "", len(cut.series), cut
         missed, lost = None, None
         if self.looked and found is not None:
@@ -114,10 +114,13 @@ class _Taylor:
         kept = _Steps(found.times[: missed + 1], found.series[:missed]) if missed else None
         return None, "", missed + 1, kept
 
-    def _before_rounding(self, found):
-        """Return the steps up to the first, before the last, that ends where rates are rounding, or None."""
+    def _before_rounding(self, found, short):
+        """Return the steps up to the first that ends where rates are rounding, and that a further one follows, or None.
+
+        One that has failed follows the last if ``short`` is not "".
+        """
         if self.mode.mode.removable:
-            for k, t in enumerate(found.times[1:-1], start=1):
+            for k, t in enumerate(found.times[1:] if short else found.times[1:-1], start=1):
                 if self.mode.is_beside_limit(t, state := found.at(t)):
                     _place(self.solver, t, state)
                     return _Steps(found.times[: k + 1], found.series[:k])

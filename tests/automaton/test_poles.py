@@ -131,6 +131,14 @@ def test_rates_that_are_compiled_as_written_lose_no_digits_beside_a_limit(start,
     assert path.final[1] == pytest.approx(float(area), abs=1e-8)
 
 
+@pytest.mark.parametrize("method", here("heyoka", "kvaerno5"))
+def test_a_step_may_come_to_the_place_itself_where_a_rate_is_0_by_0(method):
+    """The next step of heyoka failed there: every motion that starts as far before it as it ends behind was refused."""
+    system = ap.System.with_frictions({x: sp.S.One, v: sp.sin(x) / x}, {}, [])
+    path = ap.solve(ap.Scene(system=system, start={"x": -1, "v": 0}, until=2), method, rtol=1e-9)
+    assert path.final[1] == pytest.approx(float(2 * mpmath.si(1)), abs=1e-8)
+
+
 @pytest.mark.parametrize("rate", [1 / x, v * x / (v**2 + x**2), sp.sin(1 / x)])
 @pytest.mark.parametrize("options", [{}, {"digits": 25}])
 def test_a_start_is_refused_where_a_rate_has_no_limit(rate, options):
