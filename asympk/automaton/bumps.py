@@ -1,5 +1,6 @@
 """Which bumps in waves are narrow, in numbers: steps follow those as wide as a wave as they follow the wave."""
 
+from contextlib import suppress
 from functools import lru_cache
 from typing import Any
 
@@ -7,7 +8,7 @@ import numpy as np
 import sympy as sp
 
 from asympk.symbolic.long import atoms, replaced, symbols_in
-from asympk.symbolic.lowering import lower
+from asympk.symbolic.lowering import NoFunction, lower
 
 QUARTER = 12  # looks in a quarter turn
 NARROW = 2  # looks within which a narrow bump has more than half of its change: 15 degrees
@@ -18,7 +19,8 @@ MOST = 3  # angles on which a bump may depend to be looked at
 def is_narrow(bump: sp.Expr, angle: sp.Expr, parameters: tuple[sp.Symbol, ...], values: tuple[Any, ...]) -> bool:
     """Tell whether a bump may vary along an ``angle`` of its waves much faster than these do.
 
-    It may, too, if it depends on what is no angle of a wave, on more than ``MOST`` angles, or is not finite somewhere.
+    It may, too, if it depends on what is no angle of a wave, or on more than ``MOST`` angles, or if NumPy has no
+    finite value of it somewhere.
     """
     found = _over_turns(bump, angle, parameters)
     if found is None:
@@ -41,4 +43,6 @@ def _over_turns(bump, angle, parameters):
     alone = replaced(bump, {wave: wave.func(turns[wave.args[0]]) for wave in waves})
     if len(angles) > MOST or not symbols_in(alone) <= {*given}:
         return None
-    return len(angles), lower(given, (alone,), target="numpy", branching=True).compiled
+    with suppress(NoFunction):
+        return len(angles), lower(given, (alone,), target="numpy", branching=True).compiled
+    return None

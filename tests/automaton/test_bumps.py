@@ -32,7 +32,8 @@ def test_a_bump_is_watched_if_it_is_narrow_beside_the_way_between_middles(push, 
 
 @pytest.mark.parametrize("push", [
     1 / (2 + w**2 + sp.cos(a)), 1 / (6 + sp.cos(a) + sp.cos(b) + sp.cos(a - b) + sp.cos(a + b)), 1 / sp.cos(a) ** 2,
+    sp.gamma(2 + sp.sin(a)),
 ])
 def test_a_bump_is_watched_if_its_width_is_not_known(push):
-    """It depends on what is no angle, on many angles, or is not finite everywhere."""
+    """It depends on what is no angle, on many angles, is not finite everywhere, or is no function of NumPy."""
     assert any(middle.every for middle in _middles(push, 1))
