@@ -564,6 +564,11 @@ def test_where_a_mode_holds_in_a_part_of_a_turn_an_implicit_branch_stands_for_th
     assert [str(m.stability.subs(place)) for m in here] == ["unstable"]
 
 
+def test_an_exponential_that_is_small_everywhere_does_not_vanish():
+    (found,) = critical_manifolds(ap.System.smooth({x: -x}, {y: sp.exp(-100 * x**2 - 200) * (sp.exp(y) - x)}, mu))
+    assert found.exists == (x > 0)
+
+
 def test_a_condition_on_a_cubic_with_irrational_coefficients_is_not_solved(monkeypatch):
     """SymPy sought the roots of such conditions for a minute."""
     monkeypatch.setattr(sp, "solveset", None)
