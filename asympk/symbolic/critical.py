@@ -361,19 +361,18 @@ def _branches(mode, small):
     complete = [form for s in complete for form in real_forms(s)
                 if (told and form is s) or all(is_zero_on(g, form) for g in equal_zero)]
     branches = [sp.Dict({y: by_powers(h, tuple(mode.slow)) for y, h in s.items()}) for s in complete]
-    return branches + [_implicit(mode)] * _has_further_turns(mode, equal_zero[0], equal_zero[0])
+    return branches + [_implicit(mode)] * _has_further_turns(mode, equal_zero)
 
 
 def _implicit(mode):
     return sp.Dict({y: y for y in mode.fast})
 
 
-def _has_further_turns(mode, factor, force):
-    """Tell whether a factor of g has other branches in further turns: g has no turn, or the mode ends at some y."""
-    y, *others = mode.fast
-    if others or whole_turn(factor, y) is None:
-        return False
-    return whole_turn(force, y) is None or mode.where.has(y)
+def _has_further_turns(mode, equal_zero):
+    """Tell whether a factor of g has other branches in further turns of y: g has none, or the mode ends at some y."""
+    factors = (factor for g in equal_zero for factor in factors_of(g, mode.fast))
+    turning = {y for factor in factors for y in mode.fast if whole_turn(factor, y) is not None}
+    return any(mode.where.has(y) or any(g.has(y) and whole_turn(g, y) is None for g in equal_zero) for y in turning)
 
 
 def _by_value(mode, small, equal_zero):
@@ -382,12 +381,12 @@ def _by_value(mode, small, equal_zero):
     The others are also the roots in all turns of a factor where g has no turn.
     """
     implicit = _implicit(mode)
-    choices = [*product(*(factors_of(g, [*mode.fast]) for g in equal_zero))]
+    choices = [*product(*(factors_of(g, mode.fast) for g in equal_zero))]
     parts = (replace(mode, fast=sp.Dict(dict(zip(mode.fast, choice, strict=True)))) for choice in choices)
-    found = [branch for part in parts for branch in _branches(part, small)] if len(choices) > 1 else [implicit]
+    alone = choices == [tuple(equal_zero)]
+    found = [implicit] if alone else [branch for part in parts for branch in _branches(part, small)]
     closed = [b for b in dict.fromkeys(found) if b != implicit and all(is_zero_on(g, b) for g in equal_zero)]
-    further = any(_has_further_turns(mode, factor, equal_zero[0]) for factor, *_ in choices)
-    return [*closed, *[implicit] * (implicit in found or further)]
+    return [*closed, *[implicit] * (implicit in found or _has_further_turns(mode, equal_zero))]
 
 
 def _free(branch):

@@ -105,7 +105,7 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
         if _mixes(*equal_zero, *unknowns):
             return None
     if len(unknowns) > 1 and (factors := [factors_of(g, unknowns) for g in equal_zero]) != [[g] for g in equal_zero]:
-        return _joined([solutions_of([*choice], unknowns) for choice in product(*factors)])
+        return _joined([solutions_of([*choice], unknowns) for choice in product(*factors)], equal_zero)
     if len(unknowns) > 1 and (given := _values_given(equal_zero, unknowns)):
         return _with_values(given, equal_zero, unknowns)
     if 1 < len(unknowns) == len(equal_zero) and _has_none_at_last(equal_zero, unknowns):
@@ -241,7 +241,7 @@ def _with_factors(factors, force, y):
     if None in parts or (q is None and any(whole_turn(factor, y) for factor in factors)):
         return None
     if q is None:
-        return _joined(parts)
+        return _joined(parts, [force])
     turns = [abs(_turn(factor, y) / q) for factor in factors]
     return _different([{y: s[y] + 2 * sp.pi * k / (q * turn)} for turn, found in zip(turns, parts, strict=True)
                        for s in found for k in range(turn)], q, y)
@@ -417,7 +417,7 @@ def _is_as_declared(solution):
 
 
 def factors_of(force: sp.Expr, unknowns: Collection[sp.Symbol]) -> list[sp.Expr]:
-    """Return the factors of g that may vanish, each once, or [g] where g has no others.
+    """Return the factors of the numerator of g that may vanish, each once, or [g] where g has no others.
 
     They are polynomials in the unknowns and in functions of these. With products SymPy may not end. A positive state
     does not vanish.
@@ -425,19 +425,23 @@ def factors_of(force: sp.Expr, unknowns: Collection[sp.Symbol]) -> list[sp.Expr]
     if heavy(force):
         return [force]
     names = {f: sp.Dummy() for f in _outermost(force, unknowns)}
-    told, own = sp.fraction(sp.together(force.xreplace(names)))[0], {name: f for f, name in names.items()}
+    (told, below), own = sp.fraction(sp.together(force.xreplace(names))), {name: f for f, name in names.items()}
     if not told.is_polynomial(*unknowns, *own):
         return [force]
     found = _factor_list(told, [*unknowns, *own])
-    factors = [factor.xreplace(own) for factor, _ in found]
-    return [f for f in factors if not f.is_nonzero] if sum(power for _, power in found) > 1 else [force]
+    if sum(power for _, power in found) <= 1 and not below.has(*unknowns, *own):
+        return [force]
+    return [f for f in (factor.xreplace(own) for factor, _ in found) if not f.is_nonzero]
 
 
-def _joined(parts):
-    """Return all different solutions but the cases of one that leaves states free, or None where a part has None."""
+def _joined(parts, equal_zero):
+    """Return all different solutions but the cases of one that leaves states free, or None where a part has None.
+
+    Where a denominator vanishes, too, a root of a factor of g is none of g.
+    """
     if None in parts:
         return None
-    found = [s for part in parts for s in part]
+    found = [s for part in parts for s in part if _solves(s, equal_zero)]
     free = [r for r in found if len(r) < max(map(len, found))]
     return [s for k, s in enumerate(found) if s not in found[:k] and not any(_is_case(s, r) for r in free)]
 

@@ -9,6 +9,7 @@ from functools import lru_cache
 from itertools import product
 
 import sympy as sp
+from sympy.functions.elementary.trigonometric import InverseTrigonometricFunction
 
 from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.inverses import InverseForm
@@ -253,8 +254,9 @@ def _vanishes(factor, assumptions):
 
 
 def _relation(expr, assumptions):
-    """Return ``expr > 0``, or True or False where this follows from the assumptions, with all symbols real."""
-    real = {s: sp.Dummy(real=True) for s in expr.free_symbols if s.is_real is None}
+    """Return ``expr > 0``, or True or False where this follows from the assumptions, with symbols and angles real."""
+    unknown = (*expr.free_symbols, *expr.atoms(InverseTrigonometricFunction))
+    real = {part: sp.Dummy(real=True) for part in unknown if part.is_real is None}
     known = sp.sympify(with_known_lambert(expr.subs(real)) > 0, strict=True)
     return known if known in (sp.true, sp.false) else reduce_under(above(expr), assumptions)
 

@@ -529,7 +529,8 @@ def test_where_sympy_leaves_out_a_root_one_implicit_manifold_stands_for_all_of_i
     ((y - x) * (y**3 - y - x) * (y + sp.exp(y) - x), [x - sp.LambertW(sp.exp(x)), x]),
     ((y - x) * (y + sp.tanh(y) - x) / (1 + y**2), [x]), ((sp.exp(y) - x) * (y + sp.tanh(y) - x), [sp.log(x)]),
     ((y**2 - x) * (y + sp.sin(y) - x), [-sp.sqrt(x), sp.sqrt(x)]), ((y - x) * sp.sin(y), [0, sp.pi, x]),
-    ((sp.exp(y) - x) * (y**3 - y - x), [sp.log(x)]),
+    ((sp.exp(y) - x) * (y**3 - y - x), [sp.log(x)]), (sp.sin(y) / y, [sp.pi]),
+    ((sp.sin(y) - x) * sp.exp(y), [sp.asin(x), sp.pi - sp.asin(x)]),
 ])
 @pytest.mark.few(2)
 def test_a_factor_with_roots_in_closed_form_has_its_branches_beside_the_implicit_one_of_the_others(force, closed):
@@ -562,6 +563,20 @@ def test_where_a_mode_holds_in_a_part_of_a_turn_an_implicit_branch_stands_for_th
     place = {x: sp.Rational(1, 2), y: -sp.pi - sp.asin(sp.Rational(1, 2))}
     here = [m for m in found if (m.branch[y] - y).subs(place) == 0 and m.domain.subs(place) == sp.true]
     assert [str(m.stability.subs(place)) for m in here] == ["unstable"]
+
+
+def test_of_two_fast_states_an_implicit_branch_stands_for_the_roots_in_further_turns():
+    """In z = x + 2 sin(y) a turn of y is one of g; in y = z it is none."""
+    for other, further in ((x + 2 * sp.sin(y) - z, []), (y - z, [{y: y, z: z}])):
+        found = critical_manifolds(ap.System.smooth({x: -x}, {y: (sp.sin(y) - x) * (sp.cos(y) - 2), z: other}, mu))
+        assert {m.branch[y] for m in found[:2]} == {sp.asin(x), sp.pi - sp.asin(x)}
+        assert [m.branch for m in found[2:]] == further
+
+
+def test_a_pole_of_g_is_no_branch_where_its_numerator_vanishes():
+    found = critical_manifolds(ap.System.smooth({x: -x}, {y: (y - z) * (y + 1) / (z - 2), z: (z - 2) * (z - x)}, mu))
+    assert {m.branch[y] for m in found} == {x, -1}
+    assert {m.branch[z] for m in found} == {x}
 
 
 def test_an_exponential_that_is_small_everywhere_does_not_vanish():
