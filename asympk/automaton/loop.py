@@ -29,7 +29,7 @@ from asympk.symbolic.system import System
 WATCHED = 12  # intervals between events that must shrink in a geometric sequence before they count as accumulating
 FEW = WATCHED // 3  # guards of which such a number of losses at one time is rounding
 CROSSINGS = 10_000  # crossings of edges that are allowed in addition to the allowed number of events
-MANY = 100  # crossings by which it is seen how frequent they are
+MANY = 100  # crossings by which it is seen how frequent they are; each into a mode that is new among as many
 HOPELESS = 1e6  # multiple of their limit that crossings as frequent would reach, beyond which a run ends
 TOGETHER = 16  # spacings of doubles between the times of events that count as one
 SHORTLY = 64  # multiple of the error of an event beyond which a change is due to a new side, not to this error
@@ -106,7 +106,7 @@ def follow(
             if event is not None:
                 marks.append(event)
                 names.append(mode.name)
-            if short := _beyond_limits(len(marks), ends, until, events):
+            if short := _beyond_limits(len(marks), ends, segments, until, events):
                 segments[-1] = segments[-1]._replace(short=short, state=state)
                 break
         return Run(segments[-1], tuple(marks), tuple(names), tuple(segments))
@@ -137,13 +137,14 @@ def _begun(
     return t, state, mode
 
 
-def _beyond_limits(count: int, ends: list, until: Any, events: int) -> str:
+def _beyond_limits(count: int, ends: list, segments: list[Segment], until: Any, events: int) -> str:
     """Return the reason why a run ends that has more events or crossings of edges than are allowed, or ""."""
     crossings, limit = len(ends) - count, CROSSINGS + events
     if count > events:
         return f"limit of {events} events reached"
-    if crossings >= MANY and until * crossings > HOPELESS * limit * ends[-1]:
-        return f"limit of {limit} crossings out of sight of until, {crossings} reached"
+    hopeless = crossings >= MANY and until * crossings > HOPELESS * limit * ends[-1]
+    if hopeless and len({(segment.branch, segment.sides) for segment in segments[-MANY:]}) == MANY:
+        return f"limit of {limit} crossings far below those until the end, {crossings} reached"
     return f"limit of {limit} crossings reached" if crossings > limit else ""
 
 

@@ -704,9 +704,16 @@ def test_steps_that_no_run_will_ever_cross_are_refused_after_a_hundred():
     """x' = 1 + floor(10^300 x)/10^300: each step took its own mode, some thousands of them minutes."""
     x = sp.Symbol("x", real=True)
     steps = ap.System.smooth({x: 1 + sp.floor(10**300 * x) / 10**300}, {}, None)
-    with pytest.raises(TooManyEvents, match=r"limit of 11000 crossings out of sight .*100 reached at t = 1e-298"):
+    with pytest.raises(TooManyEvents, match=r"limit of 11000 crossings far below .*100 reached at t = 1e-298"):
         ap.solve(ap.Scene(system=steps, start=[0], until=1))
 
+
+def test_crossings_of_one_edge_that_end_in_a_layer_of_1e_minus_12_are_followed():
+    """mu^2 y'' = -(1 + sgn(y)/3) y - mu y'/20 + x/10^5 with y = 1 crosses y = 0 until it has decayed to 1e-5."""
+    x, y, v, mu = (sp.Symbol(name, real=True) for name in ("x", "y", "v", "mu"))
+    system = ap.System.smooth({x: -x}, {y: v, v: x / 10**5 - y - sp.Abs(y) / 3 - v / 20}, mu)
+    end = ap.solve(ap.Scene(system=system, values={mu: "1e-12"}, start={x: 1, y: 1, v: 0}, until=1)).final
+    assert end == pytest.approx((math.exp(-1), 0.75e-5 * math.exp(-1), 0), rel=1e-7, abs=1e-12)
 
 
 @pytest.mark.further
