@@ -69,14 +69,16 @@ def _followed(scene: Any, **limits: Any) -> Path:
         path, joined = traced(atol=TOLERANCE * (scale := SMALL))
     parts = linearised(automaton, without_rounding(automaton, joined.segments))
     scales, (found, sizes) = (scale,) * len(scene.start), _scales(parts)
-    for least in (SMALL, SMALLER):
-        while any(new < least * old for old, new in zip(scales, found, strict=True)):
-            path, joined = traced(atol=tuple(TOLERANCE * scale for scale in found))
-            parts = linearised(automaton, without_rounding(automaton, joined.segments))
-            scales, (found, sizes) = found, _scales(parts)
-        if (factor := growth(parts, scales, sizes, TOLERANCE)) * TOLERANCE <= LOST:
-            return path
-    raise grown(factor, path.info["reached"])
+    fallen = lambda: min(new / old for old, new in zip(scales, found, strict=True))  # noqa: E731
+    while fallen() < SMALL or (
+        (factor := growth(parts, scales, sizes, TOLERANCE)) * TOLERANCE > LOST and fallen() < SMALLER
+    ):
+        path, joined = traced(atol=tuple(TOLERANCE * scale for scale in found))
+        parts = linearised(automaton, without_rounding(automaton, joined.segments))
+        scales, (found, sizes) = found, _scales(parts)
+    if factor * TOLERANCE > LOST:
+        raise grown(factor, path.info["reached"])
+    return path
 
 
 def _scales(parts: Sequence[Linearised]) -> tuple[tuple[float, ...], tuple[float, ...]]:
