@@ -263,8 +263,9 @@ def _require_kept(system: System, at: Place) -> None:
     apart = tuple(s - value for s, value in system.dependent.items())
     for s, sign in zip(system.dependent, _signs(system, apart, at, BY_HAND, OF_ZERO), strict=True):
         if sign:
-            raise InputError(f"start: {s} is not {short(system.dependent[s])}, its value by other states; change "
-                             "these, or give it this value")
+            value = float(at.values(system, (system.dependent[s],))[0])
+            raise InputError(f"start: {s} is not {short(system.dependent[s])} = {value:.7g}, which follows from the "
+                             "other states; change these, or give it this value")
 
 
 def _resting(system: System, at: Place) -> set[tuple[str, int]]:
