@@ -13,13 +13,13 @@ in closed form has an error bound of its own.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, partial
-from math import inf
 from time import monotonic
 from typing import Any
 
 import numpy as np
 
-from asympk.errors import AsympkError, Undecided, Unfinished
+from asympk.affine.run import obstacle
+from asympk.errors import AsympkError, OutOfRange, Undecided, Unfinished
 from asympk.integrators.stepped import UNBOUNDED
 from asympk.many import require_mappings
 from asympk.methods import solve
@@ -71,7 +71,7 @@ def models_below(system: Any) -> dict[str, tuple[str, dict]]:
     return FRICTION if system.frictions else SMOOTH
 
 
-def rungs(scene: Scene, allowed: float = inf) -> tuple[Rung, ...]:
+def rungs(scene: Scene, allowed: float = UNBOUNDED) -> tuple[Rung, ...]:
     """Return the rungs of a scene's ladder, lowest first, with predictions, measured errors and costs.
 
     After ``allowed`` seconds no further rung is tried, and errors are measured only if the reference is complete by
@@ -88,24 +88,19 @@ def rungs(scene: Scene, allowed: float = inf) -> tuple[Rung, ...]:
     found.append((Rung("exact", None, reason=why), None) if exact is None else
                  (Rung("exact", _exact_error(scene, exact), cost=seconds(scene, "exact", {})), exact.final))
     try:
-        stepped = exact is None or "why" in exact.info
-        left: dict[str, Any] = {"seconds": min(max(end - monotonic(), 0), UNBOUNDED)} if stepped else {}
-        digits = OF_ROD if scene.system is None else REFERENCE_DIGITS
-        reference = solve(scene, digits=digits, **left).final
-    except (Undecided, Unfinished):
-        reference = None
+        closed = scene.system is None or obstacle(scene.system) is None
+        left: dict[str, Any] = {} if closed else {"seconds": max(0.0, end - monotonic())}
+        reference, why = solve(scene, digits=OF_ROD if scene.system is None else REFERENCE_DIGITS, **left).final, ""
+    except (OutOfRange, Undecided, Unfinished) as reason:
+        late = isinstance(reason, Unfinished)
+        reference, why = None, "no reference within the time" if late else f"{type(reason).__name__}: {reason}"
     unit = found[-1][0].cost
     told = slice(None) if scene.system else slice(None, None, 2)
-    return tuple(_measured(rung, final and final[told], reference and reference[told], unit) for rung, final in found)
-
-
-def _measured(rung: Rung, final: tuple | None, reference: tuple | None, unit: float | None) -> Rung:
-    if final is None:
-        return rung
-    cost = rung.cost and unit and rung.cost / unit
-    if reference is None:
-        return replace(rung, cost=cost, reason="not measured: no reference within the time")
-    return replace(rung, cost=cost, measured=distance(final, reference))
+    return tuple(
+        rung if final is None else
+        replace(rung, cost=rung.cost and unit and rung.cost / unit, reason=why and f"not measured: {why}",
+                measured=None if reference is None else distance(final[told], reference[told]))
+        for rung, final in found)
 
 
 def least_places(

@@ -7,12 +7,12 @@ whose prediction is below the tolerance. The true error, against the exact flow,
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
-from math import inf
 from typing import Any, cast
 
 import numpy as np
 
 from asympk.errors import InputError
+from asympk.integrators.stepped import UNBOUNDED
 from asympk.methods import require_rod_or_system, solve_many
 from asympk.numbers import number, short
 from asympk.scene import require_scene
@@ -53,9 +53,9 @@ def least_model(scene: Any, rtol: float = 1e-3, seconds: float | None = None) ->
     """
     require_scene(scene, "least_model")
     rtol = _tolerance(rtol)
-    allowed = inf if seconds is None else float(number("seconds", seconds, lambda v: v > 0, "positive"))
+    allowed = UNBOUNDED if seconds is None else float(number("seconds", seconds, lambda v: v > 0, "positive"))
     inside = kernel_scene(scene)
-    rungs = ladder.rungs(inside or scene, inf if inside else allowed)
+    rungs = ladder.rungs(inside or scene, UNBOUNDED if inside else allowed)
     enough = [rung for rung in rungs if rung.predicted is not None and rung.predicted < rtol]
     if not enough:
         raise InputError(f"rtol = {rtol}: no model is so accurate (exact: {rungs[-1].in_words}); give a larger rtol")

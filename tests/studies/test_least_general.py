@@ -8,7 +8,7 @@ import pytest
 import sympy as sp
 
 import asympk as ap
-from asympk.errors import AsympkError, InputError
+from asympk.errors import AsympkError, InputError, OutOfRange
 from asympk.integrators import collocation
 from asympk.studies.ladder import predicted
 
@@ -62,8 +62,6 @@ def test_where_doubles_do_not_hold_the_exact_motion_its_rung_says_so_and_another
         ap.least_model(scene, 1e-9)
 
 
-
-
 def test_a_ladder_whose_time_is_over_says_which_rungs_were_not_tried_and_which_not_measured(monkeypatch):
     ladder = ap.least_model(_enzyme(), 1e-2, seconds=1e-9)
     assert [r.reason for r in ladder.rungs] == 4 * ["not tried: the time was over"] + \
@@ -75,6 +73,14 @@ def test_a_ladder_whose_time_is_over_says_which_rungs_were_not_tried_and_which_n
     assert all(r.measured is None and r.cost > 0 and "not measured" in r.in_words for r in ladder.rungs)
     with pytest.raises(InputError, match="seconds"):
         ap.least_model(_enzyme(), 1e-2, seconds=0)
+
+
+def test_a_ladder_whose_reference_is_out_of_range_says_so(monkeypatch):
+    def apart(*_, **__):
+        raise OutOfRange("two references differ by 1")
+    monkeypatch.setattr(collocation, "_references", apart)
+    ladder = ap.least_model(_enzyme(), 1e-2)
+    assert {r.reason for r in ladder.rungs} == {"not measured: OutOfRange: two references differ by 1"}
 
 
 @pytest.mark.parametrize("start", [(0, "1/5", -1), ("3/10", -2, "-1/2"), (0, 0, 1)])
