@@ -56,8 +56,7 @@ def _stop(bound: Callable[..., Any], columns: Any) -> list[bool]:
     import numpy as np
 
     falls = (columns[0] != 0) & (columns[2] > 0)
-    rest = NEAREST ** (np.arange(1, PANELS) / PANELS) / PANELS  # where B may be steep
-    shares = np.array([*np.arange(PANELS, 0, -1) / PANELS, *rest])
+    shares = np.array([*np.arange(PANELS, 1, -1) / PANELS, *np.geomspace(1 / PANELS, NEAREST, 12)])  # B may be steep
     k = np.repeat(np.flatnonzero(falls), len(shares) - 1)
     ends = np.tile([shares[:-1], shares[1:]], falls.sum())
     gains, _ = _gains(bound, columns, falls, k, ends)

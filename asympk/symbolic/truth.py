@@ -78,6 +78,8 @@ def _evaluated(condition, numbers):
         return found
     if isinstance(condition, Evaluated):
         return condition.at(numbers)
+    if isinstance(condition, sp.Not):  # of an ``Evaluated`` one: the opposite of a relation is a relation
+        return ~_evaluated(condition.args[0], numbers)
     if not isinstance(condition, sp.Rel):
         return condition == sp.true
     left, right = (_value(side, numbers) for side in condition.args)

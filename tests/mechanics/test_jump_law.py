@@ -369,6 +369,8 @@ def test_the_condition_of_a_law_by_the_speed_is_told_for_arrays_of_speeds_and_pa
     assert rod.evaluate(law.condition, {**speeds, "k": 1}).tolist() == [False, False, True, True]
     assert rod.evaluate(law.condition, {**start, "f": np.array([0.9, 1.4]), "k": np.array([[0.1], [2]])}).tolist() == [
         [False, True], [True, True]]
+    assert rod.evaluate(sp.Not(law.condition), {**speeds, "k": 1}).tolist() == [True, True, False, False]
+    assert not rod.evaluate(sp.Not(law.condition), {**start, "f": 1, "k": 1})
     assert "Stops" in str(law.condition)
     assert law.velocities == _leaning(sp.Integer(2))[0].jump_law().velocities
 
