@@ -236,9 +236,11 @@ class GuardedMode:
 
     @cached_property
     def removable(self) -> tuple[sp.Expr, ...]:
-        """The powers of divisors that may vanish where the rates have a limit, and rounding is large beside."""
-        found = {e for e, pole in self._divisors.items() if pole != e}
-        return tuple(sorted((largest_power(self.rates, e) for e in found), key=sp.default_sort_key))
+        """The powers of divisors that may vanish where rates, or guards, have a limit, and rounding is large beside."""
+        divisors = chain(self._divisors.items(), divisors_of(self.watched, self.moving).items())
+        found = {e for e, pole in divisors if pole != e != self._divisors.get(e)}
+        exprs = *self.rates, *self.watched
+        return tuple(sorted((largest_power(exprs, e) for e in found), key=sp.default_sort_key))
 
     @cached_property
     def _divisors(self) -> dict[sp.Expr, sp.Expr]:

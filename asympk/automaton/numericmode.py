@@ -114,18 +114,18 @@ class NumericMode:
         return self._compiled(self.mode.removable)
 
     def is_beside_limit(self, t: Any, state: Sequence) -> bool:
-        """Tell whether rounding is large in a rate that is 0/0 at a place near (t, state) and has a limit there."""
+        """Tell whether rounding is large in a rate or guard that is 0/0, and has a limit, at a place near (t, state)."""
         return bool(self.mode.removable) and min(map(abs, self._removable(t, *state, *self.p))) < SMALL
 
     @cached_property
     def guards(self) -> Callable[..., tuple]:
         """The guards as a function of (t, *state, *p)."""
-        return self._compiled(self.mode.guard_values)
+        return self._beside_limits(self.mode.guard_values)
 
     @cached_property
     def guard_slopes(self) -> Callable[..., tuple]:
         """The derivatives of the guards along the field as a function of (t, *state, *p)."""
-        return self._compiled(self.mode.guard_values, (self.mode.flow,))
+        return self._beside_limits(self.mode.guard_values, (self.mode.flow,))
 
     @cached_property
     def divisors(self) -> Callable[..., tuple]:
@@ -191,17 +191,17 @@ class NumericMode:
     @cached_property
     def laws(self) -> Callable[..., tuple]:
         """The kinetic frictions that may become negative as a function of (t, *state, *p)."""
-        return self._compiled(self.mode.laws)
+        return self._beside_limits(self.mode.laws)
 
     @cached_property
     def watched(self) -> Callable[..., tuple]:
         """The guards and, after them, the ``laws`` as a function of (t, *state, *p)."""
-        return self._compiled(self.mode.watched)
+        return self._beside_limits(self.mode.watched)
 
     @cached_property
     def watched_slopes(self) -> Callable[..., tuple]:
         """The derivatives of what is ``watched`` along the field as a function of (t, *state, *p)."""
-        return self._compiled(self.mode.watched, (self.mode.flow,))
+        return self._beside_limits(self.mode.watched, (self.mode.flow,))
 
     def faded(self, t: Any, state: State) -> tuple:
         """Return the values down to which the ``laws`` are 0 but for the errors of the states, in a mode begun here.

@@ -139,6 +139,17 @@ def test_a_step_may_come_to_the_place_itself_where_a_rate_is_0_by_0(method):
     assert path.final[1] == pytest.approx(float(2 * mpmath.si(1)), abs=1e-8)
 
 
+@pytest.mark.parametrize("method", [*here("exact", "dop853", "heyoka", "kvaerno5")])
+def test_a_load_that_is_0_by_0_and_has_a_limit_of_high_order_holds_a_block_at_rest(method):
+    """No rate of a block at rest contains its load, whose rounding let it slip: it ended 0.004 farther, or nowhere."""
+    push, way, speed, force = sp.Rational(3, 10), *sp.symbols("u w F", real=True)
+    load = 60 * (sp.sin(x) - x + x**3 / 6) / x**5
+    block = ap.Friction(velocity=speed, force=force, load=load, kinetic=1)
+    system = ap.System.with_frictions({x: sp.S.One, way: speed, speed: force + push}, {}, [block])
+    path = ap.solve(ap.Scene(system=system, start={"x": -1, "u": 0, "w": 0}, until=3), method)
+    assert path.modes == ("stick",)
+
+
 @pytest.mark.parametrize("rate", [1 / x, v * x / (v**2 + x**2), sp.sin(1 / x)])
 @pytest.mark.parametrize("options", [{}, {"digits": 25}])
 def test_a_start_is_refused_where_a_rate_has_no_limit(rate, options):
