@@ -85,10 +85,7 @@ class CriticalManifold(ShownAsFormulas):
     def _vanishes(self, determinant):
         """Tell whether a determinant is 0 on all of the manifold, as dg/dy is where all roots of g are multiple."""
         if not is_implicit(self.branch):
-            if determinant.is_rational_function():
-                return False
-            told = sp.Mul(*(f for f, _ in factored(determinant)[1] if not f.is_nonzero))  # exp(-1000) is small
-            zero = zero_at_places([told], self._assumed)
+            zero = iter(()) if determinant.is_rational_function() else zero_at_places([determinant], self._assumed)
             return next(zero, False) and all(zero)
         known = {f for f, _ in factored(determinant)[1]}
         forces = (limit_of(g, self.small) for g in self.dynamics.fast.values())

@@ -248,7 +248,7 @@ def is_zero_somewhere(expr: sp.Expr) -> bool:
 
 
 def zero_at_places(exprs: Sequence[sp.Expr], assumed: sp.Basic) -> Iterator[bool]:
-    """Yield whether expressions all vanish, as found in 50 digits, at places in all of the range that is ``assumed``.
+    """Yield whether expressions all vanish, as found in many digits, at places in all of the range that is ``assumed``.
 
     Both answers are found where a root of a square is that of either sign. Places where a part is not real are left
     out.
@@ -259,9 +259,11 @@ def zero_at_places(exprs: Sequence[sp.Expr], assumed: sp.Basic) -> Iterator[bool
         signs = [-1 if s.is_negative else 1 if s.is_nonnegative else chance.choice((1, -1)) for s in symbols]
         sizes = [sp.Rational(chance.randint(1, FURTHEST), chance.randint(1, FURTHEST)) for _ in symbols]
         place = {s: sign * size for s, sign, size in zip(symbols, signs, sizes, strict=True)}
-        values = [valued(e, place, 50) for e in exprs]
-        if all(v.is_number and v.is_finite for v in values) and assumed.subs(place) != sp.false:
-            yield all(map(_is_tiny, values))
+        values = [valued(e, place, digits) for e in exprs for digits in (50, 100)]
+        computed = all(v.is_number and v.is_finite and not v.has(sp.Function) for v in values)
+        if computed and assumed.subs(place) != sp.false:  # what is rounding shrinks with more digits
+            pairs = zip(values[::2], values[1::2], strict=True)
+            yield all(rough == 0 or abs(fine / rough) < sp.Rational(1, 10**25) for rough, fine in pairs)
 
 
 def _around(expr, powers):

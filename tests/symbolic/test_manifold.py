@@ -413,6 +413,12 @@ def test_a_difference_that_vanishes_at_a_single_parameter_is_no_zero():
     assert {*zero_at_places([sp.sqrt(a**2) - a], sp.true)} == {False, True}
 
 
+def test_what_is_rounding_of_large_numbers_vanishes_and_what_is_small_everywhere_does_not():
+    w = sp.LambertW(sp.exp(x))
+    assert {*zero_at_places([w * sp.exp(w) - sp.exp(x)], sp.true)} == {True}
+    assert {*zero_at_places([sp.exp(-(x**2) - 200)], sp.true)} == {False}
+
+
 def test_the_rate_at_a_rest_state_has_no_root_of_a_square():
     """On y = sqrt(x) the flow x' = y - k - 1 rests at x = (k + 1)^2, where it grows at the rate 1/(2 sqrt(x))."""
     x, y, k = *sp.symbols("x y", real=True), sp.Symbol("k", positive=True)
@@ -1040,6 +1046,13 @@ def test_a_manifold_of_multiple_roots_alone_is_not_normally_hyperbolic(force):
     assert ap.slow_manifolds(system) == ()
     with pytest.raises(NotNormallyHyperbolic, match=r"no slow manifold continues this branch$"):
         ap.slow_manifold(system)
+
+
+def test_of_a_product_the_branch_of_multiple_roots_alone_is_not_normally_hyperbolic():
+    force = (sp.exp(y) + y - x) ** 2 * (sp.tanh(y) + y - x)
+    double, other = critical_manifolds(ap.System.smooth(slow={x: 1}, fast={y: force}, small=mu))
+    assert (double.branch[y], double.exists) == (x - sp.LambertW(sp.exp(x)), sp.false)
+    assert other.exists != sp.false
 
 
 def test_a_manifold_asked_for_where_it_does_not_exist_says_where_it_does():
