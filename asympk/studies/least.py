@@ -58,7 +58,9 @@ def least_model(scene: Any, rtol: float = 1e-3, seconds: float | None = None) ->
     rungs = ladder.rungs(inside or scene, UNBOUNDED if inside else allowed)
     enough = [rung for rung in rungs if rung.predicted is not None and rung.predicted < rtol]
     if not enough:
-        raise InputError(f"rtol = {rtol}: no model is so accurate (exact: {rungs[-1].in_words}); give a larger rtol")
+        least = min((rung.predicted for rung in rungs if rung.predicted is not None), default=None)
+        advice = "solve(scene, digits=n) may follow it" if least is None else f"give an rtol above {least:.2g}"
+        raise InputError(f"rtol = {rtol}: no model is so accurate (exact: {rungs[-1].in_words}); {advice}")
     return Ladder(enough[0].model, cast(float, enough[0].predicted), rtol, rungs)
 
 

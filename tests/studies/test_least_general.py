@@ -62,6 +62,14 @@ def test_where_doubles_do_not_hold_the_exact_motion_its_rung_says_so_and_another
         ap.least_model(scene, 1e-9)
 
 
+def test_where_no_model_follows_a_motion_no_larger_tolerance_is_advised():
+    """A pendulum stands 9e-11 beside its highest position: an error of 1e-16 is 1 after 37 units of time."""
+    system = ap.System.smooth({x: y, y: -sp.sin(x)}, {s: x - s}, mu)
+    scene = ap.Scene(system=system, values={mu: "1e-4"}, start={x: "3.1415926535", y: 0, s: 1}, until=40)
+    with pytest.raises(InputError, match=r"exact: Undecided.*\); solve\(scene, digits=n\) may follow it"):
+        ap.least_model(scene, seconds=1)
+
+
 def test_a_ladder_whose_time_is_over_says_which_rungs_were_not_tried_and_which_not_measured(monkeypatch):
     ladder = ap.least_model(_enzyme(), 1e-2, seconds=1e-9)
     assert [r.reason for r in ladder.rungs] == 4 * ["not tried: the time was over"] + \
