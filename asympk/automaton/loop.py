@@ -31,6 +31,7 @@ FEW = WATCHED // 3  # guards of which such a number of losses at one time is rou
 CROSSINGS = 10_000  # crossings of edges that are allowed in addition to the allowed number of events
 MANY = 100  # crossings by which it is seen how frequent they are; each into a mode that is new among as many
 HOPELESS = 1e6  # multiple of their limit that crossings as frequent would reach, beyond which a run ends
+EVEN = 1.005  # ratio of the mean interval between ends to that of the first half, beyond which crossings become rarer
 TOGETHER = 16  # spacings of doubles between the times of events that count as one
 SHORTLY = 64  # multiple of the error of an event beyond which a change is due to a new side, not to this error
 RAISED = 1e-6  # part of what a guard falls by in the time so far, by its rate, beyond which it rises in a jump
@@ -139,12 +140,13 @@ def _begun(
 
 def _beyond_limits(count: int, ends: list, segments: list[Segment], until: Any, events: int) -> str:
     """Return the reason why a run ends that has more events or crossings of edges than are allowed, or ""."""
-    crossings, limit = len(ends) - count, CROSSINGS + events
+    crossings, limit, half = len(ends) - count, CROSSINGS + events, len(ends) // 2
     if count > events:
         return f"limit of {events} events reached"
-    hopeless = crossings >= MANY and until * crossings > HOPELESS * limit * ends[-1]
-    if hopeless and len({(segment.branch, segment.sides) for segment in segments[-MANY:]}) == MANY:
-        return f"limit of {limit} crossings far below those until the end, {crossings} reached"
+    frequent = crossings >= MANY and until * crossings > HOPELESS * limit * ends[-1]
+    even = frequent and half * ends[-1] < EVEN * len(ends) * ends[half - 1]
+    if even and len({(segment.branch, segment.sides) for segment in segments[-MANY:]}) == MANY:
+        return f"limit of {limit} crossings comes long before until, {crossings} reached"
     return f"limit of {limit} crossings reached" if crossings > limit else ""
 
 

@@ -704,8 +704,17 @@ def test_steps_that_no_run_will_ever_cross_are_refused_after_a_hundred():
     """x' = 1 + floor(10^300 x)/10^300: each step took its own mode, some thousands of them minutes."""
     x = sp.Symbol("x", real=True)
     steps = ap.System.smooth({x: 1 + sp.floor(10**300 * x) / 10**300}, {}, None)
-    with pytest.raises(TooManyEvents, match=r"limit of 11000 crossings far below .*100 reached at t = 1e-298"):
+    with pytest.raises(TooManyEvents, match=r"limit of 11000 crossings comes long before .*100 reached at t = 1e-298"):
         ap.solve(ap.Scene(system=steps, start=[0], until=1))
+
+
+@pytest.mark.further
+def test_crossings_that_become_rarer_are_followed_however_frequent_they_were():
+    """A staircase over a layer of 1e-12 was refused after a hundred of its steps."""
+    x, y, mu = *sp.symbols("x y", real=True), sp.Symbol("mu", positive=True)
+    system = ap.System.smooth({x: sp.floor(200 * y)}, {y: 1 - sp.Rational(1, 1000) - y}, mu)
+    path = ap.solve(ap.Scene(system=system, values={mu: "1e-12"}, start=[0, 0], until=1))
+    assert path.final[0] == pytest.approx(199, abs=1e-6)
 
 
 def test_crossings_of_one_edge_that_end_in_a_layer_of_1e_minus_12_are_followed():
