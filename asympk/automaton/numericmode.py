@@ -114,7 +114,7 @@ class NumericMode:
         return self._compiled(self.mode.removable)
 
     def is_beside_limit(self, t: Any, state: Sequence) -> bool:
-        """Tell whether rounding is large in a rate or guard that is 0/0 and has a limit at a place near (t, state)."""
+        """Tell whether rounding is large in a rate or guard that is 0/0 near (t, state), and has a limit there."""
         return bool(self.mode.removable) and min(map(abs, self._removable(t, *state, *self.p))) < SMALL
 
     @cached_property
