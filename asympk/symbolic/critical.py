@@ -239,15 +239,15 @@ class CriticalManifold(ShownAsFormulas):
 def critical_manifolds(system: System) -> Several[CriticalManifold]:
     """Solve g = 0 for the fast variables in every mode.
 
-    Manifolds of modes other than stick are named Pi1, Pi2, ... in order, those of stick Lambda1, ...; a manifold
-    that lies nowhere in its mode has ``domain`` False. Where the rates of a mode switch by a state or the time,
-    every side of the switch has its own manifolds, each with its domain. Where SymPy leaves out a root of g = 0, or
-    gives it no readable formula in real numbers, as for a cubic, one manifold stands for all roots: ``branch[y]``
-    is y. Those roots of factors of g that have one come before it, in one turn of a factor such as sin(y). Where g
-    = 0 leaves a fast state y free on one manifold of several, ``branch[y]`` is y there, and ``exists`` is False. A
-    fast state that stick holds is slow in this mode. Raises ``NotDerivable`` where a mode has too many sides,
-    ``NotNormallyHyperbolic`` where g = 0 leaves fast states free on all manifolds of a mode, ``InputError`` where
-    rates are singular at mu = 0.
+    Manifolds of modes other than stick are named Pi1, Pi2, ... in order, those of stick Lambda1, ...; a manifold that
+    lies nowhere in its mode has ``domain`` False. Where the rates of a mode switch by a state or the time, every side
+    of the switch has its own manifolds, each with its domain. Where SymPy leaves out a root of g = 0, or gives it no
+    readable formula in real numbers, as for a cubic, one manifold stands for all roots: ``branch[y]`` is y. Those roots
+    of factors of g that have one come before it; of a factor such as sin(y) they are those in one turn. Where g = 0
+    leaves a fast state y free on one manifold of several, ``branch[y]`` is y there, and ``exists`` is False. A fast
+    state that stick holds is slow in this mode. Raises ``NotDerivable`` where a mode has too many sides,
+    ``NotNormallyHyperbolic`` where g = 0 leaves fast states free on all manifolds of a mode, ``InputError`` where rates
+    are singular at mu = 0.
     """
     found: list[CriticalManifold] = []
     count: dict[str, int] = {}
