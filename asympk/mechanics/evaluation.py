@@ -40,12 +40,17 @@ def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) ->
     lowered = [isinstance(e, sp.Expr) and e is not sp.oo for e in expressions]
     plain = sp.Tuple(*compress(expressions, lowered))
     function = array_function(plain, (*needed,))
-    try:
-        found = iter(function(*given.values()))
-        return tuple(next(found) if low else _constant(e, given, shape)
+
+    def valued(*arrays: Any) -> tuple[Any, ...]:
+        found, at = iter(function(*arrays)), dict(zip(needed, arrays, strict=True))
+        size = np.broadcast_shapes(*map(np.shape, arrays))
+        return tuple(next(found) if low else _constant(e, at, size)
                      for e, low in zip(expressions, lowered, strict=True))
+
+    try:
+        return valued(*given.values())
     except OutOfRange:
-        k = _first_out_of_range(function, [value.ravel() for value in given.values()])
+        k = _first_out_of_range(valued, [value.ravel() for value in given.values()])
         place = ", ".join(f"{symbol} = {value.flat[k]:g}" for symbol, value in given.items())
         at = {symbol: sp.Rational(float(value.flat[k])) for symbol, value in given.items()}
         sides = (side for relation in sorted(atoms(together, sp.Rel), key=str) for side in relation.args)

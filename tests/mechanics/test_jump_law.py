@@ -478,7 +478,9 @@ def test_a_term_of_a_contact_that_is_not_real_at_a_place_is_named():
     X, Y, U, V = sp.symbols("X Y U V", real=True)
     block = ap.Mechanism((X, Y), (U, V), [[2, 1], [1, 1]], (0, -1), ap.Contact(Y, X, 3 + sp.sqrt(1 - X**2)))
     at = {X: 2, Y: 0, U: -1, V: 0}
-    for ask in (block.motions, lambda at: block.evaluate(block.jump_law().condition, at)):
+    law = block.jump_law()
+    for ask in (block.motions, lambda at: block.evaluate(law.condition, at),
+                lambda at: block.evaluate(law.condition, {**at, X: [0, 2, 0.5]})):  # the last place was named
         with pytest.raises(OutOfRange, match=r"X = 2, or beside it, where sqrt\(1 - X\*\*2\) is no finite real number"):
             ask(at)
 
