@@ -38,9 +38,10 @@ def _over_turns(bump, angle, parameters):
     """Return (number of angles, the bump as a function of the angles, ``angle`` first, and the parameters), or None."""
     waves = [wave for wave in atoms(bump, sp.sin, sp.cos) if not symbols_in(wave) <= {*parameters}]
     angles = [angle, *sorted({wave.args[0] for wave in waves} - {angle}, key=str)]
-    turns = dict(zip(angles, sp.symbols(f"turn:{len(angles)}", cls=sp.Dummy, real=True), strict=True))
-    given = *turns.values(), *parameters
-    alone = replaced(bump, {wave: wave.func(turns[wave.args[0]]) for wave in waves})
+    given = sp.symbols(f"given:{len(angles) + len(parameters)}", cls=sp.Dummy, real=True)  # two may have one name
+    known = dict(zip((*angles, *parameters), given, strict=True))
+    turned = replaced(bump, {wave: wave.func(known[wave.args[0]]) for wave in waves})
+    alone = replaced(turned, {parameter: known[parameter] for parameter in parameters})
     if len(angles) > MOST or not symbols_in(alone) <= {*given}:
         return None
     with suppress(NoFunction):
