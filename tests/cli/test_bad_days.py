@@ -82,7 +82,7 @@ BAD_LINES = [
     ("solve arm --sigma 1", "'sigma' is no parameter; choose one of E, S"),
     ("solve arm --set until=1", "--set until: the horizon is no parameter; give it by --until 1"),
     ("solve arm --set q=1", "'q' is no parameter; choose one of E, S, c, f, h, m; the states of its start are a, b,"),
-    ("solve arm --start 0 1 2", "--start has 3 numbers; give all 5, a, b, x, y, z, or some by --set"),
+    ("solve arm --start 0 1 2", "--start has 3 numbers; give all 7, a, b, x, a', b', y, z, or some by --set"),
     ("solve arm --set f", "write it as NAME=VALUE"),
     ("solve --set f=1", "name the scene"),
     ("solve arm --set f=1 --set f=2", "f is given twice; give it once"),

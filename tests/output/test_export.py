@@ -136,8 +136,8 @@ def test_the_slow_manifold_of_an_arm_is_written_and_its_residual_is_of_the_order
     system, order = arm.system(), 2
     (path,) = export(system, "python", tmp_path, order=order)
     module, values = python_module(path), dict(arm.VALUES) | {"h": 0.5, "S": -3.0, "E": -1.0}
-    names = [s.name for s in system.states]
-    place = {"a": 1.25, "b": 0.8, "x": 0.7, "z": -0.3}
+    names = [s.name.replace("'", "_rate") for s in system.states]
+    place = {"a": 1.25, "b": 0.8, "x": 0.7, "a_rate": 0.45, "b_rate": -0.6, "z": -0.3}
 
     def call(name, **given):
         function = getattr(module, name)
