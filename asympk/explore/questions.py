@@ -84,7 +84,10 @@ def _scene(scenes: tuple[Scene, ...], asked: dict[str, Any]) -> Scene:
     for key, table in given.items():
         if not isinstance(table, dict):
             raise InputError(f"{key} = {short(table)}: it must be an object of numbers by name")
-    return turned(scenes[which], given["parameters"], given["start"], asked.get("until"))
+    scene = scenes[which]
+    following = {s.name for s in scene.system.dependent} if scene.system is not None else set()  # no drag moves these
+    begun = {name: value for name, value in given["start"].items() if name not in following}
+    return turned(scene, given["parameters"], begun, asked.get("until"))
 
 
 def _grid(asked: dict[str, Any], key: str) -> list[float]:

@@ -1,12 +1,17 @@
 """Change numbers of a scene by name: parameters, states of the start, the horizon."""
 
+from collections.abc import Container
 from dataclasses import replace
 from typing import Any
 
+import sympy as sp
+
+from asympk.arithmetic import KEPT_DIGITS
 from asympk.errors import UnknownName
 from asympk.formulas import in_degrees, read_constant, read_number
 from asympk.numbers import short, spells_number
 from asympk.scene import Scene
+from asympk.symbolic.reading import rational
 from asympk.symbolic.system import System
 from asympk.symbolic.values import following, with_changes
 from asympk.systems.catalogue import is_off_contact, start_at
@@ -35,7 +40,8 @@ def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: An
 
     Static friction equal to the kinetic one changes with it, unless given. At a start off the elastic contact of a
     mechanism the reaction and the sliding velocity follow from the new numbers, as the ground stays. A start of
-    ``Scene.near`` keeps its offset unless y is given, or x or the sign of z changes. Raises ``InputError``,
+    ``Scene.near`` keeps its offset unless y is given, or x or the sign of z changes. States that depend on others
+    (``System.dependent``) follow from these unless given. Raises ``InputError``,
     ``UnknownName``, and ``NoManifold`` where a scene starts beside a slow line that does not exist at the new
     parameters.
     """
@@ -52,6 +58,8 @@ def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: An
     if is_off_contact(scene) and not begun.keys() >= {*scene.names}:
         placed, origin = _derived(scene, values, begun)
     begin = tuple(begun.get(name, value) for name, value in zip(shown.names, placed, strict=True))
+    if values != own or begun:
+        begin = _followed(scene, values, begin, begun)
     end = horizon if until is None else read_number("until", until, angles=False)
     return _built(scene, values, begin, end, origin, moved="y" in begun or _moved(scene, begin))
 
@@ -80,6 +88,17 @@ def _derived(scene: Scene, values: dict[str, Any], begun: dict[str, Any]) -> tup
     start = start_at(mechanism, scene.system, {**numbers, **values}, state)
     origin = (mechanism, numbers, state) if begun.keys() <= state.keys() else None
     return [start[name] for name in scene.names], origin
+
+
+def _followed(scene: Scene, values: dict[str, Any], start: tuple, given: Container[str]) -> tuple:
+    """Return a start with the values of the dependent states that are not ``given``."""
+    if scene.system is None or not scene.system.dependent:
+        return start
+    system, numbers = scene.system, {**values, **dict(zip(scene.names, start, strict=True))}
+    at = {s: rational(s.name, numbers[s.name]) for s in (*system.states, *system.parameters)}
+    at |= {system.time: sp.S.Zero} if system.time else {}
+    found = {s.name: value.subs(at).evalf(KEPT_DIGITS) for s, value in system.dependent.items() if s.name not in given}
+    return tuple(found.get(name, value) for name, value in zip(scene.names, start, strict=True))
 
 
 def _built(scene: Scene, values: dict[str, Any], start: tuple, until: Any, origin: Any, moved: bool) -> Scene:

@@ -96,6 +96,23 @@ def test_what_is_turned_is_what_is_followed():
     assert [event["t"] for event in found["events"]] == [event.t for event in path.events]
 
 
+def test_states_that_depend_on_others_follow_a_change_of_these():
+    (scene,) = chosen_scenes("arm")()
+    moved = turned(scene, {}, {"b'": "0.2"}, None)
+    at = dict(zip(moved.names, map(float, moved.start), strict=True))
+    assert at["z"] == pytest.approx(at["a'"] * math.cos(at["a"]) + 0.2 * math.cos(at["b"]), rel=1e-14)
+    assert ap.solve(moved).modes
+    with pytest.raises(InputError, match="start: z is not a"):
+        ap.solve(turned(scene, {}, {"z": 1}, None))
+
+
+def test_a_drag_moves_no_state_that_depends_on_others():
+    scenes = chosen_scenes("arm")()
+    z = float(scenes[0].start[-1])
+    found = json.loads(questions.QUESTIONS["motion"](scenes, {"start": {"x": 1.25, "z": z + 1}}))
+    assert (found["states"]["x"][0], found["states"]["z"][0]) == (1.25, pytest.approx(z, rel=1e-14))
+
+
 def test_static_friction_follows_the_kinetic_one_until_it_is_turned_itself():
     assert turned(ROD, {"sigma": 3}, {}, None).sigma0 == 3
     assert turned(ROD, {"sigma": 3, "sigma0": 4}, {}, None).sigma0 == 4
