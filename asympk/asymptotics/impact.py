@@ -190,7 +190,10 @@ class LimitLayers:
         if not phase.velocity:
             raise NoLaw  # a load that grows in stick
         sliding = _of_velocity(slip)
-        pressed = lambda _, w: side * w[-1]  # noqa: E731
+
+        def pressed(_: float, w: Any) -> Any:
+            return side * w[-1]
+
         stopped, large = self._carried(
             slip, t, state, 0.0, side, lambda _, w: slip.guard_values(t, (*w[:-1],))[sliding], pressed
         )

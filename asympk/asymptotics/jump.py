@@ -158,8 +158,8 @@ def jump_map(
         raise InputError(f"near: the system has a {OFFSET} already, as the offset is called; give it another name")
     given = _given(model, {} if start is None else start)
     values = _sample(system, model, given, arrival)
-    require_opposing(system, {**values, model.states[2]: sp.S.Zero})
-    begins = Beginning(arrival, near, velocity := model.states[2] if values[model.states[2]] != 0 else sp.S.Zero)
+    velocity = model.states[2] if values[model.states[2]] != 0 else sp.S.Zero
+    begins = Beginning(arrival, near, velocity)
     signs = _Signs({**values, LOAD: _load(model).subs(values)})
     steps = itinerary(model.line, begins.load(model), velocity, signs)
     x, z, events = _expansion(system, steps, order, begins)
@@ -244,6 +244,7 @@ def _sample(system, model, start, arrival):
     known.setdefault(z, sp.S.Zero if arrival else -sp.S.One)
     wanted = model.line.rest(arrival).subs(known) if arrival else sp.Rational(1, 5)
     known.setdefault(y, model.fast_state(x, wanted).subs(known))
+    require_opposing(system, {**known, z: sp.S.Zero})
     return known
 
 

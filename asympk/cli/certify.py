@@ -54,9 +54,10 @@ def _prove_scene(options: Namespace) -> int:
     angles = scene.system is not None
     sides = {name: read_constants(f"box {name}", ends, angles) for name, ends in box.items()}
     with meter("proving", log=True) as shown:
-        found = (cover(scene, sides, options.pieces, lambda proven, cut: shown.tell(
-            f"proving, {proven} pieces proven, {cut - proven} left, of at most {options.pieces}"))
-            if box else (certify(scene, digits=options.digits),))
+        def tell(proven, cut):
+            shown.tell(f"proving, {proven} pieces proven, {cut - proven} left, of at most {options.pieces}")
+
+        found = cover(scene, sides, options.pieces, tell) if box else (certify(scene, digits=options.digits),)
     if options.json:
         print(certificates_as_json(found, options.digits + 2))
     else:

@@ -69,16 +69,17 @@ def _followed(scene: Any, **limits: Any) -> Path:
         path, joined = traced(atol=TOLERANCE * (scale := SMALL))
     parts = linearised(automaton, without_rounding(automaton, joined.segments))
     scales, (found, sizes) = (scale,) * len(scene.start), _scales(parts)
-    fallen = lambda: min(new / old for old, new in zip(scales, found, strict=True))  # noqa: E731
-    while fallen() < SMALL or (
-        (factor := growth(parts, scales, sizes, TOLERANCE)) * TOLERANCE > LOST and fallen() < SMALLER
-    ):
+    while True:
+        fallen = min(new / old for old, new in zip(scales, found, strict=True))
+        if fallen >= SMALL:
+            factor = growth(parts, scales, sizes, TOLERANCE)
+            if factor * TOLERANCE <= LOST:
+                return path
+            if fallen >= SMALLER:
+                raise grown(factor, path.info["reached"])
         path, joined = traced(atol=tuple(TOLERANCE * scale for scale in found))
         parts = linearised(automaton, without_rounding(automaton, joined.segments))
         scales, (found, sizes) = found, _scales(parts)
-    if factor * TOLERANCE > LOST:
-        raise grown(factor, path.info["reached"])
-    return path
 
 
 def _scales(parts: Sequence[Linearised]) -> tuple[tuple[float, ...], tuple[float, ...]]:

@@ -41,9 +41,8 @@ def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: An
     Static friction equal to the kinetic one changes with it, unless given. At a start off the elastic contact of a
     mechanism the reaction and the sliding velocity follow from the new numbers, as the ground stays. A start of
     ``Scene.near`` keeps its offset unless y is given, or x or the sign of z changes. States that depend on others
-    (``System.dependent``) follow from these unless given. Raises ``InputError``,
-    ``UnknownName``, and ``NoManifold`` where a scene starts beside a slow line that does not exist at the new
-    parameters.
+    (``System.dependent``) follow from these unless given. Raises ``InputError``, ``UnknownName``, and ``NoManifold``
+    where a scene starts beside a slow line that does not exist at the new parameters.
     """
     shown, own = in_own_units(scene), scene_parameters(scene)
     _require_names(given, own, "parameter", f"; the states of its start are {', '.join(shown.names)}")

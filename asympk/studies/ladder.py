@@ -87,20 +87,27 @@ def rungs(scene: Scene, allowed: float = UNBOUNDED) -> tuple[Rung, ...]:
     found = [_rung(follow, name, *of, monotonic() > end) for name, of in models_below(scene.system).items()]
     found.append((Rung("exact", None, reason=why), None) if exact is None else
                  (Rung("exact", _exact_error(scene, exact), cost=seconds(scene, "exact", {})), exact.final))
-    try:
-        closed = scene.system is None or obstacle(scene.system) is None
-        left: dict[str, Any] = {} if closed else {"seconds": max(0.0, end - monotonic())}
-        reference, why = solve(scene, digits=OF_ROD if scene.system is None else REFERENCE_DIGITS, **left).final, ""
-    except (OutOfRange, Undecided, Unfinished) as reason:
-        late = isinstance(reason, Unfinished)
-        reference, why = None, "no reference within the time" if late else f"{type(reason).__name__}: {reason}"
+    reference, missing = _reference(scene, end)
     unit = found[-1][0].cost
     told = slice(None) if scene.system else slice(None, None, 2)
-    return tuple(
-        rung if final is None else
-        replace(rung, cost=rung.cost and unit and rung.cost / unit, reason=why and f"not measured: {why}",
-                measured=None if reference is None else distance(final[told], reference[told]))
-        for rung, final in found)
+    found = [(replace(rung, cost=rung.cost and unit and rung.cost / unit), final) for rung, final in found]
+    if reference is None:
+        return tuple(rung if final is None else replace(rung, reason=f"not measured: {missing}")
+                     for rung, final in found)
+    return tuple(rung if final is None else replace(rung, measured=distance(final[told], reference[told]))
+                 for rung, final in found)
+
+
+def _reference(scene, end):
+    """Return the final state of the exact motion in many digits, or None, and why it is missing."""
+    closed = scene.system is None or obstacle(scene.system) is None
+    left = {} if closed else {"seconds": max(0.0, end - monotonic())}
+    try:
+        return solve(scene, digits=OF_ROD if scene.system is None else REFERENCE_DIGITS, **left).final, ""
+    except Unfinished:
+        return None, "no reference within the time"
+    except (OutOfRange, Undecided) as reason:
+        return None, f"{type(reason).__name__}: {reason}"
 
 
 def least_places(
