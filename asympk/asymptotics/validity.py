@@ -11,6 +11,8 @@ from asympk.asymptotics.itinerary import LoadLine
 
 SPREAD = 0.5  # the largest ratio of a correction to the term that it corrects
 TOO_LARGE = 0.5  # the largest predicted error, relative to the states
+APPROACHES = 6  # steps of Newton's method to an extremum of z: its first value is right to O(mu)
+APPROACHES = 4  # steps of Newton's method to an extremum of z
 SLOWEST = 5  # the least |b|/mu: slow and fast rates meet at 4, and their series in mu/b converge only beyond
 
 
@@ -40,12 +42,12 @@ def validity_conditions(
             yield later | _leaves(segment, step.side, rise, bend), f"the motion returns to z = 0 in {step.mode} at once"
             clear = _clears(segment, step.side, rise, bend, of_series)
             yield later | clear, f"the motion meets z = 0 in {step.mode} unexpectedly"
-        for at in (*_turning(segment, end, m), *((end,) if step.event != "velocity_zero" else ())) if step.side else ():
+        for at in (*_turning(segment, end, m), end) if step.side else ():
             z, rough = (state_of(motion.segments[i], at, m)[2] for motion in (fine, coarse))
-            # where a segment leaves z = 0 its slope may vanish, and the omitted terms may then change its sign
-            slack = m.where(segment.z[0] == 0, 2 * abs(z - rough), 0) + 100 * m.eps * (1 + abs(segment.z[0]))
-            doubt = m.where(segment.z[0] == 0, 0, 2 * abs(of_series - rise))
-            unsure = doubt * (at - segment.began)
+            # at z = 0, and where a segment leaves it with a slope that vanishes, omitted terms may change the sign
+            near = (segment.z[0] == 0) | (step.event == "velocity_zero" and at is end)
+            slack = m.where(near, 2, -1) * abs(z - rough) + 100 * m.eps * (1 + abs(segment.z[0]))
+            unsure = m.where(near, 0, 2 * abs(of_series - rise)) * (at - segment.began)
             yield later | (step.side * z >= unsure - slack), f"the motion meets z = 0 in {step.mode} unexpectedly"
         if step.event is None:
             s = sum(w[4] + w[2] for w in (segment.x, segment.y))
@@ -90,5 +92,25 @@ def _turning(segment, end, m):
         (-rate, part * segment.slow, segment.slow),
     ):
         ratio = top / m.where(bottom == 0, 1, bottom)
-        at = segment.began + m.log(m.where(ratio > 0, ratio, 1)) / speed
+        at = segment.began + m.log(m.where(ratio > 0, ratio, 1)) / speed  # right to O(mu)
+        at = _at_rest(segment, at, end, m)
         yield m.where((ratio > 0) & (bottom != 0) & (at > segment.began) & (at < end), at, segment.began)
+
+
+def _at_rest(segment, at, end, m):
+    """Return the time nearer to z' = 0 than ``at`` that Newton's method finds in the segment, or else ``at``."""
+    slope, bend = _slopes(segment, at, end, m)
+    for _ in range(APPROACHES):
+        new = at - slope / m.where(bend == 0, 1, bend)
+        there = _slopes(segment, new, end, m)
+        nearer = (new > segment.began) & (new < end) & (abs(there[0]) < abs(slope))
+        at, slope, bend = (m.where(nearer, *pair) for pair in zip((new, *there), (at, slope, bend), strict=True))
+    return at
+
+
+def _slopes(segment, t, end, m):
+    """Return z' and z'' at ``t`` in a segment, or where it begins."""
+    _, rate, part, fast, _ = segment.z
+    local = m.where((t > segment.began) & (t < end), t - segment.began, 0)
+    slowly, fastly = (c * k * m.exp(k * local) for c, k in ((part, segment.slow), (fast, segment.fast)))
+    return rate + slowly + fastly, segment.slow * slowly + segment.fast * fastly

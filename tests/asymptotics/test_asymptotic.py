@@ -457,6 +457,22 @@ def test_a_dip_to_z_zero_that_the_series_does_not_see_is_refused():
         assert np.isinf(ap.solve_many(*numbers, method="jump", order=order).error)
 
 
+@pytest.mark.parametrize(("order", "modes", "sigma", "mu", "start", "until"), [
+    (1, ("slip_same", "stick", "slip_same"),  # z is least between the reversals by its fast and by its slow part
+     0.20263079517743865, 0.25484439656394003, (-1.557439079975939, 6.961207761020373, 1.054629597418609), 93.74),
+    (1, ("slip_same", "stick", "slip_same"),  # the least z of the series exceeds 0 by less than the omitted terms
+     -1.9194332007574082, 0.15431863702813595, (2.0953400186428466, -0.06186439096993861, 0.04196349010541235), 119.99),
+    (2, ("slip_same", "slip_opposite", "stick"),  # the series stops after the end
+     2.002773281744515, 0.014608660055185236, (0.000314056504947883, -199.39742926222283, -2.498370445695095), 0.0326),
+])
+def test_a_stop_that_the_series_does_not_see_is_refused(order, modes, sigma, mu, start, until):
+    scene = ap.Scene(sigma, mu, start, until)
+    assert ap.solve(scene).modes == modes
+    with pytest.raises(OutOfRange, match=r"meets z = 0 in slip_.* unexpectedly"):
+        ap.solve(scene, method="jump", order=order)
+    assert np.isinf(ap.solve_many(sigma, mu, *start, until, method="jump", order=order).error)
+
+
 def test_a_model_with_digits_knows_its_end_under_the_double_next_to_it():
     path = ap.solve(ap.Scene(1, "1/1000", (0, "1/5", -1), "0.1"), method="jump", digits=20)
     assert distance(path(0.1), path.final) < 1e-16
