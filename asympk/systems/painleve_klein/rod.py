@@ -221,22 +221,23 @@ def find_scales(rod: "ElasticRod") -> "Scales":
     r"""Find the scales that make the equations canonical.
 
     In canonical form the load R cos(alpha) / P is rho + rho', and the force P contributes 1 to v'; mu is then the
-    coefficient of rho''. Raises ``NotDerivable`` for a law without this form, such as one without damping.
+    coefficient of rho''. A law that is not linear has this form near 0. Raises ``NotDerivable`` where no scales give
+    this form, as for a law without damping.
     """
     time, reaction, velocity = sp.symbols("T_ R_ V_", positive=True)
     elastic, viscous = (rod.law.diff(rate).subs({R1: 0, dR1: 0}) for rate in (R1, dR1))
-    if elastic == 0 or viscous == 0:
-        missing = R1 if elastic == 0 else dR1
-        raise NotDerivable(
-            f"the rod's law R = {rod.law} has no term in {missing}: no time scale makes R cos(alpha)/P = rho + rho'; "
-            "give a law with both an elastic and a viscous part, such as R_1 + h l Rdot_1"
-        )
     canonical = (
         sp.Eq(elastic * reaction * sp.cos(alpha) / P, 1),
         sp.Eq(viscous * reaction / time * sp.cos(alpha) / P, 1),
         sp.Eq(rod.acceleration.subs({R: 0, F: 0}) * time / velocity, 1),
     )
-    found = sp.solve(canonical, (time, reaction, velocity), dict=True)[0]
+    if not (solutions := sp.solve(canonical, (time, reaction, velocity), dict=True)):
+        raise NotDerivable(
+            f"the rod's law R = {rod.law}, with {elastic} R_1 + {viscous} Rdot_1 near 0, has no scales of time and "
+            "force that make R cos(alpha)/P = rho + rho'; give a law with an elastic and a viscous part, both "
+            "positive, such as R_1 + h l Rdot_1"
+        )
+    (found,) = solutions
     inertia = sp.diff(rod.balance, ddR1) * found[reaction] / (found[time] ** 2 * P)
     length = sp.cancel(found[velocity] * found[time])
     return Scales(found[time], found[reaction], found[velocity], length, sp.cancel(inertia))

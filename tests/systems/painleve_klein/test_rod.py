@@ -140,9 +140,13 @@ def test_half_the_damping_halves_the_scale_of_time():
     assert sp.cancel(half.time / rod.find_scales(rod.elastic_rod()).time) == sp.Rational(1, 2)
 
 
-def test_without_damping_there_is_no_scale_of_time_and_the_error_says_so():
-    with pytest.raises(NotDerivable, match=r"no term in Rdot_1"):
-        pk.system(rod.R1)
+@pytest.mark.parametrize(("law", "words"), [
+    (rod.R1, r"with 1 R_1 \+ 0 Rdot_1 near 0"),
+    (rod.h * rod.l * rod.dR1 - rod.R1, "with -1 R_1"),  # a spring that pulls when compressed
+])
+def test_without_damping_or_with_a_negative_stiffness_there_are_no_scales_and_the_error_says_so(law, words):
+    with pytest.raises(NotDerivable, match=rf"{words}.* has no scales of time and force"):
+        pk.system(law)
 
 
 @pytest.mark.parametrize("law", [rod.R1 + rod.dR1, rod.R1 * rod.l, sp.Symbol("c") * rod.R1, rod.R1 + rod.F])
