@@ -185,11 +185,16 @@ def is_pushed(system: "System", k: int) -> bool:
 
 @lru_cache(maxsize=64)
 def rubbed(system: "System") -> dict[int, set[int]]:
-    """Return the rigid contacts that may open or have friction, with the frictions whose loads contain the reaction."""
+    """Return the contacts that may have two motions, with the frictions whose loads contain the reaction.
+
+    These are rigid contacts that may open or have friction, and frictions whose loads contain forces.
+    """
     rough = {j for j in range(len(system.frictions)) if not is_smooth(system, j)}
     rubs = {k: {j for j in rough if k in _reactions(system, j)}
             for k, f in enumerate(system.frictions) if f.constraint is not None}
-    return {k: found for k, found in rubs.items() if found or system.frictions[k].gap is not None}
+    forced = {j: {j} for j in rough if symbols_in(system.frictions[j].load) & {f.force for f in system.frictions}
+              and not any(j in found for found in rubs.values())}
+    return {k: found for k, found in rubs.items() if found or system.frictions[k].gap is not None} | forced
 
 
 def presses_otherwise(system: "System", branch: Branch, other: Branch) -> bool:

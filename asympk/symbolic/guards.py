@@ -189,10 +189,11 @@ def _divided(guard: Guard) -> Guard:
 
 
 def _unambiguous(system: "System", branch: Branch) -> list[Guard]:
-    """Return the guards of sliding rigid contacts: the reactions stay bounded, and no second motion appears.
+    """Return the guards of sliding contacts with forces in their loads: these stay bounded, without a second motion.
 
     With one rigid contact the constraint is 0 = a + p N, and the motion is unique while p has the same sign as without
-    friction (``unbounded``). A bilateral constraint also needs this of the p for the other sign of N (``several``).
+    friction (``unbounded``). A bilateral constraint also needs this of the p for the other sign of N (``several``). So
+    does a load N = a + b F of its own force.
     A contact slides where any friction does whose load contains its reaction, as in one direction of two. Open contacts
     do not count, nor joints without such a friction. With several contacts p is the determinant of their equations;
     second motions are then sought by ``asympk.automaton.uniqueness``.

@@ -3,6 +3,7 @@
 import itertools
 import math
 import random
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -284,6 +285,26 @@ def test_the_rigid_rod_runs_where_it_is_shallow_and_stops_by_name_where_it_is_st
         follow(rigid_rod(), {"v": 1}, 3, {"c": 3})
     with pytest.raises(NoMotion, match="at t = 0, v = -1"):
         follow(rigid_rod(), {"v": -1}, 3, {"c": 3})
+
+
+def test_a_load_that_rises_with_its_friction_has_a_second_motion_beyond_its_critical_friction_as_soon_as_it_slides():
+    """With load 1 + 4/5 F, v > 0: |load| (1 +- 4/5 kinetic) = +- 1, where both signs have a solution from 5/4 on."""
+    shoe = ap.Friction(velocity=v, force=F, load=1 + sp.Rational(4, 5) * F, kinetic=c)
+    system = ap.System.with_frictions({v: 1 + F}, {}, [shoe])
+    assert follow(system, {"v": 0}, 3, {"c": 1}).final == pytest.approx((3 * (1 - 1 / 1.8),))
+    with pytest.raises(TwoMotions, match="a second motion of the contact comes up at t = 0, v = 0, in mode slip_same"):
+        follow(system, {"v": 0}, 3, {"c": 3})
+    with pytest.raises(NoMotion, match="at t = 0, v = -1"):
+        follow(system, {"v": -1}, 3, {"c": 3})
+    growing = ap.System.with_frictions({v: 1 + F}, {}, [replace(shoe, kinetic=t, static=t)], time=t)
+    for method in ("exact", "dop853"):
+        with pytest.raises(TwoMotions, match=r"a second motion of the contact comes up at t = 1\.25"):
+            follow(growing, {"v": 1}, 3, method=method)
+    other = ap.Friction(velocity=w, force=G, load=4 + F + G / 3, kinetic=t / 5)
+    pair = ap.System.with_frictions({v: 1 + F, w: 3 + G}, {}, [replace(shoe, kinetic=t, static=t), other], time=t)
+    with pytest.raises(TwoMotions, match=r"several motions go on at t = 1\.25, v = ") as stop:
+        follow(pair, {"v": 1, "w": 1}, 3)
+    assert stop.value.t == pytest.approx(1.25, rel=1e-6)
 
 
 def test_a_reaction_that_grows_beyond_all_bounds_ends_the_run_by_name():
