@@ -27,9 +27,10 @@ def run(options: Namespace) -> None:
             raise InputError("--set and --plot are for one mechanism; name it, or give a TOML file")
         print(scenes_as_text(MECHANISMS))
         return
-    described = load_mechanism(options.name).changed(read_constants("--set", settings(options)))
+    given = settings(options)
+    described = load_mechanism(options.name).changed(read_constants("--set", given))
     try:
-        print(_drawn(described, options.plot) if options.plot else _described(described))
+        print(_drawn(described, options.plot) if options.plot else _described(described, given))
     except AsympkError as error:
         raise InputError(f"{options.name}: {error}") from None
 
@@ -44,9 +45,9 @@ def _drawn(described, place):
     return f"wrote {place}"
 
 
-def _described(described):
-    """Return the screen on a mechanism."""
+def _described(described, given):
+    """Return the screen on a mechanism with the ``given`` settings."""
     from asympk.output.mechanisms import mechanism_as_text
 
     with meter("looking for the paradox"):
-        return mechanism_as_text(described)
+        return mechanism_as_text(described, given)

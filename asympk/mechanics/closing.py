@@ -12,7 +12,7 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.errors import InputError, OutOfRange
+from asympk.errors import InputError, NotDerivable, OutOfRange
 from asympk.mechanics.evaluation import ROUNDING, evaluate
 from asympk.mechanics.kinetics import Kinetics, slope_in_powers
 from asympk.mechanics.paradox import condition
@@ -63,7 +63,7 @@ def closed_by(
 ) -> Callable[[Any], Any]:
     """Return q as a function of an array of p, ``over = (p, low, high)``, that closes the contact.
 
-    ``values`` gives the place. Raises ``InputError``, as does the function, where q of this place cannot be followed.
+    ``values`` gives the place. Raises ``NotDerivable``, as does the function, where q of this place cannot be followed.
     """
     import numpy as np
 
@@ -72,6 +72,8 @@ def closed_by(
     parts = (kinetics.gap, kinetics.directions[0, kinetics.coordinates.index(q)], slope_in_powers(kinetics.gap, p))
     root, start = _root(parts, p, q, values), _Place(begin, first, np.nan, 0.0)
     start = _placed(root, start, begin)
+    if np.isnan(start.q):
+        raise _refused(p, q, begin)
     ways = [_followed(root, start, end) for end in ends]
     for way, end in zip(ways, ends, strict=True):
         if not _is_at(way[-1], end, ROUNDING**0.5):
@@ -90,9 +92,9 @@ def closed_by(
     return follower
 
 
-def _refused(p: sp.Symbol, q: sp.Symbol, at: float) -> InputError:
-    return InputError(f"no {q} closes the contact at {p} = {at:g}: give a range of {p} in which it closes, from {q} of "
-                      "the state on")
+def _refused(p: sp.Symbol, q: sp.Symbol, at: float) -> NotDerivable:
+    return NotDerivable(f"no {q} closes the contact at {p} = {at:g}: give a range of {p} in which it closes, from {q} "
+                        "of the state on")
 
 
 def _root(

@@ -100,7 +100,8 @@ class Described:
         """What changes over ``turn`` with it, as ``{name: function}`` of its arrays; {} without ``turn``.
 
         It is the coordinate that closes the contact, if one is needed, and the rates with g' = 0, with the sliding
-        velocity and the free rates of the example. The functions raise ``InputError`` where the contact does not close.
+        velocity and the free rates of the example. Raises ``NotDerivable``, as do the functions, where the contact does
+        not close.
         """
         if self.turn is None:
             return {}

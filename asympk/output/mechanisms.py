@@ -1,6 +1,8 @@
 """The screen of ``asympk mechanism``: contact, paradox, rigid motions and jump of a mechanism in numbers."""
 
+from collections.abc import Mapping
 from shlex import quote
+from types import MappingProxyType
 
 import sympy as sp
 
@@ -30,8 +32,11 @@ def load_mechanism(name: str) -> Described:
     return described_mechanism(name)
 
 
-def mechanism_as_text(described: Described) -> str:
-    """Return the whole screen on a ``Described`` mechanism; raises ``InputError`` where a number is missing."""
+def mechanism_as_text(described: Described, settings: Mapping[str, str] = MappingProxyType({})) -> str:
+    """Return the whole screen on a ``Described`` mechanism; raises ``InputError`` where a number is missing.
+
+    ``settings`` are the numbers by which it was changed, as given to ``--set``: the commands to go on with repeat them.
+    """
     _require_numbers(described)
     numbers = ", ".join(f"{name} = {_short(value)}" for name, value in described.numbers.items())
     rigid = [*contact_lines(described), *_paradox(described), *motion_lines(described)]
@@ -40,7 +45,7 @@ def mechanism_as_text(described: Described) -> str:
     lines = [*wrapped("", title), *wrapped("at ", numbers), *_departure(first), *_others(others), ""]
     for labelled in (rigid, jump_lines(described)):
         lines += [*(part for line in labelled for part in wrapped(line[:_LABEL], line[_LABEL:])), ""]
-    return "\n".join([*lines, *_further(described)])
+    return "\n".join([*lines, *_further(described, settings, first)])
 
 
 def _require_numbers(described):
@@ -103,7 +108,14 @@ def _paradox(described):
     lines = [f"critical        friction {shown}{value}: {_verdict(described)}"]
     if described.turn is None:
         return lines
-    name, low, high = described.turn
+    try:
+        return lines + _over(described, *described.turn)
+    except NotDerivable as reason:  # the contact does not close over the whole range
+        return [*lines, f"over {described.turn[0]:11}{reason}"]
+
+
+def _over(described, name, low, high):
+    rod = described.mechanism
     matter = {str(s) for s in symbols_in(paradox.condition(rod.plain))}
     tied = {other: rule for other, rule in described.tied.items() if other in matter}
     given = {key: value for key, value in {**described.numbers, **tied}.items() if key != name}
@@ -116,8 +128,8 @@ def _paradox(described):
     rates = {*map(str, rod.plain.velocities)} & {*tied}
     told += "".join(f", where {other} closes the contact" for other in tied if other not in rates)
     told += ", sliding as here" if rates else ""
-    lines.append(f"over {name:11}{words} {ends}{told}")
-    return lines + ([] if tied.keys() - rates else _least(rod, name))
+    line = f"over {name:11}{words} {ends}{told}"
+    return [line] + ([] if tied.keys() - rates else _least(rod, name))
 
 
 def _verdict(described):
@@ -205,14 +217,22 @@ def _rebounds(described):
     return [f"rebound         {shown}"]
 
 
-def _further(described):
-    friction = described.mechanism.contact.friction
-    lines = [f"asympk mechanism {quote(described.name)} --plot motions.svg"] if described.mapped else []
-    if friction.is_Symbol:
-        lines.append(f"asympk mechanism {quote(described.name)} --set {friction}=1/2")
-    if described.followed:
-        lines.append(f"asympk least {quote(described.name)}")
+def _further(described, settings, off):
+    name, friction = quote(described.name), described.mechanism.contact.friction
+    given = {key: f" --set {_quoted(f'{key}={value}')}" for key, value in settings.items()}
+    others = "".join(words for key, words in given.items() if key != str(friction))
+    lines = [f"asympk mechanism {name}{''.join(given.values())} --plot motions.svg"] if described.mapped else []
+    if friction.is_Symbol and settings.get(str(friction)) != "1/2":
+        lines.append(f"asympk mechanism {name}{others} --set {friction}=1/2")
+    moved = off or str(described.mechanism.plain.time) in settings  # a motion is to start on the contact, at t = 0
+    if described.followed and not (settings and moved):
+        lines.append(f"asympk least {name}{''.join(given.values())}")
     return lines
+
+
+def _quoted(setting):
+    """Return a setting for a shell; a rate is easier to read in double quotes."""
+    return f'"{setting}"' if "'" in setting and not {*setting} & {*'"$`\\!'} else quote(setting)
 
 
 def _short(value):

@@ -16,7 +16,8 @@ from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.systems.catalogue import f, on_elastic_contact
 
 theta, phi = dynamicsymbols("theta phi")
-J, m, r, l, T = sp.symbols("J m r l T", positive=True)
+J, m, r, l = sp.symbols("J m r l", positive=True)
+T = sp.Symbol("T", real=True)
 _PHI = asin(sin(1.0) / 1.2)
 VALUES = {"J": 2, "m": 1, "r": 1, "l": "6/5", "T": 1, "f": 3, "c": "1e-6", "h": "1/2"}
 STATE = {"theta": 1.0, "phi": _PHI, "theta'": 1.0, "phi'": cos(1.0) / (1.2 * cos(_PHI))}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from asympk.errors import InputError
+from asympk.errors import InputError, NotDerivable
 from asympk.mechanics.described import mechanism_of_table
 from asympk.output.mechanisms import mechanism_as_text
 from asympk.systems.catalogue import described_mechanism
@@ -34,10 +34,21 @@ def test_with_another_rod_the_angles_of_the_catalogue_s_crank_close_the_contact(
         assert found == pytest.approx(np.arcsin(np.sin(at) / length), abs=1e-12)
 
 
-def test_a_place_out_of_reach_is_refused_by_name():
+def test_a_place_out_of_reach_is_refused_by_name_and_all_else_is_told():
+    """Nothing was told of a crank longer than its rod."""
     short = mechanism_of_table({**CRANK, "values": {"l": 0.9, "f": 3}, "over": {"theta": [0.05, 2]}}, "crank")
-    with pytest.raises(InputError, match=r"no phi closes the contact at theta = 1\.1\d+: give a range of theta"):
-        mechanism_as_text(short)
+    with pytest.raises(NotDerivable, match=r"no phi closes the contact at theta = 1\.1\d+: give a range of theta"):
+        _ = short.tied
+    told = mechanism_as_text(short)
+    assert "over theta      no phi closes the contact at theta = 1.1" in told
+    assert "rigid motions   none" in told
+    assert "impulses P_N" in told
+
+
+def test_an_example_that_nothing_closes_is_told_by_its_place():
+    """The refusal was `b[0] = nan: it must be a finite number`."""
+    told = mechanism_as_text(described_mechanism("arm").changed({"a": 3}))
+    assert "over a          no b closes the contact at a = 3: give a range of a" in told
 
 
 def test_a_height_without_a_part_in_the_paradox_closes_the_contact_and_leaves_every_interval_found():
@@ -54,7 +65,7 @@ def test_a_contact_that_turns_back_is_not_followed_onto_a_root_beyond():
     """g_q has the same sign at the root up to p = 1.30 and at a root beyond, which was taken for it."""
     gap = "8*p*q/15 + sin(q) - 3*cos(p) + 3.14305"
     turned = {**BLOCK, "gap": gap, "values": {"f": 3, "p": -0.335357}, "state": {**BLOCK["state"], "q": -0.298032}}
-    with pytest.raises(InputError, match=r"no q closes the contact at p = 1\.30"):
+    with pytest.raises(NotDerivable, match=r"no q closes the contact at p = 1\.30"):
         _ = mechanism_of_table({**turned, "over": {"p": [15, 16.4]}}, "turned").tied
 
 

@@ -82,6 +82,30 @@ def test_every_mechanism_of_the_catalogue_is_told_in_one_screen(name, capsys):
         assert part in told
 
 
+def test_the_commands_to_go_on_with_repeat_the_numbers_that_were_set(capsys):
+    """They led back to the numbers of the file."""
+    given = ["--set", "theta'=0.1", "--set", "Y'=0.04535961", "--set", "f=1/2"]
+    assert main(["mechanism", "painleve_rod", *given]) == 0
+    rates = """ --set "theta'=0.1" --set "Y'=0.04535961" --set f=1/2"""
+    assert capsys.readouterr().out.splitlines()[-2:] == [
+        f"asympk mechanism painleve_rod{rates} --plot motions.svg",
+        f"asympk least painleve_rod{rates}",
+    ]
+    assert main(["mechanism", "painleve_rod", "--set", "theta=75 deg", "--set", "f=3"]) == 0
+    assert capsys.readouterr().out.splitlines()[-2:] == [  # off the contact, a motion would start with a blow
+        "asympk mechanism painleve_rod --set 'theta=75 deg' --set f=3 --plot motions.svg",
+        "asympk mechanism painleve_rod --set 'theta=75 deg' --set f=1/2",
+    ]
+
+
+@pytest.mark.slow
+def test_a_crank_that_runs_free_or_is_braked_is_one_of_the_catalogue(capsys):
+    """The moment of the crank had to be positive: T = 0 and T = -2 were refused."""
+    for moment, told in ((0, "rigid motions   none"), (-2, "slip with R = 0.198781, slip with R = -0.964668")):
+        assert main(["mechanism", "crank_slider", "--set", f"T={moment}"]) == 0
+        assert told in capsys.readouterr().out
+
+
 def test_the_screen_of_a_rod_on_the_ground_has_the_numbers_of_a_computation_by_hand(screen):
     """A slender rod of the half length 1 at theta: G_NN = 1 + 3 cos^2, G_NT = -3 sin cos, G_TT = 1 + 3 sin^2."""
     s, c = math.sin(1.1), math.cos(1.1)
@@ -288,7 +312,7 @@ def test_what_is_told_of_a_mechanism_does_not_depend_on_the_numbers_of_its_elast
     told = []
     for settings in ([], ["--set", "c=1", "--set", "h=2"]):
         assert main(["mechanism", "painleve_rod", *settings]) == 0
-        told.append(capsys.readouterr().out)
+        told.append(capsys.readouterr().out.partition("asympk mechanism")[0])  # the commands repeat the numbers
     assert told[0] == told[1]
 
 
