@@ -27,6 +27,7 @@ from sympy.polys.fields import FracField
 from asympk.errors import InputError
 
 WIDTH = 32  # bits for one exponent; the highest bit is a guard that shows a borrow
+TRIAL = 1000  # larger primes of a denominator are not looked for: factoring a number of 400 digits never ends
 _CANONICAL = cmp_to_key(sp.Basic.compare)
 NOT_SMOOTH = (sp.Piecewise, sp.Abs, sp.sign, sp.Max, sp.Min, sp.Heaviside, sp.DiracDelta, sp.floor, sp.ceiling)
 
@@ -65,7 +66,8 @@ class DifferentialRing:
         relations = [*_function_relations(self.atoms), *relations]
         inputs = [*exprs, *(rate for by in rates.values() for rate in by.values()), *(r[2] for r in relations)]
         below = [self._rational(e).denom for e in inputs]
-        self._integer = prod(sp.primefactors(lcm(*(int(d.content()) for d in below))))
+        contents = lcm(*(int(d.content()) for d in below))
+        self._integer = prod(sp.factorint(contents, limit=TRIAL))
         self._bases = _coprime(below)
         self._powers = [[{0: 1}, {0: self._integer}], *([{0: 1}, _pack(d)] for d in self._bases)]
         self._guard = sum(1 << WIDTH * (i + 1) - 1 for i in range(len(self.atoms)))

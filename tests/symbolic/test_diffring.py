@@ -37,6 +37,12 @@ def test_an_expression_and_its_derivatives_come_back_unchanged_in_value(name):
             element = ring.diff(element, x)
 
 
+def test_a_denominator_that_cannot_be_factored_is_kept_whole():
+    huge = (10**300 + 7) * (3 * 10**250 + 1)
+    ring = DifferentialRing([x / (12 * huge), x**2 / huge], BY_X, depth=1)
+    assert ring.expr(ring(x / (12 * huge))) == x / (12 * huge)
+
+
 def test_what_cancels_is_cancelled():
     ring = DifferentialRing([1 / (1 - x**2), 1 / (x + a)], BY_X, depth=1)
     assert ring.expr(ring((x**2 - 1) * (x + a) / (1 - x**2))) == -x - a
