@@ -193,7 +193,7 @@ class Watch:
         passed: dict[tuple[int, int], float] = {}
         if self.sides:
             self.earlier, self.sides = self.sides, self.mode.middle_sides(t, *state, *self.mode.p)
-            passed = passed if self.sides == self.earlier else self._middles_passed(solver, t, state)
+            passed = self._middles_passed(solver, t, state) if first or self.sides != self.earlier else passed
         if not (met or first or passed or (last and self.mode.peaked)):
             return False
         begin, end, h = solver.t_old, met[0] if met else t, t - solver.t_old

@@ -63,10 +63,13 @@ def dips(before: Iterable[Any], within: Iterable[Any]) -> bool:
 
 
 def passed_wholes(every: bool, before: Any, after: Any) -> list[int]:
-    """Return the whole values that the phase of a middle passes, 0 alone unless it has one at ``every`` whole value."""
+    """Return the whole values that the phase of a middle passes, or begins or ends at while it changes.
+
+    It is 0 alone unless the phase has a middle at ``every`` whole value.
+    """
     low, high = sorted((before, after))
     wholes = range(int(low) - 1, min(int(high), int(low) + TURNS) + 2) if every else (0,)
-    return [n for n in wholes if low < n <= high]
+    return [n for n in wholes if low <= n <= high and low < high]
 
 
 def suspects(before: Look, after: Look) -> list[int]:

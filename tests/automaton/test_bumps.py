@@ -1,4 +1,4 @@
-"""Bumps in waves: which are narrow, with the parameters of a scene."""
+"""Bumps in waves: which are narrow, with the parameters of a scene; a start on the middle of a bump."""
 
 import pytest
 import sympy as sp
@@ -37,3 +37,12 @@ def test_a_bump_is_watched_if_it_is_narrow_beside_the_way_between_middles(push, 
 def test_a_bump_is_watched_if_its_width_is_not_known(push):
     """It depends on what is no angle, on many angles, is not finite everywhere, or is no function of NumPy."""
     assert any(middle.every for middle in _middles(push, 1))
+
+
+@pytest.mark.parametrize("method", ["rk45", "dop853", "lsoda"])
+def test_a_push_that_a_start_on_its_middle_does_not_yet_feel_adds_its_area(method):
+    """The rates at the start were 0, the first step was long, and the push was lost."""
+    push = 10**10 * (a - 1) * sp.exp(-((10**5 * (a - 1)) ** 2))
+    system = ap.System.smooth(slow={a: sp.S.One, v: push}, fast={}, small=None)
+    path = ap.solve(ap.Scene(system=system, start={"a": 1, "v": 0}, until=1), method=method)
+    assert path.final[1] == pytest.approx(0.5, rel=1e-4)
