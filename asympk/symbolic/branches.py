@@ -19,6 +19,7 @@ from asympk.symbolic.long import (
     ROUGH,
     atoms,
     expanded,
+    expands,
     generic_place,
     heavy,
     is_longer,
@@ -410,7 +411,7 @@ def drive(system: "System", friction: "Friction") -> tuple[sp.Expr, sp.Expr]:
     rate = rate_along(system, friction.velocity)
     if friction.normal is not None and friction.constraint is None:
         rate = replaced(rate, {friction.normal: friction.load})
-    rate = rate if heavy(rate) else sp.expand(rate)
+    rate = sp.expand(rate) if expands(rate) else rate
     return replaced(rate, {friction.force: sp.S.Zero}), slope_by(rate, friction.force)
 
 

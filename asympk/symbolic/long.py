@@ -98,20 +98,30 @@ def heavy(expr: sp.Basic) -> bool:
     return any(p.exp.is_negative and p.base.is_Add for p in atoms(expr, sp.Pow)) and is_longer(expr, LONG)
 
 
+def expands(expr: sp.Expr) -> bool:
+    """Tell whether an expression may be expanded: it is not heavy, and no square of a sum is in a sum that divides it.
+
+    Where 1 + (1000 (x - 2))^2 is least, the terms of its expansion cancel.
+    """
+    divisors = {p.base for p in atoms(expr, sp.Pow) if p.exp.is_negative and p.base.is_Add}
+    within = atoms(sp.Tuple(*divisors), sp.Pow)
+    return not heavy(expr) and not any(p.base.is_Add and p.exp.is_Integer and p.exp.is_positive for p in within)
+
+
 def expanded(expr: sp.Expr) -> sp.Expr:
-    """Expand an expression, unless it is heavy, or is not rational and grows."""
-    if heavy(expr):
+    """Expand an expression that ``expands``, unless it is not rational and grows."""
+    if not expands(expr):
         return expr
     found = sp.expand(expr)
     return found if _is_rational(expr) or found.count_ops() <= expr.count_ops() else expr
 
 
 def tidied(expr: sp.Expr) -> sp.Expr:
-    """Expand an expression unless it is heavy; write quotients of polynomials over a common denominator.
+    """Expand an expression that ``expands``; write quotients of polynomials over a common denominator.
 
     A quotient is not expanded before: that repeats its denominators in every term.
     """
-    if not (_is_rational(expr) and any(power.exp.is_negative for power in atoms(expr, sp.Pow))):
+    if not expands(expr) or not (_is_rational(expr) and any(power.exp.is_negative for power in atoms(expr, sp.Pow))):
         return expanded(expr)
     above, below = _quotient(expr) if expr.is_rational_function() else (expr, Counter[sp.Expr]())
     if not any(base.free_symbols for base in below):

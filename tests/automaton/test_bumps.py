@@ -1,5 +1,7 @@
 """Bumps in waves: which are narrow, with the parameters of a scene; a start on the middle of a bump."""
 
+import math
+
 import pytest
 import sympy as sp
 
@@ -46,3 +48,13 @@ def test_a_push_that_a_start_on_its_middle_does_not_yet_feel_adds_its_area(metho
     system = ap.System.smooth(slow={a: sp.S.One, v: push}, fast={}, small=None)
     path = ap.solve(ap.Scene(system=system, start={"a": 1, "v": 0}, until=1), method=method)
     assert path.final[1] == pytest.approx(0.5, rel=1e-4)
+
+
+def test_a_narrow_push_by_a_quotient_adds_its_area_to_a_block_with_friction():
+    """Its divisor, a sum of squares, was expanded: its terms cancel where it is least, and the run was refused."""
+    force = sp.Symbol("force")
+    friction = ap.Friction(velocity=v, force=force, load=sp.Rational(1, 10), kinetic=1)
+    push = 10 / (1 + (1000 * (w - 2)) ** 2) ** 2
+    system = ap.System.with_frictions(slow={a: v, w: sp.S.One, v: push + force}, fast={}, frictions=(friction,))
+    path = ap.solve(ap.Scene(system=system, start={"a": 0, "w": 0, "v": 1}, until=5))
+    assert path.final[path.names.index("v")] == pytest.approx(0.5 + math.pi / 200, abs=1e-7)
