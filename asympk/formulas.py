@@ -92,6 +92,7 @@ FUNCTIONS = {"frac": fractional_part, "cbrt": cube_root} | {
 } | {name: getattr(sp, name.capitalize()) for name in ("abs", "Abs", "max", "Max", "min", "Min", "mod", "Mod")}
 TWO = (sp.Max, sp.Min, sp.Mod, sp.atan2)  # functions that take two arguments
 CONSTANTS = {"pi": sp.pi}
+UNEVALUATED = (sp.Derivative, sp.Subs, sp.Sum, sp.Product, sp.Integral, sp.Limit)  # .doit() works them out
 NOT_FINITE = (sp.nan, sp.zoo, sp.oo, -sp.oo)  # what an expression has in it that has no finite value
 LONGEST = 4000  # most characters of a formula
 DEEPEST = 60  # most levels of the syntax tree

@@ -21,7 +21,7 @@ from mpmath.libmp import dps_to_prec
 from sympy.printing.codeprinter import PrintMethodNotImplementedError
 
 from asympk.errors import InputError, OutOfRange
-from asympk.formulas import NOT_FINITE
+from asympk.formulas import NOT_FINITE, UNEVALUATED
 from asympk.multiprecision import as_mpf, in_context, private_context
 from asympk.naming import named
 from asympk.numbers import Number, common_shape, number, numbers, short
@@ -36,7 +36,6 @@ from asympk.symbolic.removable import limits_on_floats
 from asympk.symbolic.tables import as_tree, without_tables
 
 BRANCHING = (sp.Piecewise, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.floor, sp.ceiling, sp.Mod)
-_OPEN = (sp.Derivative, sp.Subs, sp.Sum, sp.Product)  # unevaluated: .doit() works them out
 _LARGEST = 2**1024  # no double is this large
 class NoFunction(InputError):
     """The numbers of a target have no function that an expression contains."""
@@ -417,7 +416,7 @@ def _check(expr, args, known, branching):
     if not isinstance(expr, sp.Expr):
         raise InputError(f"{expr} is not an expression; lower expressions, not conditions or matrices")
     parts = atoms(expr, sp.Basic)
-    if any(isinstance(part, _OPEN) for part in parts):
+    if any(isinstance(part, UNEVALUATED) for part in parts):
         raise InputError(f"{short(expr)} is to be worked out first; give {short(expr)}.doit()")
     if missing := {part for part in parts if isinstance(part, sp.Symbol)} - known:
         raise InputError(

@@ -10,7 +10,7 @@ import sympy as sp
 from sympy.core.function import AppliedUndef
 
 from asympk.errors import InputError
-from asympk.formulas import NOT_FINITE, formula_in_words
+from asympk.formulas import NOT_FINITE, UNEVALUATED, formula_in_words
 from asympk.numbers import number, short
 from asympk.symbolic.long import atoms
 from asympk.symbolic.reading import entries_of, rational
@@ -81,6 +81,8 @@ def _require_formulas(system: "System") -> None:
         if unknown := sorted(map(short, atoms(expr, AppliedUndef))):
             raise InputError(f"{name} = {short(expr)} has no value: {unknown[0]} is a function without a formula; "
                              "write its formula there")
+        if found := sorted(map(short, atoms(expr, *UNEVALUATED))):
+            raise InputError(f"{name} = {short(expr)}: {found[0]} is to be worked out first; give {found[0]}.doit()")
 
 
 def _require_divisible(system: "System", values: dict[sp.Symbol, Any], numbers: dict[sp.Symbol, sp.Rational]) -> None:
