@@ -1,6 +1,7 @@
 """The screen of ``asympk mechanism``: contact, paradox, rigid motions and jump of a mechanism in numbers."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from shlex import quote
 from types import MappingProxyType
 
@@ -9,12 +10,13 @@ import sympy as sp
 from asympk.errors import InputError, NotDerivable
 from asympk.mechanics import evaluation, paradox
 from asympk.mechanics.checks import departures
-from asympk.mechanics.described import Described
+from asympk.mechanics.described import Described, mechanism_of_table
 from asympk.mechanics.jump_law import keeps_gap, rebound
 from asympk.numbers import number
 from asympk.output.terminal import wrapped
-from asympk.scenes.scenefile import is_file
+from asympk.scenes.scenefile import is_file, scene_of_table
 from asympk.shown import number_as_text
+from asympk.storage.tomlfile import read_table
 from asympk.symbolic.long import symbols_in
 from asympk.systems.catalogue import described_mechanism
 
@@ -24,12 +26,23 @@ ROUNDING = 1e-13  # relative to the largest velocity before a jump: smaller velo
 
 
 def load_mechanism(name: str) -> Described:
-    """Return the ``Described`` mechanism of the catalogue called ``name``, or that of the TOML file ``name``."""
-    if is_file(name):
-        from asympk.mechanics.described import read_mechanism
+    """Return the ``Described`` mechanism of the catalogue called ``name``, or that of the TOML file ``name``.
 
-        return read_mechanism(name)
-    return described_mechanism(name)
+    The file may also be that of a scene that holds a mechanism. Raises ``InputError`` for a scene without coordinates.
+    """
+    if not is_file(name):
+        return described_mechanism(name)
+    table = read_table(name)
+    held = table["system"].get("mechanism") if isinstance(table.get("system"), dict) else None
+    if held is None:
+        return mechanism_of_table(table, name)
+    scene, about = scene_of_table(table, name), table.get("about", "")
+    if scene.origin is None:
+        raise InputError(f"{name}: it starts from states of the system; give all coordinates and rates under [start]")
+    mechanism, values, state = scene.origin[:3]
+    if isinstance(held, str):
+        return replace(described_mechanism(held), name=name, about=about, values=values, state=state)
+    return Described(name, about, mechanism, values, state, None, followed=True)
 
 
 def mechanism_as_text(described: Described, settings: Mapping[str, str] = MappingProxyType({})) -> str:

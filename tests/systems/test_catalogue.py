@@ -82,6 +82,38 @@ def test_every_mechanism_of_the_catalogue_is_told_in_one_screen(name, capsys):
         assert part in told
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["painleve_rod", "crank_slider", "butenin"])
+def test_the_copy_of_a_scene_that_ships_is_told_as_its_mechanism(name, tmp_path, monkeypatch, capsys):
+    """It was refused: `a mechanism has coordinates`, although the scene holds one."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["scenes", name]) == 0
+    (tmp_path / "copy.toml").write_text(capsys.readouterr().out)
+    told = []
+    for of in (name, "copy.toml"):
+        assert main(["mechanism", of]) == 0
+        told.append(capsys.readouterr().out.partition("contact         ")[2].replace(of, "it"))
+    assert told[0] == told[1]
+    assert main(["mechanism", "copy.toml", "--plot", "map.png"]) == 0
+
+
+def test_a_scene_whose_mechanism_starts_from_states_of_its_system_is_asked_for_coordinates(tmp_path, capsys):
+    place = tmp_path / "block.toml"
+    place.write_text("""until = 1
+system.mechanism = {coordinates = ["X", "Y"], lagrangian = "(X'^2 + Y'^2)/2 - Y", gap = "Y", slip = "X", friction = 1}
+system.contact = "elastic"
+system.compliance = "c"
+system.damping = 1
+values = {c = 1e-3}
+start = {X = 0, Y = 0, x = 0, y = 0, z = 1}
+""")
+    assert main(["mechanism", str(place)]) == 2
+    assert "states of the system; give all coordinates and rates under [start]" in capsys.readouterr().err
+    place.write_text(place.read_text().replace("x = 0, y = 0, z = 1", "\"X'\" = 1, \"Y'\" = 0"))
+    assert main(["mechanism", str(place)]) == 0
+    assert "rigid motions   slip with R = 1\n" in capsys.readouterr().out
+
+
 def test_the_commands_to_go_on_with_repeat_the_numbers_that_were_set(capsys):
     """They led back to the numbers of the file."""
     given = ["--set", "theta'=0.1", "--set", "Y'=0.04535961", "--set", "f=1/2"]
