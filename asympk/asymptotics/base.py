@@ -63,14 +63,17 @@ class BasePoint(ShownAsFormulas):
     def at(self, values: Mapping, start: Mapping, rtol: float = 1e-10) -> dict[str, tuple[float, ...]]:
         """Return {name: (c_0, ..., c_n)}, the coefficients in numbers, by integration along the layer to ``rtol``.
 
-        Raises ``InputError``, also unless ``LEAST`` <= ``rtol`` <= ``LARGEST``, and ``OutOfRange`` where the layer
-        settles on no attracting branch.
+        ``values`` may contain the small parameter, as those of a scene do; the coefficients do not depend on it. Raises
+        ``InputError``, also unless ``LEAST`` <= ``rtol`` <= ``LARGEST``, and ``OutOfRange`` where the layer settles on
+        no attracting branch.
         """
-        placed, begins = place(self.system, {self.system.small: 1, **values}, start)
-        numbers = {s: float(v) for s, v in zip(self.system.parameters, placed, strict=True) if s != self.system.small}
+        small = self.system.small
+        lacks_small = isinstance(values, Mapping) and str(small) not in map(str, values)
+        placed, begins = place(self.system, {small: 1, **values} if lacks_small else values, start)
+        numbers = {s: float(v) for s, v in zip(self.system.parameters, placed, strict=True) if s != small}
         slow, allowed = len(self.system.slow), f"from {LEAST:g} to {LARGEST:g}"
         tolerance = float(number("rtol", rtol, lambda v: LEAST <= v <= LARGEST, allowed))
-        known = formulas(self.system.modes[0], self.system.small, tuple(numbers))
+        known = formulas(self.system.modes[0], small, tuple(numbers))
         begin = tuple(map(float, begins))
         base = land(known, self.order, begin[:slow], begin[slow:], tuple(numbers.values()), tolerance).base
         return {s.name: tuple(base[:, i].tolist()) for i, s in enumerate(self.system.slow)}

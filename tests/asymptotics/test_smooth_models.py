@@ -551,6 +551,14 @@ def test_a_base_point_in_numbers_refuses_a_tolerance_that_it_cannot_keep(rtol):
         found.at({}, {x: 1, y: 2}, rtol=rtol)
 
 
+def test_a_base_point_takes_the_values_of_a_scene_which_have_the_small_parameter():
+    """By its name it was said to be given twice."""
+    found, start = ap.jump_map(CUBIC, order=1), {x: 1, y: 2}
+    assert found.at({"mu": "1e-3"}, start) == found.at({mu: "1e-3"}, start) == found.at({}, start)
+    with pytest.raises(ap.errors.InputError, match="values = None"):
+        found.at(None, start)
+
+
 def test_a_base_point_names_its_slow_states_and_there_is_none_without_fast_states():
     with pytest.raises(UnknownName, match="y is not a slow state; the base point has x"):
         ap.jump_map(ENZYME)[y]
