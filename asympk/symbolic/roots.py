@@ -142,10 +142,13 @@ def _by_power(numerator, w, height, y):
 def _leaves_out(found, equal_zero, y, *others):
     """Tell whether g changes its sign, at generic numbers for all other symbols, where no solution has its value.
 
-    SymPy finds no root of sqrt(y**2 + 1) + atan(y) - 3*y, and of a product those of the factors that it solves. Only
-    one unknown is looked at. Roots of a g of waves alone whose turns fit are those in one turn.
+    SymPy finds no root of sqrt(y**2 + 1) + atan(y) - 3*y, and of a product those of the factors that it solves. With
+    several unknowns it may find none of equations that are not rational. Roots of a g of waves alone whose turns fit
+    are those in one turn.
     """
-    if others or heavy(force := equal_zero[0]):
+    if others:
+        return not (found or all(g.is_rational_function(y, *others) for g in equal_zero))
+    if heavy(force := equal_zero[0]):
         return False
     turn = whole_turn(force, y)
     heights, place = [form[y] for s in found for form in real_forms(s)], generic_place(force)
@@ -330,17 +333,24 @@ def _factor_list(told, symbols):
 
 
 def _has_none_at_last(equal_zero, unknowns):
-    """Tell whether no solutions are known of the equation, not rational, that is left without linear unknowns."""
+    """Tell whether no solutions are known of what is left without linear unknowns: an equation, or ``_entangled``."""
     if len(unknowns) == 1:
         numerator = sp.fraction(sp.together(*equal_zero))[0]
         return not numerator.is_rational_function(*unknowns) and solutions_of([numerator], unknowns) is None
     slopes = ((k, y, equal_zero[k].diff(y)) for k in range(len(unknowns)) for y in unknowns)
     if (given := next(((k, y, slope) for k, y, slope in slopes if slope != 0 and not slope.has(y)), None)) is None:
-        return False
+        return _entangled(equal_zero, unknowns)
     k, y, slope = given
     own = -equal_zero[k].subs(y, 0) / slope
     left = [g.subs(y, own) for g in (*equal_zero[:k], *equal_zero[k + 1 :])]
     return _has_none_at_last(left, [other for other in unknowns if other != y])
+
+
+def _entangled(equal_zero, unknowns):
+    """Tell whether every unknown is in two functions of unknowns, or in one and outside: SymPy may not end."""
+    names = {f: sp.Dummy() for g in equal_zero for f in _outermost(g, unknowns)}
+    outside = sp.Tuple(*equal_zero).xreplace(names)
+    return len(names) > 0 and all(outside.has(y) + sum(f.has(y) for f in names) > 1 for y in unknowns)
 
 
 def _in_half_angle(force, y):
