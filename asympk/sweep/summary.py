@@ -50,9 +50,9 @@ def summarise(out: str | Path) -> dict[str, Any]:
 
 def _first_refusal(out, sweep):
     """Return why the first trajectory that is refused is so, or "" where its family does not tell."""
-    for _, story, columns in results(out, ("outcome",)):
+    for _, provenance, columns in results(out, ("outcome",)):
         if rows := np.flatnonzero(columns["outcome"] == _REFUSED).tolist():
-            k = story["start"] + rows[0]
+            k = provenance["start"] + rows[0]
             words = isinstance(sweep.family, SystemFamily) and sweep.family.refusal(sweep.quantities(k, k + 1))
             return f"trajectory {k}: {words}" if words else ""
     return ""
