@@ -34,9 +34,10 @@ def solve(scene: Scene, method: str = "exact", **options: Any) -> Path:
 
     ``method="exact"`` is the event-driven closed form for the rod and for every system whose modes are all affine, on
     each side of its switching surfaces. For other systems ``"exact"`` is a stiff integrator whose steps have errors of
-    about 1e-10; ``path.model`` then names the integrator, and ``path.info["why"]`` says what is not affine. With
-    ``digits=n`` the run is computed in mpmath numbers. Options belong to the method. Raises ``UnknownName`` for an
-    unknown method, and ``InputError`` for an option that the method does not have or if ``scene`` is no ``Scene``.
+    about 1e-10, or 1e-12 where errors grow; ``path.model`` then names the integrator, and ``path.info["why"]`` says
+    what is not affine. With ``digits=n`` the run is computed in mpmath numbers. Options belong to the method. Raises
+    ``UnknownName`` for an unknown method, and ``InputError`` for an option that the method does not have or if
+    ``scene`` is no ``Scene``.
     """
     require_scene(scene, "solve")
     name = named("method", method, METHODS)

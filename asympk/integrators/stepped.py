@@ -18,6 +18,8 @@ from asympk.systems.automata import automaton_of
 
 INTEGRATOR = "lsoda"
 TOLERANCE = 1e-10
+GROWN = 1e-5  # relative error at the end from which a run is repeated with ``LEAST_TOLERANCE``
+LEAST_TOLERANCE = 1e-12
 SMALL = 1e-4  # ratio of a state's size to its scale below which the run is repeated with a smaller atol
 SMALLER = 1 / 2  # the same where the errors would be a noticeable part of the states
 NOISE = 1e-7  # ratio of a state's size to that by the terms of its rate below which the state may be rounding
@@ -31,7 +33,8 @@ def run(
     """Follow ``scene`` by LSODA with rtol = atol = 1e-10, or, with ``digits``, by collocation to that accuracy.
 
     If a state stays small relative to 1, as in too large a unit, the run is repeated with atol relative to its size,
-    also if the errors may otherwise have grown too large, and after a pole with atol = 1e-14.
+    also if the errors may otherwise have grown too large, and after a pole with atol = 1e-14. If errors may still have
+    grown to 1e-5 of the final state, the run is repeated with rtol = 1e-12.
     ``path.model`` names the integrator; ``steps`` bounds those of LSODA, ``seconds`` the time. Raises ``Undecided``
     where errors may have grown to a noticeable part of the final state, or of a state well before the run stops at a
     pole or beyond all bounds, ``Pole``, ``Unfinished``, ``Accumulation``, ``NoMotion``,
@@ -58,26 +61,28 @@ def _stopped_at(stop: Pole | Unfinished) -> Any:
     return stop.path.info["reached"] if stop.path.info["status"].startswith(("stalled", "left the range")) else None
 
 
-def _followed(scene: Any, **limits: Any) -> Path:
+def _followed(scene: Any, tolerance: float = TOLERANCE, **limits: Any) -> Path:
     """Return the path of a scene; raises ``Undecided`` and ``Unfinished`` as ``run`` does, and ``Pole``."""
-    traced = partial(integrate.traced, scene, INTEGRATOR, keep=True, rtol=TOLERANCE, **limits)
+    traced = partial(integrate.traced, scene, INTEGRATOR, keep=True, rtol=tolerance, **limits)
     automaton = automaton_of(scene)
     scale = 1.0
     try:
-        path, joined = traced(atol=TOLERANCE)
+        path, joined = traced(atol=tolerance)
     except OutOfRange:  # errors of a state that dies out may have passed a pole that the motion does not pass
-        path, joined = traced(atol=TOLERANCE * (scale := SMALL))
+        path, joined = traced(atol=tolerance * (scale := SMALL))
     parts = linearised(automaton, without_rounding(automaton, joined.segments))
     scales, (found, sizes) = (scale,) * len(scene.start), _scales(parts)
     while True:
         fallen = min(new / old for old, new in zip(scales, found, strict=True))
         if fallen >= SMALL:
-            factor = growth(parts, scales, sizes, TOLERANCE)
-            if factor * TOLERANCE <= LOST:
+            factor = growth(parts, scales, sizes, tolerance)
+            if factor * tolerance <= (GROWN if tolerance > LEAST_TOLERANCE else LOST):
                 return path
+            if fallen >= SMALLER and factor * LEAST_TOLERANCE <= LOST:
+                return _followed(scene, LEAST_TOLERANCE, **limits)
             if fallen >= SMALLER:
                 raise grown(factor, path.info["reached"])
-        path, joined = traced(atol=tuple(TOLERANCE * scale for scale in found))
+        path, joined = traced(atol=tuple(tolerance * scale for scale in found))
         parts = linearised(automaton, without_rounding(automaton, joined.segments))
         scales, (found, sizes) = found, _scales(parts)
 
