@@ -222,7 +222,7 @@ class CriticalManifold(ShownAsFormulas):
         if self._finite == sp.false:
             why = "a denominator vanishes"
         elif self.real == sp.false:
-            why = "a state has not the sign it is declared to have, or a root or a logarithm is of a negative number"
+            why = "a state has not the sign it is declared to have, or a root or a logarithm is of no positive number"
         elif any(p[-1] == 0 for p in self.characteristic):
             why = f"{determinant(self.branch)} vanishes"
         else:

@@ -106,8 +106,12 @@ def _root_within_range(g, base, powers, branch):
     """
     q, root, parts = sp.ilcm(1, *(p.exp.q for p in powers)), sp.Dummy(positive=True), dict[int, sp.Expr]()
     numerator, _ = sp.fraction(sp.together(told := g.xreplace({p: root ** (q * p.exp) for p in powers})))
-    for (k,), c in sp.Poly(numerator, root).terms() if numerator.is_polynomial(root) else ():
+    terms = sp.Poly(numerator, root).terms() if numerator.is_polynomial(root) else ()
+    for (k,), c in terms:
         parts[k % q] = parts.get(k % q, 0) + c * base ** (k // q)
+    if len(terms) == 1 and not is_zero_somewhere(terms[0][1].subs(branch, simultaneous=True)):
+        yield sp.S.Zero  # the root itself vanishes, and is real on one side alone
+        return
     own, *values = (e.subs(branch, simultaneous=True) for e in (base, *(parts[k] for k in sorted(parts))))
     if len(values) != 2 or is_zero_somewhere(values[1]):
         yield own

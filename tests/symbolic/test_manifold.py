@@ -938,8 +938,14 @@ def test_a_branch_of_a_state_exists_just_where_it_has_the_declared_sign_of_the_s
 def test_a_branch_at_a_value_at_which_it_is_not_real_is_refused_as_that():
     a = sp.Symbol("a", real=True)
     lower, _ = ap.slow_manifolds(ap.System.smooth({u: sp.S.One}, {v: a - v**2}, mu))
-    with pytest.raises(NotNormallyHyperbolic, match=r"a logarithm is of a negative number .*only for a > 0"):
+    with pytest.raises(NotNormallyHyperbolic, match=r"a logarithm is of no positive number .*only for a > 0"):
         lower.at(a=-1)
+
+
+@pytest.mark.parametrize("power", [sp.S.Half, sp.Rational(3, 2)])
+def test_a_branch_on_which_a_whole_rate_is_a_root_of_zero_is_no_slow_manifold(power):
+    """sqrt(y) - x vanishes on y = x^2 for x > 0; the branch was said to exist for x < 0, where the root is 2 |x|."""
+    assert not ap.slow_manifolds(ap.System.smooth({x: sp.S.One}, {y: (sp.sqrt(y) - x) ** power}, mu))
 
 
 @pytest.mark.parametrize("wave", [sp.sin, sp.cos, sp.tanh])
