@@ -43,7 +43,7 @@ PEERS = {  # method -> (module, package) where it needs one of the extra ``peers
 COMPILED = ("heyoka", "kvaerno5")  # whose rates are compiled as they are written, and lose digits beside 0/0
 BESIDE_LIMITS, PIECES = "lsoda", 64  # the method there, and the part of a run after which it is told whether to go on
 FINISHED, LEFT = "finished", "left the range of floats"
-AT_REST = ("dry friction in a plane, -f v/|v|, stops there: end the run before, or write the speed |v| as "
+AT_REST = ("end the run before; a speed |v|, as in dry friction in a plane, -f v/|v|, may be written as "
            "sqrt(v**2 + e**2) with a small e")
 ADVICE = {  # beginning of the status of a run that stops early -> advice for the user
     "step limit": "allow more steps, or take another method",

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from asympk.automaton.numericmode import LONG
-from asympk.errors import OutOfRange, Pole, Unfinished
+from asympk.errors import InputError, OutOfRange, Pole, Unfinished
 from asympk.integrators import collocation, integrate
 from asympk.integrators.growth import LOST, Linearised, balances, grown, growth, linearised, without_rounding
 from asympk.numbers import whole
@@ -27,7 +27,7 @@ UNBOUNDED = 1e12  # seconds: in effect no limit
 
 
 def run(
-    scene: Any, method: str = "exact", *, digits: int | None = None, steps: int = integrate.STEPS, events: int = 1000,
+    scene: Any, method: str = "exact", *, digits: int | None = None, steps: int | None = None, events: int = 1000,
     seconds: float = UNBOUNDED,
 ) -> Path:
     """Follow ``scene`` by LSODA with rtol = atol = 1e-10, or, with ``digits``, by collocation to that accuracy.
@@ -35,12 +35,14 @@ def run(
     If a state stays small relative to 1, as in too large a unit, the run is repeated with atol relative to its size,
     also if the errors may otherwise have grown too large, and after a pole with atol = 1e-14. If errors may still have
     grown to 1e-5 of the final state, the run is repeated with rtol = 1e-12.
-    ``path.model`` names the integrator; ``steps`` bounds those of LSODA, ``seconds`` the time. Raises ``Undecided``
-    where errors may have grown to a noticeable part of the final state, or of a state well before the run stops at a
-    pole or beyond all bounds, ``Pole``, ``Unfinished``, ``Accumulation``, ``NoMotion``,
-    ``TwoMotions`` and the errors of ``collocation.run``.
+    ``path.model`` names the integrator; ``steps`` bounds those of LSODA, ``seconds`` the time. Raises ``InputError``
+    for ``steps`` with ``digits``, ``Undecided`` where errors may have grown to a noticeable part of the final state, or
+    of a state well before the run stops at a pole or beyond all bounds, ``Pole``, ``Unfinished``, ``Accumulation``,
+    ``NoMotion``, ``TwoMotions`` and the errors of ``collocation.run``.
     """
-    steps, seconds = integrate.bounds(steps, seconds)
+    if digits is not None and steps is not None:
+        raise InputError(f"steps = {steps}: with digits a run is bounded by seconds and events; leave steps out")
+    steps, seconds = integrate.bounds(integrate.STEPS if steps is None else steps, seconds)
     events = whole("events", events, 0, integrate.MOST_STEPS)
     if digits is not None:
         return collocation.run(scene, digits=digits, events=events, seconds=seconds)

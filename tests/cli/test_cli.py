@@ -217,6 +217,11 @@ def test_an_option_that_takes_a_function_is_told_as_one_of_python(capsys):
     assert run(capsys, *GOOD, "--steps", "5")[2].endswith("it has digits, progress (in Python)\n")
 
 
+def test_a_bound_on_steps_is_refused_with_digits_which_have_none(capsys):
+    status, out, err = run(capsys, "solve", "painleve_rod", "--digits", "20", "--steps", "5")
+    assert (status, out, err.startswith("asympk: steps = 5: with digits ")) == (2, "", True)
+
+
 def test_a_claim_that_is_named_twice_is_printed_once(capsys):
     assert run(capsys, "claims", "C11", "c11")[1] == run(capsys, "claims", "C11")[1]
 
