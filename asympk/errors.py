@@ -91,7 +91,7 @@ class Accumulation(AsympkError, RuntimeError):
 
 
 class UnboundedReaction(Stopped):
-    """The reaction of a rigid contact grows beyond all bounds, or is not determined: the rigid model ends there."""
+    """The reaction of a contact grows beyond all bounds, or is not determined: the rigid model ends there."""
 
 
 class Unfinished(AsympkError, RuntimeError):

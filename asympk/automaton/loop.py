@@ -357,7 +357,7 @@ def _passed(
 
 
 _ENDS: dict[str, tuple[type[UnboundedReaction] | type[TwoMotions], str]] = {
-    "unbounded": (UnboundedReaction, "the reaction of a rigid contact grows beyond all bounds, or is not determined,"),
+    "unbounded": (UnboundedReaction, "the reaction of a contact grows beyond all bounds, or is not determined,"),
     "several": (TwoMotions, "a second motion of the contact comes up"),
 }
 

@@ -300,6 +300,8 @@ def test_a_load_that_rises_with_its_friction_has_a_second_motion_beyond_its_crit
     for method in ("exact", "dop853"):
         with pytest.raises(TwoMotions, match=r"a second motion of the contact comes up at t = 1\.25"):
             follow(growing, {"v": 1}, 3, method=method)
+    with pytest.raises(UnboundedReaction, match=r"the reaction of a contact grows .* at t = 1\.25, v = "):
+        follow(growing, {"v": -90}, 3)
     other = ap.Friction(velocity=w, force=G, load=4 + F + G / 3, kinetic=t / 5)
     pair = ap.System.with_frictions({v: 1 + F, w: 3 + G}, {}, [replace(shoe, kinetic=t, static=t), other], time=t)
     with pytest.raises(TwoMotions, match=r"several motions go on at t = 1\.25, v = ") as stop:
