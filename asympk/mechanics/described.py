@@ -71,10 +71,10 @@ class Described:
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """The values of parameters and states without those of the elastic contact; the time is 0 by default."""
+        """The numbers of parameters and states without those of the elastic contact; the time is 0 by default."""
         plain = self.mechanism.plain
         time = {str(plain.time): 0} if plain.timed else {}
-        own = {*map(str, self.mechanism.parameters), *time}
+        own = {*map(str, (*self.mechanism.parameters, *plain.coordinates, *plain.velocities)), *time}
         return {**time, **{name: value for name, value in self.values.items() if name in own}, **self.state}
 
     @property

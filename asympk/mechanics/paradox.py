@@ -64,7 +64,8 @@ def least(
         raise NotDerivable("the mass matrix is too long to be inverted in symbols, and the critical friction has no "
                            "formula; look for its least value in numbers, by evaluate")
     known = {key: exact_constant(str(key), value) for key, value in values.items() if key != coordinate}
-    critical = critical_friction(kinetics).subs(known)
+    if (critical := critical_friction(kinetics).subs(known)) == sp.oo:
+        raise NotDerivable("there is no paradox at any friction: a reaction does not change the sliding, G_NT = 0")
     name, tangent = own(coordinate), sp.Dummy("T", real=True)
     signed = critical.replace(sp.Abs, lambda inside: inside)
     quotients = ((part * name, _in_tangent(signed.subs(coordinate, coordinate / part), coordinate, tangent))

@@ -18,6 +18,7 @@ from asympk.scenes.scenefile import is_file, scene_of_table
 from asympk.shown import number_as_text
 from asympk.storage.tomlfile import read_table
 from asympk.symbolic.long import symbols_in
+from asympk.symbolic.reading import as_floats
 from asympk.systems.catalogue import described_mechanism
 
 _LABEL = 16  # characters of a label on the left
@@ -196,6 +197,10 @@ def jump_lines(described: Described) -> list[str]:
         return [f"jump            {reason}"]
     if _excess(described) == 0 and _slides_into_it(described):
         return ["jump            not determined at exactly the critical friction: follow the elastic contact"]
+    given = {rate: described.numbers.get(str(rate), 0) for rate in rod.plain.velocities}
+    least = ROUNDING * max(abs(as_floats(str(rate), value)) for rate, value in given.items())
+    if abs(_value(described, rod.sliding_velocity)) <= least:
+        return ["jump            none from here: the contact does not slide"]
     closed = law.condition.xreplace({rod.own(keeps_gap(rod.plain)): sp.true})  # a departure is told by its own line
     if not _value(described, closed):
         if _excess(described) > 0 and _slides_into_it(described):
@@ -204,7 +209,6 @@ def jump_lines(described: Described) -> list[str]:
         return ["jump            none from here: no paradox, or the contact slides out of it"]
     normal, tangential = (_value(described, part) for part in law.impulses)
     rates = [float(_value(described, law.velocities[own])) for own in rod.velocities]
-    least = ROUNDING * max(abs(float(described.numbers[str(rate)])) for rate in rod.plain.velocities)
     after = ", ".join(f"{name} = {_short(rate if abs(rate) > least else 0)}"
                       for name, rate in zip(rod.plain.velocities, rates, strict=True))
     c, h = rod.plain.spare("c"), rod.plain.spare("h")

@@ -121,6 +121,9 @@ def test_a_critical_friction_without_a_least_value_is_told():
         masses_between_guides().least_critical_friction("x1")
     with pytest.raises(NotDerivable, match="no rational function"):
         leaning(1 + THETA**2).least_critical_friction(THETA)
+    block = ap.Mechanism.from_lagrangian((X.diff() ** 2 + Y.diff() ** 2) / 2, (X, Y), contact=ap.Contact(Y, X, 1))
+    with pytest.raises(NotDerivable, match="no paradox at any friction: a reaction does not change the sliding"):
+        block.least_critical_friction("X")
     with pytest.raises(NotDerivable, match="too long to be inverted in symbols"):
         chain(3).least_critical_friction("q1")
     with pytest.raises(NotDerivable, match="comes down to 0"):

@@ -114,6 +114,27 @@ start = {X = 0, Y = 0, x = 0, y = 0, z = 1}
     assert "rigid motions   slip with R = 1\n" in capsys.readouterr().out
 
 
+def test_a_rate_that_the_file_leaves_out_may_be_set(screen):
+    """It was asked for as if it had not been given, and a ratio ended in a traceback."""
+    told = screen(ROD.replace("\"X'\" = -1.17824, ", ""), "--set", "X'=-10/9")
+    assert f"sliding velocity {-10 / 9 + 0.2 * math.sin(1.1):.6g}\n" in told
+    assert "stop the contact" in told
+
+
+def test_of_a_contact_at_rest_no_jump_is_told(screen):
+    """Two motions and impulses of 0 were told where it sticks, and nothing else is possible."""
+    told = screen("""coordinates = ["X", "Y"]
+mass = [[1, 0.9], [0.9, 1]]
+gap = "Y"
+slip = "X"
+friction = 2
+forces = {Y = -1}
+state = {X = 0, Y = 0, "X'" = 0, "Y'" = 0}
+""")
+    assert "a paradox here" in told
+    assert "jump            none from here: the contact does not slide\n" in told
+
+
 def test_the_commands_to_go_on_with_repeat_the_numbers_that_were_set(capsys):
     """They led back to the numbers of the file."""
     given = ["--set", "theta'=0.1", "--set", "Y'=0.04535961", "--set", "f=1/2"]
