@@ -96,7 +96,7 @@ def paradox_set(kinetics: Kinetics, over: dict[sp.Symbol, Any], values: dict[sp.
     if witnesses is None:
         inner, of = _extrema(excess, at, row)
     else:
-        places = [witnesses(*ends[0], *([other] if len(names) == 2 else [])) for other in others]
+        places = witnesses(*ends[0], others)
         inner, of = np.concatenate(places), np.repeat(np.arange(len(others)), [len(p) for p in places])
     at, row = np.append(at, inner), np.append(row, of)
     order = np.lexsort((at, row))
@@ -144,7 +144,10 @@ def _placed(names: tuple, values: dict, grid: tuple) -> dict[sp.Symbol, Any]:
 
 
 def _witnesses(kinetics: Kinetics, names: tuple, values: dict) -> Callable[..., Any] | None:
-    """Return a function of (low, high, other) that gives one place between any two roots; None without polynomial."""
+    """Return a function of (low, high, others) that gives one place between any two roots of each other value.
+
+    Without a polynomial it is None.
+    """
     import numpy as np
 
     normal, mixed = ratio(kinetics)
@@ -157,9 +160,12 @@ def _witnesses(kinetics: Kinetics, names: tuple, values: dict) -> Callable[..., 
         return None
     coefficients, angle = found
 
-    def places(low: float, high: float, *fixed: float) -> Any:
-        numbers = evaluate(coefficients, dict(zip(names[1:], fixed, strict=True)))
-        roots = np.roots(np.array(numbers, dtype=float)).real
+    def places(low: float, high: float, others: Any) -> list[Any]:
+        numbers = evaluate(coefficients, dict(zip(names[1:], (others,), strict=False)))
+        rows = np.array(np.broadcast_arrays(*numbers, others)[:-1], dtype=float).T
+        return [between(low, high, np.roots(row).real) for row in rows]
+
+    def between(low: float, high: float, roots: Any) -> Any:
         if angle:
             if high - low > 2 * np.pi * TURNS:
                 raise InputError(f"range of {names[0]} = ({low:g}, {high:g}): it is an angle, and they are more than "

@@ -172,6 +172,15 @@ def test_over_two_coordinates_every_row_is_that_of_one():
     assert min(i.other for i in found.intervals) == pytest.approx(4 / 3, abs=0.02)
 
 
+def test_a_range_of_a_friction_that_is_positive_may_begin_at_0():
+    """Only as the first of two: as the second it was refused, as 0 is not positive."""
+    found = ap.systems.painleve_rod.mechanism().paradox_set({"theta": (0, "1.57"), "f": (0, 3)}, {"m": 1, "l": 1})
+    tangents = [sorted((np.tan(part.start), np.tan(part.end))) for part in found.intervals]
+    roots = [np.roots([1, -3 * part.other, 4]) for part in found.intervals]
+    assert len(tangents) == 112
+    assert np.allclose(tangents, np.sort(roots), rtol=1e-12)
+
+
 @pytest.mark.further
 def test_a_coordinate_that_the_contact_ties_is_given_as_a_function():
     """A slider-crank whose rod is as long as its crank: phi = theta while the slider is in its guide."""
