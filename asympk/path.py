@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 MODES = ("slip_same", "slip_opposite", "stick")
 KINDS = ("force_zero", "velocity_zero", "slip_onset")  # those of the rod
+ASYMPTOTIC = ("rigid", "slow", "jump")  # the models that predict their error
 
 
 class Event(NamedTuple):
@@ -124,7 +125,13 @@ class Path(ShownAsTable):
         final = [(f"{name}({float(self.end):.6g})", number_as_text(value))
                  for name, value in zip(self.names, self.final, strict=True)]
         why = [("not exact", self.info["why"])] if "why" in self.info else []
-        return Card(title, (*why, *few(rows, 5), *few(final, 4)))
+        told = [("predicted error", error)] if (error := predicted_error(self)) else []
+        return Card(title, (*why, *told, *few(rows, 5), *few(final, 4)))
+
+
+def predicted_error(path: Path) -> str:
+    """Return the error that the path of an asymptotic model predicts as text, or "" if it predicts none."""
+    return "" if path.error is None or path.model not in ASYMPTOTIC else f"{float(path.error):.1e}"
 
 
 def within(first: Any, last: Any, until: Any) -> bool:

@@ -23,6 +23,7 @@ from asympk.explore.knobs import knobs_of
 from asympk.formulas import formula_in_words
 from asympk.many import Many
 from asympk.mechanics.paradoxset import ParadoxSet
+from asympk.output.terminal import path_as_text
 from asympk.pictures.paths import shade
 from asympk.pictures.trace import trace
 from asympk.scenes.scenefile import shipped
@@ -89,6 +90,14 @@ def test_a_path_tells_itself_in_a_few_lines(path):
     assert len(repr(path)) < 1200
     assert max(map(len, lines)) <= 100
     assert "<table>" in path._repr_html_()
+
+
+@pytest.mark.parametrize(("options", "told"), [({"method": "jump"}, True), ({"method": "exact"}, False)])
+def test_an_asymptotic_model_shows_the_error_that_it_predicts(options, told):
+    path = ap.solve(ROD, **options)
+    words = f"predicted error {float(path.error):.1e}" if told else "predicted error"
+    for text in (path_as_text(path, None), " ".join(repr(path).split())):
+        assert (words in text) is told
 
 
 def test_a_scene_of_many_parameters_shows_its_start_and_its_horizon():

@@ -11,7 +11,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from asympk.ledger.verdicts import VERDICTS, Claim
-from asympk.path import Path
+from asympk.path import Path, predicted_error
 from asympk.shown import cut, number_as_text
 
 if TYPE_CHECKING:
@@ -101,7 +101,8 @@ def path_as_text(path: Path, digits: int | None) -> str:
     begins = [("start", 0, *scene.start), *((event.kind, event.t, *event.state) for event in path.events)]
     rows = [(map(_shortly, state), f"{kind} -> {mode}")
             for (kind, *state), mode in zip(begins, path.modes, strict=True)]
-    rows.append((map(_shortly, (scene.until, *path.final)), f"until ({path.model})"))
+    told = f", predicted error {error}" if (error := predicted_error(path)) else ""
+    rows.append((map(_shortly, (scene.until, *path.final)), f"until ({path.model}{told})"))
     lines = _table(("t", *path.names), EVENTS, rows)
     if digits is not None:
         lines += [f"{name} = {_plain(value, digits)}" for name, value in zip(path.names, path.final, strict=True)]
