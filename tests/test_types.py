@@ -36,7 +36,8 @@ def test_a_type_checker_refuses_what_is_no_scene_and_names_that_do_not_exist(com
 
 
 def test_completion_shows_public_names_alone():
-    assert {name for name in dir(ap) if not name.startswith("__")} == set(ap.__all__)
+    for module in (ap, ap.systems):
+        assert {name for name in dir(module) if not name.startswith("__")} == set(module.__all__)
 
 
 @pytest.mark.slow

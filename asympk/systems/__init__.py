@@ -14,3 +14,7 @@ def __getattr__(name: str) -> ModuleType:
     if name not in __all__:
         raise AttributeError(f"module 'asympk.systems' has no attribute {name!r}")
     return import_module(f"asympk.systems.{name}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, "__doc__"])
