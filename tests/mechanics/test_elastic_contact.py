@@ -85,6 +85,13 @@ def test_states_are_named_and_ordered():
     assert system.small == c
 
 
+@pytest.mark.parametrize("key", ["X'", X, X.diff(T)])
+def test_a_start_in_coordinates_and_rates_is_pointed_to_what_completes_it(key):
+    soft = slender_rod().elastic(compliance=c, damping=sp.Rational(1, 2))
+    with pytest.raises(InputError, match=r"is not a state of this system; .*mechanism.start\(system, "):
+        ap.Scene(system=soft, values=dict.fromkeys("cfglm", 1), start={key: 1}, until=1)
+
+
 def test_a_coordinate_called_x_keeps_its_name():
     q, u = sp.symbols("x y"), sp.symbols("u v")
     block = ap.Mechanism(q, u, sp.eye(2), (0, -1), ap.Contact(q[1], q[0], 1, unilateral=True))
