@@ -174,7 +174,7 @@ class NumericMode:
                                  f"which only errors of the states are left by t = {float(t):.8g}; end the run before "
                                  "it, or take the logarithm of a state that dies out, or its ratio to another, for the "
                                  "state")
-            at_once = begun is not None and abs(b) * (t - begun) < NEXT_TO_NOTHING * t * (abs(a) - abs(b))
+            at_once = begun not in (None, t) and abs(b) * (t - begun) < NEXT_TO_NOTHING * t * (abs(a) - abs(b))
             if a * b < 0 or at_once:
                 passed = "passed before" if a * b < 0 else "reached with an event at"
                 raise Pole(f"the rates of mode {self.name} have a pole, which the motion has {passed} t = "

@@ -10,6 +10,7 @@ from peers import here
 import asympk as ap
 from asympk.automaton.poles import divisors_of
 from asympk.errors import OutOfRange, Pole, Unfinished
+from asympk.systems.automata import automaton_of
 
 x, v = sp.symbols("x v", real=True)
 mu = sp.Symbol("mu", positive=True)
@@ -162,3 +163,11 @@ def test_the_refusal_at_a_pole_of_a_smooth_system_does_not_speak_of_contacts():
     system = ap.System.smooth({x: sp.S.One}, {v: 1 / (x - 1) - v}, mu)
     with pytest.raises(Pole, match=r"or take other states$"):
         ap.solve(ap.Scene(system=system, values={"mu": "1e-3"}, start={"x": 0, "v": 0}, until=2), "jump")
+
+
+def test_a_step_of_no_length_leads_to_no_pole():
+    """A rigid slider-crank was refused at its dead centres: a divisor of 1 had changed by rounding in no time."""
+    system = ap.System.smooth({x: 1 / (2 - x)}, {}, None)
+    mode = automaton_of(ap.Scene(system=system, start={x: 0}, until=1)).mode(())
+    (divisor,) = mode.pole_values(1.0, (1.0,))
+    assert mode.require_one_side((divisor * (1 + 1e-15),), 1.0, (1.0,), begun=1.0) == (divisor,)
