@@ -513,6 +513,13 @@ def test_a_value_of_friction_at_the_zero_of_its_velocity_alone_is_the_static_one
     assert abs(float(path.final[1])) == pytest.approx(2 - held**2 / 2 - (held - HALF) * (2 - held), abs=1e-9)
 
 
+@pytest.mark.parametrize("law", [sp.sign(v) ** 2, sp.sign(sp.Abs(v))])
+def test_a_law_by_the_sign_of_a_speed_holds_at_rest_by_its_value_for_the_slip_that_would_follow(law):
+    """sign(|v|) is sign(v)^2, and no event was decided with it: at rest it was 0, beside it 1."""
+    path = ap.solve(ap.Scene(system=block(t, law), start={x: 0, v: 0}, until=2))
+    assert [float(event.t) for event in path.events] == pytest.approx([1], abs=1e-13)
+
+
 def test_a_contact_whose_reaction_jumps_past_zero_on_an_edge_does_not_open_to_fall_into_the_ground(how):
     """What would lift it while it sticks does not while it slips: open, its gap falls as -|t - 1|, two were told."""
     gap, w, N = sp.symbols("g w N", real=True)
