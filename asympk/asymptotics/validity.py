@@ -11,8 +11,7 @@ from asympk.asymptotics.itinerary import LoadLine
 
 SPREAD = 0.5  # the largest ratio of a correction to the term that it corrects
 TOO_LARGE = 0.5  # the largest predicted error, relative to the states
-APPROACHES = 6  # steps of Newton's method to an extremum of z: its first value is right to O(mu)
-APPROACHES = 4  # steps of Newton's method to an extremum of z
+APPROACHES = 4  # steps of Newton's method to an extremum of z: its first value is right to O(mu)
 SLOWEST = 5  # the least |b|/mu: slow and fast rates meet at 4, and their series in mu/b converge only beyond
 
 
