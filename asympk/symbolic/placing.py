@@ -81,6 +81,9 @@ def _require_formulas(system: "System") -> None:
         if unknown := sorted(map(short, atoms(expr, AppliedUndef))):
             raise InputError(f"{name} = {short(expr)} has no value: {unknown[0]} is a function without a formula; "
                              "write its formula there")
+        if parts := sorted(map(short, atoms(expr, sp.re, sp.im, sp.conjugate))):
+            raise InputError(f"{name} = {short(expr)}: {parts[0]} is that of a number which may be complex; declare "
+                             "its symbols real, as sp.Symbol('x', real=True)")
         if found := sorted(map(short, atoms(expr, *UNEVALUATED))):
             raise InputError(f"{name} = {short(expr)}: {found[0]} is to be worked out first; give {found[0]}.doit()")
 

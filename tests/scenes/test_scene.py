@@ -196,3 +196,11 @@ def test_what_sympy_has_left_unevaluated_is_refused_by_name_and_its_bound_symbol
     given = f"{unevaluated.__name__}(s*x, (s, 0, 2))"
     with pytest.raises(InputError, match=re.escape(f"{given} is to be worked out first; give {given}.doit()")):
         ap.Scene(system=decay, values={}, start=[1], until=1)
+
+
+@pytest.mark.parametrize("part", [sp.re, sp.im, sp.conjugate])
+def test_a_part_of_a_state_that_is_not_declared_real_is_refused_by_name(part):
+    x = sp.Symbol("x")
+    decay = ap.System.smooth({x: -x - part(x)}, {}, None)
+    with pytest.raises(InputError, match=rf"{part.__name__}\(x\) is that of a number which may be complex; declare"):
+        ap.Scene(system=decay, values={}, start=[1], until=1)
