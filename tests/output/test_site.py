@@ -13,6 +13,7 @@ from time import monotonic, sleep
 from urllib.parse import unquote, urlsplit
 
 import pytest
+from browser import PRESENT, browser
 
 from asympk.errors import InputError, MissingPackage
 from asympk.output import article, site
@@ -174,6 +175,16 @@ def test_every_formula_is_mathml_and_none_is_left_as_latex(built):
             text = re.sub(part, " ", text, flags=re.DOTALL)
         assert re.findall(r"\\(?:frac|left|sigma|mu|begin)\b|\$[^$]{1,40}\$|:math:", text) == [], file.name
     assert (built / "article" / "index.html").read_text("utf-8").count("<math") > 500
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not PRESENT, reason="no Chromium with its driver")
+def test_the_number_of_a_formula_does_not_lie_over_it_on_a_phone(built):
+    gap = "n.getBoundingClientRect().left - n.parentElement.querySelector('math').getBoundingClientRect().right"
+    with browser() as window:
+        window.open((built / "article" / "index.html").as_uri(), width=390)
+        gaps = window.run(f"return [...document.querySelectorAll('.eqno')].map(n => {gap})")
+    assert min(gaps) > -1  # in pixels, of which parts are rounded
 
 
 @pytest.mark.slow
