@@ -97,13 +97,13 @@ class Path(ShownAsTable):
     def frame(self, samples: int | None = None) -> "DataFrame":
         """Return a pandas ``DataFrame`` with the columns t, the states, and the mode; its rows are dense at the events.
 
-        It has about ``samples`` rows: by default 4000, or 400 if the path was computed with ``digits``. Raises
-        ``MissingPackage`` where pandas is not installed.
+        Its numbers are doubles. It has about ``samples`` rows: by default 4000, or 400 if the path was computed with
+        ``digits``. Raises ``MissingPackage`` where pandas is not installed.
         """
         return through("Path.frame", self, samples)
 
     def to_csv(self, file: "str | File", samples: int | None = None) -> "File":
-        """Write the rows of ``frame`` to a CSV file and return its name; pandas is not needed."""
+        """Write the rows of ``frame``, in doubles, to a CSV file and return its name; pandas is not needed."""
         return through("Path.to_csv", self, file, samples)
 
     def physical(self) -> "Path":

@@ -25,7 +25,7 @@ def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
     add_scene(parser)
     parser.add_argument("--physical", action="store_true", help="give the path in the units of the scene's file")
-    parser.add_argument("--csv", type=place_name, metavar="FILE", help="write the path as CSV")
+    parser.add_argument("--csv", type=place_name, metavar="FILE", help="write the path as CSV, in doubles")
     parser.add_argument("--plot", type=place_name, metavar="FILE", help="draw the path into a .pdf, .svg or .png file")
     parser.add_argument("--method", default="exact", help="exact (default), rigid, slow, jump, or an integrator such "
                                                           "as lsoda; an unknown name lists all")
