@@ -78,7 +78,7 @@ class JumpMap(ShownAsFormulas):
 
     def __repr__(self) -> str:
         limits = f"x -> {self.x.coefficient(0)}, z -> {self.z.coefficient(0)}"
-        known = f"as mu -> 0, {limits}; known to order {self.order}"
+        known = f"as {self.x.small or 'mu'} -> 0, {limits}; known to order {self.order}"
         return f"JumpMap {self.region}\nby {' -> '.join(self.itinerary)}\n{known}"
 
     @property

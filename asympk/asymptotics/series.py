@@ -74,13 +74,13 @@ class Series(ShownAsFormulas):
     def coefficient(self, p: int, q: int = 0) -> Any:
         """Return the coefficient of ``mu^p L^q``; raises ``OrderError`` inside the remainder."""
         if not self._keeps((p, q)):
-            raise OrderError(f"the coefficient of {_monomial(p, q)} is not known: {self._tail} is left out")
+            raise OrderError(f"the coefficient of {_monomial(p, q, self.small)} is not known: {self._tail} is left out")
         return self.terms.get((p, q), 0)
 
     def truncated(self, p: int, q: int = 0) -> "Series":
         """Drop the terms smaller than ``mu^p L^q``; raises ``OrderError`` when the series is not known that far."""
         if not self._keeps((p, q)):
-            raise OrderError(f"known up to {self._tail}, asked for {_monomial(p, q)}; expand further")
+            raise OrderError(f"known up to {self._tail}, asked for {_monomial(p, q, self.small)}; expand further")
         dropped = next((m for m in self.terms if _rank(m) > _rank((p, q))), None)
         return Series(self.terms, _largest(dropped, self.remainder), self.small)
 
@@ -119,7 +119,8 @@ class Series(ShownAsFormulas):
         return self.expr
 
     def __str__(self) -> str:
-        shown = [" ".join(filter(None, (f"({c})", _monomial(*m) if any(m) else ""))) for m, c in self.terms.items()]
+        shown = [" ".join(filter(None, (f"({c})", _monomial(*m, self.small) if any(m) else "")))
+                 for m, c in self.terms.items()]
         return " + ".join(shown if self.remainder is None else [*shown, self._tail]) or "0"
 
     def __repr__(self) -> str:
@@ -139,7 +140,7 @@ class Series(ShownAsFormulas):
 
     @property
     def _tail(self):
-        return f"O({_monomial(*self.remainder)})"
+        return f"O({_monomial(*self.remainder, self.small)})"
 
     def __add__(self, other: Any) -> "Series":
         other, terms = series(other), dict(self.terms)
@@ -268,8 +269,9 @@ def _over(a, b):
     return a / b
 
 
-def _monomial(p, q):
-    parts = [f"mu^{p}" if p not in (0, 1) else "mu" * p, f"L^{q}" if q not in (0, 1) else "L" * q]
+def _monomial(p, q, small=None):
+    mu = str(small or "mu")
+    parts = [f"{mu}^{p}" if p not in (0, 1) else mu * p, f"L^{q}" if q not in (0, 1) else "L" * q]
     return " ".join(filter(None, parts)) or "1"
 
 

@@ -109,6 +109,15 @@ def test_a_truncation_says_what_it_left_out():
     assert str(a.truncated(1)) == "(1) + (1) mu L + (5) mu + O(mu^2 L^2)"
 
 
+def test_a_series_is_written_in_its_small_parameter_as_text_and_as_latex():
+    eps = sp.Symbol("eps")
+    a = Series({(0, 0): 1, (1, 0): 5, (2, 0): 7}, (3, 1), eps)
+    assert str(a) == "(1) + (5) eps + (7) eps^2 + O(eps^3 L)"
+    assert "eps^{2}" in sp.latex(a)
+    with pytest.raises(OrderError, match=r"of eps\^4 is not known"):
+        a.coefficient(4)
+
+
 def test_the_slow_root_of_the_quadratic_has_catalan_numbers():
     slow = balance(lambda w: MU * w * w - 1, series(-1), 8)
     assert [slow.coefficient(k) for k in range(9)] == [(-1) ** (k + 1) * comb(2 * k, k) // (k + 1) for k in range(9)]
