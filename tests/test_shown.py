@@ -402,6 +402,12 @@ def test_latex_of_a_series_has_its_terms_and_its_remainder():
     assert told == r"x -\mu \log\frac{1}{\mu} + \left(x + 1\right) \mu + O\left(\mu^{2} \log\frac{1}{\mu}\right)"
 
 
+def test_a_certificate_shows_a_side_of_its_box_as_it_was_given():
+    box = repr(certify(ROD, {"x": (0, 1e-6), "y": ("1/5", "0.2000001"), "z": (-1, -0.999)}))
+    assert [" ".join(line.split()) for line in box.splitlines() if " .. " in line] == [
+        "x 0 .. 1e-06", "y 1/5 .. 2000001/10000000", "z -1 .. -0.999"]
+
+
 def test_the_ladder_the_claims_and_the_certificates_are_tables():
     from asympk.certify import certify
     from asympk.ledger.verdicts import Check, Claim, Claims

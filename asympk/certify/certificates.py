@@ -26,7 +26,7 @@ from asympk.certify import affine
 from asympk.certify.balls import Refused, ball, ball_of, certain_sign, common, flint, hull, precision
 from asympk.certify.enclosure import Budget, LevelGuard, RodBalls, first_event, segment
 from asympk.errors import InputError
-from asympk.numbers import number, short, sign_of, whole
+from asympk.numbers import LARGEST, number, short, sign_of, whole
 from asympk.path import Event
 from asympk.scene import MANIFOLDS, Scene, require_scene
 from asympk.shown import Card, ShownAsTable
@@ -59,7 +59,7 @@ class Certificate(ShownAsTable):
     box: dict = field(default_factory=dict, hash=False)
 
     def _card(self) -> Card:
-        box = [(name, f"{short(low)} .. {short(high)}") for name, (low, high) in self.box.items()]
+        box = [(name, f"{_end(low)} .. {_end(high)}") for name, (low, high) in self.box.items()]
         if not self.proven:
             return Card("Certificate: undecided", (("reason", self.reason), *box))
         events = [(f"t = {event.t.str(6)}", event.kind) for event in self.events]
@@ -70,6 +70,11 @@ class Certificate(ShownAsTable):
     def obstacle(self) -> str:
         """The name of the obstacle to a proof, such as ``grazing``; empty for a proven certificate."""
         return self.reason.partition(":")[0]
+
+
+def _end(value):
+    """Return an end of a box in words: an integer or a ratio, but a double that is no integer by its decimal."""
+    return str(float(value)) if value % 1 and abs(value) < LARGEST and float(value) == value else short(value)
 
 
 class SceneBalls(NamedTuple):
