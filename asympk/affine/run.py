@@ -230,7 +230,7 @@ def _followed(m, case, done):
         if digits and not case.known:
             segment.require_digits(span, end)
         end = end if m.margin else segment.without_rounding(span, end)
-        if (size := max(map(abs, end))) > m.largest:
+        if (size := max(map(abs, end[: len(state)]))) > m.largest:  # waves may be larger
             raise TooLarge(f"the path reaches 1e{int(m.log(size) / m.log(10))} at t = {float(t + span):.6g}, beyond "
                            "the numbers in use: take a smaller until")
         reached, lost = (min(t + span, until), kept[hit]) if found else (until, None)

@@ -93,6 +93,14 @@ def test_a_block_that_a_pulse_sets_in_motion_slides_as_far_as_its_parabolas(push
     assert (path.model, path.modes) == ("exact", ("slip_same", "stick"))
 
 
+def test_a_pulse_whose_exponential_alone_is_beyond_doubles_is_followed():
+    """e^(800 t) reaches 1e347, and the run was refused for it; the pulse 800 e^(-800 |t - 1|) has the area 2."""
+    pulse = 800 * sp.exp(-sp.Abs(800 * (t - 1)))
+    path = ap.solve(ap.Scene(system=ap.System.smooth({x: v, v: pulse}, {}, None, time=t), start={x: 0, v: 0}, until=2))
+    assert path.model == "exact"
+    assert path.final == pytest.approx((2, 2), abs=1e-14)
+
+
 @pytest.mark.parametrize("until", [2, "7/2"])
 def test_a_triangular_pulse_on_a_spring_is_exact(until):
     """x'' = -x + s, s = t - 2 up to 3 and then 4 - t: x = s - sin s, and from there on by Duhamel's integral."""
