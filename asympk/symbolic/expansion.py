@@ -176,6 +176,12 @@ def expand(mode: Mode, small: sp.Symbol, branch: sp.Dict, order: int) -> Expansi
     derivations = {x: _derivation(x, mode, small, inverse if named else None, value) for x in slow}
     at = {small: 0, **value}
     flow, force = (_taylor(rates.values(), fast, small, order, at) for rates in (mode.slow, mode.fast))
+    told = sp.Tuple(*inverse, *(c for series in flow + force for c in series.values()))
+    roots = {sp.Dummy("s"): size.args[0] for size in told.atoms(sp.Abs)}  # of squares on the branch
+    inverse = inverse.applyfunc(lambda c: with_signs_of(c, roots))
+    flow, force = ([{a: with_signs_of(c, roots) for a, c in series.items()} for series in both]
+                   for both in (flow, force))
+    on_branch |= roots
     start = [value.get(y, y) for y in fast]
     free = (x for x in slow if x not in over)
     inputs = [*free, *start, *inverse, *(c for series in flow + force for c in series.values())]
@@ -191,8 +197,12 @@ def expand(mode: Mode, small: sp.Symbol, branch: sp.Dict, order: int) -> Expansi
 
 def one_side(rates: Mapping, signs: Mapping[sp.Symbol, sp.Expr]) -> sp.Dict:
     """Return rates with s q for |q| and s for sign(q): an expansion with s constant holds on both sides of q = 0."""
-    known = {k: v for s, q in signs.items() for k, v in put_sign(q, s).items()}
-    return sp.Dict({x: sp.sympify(rate, strict=True).subs(known) for x, rate in rates.items()})
+    return sp.Dict({x: with_signs_of(sp.sympify(rate, strict=True), signs) for x, rate in rates.items()})
+
+
+def with_signs_of(expr: sp.Expr, signs: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
+    """Return an expression with s q for |q| and s for sign(q)."""
+    return expr.subs({k: v for s, q in signs.items() for k, v in put_sign(q, s).items()})
 
 
 def _signed(expr, signs):

@@ -942,6 +942,14 @@ def test_a_branch_at_a_value_at_which_it_is_not_real_is_refused_as_that():
         lower.at(a=-1)
 
 
+def test_a_slow_manifold_of_a_root_whose_square_is_its_branch_is_expanded():
+    """sqrt(x + h) = x + mu h' has h = x^2 - x + 2 mu x (2 x - 1) + ..., and |x|, x > 0, was refused as not smooth."""
+    (line,) = ap.slow_manifolds(ap.System.smooth({x: sp.S.One}, {y: sp.sqrt(x + y) - x}, mu), order=2)
+    at = sp.Symbol("at", positive=True)
+    expected = at**2 - at + 2 * mu * at * (2 * at - 1) + mu**2 * (20 * at**2 - 8 * at + 1)
+    assert sp.expand(line.expr.subs(x, at) - expected) == 0
+
+
 @pytest.mark.parametrize("power", [sp.S.Half, sp.Rational(3, 2)])
 def test_a_branch_on_which_a_whole_rate_is_a_root_of_zero_is_no_slow_manifold(power):
     """sqrt(y) - x vanishes on y = x^2 for x > 0; the branch was said to exist for x < 0, where the root is 2 |x|."""
