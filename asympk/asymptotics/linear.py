@@ -18,7 +18,7 @@ from asympk.errors import NotDerivable
 from asympk.formulas import NOT_FINITE
 from asympk.symbolic.system import System
 
-IN_NUMBERS = "solve(scene, method='jump', order=n), n >= 1, follows any slow-fast system in numbers"
+IN_NUMBERS = "solve(scene, method='jump', order=n) follows any slow-fast system in numbers"
 SLIP = ("slip_same", "slip_opposite")
 
 

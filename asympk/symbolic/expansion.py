@@ -91,8 +91,9 @@ def require_series(mode: Mode, small: sp.Symbol | None, order: int = 0) -> None:
         return
     for state, rate in {**to_degree(mode.slow, small, order), **to_degree(mode.fast, small, order)}.items():
         if any(rate.diff(small, k).subs(small, 0).has(*NOT_FINITE) for k in range(order + 1)):
+            meant = f"fast = {{{state}: g}} means {small} {state}' = g; " if state in mode.fast else ""
             raise InputError(f"the rate of {state} has no series in {small}: in mode {mode.name} it is singular where "
-                             "that is 0; use an exact method, or replace what is singular by a parameter")
+                             f"that is 0; {meant}use an exact method, or replace what is singular by a parameter")
 
 
 def regular(expr: sp.Expr, small: sp.Symbol, degree: int) -> sp.Expr:

@@ -653,7 +653,7 @@ def test_the_base_point_in_twenty_digits_is_where_the_exact_motion_leads_back_to
         (x - y + sp.sqrt(mu), (1, 1), InputError, r"sqrt\(mu\) has no series.*make it a par"),
         (x - y + mu ** sp.Rational(5, 2), (1, 1), InputError, r"mu\*\*\(5/2\) has no series in the small parameter"),
         (x - y + sp.exp(-1 / mu), (1, 1), InputError, "the rate of y has no series in mu"),
-        (x - y / mu, (1, 1), InputError, "the rate of y has no series in mu"),
+        (x - y / mu, (1, 1), InputError, "the rate of y has no series in mu.* fast = {y: g} means mu y' = g"),
     ],
 )
 def test_what_cannot_be_followed_is_refused_by_name(fast, start, error, words):
