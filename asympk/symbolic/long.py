@@ -184,20 +184,21 @@ def inverse_of(matrix: sp.Matrix) -> sp.Matrix:
 def named_exponentials(expr: sp.Basic) -> tuple[dict[sp.Expr, sp.Expr], dict[sp.Expr, sp.Expr]]:
     """Return {exponential: power of a name} and {name: exponential} where SymPy seeks factors or divisors long.
 
-    It does so where exponentials are high powers of one: exp(x/10) and exp(x/18) are w^9 and w^5 for w = exp(x/90).
-    Those that are whole powers of one among them have its name: exp(x/10) is v, and exp(-x/5) is v^-2.
+    It does so where exponentials are high powers of one: exp(x/10) and exp(x/18) are w^9 and w^5 for w = exp(x/90), and
+    where it splits exp(x - y). Those that are whole powers of one among them have its name: exp(x/10) is v, and
+    exp(-x/5) is v^-2.
     """
     found = sorted(atoms(expr, sp.exp), key=str)
     exponents = [sp.expand(e.exp) for e in found]
     slopes = [exponent.as_coeff_Add()[1] for exponent in exponents]
     ratios = [sp.cancel(slope / first) for first in [*filter(None, slopes)][:1] for slope in slopes]
-    if not ratios or not all(ratio.is_Rational for ratio in ratios):
-        return {}, {}
-    step = common_divisor(ratios)
-    if max(abs(ratio / step) for ratio in ratios) <= HIGH:
+    alike = all(ratio.is_Rational for ratio in ratios)
+    if not ratios or not (any(slope.is_Add for slope in slopes) if not alike else
+                          max(map(abs, ratios)) > HIGH * common_divisor(ratios)):
         return {}, {}
     names, bases = dict[sp.Expr, sp.Expr](), dict[sp.Expr, sp.Expr]()
-    for _, e, exponent in sorted(zip(map(abs, ratios), found, exponents, strict=True), key=lambda part: part[0]):
+    sizes = map(abs, ratios) if alike else map(sp.count_ops, exponents)
+    for _, e, exponent in sorted(zip(sizes, found, exponents, strict=True), key=lambda part: part[0]):
         powers = ((w, sp.cancel(exponent / base)) for w, base in bases.items())
         w, k = next(((w, k) for w, k in powers if k.is_Integer), (sp.Dummy(positive=True), 1))
         bases.setdefault(w, exponent)

@@ -795,6 +795,22 @@ def test_a_neuron_with_two_sigmoids_has_a_manifold_of_its_voltage_and_fast_gate(
         assert bool(manifold.repelling.subs(place)) == all(part > 0 for part in parts)
 
 
+@pytest.mark.slow
+@pytest.mark.further
+def test_two_populations_of_neurons_have_the_first_coefficient_of_their_equations():
+    """SymPy split exp(y - 2 z + u) beside exp(2 y - z + x), and did not end with the derivatives of the parts."""
+    rates = {y: 1 / (1 + sp.exp(z - 2 * y - x)) - y, z: 1 / (1 + sp.exp(2 * z - y - u)) - z}
+    slow = {x: y - x, u: z - u}
+    (manifold,) = ap.slow_manifolds(ap.System.smooth(slow, rates, mu), order=1)
+    place = {y: sp.Rational(2, 3), z: sp.Rational(1, 4)}
+    place |= {x: sp.log(2) + place[z] - 2 * place[y], u: -sp.log(3) + 2 * place[z] - place[y]}
+    forces, flow = (sp.Matrix([*part.values()]) for part in (rates, slow))
+    slopes, along = (forces.jacobian(part).subs(place) for part in ([y, z], [x, u]))
+    exact = -slopes.inv() ** 2 * along * flow.subs(place)
+    for s, coefficient in zip((y, z), exact, strict=True):
+        assert abs((manifold.coefficients[1][s].subs(place) - coefficient).evalf()) < 1e-12
+
+
 @pytest.mark.parametrize("force", [x - sp.sqrt(y), x - y - sp.sqrt(1 + y**2), x - sp.sqrt(1 - y**2),
                                    x - sp.sqrt(y) - 1 / sp.sqrt(y), x - y / (1 + sp.sqrt(y)),
                                    x - sp.atan(y), 2 * x - sp.asin(y), x - sp.acos(y), x - sp.acosh(y),
