@@ -215,12 +215,12 @@ class Mechanism(ShownAsFormulas):
     def evaluate(self, expr: Any, values: dict[Any, Any]) -> Any:
         """Return an expression or condition in the mechanism's own symbols at numbers or arrays of numbers.
 
-        The expression may hold other symbols, too, such as the damping time h of a jump law. An equation in a condition
-        holds if rounding its symbols to six digits could make it hold.
+        The expression may hold other symbols, too, such as the damping time h of a jump law. The time is 0 unless it is
+        given. An equation in a condition holds if rounding its symbols to six digits could make it hold.
         An expression that jumps at this place or time has its value just afterwards, if ``values`` contain the rates.
         """
         plain = plainly(expression("expr", expr), self._names, self.time)
-        given = self.keyed(values, plain.free_symbols)
+        given = {self.plain.time: 0} | self.keyed(values, plain.free_symbols)
         try:
             return evaluate_ahead(self.plain, (plain,), given)[0]
         except OutOfRange:
@@ -242,9 +242,11 @@ class Mechanism(ShownAsFormulas):
     def paradox_set(self, over: dict[Any, Any], values: dict[Any, Any] | None = None) -> ParadoxSet:
         """Return the set with a paradox over one or two coordinates or parameters, ``over = {name: (low, high)}``.
 
-        Its ``.intervals`` are stretches of the first one, from ``.start`` to ``.end``. ``values`` gives all others.
+        Its ``.intervals`` are stretches of the first one, from ``.start`` to ``.end``. ``values`` gives all others; the
+        time is 0 unless it is given.
         """
-        return paradox_set(self._alone, self.keyed(over), self.keyed({} if values is None else values))
+        given = {self.plain.time: 0} | self.keyed({} if values is None else values)
+        return paradox_set(self._alone, self.keyed(over), given)
 
     def least_critical_friction(self, coordinate: Any, values: dict[Any, Any] | None = None) -> LeastFriction:
         """Return the least critical friction over ``coordinate``, ``.friction``, at the place given by ``.where``.

@@ -327,3 +327,13 @@ def test_motions_on_a_ground_that_moves_are_those_at_the_time_0_unless_another_i
     found = [block.motions(sliding | given) for given in ({}, {"t": 0}, {"t": 1})]
     expected = [10, 10, 10 - 0.4 * np.sin(2)]
     assert [motion.reaction for (motion,) in found] == pytest.approx(expected)
+    assert [block.evaluate(-block.free[0], sliding | given) for given in ({}, {"t": 1})] == pytest.approx(expected[1:])
+
+
+def test_a_paradox_set_on_a_guide_that_turns_is_that_at_the_time_0_unless_another_is_given():
+    """For M = (1, q; q, 1) along Y = t X, f = 2: 2 (q + t) > 1 + 2 q t + t^2, so that q > (1 - t)/2."""
+    T, (X, Y), q = dynamicsymbols._t, dynamicsymbols("X Y"), sp.Symbol("q")
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 + q * X.diff(T) * Y.diff(T)
+    guide = ap.Mechanism.from_lagrangian(energy, (X, Y), contact=ap.Contact(gap=Y - T * X, slip=X, friction=2))
+    edges = [guide.paradox_set({q: (0, "0.9")}, given).edges for given in ({}, {"t": "0.1"})]
+    assert edges == [pytest.approx((0.5,)), pytest.approx((0.45,))]
