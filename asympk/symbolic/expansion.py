@@ -34,7 +34,7 @@ PLACES = 128  # at which an expression with roots is looked at
 FURTHEST = 10**6  # the largest number of which coordinates of places are ratios; of small ones some hit isolated zeros
 EXPANDED = 20_000  # terms of a power of a sum, times its exponent: with 10000 formulas take seconds, with 90000 minutes
 LONG = 200  # operations; from longer rates that are not rational come coefficients of a hundred thousand operations
-MANY = 4  # different exponentials in the rates of several fast states; with more, coefficients take minutes
+MANY = 8  # different exponentials in the rates of several fast states, times these; with more, formulas take minutes
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ def require_short(mode: Mode, order: int = 0, branch: sp.Dict | None = None) -> 
                                "formulas: put a parameter for it, or an exponential; solve follows it")
     long = heavy(rates) and is_longer(rates, LONG)
     implicit = branch is not None and len(branch) > 1 and is_implicit(branch)
-    if order and (long or (implicit and len(named_exponentials(rates)[1]) > MANY)):
+    if order and (long or (implicit and len(mode.fast) * len(named_exponentials(rates)[1]) > MANY)):
         much = "are too long" if long else "have too many exponentials"
         raise NotDerivable(f"the rates of {mode.name} {much} for coefficients in symbols beyond order 0; export writes "
                            "them, and solve(scene, method='slow', order=n) uses them")

@@ -12,7 +12,7 @@ from sympy.functions.elementary.hyperbolic import HyperbolicFunction
 
 from asympk.errors import NotDerivable
 from asympk.symbolic.conditions import reduce_under
-from asympk.symbolic.long import LONG, in_factors, is_longer, named_exponentials
+from asympk.symbolic.long import LONG, entries_named, in_factors, is_longer, named_exponentials, replaced
 from asympk.symbolic.signs import conjunction, nonzero
 from asympk.symbolic.values import in_words
 
@@ -72,12 +72,14 @@ def _off_axis(coefficients, assumptions):
     With seven roots or more the condition is False also where E and O share three roots u at the same parameters, even
     if none is negative. Raises ``NotDerivable`` where they always share three roots or more, not all numbers.
     """
-    coefficients = tuple(map(sp.sympify, coefficients))
+    coefficients = sp.Tuple(*coefficients)
+    names, own = named_exponentials(coefficients)
+    coefficients = coefficients.xreplace(names)
     last = coefficients[-1]
     if last == 0:
         return sp.false
     if len(coefficients) == 2:
-        return nonzero(last, assumptions)
+        return nonzero(last, assumptions).xreplace(own)
     rising = coefficients[::-1]  # p(i w) = E(u) + i w O(u), u = -w^2
     even, odd = (sp.Poly(rising[start::2][::-1] or [0], _U) for start in (0, 1))
     shared, sequence = sp.Poly(1, _U), [even, odd]
@@ -89,7 +91,7 @@ def _off_axis(coefficients, assumptions):
         conditions.append(_no_negative_root(shared, assumptions))
     if any(r.degree() > 0 for r in sequence):
         conditions.append(_no_common_negative_root(sequence, assumptions))
-    return sp.And(*conditions)
+    return sp.And(*conditions).xreplace(own)
 
 
 def _no_common_negative_root(sequence, assumptions):
@@ -119,4 +121,5 @@ def _determinants(coefficients):
     """Return the Hurwitz determinants of orders 1 to n - 1, and c_0 in place of the last."""
     a, n = coefficients, len(coefficients) - 1
     table = sp.Matrix(n, n, lambda i, j: a[2 * j - i + 1] if 0 <= 2 * j - i + 1 <= n else 0)
-    return *(table[:k, :k].det(method="berkowitz") for k in range(1, n)), a[n]
+    names, meaning = entries_named(table) if is_longer(sp.Tuple(*a), LONG) else (table, {})
+    return *(replaced(names[:k, :k].det(method="berkowitz"), meaning) for k in range(1, n)), a[n]

@@ -811,6 +811,21 @@ def test_two_populations_of_neurons_have_the_first_coefficient_of_their_equation
         assert abs((manifold.coefficients[1][s].subs(place) - coefficient).evalf()) < 1e-12
 
 
+@pytest.mark.slow
+@pytest.mark.further
+def test_three_populations_of_neurons_have_a_critical_manifold_and_are_too_much_for_coefficients():
+    """SymPy split their exponentials, and sought a divisor of even and odd coefficients without end."""
+    inputs = {y: 2 * y - z + w + x, z: y + 2 * z - w + u, w: -y + z + 2 * w + v}
+    rates = {s: 1 / (1 + sp.exp(-entering)) - s for s, entering in inputs.items()}
+    system = ap.System.smooth({x: y - x, u: z - u, v: w - v}, rates, mu)
+    (found,) = critical_manifolds(system)
+    at_rest = dict.fromkeys((x, u, v, y, z, w), 0)
+    assert found.exists.subs(at_rest) == sp.true
+    assert found.attracting.subs(at_rest) == sp.true  # there dg/dy = W/4 - 1; real parts of W are 2
+    with pytest.raises(ap.errors.NotDerivable, match="too many exponentials"):
+        ap.slow_manifolds(system, order=1)
+
+
 @pytest.mark.parametrize("force", [x - sp.sqrt(y), x - y - sp.sqrt(1 + y**2), x - sp.sqrt(1 - y**2),
                                    x - sp.sqrt(y) - 1 / sp.sqrt(y), x - y / (1 + sp.sqrt(y)),
                                    x - sp.atan(y), 2 * x - sp.asin(y), x - sp.acos(y), x - sp.acosh(y),
