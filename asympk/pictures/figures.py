@@ -275,7 +275,7 @@ def few_costs(rows: Sequence[Row], methods: Sequence[str], accuracy: float) -> "
             ax.annotate(style.curve(method)["label"], (mu, cost), (0, -5 if crowded else 5), textcoords="offset points",
                         color=ink, ha="center", va="top" if crowded else "bottom")
         ax.invert_xaxis()
-        ax.margins(x=0.12)
+        ax.margins(x=0.12, y=0.18)
     return figure
 
 
