@@ -220,6 +220,8 @@ class ClosedSegment:
     def in_doubles(self) -> "ClosedSegment":
         """Return the motion in doubles, with ``snapped=False``; raises ``OverflowError`` beyond their range."""
         start, size = (np.array([*map(float, values[: len(self.start)])]) for values in (self.start, self.size))
+        if not np.isfinite(size).all():
+            raise OverflowError
         return ClosedSegment(self.flow.mode.in_doubles, start, size, snapped=False)
 
     def state(self, t: Number) -> np.ndarray:

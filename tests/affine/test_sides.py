@@ -99,6 +99,11 @@ def test_a_pulse_whose_exponential_alone_is_beyond_doubles_is_followed():
     path = ap.solve(ap.Scene(system=ap.System.smooth({x: v, v: pulse}, {}, None, time=t), start={x: 0, v: 0}, until=2))
     assert path.model == "exact"
     assert path.final == pytest.approx((2, 2), abs=1e-14)
+    rough = ap.System.with_frictions({v: pulse + F}, {}, [ap.Friction(v, F, sp.Rational(1, 10), kinetic=1)], time=t)
+    path = ap.solve(ap.Scene(system=rough, start={v: 0}, until=2))
+    onset = 1 - math.log(8000) / 800
+    assert path.events[0].t == pytest.approx(onset, abs=1e-15)
+    assert path.final[0] == pytest.approx(2 - 1 / 8000 - (2 - onset) / 10, abs=1e-14)
 
 
 @pytest.mark.parametrize("until", [2, "7/2"])
