@@ -186,14 +186,15 @@ class Watch:
     ) -> bool:
         """Tell whether the step that ends at (t, state) misses the rates or a dip of a guard where these may vary fast.
 
-        That is at the event ``met``, in the middle of the first step of a mode, and about the middles of bumps; steps
-        begin and end at those of bumps in time.
+        That is at the event ``met``, in the middle of the first step of a mode, and about the middles of bumps, also if
+        a mode begins or ends there; steps begin and end at those of bumps in time.
         """
         first, last = solver.t_old == self.start, solver.status == "finished"
         passed: dict[tuple[int, int], float] = {}
         if self.sides:
             self.earlier, self.sides = self.sides, self.mode.middle_sides(t, *state, *self.mode.p)
-            passed = self._middles_passed(solver, t, state) if first or self.sides != self.earlier else passed
+            ends = met or first or last or self.sides != self.earlier
+            passed = self._middles_passed(solver, t, state) if ends else passed
         if not (met or first or passed or (last and self.mode.peaked)):
             return False
         begin, end, h = solver.t_old, met[0] if met else t, t - solver.t_old

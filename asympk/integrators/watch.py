@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 PARTS = (0.25, 0.5, 0.75)  # the parts of a step at whose ends guards and rates are evaluated in the search
 BESIDE_BUMPS = (0, *(sign * 16.0**-k for k in range(1, 6) for sign in (1, -1)))  # parts of a step; odd bumps are 0 at 0
 TURNS = 8  # middles of one wave that are looked at in one step
+ROUNDED = 2.0**-30  # part of a step by which rounding may hide that it begins or ends at a middle
 DEEP = 2.0**-10  # part of its value at the begin of a step by which a guard must be negative within, not by errors
 STEEPER = 16  # largest ratio of a guard's rate within a step to its rates at the ends, if the guard turns within
 
@@ -69,7 +70,8 @@ def passed_wholes(every: bool, before: Any, after: Any) -> list[int]:
     """
     low, high = sorted((before, after))
     wholes = range(int(low) - 1, min(int(high), int(low) + TURNS) + 2) if every else (0,)
-    return [n for n in wholes if low <= n <= high and low < high]
+    slack = ROUNDED * (high - low)
+    return [n for n in wholes if low - slack <= n <= high + slack and low < high]
 
 
 def suspects(before: Look, after: Look) -> list[int]:

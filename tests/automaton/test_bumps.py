@@ -1,4 +1,4 @@
-"""Bumps in waves: which are narrow, with the parameters of a scene; a start on the middle of a bump."""
+"""Bumps in waves: which are narrow, with the parameters of a scene; a start and an end on the middle of a bump."""
 
 import math
 
@@ -48,6 +48,15 @@ def test_a_push_that_a_start_on_its_middle_does_not_yet_feel_adds_its_area(metho
     system = ap.System.smooth(slow={a: sp.S.One, v: push}, fast={}, small=None)
     path = ap.solve(ap.Scene(system=system, start={"a": 1, "v": 0}, until=1), method=method)
     assert path.final[1] == pytest.approx(0.5, rel=1e-4)
+
+
+@pytest.mark.parametrize("method", ["rk45", "lsoda"])
+def test_a_push_on_whose_middle_a_run_ends_adds_the_area_before_it(method):
+    """Rounding hid that a = 1 is reached at the end, where the rates are 0 again, and the push was lost."""
+    push = 10**10 * (a - 1) * sp.exp(-((10**5 * (a - 1)) ** 2))
+    system = ap.System.smooth(slow={a: sp.S.One, v: push}, fast={}, small=None)
+    path = ap.solve(ap.Scene(system=system, start={"a": 0, "v": 0}, until=1), method=method)
+    assert path.final[1] == pytest.approx(-0.5, rel=1e-4)
 
 
 def test_a_narrow_push_by_a_quotient_adds_its_area_to_a_block_with_friction():
