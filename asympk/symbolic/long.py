@@ -95,17 +95,25 @@ def heavy(expr: sp.Basic) -> bool:
     """Tell whether an expression is too long to expand: 60 operations, or ``LONG`` in a quotient of polynomials."""
     if not _is_rational(expr):
         return is_longer(expr, 60)
-    return any(p.exp.is_negative and p.base.is_Add for p in atoms(expr, sp.Pow)) and is_longer(expr, LONG)
+    return bool(_divisors(expr)) and is_longer(expr, LONG)
 
 
+@lru_cache(maxsize=1024)
 def expands(expr: sp.Expr) -> bool:
     """Tell whether an expression may be expanded: it is not heavy, and no square of a sum is in a sum that divides it.
 
-    Where 1 + (1000 (x - 2))^2 is least, the terms of its expansion cancel.
+    Where 1 + (1000 (x - 2))^2 is least, the terms of its expansion cancel. A divisor that cancels does not count.
     """
-    divisors = {p.base for p in atoms(expr, sp.Pow) if p.exp.is_negative and p.base.is_Add}
-    within = atoms(sp.Tuple(*divisors), sp.Pow)
-    return not heavy(expr) and not any(p.base.is_Add and p.exp.is_Integer and p.exp.is_positive for p in within)
+    if heavy(expr):
+        return False
+    within = atoms(sp.Tuple(*_divisors(expr)), sp.Pow)
+    squared = any(p.base.is_Add and p.exp.is_Integer and p.exp.is_positive for p in within)
+    return not (squared and _divisors(sp.cancel(expr) if _is_rational(expr) else sp.expand(expr)))
+
+
+def _divisors(expr: sp.Expr) -> set[sp.Expr]:
+    """Return the sums that divide an expression or a part of it."""
+    return {p.base for p in atoms(expr, sp.Pow) if p.exp.is_negative and p.base.is_Add}
 
 
 def expanded(expr: sp.Expr) -> sp.Expr:

@@ -171,3 +171,13 @@ def test_a_step_of_no_length_leads_to_no_pole():
     mode = automaton_of(ap.Scene(system=system, start={x: 0}, until=1)).mode(())
     (divisor,) = mode.pole_values(1.0, (1.0,))
     assert mode.require_one_side((divisor * (1 + 1e-15),), 1.0, (1.0,), begun=1.0) == (divisor,)
+
+
+def test_a_limit_beside_a_divisor_with_a_square_is_found():
+    """The divisor 1 + (a - 2)^2 was left as it stands, and what cancels above it was not seen to: a pole was told."""
+    a = sp.Symbol("a", real=True)
+    rate = (sp.exp(x) * (1 + a) ** 2 - 1 - 2 * a - a**2) / (x * (1 + (a - 2) ** 2) ** 2)
+    system = ap.System.smooth({a: sp.S.One, x: -sp.S.One, v: rate}, {}, None)
+    path = ap.solve(ap.Scene(system=system, start={a: 0, x: 1, v: 0}, until=2))
+    area = mpmath.quad(lambda t: mpmath.expm1(1 - t) / (1 - t) * (1 + t) ** 2 / (1 + (t - 2) ** 2) ** 2, [0, 1, 2])
+    assert path.final[2] == pytest.approx(float(area), rel=1e-8)

@@ -107,6 +107,12 @@ def test_a_quotient_is_tidied_to_the_one_over_a_common_denominator_without_commo
     assert tidied(expr) == sp.cancel(expr)
 
 
+def test_a_divisor_with_a_square_is_left_whole_unless_it_cancels():
+    whole = 1 + (1000 * a - 2000) ** 2
+    assert tidied(1 / whole**2) == 1 / whole**2
+    assert tidied(whole / (whole + b**2) - 1 / (1 + b**2 / whole)) == 0
+
+
 def test_the_modulus_of_an_expression_of_a_trillion_terms_is_not_expanded():
     def long(of):
         return -c - sp.Mul(*(sp.sin(k * of) + b + c for k in range(1, 26)))
