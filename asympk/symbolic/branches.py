@@ -188,14 +188,23 @@ def is_pushed(system: "System", k: int) -> bool:
 def rubbed(system: "System") -> dict[int, set[int]]:
     """Return the contacts that may have two motions, with the frictions whose loads contain the reaction.
 
-    These are rigid contacts that may open or have friction, and frictions whose loads contain forces.
+    These are rigid contacts that may open or have friction, and frictions whose forces act on their own loads.
     """
     rough = {j for j in range(len(system.frictions)) if not is_smooth(system, j)}
     rubs = {k: {j for j in rough if k in _reactions(system, j)}
             for k, f in enumerate(system.frictions) if f.constraint is not None}
-    forced = {j: {j} for j in rough if symbols_in(system.frictions[j].load) & {f.force for f in system.frictions}
-              and not any(j in found for found in rubs.values())}
+    forced = {j: {j} for j in rough if _acts_on_itself(system, j) and not any(j in found for found in rubs.values())}
     return {k: found for k, found in rubs.items() if found or system.frictions[k].gap is not None} | forced
+
+
+def _acts_on_itself(system: "System", k: int) -> bool:
+    """Tell whether the load of friction k contains its force, or that of one whose load does, and so on."""
+    found, new = set[int](), {k}
+    while new:
+        forces = set[sp.Symbol]().union(*(symbols_in(system.frictions[j].load) for j in new))
+        new = {j for j, f in enumerate(system.frictions) if f.force in forces} - found
+        found |= new
+    return k in found
 
 
 def presses_otherwise(system: "System", branch: Branch, other: Branch) -> bool:
