@@ -15,6 +15,7 @@ from sympy.functions.elementary.trigonometric import TrigonometricFunction
 from sympy.simplify.fu import TR8
 
 from asympk.errors import InputError
+from asympk.formulas import NOT_FINITE
 from asympk.symbolic.expansion import is_zero, is_zero_somewhere
 from asympk.symbolic.long import CLEAR, ROUGH, common_divisor, entries_named, generic_place, heavy, replaced
 from asympk.symbolic.lowering import lower
@@ -116,11 +117,11 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
         return None
     if turning and any(wave.args[0].subs(unknowns[0], 0) != 0 for wave in _waves(*equal_zero, *unknowns)):
         return _in_a_turn([], *turning, *equal_zero, *unknowns)  # of waves of several phases SymPy may not end
-    found = _found_by_sympy(equal_zero, unknowns, own)
-    found = found and [s for s in found if not own or _solves(s, equal_zero)]
+    offered = _found_by_sympy(equal_zero, unknowns, own)
+    found = offered and [s for s in offered if not own or _solves(s, equal_zero)]
     if turning:
         return _in_a_turn(found or [], *turning, *equal_zero, *unknowns)
-    return None if own and found is not None and _leaves_out(found, equal_zero, *unknowns) else found
+    return None if own and found is not None and _leaves_out(found, offered, equal_zero, *unknowns) else found
 
 
 def _found_by_sympy(equal_zero, unknowns, own):
@@ -139,15 +140,18 @@ def _by_power(numerator, w, height, y):
     return found and [*filter(_is_as_declared, own)]
 
 
-def _leaves_out(found, equal_zero, y, *others):
+def _leaves_out(found, offered, equal_zero, y, *others):
     """Tell whether g changes its sign, at generic numbers for all other symbols, where no solution has its value.
 
     SymPy finds no root of sqrt(y**2 + 1) + atan(y) - 3*y, and of a product those of the factors that it solves. With
-    several unknowns it may find none of equations that are not rational. Roots of a g of waves alone whose turns fit
-    are those in one turn.
+    several unknowns it may find none of equations that are not rational: that there are none is believed if all that it
+    has ``offered`` are finite values of every unknown. Roots of a g of waves alone whose turns fit are those in one
+    turn.
     """
     if others:
-        return not (found or all(g.is_rational_function(y, *others) for g in equal_zero))
+        whole = [len(s) > len(others) and not sp.Tuple(*s.values()).has(*NOT_FINITE) for s in offered]
+        rational = all(g.is_rational_function(y, *others) for g in equal_zero)
+        return not (found or rational or (whole and all(whole)))
     if heavy(force := equal_zero[0]):
         return False
     turn = whole_turn(force, y)
@@ -347,10 +351,19 @@ def _has_none_at_last(equal_zero, unknowns):
 
 
 def _entangled(equal_zero, unknowns):
-    """Tell whether every unknown is in two functions of unknowns, or in one and outside: SymPy may not end."""
+    """Tell whether every unknown is in two functions of unknowns, or in one and outside: SymPy may not end.
+
+    A function that is alone in an equation is known, and its argument counts; roots of one base count as one function.
+    """
     names = {f: sp.Dummy() for g in equal_zero for f in _outermost(g, unknowns)}
-    outside = sp.Tuple(*equal_zero).xreplace(names)
-    return len(names) > 0 and all(outside.has(y) + sum(f.has(y) for f in names) > 1 for y in unknowns)
+    told = [g.xreplace(names) for g in equal_zero]
+    alone = [f for f, name in names.items()
+             if any(g.free_symbols & {name, *unknowns, *names.values()} == {name} for g in told)]
+    if alone:
+        left = [g.xreplace({f: names[f] for f in alone}) for g in equal_zero]
+        return _entangled([*left, *(part for f in alone for part in f.args)], unknowns)
+    own = {f.base if f in fractional_powers(f) else f for f in names}
+    return len(names) > 0 and all(sp.Tuple(*told).has(y) + sum(f.has(y) for f in own) > 1 for y in unknowns)
 
 
 def _in_half_angle(force, y):

@@ -755,12 +755,58 @@ def test_states_in_functions_of_each_other_have_an_implicit_branch_without_a_sea
     assert found.branch == {y: y, z: z}
 
 
-@pytest.mark.slow
+@pytest.mark.parametrize(("forces", "branches"), [
+    ((sp.sqrt(y + z) - x, sp.sqrt(y - z) - 1), [{y: (x**2 + 1) / 2, z: (x**2 - 1) / 2}]),
+    ((sp.log(1 + sp.exp(y + z)) - x, sp.log(y - z)),
+     [{y: (sp.log(sp.exp(x) - 1) + 1) / 2, z: (sp.log(sp.exp(x) - 1) - 1) / 2}]),
+    ((sp.exp(y + z) + x**2 + 1, sp.exp(y - z) - 2), []),
+])
+def test_states_in_functions_that_their_equations_give_have_branches_in_closed_form(forces, branches):
+    """They had an implicit one, also where there is no root."""
+    found = critical_manifolds(ap.System.smooth({x: -x}, dict(zip((y, z), forces, strict=True)), mu))
+    assert [{s: sp.expand(h) for s, h in c.branch.items()} for c in found] == [
+        {s: sp.expand(h) for s, h in branch.items()} for branch in branches]
+
+
 @pytest.mark.further
 def test_where_sympy_finds_no_root_of_several_equations_with_functions_an_implicit_branch_stands_for_all():
     """It finds none of these two, whose root is z = 2, tanh(y) = x/2."""
     (found,) = critical_manifolds(ap.System.smooth({x: -x}, {y: z * sp.tanh(y) - x, z: z**2 * sp.tanh(y) - 2 * x}, mu))
     assert found.branch == {y: y, z: z}
+
+
+def test_an_equation_with_a_root_that_leads_to_a_square_is_solved():
+    """x + y^2 = sqrt(y^2 + 1) leads to a quadratic in y^2."""
+    found = critical_manifolds(ap.System.smooth({x: -x}, {y: x + y**2 - sp.sqrt(y**2 + 1)}, mu))
+    heights = [c.branch[y].subs(x, sp.Rational(1, 2)).evalf() for c in found]
+    real = [h for h in heights if h.is_real]
+    assert (len(heights), len(real)) == (4, 2)
+    assert all(abs(h**2 + 0.5 - sp.sqrt(h**2 + 1)) < 1e-12 for h in real)
+
+
+def test_a_state_beside_one_exponential_of_its_own_in_each_factor_has_lamberts_function():
+    found = critical_manifolds(ap.System.smooth({x: -x}, {y: y * sp.exp(y) + sp.exp(2 * y)}, mu))
+    assert [c.branch for c in found] == [{y: -sp.LambertW(1)}]
+
+
+@pytest.mark.slow
+def test_the_axon_of_hodgkin_and_huxley_has_a_manifold_of_its_voltage_and_fast_gate():
+    """SymPy sought roots, factors and common divisors of exp(V/90)^9 and exp(V/90)^5 for more than eight minutes."""
+    V, m, h, n = sp.symbols("V m h n", real=True)
+    opens = (V + 40) / 10 / (1 - sp.exp(-(V + 40) / 10)), (V + 55) / 100 / (1 - sp.exp(-(V + 55) / 10))
+    closes = 4 * sp.exp(-(V + 65) / 18), sp.exp(-(V + 65) / 80) / 8
+    recovers, lost = sp.Rational(7, 100) * sp.exp(-(V + 65) / 20), 1 / (1 + sp.exp(-(V + 35) / 10))
+    current = 10 - 120 * m**3 * h * (V - 50) - 36 * n**4 * (V + 77) - sp.Rational(3, 10) * (V + sp.Rational(272, 5))
+    gate = opens[0] * (1 - m) - closes[0] * m
+    slow = {h: recovers * (1 - h) - lost * h, n: opens[1] * (1 - n) - closes[1] * n}
+    axon = ap.System.smooth(slow, {V: current, m: gate}, mu)
+    (manifold,) = ap.slow_manifolds(axon, order=0)
+    for voltage, stable in ((-65, True), (-30, False)):
+        place = {V: voltage, m: (opens[0] / (opens[0] + closes[0])).subs(V, voltage).evalf(30), h: 0.6, n: 0.3}
+        slopes = mpmath.matrix(sp.Matrix([current, gate]).jacobian([V, m]).subs(place).evalf(30).tolist())
+        assert manifold.attracting.subs(place) == stable == all(w.real < 0 for w in mpmath.eig(slopes)[0])
+    with pytest.raises(NotDerivable, match="have too many exponentials for coefficients in symbols beyond order 0"):
+        ap.slow_manifolds(axon)
 
 
 @pytest.mark.parametrize(("slow", "fast", "start"), [
