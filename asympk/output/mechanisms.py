@@ -53,13 +53,14 @@ def mechanism_as_text(described: Described, settings: Mapping[str, str] = Mappin
     """
     _require_numbers(described)
     numbers = ", ".join(f"{name} = {_short(value)}" for name, value in described.numbers.items())
-    rigid = [*contact_lines(described), *_paradox(described), *motion_lines(described)]
+    over, mapped = _over_range(described)
+    rigid = [*contact_lines(described), _critical(described), *over, *motion_lines(described)]
     title = ": ".join(filter(None, (described.name, described.about)))
     first, *others = _departures(described)
     lines = [*wrapped("", title), *wrapped("at ", numbers), *_departure(first), *_others(others), ""]
     for labelled in (rigid, jump_lines(described)):
         lines += [*(part for line in labelled for part in wrapped(line[:_LABEL], line[_LABEL:])), ""]
-    return "\n".join([*lines, *_further(described, settings, first)])
+    return "\n".join([*lines, *_further(described, settings, first, mapped)])
 
 
 def _require_numbers(described):
@@ -112,20 +113,24 @@ def _value(described, expr):
     return described.mechanism.evaluate(expr, described.numbers)
 
 
-def _paradox(described):
+def _critical(described):
     rod = described.mechanism
     critical = rod.critical_friction
     formula = str(rod.own(critical)).replace("(t)", "")
     shown = f"{formula} = " if critical != sp.oo and len(formula) < 90 else ""
     above, below = (_value(described, part) for part in sp.fraction(1 / critical))
     value = _short(below / above) if above else "none"  # without a coupling of gap and slip there is none
-    lines = [f"critical        friction {shown}{value}: {_verdict(described)}"]
+    return f"critical        friction {shown}{value}: {_verdict(described)}"
+
+
+def _over_range(described):
+    """Return lines on the range of ``turn``, and whether the rigid motions can be drawn over it."""
     if described.turn is None:
-        return lines
+        return [], False
     try:
-        return lines + _over(described, *described.turn)
+        return _over(described, *described.turn), described.mapped
     except NotDerivable as reason:  # the contact does not close over the whole range
-        return [*lines, f"over {described.turn[0]:11}{reason}"]
+        return [f"over {described.turn[0]:11}{reason}"], False
 
 
 def _over(described, name, low, high):
@@ -234,11 +239,11 @@ def _rebounds(described):
     return [f"rebound         {shown}"]
 
 
-def _further(described, settings, off):
+def _further(described, settings, off, mapped):
     name, friction = quote(described.name), described.mechanism.contact.friction
     given = {key: f" --set {_quoted(f'{key}={value}')}" for key, value in settings.items()}
     others = "".join(words for key, words in given.items() if key != str(friction))
-    lines = [f"asympk mechanism {name}{''.join(given.values())} --plot motions.svg"] if described.mapped else []
+    lines = [f"asympk mechanism {name}{''.join(given.values())} --plot motions.svg"] if mapped else []
     if friction.is_Symbol and settings.get(str(friction)) != "1/2":
         lines.append(f"asympk mechanism {name}{others} --set {friction}=1/2")
     moved = off or str(described.mechanism.plain.time) in settings  # a motion is to start on the contact, at t = 0

@@ -49,6 +49,7 @@ def test_an_example_that_nothing_closes_is_told_by_its_place():
     """The refusal was `b[0] = nan: it must be a finite number`."""
     told = mechanism_as_text(described_mechanism("arm").changed({"a": 3}))
     assert "over a          no b closes the contact at a = 3: give a range of a" in told
+    assert "--plot" not in told  # a map over this range is refused
 
 
 def test_a_height_without_a_part_in_the_paradox_closes_the_contact_and_leaves_every_interval_found():
