@@ -192,3 +192,9 @@ def test_exponentials_that_are_high_powers_of_one_are_named_as_powers_of_those_a
     assert len(meaning) == 3
     for e, name in names.items():
         assert sp.expand(sp.log(name.xreplace(meaning)) - e.exp) == 0
+
+
+def test_an_exponential_of_a_sum_is_the_product_of_those_beside_it():
+    """With a name of its own it hid the factors, and that the second expression is 0."""
+    assert in_factors(sp.exp(a + b) + sp.exp(b) - sp.exp(a) - 1) == (sp.exp(a) + 1) * (sp.exp(b) - 1)
+    assert in_factors(sp.exp(a - b) * sp.exp(b - c) - sp.exp(a - c)) == 0
