@@ -3,7 +3,8 @@ r"""The next mode of an automaton, decided in doubles by a few products where ev
 The guards of all modes that may follow, and their first two derivatives, are rows on (w, 1). A mode may follow if each
 of its guards is positive, or is 0 and its first nonvanishing derivative is positive. Where a value is neither clear nor
 zero to rounding, or not exactly one mode remains, the automaton itself decides. The decisions are always those of the
-automaton. ``Swift`` is the entry, and ``_decided`` the hard function.
+automaton. A sign that is clear in doubles is so for a state in digits, too; a derivative that is 0 to the rounding of
+doubles is not known to be 0 there. ``Swift`` is the entry, and ``_decided`` the hard function.
 """
 
 from contextlib import suppress
@@ -12,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from asympk.affine.forcing import value
+from asympk.affine.forcing import amplitude, value
 from asympk.arithmetic import Doubles
 from asympk.automaton.contacts import feels_directions
 from asympk.automaton.exact import exact_values
@@ -24,6 +25,7 @@ from asympk.symbolic.sides import Sides
 
 _ZERO, _CLEAR = 1e-13, 1e-11  # relative sizes up to which a value is 0, and beyond which its sign is clear
 _ORDERS = 3
+_EXACT_ORDERS = 2  # of states that are known beyond doubles: the guard that the event makes 0, and its slope
 _PAYS = 4  # decisions of one kind before a table is made, which needs exponentials of modes that are perhaps never met
 _AT_EVENT = {
     "velocity_zero": ("velocity_zero",),
@@ -68,11 +70,12 @@ class Swift:
     ) -> Branch:
         """Return the mode that follows, as ``Automaton.next`` does."""
         found = None
-        if branch is not None and isinstance(t, float) and len(hits) == 1:
+        if branch is not None and len(hits) == 1:
             kind, friction = event = self.mode(branch).kinds[hits[0]]
             zeros = {(name, friction) for name in _AT_EVENT.get(kind, ())}
             table = self._known((branch, hits[0]), lambda: _following(self.system, branch, event), zeros)
-            found = table and _decided(table, t, state)
+            orders = _ORDERS if isinstance(t, float) else _EXACT_ORDERS
+            found = table and _decided(table, float(t), tuple(map(float, state)), orders)
         return found or self.automaton.next(branch, hits, t, state, slack, sides)
 
     def _known(self, key, candidates, zeros):
@@ -151,7 +154,7 @@ def _begun(table, state):
     still = [k for k, kind in enumerate(table.kinds) if kind[0] == "velocity_zero" and values[k] == 0]
     resting = {table.kinds[k][1] for k in still}
     possible = [all((phase.velocity != 0) or k in resting for k, phase in enumerate(b)) for b in table.branches]
-    return _decided(table._replace(vanishing=tuple(zero)), 0.0, state, possible)
+    return _decided(table._replace(vanishing=tuple(zero)), 0.0, state, _EXACT_ORDERS, possible)
 
 
 def _following(system, branch, event):
@@ -181,13 +184,14 @@ def _is_left(system):
     return feels_directions(system) or any(is_pushed(system, k) for k in range(len(system.frictions)))
 
 
-def _decided(table, t, state, possible=None):
+def _decided(table, t, state, orders, possible=None):
     """Return the one possible branch that continues from a state, or None where this is not clear.
 
     It is not where more than two continue: a contact at rest may then be about to slip in either direction.
     """
     whole = np.array([*state, *(value(Doubles, *wave, t) for wave in table.waves), 1.0])
-    signs = _signs((table.rows @ whole).tolist(), (table.sizes @ abs(whole)).tolist(), table.vanishing)
+    known = np.array([*map(abs, state), *(amplitude(Doubles, *wave, t) for wave in table.waves), 1.0])
+    signs = _signs((table.rows @ whole).tolist(), (table.sizes @ known).tolist(), table.vanishing, orders)
     at, holding = 0, []
     for k, (branch, count) in enumerate(zip(table.branches, table.counts, strict=True)):
         mine = signs[at : at + count]
@@ -201,12 +205,12 @@ def _decided(table, t, state, possible=None):
     return left[0] if len(left) == 1 and len(holding) <= 2 else None
 
 
-def _signs(values, sizes, vanishing):
+def _signs(values, sizes, vanishing, orders):
     """Return the sign of the first nonvanishing derivative, from order 0 on, of every guard, or 0 if not clear."""
     found = []
     for k in range(len(values[0])):
         sign = 0
-        for order in range(_ORDERS):
+        for order in range(orders):
             value, size = values[order][k], sizes[order][k]
             if abs(value) > _CLEAR * size:
                 sign = 1 if value > 0 else -1

@@ -8,11 +8,13 @@ import pytest
 import sympy as sp
 
 import asympk as ap
+from asympk.affine import run as affine_run
 from asympk.affine.form import mode_obstacle
 from asympk.affine.functions import Block
 from asympk.affine.mesh import Mesh
 from asympk.affine.mode import AffineMode
 from asympk.affine.run import flows, run
+from asympk.arithmetic import Doubles
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import mode_of
 from asympk.errors import AsympkError, InputError, OutOfRange
@@ -115,9 +117,6 @@ def refined(scene, path):
 
 
 def _guard(automaton, branch, leg):
-
-    from asympk.arithmetic import Doubles
-
     return flows(automaton).of(Doubles, automaton.mode(branch).mode)[2][leg.guard]
 
 
@@ -575,3 +574,20 @@ def test_a_coefficient_that_is_complex_at_the_given_numbers_is_refused():
     system = ap.System.smooth({x: -x * sp.sqrt(q - 1)}, {}, None)
     with pytest.raises(OutOfRange, match="not a real number at these parameters"):
         ap.solve(ap.Scene(system=system, values={q: 0}, start={x: 1}, until=1))
+
+
+def test_where_rounding_shows_a_run_whose_order_of_events_is_known_is_followed_in_digits_once(monkeypatch):
+    """Friction turns in every half period: of the modes that follow, doubles tell all but the first few."""
+    runs, decided, followed, law = [], [], affine_run._followed, Automaton.next
+    monkeypatch.setattr(affine_run, "_followed", lambda m, *rest: runs.append(m) or followed(m, *rest))
+    monkeypatch.setattr(Automaton, "next", lambda *given: decided.append(given) or law(*given))
+    x, v, f, V = sp.symbols("x v f V", real=True)
+    belt = ap.System.with_frictions({x: v, v: -x + F}, {}, [ap.Friction(v - V, F, 1, f, 3 * f / 2)])
+    scene = ap.Scene(system=belt, values={f: "0.7", V: "0.3"}, start=(0, 0), until=150)
+    path = run(scene)
+    assert [m is Doubles for m in runs] == [True, False]
+    assert len(path.events) > 30 > 20 > len(decided)
+    precise = run(scene, digits=40)
+    assert path.modes == precise.modes
+    assert [e.t for e in path.events] == [float(e.t) for e in precise.events]
+    assert path.final == tuple(map(float, precise.final))
