@@ -3,10 +3,12 @@ r"""``e^{M t} = sum_r F_r(t) D_r`` of an exact matrix, in whole numbers of any p
 The F_r are ``t^k/k! e^{a t}`` for a real eigenvalue a, ``t^k/k! e^{a t} cos(w t)`` and ``.. sin(w t)`` for a pair
 ``a +- i w``, k below the multiplicity. Where no eigenvalue but 0 is multiple, the D_r come from ``eigenpairs``.
 
-Otherwise they are residues (``of_roots``). With ``(z - M)^{-1} = N(z) / q(z)`` (``polynomial``),
-``N(z) = sum A_i (z - l)^i`` and ``(z - l)^m / q(z) = sum s_j (z - l)^j``, the residue of ``e^{z t} (z - M)^{-1}`` at a
-root l of multiplicity m gives the coefficient of ``t^k/k! e^{l t}``: the sum of A_i s_j over i + j = m - 1 - k
-(``polynomial.residues_at``). The A_i are whole matrices times powers of l, and so exact until they are rounded.
+Otherwise each group of states that does not move the others is looked at by itself (``of_groups``), and where an
+eigenvalue is multiple in its group the D_r of the group are residues (``of_roots``). With
+``(z - M)^{-1} = N(z) / q(z)`` (``polynomial``), ``N(z) = sum A_i (z - l)^i`` and
+``(z - l)^m / q(z) = sum s_j (z - l)^j``, the residue of ``e^{z t} (z - M)^{-1}`` at a root l of multiplicity m gives
+the coefficient of ``t^k/k! e^{l t}``: the sum of A_i s_j over i + j = m - 1 - k (``polynomial.residues_at``). The A_i
+are whole matrices times powers of l, and so exact until they are rounded.
 
 The D_r grow as eigenvalues approach one another, and their sum loses digits. ``exponential`` therefore takes more bits
 until ``X = sum F_r D_r`` satisfies ``X(0) = 1`` and ``X' = M X``, which only ``e^{M t}`` does (``_solves``).
@@ -25,16 +27,17 @@ from itertools import chain, count, takewhile
 from math import comb
 
 import numpy as np
+from sympy.utilities.iterables import connected_components
 
 from asympk.affine.eigenpairs import NOISE, Eigenpairs, cleaned, eigenpairs
 from asympk.affine.functions import Block, initial, rate_of
 from asympk.affine.polynomial import in_whole_numbers, polynomial_roots, residues_at, resolvent
-from asympk.arithmetic import flow_context, set_digits
+from asympk.arithmetic import DIGITS_OF_DOUBLES, SPARE_DIGITS, flow_context, set_digits
 from asympk.errors import InputError, Undecided
 from asympk.multiprecision import whole_product
 
 MOST_STATES = 48
-DIGITS_FOR_DOUBLES = 24
+DIGITS_FOR_DOUBLES = DIGITS_OF_DOUBLES + SPARE_DIGITS  # those of the run that may follow one in doubles
 LARGEST = 400  # the power of ten beyond which numbers are refused, which no number here comes near
 _SPARE_BITS = 64
 _BITS_A_DIGIT = 5.4  # some 1.6 digits for each digit asked for
@@ -78,7 +81,7 @@ def exponential(entries: tuple[tuple[Fraction, ...], ...], digits: int, rounded:
                 found = _exponential(of_roots(entries, bits, rounded), bits)
                 if _solves(found, whole, denominator, min(right, int(_BITS_OF_A_DIGIT * rounded))):
                     return found
-            found = _exponential(pieces or of_roots(entries, bits), bits)
+            found = _exponential(pieces or of_groups(entries, bits), bits)
             if _solves(found, whole, denominator, right):
                 return found
     raise Undecided(f"eigenvalues of a mode are too near to one another for {bits} bits: give parameters at which "
@@ -129,6 +132,41 @@ def of_pairs(found: Eigenpairs) -> Iterator[tuple[Block, np.ndarray]]:
     for decay, turn, real, imaginary in zip(*found.values, *found.parts, strict=True):
         yield Block(decay, turn, 1), np.array([2 * real, -2 * imaginary] if turn else [real])
     yield Block(0, 0, len(found.zero)), np.array(found.zero).reshape(-1, *found.parts.shape[2:])
+
+
+def of_groups(entries: tuple[tuple[Fraction, ...], ...], bits: int) -> Iterator[tuple[Block, np.ndarray]]:
+    """Yield (block, matrices) of all eigenvalues, which may be multiple, from each of the ``_groups`` by itself.
+
+    Blocks that rest part a chain into groups: an eigenvalue that several groups have is simple in each.
+    """
+    size, (driving, moving) = len(entries), _groups(entries)
+    found: dict[tuple[int, int], np.ndarray] = {}
+    for k, moved in enumerate(moving):
+        group, rows = [*moved, *driving], moved if k else [*moved, *driving]
+        own = tuple(tuple(entries[i][j] for j in group) for i in group)
+        pairs = eigenpairs(*in_whole_numbers(own), bits) if len(moving) > 1 else None
+        for (decay, turn, _), matrices in of_pairs(pairs) if pairs else of_roots(own, bits):
+            before = found.get((decay, turn), np.zeros((0, size, size), dtype=object))
+            summed = np.zeros((max(len(before), len(matrices)), size, size), dtype=object)
+            summed[: len(before)] = before
+            summed[np.ix_(range(len(matrices)), rows, group)] += matrices[:, : len(rows)]
+            found[decay, turn] = summed
+    return ((Block(*key, len(matrices) // (2 if key[1] else 1)), matrices) for key, matrices in found.items())
+
+
+def _groups(entries):
+    """Return the states that are polynomials of the time, and the other states in groups that do not move one another.
+
+    The former are those that none but such states move. There is at least one group, which may be empty.
+    """
+    every = range(len(entries))
+    moves = [{j for j in every if entries[i][j]} for i in every]
+    driving: set[int] = set()
+    while more := {i for i in every if i not in driving and moves[i] <= driving}:
+        driving |= more
+    others = [i for i in every if i not in driving]
+    coupled = [(i, j) for i in others for j in moves[i] - driving]
+    return sorted(driving), [sorted(group) for group in connected_components((others, coupled))] or [[]]
 
 
 def of_roots(

@@ -23,7 +23,6 @@ from asympk.errors import Undecided
 from asympk.multiprecision import whole_product
 from asympk.numbers import Arithmetic, Number
 
-_LEAST_DIGITS = 40
 _LOST_BITS = 64
 _NEAR = 1e-6
 
@@ -64,8 +63,8 @@ class AffineFlow:
     """A mode in the numbers of ``m``: the product of ``tables`` and a start (w, 1) gives all ``Parts`` of a segment.
 
     ``matrices`` (functions, n, n + 1) are the D_r, and ``rows`` the coefficients of the guards. ``rate`` turns the
-    weights of a function of time into those of its derivative. In doubles ``tables`` are floats; for mpmath numbers
-    they are whole numbers in units of 2^-bits, so that a product is exact until it is rounded.
+    weights of a function of time into those of its derivative. In doubles ``tables`` and ``matrices`` are floats; for
+    mpmath numbers they are whole numbers in units of 2^-bits, so that a product is exact until it is rounded.
     """
 
     m: Any
@@ -114,8 +113,8 @@ class AffineFlow:
 
 def in_digits(m: Arithmetic, mode: AffineMode) -> AffineFlow:
     """Return the ``AffineFlow`` of a mode in the mpmath numbers of the context ``m``, at its present precision."""
-    doublings = ((m.dps - 1) // _LEAST_DIGITS).bit_length()  # runs of nearly the same precision share one exponential
-    return _flow(m, mode, mode.exponential(_LEAST_DIGITS << doublings))
+    doublings = ((m.dps - 1) // DIGITS_FOR_DOUBLES).bit_length()  # runs of nearly one precision share an exponential
+    return _flow(m, mode, mode.exponential(DIGITS_FOR_DOUBLES << doublings))
 
 
 def _flow(m, mode, exact):
@@ -132,10 +131,9 @@ def _flow(m, mode, exact):
     tables = *sums, slopes, _derived(rate, slopes, exact.bits)
     tables = np.concatenate([table.reshape(-1, width) for table in tables])
     if m is Doubles:
-        tables = _rounded(m, tables, exact.bits)
+        tables, states = (_rounded(m, table, exact.bits) for table in (tables, states))
     rows = np.array([[m.number(v) for v in row] for row in mode.guards], dtype=tables.dtype).reshape(-1, width)
-    states, rate = _rounded(m, states, exact.bits), _rounded(m, rate, exact.bits)
-    return AffineFlow(m, mode, _blocks(m, exact), states, tables, exact.bits, rows, rate)
+    return AffineFlow(m, mode, _blocks(m, exact), states, tables, exact.bits, rows, _rounded(m, rate, exact.bits))
 
 
 def _blocks(m, exact):
@@ -151,8 +149,9 @@ def _weights(rows, matrix, bits):
 
 def _rounded(m, array, bits):
     """Return an array of whole numbers in units of 2^-bits as numbers of ``m``."""
-    numbers = [_number(m, v, bits) for v in array.flat]
-    return np.array(numbers, dtype=float if m is Doubles else object).reshape(array.shape)
+    if m is Doubles:
+        return (array / (1 << bits)).astype(float)
+    return np.array([_number(m, v, bits) for v in array.flat], dtype=object).reshape(array.shape)
 
 
 def _number(m, value, bits):

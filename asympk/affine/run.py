@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from asympk.affine import form
+from asympk.affine.exponential import DIGITS_FOR_DOUBLES
 from asympk.affine.forcing import amplitude, value
 from asympk.affine.functions import Arrays, functions
 from asympk.affine.mode import ClosedSegment, in_digits
@@ -209,7 +210,7 @@ class Flows:
         # signs at one precision differ by the margin, too
         key = mode.branch, mode.sides, form_of, m.prec, m.margin, m.largest
         if key not in self._found:
-            digits = 24 if m is Doubles else m.dps
+            digits = DIGITS_FOR_DOUBLES if m is Doubles else m.dps
             found, waves, moving = form.placed(form_of(mode), self.automaton.values, digits)
             waves = tuple((power, m.number(decay), m.number(turn), sine) for power, decay, turn, sine in waves)
             self._found[key] = found.in_doubles if m is Doubles else in_digits(m, found), waves, moving

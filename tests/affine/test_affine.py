@@ -6,6 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from asympk.affine import exponential
 from asympk.affine.eigenpairs import eigenpairs
 from asympk.affine.exponential import of_roots
 from asympk.affine.mode import AffineMode, ClosedSegment, in_digits
@@ -118,6 +119,20 @@ def test_multiple_eigenvalues_other_than_zero_are_left_to_the_characteristic_pol
         assert of(*DEFECTIVE[name]) is None
     assert len(of(*DEFECTIVE["free motion"]).zero) == 4
     assert len(of([[0, 1, 0], [-1, 0, 0], [0, 0, 0]], [0, 0, 0]).zero) == 1
+
+
+def test_eigenvalues_that_equal_parts_of_a_chain_have_are_simple_in_each(monkeypatch):
+    """Two blocks on either side of one that moves evenly have equal spectra, and so have the masses beside them."""
+    monkeypatch.setattr(exponential, "of_roots", None)
+    pair = [[0, 1, 0, 0], [-2, 0, 1, 0], [0, 0, 0, 1], [1, 0, -2, 0]]
+    matrix, spring = np.kron(np.eye(3, dtype=int), pair), np.array([0, 0, 0, 1, 0, 1, 0, 0, 0, 0, 0, 0])
+    still = np.array([[0, 1], [0, 0]])  # position and speed of the block between the first pairs, which nothing moves
+    matrix = np.block([[matrix, np.column_stack([spring, 0 * spring])], [np.zeros((2, 12), dtype=int), still]])
+    mode, start = affine_mode(matrix.tolist(), [0, 1] * 7), np.random.default_rng(2).normal(size=14)
+    found = ClosedSegment(mode.in_doubles, start).state(2.5)
+    assert off(mode, start.tolist(), 2.5, found) < 1e-14
+    precise = ClosedSegment(in_digits(digits(50), mode), [*map(digits(50).mpf, start)]).state(digits(50).mpf(2.5))
+    assert off(mode, start.tolist(), 2.5, precise) < 1e-48
 
 
 def test_the_same_flow_runs_on_any_number_of_digits():

@@ -518,8 +518,8 @@ def test_eigenvalues_that_no_number_of_bits_in_use_tells_apart_are_refused_by_na
     monkeypatch.setattr(exponential, "_MOST_BITS", 200)
     rows = AffineMode(((-1, 1, 0), (0, -1 - Fraction(1, 10**70), 0))).homogeneous
     scene = linear_scene([[-1, 1], [0, -1 - Fraction(1, 10**71)]], (1, 2))
-    for refused in (lambda: exponential.exponential(rows, 24), lambda: ap.solve(scene)):
-        with pytest.raises(AsympkError, match="eigenvalues of a mode are too near to one another for 193 bits"):
+    for refused in (lambda: exponential.exponential(rows, exponential.DIGITS_FOR_DOUBLES), lambda: ap.solve(scene)):
+        with pytest.raises(AsympkError, match="eigenvalues of a mode are too near to one another for 317 bits"):
             refused()
 
 
