@@ -29,7 +29,7 @@ from asympk.asymptotics.landing import NEAR, OVER, UNBOUNDED, abscissa, attracti
 from asympk.asymptotics.nonstiff import Step, Trajectory, steps
 from asympk.asymptotics.watching import watched
 from asympk.automaton.automaton import ROUNDED, Automaton, mode_on_sides
-from asympk.automaton.loop import lost_with, mode_after
+from asympk.automaton.loop import lost_with, mode_after, on_zeros, require_begun
 from asympk.automaton.modes import GuardedMode
 from asympk.automaton.numericmode import LOOKS, NumericMode
 from asympk.errors import NoManifold, NotNormallyHyperbolic, OutOfRange, TooManyEvents
@@ -130,9 +130,9 @@ class MatchedPath:
                                 f"{listed(automaton.system.states, state)}", t, state)
         at, seen = told or (t, state)
         hits = (guard, *lost_with(self.mode, guard, at, seen, task.late))
-        for hit in hits:
-            seen = self.mode.snapped(hit, at, seen)
+        seen = on_zeros(self.mode, hits, at, seen)
         mode, seen, event = mode_after(automaton, self.mode, at, seen, hits, fixed=True)
+        require_begun(mode, at, seen)
         state = mode.settled(t, state) if told else seen
         path = replace(self, t=t, state=state, mode=mode, stretches=(*self.stretches, stretch))
         if event is None:
@@ -441,6 +441,7 @@ def _begin(task: Task, slow: Slow, path: MatchedPath) -> tuple[np.ndarray, float
 def begun(automaton: Automaton, start: tuple) -> MatchedPath:
     """Return the path that begins at ``start``, exact numbers, at t = 0."""
     mode = entered(automaton, automaton.first(start), 0.0, tuple(map(float, start)))
+    require_begun(mode, 0.0, tuple(map(float, start)))
     return MatchedPath(0.0, tuple(map(float, start)), mode, modes=(mode.name,))
 
 

@@ -88,7 +88,7 @@ def follow(
         t, state, mode = _begun(automaton, first, start, until, digits)
         names, marks, ends = [mode.name], list[Event](), list[Any]()
         while t < until or not segments:
-            _require_begun(mode, t, state)
+            require_begun(mode, t, state)
             segment = advance(mode, t, state, segments) if t < until else Segment(t, state, None)
             segments.append(segment._replace(branch=mode.branch, sides=mode.mode.sides, within=None))
             _require_lawful(automaton, mode, (t, state), segment, slack)
@@ -159,7 +159,7 @@ def _left_at(
     the edges of the time that the mode has lost are those of no motion.
     """
     hits = _lost_at_switch(mode, segment, slack) if segment.hit is None else (segment.hit, *segment.together)
-    state = _on_zeros(mode, hits, segment.t, segment.state)
+    state = on_zeros(mode, hits, segment.t, segment.state)
     t = mode.past_switch(segment.t, slack) if hits else mode.after_switch(segment.t)
     if hits and (t is None or t >= until):
         return segment.t, state, hits, None
@@ -337,7 +337,7 @@ def _lost_beyond(mode: NumericMode, left: list[tuple], place: tuple, later: tupl
     return tuple(k for k, falls in enumerate(lost) if falls)
 
 
-def _on_zeros(mode: NumericMode, hits: tuple[int, ...], t: Any, state: tuple) -> tuple:
+def on_zeros(mode: NumericMode, hits: tuple[int, ...], t: Any, state: tuple) -> tuple:
     """Return ``state`` moved onto the zeros of guards that fall; raises where the motion of a rigid contact ends."""
     for hit in hits:
         if mode.kinds[hit][0] in _ENDS:
@@ -370,7 +370,7 @@ def without_value_after(automaton: Automaton, last: Segment | None = None) -> st
     return without_value_soon(mode, float(last.t), tuple(map(float, last.state)))
 
 
-def _require_begun(mode: NumericMode, t: Any, state: tuple) -> None:
+def require_begun(mode: NumericMode, t: Any, state: tuple) -> None:
     """Raise ``TwoMotions`` where a bilateral rigid contact begins to slide within the paradox.
 
     At rest such a contact has one motion; as soon as it slides, it has two. Neither states nor time need move what

@@ -25,6 +25,7 @@ from asympk.errors import (
     OrderError,
     OutOfRange,
     Pole,
+    TwoMotions,
     UnboundedReaction,
 )
 from asympk.studies.decreasing import held_rod
@@ -1142,3 +1143,17 @@ def test_a_layer_does_not_go_on_where_friction_is_negative(order, jumps):
     for options in ({}, {"method": "jump", "order": order}):
         with pytest.raises(OutOfRange, match=rf"friction .* of mode slip_same is negative at t = {when}"):
             ap.solve(scene, **options)
+
+
+@pytest.mark.parametrize("method", ["slow", "jump"])
+@pytest.mark.parametrize("guided", [False, True])
+def test_slow_motion_ends_where_a_second_one_comes_up(method, guided):
+    """With load 1 + 4/5 F it does from kinetic = 5/4 on; a start at rest slid on by one of two, from t = 5/4 none."""
+    load, N = 1 + sp.Rational(4, 5) * F, sp.Symbol("N")
+    contact = {"load": N, "normal": N, "constraint": N - load} if guided else {"load": load}
+    for law, at, start in ((3, 0, (0, 1, -1)), (TIME, 5 / 4, (1, 1, -1))):
+        shoe = ap.Friction(velocity=w, force=F, kinetic=law, static=law, **contact)
+        system = ap.System.with_frictions({w: 1 + F, a: b}, {b: -a - b}, [shoe], small=c, time=TIME)
+        with pytest.raises(TwoMotions, match="a second motion of the contact comes up at t = ") as stop:
+            ap.solve(ap.Scene(system=system, values={c: "1e-3"}, start=start, until=3), method)
+        assert stop.value.t == pytest.approx(at, abs=1e-9)

@@ -31,6 +31,7 @@ from asympk.errors import (
     UnboundedReaction,
     Unfinished,
 )
+from asympk.symbolic.branches import rubbed
 from asympk.symbolic.guards import named_branches
 
 x, v, u, w, q, t = sp.symbols("x v u w q t", real=True)
@@ -307,6 +308,8 @@ def test_a_load_that_rises_with_its_friction_has_a_second_motion_beyond_its_crit
     with pytest.raises(TwoMotions, match=r"several motions go on at t = 1\.25, v = ") as stop:
         follow(pair, {"v": 1, "w": 1}, 3)
     assert stop.value.t == pytest.approx(1.25, rel=1e-6)
+    chain = replace(shoe, load=1), replace(other, load=4 + F)
+    assert not rubbed(ap.System.with_frictions({v: 1 + F, w: 3 + G}, {}, chain, time=t))
 
 
 def test_a_reaction_that_grows_beyond_all_bounds_ends_the_run_by_name():
