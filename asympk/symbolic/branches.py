@@ -327,8 +327,8 @@ def by_direction(velocity: sp.Expr, expr: sp.Expr, part: str) -> sp.Expr:
     the part ``static``, and never that of ``kinetic``. Raises ``InputError`` where the place, or the sign of a factor
     of the velocity, decides whether there is a third value.
     """
-    of_sizes = (e for e in atoms(expr, sp.sign) if isinstance(e.args[0], sp.Abs))
-    expr = expr.xreplace({e: sp.Abs(sp.sign(e.args[0].args[0])) for e in of_sizes})
+    sizes = {e: q for e in atoms(expr, sp.sign) if isinstance(q := e.args[0], sp.Abs) or (q.is_Pow and q.exp.is_even)}
+    expr = expr.xreplace({e: sp.Abs(sp.sign(size.args[0])) for e, size in sizes.items()})
     sides = {atom: side for atom in atoms(expr, sp.sign, sp.Heaviside, sp.Rel) if (side := _side(atom, velocity))}
     ordered = {atom: sides.pop(atom) for atom in [*sides] if isinstance(atom, sp.Rel)}
     signs = {atom: side * sp.sign(velocity) for atom, side in sides.items()}

@@ -513,9 +513,9 @@ def test_a_value_of_friction_at_the_zero_of_its_velocity_alone_is_the_static_one
     assert abs(float(path.final[1])) == pytest.approx(2 - held**2 / 2 - (held - HALF) * (2 - held), abs=1e-9)
 
 
-@pytest.mark.parametrize("law", [sp.sign(v) ** 2, sp.sign(sp.Abs(v))])
+@pytest.mark.parametrize("law", [sp.sign(v) ** 2, sp.sign(sp.Abs(v)), sp.sign(v**2)])
 def test_a_law_by_the_sign_of_a_speed_holds_at_rest_by_its_value_for_the_slip_that_would_follow(law):
-    """sign(|v|) is sign(v)^2, and no event was decided with it: at rest it was 0, beside it 1."""
+    """sign(|v|) is sign(v)^2, and no event was decided with it: at rest 0, beside it 1; sign(v^2) was even -1."""
     path = ap.solve(ap.Scene(system=block(t, law), start={x: 0, v: 0}, until=2))
     assert [float(event.t) for event in path.events] == pytest.approx([1], abs=1e-13)
 
