@@ -193,8 +193,8 @@ def named_exponentials(expr: sp.Basic) -> tuple[dict[sp.Expr, sp.Expr], dict[sp.
     """Return {exponential: power of a name} and {name: exponential} where SymPy seeks factors or divisors long.
 
     It does so where exponentials are high powers of one: exp(x/10) and exp(x/18) are w^9 and w^5 for w = exp(x/90), and
-    where it splits exp(x - y). Those that are whole powers of others have their names: with v = exp(x/10) and exp(y),
-    exp(-x/5) is v^-2 and exp(y - x/10) is exp(y)/v.
+    where it splits exp(x - y). Whole powers of one among them, products and quotients have no name of their own: with
+    v = exp(x/10) and w = exp(y), exp(-x/5) is v^-2, and exp(y - x/10) is w/v.
     """
     found = sorted(atoms(expr, sp.exp), key=str)
     exponents = [sp.expand(e.exp) for e in found]
@@ -208,20 +208,23 @@ def named_exponentials(expr: sp.Basic) -> tuple[dict[sp.Expr, sp.Expr], dict[sp.
     sizes = map(abs, ratios) if alike else map(sp.count_ops, exponents)
     for _, e, exponent in sorted(zip(sizes, found, exponents, strict=True), key=lambda part: part[0]):
         powers = ((w, sp.cancel(exponent / base)) for w, base in bases.items())
-        known = next((w**k for w, k in powers if k.is_Integer), None) or _in_powers(exponent, bases)
+        known = next((w**k for w, k in powers if k.is_Integer), None) or _as_product(exponent, bases)
         names[e] = known or sp.Dummy(positive=True)
         if known is None:
             bases[names[e]] = exponent
     return names, {w: sp.exp(base) for w, base in bases.items()}
 
 
-def _in_powers(exponent: sp.Expr, bases: Mapping[sp.Expr, sp.Expr]) -> sp.Expr | None:
-    """Return exp(exponent) as a product of whole powers of the names of exp(base), None if it is none."""
+def _as_product(exponent: sp.Expr, bases: Mapping[sp.Expr, sp.Expr]) -> sp.Expr | None:
+    """Return exp(exponent) as a product or quotient of names of exp(base), None if it is none.
+
+    Not with higher powers, which SymPy factors slowly.
+    """
     parts = [e.as_coefficients_dict() for e in (*bases.values(), exponent)]
     terms = dict.fromkeys(term for part in parts for term in part)
     reduced, pivots = sp.Matrix([[part[term] for part in parts] for term in terms]).rref()
     powers = [*reduced[: len(pivots), -1]]
-    if len(bases) in pivots or not all(k.is_Integer for k in powers):
+    if len(bases) in pivots or not {*powers} <= {-1, 0, 1}:
         return None
     return sp.Mul(*([*bases][column] ** k for column, k in zip(pivots, powers, strict=True)))
 
