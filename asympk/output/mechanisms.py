@@ -244,10 +244,12 @@ def _further(described, settings, off, mapped):
     given = {key: f" --set {_quoted(f'{key}={value}')}" for key, value in settings.items()}
     others = "".join(words for key, words in given.items() if key != str(friction))
     lines = [f"asympk mechanism {name}{''.join(given.values())} --plot motions.svg"] if mapped else []
-    if friction.is_Symbol and settings.get(str(friction)) != "1/2":
+    if friction.is_Symbol and _value(described, friction) != 1 / 2:
         lines.append(f"asympk mechanism {name}{others} --set {friction}=1/2")
-    moved = off or str(described.mechanism.plain.time) in settings  # a motion is to start on the contact, at t = 0
-    if described.followed and not (settings and moved):
+    plain = described.mechanism.plain
+    moved = off or str(plain.time) in settings  # a motion is to start on the contact, at t = 0
+    whole = described.state.keys() >= {*map(str, (*plain.coordinates, *plain.velocities))}
+    if described.followed and whole and not (settings and moved):
         lines.append(f"asympk least {name}{''.join(given.values())}")
     return lines
 
