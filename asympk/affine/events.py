@@ -37,7 +37,7 @@ _FURTHER = 1.375
 _NOTHING = 1e-8
 _ORDER = 16
 _REACH = 16  # the first trial of ``_reach``, in units of the time of the fastest part
-_PATIENCE = 2  # the number of steps before the costlier bounds are used
+_PATIENCE = 2  # the number of steps, and of open intervals, before the costlier bounds are used
 _FEW = 0.125  # the part of the digits to which g'' must be 0 to count as 0 where g' is; higher derivatives alike
 _SLOW = 0.4  # the ratio of successive Newton steps beyond which the root is taken not to be simple
 _NARROW = 1e-6  # the length of an interval, relative to the time, up to which an undecided guard may touch zero
@@ -71,15 +71,16 @@ class Verdicts(NamedTuple):
 
 
 def judge(
-    known: "FunctionTable", parts: "Parts | ClosedSegment", off: "Parts", margin: float, touching: np.ndarray
+    known: "FunctionTable", parts: "Parts | ClosedSegment", off: "Parts", margin: float, touching: np.ndarray,
+    areas: np.ndarray | None = None,
 ) -> Verdicts:
     """Return the ``Verdicts`` on the intervals of a table, by the rules of ``_verdict`` on arrays.
 
     ``off`` are the sizes of ``parts``; both may have an axis of rows before their others. ``touching`` marks the guards
-    that vanish at the beginning of an interval.
+    that vanish at the beginning of an interval. ``areas`` may be closer bounds of the integrals of ``|g''|``.
     """
     g, doubt = _on(known.sums, parts.guards), _on(known.off_sums, off.guards) * margin
-    low, high, spare = g - doubt, g + doubt, _on(known.areas, abs(parts.bends))
+    low, high, spare = g - doubt, g + doubt, _on(known.areas, abs(parts.bends)) if areas is None else areas
     above = np.minimum(low[..., :-1, :], low[..., 1:, :]) > spare * known.h / 4
     if above.all():
         return Verdicts(above, ~above)
@@ -100,7 +101,7 @@ def _on(known, weights):
 
 
 class Bending(NamedTuple):
-    """The second derivative of a guard on an interval: g'' at the middle, bounds of its change and of its integral."""
+    """The second derivatives of guards on an interval: g'' at the middle, bounds of its change and of its integral."""
 
     middle: Any
     spread: Any
@@ -177,33 +178,28 @@ class Guards:
         return found
 
     @cached_property
-    def derivatives(self) -> list[list[list[Number]]]:
-        """The weights of the guards' derivatives from the second to that of order ``_ORDER``, one list per guard."""
+    def derivatives(self) -> np.ndarray:
+        """The weights of the guards' derivatives from the second to that of order ``_ORDER``: (orders, guards, r)."""
         found = [self.segment.bends]
         while len(found) <= _ORDER - 2:
             found.append(self.segment.flow.rate @ found[-1])
-        return [table.T.tolist() for table in found]
+        return np.stack(found).transpose(0, 2, 1)
 
-    def bending(self, lo: Number, hi: Number) -> list[Bending]:
-        """Return the ``Bending`` of every guard on [lo, hi] by the Taylor series of g'' at its middle.
+    def bending(self, lo: Any, hi: Any) -> Bending:
+        """Return the ``Bending`` of all guards on [lo, hi], or on arrays of intervals: (guards, ..).
 
-        Large weights of close eigenvalues cancel in the derivatives at the middle and matter little in the remainder.
+        It comes from the Taylor series of g'' at the middle. Large weights of close eigenvalues cancel in the
+        derivatives at the middle and matter little in the remainder.
         """
-        m, half = self.m, (hi - lo) / 2
-        found, *_ = functions(m, self.blocks, lo + half)
-        most, margin = sizes(m, self.blocks, lo, hi), max(m.margin, m.slack)
+        m, half, margin = Arrays if isinstance(lo, np.ndarray) else self.m, (hi - lo) / 2, max(self.m.margin, self.m.slack)
+        values = self.derivatives @ np.array(functions(m, self.blocks, lo + half)[0])
+        doubts = abs(self.derivatives) @ np.array(sizes(m, self.blocks, lo, hi))
+        terms = [*(abs(values) + margin * doubts)[:-1], doubts[-1]]
         powers = [1 + 0 * half]
-        while len(powers) < len(self.derivatives):
+        while len(powers) < len(terms):
             powers.append(powers[-1] * half / len(powers))
-        bent = []
-        for every in zip(*self.derivatives, strict=True):
-            *values, _ = (_dot(weights, found) for weights in every)
-            *doubts, rest = (_dot(map(abs, weights), most) for weights in every)
-            terms = [*(abs(v) + margin * doubt for v, doubt in zip(values, doubts, strict=True)), rest]
-            spread = margin * doubts[0] + _dot(powers[1:], terms[1:])
-            area = sum(2 * half * p * term / k for k, (p, term) in enumerate(zip(powers, terms, strict=True), 1))
-            bent.append(Bending(values[0], spread, area))
-        return bent
+        area = sum(2 * half * p * term / k for k, (p, term) in enumerate(zip(powers, terms, strict=True), 1))
+        return Bending(values[0], margin * doubts[0] + _dot(powers[1:], terms[1:]), area)
 
     def value(self, guard: int, t: Number) -> tuple[Number, Number]:
         """Return the value and the slope of one guard."""
@@ -221,7 +217,7 @@ class Guards:
         Where g'' vanishes at the same time, to part of the digits, the zero of the highest derivative that vanishes
         there is taken instead, up to ``most`` orders beyond the first.
         """
-        weights = [self.lists[2][guard], *(table[guard] for table in self.derivatives)]
+        weights = [self.lists[2][guard], *self.derivatives[:, guard].tolist()]
         order, before = 0, float("inf")
         for _ in range(_MOST_STEPS):
             found, *_ = functions(self.m, self.blocks, t)
@@ -314,11 +310,26 @@ class Guards:
         for guard in s.zero if starts else ():
             if not verdicts.positive[0, guard]:
                 verdicts.positive[:, guard] |= window.t[1:] <= self.reach(guard)
+        self._look_closer(window, verdicts, touching)
         places = np.flatnonzero(~verdicts.clear)
         if not places.size:
             return []
         guards = np.where(verdicts.single[places], verdicts.falls[places].argmax(axis=1), None)
         return zip(places.tolist(), guards.tolist(), strict=True)
+
+    def _look_closer(self, window, verdicts, touching):
+        """Change the verdicts on many open intervals before the first fall to those by the bounds of ``bending``.
+
+        Functions that leave the range of doubles are cut, and have no such bounds.
+        """
+        s, fallen = self.segment, (window.sums[1:] @ self.segment.guards < 0).any(axis=1)
+        before = min(fallen.argmax() + 1 if fallen.any() else len(fallen), (window.t[1:] <= self._last()).sum())
+        open_ = np.flatnonzero(~(verdicts.clear | verdicts.single)[:before])
+        if open_.size > _PATIENCE:
+            bent = self.bending(window.t[open_], window.t[open_ + 1]).area.T[:, None]
+            closer = judge(window.intervals(open_), s, s.off, self.m.margin, touching[open_, None], bent)
+            for known, found in zip(verdicts, closer, strict=True):
+                known[open_] |= found[:, 0]
 
     def reach(self, guard: int) -> Number:
         """Return a time up to which a guard that vanishes at the start is positive."""
@@ -480,19 +491,19 @@ def _verdict(guards, q, left, right, area):
 def _closer_verdicts(guards, left, right):
     """Return the verdicts by the bounds of ``bending``; a guard that "dips" is convex and may be negative inside."""
     bent = guards.bending(left.t, right.t)
-    verdicts = _verdicts(guards, left, right, [bending.area for bending in bent])
-    return [_bent_verdict(guards, q, left, right, bent[q]) if verdict == "unknown" else verdict
+    verdicts = _verdicts(guards, left, right, bent.area)
+    return [_bent_verdict(guards, q, left, right, bent) if verdict == "unknown" else verdict
             for q, verdict in zip(guards.every, verdicts, strict=True)]
 
 
 def _bent_verdict(guards, q, left, right, bending):
     """Return the verdict on a guard that has a sign at both ends and whose g'' has one on the interval."""
     (a, off_a), (b, off_b) = ((p.values[q], p.doubts[q]) for p in (left, right))
-    if abs(bending.middle) <= bending.spread or a <= off_a or abs(b) <= off_b:
+    if abs(bending.middle[q]) <= bending.spread[q] or a <= off_a or abs(b) <= off_b:
         return "unknown"
     if b < 0:
         return "unknown" if _is_rounding(guards, q, right.t, b) else "falls"
-    if bending.middle < 0 or left.slopes[q] > left.slope_doubts[q] or right.slopes[q] < -right.slope_doubts[q]:
+    if bending.middle[q] < 0 or left.slopes[q] > left.slope_doubts[q] or right.slopes[q] < -right.slope_doubts[q]:
         return "positive"  # the guard is least at an end
     least = guards.at(guards.dip(q, left.t, right.t), max(guards.m.margin, guards.m.slack))
     below = (abs(least.slopes[q]) + least.slope_doubts[q]) * (right.t - left.t)

@@ -39,6 +39,11 @@ class FunctionTable(NamedTuple):
     areas: np.ndarray
     h: np.ndarray
 
+    def intervals(self, which: np.ndarray) -> "FunctionTable":
+        """Return the table whose rows are the intervals of the given numbers, each with its two ends."""
+        ends = np.column_stack([which, which + 1])
+        return FunctionTable._make([*(part[ends] for part in self[:-2]), self.areas[which, None], self.h[which, None]])
+
 
 def function_table(blocks: Sequence[Block], t: np.ndarray) -> FunctionTable:
     """Return the ``FunctionTable`` of the functions of blocks at an array of times."""

@@ -8,6 +8,7 @@ import pytest
 import sympy as sp
 
 import asympk as ap
+from asympk.affine import events
 from asympk.affine import run as affine_run
 from asympk.affine.form import mode_obstacle
 from asympk.affine.functions import Block
@@ -591,3 +592,14 @@ def test_where_rounding_shows_a_run_whose_order_of_events_is_known_is_followed_i
     assert path.modes == precise.modes
     assert [e.t for e in path.events] == [float(e.t) for e in precise.events]
     assert path.final == tuple(map(float, precise.final))
+
+
+def test_weights_of_close_eigenvalues_leave_few_intervals_in_which_a_guard_may_fall(monkeypatch):
+    """Those of a relay behind three lags that are nearly the same are some hundred times as large as the guard."""
+    looks, isolated = [], events._isolated
+    monkeypatch.setattr(events, "_isolated", lambda *given: looks.append(1) or isolated(*given))
+    y = sp.symbols("y1:4", real=True)
+    rates = {y[0]: F - y[0], y[1]: sp.Rational(11, 10) * (y[0] - y[1]), y[2]: sp.Rational(23, 20) * (y[1] - y[2])}
+    relay = ap.System.with_frictions(rates, {}, [ap.Friction(y[2], F, 1, 1)])
+    path = ap.solve(ap.Scene(system=relay, start=(1, 0, -1), until=40))
+    assert len(looks) < len(path.events) > 10
