@@ -191,7 +191,8 @@ class Guards:
         It comes from the Taylor series of g'' at the middle. Large weights of close eigenvalues cancel in the
         derivatives at the middle and matter little in the remainder.
         """
-        m, half, margin = Arrays if isinstance(lo, np.ndarray) else self.m, (hi - lo) / 2, max(self.m.margin, self.m.slack)
+        m, half = Arrays if isinstance(lo, np.ndarray) else self.m, (hi - lo) / 2
+        margin = max(self.m.margin, self.m.slack)
         values = self.derivatives @ np.array(functions(m, self.blocks, lo + half)[0])
         doubts = abs(self.derivatives) @ np.array(sizes(m, self.blocks, lo, hi))
         terms = [*(abs(values) + margin * doubts)[:-1], doubts[-1]]

@@ -41,8 +41,8 @@ class FunctionTable(NamedTuple):
 
     def intervals(self, which: np.ndarray) -> "FunctionTable":
         """Return the table whose rows are the intervals of the given numbers, each with its two ends."""
-        ends = np.column_stack([which, which + 1])
-        return FunctionTable._make([*(part[ends] for part in self[:-2]), self.areas[which, None], self.h[which, None]])
+        ends, inside = np.column_stack([which, which + 1]), which[:, None]
+        return FunctionTable._make([*(part[ends] for part in self[:-2]), self.areas[inside], self.h[inside]])
 
 
 def function_table(blocks: Sequence[Block], t: np.ndarray) -> FunctionTable:
