@@ -8,6 +8,7 @@ doubles is not known to be 0 there. ``Swift`` is the entry, and ``_decided`` the
 """
 
 from contextlib import suppress
+from functools import lru_cache
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -19,8 +20,9 @@ from asympk.automaton.contacts import feels_directions
 from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import phases_of
 from asympk.errors import InputError, Undecided
-from asympk.symbolic.branches import Branch, Phase, is_pushed, is_smooth, most_at_rest, stands
+from asympk.symbolic.branches import Branch, Phase, is_pushed, is_smooth, most_at_rest, rate_along, stands
 from asympk.symbolic.forces import determined
+from asympk.symbolic.long import symbols_in
 from asympk.symbolic.sides import Sides
 
 _ZERO, _CLEAR = 1e-13, 1e-11  # relative sizes up to which a value is 0, and beyond which its sign is clear
@@ -74,7 +76,7 @@ class Swift:
             kind, friction = event = self.mode(branch).kinds[hits[0]]
             zeros = {(name, friction) for name in _AT_EVENT.get(kind, ())}
             table = self._known((branch, hits[0]), lambda: _following(self.system, branch, event), zeros)
-            orders = _ORDERS if isinstance(t, float) else _EXACT_ORDERS
+            orders = _ORDERS if isinstance(t, float) and _may_hold(self.system, friction) else _EXACT_ORDERS
             found = table and _decided(table, float(t), tuple(map(float, state)), orders)
         return found or self.automaton.next(branch, hits, t, state, slack, sides)
 
@@ -171,9 +173,19 @@ def _following(system, branch, event):
     if kind not in _AT_EVENT:
         return []
     load, velocity, *_ = branch[k]
-    turned, moved = [Phase(sign, velocity) for sign in (1, -1)], [Phase(load, v) for v in (0, 1, -1)]
+    moving = [Phase(load, v) for v in (1, -1)]
+    turned, moved = [Phase(sign, velocity) for sign in (1, -1)], [Phase(load, 0)] * _may_hold(system, k) + moving
     phases = turned if kind == "force_zero" else moved
     return list(product(*((phase,) if j != k else phases for j, phase in enumerate(branch))))
+
+
+@lru_cache(maxsize=256)
+def _may_hold(system, k):
+    """Tell whether a force acts on the sliding velocity of friction k: else no rest goes on where its rate is not 0.
+
+    A relay behind a lag is such a friction.
+    """
+    return bool(symbols_in(rate_along(system, system.frictions[k].velocity)) & {*system.pushes})
 
 
 def _is_left(system):

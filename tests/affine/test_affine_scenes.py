@@ -603,3 +603,14 @@ def test_weights_of_close_eigenvalues_leave_few_intervals_in_which_a_guard_may_f
     relay = ap.System.with_frictions(rates, {}, [ap.Friction(y[2], F, 1, 1)])
     path = ap.solve(ap.Scene(system=relay, start=(1, 0, -1), until=40))
     assert len(looks) < len(path.events) > 10
+
+
+@pytest.mark.parametrize("digits", [None, 30])
+def test_of_a_relay_on_which_no_force_acts_at_once_doubles_tell_the_mode_that_follows(digits, monkeypatch):
+    """Its velocity has the same rate in every mode: no rest goes on where this rate is not 0."""
+    decided, law = [], Automaton.next
+    monkeypatch.setattr(Automaton, "next", lambda *given: decided.append(given) or law(*given))
+    x, v, w = sp.symbols("x v w", real=True)
+    relay = ap.System.with_frictions({x: v, v: w, w: -w - 3 * v - 2 * x + F}, {}, [ap.Friction(x, F, 1, 1)])
+    path = ap.solve(ap.Scene(system=relay, start=("-0.7", 0, "0.2"), until=60), digits=digits)
+    assert len(path.events) > 20 > 10 > len(decided)
