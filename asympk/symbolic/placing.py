@@ -12,7 +12,7 @@ from sympy.core.function import AppliedUndef
 from asympk.errors import InputError
 from asympk.formulas import NOT_FINITE, UNEVALUATED, formula_in_words
 from asympk.numbers import number, short
-from asympk.symbolic.long import atoms
+from asympk.symbolic.long import atoms, symbols_in
 from asympk.symbolic.reading import entries_of, rational
 from asympk.symbolic.values import by_symbol, require_declared
 
@@ -77,13 +77,14 @@ def named_parts(system: "System") -> dict[str, sp.Expr]:
 
 @lru_cache(maxsize=64)
 def _require_formulas(system: "System") -> None:
+    moving = {*system.states, system.time}
     for name, expr in named_parts(system).items():
         if unknown := sorted(map(short, atoms(expr, AppliedUndef))):
             raise InputError(f"{name} = {short(expr)} has no value: {unknown[0]} is a function without a formula; "
                              "write its formula there")
-        if parts := sorted(map(short, atoms(expr, sp.re, sp.im, sp.conjugate))):
+        if parts := sorted(short(e) for e in atoms(expr, sp.re, sp.im, sp.arg, sp.conjugate) if symbols_in(e) & moving):
             raise InputError(f"{name} = {short(expr)}: {parts[0]} is that of a number which may be complex; declare "
-                             "its symbols real, as sp.Symbol('x', real=True)")
+                             "its symbols real, as sp.Symbol('x', real=True), or write what is real")
         if found := sorted(map(short, atoms(expr, *UNEVALUATED))):
             raise InputError(f"{name} = {short(expr)}: {found[0]} is to be worked out first; give {found[0]}.doit()")
 

@@ -198,9 +198,18 @@ def test_what_sympy_has_left_unevaluated_is_refused_by_name_and_its_bound_symbol
         ap.Scene(system=decay, values={}, start=[1], until=1)
 
 
-@pytest.mark.parametrize("part", [sp.re, sp.im, sp.conjugate])
+@pytest.mark.parametrize("part", [sp.re, sp.im, sp.arg, sp.conjugate])
 def test_a_part_of_a_state_that_is_not_declared_real_is_refused_by_name(part):
     x = sp.Symbol("x")
     decay = ap.System.smooth({x: -x - part(x)}, {}, None)
     with pytest.raises(InputError, match=rf"{part.__name__}\(x\) is that of a number which may be complex; declare"):
         ap.Scene(system=decay, values={}, start=[1], until=1)
+
+
+@pytest.mark.parametrize("part", [sp.re, sp.im, sp.conjugate])
+def test_a_part_of_a_parameter_that_is_not_declared_real_has_its_value(part):
+    """The run was refused, although its parameters are numbers."""
+    x = sp.Symbol("x")
+    decay = ap.System.smooth({x: -x * part(sp.Symbol("k"))}, {}, None)
+    path = ap.solve(ap.Scene(system=decay, values={"k": 1}, start=[1], until=1))
+    assert path.final[0] == pytest.approx(float(sp.exp(-part(sp.S.One))), abs=1e-15)
