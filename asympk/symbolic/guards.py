@@ -193,7 +193,7 @@ def _unambiguous(system: "System", branch: Branch) -> list[Guard]:
 
     With one rigid contact the constraint is 0 = a + p N, and the motion is unique while p has the same sign as without
     friction (``unbounded``). A bilateral constraint also needs this of the p for the other sign of N (``several``). So
-    does a load N = a + b F of its own force.
+    does a load N = a + b F of its own force, also where its contact may open.
     A contact slides where any friction does whose load contains its reaction, as in one direction of two. Open contacts
     do not count, nor joints without such a friction. With several contacts p is the determinant of their equations;
     second motions are then sought by ``asympk.automaton.uniqueness``.
@@ -204,7 +204,8 @@ def _unambiguous(system: "System", branch: Branch) -> list[Guard]:
         return []
     k, *_ = sliding
     found = [Guard("unbounded", k, stiffness(system, branch))]
-    if len(closed) == 1 and system.frictions[k].gap is None:
+    contact = system.frictions[k]
+    if len(closed) == 1 and (contact.gap is None or (contact.constraint is None and not lifts(contact))):
         other = tuple(p._replace(load=-p.load) if j in closed[k] else p for j, p in enumerate(branch))
         found.append(Guard("several", k, stiffness(system, other)))
     return found

@@ -312,6 +312,16 @@ def test_a_load_that_rises_with_its_friction_has_a_second_motion_beyond_its_crit
     assert not rubbed(ap.System.with_frictions({v: 1 + F, w: 3 + G}, {}, chain, time=t))
 
 
+def test_a_second_motion_comes_up_also_at_a_contact_that_may_open():
+    """Pressed in by 1/100, it is at rest normally; started beyond the critical friction it was refused, as always."""
+    gap, rate = sp.symbols("g q", real=True)
+    press = -100 * gap - 2 * rate
+    shoe = ap.Friction(velocity=v, force=F, load=press + sp.Rational(4, 5) * F, kinetic=t, gap=gap)
+    system = ap.System.with_frictions({v: 1 + F, gap: rate, rate: press - 1}, {}, [shoe], time=t)
+    with pytest.raises(TwoMotions, match=r"a second motion of the contact comes up at t = 1\.25"):
+        follow(system, {"v": 1, "g": "-1/100", "q": 0}, 3)
+
+
 def test_a_reaction_that_grows_beyond_all_bounds_ends_the_run_by_name():
     friction = ap.Friction(velocity=v, force=F, load=N, kinetic=t, normal=N, constraint=1 - 2 * N + F)
     system = ap.System.with_frictions({v: 1 - N + F}, {}, [friction], time=t)
