@@ -17,6 +17,7 @@ from asympk.numbers import number, short
 from asympk.path import Path
 from asympk.scene import Scene
 from asympk.symbolic.derivatives import slope_by
+from asympk.symbolic.long import symbols_in
 from asympk.symbolic.reading import exact_constant
 from asympk.symbolic.system import System
 from asympk.systems.automata import automaton_of
@@ -104,7 +105,14 @@ def _functions(system, width):
 
 
 def slipping_rates(system: System, direction: Callable[[sp.Expr], sp.Expr]) -> tuple[sp.Expr, ...]:
-    """Return the rates of a system with F = -kinetic |load| direction(v), and the loads for reactions."""
+    """Return the rates of a system with F = -kinetic |load| direction(v), and the loads for reactions.
+
+    Raises ``InputError`` where a load contains its own force.
+    """
     forces = {f.force: -f.kinetic * sp.Abs(f.load) * direction(f.velocity) for f in system.frictions}
     forces |= {f.normal: f.load for f in system.frictions if f.normal is not None}
-    return tuple(rate.subs(forces) for rate in system.rates.values())
+    rates = tuple(rate.subs(forces) for rate in system.rates.values())
+    if unknown := sorted(map(str, symbols_in(sp.Tuple(*rates)) & forces.keys())):
+        raise InputError(f"one right-hand side has no load that contains its own force, here {', '.join(unknown)}; "
+                         "use a method with events, such as 'lsoda'")
+    return rates

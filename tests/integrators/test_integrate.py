@@ -101,12 +101,15 @@ def test_a_regularised_friction_law_has_a_positive_width(eps):
 
 
 @pytest.mark.parametrize("method", ["sign", "tanh"])
-def test_one_right_hand_side_has_no_contact_that_opens(method):
+def test_one_right_hand_side_has_no_contact_that_opens_and_no_load_with_its_own_force(method):
+    """Of such a load an argument F was said to be missing."""
     x, v, z, force = sp.symbols("x v z F", real=True)
     contact = ap.Friction(velocity=z, force=force, load=1, kinetic=1, gap=x)
-    falling = ap.System.with_frictions({x: v, v: -1, z: force}, {}, [contact])
-    with pytest.raises(InputError, match="no contacts that open"):
-        ap.solve(ap.Scene(system=falling, values={}, start={x: 1, v: 0, z: 1}, until=1), method=method)
+    fed_back = replace(contact, gap=None, load=2 + x * force)
+    for told, friction in (("no contacts that open", contact), ("no load that contains its own force", fed_back)):
+        system = ap.System.with_frictions({x: v, v: -1, z: force}, {}, [friction])
+        with pytest.raises(InputError, match=told):
+            ap.solve(ap.Scene(system=system, values={}, start={x: 1, v: 0, z: 1}, until=1), method=method)
 
 
 def test_a_reference_with_digits_knows_its_end_under_the_double_next_to_it():
