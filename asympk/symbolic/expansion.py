@@ -34,7 +34,7 @@ PLACES = 128  # at which an expression with roots is looked at
 FURTHEST = 10**6  # the largest number of which coordinates of places are ratios; of small ones some hit isolated zeros
 EXPANDED = 20_000  # terms of a power of a sum, times its exponent: with 10000 formulas take seconds, with 90000 minutes
 LONG = 200  # operations; from longer rates that are not rational come coefficients of a hundred thousand operations
-MANY = 8  # different exponentials in the rates of several fast states, times these; with more, formulas take minutes
+MANY = 8  # different exponentials in the rates, times the most fast states coupled; with more, formulas take minutes
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,8 @@ def require_short(mode: Mode, order: int = 0, branch: sp.Dict | None = None) -> 
     """Raise ``NotDerivable`` where no formulas can be written.
 
     This is where a power of a sum has too many terms, and, if ``order`` is above 0, where the rates are too long, or
-    many different exponentials are in those of several fast states on an implicit ``branch``.
+    many different exponentials are in those of several fast states on an implicit ``branch``, for the number of fast
+    states that are coupled.
     """
     rates = sp.Tuple(*mode.slow.values(), *mode.fast.values())
     for power in sorted(atoms(rates, sp.Pow), key=str):
@@ -73,10 +74,16 @@ def require_short(mode: Mode, order: int = 0, branch: sp.Dict | None = None) -> 
                                "formulas: put a parameter for it, or an exponential; solve follows it")
     long = heavy(rates) and is_longer(rates, LONG)
     implicit = branch is not None and len(branch) > 1 and is_implicit(branch)
-    if order and (long or (implicit and len(mode.fast) * len(named_exponentials(rates)[1]) > MANY)):
+    if order and (long or (implicit and _coupled(mode) * len(named_exponentials(rates)[1]) > MANY)):
         much = "are too long" if long else "have too many exponentials"
         raise NotDerivable(f"the rates of {mode.name} {much} for coefficients in symbols beyond order 0; export writes "
                            "them, and solve(scene, method='slow', order=n) uses them")
+
+
+def _coupled(mode):
+    """Return the largest number of fast states that depend on each other, at least 2."""
+    blocks = sp.Matrix(list(mode.fast.values())).jacobian(list(mode.fast)).strongly_connected_components()
+    return max(2, *map(len, blocks))
 
 
 def _size_expanded(power):

@@ -872,6 +872,14 @@ def test_three_populations_of_neurons_have_a_critical_manifold_and_are_too_much_
         ap.slow_manifolds(system, order=1)
 
 
+def test_three_fast_states_that_follow_each_other_have_the_first_coefficient_of_each_equation():
+    """With three exponentials they were refused as too much, as are three that are coupled."""
+    rates = {y: sp.exp(x - y) - y, z: sp.exp(u - y) - z, w: sp.exp(z) - w - w**3}
+    (manifold,) = ap.slow_manifolds(ap.System.smooth({x: y - x, u: z - u}, rates, mu), order=1)
+    difference = manifold.coefficients[1][y] + sp.exp(x - y) * (y - x) / (1 + sp.exp(x - y)) ** 2
+    assert abs(difference.subs({x: 2, u: 1, y: sp.Rational(1, 3), z: 1, w: 1}).evalf()) < 1e-12
+
+
 @pytest.mark.parametrize("force", [x - sp.sqrt(y), x - y - sp.sqrt(1 + y**2), x - sp.sqrt(1 - y**2),
                                    x - sp.sqrt(y) - 1 / sp.sqrt(y), x - y / (1 + sp.sqrt(y)),
                                    x - sp.atan(y), 2 * x - sp.asin(y), x - sp.acos(y), x - sp.acosh(y),
