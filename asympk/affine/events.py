@@ -195,12 +195,12 @@ class Guards:
         margin = max(self.m.margin, self.m.slack)
         values = self.derivatives @ np.array(functions(m, self.blocks, lo + half)[0])
         doubts = abs(self.derivatives) @ np.array(sizes(m, self.blocks, lo, hi))
-        terms = [*(abs(values) + margin * doubts)[:-1], doubts[-1]]
+        terms = [*(abs(values) + doubts * margin)[:-1], doubts[-1]]
         powers = [1 + 0 * half]
         while len(powers) < len(terms):
             powers.append(powers[-1] * half / len(powers))
-        area = sum(2 * half * p * term / k for k, (p, term) in enumerate(zip(powers, terms, strict=True), 1))
-        return Bending(values[0], margin * doubts[0] + _dot(powers[1:], terms[1:]), area)
+        area = sum(term * (2 * half * p / k) for k, (p, term) in enumerate(zip(powers, terms, strict=True), 1))
+        return Bending(values[0], doubts[0] * margin + _dot(terms[1:], powers[1:]), area)
 
     def value(self, guard: int, t: Number) -> tuple[Number, Number]:
         """Return the value and the slope of one guard."""

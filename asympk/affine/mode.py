@@ -257,11 +257,11 @@ class ClosedSegment:
         value, slope = self._sum(self.guards[:, guard], gained, begun), found @ self.slopes[:, guard]
         if not slope or (not self.m.margin and abs(slope) <= Guards(self).at(t, self.m.slack).slope_doubts[guard]):
             return state
-        return state - value / slope * (found @ self.flow.rate @ self.sums[: self.functions])
+        return state - found @ self.flow.rate @ self.sums[: self.functions] * (value / slope)
 
     def without_rounding(self, t: Number, state: np.ndarray) -> np.ndarray:
         """Return the state at t, with components within the rounding error of their terms set to zero."""
-        return np.where(abs(state) > self.m.slack * self._terms(t), state, self.m.number(0))
+        return np.where(abs(state) > self._terms(t) * self.m.slack, state, self.m.number(0))
 
     def require_digits(self, t: Number, state: np.ndarray) -> None:
         """Raise ``Undecided`` where the terms of the state at t cancel so far that two runs may agree by chance."""
