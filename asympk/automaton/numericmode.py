@@ -470,7 +470,7 @@ class NumericMode:
                 direction = rest if k < len(self.kept) else self._as_it_moves(rest, basis, t, state)
                 size = _dot(direction, rest)
                 basis.append(rest)
-                moved = (w - value * a / size for w, a in zip(state, direction, strict=True))
+                moved = (w - value * a / size if a else w for w, a in zip(state, direction, strict=True))
                 state = tuple(w if abs(w) > small else w - w for w, small in zip(moved, least, strict=True))
         return state
 
@@ -482,7 +482,13 @@ class NumericMode:
         return _across(moved if any(moved) else gradient, basis)
 
     def _gradient(self, expr: sp.Expr) -> Callable[..., tuple]:
-        return self._compiled((expr,), self.mode.units)
+        if expr not in self._gradients:  # every search for it by all its directions would hash all their numbers
+            self._gradients[expr] = self._compiled((expr,), self.mode.units)
+        return self._gradients[expr]
+
+    @cached_property
+    def _gradients(self) -> dict[sp.Expr, Callable[..., tuple]]:
+        return {}
 
     def _compiled(self, outputs: tuple, directions: tuple = ()) -> Callable[..., tuple]:
         return function(self.mode.system, outputs, self.target, self.functions, directions,

@@ -18,6 +18,7 @@ from asympk.affine.run import flows, run
 from asympk.arithmetic import Doubles
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import mode_of
+from asympk.automaton.numericmode import NumericMode
 from asympk.errors import AsympkError, InputError, OutOfRange
 from asympk.studies.bench import rod_in_general_clothes as rod
 
@@ -614,3 +615,17 @@ def test_of_a_relay_on_which_no_force_acts_at_once_doubles_tell_the_mode_that_fo
     relay = ap.System.with_frictions({x: v, v: w, w: -w - 3 * v - 2 * x + F}, {}, [ap.Friction(x, F, 1, 1)])
     path = ap.solve(ap.Scene(system=relay, start=("-0.7", 0, "0.2"), until=60), digits=digits)
     assert len(path.events) > 20 > 10 > len(decided)
+
+
+def test_gradients_of_what_a_mode_keeps_are_looked_up_once_in_all_runs(monkeypatch):
+    """Their directions are matrices of numbers, and to hash these at every event took half the time of long chains."""
+    x, y, v, w, f, V = sp.symbols("x y v w f V", real=True)
+    pair = [ap.Friction(rate - V, force, 1, f) for rate, force in ((v, F), (w, G))]
+    chain = ap.System.with_frictions({x: v, y: w, v: y - 2 * x + F, w: x - 2 * y + G}, {}, pair)
+    scene = ap.Scene(system=chain, values={f: "0.7", V: "0.3"}, start=("-1.9", "1.8", "0.3", 0), until=40)
+    followed, asked, compiled = run(scene), [], NumericMode._compiled
+    monkeypatch.setattr(NumericMode, "_compiled", lambda mode, outputs, along=(): (
+        asked.extend([1] * (along == mode.mode.units)) or compiled(mode, outputs, along)))
+    assert run(scene).events == followed.events
+    assert followed.events
+    assert not asked
