@@ -44,8 +44,10 @@ class AffineMode:
         return (*self.rows, (Fraction(0),) * (len(self.rows) + 1))
 
     def exponential(self, digits: int) -> Exponential:
-        """Return ``e^{M t}`` to ``digits`` digits."""
-        return exponential(self.homogeneous, digits, self.rounded)
+        """Return ``e^{M t}`` to ``digits`` digits, with bits enough for the smallest coefficient of a guard."""
+        least = min((abs(c) for row in self.guards for c in row if c), default=Fraction(1))
+        below = max(0, least.denominator.bit_length() - least.numerator.bit_length())
+        return exponential(self.homogeneous, digits, self.rounded, below)
 
     @cached_property
     def in_doubles(self) -> "AffineFlow":
