@@ -251,8 +251,14 @@ def _signs_by_guard(here: Junction, mode: GuardedMode, ties: list[int]) -> dict[
 
 
 def _first_order(here: Junction, mode: GuardedMode, guard: int) -> int:
-    """Return the order of the first derivative that tells: of a contact that touches, g, g' and g'' vanish."""
+    """Return the order of the first derivative that tells: of a contact that touches, g, g' and g'' vanish.
+
+    The rate of a velocity that vanishes has been found to vanish with it, as a margin of its contact (``_margins_at``).
+    In another sum, terms that are smaller than all rounding may be left of it.
+    """
     kind, friction, _, _, divided = mode.guards[guard]
+    if kind == "velocity_zero" and not mode.pressed:
+        return 2
     return 3 if kind == "touch_down" and friction in here.touching else 1 - divided
 
 

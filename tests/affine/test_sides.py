@@ -180,3 +180,21 @@ def test_a_scene_that_ends_at_its_start_stays_there_on_every_side_in_doubles_and
     system = ap.System.with_frictions({x: v, v: -x - 3 * sp.Max(x - 1, 0) ** power}, {}, [])
     scene = ap.Scene(system=system, start={x: start, v: 0}, until=0)
     assert ap.solve(scene).final == ap.solve(scene, digits=20).final == (start, 0)
+
+
+def test_a_pulse_long_past_does_not_tell_what_follows_at_the_edge_of_stick():
+    """There the rate of the third block is 0 but for 200 e^(-648), and no motion was said to go on, in 20 digits."""
+    states, forces = sp.symbols("x:3 v:3", real=True), sp.symbols("F:3", real=True)
+    (*places, _, v1, v2), Q = states, sp.Rational
+    springs = sp.Matrix([[-204, 33, 0], [99, -347, 59], [0, 94, -177]]) / 100
+    rates = dict(zip(states, [*states[3:], *(springs * sp.Matrix(places) + sp.Matrix(forces))], strict=True))
+    rates[states[3]] += 10 * sp.exp(-10 * sp.Abs(t - Q(291, 100))) - Q(2, 25) * states[3]
+    for velocity, middle in ((v1, Q(82, 25)), (v2, Q(43, 25))):
+        rates[velocity] += 200 * sp.exp(-200 * sp.Abs(t - middle))
+    bounds = ((Q(37, 100), Q(111, 200)), (Q(13, 25), Q(39, 50)), (Q(47, 100), Q(47, 100)))
+    rubs = [ap.Friction(w, F, 1, *both) for w, F, both in zip(states[3:], forces, bounds, strict=True)]
+    system = ap.System.with_frictions(rates, {}, rubs, time=t)
+    scene = ap.Scene(system=system, start=(Q(-121, 100), Q(-1, 20), Q(1, 4), 0, 0, 0), until=5)
+    path, precise = ap.solve(scene), ap.solve(scene, digits=20)
+    assert path.modes == precise.modes
+    assert precise.modes[-2:] == ("slip_opposite+slip_opposite+stick", "slip_opposite+slip_opposite+slip_opposite")
