@@ -53,8 +53,9 @@ def mechanism_as_text(described: Described, settings: Mapping[str, str] = Mappin
     """
     _require_numbers(described)
     numbers = ", ".join(f"{name} = {_short(value)}" for name, value in described.numbers.items())
+    here = [*contact_lines(described), _critical(described)]
     over, mapped = _over_range(described)
-    rigid = [*contact_lines(described), _critical(described), *over, *motion_lines(described)]
+    rigid = [*here, *over, *motion_lines(described)]
     title = ": ".join(filter(None, (described.name, described.about)))
     first, *others = _departures(described)
     lines = [*wrapped("", title), *wrapped("at ", numbers), *_departure(first), *_others(others), ""]
