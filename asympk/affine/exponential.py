@@ -59,13 +59,10 @@ class Exponential:
 
 
 @lru_cache(maxsize=256)
-def exponential(
-    entries: tuple[tuple[Fraction, ...], ...], digits: int, rounded: int | None = None, below: int = 0
-) -> Exponential:
+def exponential(entries: tuple[tuple[Fraction, ...], ...], digits: int, rounded: int | None = None) -> Exponential:
     """Return the ``Exponential`` of rows of Fractions to ``digits`` digits, with more bits the more their sizes differ.
 
-    The entries are exact, or ``rounded`` to that number of digits; they determine no more digits of the result. There
-    are bits enough for products with numbers that are as small as 2^-``below``.
+    The entries are exact, or ``rounded`` to that number of digits; they determine no more digits of the result.
     Raises ``InputError`` for more than 48 states, ``Undecided`` where eigenvalues are too near to one another.
     """
     if len(entries) > MOST_STATES:
@@ -74,7 +71,7 @@ def exponential(
     whole, denominator = in_whole_numbers(entries)
     lengths = [abs(entry).bit_length() for entry in whole.flat if entry]
     spread = max(lengths, default=0) - min(lengths, default=0)
-    first = max(int(_BITS_A_DIGIT * digits), int(_RIGHT_BITS_A_DIGIT * digits) + below) + _SPARE_BITS + 2 * spread
+    first = int(_BITS_A_DIGIT * digits) + _SPARE_BITS + 2 * spread
     right = int(_RIGHT_BITS_A_DIGIT * digits) + spread
     for bits in takewhile(lambda bits: bits <= max(first, _MOST_BITS), (first << k for k in count())):
         with suppress(Undecided, ZeroDivisionError):  # roots that only more bits tell apart

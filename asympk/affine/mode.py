@@ -44,10 +44,13 @@ class AffineMode:
         return (*self.rows, (Fraction(0),) * (len(self.rows) + 1))
 
     def exponential(self, digits: int) -> Exponential:
-        """Return ``e^{M t}`` to ``digits`` digits, with bits enough for the smallest coefficient of a guard."""
+        """Return ``e^{M t}`` to ``digits`` digits, and to more where a coefficient of a guard has many zeros.
+
+        An exponential has half as many digits to spare, so that most modes of one matrix share it.
+        """
         least = min((abs(c) for row in self.guards for c in row if c), default=Fraction(1))
-        below = max(0, least.denominator.bit_length() - least.numerator.bit_length())
-        return exponential(self.homogeneous, digits, self.rounded, below)
+        zeros = (least.denominator.bit_length() - least.numerator.bit_length()) // 3
+        return exponential(self.homogeneous, max(digits, digits // 2 + zeros), self.rounded)
 
     @cached_property
     def in_doubles(self) -> "AffineFlow":

@@ -153,7 +153,7 @@ def _rounded(case):
     """
     if case.known:
         with suppress(Undecided):
-            joined = _with_digits(case, DIGITS_OF_DOUBLES + SPARE_DIGITS, LARGEST_DOUBLE)
+            joined = _with_digits(case, DIGITS_FOR_DOUBLES, LARGEST_DOUBLE)
             apart = _distance(case.known, joined)
             if apart is not None and apart <= TOLD:
                 return _path(case, None, joined, double, UNIT)

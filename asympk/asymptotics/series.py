@@ -201,7 +201,8 @@ class Series(ShownAsFormulas):
         """Return the logarithm of the series; ``log`` takes the logarithm of the dominant coefficient."""
         (p, q), c = self.size, self.leading
         if q:
-            raise NotDerivable(f"log of {_monomial(p, q)} holds log L, which is not a series in mu and L")
+            raise NotDerivable(f"log of {_monomial(p, q, self.small)} holds log L, which is not a series in "
+                               f"{self.small or 'mu'} and L")
         tail = _compose(self._split()[1], lambda power, k: power / ((-1) ** (k + 1) * k))
         return series({(0, 1): -p, (0, 0): log(c)}) + tail - 1
 
@@ -269,7 +270,7 @@ def _over(a, b):
     return a / b
 
 
-def _monomial(p, q, small=None):
+def _monomial(p, q, small):
     mu = str(small or "mu")
     parts = [f"{mu}^{p}" if p not in (0, 1) else mu * p, f"L^{q}" if q not in (0, 1) else "L" * q]
     return " ".join(filter(None, parts)) or "1"

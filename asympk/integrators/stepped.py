@@ -80,9 +80,9 @@ def _followed(scene: Any, tolerance: float = TOLERANCE, **limits: Any) -> Path:
             factor = growth(parts, scales, sizes, tolerance)
             if factor * tolerance <= (GROWN if tolerance > LEAST_TOLERANCE else LOST):
                 return path
-            if fallen >= SMALLER and factor * LEAST_TOLERANCE <= LOST:
-                return _followed(scene, LEAST_TOLERANCE, **limits)
             if fallen >= SMALLER:
+                if factor * LEAST_TOLERANCE <= LOST:
+                    return _followed(scene, LEAST_TOLERANCE, **limits)
                 raise grown(factor, path.info["reached"])
         path, joined = traced(atol=tuple(tolerance * scale for scale in found))
         parts = linearised(automaton, without_rounding(automaton, joined.segments))

@@ -193,8 +193,8 @@ class Watch:
         passed: dict[tuple[int, int], float] = {}
         if self.sides:
             self.earlier, self.sides = self.sides, self.mode.middle_sides(t, *state, *self.mode.p)
-            ends = met or first or last or self.sides != self.earlier
-            passed = self._middles_passed(solver, t, state) if ends else passed
+            if met or first or last or self.sides != self.earlier:
+                passed = self._middles_passed(solver, t, state)
         if not (met or first or passed or (last and self.mode.peaked)):
             return False
         begin, end, h = solver.t_old, met[0] if met else t, t - solver.t_old

@@ -35,7 +35,7 @@ from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.lagrangian import lagranges_equations
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.numbers import number
-from asympk.storage.tomlfile import read_table, refuse_unknown, require_keys, table_in, tables_in, word
+from asympk.storage.tomlfile import refuse_unknown, require_keys, table_in, tables_in, word
 from asympk.symbolic.long import symbols_in
 from asympk.symbolic.system import System
 from asympk.symbolic.values import did_you_mean, following, with_changes
@@ -154,11 +154,6 @@ class Described:
         if not static.is_Symbol or str(static) == kinetic:
             return {kinetic: friction}
         return {kinetic: friction, str(static): np.maximum(self.mechanism.evaluate(static, self.numbers), friction)}
-
-
-def read_mechanism(path: Any) -> Described:
-    """Return the ``Described`` mechanism of a TOML file; raises ``InputError`` if the file describes none."""
-    return mechanism_of_table(read_table(path), path)
 
 
 def mechanism_of_table(table: dict[str, Any], where: Any) -> Described:

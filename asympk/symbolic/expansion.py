@@ -185,10 +185,10 @@ def expand(mode: Mode, small: sp.Symbol, branch: sp.Dict, order: int) -> Expansi
     at = {small: 0, **value}
     flow, force = (_taylor(rates.values(), fast, small, order, at) for rates in (mode.slow, mode.fast))
     told = sp.Tuple(*inverse, *(c for series in flow + force for c in series.values()))
-    roots = {sp.Dummy("s"): size.args[0] for size in told.atoms(sp.Abs)}  # of squares on the branch
-    inverse = inverse.applyfunc(lambda c: with_signs_of(c, roots))
-    flow, force = ([{a: with_signs_of(c, roots) for a, c in series.items()} for series in both]
-                   for both in (flow, force))
+    roots = {sp.Dummy("s"): size.args[0] for size in sorted(atoms(told, sp.Abs), key=str)}  # of squares on the branch
+    sizes = _in_signs(roots)
+    inverse = inverse.subs(sizes)
+    flow, force = ([{a: c.subs(sizes) for a, c in series.items()} for series in both] for both in (flow, force))
     on_branch |= roots
     start = [value.get(y, y) for y in fast]
     free = (x for x in slow if x not in over)
@@ -205,12 +205,13 @@ def expand(mode: Mode, small: sp.Symbol, branch: sp.Dict, order: int) -> Expansi
 
 def one_side(rates: Mapping, signs: Mapping[sp.Symbol, sp.Expr]) -> sp.Dict:
     """Return rates with s q for |q| and s for sign(q): an expansion with s constant holds on both sides of q = 0."""
-    return sp.Dict({x: with_signs_of(sp.sympify(rate, strict=True), signs) for x, rate in rates.items()})
+    known = _in_signs(signs)
+    return sp.Dict({x: sp.sympify(rate, strict=True).subs(known) for x, rate in rates.items()})
 
 
-def with_signs_of(expr: sp.Expr, signs: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-    """Return an expression with s q for |q| and s for sign(q)."""
-    return expr.subs({k: v for s, q in signs.items() for k, v in put_sign(q, s).items()})
+def _in_signs(signs):
+    """Return {|q|: s q, sign(q): s} for all {s: q}."""
+    return {k: v for s, q in signs.items() for k, v in put_sign(q, s).items()}
 
 
 def _signed(expr, signs):

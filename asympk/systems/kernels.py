@@ -7,16 +7,17 @@ not in the table. A test in ``tests/affine/test_affine_scenes.py`` compares both
 
 from typing import Any
 
+from asympk.path import ASYMPTOTIC
 from asympk.scene import Scene
 
 FOR_SCENES = {
     "exact": "systems.painleve_klein.flow.exact",
-    **dict.fromkeys(("rigid", "slow", "jump"), "asymptotics.models"),
+    **dict.fromkeys(ASYMPTOTIC, "asymptotics.models"),
     "moreau": "integrators.moreau",
 }
 FOR_ARRAYS = {
     "exact": "systems.painleve_klein.arrays.ensemble",
-    **dict.fromkeys(("rigid", "slow", "jump"), "asymptotics.arrays"),
+    **dict.fromkeys(ASYMPTOTIC, "asymptotics.arrays"),
 }
 
 

@@ -20,8 +20,8 @@ import asympk as ap
 from asympk.__main__ import main
 from asympk.errors import InputError, MissingPackage, UnknownName
 from asympk.formulas import read_constant, read_formula
-from asympk.mechanics.described import read_mechanism
 from asympk.numbers import number
+from asympk.output.mechanisms import load_mechanism
 from asympk.pictures.trace import trace
 from asympk.scenes import scenefile
 from asympk.scenes.scenefile import changed_scene, scene_text
@@ -352,7 +352,7 @@ def test_numbers_of_a_mechanism_may_be_formulas_and_its_contact_is_closed_to_all
 def test_a_number_that_is_no_formula_of_numbers_is_refused_with_its_fault_its_table_and_its_name(tmp_path, wrong, said):
     file = tmp_path / "rod.toml"
     file.write_text(LEANING % ("pi/3", wrong))
-    for read in (ap.read_scene, read_mechanism):
+    for read in (ap.read_scene, load_mechanism):
         with pytest.raises(InputError, match=re.escape(f"{file}: state: Y = {wrong!r}: {said}")):
             read(file)
     for command in ("solve", "mechanism"):
@@ -486,7 +486,7 @@ def test_a_range_in_the_file_of_a_mechanism_is_read_by_its_scene_and_its_sweep_t
     """Only ``asympk mechanism`` looked at it."""
     where = tmp_path / "scene.toml"
     where.write_text(LEANING % ("pi/3", "sqrt(3)/4") + f"[over]\n{over}\n")
-    for read in (ap.read_scene, read_sweep, read_mechanism):
+    for read in (ap.read_scene, read_sweep, load_mechanism):
         with pytest.raises(InputError, match=said):
             read(where)
 
@@ -520,7 +520,7 @@ def test_the_horizon_of_a_system_may_be_a_formula_of_numbers_as_in_a_sweep(tmp_p
     assert ap.read_scene(tmp_path / "belt.toml").until == Fraction(8, 5)
     (tmp_path / "rod.toml").write_text((LEANING % ("pi/3", "sqrt(3)/4")).replace("0.01", '"1/2^7"', 1))
     assert ap.read_scene(tmp_path / "rod.toml").until == Fraction(1, 128)
-    assert read_mechanism(tmp_path / "rod.toml").followed
+    assert load_mechanism(tmp_path / "rod.toml").followed
 
 
 def test_the_scene_of_a_system_has_the_name_in_its_file_or_of_its_file(tmp_path):

@@ -13,8 +13,7 @@ from mechanisms import SLENDER_ROD
 import asympk as ap
 from asympk.__main__ import main
 from asympk.errors import NotNormallyHyperbolic
-from asympk.mechanics.described import read_mechanism
-from asympk.output.mechanisms import jump_lines
+from asympk.output.mechanisms import jump_lines, load_mechanism
 from asympk.pictures.reactions import planes
 from asympk.scenes.scenefile import changed_scene
 from asympk.systems import MECHANISMS
@@ -261,7 +260,7 @@ def test_every_mechanism_of_the_catalogue_names_its_source(name):
 def test_a_mechanism_in_a_file_is_the_one_of_the_catalogue(tmp_path, capsys):
     file = tmp_path / "rod.toml"
     file.write_text(ROD)
-    told, other = read_mechanism(file), described_mechanism("painleve_rod").mechanism
+    told, other = load_mechanism(file), described_mechanism("painleve_rod").mechanism
     assert sp.simplify(sp.Matrix(told.mechanism.delassus) - other.plain.delassus.subs(_named(told))) == sp.zeros(2)
     assert main(["mechanism", str(file), "--set", "f=3"]) == 0
     assert "rigid motions   none" in capsys.readouterr().out
@@ -308,7 +307,7 @@ def test_a_mass_matrix_in_a_file_does_for_a_lagrangian(tmp_path):
     (lagrangian,) = (line for line in ROD.splitlines() if line.startswith("lagrangian"))
     mass = 'mass = [["m", 0, 0], [0, "m", 0], [0, 0, "m*l^2/3"]]'
     file.write_text(ROD.replace(lagrangian, f'{mass}\nforces = {{Y = "-m*g"}}'))
-    told = read_mechanism(file)
+    told = load_mechanism(file)
     assert [name for name, _ in told.mechanism.motions({**told.numbers, "f": 1})] == ["slip"]
     assert told.mechanism.motions(told.numbers) == ()
 
@@ -404,7 +403,7 @@ def test_further_contacts_stand_in_the_file_and_are_said_to_be_open(screen, tmp_
     assert "other contact" not in screen(ROD)
     assert "with 1 other contact, open in the lines below" in screen(f"{ROD}{wall}")
     X, Y, f = sp.symbols("X Y f", real=True)
-    assert read_mechanism(tmp_path / "rod.toml").mechanism.others == (ap.Contact(X, Y, f / 2, unilateral=True),)
+    assert load_mechanism(tmp_path / "rod.toml").mechanism.others == (ap.Contact(X, Y, f / 2, unilateral=True),)
     refused = {"1": "others must be tables, each under [[others]]",
                "[{gap = 'X', slip = 'Y'}]": "others[0]: friction missing",
                "[{gap = 'X', slip = 'Y', friction = -1}]": "others[0]: contact: friction = -1",
