@@ -16,7 +16,7 @@ import numpy as np
 
 from asympk.affine.forcing import amplitude, value
 from asympk.arithmetic import Doubles
-from asympk.automaton.contacts import feels_directions
+from asympk.automaton.contacts import coupled, feels_directions
 from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import phases_of
 from asympk.errors import InputError, Undecided
@@ -163,14 +163,14 @@ def _following(system, branch, event):
     """Return the branches that may follow an event of one friction; none where other frictions may change, too.
 
     Other frictions may change where a contact opens or closes, where contacts at rest share forces that are not
-    determined, where static friction exceeds kinetic friction, so that another contact at rest may slip instead, where
-    they feel the direction of sliding, and where loads contain forces.
+    determined, where static friction exceeds kinetic friction in contacts that share forces, so that another one at
+    rest may slip instead, where they feel the direction of sliding, and where loads contain forces.
     """
-    static = len(branch) > 1 and any(f.static != f.kinetic for f in system.frictions)
-    if stands(branch) or static or _is_left(system):
-        return []
     kind, k = event
-    if kind not in _AT_EVENT:
+    if kind not in _AT_EVENT or stands(branch) or _is_left(system):
+        return []
+    group = next(group for group in coupled(system) if k in group)
+    if len(group) > 1 and any(system.frictions[j].static != system.frictions[j].kinetic for j in group):
         return []
     load, velocity, *_ = branch[k]
     moving = [Phase(load, v) for v in (1, -1)]

@@ -16,6 +16,7 @@ from asympk.affine.mesh import Mesh
 from asympk.affine.mode import AffineMode
 from asympk.affine.run import flows, run
 from asympk.arithmetic import Doubles
+from asympk.automaton import decide
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import mode_of
 from asympk.automaton.numericmode import NumericMode
@@ -339,6 +340,23 @@ def test_the_quick_decision_is_the_automatons():
                 assert swift.next(branch, (hit,), 0.0, struck, 2.0**-48) == after, kind
                 decided += 1
     assert decided > 100
+
+
+def test_blocks_that_share_no_force_are_decided_by_products_though_static_friction_is_larger(monkeypatch):
+    """Once its decisions are known, a chain of blocks on a belt asks the automaton no more."""
+    (a, b, c), (u, v, w) = sp.symbols("a b c", real=True), sp.symbols("u v w", real=True)
+    forces, tenth = sp.symbols("F G H", real=True), sp.Rational(1, 10)
+    pulls = zip((2 * (b - a) - a, 2 * (a - 2 * b + c), 2 * (b - c)), forces, strict=True)
+    rates = {a: u, b: v, c: w} | {s: pull + force for s, (pull, force) in zip((u, v, w), pulls, strict=True)}
+    blocks = [ap.Friction(s - tenth, force, load=1, kinetic=sp.S.Half, static=1)
+              for s, force in zip((u, v, w), forces, strict=True)]
+    scene = ap.Scene(system=ap.System.with_frictions(rates, {}, blocks), start={**dict.fromkeys(rates, 0), b: tenth},
+                     until=20)
+    known, *_ = [ap.solve(scene) for _ in range(6)]
+    monkeypatch.setattr(decide, "follow_on", lambda *_: pytest.fail("the automaton was asked"))
+    again = ap.solve(scene)
+    assert (again.modes, again.final) == (known.modes, known.final)
+    assert len(again.events) > 8
 
 
 def spring(k, start, until, **options):
