@@ -78,7 +78,7 @@ def number_as_text(value: Any) -> str:
     if value is None:
         return "-"
     if isinstance(value, float):
-        return f"{value:.10g}"
+        return f"{value:z.10g}"
     if isinstance(value, int | Fraction):
         exact = Fraction(value)
         decimal = f"{Decimal(exact.numerator) / exact.denominator:.10g}"  # of any size, unlike a float

@@ -152,7 +152,7 @@ def _shortly(number):
     """Return a number with ``SHORT`` digits; an mpf may lie outside the range of doubles."""
     near = float(number)
     if not hasattr(number, "_mpf_") or not number or sys.float_info.min <= abs(near) <= sys.float_info.max:
-        return f"{near:.{SHORT}g}"
+        return f"{near:z.{SHORT}g}"
     return _plain(number, SHORT)
 
 
