@@ -178,7 +178,7 @@ def _estimated(case):
         if isinstance(reason, NegativeFriction) and done and _errors(done, case)[0] <= TRUSTED:
             raise
         return None, math.inf, math.inf
-    return joined, worst, error / max(1.0, *map(abs, joined.last.state))
+    return joined, worst, float(error / max(1.0, *map(abs, joined.last.state)))
 
 
 def _errors(done, case):

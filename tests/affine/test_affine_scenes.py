@@ -368,6 +368,12 @@ def spring(k, start, until, **options):
     return ap.solve(ap.Scene(system=system, values={"k": k}, start=start, until=until), **options)
 
 
+def test_all_numbers_of_a_path_in_doubles_are_floats_of_python():
+    path = spring(1, {"x": 3, "v": -1}, 9)
+    found = [path.error, *path.final, *(w for event in path.events for w in (event.t, *event.state))]
+    assert path.events and {*map(type, found)} == {float}
+
+
 def test_a_scene_of_no_length_ends_where_it_starts():
     assert spring(1, {"x": 3, "v": -1}, 0).final == (3.0, -1.0)
     assert spring(1, {"x": 3, "v": -1}, 0, digits=30).final == (3, -1)
