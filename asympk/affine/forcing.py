@@ -14,7 +14,7 @@ import sympy as sp
 from sympy.simplify.fu import TR8
 
 from asympk.numbers import Arithmetic, Number
-from asympk.symbolic.long import symbols_in
+from asympk.symbolic.long import parts_with, replaced, symbols_in
 
 
 class Wave(NamedTuple):
@@ -32,8 +32,7 @@ CONSTANT = Wave(0, sp.S.Zero, sp.S.Zero, False)
 def waves_of(expr: sp.Expr, time: sp.Symbol | None) -> dict[Wave, sp.Expr] | None:
     """Return {Wave: coefficient} of an expression in the time, or None where the expression is no sum of waves."""
     if time is not None and time in symbols_in(expr):
-        expr = sp.expand(expr)
-        expr = sp.expand(TR8(expr)) if expr.has(sp.cos, sp.sin) else expr
+        expr = _sum_of_products(expr, time)
     if time is None or time not in symbols_in(expr):
         return {CONSTANT: expr}
     found: dict[Wave, sp.Expr] = {}
@@ -44,6 +43,15 @@ def waves_of(expr: sp.Expr, time: sp.Symbol | None) -> dict[Wave, sp.Expr] | Non
         for wave, coefficient in parts:
             found[wave] = found.get(wave, sp.S.Zero) + coefficient
     return found
+
+
+def _sum_of_products(expr, time):
+    """Return an expression in the time expanded, but for its coefficients, which may be long."""
+    moving = parts_with(expr, time)
+    names = {part: sp.Dummy() for part in {arg for whole in moving for arg in whole.args} - moving if part.args}
+    named = sp.expand(replaced(expr, names))
+    named = sp.expand(TR8(named)) if named.has(sp.cos, sp.sin) else named
+    return replaced(named, {name: part for part, name in names.items()})
 
 
 def _waves_of_term(term, time):
@@ -72,7 +80,7 @@ def _waves_of_term(term, time):
 
 def _line(expr, time):
     """Return (slope, value at 0) of an expression linear in the time, or None."""
-    slope = expr.diff(time)
+    slope = sp.expand(expr.diff(time))
     return None if slope.has(time) else (slope, expr.subs(time, 0))
 
 
