@@ -130,14 +130,14 @@ def without_rounding(automaton: Automaton, segments: Sequence[Segment]) -> Seque
     """
     still = np.array(segments[0].steps[0][1] if segments[0].steps else segments[0].state) == 0
     while still.any():
-        try:
-            cleaned = [s._replace(steps=tuple((t, tuple(np.where(still, 0.0, w).tolist())) for t, w in s.steps))
-                       for s in segments]
-            rates = [automaton.mode(s.branch, sides=s.sides).rhs(*step) for s in cleaned for step in s.steps]
+        cleaned = [s._replace(steps=tuple((t, tuple(np.where(still, 0.0, w).tolist())) for t, w in s.steps))
+                   for s in segments]
+        rates = (automaton.mode(s.branch, sides=s.sides).rhs(*step) for s in cleaned for step in s.steps)
+        try:  # the first steps move most states, which need not be 0 at later ones
+            moved = next((moves for rate in rates if (moves := still & np.array(rate, dtype=bool)).any()), None)
         except (ArithmeticError, ValueError, TypeError):  # as in ``growth``
             break
-        moved = still & np.any(rates, axis=0)
-        if not moved.any():
+        if moved is None:
             return cleaned
         still &= ~moved
     return segments
