@@ -19,11 +19,11 @@ from asympk.asymptotics import affinelayer
 from asympk.asymptotics.fibre import formulas
 from asympk.asymptotics.landing import land
 from asympk.asymptotics.series import Series
-from asympk.errors import NotDerivable, UnknownName
-from asympk.numbers import known_order, number
+from asympk.errors import AsympkError, NotDerivable, OutOfRange, UnknownName
+from asympk.numbers import known_order, listed, number
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.expansion import fast_jacobian, is_zero, require_series, require_short, to_degree
-from asympk.symbolic.placing import place
+from asympk.symbolic.placing import place, with_whole_exponents
 from asympk.symbolic.system import System
 
 HIGHEST_ORDER = 3
@@ -70,12 +70,19 @@ class BasePoint(ShownAsFormulas):
         small = self.system.small
         lacks_small = isinstance(values, Mapping) and str(small) not in map(str, values)
         placed, begins = place(self.system, {small: 1, **values} if lacks_small else values, start)
-        numbers = {s: float(v) for s, v in zip(self.system.parameters, placed, strict=True) if s != small}
+        system, others = with_whole_exponents(self.system, placed)
+        numbers = {s: float(v) for s, v in zip(system.parameters, others, strict=True) if s != small}
         slow, allowed = len(self.system.slow), f"from {LEAST:g} to {LARGEST:g}"
         tolerance = float(number("rtol", rtol, lambda v: LEAST <= v <= LARGEST, allowed))
-        known = formulas(self.system.modes[0], small, tuple(numbers))
+        known = formulas(system.modes[0], small, tuple(numbers))
         begin = tuple(map(float, begins))
-        base = land(known, self.order, begin[:slow], begin[slow:], tuple(numbers.values()), tolerance).base
+        try:
+            base = land(known, self.order, begin[:slow], begin[slow:], tuple(numbers.values()), tolerance).base
+        except AsympkError:
+            raise
+        except (ArithmeticError, ValueError) as reason:
+            raise OutOfRange(f"the layer from {listed((s.name for s in system.states), begins)} has no finite value "
+                             f"({reason})") from None
         return {s.name: tuple(base[:, i].tolist()) for i, s in enumerate(self.system.slow)}
 
 
@@ -102,9 +109,9 @@ def base_point(system: System, order: int = 1) -> BasePoint:
     _require_settling(mode, system.small)
     closed = _of_fast_states if several else _of_one_fast_state
     found = closed(mode, system.small, order).items()
+    plain = {x: [sp.factor(c.rewrite(sp.exp, sp.Pow)) for c in (x, *terms)] for x, terms in found}
     return BasePoint(system, order, {
-        x: Series({(k, 0): sp.factor(c) for k, c in enumerate((x, *terms))}, (order + 1, 0), system.small)
-        for x, terms in found
+        x: Series({(k, 0): c for k, c in enumerate(terms)}, (order + 1, 0), system.small) for x, terms in plain.items()
     })
 
 

@@ -33,6 +33,7 @@ from asympk.numbers import known_order, listed, short
 from asympk.path import Path, SolvedAgain
 from asympk.symbolic.expansion import is_singular, regular
 from asympk.symbolic.long import atoms, replaced
+from asympk.symbolic.placing import with_whole_exponents
 from asympk.symbolic.reading import rational, spare
 from asympk.symbolic.sides import SWITCHING
 from asympk.symbolic.system import System
@@ -57,7 +58,8 @@ def run(scene: Any, method: str = "jump", *, order: int | None = None) -> Path:
         raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
     try:
         with np.errstate(all="ignore"):
-            inside = _with_low_powers(scene, order + EXTRA)
+            system, values = with_whole_exponents(scene.system, scene.values)
+            inside = _with_low_powers(replace(scene, system=system, values=values), order + EXTRA)
             follow = follow_smooth if smooth and not leaves_its_sides(inside, order) else follow_stretches
             path = _in_units_that_fit(partial(follow, method=method, order=order), inside)
     except AsympkError:

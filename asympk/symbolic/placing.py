@@ -1,6 +1,7 @@
 """Numbers for the symbols of a system: by symbol or by name, exact, and within the system's assumptions."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 from functools import lru_cache
@@ -56,6 +57,30 @@ def _number(what: str, name: str, value: Any) -> Any:
     if isinstance(value, sp.Float) and value._prec <= _DOUBLE:
         value = float(value)
     return number(f"{what}: {name}", value)
+
+
+def with_whole_exponents(system: "System", values: tuple) -> tuple["System", tuple]:
+    """Return the system with numbers for the parameters of exponents whose values are whole, and the other values.
+
+    The symbol n hides that x**n has a Taylor series where x = 0, and a value where x < 0, for n = 2.
+    """
+    moving, known = {*system.states}, dict(zip(system.parameters, values, strict=True))
+    exponents = (p.exp for e in named_parts(system).values() for p in atoms(e, sp.Pow) if symbols_in(p.base) & moving)
+    found = {s: rational(s.name, v) for e in exponents for s in symbols_in(e) & known.keys() - {system.small}
+             if (v := known[s]) == int(v)}
+    lowered = _with_numbers(system, sp.Dict(found)) if found else system
+    return lowered, tuple(known[s] for s in lowered.parameters)
+
+
+@lru_cache(maxsize=64)
+def _with_numbers(system: "System", numbers: sp.Dict) -> "System":
+    told = dict(numbers)
+    slow, fast, dependent = (sp.Dict({s: rate.xreplace(told) for s, rate in of.items()})
+                             for of in (system.slow, system.fast, system.dependent))
+    frictions = tuple(replace(f, **{name: part.xreplace(told) for name, part in f.parts.items()})
+                      for f in system.frictions)
+    return replace(system, slow=slow, fast=fast, frictions=frictions, dependent=dependent,
+                   assumptions=system.assumptions.xreplace(told))
 
 
 @lru_cache(maxsize=64)

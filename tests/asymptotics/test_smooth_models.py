@@ -559,6 +559,21 @@ def test_a_base_point_takes_the_values_of_a_scene_which_have_the_small_parameter
         found.at(None, start)
 
 
+def test_a_whole_number_for_an_exponent_is_that_exponent_also_from_zero_and_below():
+    """The promoter of a gene that represses itself, with Hill's exponent."""
+    n = sp.Symbol("n", real=True)
+    for start in ((0, 0), ("-1/2", 1)):
+        given, told = (ap.System.smooth({x: y - x}, {y: 5 / (1 + x**power) - y}, mu) for power in (n, 2))
+        paths = [ap.solve(ap.Scene(system=system, values={mu: "1/100", **values}, start=start, until=1), method="jump")
+                 for system, values in ((given, {n: 2}), (told, {}))]
+        assert paths[0].final == paths[1].final
+        found, known = ap.jump_map(given), ap.jump_map(told)
+        assert found.at({n: 2}, start) == known.at({}, start)
+        assert found[x].coefficient(1).subs(n, 2) == known[x].coefficient(1)
+    with pytest.raises(OutOfRange, match="the layer from x = 0, y = 0 has no finite value"):
+        found.at({n: "5/2"}, {x: 0, y: 0})
+
+
 def test_a_base_point_names_its_slow_states_and_there_is_none_without_fast_states():
     with pytest.raises(UnknownName, match="y is not a slow state; the base point has x"):
         ap.jump_map(ENZYME)[y]
