@@ -284,10 +284,13 @@ def _out_of(units: tuple[int, ...], scene: Any, path: Any) -> Path:
 
 
 def _without_series(scene: Any) -> str:
-    """Return words on a power without Taylor series, whose base is 0 at the start, or "" if there is none."""
+    """Return words on a power without Taylor series, whose base is 0 at the start, or "" if there is none.
+
+    Quotients such as u/sinh(u), which have a limit there, are among them.
+    """
     system = scene.system
     given = zip((*system.states, *system.parameters), (*scene.start, *scene.values), strict=True)
     place = {s: rational(s.name, value) for s, value in given}
     powers = sorted(atoms(sp.Tuple(*system.rates.values()), sp.Pow), key=str)
-    found = (p for p in powers if not p.exp.xreplace(place).is_integer and p.base.xreplace(place) == 0)
+    found = (p for p in powers if p.base.xreplace(place) == 0 and p.exp.xreplace(place) not in sp.S.Naturals0)
     return next((f"{short(p)} has no Taylor series where {short(p.base)} = 0" for p in found), "")

@@ -16,6 +16,7 @@ from asympk.asymptotics.itinerary import LoadLine
 from asympk.asymptotics.layers import LinearField
 from asympk.errors import NotDerivable
 from asympk.formulas import NOT_FINITE
+from asympk.numbers import short
 from asympk.symbolic.system import System
 
 IN_NUMBERS = "solve(scene, method='jump', order=n) follows any slow-fast system in numbers"
@@ -114,7 +115,8 @@ def _affine(expr, states):
     except sp.PolynomialError:
         poly = None
     if poly is None or poly.total_degree() > 1 or poly.coeff_monomial(states[2]) != 0:
-        raise NotDerivable(f"{expr} is not affine in {states[0]} and {states[1]}: a jump is derived for linear modes")
+        raise NotDerivable(f"{short(expr)} is not affine in {states[0]} and {states[1]} alone: a jump is derived where "
+                           f"all rates and the load are; {IN_NUMBERS}")
     return tuple(poly.coeff_monomial(m) for m in (1, states[0], states[1]))
 
 

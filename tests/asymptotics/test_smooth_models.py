@@ -656,6 +656,7 @@ def test_the_base_point_in_twenty_digits_is_where_the_exact_motion_leads_back_to
     [
         (sp.log(x) - y, (-1, 1), OutOfRange, "no finite value"),
         (x - y ** sp.Rational(3, 2), (1, 0), OutOfRange, r"\(y\*\*\(3/2\) has no Taylor series where y = 0\)"),
+        (x / (sp.exp(x) - 1) - y, (0, 1), OutOfRange, r"\(1/\(exp\(x\) - 1\) has no Taylor series where exp"),
         (sp.besselj(0, x) - y, (1, 1), InputError, "no series here"),
         (sp.gamma(x) - y, (1, 1), InputError, "no series here"),
         (sp.sign(x - y / 2), (1, 1), NotDerivable, r"stays on 2\*x - y = 0 from t = "),
