@@ -17,6 +17,8 @@ LONGEST = 60  # most characters of a number
 LATEX = 4000  # most characters of a formula in LaTeX; a longer one, of metres on one line, is shown as text
 _RELATIONS = {"->": r"\to ", "<=": r"\le ", ">=": r"\ge ", "<": "<", ">": ">", "|": "|"}
 _LINE = "text-align:left;white-space:nowrap"
+_EVENT = r"[a-z_]+(?: \d+)?"
+_REPEATED = re.compile(rf"\b({_EVENT}(?:, {_EVENT}){{0,3}}?)(?:, \1)+(?=,|$)")
 
 
 class Card(NamedTuple):
@@ -90,6 +92,18 @@ def number_as_text(value: Any) -> str:
 def cut(line: str, most: int = WIDTH) -> str:
     """Return a line, shortened with three dots to at most ``most`` characters."""
     return line if len(line) <= most else f"{line[: most - 3]}..."
+
+
+def condensed(itinerary: str) -> str:
+    """Return an itinerary in words with repeated events, up to four in turn, written once.
+
+    An example is ``open: 9 x (touch_down, lift_off)``.
+    """
+    def once(found: re.Match[str]) -> str:
+        times = (len(found[0]) + 2) // (len(found[1]) + 2)
+        return f"{times} x ({found[1]})" if ", " in found[1] else f"{times} x {found[1]}"
+
+    return _REPEATED.sub(once, itinerary)
 
 
 def as_text(card: Card) -> str:

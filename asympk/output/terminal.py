@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from asympk.ledger.verdicts import VERDICTS, Claim
 from asympk.path import Path, predicted_error
-from asympk.shown import cut, number_as_text
+from asympk.shown import condensed, cut, number_as_text
 
 if TYPE_CHECKING:
     from asympk.certify.certificates import Certificate
@@ -115,7 +115,7 @@ def sweep_as_text(found: Mapping[str, Any]) -> str:
     total, itineraries = found["trajectories"], [*found["itineraries"].items()]
     lines = wrapped("", f"{total:,} {'trajectory' if total == 1 else 'trajectories'}: {outcomes}")
     lines += wrapped("", f"refused, first of them {found['refused']}") if found["refused"] else []
-    lines += [line for words, n in itineraries[:MOST_ITINERARIES] for line in wrapped(f"{n:>14,}  ", words)]
+    lines += [line for words, n in itineraries[:MOST_ITINERARIES] for line in wrapped(f"{n:>14,}  ", condensed(words))]
     if len(itineraries) > MOST_ITINERARIES:
         lines.append(f"{'':>14}  and {len(itineraries) - MOST_ITINERARIES} itineraries more")
     if found["collisions"]:

@@ -64,7 +64,10 @@ class Alphabet:
         return place + np.uint64(len(self.kinds)) * np.asarray(friction, dtype=np.uint64)
 
     def words(self, code: int) -> str:
-        """Return an itinerary in words; raises ``ValueError`` or ``IndexError`` for a number that encodes none."""
+        """Return an itinerary in words; raises ``ValueError`` or ``IndexError`` for a number that encodes none.
+
+        Three dots follow as many events as can be encoded, as there may be more.
+        """
         letters, code = [], int(code)
         while code:
             letters.append((code & (1 << self.bits) - 1) - 1)
@@ -73,8 +76,9 @@ class Alphabet:
         if len(letters) < self.frictions or -1 in letters:
             raise ValueError("an itinerary does not begin with what every friction does")
         phases = "+".join(PHASES[k] for k in letters[:self.frictions]) or "smooth"
-        events = ", ".join(map(self._event, letters[self.frictions:]))
-        return f"{phases}: {events}" if events else phases
+        events = [*map(self._event, letters[self.frictions:])]
+        events += ["..."] * (len(events) == self.longest)
+        return f"{phases}: {', '.join(events)}" if events else phases
 
     def _event(self, letter):
         friction, kind = divmod(letter, len(self.kinds))

@@ -21,6 +21,7 @@ from asympk.many import OUTCOMES, PHASES
 from asympk.output import terminal
 from asympk.output.terminal import sweep_as_text
 from asympk.scenes.scenefile import read_scene
+from asympk.shown import condensed
 from asympk.sweep import chunks, results, run_sweep, summary
 from asympk.sweep.itineraries import Alphabet
 from asympk.sweep.sweepfile import from_description, parse_sweep
@@ -513,13 +514,16 @@ def test_an_itinerary_in_words_is_what_was_put_into_it(frictions, opens):
         mine = range(at, at := at + count[row])
         events = ", ".join(f"{kind[k]} {friction[k]}" if frictions > 1 else kind[k] for k in mine)
         phases = "+".join(PHASES[k] for k in first[:, row])
+        events += ", ..." * (len(mine) == alphabet.longest)
         assert alphabet.words(codes[row]) == (f"{phases}: {events}" if events else phases)
 
 
 def test_an_itinerary_that_is_too_long_is_cut_after_its_first_events():
     alphabet, kinds = Alphabet(), np.array(["velocity_zero", "slip_onset"] * 40)
     (code,) = alphabet.codes(np.array([[1]]).astype("u8"), np.array([80]), kinds, np.zeros(80, int))
-    assert alphabet.words(code) == f"{PHASES[1]}: {', '.join(kinds[:alphabet.longest])}"
+    assert alphabet.words(code) == f"{PHASES[1]}: {', '.join(kinds[:alphabet.longest])}, ..."
+    assert condensed(alphabet.words(code)) == f"{PHASES[1]}: {alphabet.longest // 2} x (velocity_zero, slip_onset), ..."
+    assert condensed("open: touch_down 1, touch_down 10, touch_down 10") == "open: touch_down 1, 2 x touch_down 10"
 
 
 def test_a_number_that_is_no_itinerary_is_told():
