@@ -1094,6 +1094,22 @@ def test_the_pictures_say_the_motion_in_words(server, window):
 
 
 @pytest.mark.slow
+def test_dots_mark_all_events_or_none(server, window, tmp_path):
+    (tmp_path / "pushed.toml").write_text(PUSHED)
+    pushed = ap.read_scene(tmp_path / "pushed.toml")
+    window.open(server.address)
+    window.wait(f"{PATH} && {IDLE}")
+    window.set("#scene", 3, "change")
+    for until, dots in (("20", True), ("400", False)):
+        window.set("[data-box=until]", until, "change")
+        events = len(ap.solve(turned(pushed, {}, {}, until)).events)
+        window.wait(f"document.getElementById('model').textContent.endsWith(', {events} events') && {IDLE}")
+        marked, moments = (window.run(f"return document.querySelectorAll('#series {kind}').length")
+                           for kind in (".event", ".moment"))
+        assert (marked, moments) == (3 * events * dots, 3 * events)
+
+
+@pytest.mark.slow
 def test_enter_in_the_bound_of_the_error_finds_the_least_model(server, window):
     window.open(server.address)
     window.wait(PATH)

@@ -249,7 +249,7 @@ function drawPhase() {
   for (const curve of seen) inside.append(make("path", { class: `curve ${curve.kind}`, d: line(curve.points, x, y) }));
   inside.append(make("path", { class: "path", d: line(u.map((value, k) => [value, v[k]]), x, y) }));
   const [a, b] = [across, up].map(name => scene.quantities.indexOf(name));
-  for (const event of motion.events.slice(0, 200)) inside.append(make("circle", { class: "event", r: 3, cx: x.at(event.state[a]), cy: y.at(event.state[b]) }));
+  for (const event of marked(200)) inside.append(make("circle", { class: "event", r: 3, cx: x.at(event.state[a]), cy: y.at(event.state[b]) }));
   if (motion.stopped) inside.append(cross(x.at(motion.final[a]), y.at(motion.final[b])));
   const start = { cx: x.at(u[0]), cy: y.at(v[0]) };
   svg.append(name, make("circle", { class: "ring", r: 6, ...start }), make("circle", { class: "handle", id: "handle", r: 22, ...start }));
@@ -268,6 +268,9 @@ function key(kind, words, names) {
   told.append(mark, [names.join(", "), words].filter(Boolean).join(": "));
   return told;
 }
+
+// All events or, where dots for them would run together, none: to mark the first alone would say that no others follow.
+const marked = most => motion.events.length > most ? [] : motion.events;
 
 const cross = (x, y) => make("path", { class: "stop", d: `M${x - 5},${y - 5}l10,10m0,-10l-10,10` });
 
@@ -310,7 +313,7 @@ function drawSeries() {
       inside.append(moment);
     }
     inside.append(make("path", { class: "path", d: line(motion.t.map((t, j) => [t, motion.states[name][j]]), x, y) }));
-    for (const event of motion.events.slice(0, 40)) inside.append(make("circle", { class: "event", r: 2.6, cx: x.at(event.t), cy: y.at(event.state[k]) }));
+    for (const event of marked(40)) inside.append(make("circle", { class: "event", r: 2.6, cx: x.at(event.t), cy: y.at(event.state[k]) }));
     if (motion.stopped) inside.append(cross(x.at(end), y.at(motion.final[k])));
     svg.append(written);
   });
