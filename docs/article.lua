@@ -1,11 +1,15 @@
 -- What Pandoc's reStructuredText lacks of Sphinx: numbers of figures, tables and equations, and formulas in emphasis.
 
 local ROLES = { fig = "numref", tab = "numref", sec = "ref", eq = "eq" }
+local THEOREMS = { prop = "proposition", cor = "corollary" }
 
 function Link(link)
   local kind, name = link.target:match("^#(%a+):(.+)$")
   if ROLES[kind] then
     return pandoc.RawInline("rst", ":" .. ROLES[kind] .. ":`" .. kind .. ":" .. name .. "`")
+  elseif THEOREMS[kind] then
+    link.content:insert(1, pandoc.Str(THEOREMS[kind] .. " "))
+    return link
   end
 end
 
@@ -29,6 +33,7 @@ end
 
 function Figure(figure)
   local words = pandoc.utils.stringify(figure.caption.long):gsub("\\frac{(.-)}{(.-)}", "%1/%2")
+  words = words:gsub("(%w)\\", "%1 \\"):gsub("\\(%a+)(%d)", "\\%1 %2"):gsub("\\,", " ")
   words = words:gsub("[\\{}]", ""):gsub("%s+", " "):gsub("%%", "%%%%")
   return named({ figure }, figure.identifier, "   :alt: " .. words .. "\n")
 end

@@ -11,7 +11,7 @@ from asympk.storage.files import write_text
 _TITLE = re.compile(r"\\title\{(?:\\vspace\{.*?\})?(.*?)\}\n", re.DOTALL)
 _ABSTRACT = re.compile(r"\\twocolumn\[\\maketitle\S*\s*(\\begin\{quote\}.*?\\end\{quote\})\S*\]", re.DOTALL)
 _FORMULA = re.compile(r"^( *)\.\. math::\n\n((?:\1 +.*\n|\n)+)", re.MULTILINE)
-_LABEL = re.compile(r"\\label\{(.+?)\}")
+_LABEL = re.compile(r"\\label\{(.+?)\}(?:\\\\)?")
 
 
 def write_article(root: Path, out: Path, lua: Path) -> list[str]:
@@ -63,18 +63,15 @@ def for_pandoc(latex: str) -> str:
 def labelled(rst: str) -> str:
     """Return the page with the labels of displayed formulas in the syntax of Sphinx.
 
-    Sphinx allows one label for each formula, so a reference to a further label becomes a reference to the first one.
+    Sphinx allows one label for each formula, so every labelled row of an ``align`` becomes a formula of its own.
     """
-    others = {}
 
     def formula(found: re.Match) -> str:
         indent, body = found.groups()
-        labels = _LABEL.findall(body)
-        others.update(dict.fromkeys(labels[1:], labels[:1]))
-        head = f"{indent}.. math::\n{indent}   :label: {labels[0]}\n\n" if labels else ""
-        return head + _LABEL.sub("", body) if labels else found[0]
+        *parts, end = _LABEL.split(body)
+        begin, rows = body.partition("\n")[0], parts[::2]
+        heads = (f"{indent}.. math::\n{indent}   :label: {label}\n\n" for label in parts[1::2])
+        return "".join(head + begin * (row is not rows[0]) + row + end
+                       for head, row in zip(heads, rows, strict=True)) or found[0]
 
-    rst = _FORMULA.sub(formula, rst)
-    for label, (first,) in others.items():
-        rst = rst.replace(f":eq:`{label}`", f":eq:`{first}`")
-    return re.sub(r"<#(\w+):(\w+)>", r"<#\1-\2>", rst)  # in the name of an anchor docutils writes - for :
+    return re.sub(r"<#(\w+):(\w+)>", r"<#\1-\2>", _FORMULA.sub(formula, rst))  # docutils writes - for : in anchors

@@ -310,9 +310,25 @@ def test_sections_without_their_rows_are_left_out(tmp_path):
     assert article.with_sections(source, tmp_path) == "a M b"
 
 
-def test_of_several_labels_in_a_formula_the_first_stands_for_all():
-    rst = ".. math::\n\n   a\\label{eq:a}\n   b\\label{eq:b}\n\nby :eq:`eq:b`\n"
-    assert article.labelled(rst) == ".. math::\n   :label: eq:a\n\n   a\n   b\n\nby :eq:`eq:a`\n"
+def test_of_several_labels_in_a_formula_each_has_a_number_as_in_print():
+    rst = ".. math::\n\n   \\begin{align}\n   a\\label{eq:a}\\\\\n   b\\label{eq:b}\n   \\end{align}\n\nby :eq:`eq:b`\n"
+    assert article.labelled(rst) == "".join(
+        f".. math::\n   :label: eq:{row}\n\n   \\begin{{align}}\n   {row}\n   \\end{{align}}\n\n" for row in "ab"
+    ) + "by :eq:`eq:b`\n"
+
+
+def test_a_proposition_is_called_one_and_a_command_in_the_words_of_a_picture_is_a_word_of_its_own(tmp_path):
+    pytest.importorskip("pypandoc", reason="the extra site is not installed")
+    (tmp_path / "paper").mkdir()
+    (tmp_path / "paper" / "refs.bib").write_text("")
+    (tmp_path / "paper" / "main.tex").write_text(
+        "\\title{T}\n\\newtheorem{proposition}{Proposition}\\begin{document}By \\autoref{prop:jump}.\n"
+        "\\begin{proposition}\\label{prop:jump}x\\end{proposition}\n\\begin{figure}\\includegraphics{jump.svg}"
+        "\\caption{As $b\\to0$, $A\\,cL$ and $\\tan\\alpha$.}\\end{figure}\n\\end{document}\n")
+    article.write_article(tmp_path, tmp_path, ROOT / "docs" / "article.lua")
+    page = (tmp_path / "index.rst").read_text(encoding="utf-8")
+    assert "By `proposition 1 <#prop-jump>`__." in page
+    assert ":alt: As b to 0, A cL and tan alpha.\n" in page
 
 
 def test_a_script_keeps_its_code_and_gains_headings_and_results():
