@@ -5,6 +5,7 @@ Counts come from the ledger, formulas from the derivations, measurements from ro
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from decimal import ROUND_DOWN, ROUND_UP, Context
 from itertools import groupby
 from math import ceil, log10
 
@@ -55,6 +56,15 @@ def power(value: Number, digits: int = 2) -> str:
     mantissa, exponent = f"{float(value):.{digits - 1}e}".split("e")
     front = "" if float(mantissa) == 1 else rf"{mantissa}\times "
     return rf"\ensuremath{{{front}10^{{{int(exponent)}}}}}"
+
+
+def bound(value: float, rounding: str = ROUND_UP) -> str:
+    """Return a bound of one significant digit: what is "at most" is rounded up, and what is "up to" is rounded down.
+
+    >>> bound(1.12e-10), bound(1.66e-3, ROUND_DOWN)
+    ('\\\\ensuremath{2\\\\times 10^{-10}}', '\\\\ensuremath{10^{-3}}')
+    """
+    return power(float(Context(prec=1, rounding=rounding).create_decimal(repr(float(value)))), 1)
 
 
 def decimal(value: Number, places: int) -> str:
@@ -169,7 +179,7 @@ def of_convergence(rows: Sequence[Row]) -> dict[str, str]:
              "convergenceUntil": str(convergence.UNTIL), "convergenceDigits": str(convergence.DIGITS)}
     for order, name in ((0, "Zero"), (1, "One"), (2, "Two")):
         away = [abs(row["excess"]) for row in rows if (row["order"], row["mu"]) == (order, least)]
-        found[f"ratioOrder{name}"] = power(max(away), 1)
+        found[f"ratioOrder{name}"] = bound(max(away))
     here = [row for row in rows if (row["expansion"], row["sigma"]) == ("z < 0, s > 0", "1")]
     at = next(row["mu"] for row in here if row["mu"] == float(EXAMPLE_MU))
     for order, name in ((0, "Zero"), (1, "One")):
@@ -189,14 +199,14 @@ def of_jump_law(rows: Sequence[Row]) -> dict[str, str]:
     """
     several = [list(group) for _, group in groupby(rows, key=lambda row: row["mechanism"])]
     moved = max(abs(limit(group[:-1]) / limit(group) - 1) for group in several)
-    found = {"jumpLawLayer": str(anymechanism.LAYER), "jumpLawAgreement": power(moved, 1)}
+    found = {"jumpLawLayer": str(anymechanism.LAYER), "jumpLawAgreement": bound(moved)}
     return found | _ends("jumpLaw", [row["compliance"] for row in rows], power)
 
 
 def of_rebound(rows: Sequence[Row]) -> dict[str, str]:
     """Return eps of the contact whose rebound was followed, and the largest relative deviation from the formula."""
     away = max(abs(row["followed"] / row["law"] - 1) for row in rows if row["followed"] is not None)
-    return {"reboundStiff": power(anymechanism.STIFF), "reboundWorst": power(away, 1)}
+    return {"reboundStiff": power(anymechanism.STIFF), "reboundWorst": bound(away)}
 
 
 def of_contacts(rows: Sequence[Row]) -> dict[str, str]:
@@ -247,7 +257,7 @@ def of_least(rows: Sequence[Row]) -> dict[str, str]:
     for name, sigma, side, rung in (("Shallow", "-1/2", 1, "rigid"), ("Steep", "1", -1, "jump-0")):
         here = [row for row in rows if row["sigma"] == sigma and row["z"] * side > 0]
         beyond = min(row["mu"] for row in here if row["rung"] > list(LADDER).index(rung))
-        found[f"least{name}Mu"] = power(max(row["mu"] for row in here if row["mu"] < beyond), 1)
+        found[f"least{name}Mu"] = bound(max(row["mu"] for row in here if row["mu"] < beyond), ROUND_DOWN)
     return found
 
 
@@ -260,8 +270,8 @@ def of_damping(rows: Sequence[Row]) -> dict[str, str]:
     above, below = (max(size for row, size in off if (row["zeta"] > 1) is over) for over in (True, False))
     jams = dict(zip(damping.BORDER, (row["jam"] for row in border), strict=True))
     return {
-        "dampingRuns": str(len(rows)), "dampingLeast": power(least), "dampingAbove": power(above, 1),
-        "dampingBelow": power(below, 1), "lossPerPeriod": decimal(damping.loss_per_period(1), 4),
+        "dampingRuns": str(len(rows)), "dampingLeast": power(least), "dampingAbove": bound(above),
+        "dampingBelow": bound(below), "lossPerPeriod": decimal(damping.loss_per_period(1), 4),
         "undampedFactor": decimal(damping.undamped_factor(1), 2), "dampingDrop": power(jams[0.99] / jams[1.01], 1),
         "undampedTimes": in_a_sentence([f"{row['jam']:.0f}" for row in undamped]),
         "undampedStops": in_a_sentence([str(row["sticks"]) for row in undamped]),
@@ -299,7 +309,7 @@ def of_work(rows: Sequence[Row]) -> dict[str, str]:
         "stiffNames": _names(stiff), "stiffRuns": str(len(stiff)), "stiffRight": str(_count(stiff, "finished")),
         "shortNames": _names(short), "shortTolerance": power(max((row["rtol"] for row in short), default=0)),
         "moreauLongest": power(longest),
-        "moreauError": power(max(row["final_error"] for row in steps if row["rtol"] == longest), 1),
+        "moreauError": bound(max(row["final_error"] for row in steps if row["rtol"] == longest)),
     }
 
 

@@ -3,6 +3,7 @@
 import re
 import shutil
 import subprocess
+from decimal import ROUND_DOWN
 from pathlib import Path
 
 import pytest
@@ -129,6 +130,23 @@ def test_numbers_are_set_as_powers_of_ten_and_decimals():
     assert macros.power(9.99e-4, 2) == r"\ensuremath{10^{-3}}"
     assert macros.power(0) == "0"
     assert macros.decimal(0.999986, 4) == r"\ensuremath{1.0000}"
+
+
+def _printed(name):
+    front, exponent = re.fullmatch(r"\\ensuremath\{(?:(\d)\\times )?10\^\{(-?\d+)\}\}", DEFINED[name]).groups()
+    return float(f"{front or 1}e{exponent}")
+
+
+def test_of_all_rows_holds_what_the_paper_says_is_at_most_or_up_to_a_number():
+    """The largest quotients at 1e-12 are 1.1e-10, 3.5e-10, 2.4e-10, and were said to be at most 1, 3 and 2 of 1e-10."""
+    rows = {name: read_rows(PAPER / "generated" / "rows" / f"{name}.csv") for name in ("convergence", "rebound")}
+    for row in rows["convergence"]:
+        if row["mu"] == _printed("convergenceLeastMu"):
+            assert abs(row["excess"]) <= _printed("ratioOrder" + ("Zero", "One", "Two")[row["order"]])
+    for row in rows["rebound"]:
+        assert row["followed"] is None or abs(row["followed"] / row["law"] - 1) <= _printed("reboundWorst")
+    assert macros.bound(2.35e-3) == r"\ensuremath{3\times 10^{-3}}"
+    assert macros.bound(1.66e-3, ROUND_DOWN) == r"\ensuremath{10^{-3}}"
 
 
 def test_a_name_with_a_digit_cannot_be_a_macro():
