@@ -128,10 +128,7 @@ class Trajectory:
         if not self.steps:
             return self.start
         step = self._step_at(t)
-        span = step.after - step.t
-        a, b, c, d = _cubic((self._within(t) - step.t) / span)
-        ends = zip(step.state, step.end, step.stages[0], step.stages[-1], strict=True)
-        return tuple([a * v + b * w + span * (c * f + d * g) for v, w, f, g in ends])
+        return on_cubic(step, (self._within(t) - step.t) / (step.after - step.t))
 
     def _step_at(self, t):
         steps = self.steps
@@ -142,29 +139,13 @@ class Trajectory:
         return first if t < first else last if t > last else t
 
 
-def at_shares(step: Step) -> np.ndarray:
-    """Return the states at the ``SHARES`` of a step by the same cubic: (shares, states)."""
-    ends = np.array((step.state, step.end, step.stages[0], step.stages[-1]))
-    ends[2:] *= step.after - step.t
-    return _ON_CUBIC @ ends
-
-
-def at_middle(step: Step) -> tuple:
-    """Return the state in the middle of a step by the same cubic."""
-    eighth = (step.after - step.t) / 8
-    ends = zip(step.state, step.end, step.stages[0], step.stages[-1], strict=True)
-    return tuple([(v + w) / 2 + eighth * (f - g) for v, w, f, g in ends])
-
-
-def _cubic(share):
-    """Return the weights of the states and, over the span, of the rates at both ends of a step."""
-    left = 1 - share
+def on_cubic(step: Step, share: Any) -> tuple:
+    """Return the states at a share of a step, a number or an array, by the cubic through both ends of the step."""
+    left, span = 1 - share, step.after - step.t
     rise = share * share * (3 - 2 * share)
-    return 1 - rise, rise, share * left * left, -share * share * left
-
-
-SHARES = np.arange(1, 64) / 64
-_ON_CUBIC = np.array(_cubic(SHARES)).T
+    a, b, c, d = 1 - rise, rise, span * share * left * left, -span * share * share * left
+    ends = zip(step.state, step.end, step.stages[0], step.stages[-1], strict=True)
+    return tuple([a * v + b * w + c * f + d * g for v, w, f, g in ends])
 
 
 def rates(flows: tuple[Flow, ...], parameters: tuple, state: tuple) -> tuple:

@@ -25,7 +25,7 @@ import numpy as np
 
 from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.landing import ROOT, newton, rightmost, root
-from asympk.asymptotics.nonstiff import EXPONENT, SHARES, Trajectory, at_middle, at_shares, price, rates, steps
+from asympk.asymptotics.nonstiff import EXPONENT, Trajectory, on_cubic, price, rates, steps
 from asympk.asymptotics.stiff import jacobian
 from asympk.asymptotics.watching import watched
 from asympk.automaton.exponentials import exponentials
@@ -41,6 +41,7 @@ MEETING = 4  # mu y' = g, linear, and x' = y have real eigenvalues as long as 4 
 FORGOTTEN = 1e-6  # the share of a term, as the error that it is at a later time, that counts as 0
 AT_ONCE = 7  # the number of intervals of time after which, as a rule, the rest is forgotten
 LONG = 1 / 32  # the share of a run beyond which the manifold is looked at within a step
+SHARES = np.arange(1, 64) / 64  # of such a step, at which it is looked at there
 LOST = 0.5  # the error relative to a state from which it does not fade as a small one does
 NOISE = 1e-12  # the size of a state, relative to that by the terms of its rate, below which it is rounding
 WITHIN = 65  # the number of times at which the attraction beside a layer is looked at
@@ -248,7 +249,7 @@ class Reduced:
         moved = np.zeros((len(steps), width, width))
         with suppress(ArithmeticError, ValueError):
             for k, step in enumerate(steps):
-                moved[k] = (min(step.after, self.end) - step.t) * jacobian(lambda w: flow(*w, *p), at_middle(step))
+                moved[k] = (min(step.after, self.end) - step.t) * jacobian(lambda w: flow(*w, *p), on_cubic(step, 0.5))
         return moved
 
     def parts(self, motion: Any) -> list[Any]:
@@ -450,7 +451,7 @@ def _look_within(formulas, values, steps, end, check):
     long = [step for step in steps if step.after - step.t > LONG * end] if formulas.turning else ()
     if not long:
         return
-    known, point = formulas.arrays, [*np.concatenate([*map(at_shares, long)]).T]
+    known, point = formulas.arrays, [*np.hstack([on_cubic(step, SHARES) for step in long])]
     if formulas.affine:  # g_y does not contain y
         point += [0.0] * len(formulas.fast_states)
     with np.errstate(all="ignore"):
