@@ -206,16 +206,13 @@ class Series(ShownAsFormulas):
         tail = _compose(self._split()[1], lambda power, k: power / ((-1) ** (k + 1) * k))
         return series({(0, 1): -p, (0, 0): log(c)}) + tail - 1
 
-    def exp(self, exp: Callable[[Any], Any] | None = None) -> "Series":
-        """Return the exponential of the series, exp(kL) = mu^-k for integers k; ``exp`` takes the constant term."""
-        grown = [m for m in self.terms if _rank(m) < _rank((0, 1))]
+    def exp(self) -> "Series":
+        """Return the exponential, exp(kL) = mu^-k for integers k; raises ``NotDerivable`` where there is a constant."""
         k = self.terms.get((0, 1), 0)
-        if grown or int(k) != k:
+        if any(p <= 0 for p, _ in self.terms.keys() - {(0, 1)}) or int(k) != k:
             raise NotDerivable(f"exp({self}) is not a series in mu and L")
-        constant = self.terms.get((0, 0), 0)
-        scale = series({(-int(k), 0): 1 if exp is None or _vanishes(constant) else exp(constant)})
         small = Series({m: c for m, c in self.terms.items() if m[0] > 0}, self.remainder, self.small)
-        return scale * _compose(small, lambda power, k: power / factorial(k))
+        return series({(-int(k), 0): 1}) * _compose(small, lambda power, k: power / factorial(k))
 
 
 def series(value: Any) -> Series:

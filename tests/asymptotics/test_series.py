@@ -84,6 +84,12 @@ def test_coefficients_of_the_exponential_are_reciprocal_factorials():
     assert [(MU + O(6)).exp().coefficient(k) for k in range(6)] == [Fraction(1, factorial(k)) for k in range(6)]
 
 
+@pytest.mark.parametrize("exponent", [1 + MU + O(2), L**2, 1 / MU, Fraction(1, 2) * L])
+def test_the_exponential_of_what_is_not_small_is_a_series_for_whole_multiples_of_L_alone(exponent):
+    with pytest.raises(NotDerivable, match="not a series"):
+        exponent.exp()
+
+
 def test_the_logarithm_of_a_power_of_L_is_refused():
     with pytest.raises(NotDerivable, match="log L"):
         (MU * L).log(sp.log)
