@@ -12,7 +12,7 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.asymptotics.itinerary import LoadLine
+from asympk.asymptotics.itinerary import EDGES, LoadLine
 from asympk.asymptotics.layers import LinearField
 from asympk.errors import NotDerivable
 from asympk.formulas import NOT_FINITE
@@ -48,7 +48,7 @@ class Linear:
         """The affine functions (constant, x, y, z) that vanish at events, by name."""
         edges = {
             name: (*(d - k * self.static * l for d, l in zip(self.drive, self.load, strict=True)), 0)
-            for name, k in (("upper", 1), ("lower", -1))
+            for name, k in EDGES.items()
         }
         return {"load": (*self.load, 0), "velocity": (0, 0, 0, 1), **edges}
 

@@ -138,8 +138,6 @@ def _slope(expr: sp.Expr, s: sp.Symbol, slope: Callable[[sp.Expr], sp.Expr], tow
     if isinstance(expr, sp.Mod):
         number, divisor = expr.args
         return slope_by(number - divisor * sp.floor(number / divisor), s)
-    if isinstance(expr, sp.Abs):
-        return sp.sign(expr.args[0]) * slope(expr.args[0])
     if isinstance(expr, sp.Function | sp.Max | sp.Min):
         try:
             return sp.Add(*(expr.fdiff(k) * part for k, e in enumerate(expr.args, 1) if (part := slope(e)) != 0))
