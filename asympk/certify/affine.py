@@ -53,7 +53,6 @@ def enclose(
     sides: Mapping[str, tuple[Number, Number]],
     start: Sequence[Fraction | None],
     until: Number,
-    finest: float,
     budget: Budget,
 ) -> tuple[list[str], list[Event], tuple[Ball, ...]]:
     """Return (names of modes, events, final balls) of an affine system.
@@ -69,8 +68,8 @@ def enclose(
         segment = EnclosedSegment(mode, state)
         left = (modes.field.family([[Fraction(until)]]) - t).tight()
         last, groups = modes.falling(guards, segment)
-        found = first_event(segment, [*groups], end := left.numbers()[0], finest, budget)
-        require_one_motion(modes, segment, guards, found[1] if found else end, finest, budget)
+        found = first_event(segment, [*groups], end := left.numbers()[0], budget)
+        require_one_motion(modes, segment, guards, found[1] if found else end, budget)
         if not found and not last:
             return names, events, tuple(segment.at(None, left).numbers()[:size])
         lost, dt = (groups[found[0]], segment.moment(*found)) if found else (last, left)
@@ -271,7 +270,8 @@ class _Modes(Candidates):
             best = branches.most_at_rest(m.branch for m in holding)
             if best and self._are_one(best, holding, state):
                 best = [before if what == SWITCH and before in best else _first(best, before, held)]
-            best += [m.branch for m in holding if best and self._presses_otherwise(m.branch, best)]
+            best += [m.branch for m in holding if best and all(
+                branches.presses_otherwise(self.system, m.branch, other) for other in best)]
             if verdicts and all(self._slips_freely(b, state) for b in best):
                 break
         open_ones = [m for m in verdicts if m not in holding and not self._is_told(m.branch, holding, state)]
@@ -284,9 +284,6 @@ class _Modes(Candidates):
         self._require_one_way(found.branch, state, what)
         self._require_within_limit(found, holding, state, what)
         return self.of(found), holding[found]
-
-    def _presses_otherwise(self, branch, best):
-        return all(branches.presses_otherwise(self.system, branch, other) for other in best)
 
     def _are_one(self, best, holding, state):
         """Tell whether the motions of branches that hold do not differ."""

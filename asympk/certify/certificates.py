@@ -36,7 +36,6 @@ COORDINATES = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
 MOST_EVENTS = 200
 MOST_DIGITS, MOST_PIECES = 300, 100_000
 _BITS = (96, 192, 384, 768, 1536, 3072)
-_FINEST_IN_BOX = 2.0**-16
 WORK = 200_000  # pieces of time that one certificate may examine, a box a tenth of them: about ten seconds
 
 
@@ -82,7 +81,6 @@ class SceneBalls(NamedTuple):
 
     ``s`` is x + y. ``exact`` are the Fractions (sigma0, x, y, z, ends of mu), or None where one of the first four
     ranges and for physical quantities. ``near`` is (manifold, offset) of a start beside a slow line, else None.
-    ``finest`` is the shortest piece of time, relative to its end.
     """
 
     sigma: Any
@@ -95,7 +93,6 @@ class SceneBalls(NamedTuple):
     s: Any
     exact: tuple | None
     near: tuple | None
-    finest: float
 
 
 def certify(scene: Scene, box: Mapping[str, tuple] | None = None, digits: int = 15) -> Certificate:
@@ -113,7 +110,7 @@ def certify(scene: Scene, box: Mapping[str, tuple] | None = None, digits: int = 
     digits = whole("digits", digits, 1, MOST_DIGITS)
     sides = _sides(scene, {} if box is None else box)
     wide = _ranging(sides)
-    budget, last = Budget(WORK // 10 if wide else WORK), None
+    budget, last = Budget(WORK // 10 if wide else WORK, bool(wide)), None
     for bits in _BITS[1:2] if wide else _BITS:
         with precision(bits):
             found = _attempt(scene, sides, bits, budget)
@@ -192,17 +189,12 @@ def _followed(scene, sides, budget):
     turned, corner = _ranging(sides), {name: low for name, (low, _) in sides.items()}
     begun = zip(scene.names, scene.start, strict=True)
     start = [None if name in turned else Fraction(corner.get(name, value)) for name, value in begun]
-    return affine.enclose(scene.system, _values(scene, corner), turned, start, scene.until, _finest(sides), budget)
+    return affine.enclose(scene.system, _values(scene, corner), turned, start, scene.until, budget)
 
 
 def _ranging(sides):
     """Return the sides of a box that have a length."""
     return {name: ends for name, ends in sides.items() if ends[0] < ends[1]}
-
-
-def _finest(sides):
-    """Return the shortest piece of time, relative to its end: half of the bits, as far as doubles reach."""
-    return _FINEST_IN_BOX if _ranging(sides) else 2.0 ** -min(flint().ctx.prec // 2, 1000)
 
 
 def _values(scene, corner):
@@ -286,7 +278,7 @@ def _case(scene, sides):
     if not scene.rod and not _ranging(values).keys() & {"sigma0", "x", "y", "z"}:
         exact = (*(values[name][0] for name in ("sigma0", "x", "y", "z")), values["mu"])
     s = balls["x"] + balls["y"] if scene.rod else hull(*map(sum, zip(values["x"], values["y"], strict=True)))
-    return SceneBalls(**balls, s=s, exact=exact, near=scene.near_to, finest=_finest(sides))
+    return SceneBalls(**balls, s=s, exact=exact, near=scene.near_to)
 
 
 def _from_rod(quantities):
@@ -310,7 +302,7 @@ def _follow(case, budget):
         modes.append(name)
         mode = _mode(case, name, state, deviation)
         left = case.until - t
-        found = first_event(mode, _guards(case, state, s_sign, z_sign, touching), left, case.finest, budget)
+        found = first_event(mode, _guards(case, state, s_sign, z_sign, touching), left, budget)
         if found is None:
             end = mode.state(left)
             return modes, events, (end.x, end.y, end.z if z_sign else ball(0))

@@ -20,6 +20,7 @@ _MATRIX_WORK = 2
 _CHEAP_BITS = 768  # up to which a piece of time takes as long as with few bits
 _NEWTON_STEPS = 200
 _SOONEST = 2.0**-1074  # the smallest double
+_FINEST_IN_BOX = 2.0**-16
 
 
 class RodBalls(NamedTuple):
@@ -32,10 +33,16 @@ class RodBalls(NamedTuple):
 
 
 class Budget:
-    """The work allowed for a certificate, counted in pieces of time examined with few bits."""
+    """The work allowed for a certificate, of a point or a ``wide`` box, in pieces of time examined with few bits."""
 
-    def __init__(self, pieces: int):
+    def __init__(self, pieces: int, wide: bool):
         self.pieces = self.left = pieces
+        self.wide = wide
+
+    @property
+    def finest(self) -> float:
+        """The shortest piece of time, relative to its end: for a point, half of the bits, as far as doubles reach."""
+        return _FINEST_IN_BOX if self.wide else 2.0 ** -min(flint().ctx.prec // 2, 1000)
 
     def spend(self, segment: Any) -> None:
         """Subtract one piece, weighted by the segment's work and the precision; raises ``Refused`` below zero."""
@@ -185,15 +192,13 @@ class Exponentials(MatrixExponential):
         return self._joined(t, common(p, fast * (l1 * t).exp()), q)
 
 
-def first_event(
-    segment: Any, guards: Sequence[Any], left: Ball, finest: float, budget: Budget
-) -> tuple[Any, Ball] | None:
+def first_event(segment: Any, guards: Sequence[Any], left: Ball, budget: Budget) -> tuple[Any, Ball] | None:
     """Return (guard, time ball) of the first guard to vanish in (0, upper end of ``left``], or None if none vanishes.
 
-    Raises ``Refused`` where a piece of time would have to be shorter than ``finest`` times its end, or to end before
-    the smallest double, and when the ``Budget`` is spent.
+    Raises ``Refused`` where a piece of time would have to be shorter than ``budget.finest`` times its end, or to end
+    before the smallest double, and when the ``budget`` is spent.
     """
-    arb = flint().arb
+    arb, finest = flint().arb, budget.finest
     pieces, lo = [left.upper().mid()] if left.upper() > 0 else [], arb(0)
     while pieces:
         budget.spend(segment)

@@ -22,17 +22,17 @@ from asympk.symbolic.guards import NEVER_IDLE, stiffness
 
 
 def require_one_motion(
-    modes: Candidates, segment: EnclosedSegment, guards: Sequence[AffineGuard], end: Ball, finest: float, budget: Budget
+    modes: Candidates, segment: EnclosedSegment, guards: Sequence[AffineGuard], end: Ball, budget: Budget
 ) -> None:
     """Raise ``Refused`` where another motion may begin in a segment, or kinetic friction may be negative in it.
 
-    The ``guards`` of its mode are positive until ``end``. Pieces of time down to the share ``finest`` are looked at.
+    The ``guards`` of its mode are positive until ``end``.
     """
-    _require_opposing(modes, segment, guards, end, finest, budget)
-    _require_no_rival(modes, segment, guards, end, finest, budget)
+    _require_opposing(modes, segment, guards, end, budget)
+    _require_no_rival(modes, segment, guards, end, budget)
 
 
-def _require_no_rival(modes, segment, guards, end, finest, budget):
+def _require_no_rival(modes, segment, guards, end, budget):
     mode = segment.mode.mode
     if not is_watched(mode) or _has_always_one_motion(modes, mode):
         return
@@ -43,10 +43,10 @@ def _require_no_rival(modes, segment, guards, end, finest, budget):
         pairs = product((low.row for low in below), (guard.row for guard in guards))
         if not any(is_multiple(*pair, segment.mode.kept, modes.field) for pair in pairs):
             what = _refused(mode, f"{branches.mode_name(rival)}, as a second motion")
-            _require_positive(segment, below, end, finest, budget, what)
+            _require_positive(segment, below, end, budget, what)
 
 
-def _require_opposing(modes, segment, guards, end, finest, budget):
+def _require_opposing(modes, segment, guards, end, budget):
     mode = segment.mode
     for law in mode.mode.laws:
         row = modes.row(mode.mode, law)
@@ -56,7 +56,7 @@ def _require_opposing(modes, segment, guards, end, finest, budget):
         low = AffineGuard("law", 0, row, zeros if sign == 1 else 0)
         if not any(is_multiple(row, guard.row, mode.kept, modes.field) for guard in guards):
             what = Refused(f"friction: within {mode.mode.name}, {law!s:.120} may be negative")
-            _require_positive(segment, [low], end, finest, budget, what)
+            _require_positive(segment, [low], end, budget, what)
 
 
 def _has_always_one_motion(modes: Candidates, mode: GuardedMode) -> bool:
@@ -105,7 +105,7 @@ def _margin(guard: AffineGuard, branch: Branch, matrix: tuple[Row, ...]) -> Row 
 
 
 def _require_positive(
-    segment: EnclosedSegment, among: Sequence[AffineGuard], end: Ball, finest: float, budget: Budget, what: Refused
+    segment: EnclosedSegment, among: Sequence[AffineGuard], end: Ball, budget: Budget, what: Refused
 ) -> None:
     """Raise ``what`` unless at each time up to ``end`` one of some quantities is positive."""
     arb = flint().arb
@@ -115,7 +115,7 @@ def _require_positive(
         hi = pieces[-1]
         if any(_is_positive(segment, low, lo, hi) for low in among):
             lo = pieces.pop()
-        elif not hi - lo > end.upper() * finest or all(segment.jet(low, hi)[0] < 0 for low in among):
+        elif not hi - lo > end.upper() * budget.finest or all(segment.jet(low, hi)[0] < 0 for low in among):
             raise what
         else:
             pieces.append(((lo + hi) / 2).mid())

@@ -442,4 +442,4 @@ def test_a_guard_without_a_sign_from_the_start_on_is_refused_as_grazing_before_t
             return (flint.arb(0, 1),) * (order + 1)
 
     with pytest.raises(Refused, match=r"^grazing: velocity_zero may or may not happen as soon as this mode begins$"):
-        first_event(Blurred(), [LevelGuard("velocity_zero", "z", 1, 0)], ball(1), 2.0**-16, Budget(2000))
+        first_event(Blurred(), [LevelGuard("velocity_zero", "z", 1, 0)], ball(1), Budget(2000, wide=True))
