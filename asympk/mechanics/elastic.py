@@ -54,17 +54,15 @@ def elastic(contacts: Sequence[Kinetics], compliance: Any, damping: Any) -> Syst
 
 @dataclass(frozen=True)
 class Scaling:
-    """The elastic contact by the small parameter: R = x + ``ratio`` y, g' = -``closing`` y, x' = y / ``clock``."""
+    """The elastic contact by the small parameter: R = x + ``ratio`` y, g' = -``closing`` y, x' = y / ``clock``.
+
+    For a fixed b in h = b eps the clock is eps, and x is fast.
+    """
 
     small: sp.Symbol
     ratio: sp.Expr
     closing: sp.Expr
     clock: sp.Expr
-
-    @property
-    def fast_reaction(self) -> bool:
-        """Whether x is fast, as for a fixed b in h = b eps."""
-        return self.clock == self.small
 
 
 def scaling(compliance: Any, damping: Any) -> Scaling:
@@ -113,7 +111,7 @@ def _multiple(damping: sp.Expr, small: sp.Symbol) -> sp.Expr:
 def _elastic_system(contacts: Sequence[Kinetics], scaling: Scaling) -> System:
     first, basis, alone = contacts[0], basis_of(contacts), len(contacts) == 1
     taken = (scaling.small, *scaling.ratio.free_symbols)
-    states = [state_names(contacts, k, *taken) for k in range(len(contacts))]
+    states = [names_of_contact("xyz", contacts, k, *taken) for k in range(len(contacts))]
     z = states[0][2]
     closings = _closings(contacts, basis, [y for _, y, _ in states])
     known = [-scaling.closing * states[k][1] for k in basis.held] + [z] * alone
@@ -125,14 +123,14 @@ def _elastic_system(contacts: Sequence[Kinetics], scaling: Scaling) -> System:
     put = lambda expr: first.tidy_if_short(replaced(expr, rates))  # noqa: E731
     frictions = []
     for k, (kinetics, (x, _, _), y) in enumerate(zip(contacts, states, closings, strict=True)):
-        slip, names = z if alone else put(kinetics.slip), force_names(contacts, k, *taken)
+        slip, names = z if alone else put(kinetics.slip), names_of_contact("NF", contacts, k, *taken)
         frictions.append(_friction(kinetics, x + put(scaling.ratio) * y, slip, names, put))
     pushes = [push for f in frictions for push in (f.load if f.normal is None else f.normal, f.force)]
     gaps, slips, others = accelerations(contacts, places, pushes, put)
     slow = {q: put(u) for q, u in zip(first.coordinates, first.velocities, strict=True)}
     pressing = {x: y for (x, _, _), y in zip(states, closings, strict=True)}
     fast = {states[k][1]: -gaps[k] for k in basis.held}
-    slow, fast = (slow, pressing | fast) if scaling.fast_reaction else (slow | pressing, fast)
+    slow, fast = (slow, pressing | fast) if scaling.clock == scaling.small else (slow | pressing, fast)
     slow, last = slow | others, dict(zip([z] * alone, slips, strict=True))
     timed = any(k.timed for k in contacts) or scaling.ratio.has(first.time)
     found = System.with_frictions(slow | last, fast, frictions, scaling.small, first.time if timed else None)
@@ -173,7 +171,7 @@ def pressed(
     found: dict[sp.Symbol, Any] = {}
     above = []
     for k, kinetics in enumerate(contacts):
-        x, y, _ = state_names(contacts, k, *system.parameters)
+        x, y = names_of_contact("xy", contacts, k, *system.parameters)
         if x not in system.states or not (off := departures(kinetics, values)):
             continue
         off_by = ", ".join(f"{name} = {value:g}" for name, value in off.items())
@@ -198,18 +196,11 @@ def pressed(
     return found
 
 
-def state_names(contacts: Sequence[Kinetics], k: int, *others: sp.Symbol) -> tuple[sp.Symbol, ...]:
-    """Return the symbols x, y, z of the elastic contact ``k``; a name that is taken gets an underscore."""
-    return names_of_contact("xyz", contacts, k, *others)
-
-
-def force_names(contacts: Sequence[Kinetics], k: int, *others: sp.Symbol) -> tuple[sp.Symbol, ...]:
-    """Return the symbols N, F of the forces of contact ``k``; a name that is taken gets an underscore."""
-    return names_of_contact("NF", contacts, k, *others)
-
-
 def names_of_contact(letters: str, contacts: Sequence[Kinetics], k: int, *others: sp.Symbol) -> tuple[sp.Symbol, ...]:
-    """Return a symbol for each of ``letters``; those of the second contact have a 2, and so on."""
+    """Return a symbol for each of ``letters``, "xyz" for the states of contact ``k`` and "NF" for its forces.
+
+    Those of the second contact have a 2, and so on; a name that is taken gets an underscore.
+    """
     taken = [*others, *(s for kinetics in contacts for s in kinetics.symbols)]
     return tuple(spare(f"{letter}{k + 1 if k else ''}", taken, real=True) for letter in letters)
 

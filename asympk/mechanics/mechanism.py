@@ -23,7 +23,7 @@ from asympk.mechanics.evaluation import evaluate_ahead, exact_number, exactly_at
 from asympk.mechanics.jump_law import JumpLaw
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.lagrangian import equations_of
-from asympk.mechanics.names import keyed, plain_names, plainly
+from asympk.mechanics.names import keyed, plain_name, plainly
 from asympk.mechanics.paradox import LeastFriction
 from asympk.mechanics.paradoxset import ParadoxSet, paradox_set
 from asympk.mechanics.rigid import Motion, MotionMap
@@ -340,7 +340,7 @@ class Mechanism(ShownAsFormulas):
 
     @cached_property
     def _names(self):
-        return plain_names(self.coordinates, self.velocities)
+        return {own: plain_name(own) for own in (*self.coordinates, *self.velocities)}
 
     def own(self, thing: Any) -> Any:
         """Return an expression or matrix in plain symbols, translated to the mechanism's coordinates and velocities."""

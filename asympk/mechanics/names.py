@@ -13,12 +13,11 @@ from asympk.symbolic.long import atoms, carried_out, replaced
 from asympk.symbolic.values import did_you_mean, in_words
 
 
-def plain_names(coordinates: Iterable[sp.Expr], velocities: Iterable[sp.Expr]) -> dict[sp.Expr, sp.Symbol]:
-    """Return ``{given: plain symbol}``: theta(t) becomes theta, its Derivative theta'; a Symbol is unchanged."""
-    return {given: _plain(given) for given in (*coordinates, *velocities)}
+def plain_name(given: Any) -> sp.Symbol:
+    """Return the plain symbol of a coordinate or velocity: theta for theta(t), theta' for its Derivative.
 
-
-def _plain(given: Any) -> sp.Symbol:
+    A Symbol is unchanged. Raises ``InputError`` for anything else.
+    """
     if isinstance(given, sp.Symbol):
         return given
     if isinstance(given, AppliedUndef):

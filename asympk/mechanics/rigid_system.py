@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from itertools import chain
 
 from asympk.mechanics.checks import require_continuous
-from asympk.mechanics.elastic import accelerations, force_names
+from asympk.mechanics.elastic import accelerations, names_of_contact
 from asympk.mechanics.kinetics import Kinetics
 from asympk.symbolic.system import Friction, System
 
@@ -22,7 +22,7 @@ def rigid_system(contacts: Sequence[Kinetics]) -> System:
 
     Its flow keeps every constraint g'' = 0, so start at g = g' = 0 on each contact that is closed.
     """
-    first, forces = contacts[0], [force_names(contacts, k) for k in range(len(contacts))]
+    first, forces = contacts[0], [names_of_contact("NF", contacts, k) for k in range(len(contacts))]
     for kinetics in contacts:
         if not kinetics.unilateral:  # at a jump a unilateral contact opens or is hit, which its flow decides
             require_continuous(kinetics, (kinetics.gap, kinetics.gap_rate), "the constraint or its rate")
