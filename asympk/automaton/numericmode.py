@@ -40,6 +40,12 @@ BESIDE = 4  # roundings of the time by which smooth stretches keep away from a s
 OF_STATES = ("velocity_zero", "touch_down")  # kinds of guards that never depend on the time alone
 
 State = tuple[Any, ...]
+_Exprs = Callable[[GuardedMode], tuple]
+
+
+def _compiled_of(outputs: _Exprs, directions: _Exprs = lambda mode: ()) -> "cached_property[Callable[..., tuple]]":
+    """Return a property: expressions of the mode, or their derivatives along directions, as a function."""
+    return cached_property(lambda self: self._beside_limits(outputs(self.mode), directions(self.mode)))
 
 
 @dataclass(frozen=True)
@@ -47,9 +53,10 @@ class NumericMode:
     """A mode in numbers: ``rhs``, ``jac`` and ``guard_values`` of (t, state); guards are positive inside the mode.
 
     ``kinds`` gives for every guard the kind of event that its loss is, and the friction. ``field``, ``jacobian`` and
-    ``guards`` are the same functions of ``(t, *state, *p)``, as they are compiled. ``p`` are the parameters and
-    the values of the ``coefficients``, ``target`` and ``functions`` the numbers, as in
-    ``asympk.automaton.compiled.function``.
+    ``guards`` are the same functions of ``(t, *state, *p)``, as they are compiled; ``guard_slopes`` are derivatives
+    along the field. What is ``watched`` are the guards and, after them, the ``laws`` of friction that may become
+    negative. ``p`` are the parameters and the values of the ``coefficients``, ``target`` and ``functions`` the
+    numbers, as in ``asympk.automaton.compiled.function``.
     """
 
     mode: GuardedMode
@@ -57,6 +64,15 @@ class NumericMode:
     target: str
     functions: Any
     coefficients: tuple[sp.Expr, ...] = ()
+
+    # functions of (t, *state, *p)
+    field = _compiled_of(lambda mode: mode.rates)
+    jacobian = _compiled_of(lambda mode: mode.rates, lambda mode: mode.units)  # row by row
+    guards = _compiled_of(lambda mode: mode.guard_values)
+    guard_slopes = _compiled_of(lambda mode: mode.guard_values, lambda mode: (mode.flow,))  # along the field
+    laws = _compiled_of(lambda mode: mode.laws)
+    watched = _compiled_of(lambda mode: mode.watched)
+    watched_slopes = _compiled_of(lambda mode: mode.watched, lambda mode: (mode.flow,))
 
     @property
     def name(self) -> str:
@@ -89,16 +105,6 @@ class NumericMode:
         """Whether the steps of the mode end at peaks in the time."""
         return bool(peaks_of(self.mode.system))
 
-    @cached_property
-    def field(self) -> Callable[..., tuple]:
-        """The rates as a function of (t, *state, *p)."""
-        return self._beside_limits(self.mode.rates)
-
-    @cached_property
-    def jacobian(self) -> Callable[..., tuple]:
-        """The derivatives of the rates, row by row, as a function of (t, *state, *p)."""
-        return self._beside_limits(self.mode.rates, self.mode.units)
-
     def _beside_limits(self, outputs: tuple, directions: tuple = ()) -> Callable[..., tuple]:
         """Return a function with more digits where a divisor is small at whose zero the rates have a limit."""
         found = self._compiled(outputs, directions)
@@ -116,16 +122,6 @@ class NumericMode:
     def is_beside_limit(self, t: Any, state: Sequence) -> bool:
         """Tell whether rounding is large in a rate or guard that is 0/0 near (t, state), and has a limit there."""
         return bool(self.mode.removable) and min(map(abs, self._removable(t, *state, *self.p))) < SMALL
-
-    @cached_property
-    def guards(self) -> Callable[..., tuple]:
-        """The guards as a function of (t, *state, *p)."""
-        return self._beside_limits(self.mode.guard_values)
-
-    @cached_property
-    def guard_slopes(self) -> Callable[..., tuple]:
-        """The derivatives of the guards along the field as a function of (t, *state, *p)."""
-        return self._beside_limits(self.mode.guard_values, (self.mode.flow,))
 
     @cached_property
     def divisors(self) -> Callable[..., tuple]:
@@ -187,21 +183,6 @@ class NumericMode:
         values = zip(self.mode.poles, first, now, strict=True)
         near = (expr for expr, begun, value in values if abs(value) < NEXT_TO_NOTHING * abs(begun))
         return next(map(as_quotient, near), None)
-
-    @cached_property
-    def laws(self) -> Callable[..., tuple]:
-        """The kinetic frictions that may become negative as a function of (t, *state, *p)."""
-        return self._beside_limits(self.mode.laws)
-
-    @cached_property
-    def watched(self) -> Callable[..., tuple]:
-        """The guards and, after them, the ``laws`` as a function of (t, *state, *p)."""
-        return self._beside_limits(self.mode.watched)
-
-    @cached_property
-    def watched_slopes(self) -> Callable[..., tuple]:
-        """The derivatives of what is ``watched`` along the field as a function of (t, *state, *p)."""
-        return self._beside_limits(self.mode.watched, (self.mode.flow,))
 
     def faded(self, t: Any, state: State) -> tuple:
         """Return the values down to which the ``laws`` are 0 but for the errors of the states, in a mode begun here.
