@@ -23,7 +23,6 @@ from asympk.symbolic.coefficients import scattered
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.long import atoms, is_clearly_nonzero, replaced, symbols_in
 from asympk.symbolic.penetration import Penetration, without_penetration
-from asympk.symbolic.removable import SMALL
 from asympk.symbolic.sides import (
     MOST,
     SWITCHING,
@@ -252,11 +251,6 @@ class GuardedMode:
         found = middles_of((*self.rates, *self.guard_values), self.system.states, self.system.time)
         ends = {phase_of(value)[0] for value in (*self.guard_values, *self.poles)} if found else ()
         return tuple(middle for middle in found if middle.phase not in ends)
-
-    @property
-    def limit_sides(self) -> tuple[sp.Expr, ...]:
-        """The signs of the ``removable`` powers without the range in which rounding is large."""
-        return tuple(sp.sign(sp.Abs(power) - sp.Rational(SMALL)) for power in self.removable)
 
     @cached_property
     def laws(self) -> tuple[sp.Expr, ...]:

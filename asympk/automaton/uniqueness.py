@@ -79,10 +79,6 @@ class Watched(NamedTuple):
             return {b: _signs(margins) for b, margins in found if margins}
         return {}
 
-    def has_one_motion(self, part: float) -> bool:
-        """Tell whether each choice of phases has a determinant of the sign that it has without friction."""
-        return _has_one_motion(self.automaton, self.branch, *self.at(part))
-
 
 def is_watched(mode: GuardedMode) -> bool:
     """Tell whether a second motion may come up in a mode: a rigid contact rubs, and others are rough or may open.
@@ -105,7 +101,8 @@ def require_alone(automaton: Automaton, mode: NumericMode, begin: Any, segment: 
         return
     stretch = Watched(automaton, mode.branch, begin, segment.t, state_at)
     parts = [BESIDE + (1 - 2 * BESIDE) * k / PARTS for k in range(PARTS + 1)]
-    if has_always_one_motion(automaton, mode.branch) or all(map(stretch.has_one_motion, parts[::EVERY])):
+    if has_always_one_motion(automaton, mode.branch) or all(
+            _has_one_motion(automaton, mode.branch, *stretch.at(part)) for part in parts[::EVERY]):
         return
     dismissed = set[Branch]()
     for low, high in pairwise((part, stretch.others(part)) for part in parts):
@@ -141,6 +138,7 @@ def has_always_one_motion(automaton: Automaton, branch: Branch) -> bool:
 
 
 def _has_one_motion(automaton: Automaton, branch: Branch, t: Any, state: tuple) -> bool:
+    """Tell whether each choice of phases has a determinant of the sign that it has without friction."""
     with suppress(*_OPEN):
         here, found = _junction(automaton, branch, t, state), unlike_choices(automaton.system, branch)
         return bool(found) and all(_is_stiff(here, other) for other in found)
@@ -211,9 +209,10 @@ def _coming_up(
     """Yield, in order, parts of a stretch at which other branches are consistent, and these branches."""
     (start, before), (end, after) = low, high
     already, there = ({b for b, signs in found.items() if min(signs) > 0} for found in (before, after))
+    pairs = [[*zip(before[b], after[b], strict=True)] for b in before.keys() & after.keys()]
     if already:
         yield start, already
-    elif any(not _is_refuted(before[b], after[b]) for b in before.keys() & after.keys()):
+    elif any(all(max(pair) > 0 for pair in own) for own in pairs):
         if halvings:
             middle = (start + end) / 2
             between = middle, stretch.others(middle)
@@ -221,7 +220,3 @@ def _coming_up(
             yield from _coming_up(stretch, between, high, halvings - 1)
         elif there:
             yield end, there
-
-
-def _is_refuted(before: list[int], after: list[int]) -> bool:
-    return any(max(pair) <= 0 for pair in zip(before, after, strict=True))

@@ -166,7 +166,8 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
         h = min(h, scheme.longest)
         last = h >= (until - t) * NEARLY
         h = until - t if last else h
-        _require_time(scheme, t)
+        if monotonic() > scheme.deadline:
+            raise Unfinished(f"the reference is at t = {float(t):.6g} when its time is over; allow more seconds")
         tries.append(t)
         _require_gain(scheme, tries, state, mode.vanishing(poles, mode.pole_values(t, state)))
         slopes, left_out = _tried(scheme, t, state, h)
@@ -208,11 +209,6 @@ def _tried(scheme: Scheme, t: Any, state: tuple, h: Any) -> tuple[list[FixedPoin
         if not is_of_numbers(error):
             raise
         return None, inf
-
-
-def _require_time(scheme, t):
-    if monotonic() > scheme.deadline:
-        raise Unfinished(f"the reference is at t = {float(t):.6g} when its time is over; allow more seconds")
 
 
 def _within(scheme: Scheme, steps: Sequence[CollocationStep]) -> Callable[[Any], tuple]:

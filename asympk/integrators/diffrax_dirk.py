@@ -22,6 +22,7 @@ from asympk.integrators.integrate import Settings, missing
 from asympk.integrators.stepwise import IDLE, PARTS, follow_steps
 from asympk.integrators.watch import Look, near
 from asympk.symbolic.branches import all_phases
+from asympk.symbolic.removable import SMALL
 
 AT_ONCE = 1000  # most steps of a compiled run
 
@@ -151,8 +152,9 @@ def _compiled(modes, coefficients):
 
 
 def _sides(mode):
-    """Return the sides of the middles of bumps and of 0/0 in a mode."""
-    return *(middle.side for middle in mode.middles), *mode.limit_sides
+    """Return the sides of the middles of bumps in a mode, and of the range beside 0/0 in which rounding is large."""
+    beside = (sp.sign(sp.Abs(power) - sp.Rational(SMALL)) for power in mode.removable)
+    return *(middle.side for middle in mode.middles), *beside
 
 
 def _equally_many(modes, of):

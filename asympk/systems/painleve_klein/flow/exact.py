@@ -86,9 +86,7 @@ def _to_doubles(solved):
     return _rounded(solved, double), solved, UNIT, double
 
 
-@lru_cache(maxsize=64)
-def _flow_in_doubles(sigma, sigma0, mu):
-    return RodFlow(Doubles, sigma, sigma0, mu)
+_flow_in_doubles = lru_cache(maxsize=64)(partial(RodFlow, Doubles))
 
 
 @lru_cache(maxsize=1)
