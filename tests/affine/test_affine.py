@@ -121,6 +121,12 @@ def test_multiple_eigenvalues_other_than_zero_are_left_to_the_characteristic_pol
     assert len(of([[0, 1, 0], [-1, 0, 0], [0, 0, 0]], [0, 0, 0]).zero) == 1
 
 
+@pytest.mark.parametrize("rate", [Fraction(1, 268_435_399), Fraction(268_435_399)])
+def test_a_rate_with_a_large_prime_is_not_taken_for_zero(rate):
+    rows = [[-rate, Fraction(0)], [Fraction(0), Fraction(-1)]]
+    assert eigenpairs(*in_whole_numbers(rows), 320).zero == []
+
+
 def test_eigenvalues_that_equal_parts_of_a_chain_have_are_simple_in_each(monkeypatch):
     """Two blocks on either side of one that moves evenly have equal spectra, and so have the masses beside them."""
     monkeypatch.setattr(exponential, "of_roots", None)
