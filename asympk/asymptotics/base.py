@@ -20,10 +20,12 @@ from asympk.asymptotics.fibre import formulas
 from asympk.asymptotics.landing import land
 from asympk.asymptotics.series import Series
 from asympk.errors import AsympkError, NotDerivable, OutOfRange, UnknownName
-from asympk.numbers import known_order, listed, number
+from asympk.numbers import known_order, listed, number, short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.expansion import fast_jacobian, is_zero, require_series, require_short, to_degree
+from asympk.symbolic.long import atoms
 from asympk.symbolic.placing import place, with_whole_exponents
+from asympk.symbolic.sides import SWITCHING
 from asympk.symbolic.system import System
 
 HIGHEST_ORDER = 3
@@ -65,7 +67,7 @@ class BasePoint(ShownAsFormulas):
 
         ``values`` may contain the small parameter, as those of a scene do; the coefficients do not depend on it. Raises
         ``InputError``, also unless ``LEAST`` <= ``rtol`` <= ``LARGEST``, and ``OutOfRange`` where the layer settles on
-        no attracting branch.
+        no attracting branch or has no finite value.
         """
         small = self.system.small
         lacks_small = isinstance(values, Mapping) and str(small) not in map(str, values)
@@ -91,7 +93,8 @@ def base_point(system: System, order: int = 1) -> BasePoint:
 
     The closed form exists where g is affine and f is a polynomial in the fast states, to order 3 with one fast state
     and to order 1 with several. ``BasePoint.at`` gives numbers to order 3 for any system.
-    Raises ``OrderError``, and ``NotDerivable`` for a system that has no fast states, or whose layers do not settle.
+    Raises ``OrderError``, and ``NotDerivable`` for a system without fast states, with rates that switch, or whose layers
+    do not settle.
 
     >>> x, y, mu = sp.symbols("x y mu")
     >>> print(base_point(System.smooth(slow={x: -x + y}, fast={y: x - 2*y}, small=mu))[x])
@@ -100,6 +103,9 @@ def base_point(system: System, order: int = 1) -> BasePoint:
     order = known_order(order, HIGHEST_ORDER, "the base point is derived to orders")
     if system.small is None or len(system.modes) > 1 or system.time is not None:
         raise NotDerivable("a base point is that of one smooth mode with fast states and without an explicit time")
+    if switching := atoms(sp.Tuple(*system.rates.values()), sp.Piecewise, *SWITCHING):
+        raise NotDerivable(f"the rates switch, by {short(max(switching, key=str))}: a base point is that of one smooth "
+                           "mode; write one side of it, or use solve(scene, method='jump'), which knows all sides")
     require_short(system.modes[0])
     require_series(system.modes[0], system.small, order)
     slow, fast = (to_degree(rates, system.small, order) for rates in (system.modes[0].slow, system.modes[0].fast))
@@ -122,7 +128,8 @@ def _require_settling(mode, small):
         raise NotDerivable("g_y is singular everywhere: no layer settles on a slow manifold; give every fast state a "
                            "rate that depends on it")
     if slopes.trace().is_nonnegative:
-        raise NotDerivable(f"g_y has the trace {slopes.trace()}: the slow manifold repels, and no layer settles on it")
+        raise NotDerivable(f"g_y has the trace {slopes.trace()}, and so an eigenvalue whose real part is not negative: "
+                           "no layer settles on the slow manifold")
 
 
 def _of_one_fast_state(mode, small, order):

@@ -574,11 +574,15 @@ def test_a_whole_number_for_an_exponent_is_that_exponent_also_from_zero_and_belo
         found.at({n: "5/2"}, {x: 0, y: 0})
 
 
-def test_a_base_point_names_its_slow_states_and_there_is_none_without_fast_states():
+def test_a_base_point_names_its_slow_states_and_there_is_none_without_one_attracting_smooth_mode():
     with pytest.raises(UnknownName, match="y is not a slow state; the base point has x"):
         ap.jump_map(ENZYME)[y]
     with pytest.raises(NotDerivable, match="one smooth mode with fast states"):
         ap.jump_map(ap.System.smooth({x: -x}, {}, None))
+    with pytest.raises(NotDerivable, match=r"the rates switch, by Max\(0, y\): .*one smooth mode.*method='jump'"):
+        ap.jump_map(ap.System.smooth({x: -sp.Max(0, y)}, {y: x - y}, mu))
+    with pytest.raises(NotDerivable, match="trace 0, and so an eigenvalue whose real part is not negative: no layer"):
+        ap.jump_map(ap.System.smooth({x: -y}, {u: v, v: x - u}, mu))
 
 
 def test_a_base_point_is_shown_as_its_series_or_by_where_its_numbers_are():
@@ -613,7 +617,7 @@ def test_the_base_point_of_two_fast_states_is_closed_to_order_one_and_in_numbers
 
 @pytest.mark.parametrize(
     ("fast", "match"),
-    [({y: x}, "singular everywhere"), ({y: x - y, w: y - x}, "singular everywhere"), ({y: x + y}, "manifold repels")],
+    [({y: x}, "singular everywhere"), ({y: x - y, w: y - x}, "singular everywhere"), ({y: x + y}, "has the trace 1")],
 )
 def test_a_layer_that_never_settles_has_no_base_point(fast, match):
     with pytest.raises(NotDerivable, match=match):
