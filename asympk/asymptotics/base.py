@@ -93,8 +93,8 @@ def base_point(system: System, order: int = 1) -> BasePoint:
 
     The closed form exists where g is affine and f is a polynomial in the fast states, to order 3 with one fast state
     and to order 1 with several. ``BasePoint.at`` gives numbers to order 3 for any system.
-    Raises ``OrderError``, and ``NotDerivable`` for a system without fast states, with rates that switch, or whose layers
-    do not settle.
+    Raises ``OrderError``, and ``NotDerivable`` for a system without fast states, with rates that switch, or with layers
+    that do not settle.
 
     >>> x, y, mu = sp.symbols("x y mu")
     >>> print(base_point(System.smooth(slow={x: -x + y}, fast={y: x - 2*y}, small=mu))[x])
