@@ -119,7 +119,7 @@ def _require_lawful(
     """Raise an error where, in a segment, friction turned negative, another motion came up, or a pole was passed."""
     mode.require_opposing(begun, (*segment.steps, (segment.t, segment.state)), segment.t, segment.hit)
     require_alone(automaton, mode, begun[0], segment, slack)
-    if segment.hit is None or mode.kinds[segment.hit][0] not in _ENDS:
+    if not mode.ends_at(segment.hit):
         mode.require_one_side(mode.pole_values(*begun), segment.t, segment.state)
 
 
@@ -340,7 +340,7 @@ def _lost_beyond(mode: NumericMode, left: list[tuple], place: tuple, later: tupl
 def on_zeros(mode: NumericMode, hits: tuple[int, ...], t: Any, state: tuple) -> tuple:
     """Return ``state`` moved onto the zeros of guards that fall; raises where the motion of a rigid contact ends."""
     for hit in hits:
-        if mode.kinds[hit][0] in _ENDS:
+        if mode.ends_at(hit):
             raise _ended(mode, mode.kinds[hit][0], t, state)
         state = mode.snapped(hit, t, state)
     return state

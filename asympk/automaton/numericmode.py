@@ -22,6 +22,7 @@ from asympk.automaton.poles import as_quotient
 from asympk.errors import NegativeFriction, NotDerivable, OutOfRange, Pole
 from asympk.symbolic.branches import Branch, at_rest, held, rate_along
 from asympk.symbolic.derivatives import is_bent
+from asympk.symbolic.guards import NEVER_IDLE
 from asympk.symbolic.long import symbols_in
 from asympk.symbolic.removable import SMALL, with_more_digits
 from asympk.symbolic.sides import on_sides
@@ -177,6 +178,13 @@ class NumericMode:
                            f"{float(t):.8g}: {as_quotient(divisor)!s:.120} = 0; end the run before it, or take "
                            "other states", t, state)
         return after
+
+    def ends_at(self, hit: int | None) -> bool:
+        """Tell whether ``hit``, of what is ``watched``, is a guard at whose loss forces cease to be determined.
+
+        The rates have a pole there, too.
+        """
+        return hit is not None and any(kind in NEVER_IDLE for kind, _ in self.kinds[hit:hit + 1])
 
     def vanishing(self, first: tuple, now: tuple) -> sp.Expr | None:
         """Return a divisor of the rates that has nearly vanished relative to its ``first`` value, or None."""

@@ -181,7 +181,8 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
             h, grow = h * SHRINK, 1
             continue
         if hit is not None:
-            mode.require_one_side(mode.pole_values(t, state), t + at, end, begun=t)
+            if not mode.ends_at(hit):
+                mode.require_one_side(mode.pole_values(t, state), t + at, end, begun=t)
             end, steps = _without_rounding(end, state, scheme.tolerance * SLACK), [*steps, step]
             together = lost_with(mode, hit, t + at, end, scheme.tolerance * SLACK)
             return Segment(t + at, end, hit, None, "", tuple(steps), together, within=_within(scheme, steps))

@@ -44,7 +44,8 @@ def approach(mode: NumericMode, guard: int, t: float, state: tuple, until: float
     """Return (t of the first level, t, state) of the zero of the guard p, or None if it is not met first."""
     from scipy.integrate import solve_ivp
 
-    first = mode.guard_values(t, state)[guard]
+    begun = mode.guard_values(t, state)
+    first, inside = begun[guard], {k for k, value in enumerate(begun) if value > 0 and k != guard}
     if not first > 0:
         return None
 
@@ -59,7 +60,8 @@ def approach(mode: NumericMode, guard: int, t: float, state: tuple, until: float
 
     def within(_, w):
         values = mode.guards(*map(float, w), *mode.p)
-        return min((value for k, value in enumerate(values) if k != guard), default=1.0)
+        inside.update(k for k, value in enumerate(values) if value > 0 and k != guard)  # a contact opens from 0
+        return min((values[k] for k in inside), default=1.0)
 
     def left(_, w):
         return until - w[0]

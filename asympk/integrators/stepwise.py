@@ -84,7 +84,7 @@ def follow_steps(solver: Solver, mode: NumericMode, t: float, state: tuple[float
             continue
         if met:
             (t, hit), state = met, tuple(solver.dense_output()(met[0])[:n].tolist())
-        if not short:
+        if not short and not mode.ends_at(hit):
             short = divisors.passed(t, state, None if hit is None else solver.t_old)
         elif solver.status == "failed":
             short = divisors.vanished(t, state) or short

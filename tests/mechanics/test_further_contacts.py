@@ -479,3 +479,27 @@ def test_a_bipod_that_brakes_on_elastic_feet_ends_by_name_where_its_rocking_has_
     assert float(braked.events[0].t) == pytest.approx(1 / 3, abs=1e-6)
     with pytest.raises(Undecided):
         ap.solve(scene)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", [{}, {"method": "radau"}, {"digits": 12}])
+def test_a_wheel_that_jams_while_another_opens_is_told_as_one_that_jams_alone(how):
+    """Braked at 1.3, it pitches about the front wheel until its critical friction, 1.55 at first, is down to 1.3.
+
+    The rear wheel opens from a gap of 0, and the jam was told as a pole of the rates.
+    """
+    front, rear = (ap.Contact(Y + side * sp.sin(THETA) - sp.cos(THETA), X + side * sp.cos(THETA) + sp.sin(THETA), f,
+                              unilateral=True) for side in (sp.Rational(7, 6), -sp.Rational(7, 6)))
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 + sp.Rational(2, 9) * THETA.diff(T) ** 2 - 10 * Y
+    stops = []
+    for others in ((), (rear,)):
+        wheels = ap.Mechanism.from_lagrangian(energy, (X, Y, THETA), contact=front, others=others)
+        system = wheels.rigid()
+        start = wheels.start(system, FLAT | {"Y": 1, "X'": 20})
+        with pytest.raises(UnboundedReaction, match="grows beyond all bounds") as stop:
+            ap.solve(ap.Scene(system=system, values={"f": "1.3"}, start=start, until=1), **how)
+        stops.append((float(stop.value.t), *map(float, stop.value.state)))
+    assert stops[1] == pytest.approx(stops[0], rel=1e-8, abs=1e-8)
+    angle = stops[0][1 + [*map(str, system.states)].index("theta")]
+    lever, height = 7 / 6 * math.cos(angle) + math.sin(angle), math.cos(angle) - 7 / 6 * math.sin(angle)
+    assert (4 / 9 + lever**2) / (lever * height) == pytest.approx(1.3, abs=1e-6)
