@@ -204,8 +204,8 @@ def _decay(p: sp.Expr, p_stick: sp.Expr, ratio: sp.Expr) -> sp.Expr:
 
 def _ratio(ratio: Any) -> sp.Expr:
     ratio = real_expression("ratio", ratio)
-    if ratio.is_negative or ratio.has(sp.Float, *NOT_FINITE):
-        raise InputError(f"ratio = {ratio!s:.60}: it must be an exact number or a symbol, zero or positive")
+    if ratio.is_negative or ratio.has(*NOT_FINITE):
+        raise InputError(f"ratio = {ratio!s:.60}: it must be a number or an expression, zero or positive")
     return ratio
 
 

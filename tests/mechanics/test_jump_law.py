@@ -225,6 +225,15 @@ def test_rebound_is_continuous_where_stick_is_critically_damped():
     assert low == pytest.approx(high, rel=1e-5)
 
 
+def test_a_decimal_as_damping_or_ratio_is_the_rational_of_its_value():
+    """A ratio of 0.5 was refused; with a damping time of 0.5 a law was returned that could not be evaluated."""
+    values, rod = _rod_on_the_ground(1.1, 2.0)[3], slender_rod()
+    laws = [(rod.jump_law(ratio=half).gap_rate, rod.jump_law(damping=half).reaction, half * rod.contact.gap)
+            for half in (0.5, sp.Rational(1, 2))]
+    decimal, exact = ([rod.evaluate(part, values) for part in law] for law in laws)
+    assert decimal == exact
+
+
 def test_a_ratio_of_pieces_rebounds_as_that_of_the_piece_that_holds():
     values, rod, b = _rod_on_the_ground(1.1, 2.0)[3], slender_rod(), sp.Symbol("b", positive=True)
     rate = rod.jump_law(ratio=sp.Piecewise((1, b < 2), (4, True))).gap_rate
