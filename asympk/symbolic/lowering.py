@@ -420,10 +420,10 @@ def _check(expr, args, known, branching):
         raise InputError(f"{short(expr)} is to be worked out first; give {short(expr)}.doit()")
     if missing := {part for part in parts if isinstance(part, sp.Symbol)} - known:
         raise InputError(
-            f"{', '.join(sorted(map(str, missing)))} in {expr} missing from the arguments ({', '.join(map(str, args))})"
+            f"{', '.join(sorted(map(str, missing)))} in {short(expr)} missing from the arguments ({', '.join(map(str, args))})"
         )
     if any(isinstance(part, sp.Float) for part in parts):
-        raise InputError(f"{expr} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
+        raise InputError(f"{short(expr)} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
     if parts & {*NOT_FINITE}:
         beyond = ", as where no piece of a Piecewise holds; end it with one that does" if sp.nan in parts else ""
         what = "an expression" if expr is sp.nan else short(expr)
