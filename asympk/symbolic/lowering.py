@@ -419,9 +419,8 @@ def _check(expr, args, known, branching):
     if any(isinstance(part, UNEVALUATED) for part in parts):
         raise InputError(f"{short(expr)} is to be worked out first; give {short(expr)}.doit()")
     if missing := {part for part in parts if isinstance(part, sp.Symbol)} - known:
-        raise InputError(
-            f"{', '.join(sorted(map(str, missing)))} in {short(expr)} missing from the arguments ({', '.join(map(str, args))})"
-        )
+        given, names = (", ".join(map(str, of)) for of in (args, sorted(missing, key=str)))
+        raise InputError(f"{names} in {short(expr)} missing from the arguments ({given})")
     if any(isinstance(part, sp.Float) for part in parts):
         raise InputError(f"{short(expr)} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
     if parts & {*NOT_FINITE}:
