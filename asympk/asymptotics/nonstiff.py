@@ -2,10 +2,10 @@ r"""The explicit method of Dormand and Prince of order 8, as straight-line code 
 
 Layers in their fast time and flows on slow manifolds are short, smooth and as a rule not stiff. With two to ten states
 the arithmetic of a step costs less than one call of an array library. ``_compiled``, the hard function, therefore
-writes the stages out as Python code, once for each set of flows, and ``steps`` controls the step length. Steps, dense
-output and the error estimate of each state are those of DOP853 (Hairer, Nørsett and Wanner, Solving Ordinary
-Differential Equations I, section II.10). Where implicit steps are far longer, ``steps`` continues
-with those of ``stiff``.
+writes the stages out as Python code, once for each number of states, and ``steps`` controls the step length. Steps,
+dense output and the error estimate of each state are those of DOP853 (Hairer, Nørsett and Wanner, Solving Ordinary
+Differential Equations I, section II.10). Where implicit steps are far longer, ``steps`` continues with those of
+``stiff``.
 """
 
 import math
@@ -19,7 +19,6 @@ from typing import Any
 import numpy as np
 from scipy.integrate import DOP853
 
-from asympk.asymptotics.inlined import LONGEST, inlined
 from asympk.asymptotics.stiff import Slopes, StiffStep, stiff_steps, succeeds
 
 SAFETY, SHRINK, GROW = 0.9, 0.2, 10.0
@@ -229,47 +228,23 @@ def _step_of(flows: tuple[Flow, ...], parameters: tuple, size: int, timeless: bo
     of the allowed errors. With ``timeless`` the estimates leave out the part of the error along the flow that an error
     in time of up to ``late`` explains.
     """
-    functions = tuple(flow.func if isinstance(flow, partial) else flow for flow in flows)
-    given = (*(flow.args if isinstance(flow, partial) else () for flow in flows), parameters)
-    shape = size, tuple(map(len, given)), timeless
-    written_out = _compiled(functions, *shape)
-
-    def take(*step: Any) -> tuple:
-        try:
-            return written_out(given, *step)
-        except OverflowError:  # a flow that is called, not written out, may continue in numbers of a wider range
-            return _compiled(functions, *shape, longest=0)(given, *step)
-
-    return take
+    return partial(_compiled(size, len(flows), timeless), flows, parameters)
 
 
 @lru_cache(maxsize=128)
-def _compiled(
-    functions: tuple[Callable, ...], size: int, given: tuple[int, ...], timeless: bool, longest: int = LONGEST
-) -> Callable[..., tuple]:
-    """Compile a step of ``functions``, each of which takes an equal share of ``size`` states.
-
-    ``given`` counts the arguments of each function before its states and, last, the parameters after them.
-    """
+def _compiled(size: int, count: int, timeless: bool) -> Callable[..., tuple]:
+    """Compile a step of ``count`` flows, each of which takes an equal share of ``size`` states."""
     every, space = range(size), dict[str, Any]()
-    lines = [f"    {_names('w', every)} = w", f"    {_names('k0_', every)} = k0"]
-    *before, parameters = [[f"g{g}_{i}" for i in range(count)] for g, count in enumerate(given)]
-    lines += [f"    {''.join(f'{name}, ' for name in names)} = given[{g}]"
-              for g, names in enumerate([*before, parameters]) if names]
-    shares = [range(g * size // len(functions), (g + 1) * size // len(functions)) for g in range(len(functions))]
-    flows = [inlined(function, f"f{g}_", first, [f"v{i}" for i in share], parameters, longest)
-             for g, (function, first, share) in enumerate(zip(functions, before, shares, strict=True))]
-    for flow in flows:
-        space |= flow.names
-        lines += [f"    {line}" for line in flow.once]
+    lines = [f"    {_names('f', range(count))} = flows", f"    {_names('w', every)} = w",
+             f"    {_names('k0_', every)} = k0"]
     for stage, row in enumerate([*DOP853.A[1:STAGES], DOP853.B], 1):
         lines += [f"    v{i} = w{i} + h*({_sum(row, i)})" for i in every]
-        for flow, share in zip(flows, shares, strict=True):
-            lines += [f"    {line}" for line in flow.lines]
-            lines.append(f"    {_names(f'k{stage}_', share)} = {flow.rates}")
+        for flow in range(count):
+            share = range(flow * size // count, (flow + 1) * size // count)
+            lines.append(f"    {_names(f'k{stage}_', share)} = f{flow}({_names('v', share)}*p)")
     lines += _error_lines(size, timeless)
     stages = ", ".join(f"({_names(f'k{stage}_', every)})" for stage in range(STAGES + 1))
-    text = ["def take(given, h, w, k0, rtol, atol, late):", *lines,
+    text = ["def take(flows, p, h, w, k0, rtol, atol, late):", *lines,
             f"    return ({_names('v', every)}), ({stages}), square"]
     exec("\n".join(text), space)
     return space["take"]

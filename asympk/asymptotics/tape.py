@@ -117,9 +117,7 @@ class Tape:
                 wanted.update(re.findall(r"\w+", line))
                 body.append(f"    {name} = {line_as.format(line)}")
         head = f"def compiled({', '.join(self.inputs)}):"
-        source = "\n".join([head, *reversed(body), f"    return {text}"])
-        exec(source, space)
-        space["compiled"].text = source  # from which ``inlined`` writes the function out
+        exec("\n".join([head, *reversed(body), f"    return {text}"]), space)
         return space["compiled"]
 
 

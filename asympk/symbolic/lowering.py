@@ -285,7 +285,6 @@ def without_overflow(
     lines += ["    except OverflowError:", f"        return _wide_()({arguments})"]
     lines += ["    except ZeroDivisionError:", f"        return _limits_()({arguments})"]
     exec("\n".join(lines), space)
-    space[name].text = source  # an integrator may write this text into its compiled step
     return space[name]
 
 
