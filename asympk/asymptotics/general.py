@@ -59,7 +59,8 @@ def run(scene: Any, method: str = "jump", *, order: int | None = None) -> Path:
     try:
         with np.errstate(all="ignore"):
             system, values = with_whole_exponents(scene.system, scene.values)
-            inside = _with_low_powers(replace(scene, system=system, values=values), order + EXTRA)
+            known = scene if system is scene.system else replace(scene, system=system, values=values)
+            inside = _with_low_powers(known, order + EXTRA)
             follow = follow_smooth if smooth and not leaves_its_sides(inside, order) else follow_stretches
             path = _in_units_that_fit(partial(follow, method=method, order=order), inside)
     except AsympkError:

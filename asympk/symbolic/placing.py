@@ -64,12 +64,18 @@ def with_whole_exponents(system: "System", values: tuple) -> tuple["System", tup
 
     The symbol n hides that x**n has a Taylor series where x = 0, and a value where x < 0, for n = 2.
     """
-    moving, known = {*system.states}, dict(zip(system.parameters, values, strict=True))
-    exponents = (p.exp for e in named_parts(system).values() for p in atoms(e, sp.Pow) if symbols_in(p.base) & moving)
-    found = {s: rational(s.name, v) for e in exponents for s in symbols_in(e) & known.keys() - {system.small}
-             if (v := known[s]) == int(v)}
+    known = dict(zip(system.parameters, values, strict=True))
+    found = {s: rational(s.name, v) for s in _in_exponents(system) if (v := known[s]) == int(v)}
     lowered = _with_numbers(system, sp.Dict(found)) if found else system
     return lowered, tuple(known[s] for s in lowered.parameters)
+
+
+@lru_cache(maxsize=64)
+def _in_exponents(system: "System") -> frozenset[sp.Symbol]:
+    """Return the parameters, but the small one, in exponents of powers of what moves."""
+    moving, own = {*system.states}, {*system.parameters} - {system.small}
+    powers = (p for e in named_parts(system).values() for p in atoms(e, sp.Pow) if symbols_in(p.base) & moving)
+    return frozenset(own & {s for power in powers for s in symbols_in(power.exp)})
 
 
 @lru_cache(maxsize=64)
