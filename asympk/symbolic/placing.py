@@ -130,6 +130,9 @@ def _require_divisible(system: "System", values: dict[sp.Symbol, Any], numbers: 
 
 def _require_assumed(system: "System", values: dict[sp.Symbol, Any]) -> None:
     numbers = {s: rational(str(s), v) for s, v in values.items()}
+    if system.fast and numbers[system.small] <= 0:
+        raise InputError(f"values: {_given(values, system.small)} is refused; the small parameter is positive, as it "
+                         "divides the rates of the fast states")
     _require_divisible(system, values, numbers)
     for assumption in sp.And.make_args(system.assumptions):
         if assumption.subs(numbers) == sp.false:

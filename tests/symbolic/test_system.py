@@ -163,6 +163,13 @@ def test_a_start_of_zero_of_a_positive_state_says_how_to_declare_the_state():
         system.placed({"mu": 0}, {"s": 1})
 
 
+@pytest.mark.parametrize("small", [0, "-1/1000"])
+def test_a_small_parameter_is_positive_also_where_its_symbol_is_declared_real(small):
+    """At -1/1000 the limit of the layer was given as the motion, and at 0 a division by zero."""
+    with pytest.raises(InputError, match=r"mu = (0|-0\.001) is refused; the small parameter is positive"):
+        _oscillator().placed({mu: small, k: 1}, (0, 0, -1))
+
+
 def test_forces_for_numbers_are_those_for_symbols_at_these_numbers():
     """A matrix of numbers is inverted at once, one of symbols by its adjugate."""
     q, rates, c = sp.symbols("q1:5", real=True), sp.symbols("u1:5", real=True), sp.Symbol("c", positive=True)
