@@ -102,7 +102,8 @@ def base_point(system: System, order: int = 1) -> BasePoint:
     """
     order = known_order(order, HIGHEST_ORDER, "the base point is derived to orders")
     if system.small is None or len(system.modes) > 1 or system.time is not None:
-        raise NotDerivable("a base point is that of one smooth mode with fast states and without an explicit time")
+        raise NotDerivable("a base point is that of one smooth mode with fast states and without an explicit time; "
+                           "solve(scene, method='jump') follows any slow-fast system")
     if switching := atoms(sp.Tuple(*system.rates.values()), sp.Piecewise, *SWITCHING):
         raise NotDerivable(f"the rates switch, by {short(max(switching, key=str))}: a base point is that of one smooth "
                            "mode; write one side of it, or use solve(scene, method='jump'), which knows all sides")

@@ -579,6 +579,8 @@ def test_a_base_point_names_its_slow_states_and_there_is_none_without_one_attrac
         ap.jump_map(ENZYME)[y]
     with pytest.raises(NotDerivable, match="one smooth mode with fast states"):
         ap.jump_map(ap.System.smooth({x: -x}, {}, None))
+    with pytest.raises(NotDerivable, match=r"without an explicit time; solve\(scene, method='jump'\) follows any"):
+        ap.jump_map(ap.System.smooth({x: y}, {y: sp.cos(T) - y}, mu, time=T))
     with pytest.raises(NotDerivable, match=r"the rates switch, by Max\(0, y\): .*one smooth mode.*method='jump'"):
         ap.jump_map(ap.System.smooth({x: -sp.Max(0, y)}, {y: x - y}, mu))
     with pytest.raises(NotDerivable, match="trace 0, and so an eigenvalue whose real part is not negative: no layer"):
