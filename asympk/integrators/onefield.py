@@ -43,7 +43,7 @@ class OneField:
         return faded
 
     guard_rates = watched_rates = pole_values = sides_of_middles = faded = guard_values
-    rhs, jac = NumericMode.rhs, NumericMode.jac
+    rhs, jac, ends_at = NumericMode.rhs, NumericMode.jac, NumericMode.ends_at
 
 
 def sign(
