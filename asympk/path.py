@@ -126,7 +126,9 @@ class Path(ShownAsTable):
                  for name, value in zip(self.names, self.final, strict=True)]
         why = [("not exact", self.info["why"])] if "why" in self.info else []
         told = [("predicted error", error)] if (error := predicted_error(self)) else []
-        return Card(title, (*why, *told, *few(rows, 5), *few(final, 4)))
+        rod = getattr(self.scene, "rod", None)
+        scaled = [("nondimensional", "path.physical() has the units of the scene")] if rod is not None else []
+        return Card(title, (*why, *told, *scaled, *few(rows, 5), *few(final, 4)))
 
 
 def predicted_error(path: Path) -> str:

@@ -213,8 +213,11 @@ def test_a_physical_scene_is_told_the_same_in_python_as_in_a_file():
     scene, file = ap.Scene.physical(**CHALK, f0="1.8", name="chalk"), ap.read_scene("chalk")
     assert scene == file
     assert scene.rod.quantities == file.rod.quantities
-    path = ap.solve(scene).physical()
+    scaled = ap.solve(scene)
+    path = scaled.physical()
     assert path.names == ("R_1", "dR_1", "u")
+    assert "nondimensional    path.physical() has the units" in repr(scaled)
+    assert "nondimensional" not in repr(path)
     assert float(path.scene.until) == pytest.approx(0.05, rel=1e-15)
     assert np.allclose(path(0.05), path.final, rtol=1e-12)
     assert pickle.loads(pickle.dumps(path)) == path

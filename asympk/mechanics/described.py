@@ -289,8 +289,9 @@ def _mechanism(table, formula, q, u, t):
             others.append(_contact(other, formula))
         except InputError as error:
             raise InputError(f"others[{k}]: {error}") from None
-    if unknown := forces.keys() - {s.name for s in q}:
-        raise InputError(f"forces: {', '.join(sorted(unknown))} is no coordinate")
+    if unknown := sorted(forces.keys() - {s.name for s in q}):
+        below = [f"; {key} must be above the first table" for key in unknown if key in FILE]
+        raise InputError(f"forces: {', '.join(unknown)} is no coordinate{''.join(below[:1])}")
     applied = [formula(f"forces: {s.name}", forces.get(s.name, 0)) for s in q]
     if ("lagrangian" in table) == ("mass" in table):
         raise InputError("give either lagrangian or mass")
