@@ -129,16 +129,16 @@ class Described:
         return self.mechanism.plain.spare("gamma", real=True)
 
     def closed(self, at: Any, friction: Any) -> dict[str, Any]:
-        """Return the numbers with the contact closed and sliding as in the example, on arrays of ``turn`` and friction.
+        """Return the numbers with the contact closed, on arrays of ``turn`` and friction.
 
-        The numbers other than ``turn`` and friction are those of ``tied`` and of the example.
+        The sliding velocity is that of the example, and all other numbers are those of ``tied`` and of the example.
         """
         if self.turn is None:
             raise InputError("nothing to turn; name a coordinate and its range under [over]")
         return {**self._sliding(at), **self._bounds(friction)}
 
     def _sliding(self, at):
-        """Return the numbers with the contact closed and sliding as in the example, on an array of ``turn``."""
+        """Return the numbers with the contact closed, at the sliding velocity of the example, on an array of ``turn``."""
         rod, (name, _, _) = self.mechanism, self.turn
         placed = {**self.numbers, name: at, **{other: rule(at) for other, rule in self._closing.items()}}
         known = {**rod.keyed(placed), self._gamma: rod.evaluate(rod.sliding_velocity, self.numbers)}

@@ -28,8 +28,8 @@ LOOKS = {0: ("no", "0.25", ""), 1: ("one", "white", ""), 2: ("two", "0.8", "////
 def motion_plot(described: Described) -> "Figure":
     """Draw the number of rigid motions over ``described.turn`` and the coefficient of friction; return the figure.
 
-    The contact is closed and slides as in the example, whose place is marked. Raises ``InputError`` where friction is
-    not a single parameter, or where the description names no other quantity to draw over.
+    The contact is closed and has the sliding velocity of the example, whose place is marked. Raises ``InputError``
+    where friction is not a single parameter, or where the description names no other quantity to draw over.
     """
     if not described.mapped:
         raise InputError("a map needs [over] in the description, and as friction one parameter that is not in [over]")
