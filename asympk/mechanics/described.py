@@ -138,7 +138,7 @@ class Described:
         return {**self._sliding(at), **self._bounds(friction)}
 
     def _sliding(self, at):
-        """Return the numbers with the contact closed, at the sliding velocity of the example, on an array of ``turn``."""
+        """Return numbers with the contact closed, at the sliding velocity of the example, on an array of ``turn``."""
         rod, (name, _, _) = self.mechanism, self.turn
         placed = {**self.numbers, name: at, **{other: rule(at) for other, rule in self._closing.items()}}
         known = {**rod.keyed(placed), self._gamma: rod.evaluate(rod.sliding_velocity, self.numbers)}
