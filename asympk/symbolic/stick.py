@@ -177,8 +177,7 @@ def _without_division(rate, small):
 
 def _beside_rest(system, expr):
     """Return the limits of an expression where the velocity vanishes, from above and from below."""
-    up, down = (on_side(expr, system.friction.velocity, side).subs(plane_of_rest(system)) for side in (1, -1))
-    return up, down
+    return [on_side(expr, system.friction.velocity, side).subs(plane_of_rest(system)) for side in (1, -1)]
 
 
 def drive_of_load(system: System) -> tuple[sp.Symbol, sp.Expr]:
