@@ -351,7 +351,6 @@ def _over(task: Task, slow: Slow, t: float, state: tuple, off: float) -> float:
     return task.mu * math.log(max(1.0, left / off)) / rate if left < NEAR else math.inf
 
 
-@lru_cache(maxsize=256)
 def _timed(mode):
     """Return the rates of a mode as an autonomous field whose last state is the time."""
     size = len(mode.mode.system.states)
