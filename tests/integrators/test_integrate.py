@@ -929,6 +929,7 @@ def test_the_steps_of_all_modes_are_compiled_once_though_some_are_made_anew(meth
     """They were compiled up to three times: numbers of Python, of NumPy and of JAX counted as of different types."""
     from asympk.integrators import diffrax_dirk
 
+    diffrax_dirk._compiled.cache_clear()  # another test may have compiled these steps
     attempt, compiled = diffrax_dirk._attempt, []
     monkeypatch.setattr(diffrax_dirk, "_attempt", lambda *given: compiled.append(given) or attempt(*given))
     x, v, F = sp.symbols("x v F", real=True)
