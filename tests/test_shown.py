@@ -223,6 +223,11 @@ def test_a_physical_scene_is_told_the_same_in_python_as_in_a_file():
     assert pickle.loads(pickle.dumps(path)) == path
 
 
+def test_a_plot_may_be_named_in_capitals(tmp_path):
+    ap.solve(ROD).plot(tmp_path / "MOTION.PNG")
+    assert (tmp_path / "MOTION.PNG").read_bytes().startswith(b"\x89PNG")
+
+
 def test_axes_of_a_physical_path_have_units():
     figure = ap.solve(ap.Scene.physical(**CHALK)).physical().plot()
     assert [axis.get_ylabel() for axis in figure.axes] == ["R_1 (N)", "dR_1 (N/s)", "u (m/s)", "R (N)"]

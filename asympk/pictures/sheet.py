@@ -43,8 +43,8 @@ def kept(figure: Figure, file: str | Path | None, dpi: int = DPI) -> Figure:
 
 
 def suffix_of(file: str | Path) -> str:
-    """Return the suffix of a file; raises ``InputError`` unless it is one of ``UNDATED``."""
-    suffix = named_file(file).suffix
+    """Return the suffix of a file in lower case; raises ``InputError`` unless it is one of ``UNDATED``."""
+    suffix = named_file(file).suffix.lower()
     if suffix not in UNDATED:
         raise InputError(f"{file}: a plot is written as one of {', '.join(UNDATED)}")
     return suffix
