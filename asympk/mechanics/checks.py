@@ -13,13 +13,10 @@ from asympk.formulas import NOT_FINITE
 from asympk.mechanics.evaluation import ROUNDING, evaluate
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import vanishes
-from asympk.multiprecision import private_context
 from asympk.numbers import short
-from asympk.symbolic.long import DIGITS, generic_place, is_regular, symbols_in, valued
+from asympk.symbolic.long import has_no_inverse, is_regular, symbols_in
 from asympk.symbolic.reading import as_floats, require_names
 from asympk.symbolic.sides import MOST, measured, on_sides, phases, switching_symbols
-
-SPARE = 10  # digits that the entries of a mass matrix have beyond those in which it is found singular
 
 
 def check_mechanism(equations: Sequence[Kinetics], contacts: Sequence[Any]) -> None:
@@ -142,7 +139,7 @@ def _check_mass(mass: sp.ImmutableMatrix, coordinates: tuple[sp.Symbol, ...]) ->
                     f"mass is not symmetric: entry ({i + 1}, {j + 1}) is {mass[i, j]!s:.40}, "
                     f"entry ({j + 1}, {i + 1}) is {mass[j, i]!s:.40}"
                 )
-    if not is_regular(mass) and _is_singular(mass):
+    if not is_regular(mass) and has_no_inverse(mass):
         raise InputError(f"mass is singular, its determinant is 0: {_without_inertia(mass, coordinates)}; give every "
                          "coordinate inertia, or eliminate it")
     diagonal = any(mass[k, k].is_nonpositive for k in range(mass.rows))
@@ -152,33 +149,11 @@ def _check_mass(mass: sp.ImmutableMatrix, coordinates: tuple[sp.Symbol, ...]) ->
 
 def _without_inertia(mass: sp.ImmutableMatrix, coordinates: tuple[sp.Symbol, ...]) -> str:
     """Return words on the first coordinate that adds no inertia to that of the coordinates before it."""
-    k = next((k for k in range(mass.rows) if _is_singular(mass[: k + 1, : k + 1])), mass.rows - 1)
+    k = next((k for k in range(mass.rows) if has_no_inverse(mass[: k + 1, : k + 1])), mass.rows - 1)
     if all(map(vanishes, mass[k, :])):
         return f"{coordinates[k]} has no inertia"
     beside = f" beside {', '.join(map(str, coordinates[:k]))}" if k else ""
     return f"{coordinates[k]} has no inertia of its own{beside}"
-
-
-def _is_singular(mass: sp.ImmutableMatrix) -> bool:
-    """Tell whether a mass matrix is singular at one generic place, in many digits, and so everywhere.
-
-    Units do not matter. A mass matrix without a value at this place counts as regular.
-    """
-    place = generic_place(mass)
-    found = mass.applyfunc(lambda entry: valued(entry, place, DIGITS))
-    if not all(e.is_finite for e in found):
-        return False
-    m, n = private_context(DIGITS - SPARE), mass.rows
-    entries = m.matrix(n, n)
-    for (i, j), e in found.todok().items():
-        entries[i, j] = m.convert(e._to_mpmath(m.prec))
-    sizes = [abs(entries[k, k]) for k in range(n)]
-    sizes = [m.sqrt(size) if size > m.eps * max(sizes) else m.one for size in sizes]
-    try:
-        m.LU_decomp(m.diag([1 / size for size in sizes]) * entries * m.diag([1 / size for size in sizes]))
-    except ZeroDivisionError:
-        return True
-    return False
 
 
 def _check_gap(kinetics: Kinetics, gap: sp.Expr) -> None:

@@ -33,7 +33,7 @@ from asympk.symbolic.branches import (
     with_signs,
 )
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.long import entries_named, heavy, is_regular, replaced, symbols_in, tidied
+from asympk.symbolic.long import entries_named, has_no_inverse, heavy, is_regular, replaced, symbols_in, tidied
 
 if TYPE_CHECKING:
     from asympk.symbolic.system import Friction, System
@@ -63,7 +63,9 @@ def _forces(system: "System", branch: Branch) -> dict[sp.Symbol, sp.Expr]:
 def determined(system: "System", branch: Branch) -> bool:
     """Tell whether the equations of a branch have one solution for its forces, not everywhere singular."""
     unknowns, matrix, _ = force_equations(system, branch)
-    return not unknowns or is_regular(matrix) or sp.cancel(matrix.det()) != 0
+    if not unknowns or is_regular(matrix):
+        return True
+    return not has_no_inverse(matrix) if heavy(sp.Tuple(*matrix)) else sp.cancel(matrix.det()) != 0
 
 
 def _undetermined(branch: Branch) -> InputError:

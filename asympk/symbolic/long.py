@@ -10,12 +10,15 @@ from typing import Any
 import sympy as sp
 from sympy.core.operations import AssocOp
 
+from asympk.multiprecision import private_context
+
 PARTS = 4  # a bound on the parts of a tree, without atoms, for one operation: -a/b in a sum has two and two
 LONG = 300  # operations; a rational expression divided by a sum is not expanded if it has more
 HIGH = 4  # the highest power of an exponential with which SymPy factors fast
 ROUGH = 1e-6  # a difference of values, relative to their size, that is not rounding
 CLEAR = 1e-9  # size above which a value of DIGITS digits is certainly not 0
 DIGITS = 50
+SPARE = 10  # digits that the entries of a matrix have beyond those in which it is found singular
 REGULAR = 1e9  # a condition number clearly below that of a singular matrix in fifteen digits
 
 
@@ -285,3 +288,26 @@ def is_regular(matrix: sp.Matrix) -> bool:
     found = matrix.applyfunc(lambda entry: valued(entry, place, 15))
     known = all(e.is_Number and e.is_finite for e in found)
     return known and bool(np.linalg.cond(np.array(found, dtype=float)) < REGULAR)
+
+
+def has_no_inverse(matrix: sp.Matrix) -> bool:
+    """Tell whether a matrix is singular at one generic place, in many digits, and so everywhere.
+
+    Units do not matter. A matrix without a value at this place counts as regular.
+    """
+    place = generic_place(sp.Tuple(*matrix))
+    found = matrix.applyfunc(lambda entry: valued(entry, place, DIGITS))
+    if not all(e.is_number and e.is_finite for e in found):
+        return False
+    m = private_context(DIGITS - SPARE)
+    rows = [[m.convert(e._to_mpmath(m.prec)) for e in row] for row in found.tolist()]
+    for _ in range(2):  # the rows, then the columns, are divided by their largest entries
+        sizes = [max(map(abs, row)) for row in rows]
+        sizes = [size if size > m.eps * max(sizes) else m.one for size in sizes]  # a small one may be rounding
+        scaled = [[e / size for e in row] for row, size in zip(rows, sizes, strict=True)]
+        rows = [[*column] for column in zip(*scaled, strict=True)]
+    try:
+        m.LU_decomp(m.matrix(rows))
+    except ZeroDivisionError:
+        return True
+    return False

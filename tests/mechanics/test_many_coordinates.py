@@ -11,11 +11,10 @@ import asympk as ap
 from asympk.affine.run import obstacle
 from asympk.asymptotics.fibre import Formulas
 from asympk.errors import InputError
-from asympk.mechanics.checks import _is_singular
 from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.jump_law import rebound
 from asympk.symbolic.inverses import InverseForm
-from asympk.symbolic.long import LONG
+from asympk.symbolic.long import LONG, has_no_inverse
 
 VALUES = {"m": 1, "l": 1, "g": 1, "J": 0.1, "f": 0.3}
 
@@ -100,13 +99,13 @@ def test_a_chain_of_six_links_slides_and_turns_back_as_by_newtons_law_in_numbers
     assert np.allclose(path.final, _followed(6, 0.5), rtol=0, atol=1e-9)
 
 
-def test_a_mass_matrix_of_twelve_coordinates_is_singular_where_many_digits_leave_nothing_of_it_in_any_units():
+def test_a_mass_matrix_of_twelve_coordinatesis_singular_where_many_digits_leave_nothing_of_it_in_any_units():
     a, b = sp.symbols("a b", positive=True)
     moved = sp.Matrix([sp.sin(a), b * sp.cos(a), *(sp.exp(-k * b) for k in range(10))])
     light = sp.diag(1, *[sp.Rational(1, 10**15)] * 11)
-    assert _is_singular((light * moved * moved.T * light).as_immutable())
-    assert not _is_singular((light * moved * moved.T * light + light**3).as_immutable())
-    assert not _is_singular((moved * moved.T + light).as_immutable())
+    assert has_no_inverse((light * moved * moved.T * light).as_immutable())
+    assert not has_no_inverse((light * moved * moved.T * light + light**3).as_immutable())
+    assert not has_no_inverse((moved * moved.T + light).as_immutable())
 
 
 @pytest.mark.further

@@ -2,6 +2,7 @@
 
 import pytest
 import sympy as sp
+from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
 from asympk.affine.form import affine_parts
@@ -9,10 +10,12 @@ from asympk.automaton.modes import mode_of
 from asympk.symbolic import long
 from asympk.symbolic.branches import Phase
 from asympk.symbolic.derivatives import slope_by
+from asympk.symbolic.forces import determined
 from asympk.symbolic.long import (
     atoms,
     carried_out,
     common_divisor,
+    has_no_inverse,
     in_factors,
     inverse_of,
     is_clearly_nonzero,
@@ -137,6 +140,28 @@ def test_a_matrix_is_regular_at_a_place_where_its_determinant_is_not_zero_for_al
     assert not is_regular(sp.Matrix([[sp.cos(a) ** 2, 1 - sp.sin(a) ** 2], [c, c]]))
     for unknown in (sp.sqrt(-1 - a**2), sp.log(a - a), 1 / (sp.sin(a) ** 2 + sp.cos(a) ** 2 - 1)):
         assert not is_regular(sp.Matrix([[unknown, 1], [0, 1]]))
+
+
+def test_a_matrix_that_many_digits_leave_singular_is_so_in_any_units():
+    row = sp.Matrix([[sp.sin(a), b / c, sp.exp(-a) * b]])
+    dependent = sp.Matrix.vstack(row, row.applyfunc(sp.cos), 2 * row + row.applyfunc(sp.cos) / c)
+    units = sp.diag(1, sp.Rational(1, 10**15), 10**15)
+    assert all(map(has_no_inverse, (dependent, units * dependent, dependent * units)))
+    assert not has_no_inverse(units * (dependent + sp.diag(0, 0, sp.Rational(1, 10**9))))
+    assert not has_no_inverse(sp.Matrix([[sp.sqrt(-1 - a**2), 1], [0, 1]]))
+
+
+def test_no_determinant_in_symbols_tells_whether_slip_determines_the_forces_on_three_feet(monkeypatch):
+    x, y, turn = dynamicsymbols("x y turn")
+    t, m, J, h = dynamicsymbols._t, *sp.symbols("m J h", positive=True)
+    places = (y - h * sp.cos(turn) - k * b * sp.sin(turn) for k in (-1, 0, 1))
+    slips = (x + h * sp.sin(turn) - k * b * sp.cos(turn) for k in (-1, 0, 1))
+    first, *others = (ap.Contact(gap=gap, slip=slip, friction=c**2, unilateral=True)
+                      for gap, slip in zip(places, slips, strict=True))
+    energy = m * (x.diff(t) ** 2 + y.diff(t) ** 2) / 2 + J * turn.diff(t) ** 2 / 2 - m * y
+    table = ap.Mechanism.from_lagrangian(energy, (x, y, turn), contact=first, others=others).rigid()
+    monkeypatch.setattr(sp.MatrixBase, "det", None)
+    assert not determined(table, (Phase(1, 1),) * 3)
 
 
 def test_a_body_of_three_freedoms_and_many_parameters_sticks_in_formulas_of_thousands_of_operations():
