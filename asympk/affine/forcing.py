@@ -48,7 +48,8 @@ def waves_of(expr: sp.Expr, time: sp.Symbol | None) -> dict[Wave, sp.Expr] | Non
 def _sum_of_products(expr, time):
     """Return an expression in the time expanded, but for its coefficients, which may be long."""
     moving = parts_with(expr, time)
-    names = {part: sp.Dummy() for part in {arg for whole in moving for arg in whole.args} - moving if part.args}
+    still = {arg for whole in moving for arg in whole.args} - moving
+    names = {part: sp.Dummy() for part in still if part.args and isinstance(part, sp.Expr)}
     named = sp.expand(replaced(expr, names))
     named = sp.expand(TR8(named)) if named.has(sp.cos, sp.sin) else named
     return replaced(named, {name: part for part, name in names.items()})

@@ -21,3 +21,7 @@ def test_one_wave_in_two_forms_is_one_wave():
     force = sp.cos((a + b) * w * t) - sp.cos(a * w * t + b * w * t)
     force += t * sp.exp(-(a + b) * w * t) - t * sp.exp(-a * w * t - b * w * t)
     assert all(coefficient == 0 for coefficient in waves_of(force, t).values())
+
+
+def test_a_force_that_switches_is_no_sum_of_waves():
+    assert waves_of(a + sp.Piecewise((2 - t, t < 2), (a * b, True)), t) is None
