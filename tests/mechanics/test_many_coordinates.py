@@ -99,7 +99,7 @@ def test_a_chain_of_six_links_slides_and_turns_back_as_by_newtons_law_in_numbers
     assert np.allclose(path.final, _followed(6, 0.5), rtol=0, atol=1e-9)
 
 
-def test_a_mass_matrix_of_twelve_coordinatesis_singular_where_many_digits_leave_nothing_of_it_in_any_units():
+def test_a_mass_matrix_of_twelve_coordinates_is_singular_where_many_digits_leave_nothing_of_it_in_any_units():
     a, b = sp.symbols("a b", positive=True)
     moved = sp.Matrix([sp.sin(a), b * sp.cos(a), *(sp.exp(-k * b) for k in range(10))])
     light = sp.diag(1, *[sp.Rational(1, 10**15)] * 11)
