@@ -5,17 +5,17 @@ numbers in units of 2^-bits. The correction (dv, dl) solves ``(M - l) dv - v dl 
 fixed, by an inverse in doubles that is computed once. A step gains some 40 bits at the cost of two products of small
 matrices. ``_newton`` is the hard function.
 
-The eigenvalue 0 may have any multiplicity, read off the characteristic polynomial; its part is the unit matrix less the
-other parts. Where another eigenvalue is multiple, the correction matrix is singular, and Newton's method does not
-converge: ``eigenpairs`` returns None, and ``polynomial`` finds the spectrum.
+The eigenvalue 0 may have any multiplicity; its part is the unit matrix less the other parts. The multiplicity modulo a
+prime is found much sooner than the exact one, and is at least as large. Where it is larger, powers of the matrix times
+this part do not vanish; where another eigenvalue is multiple, the correction matrix is singular, and Newton's method
+does not converge. In both cases ``eigenpairs`` returns None, and ``polynomial`` finds the spectrum.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from asympk.affine.polynomial import eigenvalue_polynomial
-
+_PRIME = 268_435_399  # the largest below 2^28: sums of up to 48 products stay within 64 bits
 _STEPS = 48
 _UNSETTLED = 4  # the number of steps after which every step must reduce the residual
 _SETTLED = 2.0**10  # the largest last correction, in units of 2^-bits
@@ -36,7 +36,7 @@ class Eigenpairs(NamedTuple):
 
 def eigenpairs(whole: np.ndarray, denominator: int, bits: int) -> Eigenpairs | None:
     """Return the ``Eigenpairs`` of ``whole / denominator``, or None where an eigenvalue but 0 is not clearly simple."""
-    zeros = next(k for k, coefficient in enumerate(eigenvalue_polynomial(whole)) if coefficient)
+    zeros = _zeros(whole)
     try:
         matrix = (whole / denominator).astype(float)
         values, vectors = _started(matrix, len(whole) - zeros)
@@ -49,6 +49,18 @@ def eigenpairs(whole: np.ndarray, denominator: int, bits: int) -> Eigenpairs | N
     rest = (np.array(np.eye(len(whole), dtype=int), dtype=object) << bits) - (many * parts[0]).sum(axis=0)
     zero = _powers(whole, denominator, rest, zeros, bits)
     return None if zero is None else Eigenpairs(cleaned(values, bits), parts, zero)
+
+
+def _zeros(whole):
+    """Return the multiplicity of the root 0 of the characteristic polynomial modulo a prime."""
+    matrix, unit = (whole % _PRIME).astype(np.int64), np.eye(len(whole), dtype=np.int64)
+    adjugate, last = unit, 0
+    for k in range(1, len(whole) + 1):
+        moved = matrix @ adjugate % _PRIME
+        coefficient = -int(moved.trace()) * pow(k, -1, _PRIME) % _PRIME
+        adjugate = (moved + coefficient * unit) % _PRIME
+        last = k if coefficient else last
+    return len(whole) - last
 
 
 def _started(matrix, count):
