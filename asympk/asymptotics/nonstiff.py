@@ -2,10 +2,10 @@ r"""The explicit method of Dormand and Prince of order 8, as straight-line code 
 
 Layers in their fast time and flows on slow manifolds are short, smooth and as a rule not stiff. With two to ten states
 the arithmetic of a step costs less than one call of an array library. ``_compiled``, the hard function, therefore
-writes the stages out as Python code, once for each number of states, and ``steps`` controls the step length. Steps,
-dense output and the error estimate of each state are those of DOP853 (Hairer, Nørsett and Wanner, Solving Ordinary
-Differential Equations I, section II.10). Where implicit steps are far longer, ``steps`` continues with those of
-``stiff``.
+writes the stages out as Python code, once for each number of states and parameters, and ``steps`` controls the step
+length. Steps, dense output and the error estimate of each state are those of DOP853 (Hairer, Nørsett and Wanner,
+Solving Ordinary Differential Equations I, section II.10). Where implicit steps are far longer, ``steps`` continues
+with those of ``stiff``.
 """
 
 import math
@@ -228,20 +228,20 @@ def _step_of(flows: tuple[Flow, ...], parameters: tuple, size: int, timeless: bo
     of the allowed errors. With ``timeless`` the estimates leave out the part of the error along the flow that an error
     in time of up to ``late`` explains.
     """
-    return partial(_compiled(size, len(flows), timeless), flows, parameters)
+    return partial(_compiled(size, len(flows), len(parameters), timeless), flows, parameters)
 
 
 @lru_cache(maxsize=128)
-def _compiled(size: int, count: int, timeless: bool) -> Callable[..., tuple]:
-    """Compile a step of ``count`` flows, each of which takes an equal share of ``size`` states."""
-    every, space = range(size), dict[str, Any]()
-    lines = [f"    {_names('f', range(count))} = flows", f"    {_names('w', every)} = w",
+def _compiled(size: int, count: int, given: int, timeless: bool) -> Callable[..., tuple]:
+    """Compile a step of ``count`` flows, each of an equal share of ``size`` states and all ``given`` parameters."""
+    every, parameters, space = range(size), _names("p", range(given)), dict[str, Any]()
+    lines = [f"    {_names('f', range(count))} = flows", f"    [{parameters}] = p", f"    {_names('w', every)} = w",
              f"    {_names('k0_', every)} = k0"]
     for stage, row in enumerate([*DOP853.A[1:STAGES], DOP853.B], 1):
         lines += [f"    v{i} = w{i} + h*({_sum(row, i)})" for i in every]
         for flow in range(count):
             share = range(flow * size // count, (flow + 1) * size // count)
-            lines.append(f"    {_names(f'k{stage}_', share)} = f{flow}({_names('v', share)}*p)")
+            lines.append(f"    {_names(f'k{stage}_', share)} = f{flow}({_names('v', share)}{parameters})")
     lines += _error_lines(size, timeless)
     stages = ", ".join(f"({_names(f'k{stage}_', every)})" for stage in range(STAGES + 1))
     text = ["def take(flows, p, h, w, k0, rtol, atol, late):", *lines,
