@@ -108,21 +108,24 @@ def evaluate_ahead(
 
 
 def _constant(part: sp.Basic, given: dict[sp.Symbol, Any], shape: tuple[int, ...]) -> Any:
-    """Return inf for oo, and for a condition whether it holds, with its equations ``_nearly`` met."""
+    """Return inf for oo, and for a condition whether it holds, with equations and their opposites ``_nearly`` met."""
     import numpy as np
 
-    near = {equation: _nearly(equation) for equation in part.atoms(sp.Eq)}
+    near = {equation: _nearly(equation) for equation in part.atoms(sp.Eq, sp.Ne)}
     found = float(part) if part is sp.oo else holds(part.xreplace(near), given)
     return np.broadcast_to(found, shape) if shape else found
 
 
-def _nearly(equation: sp.Eq) -> sp.Basic:
-    """Return the condition that rounding could make an equation hold: of its symbols, to six digits, or of zeros."""
+def _nearly(equation: sp.Eq | sp.Ne) -> sp.Basic:
+    """Return the condition that rounding could make an equation hold: of its symbols, to six digits, or of zeros.
+
+    Of the opposite of an equation it is the opposite condition.
+    """
     apart = equation.lhs - equation.rhs
     used = sorted(symbols_in(apart), key=str)
     zero = sp.Rational(OF_ZERO) * sp.Add(*map(sp.Abs, used))
     allowed = (sp.Abs(slope_in_powers(apart, s)) * (sp.Rational(BY_HAND) * sp.Abs(s) + zero) for s in used)
-    return sp.Le(sp.Abs(apart), sp.Add(*allowed))
+    return (sp.Le if isinstance(equation, sp.Eq) else sp.Gt)(sp.Abs(apart), sp.Add(*allowed))
 
 
 def _declared(symbol: sp.Symbol, value: Any) -> Any:

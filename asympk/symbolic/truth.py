@@ -82,8 +82,10 @@ def _evaluated(condition, numbers):
         return ~_evaluated(condition.args[0], numbers)
     if not isinstance(condition, sp.Rel):
         return condition == sp.true
-    left, right = (_value(side, numbers) for side in condition.args)
-    found = _COMPARE[type(condition)](left, right)
+    sides = [_value(side, numbers) for side in condition.args]
+    if not all(isinstance(side, sp.Basic) for side in sides):  # to SymPy, the double 1.0 does not equal the integer 1
+        sides = [float(side) if isinstance(side, sp.Basic) else side for side in sides]
+    found = _COMPARE[type(condition)](*sides)
     if isinstance(found, sp.Basic) and found not in (sp.true, sp.false):
         raise InputError(f"{condition} has no value at {_equations(numbers)}")
     return found

@@ -319,6 +319,13 @@ def test_the_first_of_many_places_at_which_a_value_is_not_finite_is_told():
         slender_rod().evaluate(slender_rod().critical_friction, {"theta": 0})
 
 
+@pytest.mark.parametrize("place", [sp.Rational(11, 10), 1.1, 1.1 + 1e-9])
+def test_an_equation_and_its_opposite_do_not_both_hold(place):
+    at = {"theta": [1.1, 1.2]}
+    equal, other = (slender_rod().evaluate(relation(THETA, place), at).tolist() for relation in (sp.Eq, sp.Ne))
+    assert (equal, other) == ([True, False], [False, True])
+
+
 def test_a_mechanism_of_three_freedoms_typed_in_by_a_new_user_is_followed_through_its_paradox():
     """A ladder: a slender rod, its foot on a rough floor, by its foot (x, y) and its lean; pushed by P at its foot."""
     x, y, lean = dynamicsymbols("x y lean")

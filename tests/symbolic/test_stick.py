@@ -230,6 +230,15 @@ def test_the_cone_of_a_fast_velocity_does_not_depend_on_the_small_parameter():
     assert [stick.contains({x: at, v: 0}, kappa=2) for at in (1, 3)] == [True, False]
 
 
+@pytest.mark.parametrize("stiffness", [0, 0.0, np.array([1, 0.0])])
+def test_a_parameter_that_must_not_be_0_is_refused_at_0_in_doubles_too(stiffness):
+    x, v, force, k = sp.symbols("x v F k", real=True)
+    rates, friction = {x: v, v: force - k * x}, ap.Friction(v, force, 1, 1)
+    block = ap.System.with_frictions(rates, {}, [friction], assumptions=sp.Ne(k, 0))
+    with pytest.raises(InputError, match=r"k = 0(\.0)? is outside the range of this system, Ne\(k, 0\)"):
+        ap.stick_regions(block).stick.contains({x: 1, v: 0}, k=stiffness)
+
+
 def test_a_region_that_is_one_for_all_parameters_is_told_without_a_condition():
     s, v, force = sp.symbols("s v F", real=True)
     block = ap.System.with_friction(slow={s: v}, fast={}, velocity={v: force - 1}, force=force, load=s, kinetic=2)
