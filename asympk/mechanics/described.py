@@ -35,7 +35,7 @@ from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.lagrangian import lagranges_equations
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.numbers import number
-from asympk.storage.tomlfile import refuse_unknown, require_keys, table_in, tables_in, word
+from asympk.storage.tomlfile import misplaced, refuse_unknown, require_keys, table_in, tables_in, word
 from asympk.symbolic.long import symbols_in
 from asympk.symbolic.system import System
 from asympk.symbolic.values import did_you_mean, following, with_changes
@@ -165,7 +165,8 @@ def mechanism_of_table(table: dict[str, Any], where: Any) -> Described:
     found = replace(_described(table, where), followed="until" in table)
     used = names_in([value for key, value in table.items() if key not in EXAMPLE])
     if idle := [name for name in found.values if not names_in(name) <= used]:
-        raise InputError(f"{where}: values: {idle[0]:.60} is in no formula{did_you_mean(idle[0], used)}")
+        hint = misplaced(table, [key for key in idle[:1] if key in FILE]) or did_you_mean(idle[0], used)
+        raise InputError(f"{where}: values: {idle[0]:.60} is in no formula{hint}")
     return found
 
 
@@ -209,8 +210,8 @@ def scene_table(table: dict[str, Any], where: Any) -> dict[str, Any]:
     refuse_unknown(table, FILE, where)
     require_keys(table, NEEDED, where)
     if "until" not in table:
-        raise InputError(f"{where}: it is a mechanism, for asympk mechanism; with until, and compliance and "
-                         "damping of its contact, or contact = \"rigid\", it is also a scene")
+        raise InputError(f"{where}: it is a mechanism, for asympk mechanism; with until, and compliance and damping "
+                         f"of its contact, or contact = \"rigid\", it is also a scene{misplaced(table, ['until'])}")
     if "state" not in table:
         raise InputError(f"{where}: [state] is missing; give the coordinates and rates from which the motion starts")
     mechanism, contact = ({key: table[key] for key in keys if key in table} for keys in (KEYS, CONTACT))
@@ -290,8 +291,8 @@ def _mechanism(table, formula, q, u, t):
         except InputError as error:
             raise InputError(f"others[{k}]: {error}") from None
     if unknown := sorted(forces.keys() - {s.name for s in q}):
-        below = [f"; {key} must be above the first table" for key in unknown if key in FILE]
-        raise InputError(f"forces: {', '.join(unknown)} is no coordinate{''.join(below[:1])}")
+        hint = misplaced(table, [key for key in unknown if key in FILE])
+        raise InputError(f"forces: {', '.join(unknown)} is no coordinate{hint}")
     applied = [formula(f"forces: {s.name}", forces.get(s.name, 0)) for s in q]
     if ("lagrangian" in table) == ("mass" in table):
         raise InputError("give either lagrangian or mass")

@@ -53,10 +53,15 @@ def refuse_unknown(table: Mapping[str, Any], known: Iterable[str], where: str | 
 def require_keys(table: Mapping[str, Any], keys: Iterable[str], where: str | Path = "") -> None:
     """Raise ``InputError`` where keys of ``table`` are missing, and tell if one stands below the head of a table."""
     if missing := [key for key in keys if key not in table]:
-        parts = [(name, part) for name, part in table.items() if isinstance(part, dict)]
-        below = [f"{key} is below [{name}]" for key in missing for name, part in parts if key in part]
-        hint = f"; {below[0]} and must be above the first table" if below else ""
-        raise InputError(f"{where}{': ' if where else ''}{', '.join(missing)} missing{hint}")
+        raise InputError(f"{where}{': ' if where else ''}{', '.join(missing)} missing{misplaced(table, missing)}")
+
+
+def misplaced(table: Mapping[str, Any], keys: Iterable[str]) -> str:
+    """Return where the first of ``keys`` that stands only below the head of a table belongs, or "" if none does."""
+    parts = [(name, part) for name, part in table.items() if isinstance(part, dict)]
+    below = [f"; {key} is below [{name}] and must be above the first table"
+             for key in keys if key not in table for name, part in parts if key in part]
+    return "".join(below[:1])
 
 
 def word(table: Mapping[str, Any], key: str, default: str = "") -> str:

@@ -53,7 +53,7 @@ def test_a_file_with_the_mass_and_all_forces_describes_what_a_lagrangian_does():
         (("lagrangian", "about"), "", "give either lagrangian or mass"),
         (("lagrangian", "mass"), "", "mass must be a list of rows"),
         (("", ""), "[forces]\nZ = 1", "forces: Z is no coordinate"),
-        (("", ""), "[forces]\nuntil = 1", "until is no coordinate; until must be above the first table"),
+        (("", ""), "[forces]\nuntil = 1", r"until is no coordinate; until is below \[forces\] and must be"),
         (("unilateral = true", "forces = 1"), "", r"forces = 1: it must be a table, \[forces\]"),
         (("true", '"yes"'), "", "unilateral must be true or false"),
         (("", ""), "[over]\ntheta = 1", r"over: theta = 1: give its range, \[low, high\]"),

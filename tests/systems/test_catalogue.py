@@ -450,6 +450,9 @@ def test_a_mechanism_and_a_scene_are_not_taken_for_each_other(tmp_path, monkeypa
     (tmp_path / "scene.toml").write_text("sigma = 1\nmu = 1e-3\nstart = [0, 0.2, -1]\nuntil = 5\n")
     assert main(["solve", "rod.toml"]) == 2
     assert "rod.toml: it is a mechanism, for asympk mechanism" in capsys.readouterr().err
+    (tmp_path / "rod.toml").write_text(f"{ROD}[forces]\nuntil = 1\n")
+    assert main(["solve", "rod.toml"]) == 2
+    assert "also a scene; until is below [forces] and must be above the first table" in capsys.readouterr().err
     (tmp_path / "rod.toml").write_text(ROD.replace("coordinates", "coordinate"))
     assert main(["solve", "rod.toml"]) == 2
     assert "rod.toml: key 'coordinate' is unknown; the nearest known one is 'coordinates'" in capsys.readouterr().err
