@@ -109,6 +109,7 @@ class Path(ShownAsTable):
     def physical(self) -> "Path":
         """Return the path in physical quantities, (R_1, R_1', u) over the time, of a scene that has these.
 
+        Its ``error`` remains that of the nondimensional path.
         Raises ``InputError`` where the scene was not given in physical quantities.
         """
         return through("Path.physical", self)

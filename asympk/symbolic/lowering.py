@@ -413,7 +413,7 @@ def _definitions(given):
 
 def _check(expr, args, known, branching):
     if not isinstance(expr, sp.Expr):
-        raise InputError(f"{expr} is not an expression; lower expressions, not conditions or matrices")
+        raise InputError(f"{short(expr)} is not an expression; lower expressions, not conditions or matrices")
     parts = atoms(expr, sp.Basic)
     if any(isinstance(part, UNEVALUATED) for part in parts):
         raise InputError(f"{short(expr)} is to be worked out first; give {short(expr)}.doit()")
@@ -427,6 +427,6 @@ def _check(expr, args, known, branching):
         what = "an expression" if expr is sp.nan else short(expr)
         raise InputError(f"{what} contains a constant that is not a finite number{beyond}")
     if sp.I in parts:
-        raise InputError(f"{expr} is complex; lower its real and imaginary parts")
+        raise InputError(f"{short(expr)} is complex; lower its real and imaginary parts")
     if not branching and any(isinstance(part, BRANCHING) for part in parts):
         raise InputError(f"{short(expr)} branches; lower each smooth mode, or each piece, on its own")

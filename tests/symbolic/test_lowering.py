@@ -250,6 +250,13 @@ def test_in_an_array_the_first_bad_place_is_named():
         lower((x, mu), [1 / x, mu])([[1], [0]], [5, 6])
 
 
+@pytest.mark.parametrize("changed", [lambda e: e + mu, lambda e: 0.5 * e, lambda e: sp.I * e, lambda e: e > 1])
+def test_a_formula_that_is_refused_is_written_in_few_characters(changed):
+    with pytest.raises(InputError) as caught:
+        lower((x,), changed(sum(sp.sin(k * x) for k in range(99))))
+    assert len(str(caught.value)) < 160
+
+
 @pytest.mark.parametrize(
     ("args", "expr", "message"),
     [
