@@ -206,13 +206,18 @@ class Series(ShownAsFormulas):
         tail = _compose(self._split()[1], lambda power, k: power / ((-1) ** (k + 1) * k))
         return series({(0, 1): -p, (0, 0): log(c)}) + tail - 1
 
-    def exp(self) -> "Series":
-        """Return the exponential, exp(kL) = mu^-k for integers k; raises ``NotDerivable`` where there is a constant."""
-        k = self.terms.get((0, 1), 0)
-        if any(p <= 0 for p, _ in self.terms.keys() - {(0, 1)}) or int(k) != k:
+    def exp(self, exp: Callable[[Any], Any] | None = None) -> "Series":
+        """Return the exponential, exp(kL) = mu^-k for integers k; ``exp`` takes the constant term.
+
+        Raises ``NotDerivable``, also where there is a constant and no ``exp``.
+        """
+        k, constant = (self.terms.get(m, 0) for m in ((0, 1), (0, 0)))
+        allowed = {(0, 1)} if exp is None else {(0, 1), (0, 0)}
+        if any(p <= 0 for p, _ in self.terms.keys() - allowed) or int(k) != k:
             raise NotDerivable(f"exp({self}) is not a series in mu and L")
         small = Series({m: c for m, c in self.terms.items() if m[0] > 0}, self.remainder, self.small)
-        return series({(-int(k), 0): 1}) * _compose(small, lambda power, k: power / factorial(k))
+        return series({(-int(k), 0): exp(constant) if exp and constant else 1}) * _compose(
+            small, lambda power, k: power / factorial(k))
 
 
 def series(value: Any) -> Series:

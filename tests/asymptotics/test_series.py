@@ -90,6 +90,10 @@ def test_the_exponential_of_what_is_not_small_is_a_series_for_whole_multiples_of
         exponent.exp()
 
 
+def test_a_constant_term_is_exponentiated_by_the_function_given_for_it():
+    assert (2 - L + MU + O(2)).exp(sp.exp).terms == {(1, 0): sp.exp(2), (2, 0): sp.exp(2)}
+
+
 def test_the_logarithm_of_a_power_of_L_is_refused():
     with pytest.raises(NotDerivable, match="log L"):
         (MU * L).log(sp.log)
