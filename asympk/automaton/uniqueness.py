@@ -209,10 +209,10 @@ def _coming_up(
     """Yield, in order, parts of a stretch at which other branches are consistent, and these branches."""
     (start, before), (end, after) = low, high
     already, there = ({b for b, signs in found.items() if min(signs) > 0} for found in (before, after))
-    pairs = [[*zip(before[b], after[b], strict=True)] for b in before.keys() & after.keys()]
     if already:
         yield start, already
-    elif any(all(max(pair) > 0 for pair in own) for own in pairs):
+    elif any(all(a > 0 or b > 0 for a, b in zip(before[own], after[own], strict=True))
+             for own in before.keys() & after.keys()):
         if halvings:
             middle = (start + end) / 2
             between = middle, stretch.others(middle)
