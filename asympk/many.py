@@ -123,7 +123,7 @@ class Many(ShownAsTable):
         if (followed := outcome == 0).any():
             events, final = self.n_events.ravel()[followed], self.final.reshape(len(self.names), -1)[:, followed]
             rows += [("events", f"{events.min()} to {events.max()}, {events.sum()} in all")]
-            rows += [(name, f"from {values.min():.6g} to {values.max():.6g} at the end")
+            rows += [(name, f"from {values.min():z.6g} to {values.max():z.6g} at the end")
                      for name, values in zip(self.names, final, strict=True)]
         return Card(f"{size} {'trajectory' if size == 1 else 'trajectories'}", tuple(rows))
 

@@ -223,6 +223,13 @@ def test_a_physical_scene_is_told_the_same_in_python_as_in_a_file():
     assert pickle.loads(pickle.dumps(path)) == path
 
 
+def test_no_number_is_shown_as_minus_0():
+    path = ap.solve(ap.Scene(system=BLOCK, start={"x": -0.0, "v": -0.0}, until=1))
+    many = ap.solve_many(system=BLOCK, values={}, start={"x": np.array([-0.0, 0.5]), "v": -0.0}, until=0)
+    for text in (number_as_text(-0.0), path_as_text(path, None), repr(path), repr(many)):
+        assert not re.search(r"-0(?![.\d])", text)
+
+
 def test_a_plot_may_be_named_in_capitals(tmp_path):
     ap.solve(ROD).plot(tmp_path / "MOTION.PNG")
     assert (tmp_path / "MOTION.PNG").read_bytes().startswith(b"\x89PNG")
