@@ -496,6 +496,16 @@ def test_a_map_of_itineraries_shows_every_trajectory_at_its_arguments_in_whateve
         *["force_zero → velocity_zero → slip_onset"] * 2, *["velocity_zero → slip_onset"] * 3]
 
 
+def test_long_itineraries_that_differ_have_different_names_in_a_map():
+    """A block on a spring turns 4 to 15 times; the names of all its colours were cut to the same three events."""
+    system = ap.System.with_frictions({x: v, v: F - x}, {}, [ap.Friction(v, F, 1, sp.Symbol("k"))])
+    starts = {"x": np.linspace(1, 5, 6)[:, None], "v": 0}
+    drawing = ap.solve_many(system=system, values={"k": [0.1, 0.2]}, start=starts, until=50).plot()
+    words = [text.get_text() for text in drawing.legends[0].get_texts()]
+    assert len(words) == len({*words}) > 5
+    assert "6 x velocity_zero" in words
+
+
 @pytest.mark.parametrize(("rates", "name"), [((1, 5), "y"), ((5, 1), "y"), ((1, 1), "trajectory")])
 def test_a_row_of_trajectories_is_drawn_over_its_argument_and_not_as_a_map_without_width(rates, name):
     rates = np.linspace(-1, 1, max(rates)).reshape(rates)

@@ -7,6 +7,7 @@ import numpy as np
 
 from asympk.many import OUTCOMES, Many
 from asympk.pictures import plate, sheets, style
+from asympk.shown import condensed
 
 INKS = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#0072B2", "#D55E00", "0.6")
 HEIGHT, PANEL, LINE = 2.6, 0.95, 0.16  # inches
@@ -50,7 +51,7 @@ def _legend(many: Many) -> tuple[Any, list[str], list[str]]:
     kinds = kinds[np.argsort(-counts, kind="stable")]
     place = np.zeros(len(found.sequences), dtype=int)
     place[kinds] = np.minimum(np.arange(kinds.size), len(INKS) - 1)
-    words = [" → ".join(found.sequences[k]) or "no event" for k in kinds]
+    words = [condensed(", ".join(found.sequences[k])).replace(", ", " → ") or "no event" for k in kinds]
     if len(words) > len(INKS):
         words = [*words[: len(INKS) - 1], f"{len(words) - len(INKS) + 1} others"]
     inks = [*INKS[: len(words)]]
