@@ -180,9 +180,9 @@ class NumericMode:
         return after
 
     def ends_at(self, hit: int | None) -> bool:
-        """Tell whether ``hit``, of what is ``watched``, is a guard at whose loss forces cease to be determined.
+        """Tell whether ``hit``, of what is ``watched``, is a guard at whose loss a motion ceases to be the only one.
 
-        The rates have a pole there, too.
+        Where forces cease to be determined the rates have a pole, too, which the loss of the guard explains.
         """
         return hit is not None and any(kind in NEVER_IDLE for kind, _ in self.kinds[hit:hit + 1])
 
