@@ -163,8 +163,8 @@ def steps(
     Each of ``flows`` takes an equal share of the states, in order. The error of a step is held below ``atol``, one
     number per state, plus ``rtol`` times the state, apart from an error along the flow of up to ``late`` in time. The
     first step tried is ``span``, or an estimate of at most ``longest``, and every step is at most ``within``. The
-    iterator ends early where steps become too small or infinite. ``slopes`` returns the Jacobian matrix at a state;
-    with it the steps become implicit where one of these is as long as ``IMPLICIT`` explicit ones.
+    iterator ends early where steps become too small or infinite, or the rates NaN. ``slopes`` returns the Jacobian
+    matrix at a state; with it the steps become implicit where one of these is as long as ``IMPLICIT`` explicit ones.
     """
     take, first = _step_of(flows, parameters, len(state), late > 0), rates(flows, parameters, state)
     span = span or _first_span(flows, parameters, state, first, min(longest, until - t), rtol, atol)
@@ -177,7 +177,7 @@ def steps(
                 return
             count, marked = 0, t
         span = min(span, until - t, within)
-        if span == math.inf or (span <= 16 * math.ulp(t) and until - t > span):
+        if not span < math.inf or (span <= 16 * math.ulp(t) and until - t > span):
             return
         error, new, stages = _tried(take, span, state, first, rtol, atol, late)
         factor = max(SHRINK, SAFETY * error**EXPONENT) if error > 0 else GROW

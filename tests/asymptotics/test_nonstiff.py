@@ -20,6 +20,10 @@ def test_steps_up_to_where_the_states_leave_the_floats_have_finite_ends():
     assert all(math.isfinite(value) for end in ends for value in end)
 
 
+def test_rates_that_are_no_numbers_give_no_steps():
+    assert not [*nonstiff.steps((lambda u, v: (math.nan, -v),), (), (2.0, 1.0), math.inf, 1e-8, (1e-8, 1e-8))]
+
+
 @pytest.mark.parametrize("degree", [4, 5])
 def test_powers_of_the_time_do_not_hide_the_error_of_a_state_that_has_decayed(degree):
     def flow(u, *powers):

@@ -574,6 +574,13 @@ def test_a_whole_number_for_an_exponent_is_that_exponent_also_from_zero_and_belo
         found.at({n: "5/2"}, {x: 0, y: 0})
 
 
+@pytest.mark.parametrize("method", ["slow", "jump"])
+def test_a_layer_with_a_power_that_leaves_the_floats_is_refused_and_ends(method):
+    system = ap.System.smooth({x: y - x}, {y: x**100000 / (1 + x**100000) - y}, mu)
+    with pytest.raises(OutOfRange, match=r"the layer from y = 1 at x = 2 .* or its rates do"):
+        ap.solve(ap.Scene(system=system, values={mu: "1/100"}, start=(2, 1), until=3), method=method)
+
+
 def test_a_base_point_names_its_slow_states_and_there_is_none_without_one_attracting_smooth_mode():
     with pytest.raises(UnknownName, match="y is not a slow state; the base point has x"):
         ap.jump_map(ENZYME)[y]
