@@ -497,7 +497,7 @@ def test_a_map_of_itineraries_shows_every_trajectory_at_its_arguments_in_whateve
 
 
 def test_long_itineraries_that_differ_have_different_names_in_a_map():
-    """A block on a spring turns 4 to 15 times; the names of all its colours were cut to the same three events."""
+    """A block on a spring stops 2 to 15 times; the names of all its colours were cut to the same three events."""
     system = ap.System.with_frictions({x: v, v: F - x}, {}, [ap.Friction(v, F, 1, sp.Symbol("k"))])
     starts = {"x": np.linspace(1, 5, 6)[:, None], "v": 0}
     drawing = ap.solve_many(system=system, values={"k": [0.1, 0.2]}, start=starts, until=50).plot()
