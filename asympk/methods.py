@@ -50,7 +50,7 @@ def solve(scene: Scene, method: str = "exact", **options: Any) -> Path:
                          f"{', '.join(n for n, module in METHODS.items() if module)}{limit}")
     if name != "exact":
         return _run(METHODS[name], name, scene, options)
-    if reason := _found("affine.run", "obstacle")(scene.system):
+    if reason := _found("affine.run", "scene_obstacle")(scene):
         path = _run(METHODS[name], name, scene, options)
         return replace(path, info={**path.info, "why": reason})
     return _run("affine.run", name, scene, options)

@@ -21,6 +21,7 @@ from asympk.errors import InputError, OutOfRange
 from asympk.many import PHASES, REFUSALS, Many, axes_of, by_trajectory, outcome_of, require_mappings
 from asympk.numbers import common_shape, numbers, require_finite, short, unread
 from asympk.scene import Scene
+from asympk.symbolic.placing import with_numbers_in_exponents
 
 CHUNK = 4096
 FEW = 3  # the number of rows up to which following them one by one costs less
@@ -78,15 +79,16 @@ def solve_many(
     """
     if not hasattr(system, "placed"):
         raise InputError(f"system = {short(system)}: it must be a System; build it with ap.System")
-    if not affine(system):
-        raise InputError("solve_many follows the rod and systems whose modes are all affine and not switched by the "
-                         "state or the time; solve scene by scene")
     parameters, states, horizon, shape = _broadcast(system, values, start, until)
     total, result = horizon.size, _blank(system, horizon.size, strict)
     done, somewhere = 0, {key: unread(f"start: {key}", v).flat[0] for key, v in start.items()} if total else {}
+    if not total:
+        _require_affine(system)
     for chosen, rows in _groups(parameters, total):
         exact, _ = system.placed(dict(zip(values, chosen, strict=True)), somewhere)
-        modes = Modes(Automaton(system, exact))
+        automaton = Automaton(*with_numbers_in_exponents(system, exact))
+        _require_affine(automaton.system)
+        modes = Modes(automaton)
         for at in range(0, rows.size, CHUNK):
             mine = rows[at : at + CHUNK]
             _follow(modes, states[mine], horizon[mine], mine, result)
@@ -94,6 +96,12 @@ def solve_many(
             if progress:
                 progress(done, total)
     return _ensemble(system, result, shape, {**values, **start, "until": until})
+
+
+def _require_affine(system):
+    if not affine(system):
+        raise InputError("solve_many follows the rod and systems whose modes are all affine and not switched by the "
+                         "state or the time; solve scene by scene")
 
 
 def one_by_one(follow: Any, system: Any, values: Any, start: Any, until: Any) -> AffineEnsemble:

@@ -40,6 +40,7 @@ from asympk.path import ClosedForm, Path, times_within
 from asympk.symbolic import guards
 from asympk.symbolic.branches import OPEN
 from asympk.symbolic.system import System
+from asympk.systems.automata import automaton_of
 
 MOST_SPARE = 300  # digits beyond four times those asked for, up to which a run is repeated
 SHOWN_OF_ERRORS = 3
@@ -94,6 +95,11 @@ def obstacle(system: System) -> str | None:
     return next((form.mode_obstacle(mode) for mode in modes if form.form_of(mode) is None), None)
 
 
+def scene_obstacle(scene: Any) -> str | None:
+    """Return ``obstacle`` of the system of a scene with the scene's numbers in exponents."""
+    return obstacle(automaton_of(scene).system)
+
+
 def affine(system: System) -> bool:
     """Tell whether all modes of a system are affine, with sums of waves as forcing, and without switching surfaces."""
     return not phases_of(system) and obstacle(system) is None
@@ -107,7 +113,7 @@ def run(scene: Any, method: str = "exact", *, digits: int | None = None, events:
     ``OutOfRange`` where a rate is not finite, ``TooManyEvents``, ``TooLarge``, ``Undecided``, ``Accumulation``,
     ``NoMotion`` and ``TwoMotions``.
     """
-    case = SceneFlows(scene, flows(Automaton(scene.system, scene.values)), events)
+    case = SceneFlows(scene, flows(automaton_of(scene)), events)
     try:
         return _in_doubles(case) if digits is None else _in_digits(case, digits)
     except TooLarge:

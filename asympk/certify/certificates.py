@@ -30,6 +30,7 @@ from asympk.numbers import LARGEST, number, short, sign_of, whole
 from asympk.path import Event
 from asympk.scene import MANIFOLDS, Scene, require_scene
 from asympk.shown import Card, ShownAsTable
+from asympk.symbolic.placing import with_numbers_in_exponents
 from asympk.systems.catalogue import is_off_contact
 
 COORDINATES = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
@@ -186,10 +187,22 @@ def _followed(scene, sides, budget):
     """Return (modes, events, final balls) of the rod or of an affine system; raises ``Refused``."""
     if scene.system is None:
         return _follow(_case(scene, sides), budget)
-    turned, corner = _ranging(sides), {name: low for name, (low, _) in sides.items()}
+    turned, corner = _ranging(sides), _corner(sides)
     begun = zip(scene.names, scene.start, strict=True)
     start = [None if name in turned else Fraction(corner.get(name, value)) for name, value in begun]
-    return affine.enclose(scene.system, _values(scene, corner), turned, start, scene.until, budget)
+    return affine.enclose(*_with_exponents(scene, sides), turned, start, scene.until, budget)
+
+
+def _with_exponents(scene, sides):
+    """Return the system and the values at a corner, with numbers in exponents unless one of them ranges."""
+    given = scene.system, _values(scene, _corner(sides))
+    placed = with_numbers_in_exponents(*given)
+    hidden = {*map(str, scene.system.parameters)} - {*map(str, placed[0].parameters)}
+    return given if hidden & _ranging(sides).keys() else placed
+
+
+def _corner(sides):
+    return {name: low for name, (low, _) in sides.items()}
 
 
 def _ranging(sides):
@@ -205,10 +218,10 @@ def _values(scene, corner):
 
 def _sides_of_system(scene, box):
     """Return the sides of a box of an affine system; raises ``InputError`` where a corner of parameters is invalid."""
-    if found := obstacle(scene.system):
-        raise InputError(f"a certificate is for the rod and for systems whose modes are all affine; {found}")
     known = (*scene.names, *(s.name for s in scene.system.parameters))
     sides = _exact_sides(box, known, "state and no parameter")
+    if found := obstacle(_with_exponents(scene, sides)[0]):
+        raise InputError(f"a certificate is for the rod and for systems whose modes are all affine; {found}")
     turned = {name: ends for name, ends in sides.items() if name not in scene.names}
     if behind := _behind_start(scene, sides):
         raise InputError(f"box: the reaction or the sliding velocity of the start follows from {', '.join(behind)}; "

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from asympk.affine.run import obstacle
+from asympk.affine.run import scene_obstacle
 from asympk.errors import AsympkError, OutOfRange, Undecided, Unfinished
 from asympk.integrators.stepped import UNBOUNDED
 from asympk.many import require_mappings
@@ -100,7 +100,7 @@ def rungs(scene: Scene, allowed: float = UNBOUNDED) -> tuple[Rung, ...]:
 
 def _reference(scene, end):
     """Return the final state of the exact motion in many digits, or None, and why it is missing."""
-    closed = scene.system is None or obstacle(scene.system) is None
+    closed = scene.system is None or scene_obstacle(scene) is None
     left = {} if closed else {"seconds": max(0.0, end - monotonic())}
     try:
         return solve(scene, digits=OF_ROD if scene.system is None else REFERENCE_DIGITS, **left).final, ""

@@ -20,6 +20,7 @@ from asympk.symbolic.values import by_symbol, require_declared
 if TYPE_CHECKING:
     from asympk.symbolic.system import System
 
+LARGEST_EXPONENT = 30
 _DOUBLE = 53  # bits; a SymPy Float of at most this precision is read as a float, a longer one keeps its digits
 
 
@@ -59,21 +60,24 @@ def _number(what: str, name: str, value: Any) -> Any:
     return number(f"{what}: {name}", value)
 
 
-def with_whole_exponents(system: "System", values: tuple) -> tuple["System", tuple]:
-    """Return the system with numbers for the parameters of exponents whose values are whole, and the other values.
+def with_numbers_in_exponents(system: "System", values: tuple) -> tuple["System", tuple]:
+    """Return the system with numbers for the parameters in exponents of what moves, and the values of the others.
 
-    The symbol n hides that x**n has a Taylor series where x = 0, and a value where x < 0, for n = 2.
+    The symbol n hides whether x**n is affine, has a slope or a Taylor series where x = 0, and a value where x < 0.
+    A number beyond ``LARGEST_EXPONENT`` stays a parameter, since its power could be multiplied out.
     """
     known = dict(zip(system.parameters, values, strict=True))
-    found = {s: rational(s.name, v) for s in _in_exponents(system) if (v := known[s]) == int(v)}
-    lowered = _with_numbers(system, sp.Dict(found)) if found else system
+    found = {s: rational(s.name, v) for s in _in_exponents(system) if abs(v := known[s]) <= LARGEST_EXPONENT}
+    if not found:
+        return system, values
+    lowered = _with_numbers(system, sp.Dict(found))
     return lowered, tuple(known[s] for s in lowered.parameters)
 
 
 @lru_cache(maxsize=64)
 def _in_exponents(system: "System") -> frozenset[sp.Symbol]:
     """Return the parameters, but the small one, in exponents of powers of what moves."""
-    moving, own = {*system.states}, {*system.parameters} - {system.small}
+    moving, own = {*system.states, system.time}, {*system.parameters} - {system.small}
     powers = (p for e in named_parts(system).values() for p in atoms(e, sp.Pow) if symbols_in(p.base) & moving)
     return frozenset(own & {s for power in powers for s in symbols_in(power.exp)})
 
