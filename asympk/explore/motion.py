@@ -59,10 +59,9 @@ def _followed(scene: Scene, draft: bool) -> tuple[Path | None, str]:
 
 
 def _solved(scene: Scene, draft: bool) -> Path:
-    from asympk.affine.run import affine
+    from asympk.affine.run import scene_obstacle
 
-    stepped = scene.system is not None and not affine(scene.system)
-    if not stepped:
+    if scene.system is None or scene_obstacle(scene) is None:
         return solve(scene)
     return solve(scene, "lsoda", rtol=TOLERANCE_OF_DRAFT) if draft else solve(scene, seconds=LONGEST)
 

@@ -257,6 +257,12 @@ def test_a_motion_that_takes_too_long_is_shown_as_far_as_it_was_followed(monkeyp
     assert found["t"][0] == 0
 
 
+def test_a_motion_that_is_affine_on_each_side_of_a_switch_is_followed_in_closed_form():
+    x, v = sp.symbols("x v", real=True)
+    scene = ap.Scene(system=ap.System.with_frictions({x: v, v: -x - sp.sign(v) / 10}, {}, []), start=(1, 0), until=3)
+    assert motion(scene)["model"] == "exact"
+
+
 @pytest.mark.parametrize("name", ["backward", "chalk"])
 def test_a_motion_of_too_many_events_is_shown_up_to_the_last(monkeypatch, name):
     scene = ap.read_scene(name)
