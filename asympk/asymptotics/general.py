@@ -293,5 +293,6 @@ def _without_series(scene: Any) -> str:
     given = zip((*system.states, *system.parameters), (*scene.start, *scene.values), strict=True)
     place = {s: rational(s.name, value) for s, value in given}
     powers = sorted(atoms(sp.Tuple(*system.rates.values()), sp.Pow), key=str)
-    found = (p for p in powers if p.base.xreplace(place) == 0 and p.exp.xreplace(place) not in sp.S.Naturals0)
+    found = (p for p in powers if p.base.xreplace(place) == 0
+             and not ((power := p.exp.xreplace(place)).is_integer and power.is_nonnegative))
     return next((f"{short(p)} has no Taylor series where {short(p.base)} = 0" for p in found), "")

@@ -691,6 +691,13 @@ def test_what_cannot_be_followed_is_refused_by_name(fast, start, error, words):
         _solved(system, {mu: "1/100"}, start, 1)
 
 
+def test_a_power_that_the_time_raises_has_no_taylor_series_where_its_base_is_zero():
+    t = sp.Symbol("t")
+    system = ap.System.with_frictions({x: -x}, {y: x + y ** (t + 1) - 2 * y}, [], small=mu, time=t)
+    with pytest.raises(OutOfRange, match=r"\(y\*\*\(t \+ 1\) has no Taylor series where y = 0\)"):
+        _solved(system, {mu: "1/100"}, (1, 0), 1)
+
+
 @pytest.mark.parametrize("rates", [
     {u: v - 2 * u, v: 2 * u - v}, {u: w - u * v, v: w - u * v + mu * w, w: u * v - w - mu * w},
 ])
