@@ -31,9 +31,11 @@ def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) ->
 
     together = sp.Tuple(*expressions)
     needed = sorted(symbols_in(together) - bound_symbols(together), key=str)
-    missing = [str(symbol) for symbol in needed if symbol not in values]
-    if missing:
-        raise InputError(f"no value for {', '.join(missing)}; give one for each of {', '.join(map(str, needed))}")
+    if missing := [str(symbol) for symbol in needed if symbol not in values]:
+        alike = [name for name in missing if name in map(str, values)]
+        what = (f"the Symbol {alike[0]} has other assumptions than the mechanism's" if alike
+                else f"give one for each of {', '.join(map(str, needed))}")
+        raise InputError(f"no value for {', '.join(missing)}; {what}")
     given = {symbol: _declared(symbol, as_floats(str(symbol), values[symbol])) for symbol in needed}
     shape = common_shape(given, given.values())
     given = {symbol: np.broadcast_to(value, shape) for symbol, value in given.items()}

@@ -307,6 +307,11 @@ def test_values_that_are_missing_or_wrong_are_named(values, error, match):
     assert "\n" not in str(caught.value)
 
 
+def test_a_symbol_that_has_only_the_name_of_a_parameter_is_told_from_it():
+    with pytest.raises(InputError, match="the Symbol f has other assumptions than the mechanism's$"):
+        slender_rod().evaluate(sp.Symbol("f"), {"f": 1})
+
+
 def test_the_first_of_many_places_at_which_a_value_is_not_finite_is_told():
     at = [[k / 8, k / 4] for k in range(-16, 17)]
     assert slender_rod().evaluate(1 / THETA, {"theta": at[17:]})[0, 1] == 4
