@@ -456,11 +456,12 @@ class NumericMode:
                 rest = _across(gradient, basis)
                 if _dot(rest, rest) <= DEPENDENT * _dot(gradient, gradient):
                     continue
-                direction = rest if k < len(self.kept) else self._as_it_moves(rest, basis, t, state)
-                size = _dot(direction, rest)
+                if value:
+                    direction = rest if k < len(self.kept) else self._as_it_moves(rest, basis, t, state)
+                    size = _dot(direction, rest)
+                    moved = (w - value * a / size if a else w for w, a in zip(state, direction, strict=True))
+                    state = tuple(w if abs(w) > small else w - w for w, small in zip(moved, least, strict=True))
                 basis.append(rest)
-                moved = (w - value * a / size if a else w for w, a in zip(state, direction, strict=True))
-                state = tuple(w if abs(w) > small else w - w for w, small in zip(moved, least, strict=True))
         return state
 
     def _as_it_moves(self, gradient: list, basis: list[list], t: Any, state: State) -> list:
