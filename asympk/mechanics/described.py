@@ -285,7 +285,7 @@ def _mechanism(table, formula, q, u, t):
     contact, forces = _contact(table, formula), table_in(table, "forces")
     others = []
     for k, other in enumerate(tables_in(table, "others")):
-        refuse_unknown(other, OF_CONTACT, f"others[{k}]")
+        refuse_unknown(other, OF_CONTACT, f"others[{k}]", above=FILE)
         try:
             others.append(_contact(other, formula))
         except InputError as error:

@@ -152,9 +152,7 @@ def _symbols(table: dict, states: list[str], frictions: list[dict], parameters: 
 
 def _friction(table: dict, symbols: dict[str, sp.Symbol], k: int) -> Friction:
     where = f"system.frictions {k}"
-    if astray := [key for key in table if key in KEYS and key not in FRICTION]:
-        raise InputError(f"{where}: {astray[0]} is below [[system.frictions]] and must be above it, below [system]")
-    refuse_unknown(table, FRICTION, where)
+    refuse_unknown(table, FRICTION, where, above=KEYS)
     require_keys(table, _NEEDED, where)
     formulas = {key: read_formula(table[key], symbols, f"{where}: {key}")
                 for key in FRICTION if key in table and key not in ("force", "normal")}

@@ -1,7 +1,7 @@
 """Reading TOML: decimals stay exact, and unknown keys are refused."""
 
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -42,10 +42,19 @@ def parse_table(raw: bytes, where: str | Path) -> dict[str, Any]:
         raise InputError(f"{where}: not TOML in UTF-8: {reason}") from None
 
 
-def refuse_unknown(table: Mapping[str, Any], known: Iterable[str], where: str | Path) -> None:
-    """Raise ``InputError`` for the first key of ``table`` that is not ``known``, naming the nearest known key."""
+def refuse_unknown(
+    table: Mapping[str, Any], known: Iterable[str], where: str | Path, above: Iterable[str] = ()
+) -> None:
+    """Raise ``InputError`` for the first key of ``table`` that is not ``known``, naming the nearest known key.
+
+    Of a key of ``above`` it tells that it belongs above the head of this table, which is one of several in ``where``.
+    """
     for key in table:
         if key not in known:
+            if key in above:
+                head = str(where).rstrip("[] 0123456789")
+                below = f", below [{outer}]" if (outer := head.rpartition(".")[0]) else ""
+                raise InputError(f"{where}: {key} is below [[{head}]] and must be above it{below}")
             near = nearest(key.lower(), known, 0)
             raise InputError(f"{where}: key {key!r:.60} is unknown; the nearest known one is {near!r}")
 
@@ -58,10 +67,19 @@ def require_keys(table: Mapping[str, Any], keys: Iterable[str], where: str | Pat
 
 def misplaced(table: Mapping[str, Any], keys: Iterable[str]) -> str:
     """Return where the first of ``keys`` that stands only below the head of a table belongs, or "" if none does."""
-    parts = [(name, part) for name, part in table.items() if isinstance(part, dict)]
-    below = [f"; {key} is below [{name}] and must be above the first table"
-             for key in keys if key not in table for name, part in parts if key in part]
-    return "".join(below[:1])
+    below = (f"; {key} is below {head} and must be above the first table"
+             for key in keys if key not in table for head, part in _headed(table) if key in part)
+    return next(below, "")
+
+
+def _headed(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the heads of all tables in a table, such as [values] or [[system.frictions]], and these tables."""
+    for name, part in table.items():
+        several = isinstance(part, list)
+        for entry in part if several else [part]:
+            if isinstance(entry, dict):
+                yield f"[[{above}{name}]]" if several else f"[{above}{name}]", entry
+                yield from _headed(entry, f"{above}{name}.")
 
 
 def word(table: Mapping[str, Any], key: str, default: str = "") -> str:

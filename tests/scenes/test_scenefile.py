@@ -319,6 +319,8 @@ mechanism = "painleve_rod"
          'contact must be "rigid", or "elastic" with compliance and damping; a rigid one has neither'),
         ("[values]\nuntil = 1", "", "", "system, start, until missing; until is below [values]"),
         (f"{BELT}until = 1", "until = 1\n", "", "until missing; until is below [start] and must be above"),
+        (BELT.replace("until = 1\n", ""), "load", "until = 1\nload",
+         "until missing; until is below [[system.frictions]] and must be above the first table"),
         ("sigma = 1\nmu = 1\nuntil = 1\nnear = {x = 0, z = 1, offset = 0}", "z = 1, ", "", "manifold, z missing"),
     ],
 )

@@ -407,6 +407,7 @@ def test_further_contacts_stand_in_the_file_and_are_said_to_be_open(screen, tmp_
     refused = {"1": "others must be tables, each under [[others]]",
                "[{gap = 'X', slip = 'Y'}]": "others[0]: friction missing",
                "[{gap = 'X', slip = 'Y', friction = -1}]": "others[0]: contact: friction = -1",
+               "[{gap = 'X', until = 1}]": "others[0]: until is below [[others]] and must be above it",
                "[{gab = 'X'}]": "others[0]: key 'gab' is unknown"}
     for others, said in refused.items():
         assert said in screen(f"{ROD}others = {others}", status=2)
