@@ -219,7 +219,7 @@ class Mechanism(ShownAsFormulas):
         given. An equation in a condition holds if rounding its symbols to six digits could make it hold.
         An expression that jumps at this place or time has its value just afterwards, if ``values`` contain the rates.
         """
-        plain = plainly(_exact(expression("expr", expr)), self._names, self.time)
+        plain = plainly(_exact("expr", expr), self._names, self.time)
         given = {self.plain.time: 0} | self.keyed(values, plain.free_symbols)
         try:
             return evaluate_ahead(self.plain, (plain,), given)[0]
@@ -269,7 +269,7 @@ class Mechanism(ShownAsFormulas):
         ``NotDerivable`` for friction by other velocities, and for damping by velocities that change meanwhile.
         """
         ratio, damping = (
-            value if value is None else plainly(_exact(expression(name, value)), self._names, self.time)
+            value if value is None else plainly(_exact(name, value), self._names, self.time)
             for name, value in (("ratio", ratio), ("damping", damping))
         )
         return jump_law.jump_law(self._alone, self.own, ratio, damping)
@@ -367,16 +367,17 @@ def _time(coordinates):
 
 def _finite(name, value):
     """Return an expression with every float as the rational number of the same value; raises ``InputError``."""
-    found = expression(name, value)
+    found = _exact(name, value)
     if not isinstance(found, sp.Expr):
         raise InputError(f"{name} = {short(value)}: it must be an expression in symbols")
-    found = _exact(found)
     if atoms(found, sp.Basic) & {*NOT_FINITE, sp.I}:
         raise InputError(f"{name} = {found!s:.60}: it must be finite and real")
     return found
 
 
-def _exact(found):
+def _exact(name, value):
+    """Return an expression with rational numbers for decimals."""
+    found = expression(name, value)
     return replaced(found, {number: sp.Rational(number) for number in atoms(found, sp.Float)})
 
 
