@@ -23,6 +23,7 @@ from asympk.numbers import listed
 from asympk.path import Event
 from asympk.symbolic.branches import Branch, at_rest, awake, bare, event_between, stands
 from asympk.symbolic.forces import moving_as
+from asympk.symbolic.guards import NEVER_IDLE
 from asympk.symbolic.sides import Sides, inside, phase_of
 from asympk.symbolic.system import System
 
@@ -174,7 +175,7 @@ def _lost_at_switch(mode: NumericMode, segment: Segment, slack: Any) -> tuple[in
     t, state, after = segment.t, segment.state, mode.after_switch(segment.t)
     hits = lost_with(mode, NO_FRICTION, t, state, max(slack * t, after - t))
     hits = _not_raised(mode, hits, (t, state), (after, state)) if hits else ()
-    return hits if any(mode.kinds[hit][0] not in (*_ENDS, SWITCH) for hit in hits) else ()
+    return hits if any(mode.kinds[hit][0] not in (*NEVER_IDLE, SWITCH) for hit in hits) else ()
 
 
 def _not_raised(mode: NumericMode, hits: tuple[int, ...], before: tuple, after: tuple) -> tuple[int, ...]:
@@ -378,9 +379,9 @@ def require_begun(mode: NumericMode, t: Any, state: tuple) -> None:
     be on one side of a switch.
     """
     mode.require_opposing((t, state), [(t, state)], t, None)
-    fixed = tuple(guard.value for guard in mode.mode.fixed_guards if guard.kind in _ENDS)
-    moving = [k for k, (kind, _) in enumerate(mode.kinds) if kind in _ENDS]
-    if len(fixed) + len(moving) == len(_ENDS):
+    fixed = tuple(guard.value for guard in mode.mode.fixed_guards if guard.kind in NEVER_IDLE)
+    moving = [k for k in range(len(mode.kinds)) if mode.ends_at(k)]
+    if len(fixed) + len(moving) == len(NEVER_IDLE):
         values = mode.guard_values(t, state) if moving else ()
         least, largest = sorted([*mode.values(fixed, t, state), *(values[k] for k in moving)])
         if least < -PARADOX * largest:
