@@ -34,6 +34,7 @@ from asympk.symbolic.system import System
 from asympk.systems import painleve_klein
 
 DEPTH = sp.Symbol("kappa", positive=True)
+_MODE = "slip_opposite"  # that of the separatrix
 _HERE = (painleve_klein.sigma, painleve_klein.system().small, painleve_klein.x, painleve_klein.z)
 
 SIGMAS, MUS, START, DIGITS = ("1/2", "1", "3"), ("1e-3", "1e-6"), ("1/3", 1), 60
@@ -120,24 +121,24 @@ def _delayed():
     return lower((*_HERE[:3], DEPTH), divide(painleve_klein.system()).delay.expr, "mpmath")
 
 
-def divide(system: System, mode: str = "slip_opposite") -> Divide:
-    """Derive the ``Divide`` along the slow line of ``mode`` in z > 0; raises the errors of ``jump_map``."""
+def divide(system: System) -> Divide:
+    """Derive the ``Divide`` along the slow line of ``slip_opposite`` in z > 0; raises the errors of ``jump_map``."""
     z = linear(system).states[2]
-    above, below = (jump_map(system, 1, {z: 1, OFFSET: sp.Rational(k, 10)}, near=mode) for k in (1, -1))
-    return Divide(separatrix(system, 1, mode), above, below, _delay(system, mode))
+    above, below = (jump_map(system, 1, {z: 1, OFFSET: sp.Rational(k, 10)}, near=_MODE) for k in (1, -1))
+    return Divide(separatrix(system, 1), above, below, _delay(system))
 
 
-def separatrix(system: System, order: int, mode: str = "slip_opposite") -> Series:
-    """Return the load on the slow line of ``mode`` as a series whose coefficients depend on x."""
+def separatrix(system: System, order: int) -> Series:
+    """Return the load on the slow line of ``slip_opposite`` as a series whose coefficients depend on x."""
     exact, numbers, x = _exactly(system)
-    y = on_slow_line(numbers.fields[mode], x, order)
+    y = on_slow_line(numbers.fields[_MODE], x, order)
     return (numbers.load[0] + numbers.load[1] * x + numbers.load[2] * y).map(exact.expr, system.small)
 
 
-def _delay(system, mode):
+def _delay(system):
     # the load vanishes where delta e^(fast T) = -(load at rest + slow part e^(slow T))/(fast part per offset)
     exact, numbers, x = _exactly(system)
-    field, (l0, lx, ly) = numbers.fields[mode], numbers.load
+    field, (l0, lx, ly) = numbers.fields[_MODE], numbers.load
     slow, fast = slow_and_fast_rate(field, 2)
     up, down, (at_x, at_y) = slope_of(field, fast), slope_of(field, slow), rest_of(field)
     parts = (slow, fast, series(l0 + lx * at_x + ly * at_y), (lx + ly * down) * (x - at_x),

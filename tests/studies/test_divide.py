@@ -6,7 +6,7 @@ from math import comb, log
 import pytest
 import sympy as sp
 
-from asympk.asymptotics.jump import OFFSET
+from asympk.asymptotics.jump import OFFSET, jump_map
 from asympk.errors import InputError, NotDerivable
 from asympk.studies.divide import DEPTH, divide, escapes, separatrix
 from asympk.systems import painleve_klein as pk
@@ -104,4 +104,4 @@ def test_an_offset_beyond_the_layer_or_a_line_that_attracts_is_refused():
     with pytest.raises(InputError):
         escapes(1, "1e-3", 0, 1, [2])
     with pytest.raises(NotDerivable, match="no velocity_zero"):
-        _ = divide(SYSTEM, mode="slip_same").escape_below
+        _ = jump_map(SYSTEM, 1, {z: 1, OFFSET: -sp.Rational(1, 10)}, near="slip_same").t_hit
