@@ -15,13 +15,13 @@ import numpy as np
 import pytest
 import sympy as sp
 from precision import precisions_set
+from sweeptext import parse_sweep
 
 import asympk as ap
 from asympk import sweep
 from asympk.certify import certify, cover
 from asympk.scenes import scenefile
 from asympk.studies import convergence, divide
-from asympk.sweep import sweepfile
 from asympk.systems import painleve_klein as pk
 
 flint = pytest.importorskip("flint")
@@ -167,7 +167,7 @@ WALK = CALLS | {
     "cover": lambda _: cover(ap.read_scene("backward"), {"mu": ("1e-3", "2e-3")}, 4),
     "picture": lambda path: ap.solve(ap.read_scene("backward")).plot(path / "a.svg"),
     "table": lambda path: ap.solve(ap.read_scene("backward")).to_csv(path / "a.csv"),
-    "sweep": lambda path: sweep.run_sweep(sweepfile.parse_sweep(SWEEP), path / "out"),
+    "sweep": lambda path: sweep.run_sweep(parse_sweep(SWEEP), path / "out"),
     "mechanism": lambda _: ap.systems.painleve_rod.mechanism().paradox,
 }
 

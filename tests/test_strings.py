@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 import sympy as sp
 from parsed import parsed
+from sweeptext import parse_sweep
 
 import asympk as ap
 from asympk.asymptotics.jump import OFFSET
@@ -17,7 +18,6 @@ from asympk.certify import certify, cover
 from asympk.output.export import module_functions
 from asympk.pictures.trace import trace
 from asympk.studies import divide
-from asympk.sweep.sweepfile import parse_sweep
 from asympk.symbolic.stability import series_in_mu
 from asympk.systems import painleve_klein as pk
 from asympk.systems.painleve_klein import rod, units

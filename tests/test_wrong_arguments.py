@@ -11,6 +11,7 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
+from sweeptext import parse_sweep
 from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
@@ -19,7 +20,6 @@ from asympk.errors import AsympkError, InputError
 from asympk.numbers import spells_number
 from asympk.output.export import export
 from asympk.sweep import run_sweep
-from asympk.sweep.sweepfile import parse_sweep
 
 x, y, z, F, t = sp.symbols("x y z F t", real=True)
 mu, k = sp.symbols("mu k", positive=True)

@@ -30,7 +30,7 @@ from asympk.errors import InputError, UnknownName
 from asympk.mechanics.described import SWEEP, describes_mechanism, scene_table
 from asympk.numbers import number, short, whole
 from asympk.scenes.scenefile import NONDIMENSIONAL, PHYSICAL, SYSTEM, UNITS, keys_of, scene_names
-from asympk.storage.tomlfile import parse_table, read_table, refuse_unknown, word
+from asympk.storage.tomlfile import read_table, refuse_unknown, word
 from asympk.sweep.family import Axis
 from asympk.sweep.rods import PhysicalRodFamily, RodFamily
 
@@ -131,13 +131,6 @@ def read_sweep(path: str | Path) -> Sweep:
         raise InputError(f"{path}: it is one scene; asympk scenes {path} prints its file, in which a list, a grid or a "
                          "random draw in place of a number makes a sweep")
     return sweep_of_table(read_table(path), path)
-
-
-def parse_sweep(text: str) -> Sweep:
-    """Return the ``Sweep`` that ``text`` describes; raises ``InputError`` if it describes none."""
-    if not isinstance(text, str):
-        raise InputError(f"{short(text)} is no text of TOML; give a string")
-    return sweep_of_table(parse_table(text.encode(), "sweep"), "sweep")
 
 
 def sweep_of_table(table: Mapping[str, Any], where: str | Path) -> Sweep:

@@ -15,6 +15,7 @@ import pytest
 import sympy as sp
 from blocks import spring_block
 from mechanisms import FALLING_BALL, ON_HIGH_GROUND, SLENDER_ROD
+from sweeptext import parse_sweep
 
 import asympk as ap
 from asympk.__main__ import main
@@ -26,7 +27,7 @@ from asympk.pictures.trace import trace
 from asympk.scenes import scenefile
 from asympk.scenes.scenefile import changed_scene, scene_text
 from asympk.scenes.turned import turned
-from asympk.sweep.sweepfile import parse_sweep, read_sweep
+from asympk.sweep.sweepfile import read_sweep
 
 ROD = {"m": 2, "P": 10, "f": "3", "f0": '"7/2"', "alpha": '"60 deg"', "l": "0.5", "k": "1e5", "h": "0.02",
        "start": "[1, -3, -0.1]", "until": "0.03"}

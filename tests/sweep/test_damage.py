@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from sweeptext import parse_sweep
 
 from asympk.errors import AsympkError, InputError
 from asympk.many import OUTCOMES
@@ -15,7 +16,6 @@ from asympk.sweep import MANIFEST, chunks, files, results, run_sweep, stored
 from asympk.sweep.directory import _drive
 from asympk.sweep.executors import Here
 from asympk.sweep.summary import summarise
-from asympk.sweep.sweepfile import parse_sweep
 
 SWEEP = parse_sweep("""
 seed = 3

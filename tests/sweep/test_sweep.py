@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from interrupt import hearing
+from sweeptext import parse_sweep
 
 import asympk as ap
 from asympk.__main__ import main
@@ -25,7 +26,6 @@ from asympk.sweep import chunks, directory, files, results, rods, run_sweep, sum
 from asympk.sweep.executors import Here, Processes
 from asympk.sweep.lock import locked
 from asympk.sweep.rods import RodFamily, first_phases
-from asympk.sweep.sweepfile import parse_sweep
 
 ROD = RodFamily()
 TEXT = """

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from sweeptext import parse_sweep
 
 import asympk as ap
 from asympk.errors import InputError
 from asympk.sweep import chunks, results, run_sweep, summary
-from asympk.sweep.sweepfile import parse_sweep
 
 TEXT = """
 seed = 5

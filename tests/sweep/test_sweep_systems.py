@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from blocks import sliding_blocks, spring_block
 from mechanisms import FALLING_BALL, ON_HIGH_GROUND, SLENDER_ROD
+from sweeptext import parse_sweep
 
 import asympk as ap
 from asympk.__main__ import main
@@ -24,7 +25,7 @@ from asympk.scenes.scenefile import read_scene
 from asympk.shown import condensed
 from asympk.sweep import chunks, results, run_sweep, summary
 from asympk.sweep.itineraries import Alphabet
-from asympk.sweep.sweepfile import from_description, parse_sweep
+from asympk.sweep.sweepfile import from_description
 
 # a rough, moving ground under one of two masses on springs, and a fast actuator: four states, affine
 CHAIN = """
