@@ -20,6 +20,7 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from asympk.asymptotics.stiff import Slopes, StiffStep, stiff_steps, succeeds
+from asympk.automaton.numericmode import on_hermite
 
 SAFETY, SHRINK, GROW = 0.9, 0.2, 10.0
 EXPONENT = -1 / 8
@@ -140,11 +141,7 @@ class Trajectory:
 
 def on_cubic(step: Step, share: Any) -> tuple:
     """Return the states at a share of a step, a number or an array, by the cubic through both ends of the step."""
-    left, span = 1 - share, step.after - step.t
-    rise = share * share * (3 - 2 * share)
-    a, b, c, d = 1 - rise, rise, span * share * left * left, -span * share * share * left
-    ends = zip(step.state, step.end, step.stages[0], step.stages[-1], strict=True)
-    return tuple([a * v + b * w + c * f + d * g for v, w, f, g in ends])
+    return on_hermite(share, step.after - step.t, (step.state, step.end), (step.stages[0], step.stages[-1]))
 
 
 def rates(flows: tuple[Flow, ...], parameters: tuple, state: tuple) -> tuple:

@@ -485,6 +485,17 @@ class NumericMode:
                         coefficients=self.coefficients)
 
 
+def on_hermite(share: Any, span: Any, ends: Sequence[Sequence], slopes: Sequence[Sequence]) -> State:
+    """Return the state at a share of a span of time, by the cubic with the states and the rates at both its ends.
+
+    At a share of 0 or 1 the state is exactly that of the end.
+    """
+    left = 1 - share
+    rise = share * share * (3 - 2 * share)
+    a, b, c, d = 1 - rise, rise, span * share * left * left, -span * share * share * left
+    return tuple([a * v + b * w + c * f + d * g for v, w, f, g in zip(*ends, *slopes, strict=True)])
+
+
 def _across(direction: list, basis: list[list]) -> list:
     """Return the part of a direction that is orthogonal to others, which are orthogonal to one another."""
     for other in basis:

@@ -27,7 +27,7 @@ from asympk.automaton.contacts import (
 )
 from asympk.automaton.junction import Junction
 from asympk.automaton.modes import GuardedMode
-from asympk.automaton.numericmode import NumericMode
+from asympk.automaton.numericmode import NumericMode, on_hermite
 from asympk.errors import AsympkError, NoMotion, UnboundedReaction, Undecided
 from asympk.numbers import sign_of
 from asympk.symbolic.branches import (
@@ -122,10 +122,8 @@ def along_steps(mode: NumericMode, steps: Sequence[tuple[Any, tuple]]) -> Callab
     def state_at(t: Any) -> tuple:
         k = min(max(bisect(times, t), 1), len(times) - 1)
         (t0, before), (t1, after) = steps[k - 1 : k + 1]
-        h, s = t1 - t0, (t - t0) / (t1 - t0)
-        slopes = zip(before, after, mode.rhs(t0, before), mode.rhs(t1, after), strict=True)
-        return tuple(a + s * s * (3 - 2 * s) * (b - a) + h * s * (1 - s) * ((1 - s) * p - s * q)
-                     for a, b, p, q in slopes)
+        slopes = mode.rhs(t0, before), mode.rhs(t1, after)
+        return on_hermite((t - t0) / (t1 - t0), t1 - t0, (before, after), slopes)
 
     return state_at
 

@@ -16,7 +16,7 @@ import sympy as sp
 from asympk.automaton.compiled import function
 from asympk.automaton.loop import Segment
 from asympk.automaton.modes import mode_of
-from asympk.automaton.numericmode import NumericMode
+from asympk.automaton.numericmode import NumericMode, on_hermite
 from asympk.errors import InputError
 from asympk.integrators.integrate import Settings, missing
 from asympk.integrators.stepwise import IDLE, PARTS, follow_steps
@@ -88,15 +88,9 @@ class KvaernoSteps:
 
     def dense_output(self) -> Callable[[float], np.ndarray]:
         """Return the state as a function of the time within the last step: the Hermite cubic that diffrax uses."""
-        h, (y_old, y) = self.t - self.t_old, (self.y_old, self.y)
-        slopes = [h * np.array(self.mode.rhs(t, w.tolist())) for t, w in ((self.t_old, y_old), (self.t, y))]
-
-        def at(t):
-            u = (t - self.t_old) / h
-            bend = (1 - 2 * u) * (y - y_old) + (u - 1) * slopes[0] + u * slopes[1]
-            return (1 - u) * y_old + u * y + u * (u - 1) * bend
-
-        return at
+        h, ends = self.t - self.t_old, (self.y_old.tolist(), self.y.tolist())
+        slopes = self.mode.rhs(self.t_old, ends[0]), self.mode.rhs(self.t, ends[1])
+        return lambda t: np.array(on_hermite((t - self.t_old) / h, h, ends, slopes))
 
 
 @lru_cache(maxsize=64)

@@ -1,0 +1,25 @@
+"""A mode in numbers: what its functions return, and the cubic between two states with their rates."""
+
+from fractions import Fraction
+
+from asympk.automaton.numericmode import on_hermite
+
+
+def test_a_cubic_is_met_by_its_ends_and_their_rates_in_every_share():
+    def at(t):
+        return 2 - t + 3 * t**2 - Fraction(5, 2) * t**3
+
+    def slope(t):
+        return -1 + 6 * t - Fraction(15, 2) * t**2
+
+    start, end = Fraction(1, 3), Fraction(7, 4)
+    for k in range(9):
+        share = Fraction(k, 8)
+        found = on_hermite(share, end - start, ((at(start),), (at(end),)), ((slope(start),), (slope(end),)))
+        assert found == (at(start + share * (end - start)),)
+
+
+def test_the_cubic_ends_in_the_states_themselves():
+    ends, slopes = ((0.1, 1e17), (0.3, -7.0)), ((1e30, 3.0), (-2.0, 1.0))
+    assert on_hermite(0.0, 0.7, ends, slopes) == ends[0]
+    assert on_hermite(1.0, 0.7, ends, slopes) == ends[1]
