@@ -25,7 +25,6 @@ from asympk.asymptotics.reduced import NOISE
 from asympk.asymptotics.smooth import EXTRA, follow_smooth, leaves_its_sides
 from asympk.asymptotics.taylor import FUNCTIONS
 from asympk.automaton.automaton import ROUNDED, Automaton
-from asympk.automaton.contacts import nudges
 from asympk.automaton.exact import exact_values
 from asympk.errors import AsympkError, NotDerivable, OutOfRange
 from asympk.formulas import NOT_FINITE
@@ -219,15 +218,12 @@ def _unit_of_small(scene: Any, powers: tuple[int, ...], layers: list, unit: int)
 def _by_terms(path: Any) -> np.ndarray:
     """Return the size of every state by the terms of its rate in slow motion, also where they cancel.
 
-    It is the change of the rate by relative changes of time, states and parameters, divided by these, times the time in
-    which the state forgets an error, at most that of the run.
+    It is ``NumericMode.terms``, times the time in which the state forgets an error, at most that of the run.
     """
     made, until = np.zeros(len(path.final)), float(path.scene.until)
     for mode, t, state in path.at.places(_looks(path), slow=True):
-        here = (t, (*state, *mode.p))
-        now, *nearby = (np.array(mode.field(s, *w)) for s, w in (here, *nudges(*here, ROUNDED)))
         spans = until / np.maximum(until * np.abs(np.diag(mode.jac(t, state))), 1)
-        made = np.maximum(made, np.abs(np.subtract(nearby, now)).max(axis=0) / ROUNDED * spans)
+        made = np.maximum(made, np.array(mode.terms(t, tuple(state), ROUNDED), dtype=float) * spans)
     return made
 
 

@@ -344,6 +344,15 @@ class NumericMode:
         """Return the rates at a time and a state."""
         return self.field(t, *state, *self.p)
 
+    def terms(self, t: Any, state: State, slack: Any) -> tuple:
+        """Return the size of each rate by its terms, also where they cancel.
+
+        It is the change of the rate by relative changes ``slack`` of time, states and parameters, divided by these.
+        """
+        here = t, (*state, *self.p)
+        now, *nearby = (self.field(at, *moved) for at, moved in (here, *nudges(*here, slack)))
+        return tuple(max(abs(v - w) for v in near) / slack for w, *near in zip(now, *nearby, strict=True))
+
     def jac(self, t: Any, state: State) -> tuple:
         """Return the rows of the Jacobian at a time and a state."""
         n = len(state)

@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from asympk.automaton.automaton import ROUNDED, Automaton
-from asympk.automaton.contacts import nudges
 from asympk.automaton.exponentials import exponentials
 from asympk.automaton.loop import Segment
 from asympk.automaton.numericmode import NumericMode
@@ -147,9 +146,8 @@ def balances(parts: Sequence[Linearised]) -> tuple[np.ndarray, np.ndarray]:
     """Return (sizes, gains): each state's size by the terms of its rate, and its gain by an error of another state.
 
     The size holds in any units, and the rounding of the state is relative to it, also where the terms of the rate
-    cancel. It is the change of the rate by relative changes of time, states and parameters, divided by these, times the
-    time 1 / |J_ii| in which the state forgets an error, at most that of the run. The gains are |J_ij| times the time
-    until the state forgets the error or swings back.
+    cancel. It is ``NumericMode.terms`` times the time 1 / |J_ii| in which the state forgets an error, at most that of
+    the run. The gains are |J_ij| times the time until the state forgets the error or swings back.
     """
     until, n = float(parts[-1].segment.t), len(parts[-1].segment.state)
     found, gains = np.zeros(n), np.zeros((n, n))
@@ -159,14 +157,11 @@ def balances(parts: Sequence[Linearised]) -> tuple[np.ndarray, np.ndarray]:
                 continue
             own, swings = (np.abs(np.einsum("kii->ki", part)) for part in (slopes, slopes @ slopes))
             spans = np.minimum(until, 1 / own)
-            here = times, (*states.T, *np.outer(mode.p, np.ones(len(times))))
-            places = here, *nudges(*here, ROUNDED)
             try:
-                rates = [[*map(mode.field, t.tolist(), *(w.tolist() for w in at))] for t, at in places]
+                terms = [mode.terms(t, tuple(w), ROUNDED) for t, w in zip(times.tolist(), states.tolist(), strict=True)]
             except (ArithmeticError, ValueError, TypeError):  # a rate without a derivative
                 continue
-            now, *nearby = np.array(rates, dtype=float).reshape(3, -1, n)
-            made = np.abs(np.subtract(nearby, now)).max(axis=0) / ROUNDED * spans
+            made = np.array(terms, dtype=float).reshape(-1, n) * spans
             made = np.abs(states).max(axis=1, keepdims=True) + made if mode.kept else made
             found = np.maximum(found, np.where(np.isfinite(made), made, 0).max(axis=0, initial=0.0))
             gained = np.abs(slopes) * np.minimum(spans, 1 / np.sqrt(swings))[:, :, None]

@@ -2,7 +2,13 @@
 
 from fractions import Fraction
 
+import sympy as sp
+
+import asympk as ap
+from asympk.automaton.automaton import Automaton
 from asympk.automaton.numericmode import on_hermite
+
+x, y = sp.symbols("x y")
 
 
 def test_a_cubic_is_met_by_its_ends_and_their_rates_in_every_share():
@@ -23,3 +29,11 @@ def test_the_cubic_ends_in_the_states_themselves():
     ends, slopes = ((0.1, 1e17), (0.3, -7.0)), ((1e30, 3.0), (-2.0, 1.0))
     assert on_hermite(0.0, 0.7, ends, slopes) == ends[0]
     assert on_hermite(1.0, 0.7, ends, slopes) == ends[1]
+
+
+def test_a_rate_has_the_size_of_its_terms_also_where_they_cancel():
+    mode = Automaton(ap.System.with_frictions({x: 30 * x - 20 * y, y: -y}, {}, []), ()).mode(())
+    far, near = mode.terms(0.0, (2.0, 3.0), 2.0**-48)
+    assert mode.rhs(0.0, (2.0, 3.0)) == (0, -3)
+    assert 60 <= far <= 240
+    assert 3 <= near <= 6
