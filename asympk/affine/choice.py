@@ -126,7 +126,7 @@ class Modes:
         phases[friction] = all_phases(self.system, friction)
         found, doubtful = self._chosen(product(*phases), t, w, velocities, loads)
         others = [_without(branch, friction) != _without(before, friction) for branch in self.branches]
-        rigid = self.system.frictions[friction].constraint is not None and kind in ("lift_off", "touch_down")
+        rigid = self.system.frictions[friction].rigid and kind in ("lift_off", "touch_down")
         return found, doubtful | np.array(others, dtype=bool)[found] | rigid
 
     def _chosen(self, candidates, t, w, velocities, loads):
@@ -189,4 +189,4 @@ def _without(branch, friction):
 
 
 def _rigid(system):
-    return [friction for friction in system.frictions if friction.constraint is not None]
+    return [friction for friction in system.frictions if friction.rigid]

@@ -249,8 +249,7 @@ def _in(units: tuple[int, ...], scene: Any) -> Any:
     meant = {s: u * name for s, (u, name) in told.items()}
     slow, fast = ({told[s][1]: rate.xreplace(meant) / (told[s][0] * unit) for s, rate in rates.items()}
                   for rates, unit in ((system.slow, 1), (system.fast, told[small][0])))
-    frictions = tuple(replace(f, **{part: expr.xreplace(meant) for part, expr in f.parts.items()})
-                      for f in system.frictions)
+    frictions = tuple(f.mapped(lambda part: part.xreplace(meant)) for f in system.frictions)
     dependent = {told[s][1]: value.xreplace(meant) / told[s][0] for s, value in system.dependent.items()}
     *states, least = (name for _, name in told.values())
     inside = replace(system, slow=sp.Dict(slow), fast=sp.Dict(fast), states=(*states,), small=least,

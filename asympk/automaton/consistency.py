@@ -85,9 +85,8 @@ def _unloaded(here: Junction, branch: Branch) -> set[int]:
     reaction that has jumped away from 0 does not vanish.
     """
     changed = {k for k, was in enumerate(here.before or ()) if was != branch[k]}
-    rigid = {k for k, friction in enumerate(here.system.frictions) if friction.constraint is not None}
-    unloaded = (k for kind, k in here.lost if kind == "force_zero" and k in rigid and changed <= {k})
-    return {k for k in unloaded if not here.has_jumped(k)}
+    unloaded = (k for kind, k in here.lost if kind == "force_zero" and changed <= {k})
+    return {k for k in unloaded if here.system.frictions[k].rigid and not here.has_jumped(k)}
 
 
 def _ties(here: Junction, branch: Branch, group: tuple[int, ...]) -> list[tuple] | None:
@@ -148,7 +147,7 @@ def _margins_at(
         load = contact.load_under(forces)
         if friction.gap is not None:
             reaction = solved.forces.get(friction.normal)
-            found["lift_off", k, False] = -contact.gap if friction.constraint is None else reaction
+            found["lift_off", k, False] = reaction if friction.rigid else -contact.gap
         if phase.velocity == 0:
             for side, begun in zip((1, -1), here.beginning(branch, k, n), strict=True):
                 bound = begun.static * phase.load * begun.load_under(forces)
@@ -216,7 +215,7 @@ def _opening(here: Junction, k: int, point: ContactPoint, forces: tuple) -> Any:
     g'' is taken without the reaction of this contact, but with the forces of the others. Where the reaction has just
     vanished, and has not jumped away from 0, the value is 0, so that ``signs_of_derivatives`` decides by g'''.
     """
-    if here.system.frictions[k].constraint is None:
+    if not here.system.frictions[k].rigid:
         return point.contacts[k].gap
     if k not in here.touching:
         return abs(point.contacts[k].gap)

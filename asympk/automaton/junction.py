@@ -66,8 +66,7 @@ class Junction:
 
         A velocity that a rigid contact keeps at 0 is 0 to rounding alone if neither its gap nor its rate is known.
         """
-        rigid = (f for f in self.system.frictions if f.constraint is not None)
-        known = all(f.gap is not None or f.gap_rate is not None for f in rigid)
+        known = all(f.unilateral or f.gap_rate is not None for f in self.system.frictions if f.rigid)
         return self.places if known else self.at.with_nudged(self.slack, self.slack)
 
     @property
@@ -169,7 +168,7 @@ def junction_at(
 def _require_directions(system: System, touching: dict[int, bool], points: list[ContactPoint], at: Place) -> None:
     """Raise ``UnboundedReaction`` if no force moves the gap of a rigid contact: its reaction is not determined."""
     for k, friction in enumerate(system.frictions):
-        if friction.constraint is None or (friction.gap is not None and k not in touching):
+        if not friction.rigid or (friction.unilateral and k not in touching):
             continue
         _, *columns = zip(*(gap_row(system, k, point) for point in points), strict=True)
         if all(map(is_open, columns)):
@@ -201,16 +200,16 @@ def _settled(automaton: "Automaton", before: Branch | None, hits: tuple, place: 
 
 def _phases(here: Junction, k: int) -> list[Phase]:
     friction = here.system.frictions[k]
-    if friction.constraint is not None and friction.gap is not None:
-        gap = 0 if k in here.touching else 1
-    else:
-        gap = _gap_sign(here, k)
+    gap = _gap_sign(here, k)
     found = [] if gap > 0 else _closed(here, k)
     return found + ([OPEN] if friction.gap is not None and gap >= 0 else [])
 
 
 def _gap_sign(here: Junction, k: int) -> int:
-    if here.system.frictions[k].gap is None:
+    friction = here.system.frictions[k]
+    if friction.unilateral:
+        return 0 if k in here.touching else 1
+    if friction.gap is None:
         return -1
     if {("lift_off", k), ("touch_down", k)} & here.lost:
         return 0
@@ -226,7 +225,7 @@ def _touching(system: System, before: Branch | None, lost: set, at: Place) -> di
     """
     found, rounding = {}, BY_HAND if before is None else ROUNDING
     for k, friction in enumerate(system.frictions):
-        if friction.constraint is None or friction.gap is None:
+        if not friction.unilateral:
             continue
         if before is not None and before[k] != OPEN:
             found[k] = ("lift_off", k) in lost
@@ -275,7 +274,7 @@ def _resting(system: System, at: Place) -> set[tuple[str, int]]:
     is one also where its state is not; elsewhere a single state is as exact as it was written.
     """
     velocities, found = dict(enumerate(friction.velocity for friction in system.frictions)), set()
-    rigid = {k: v for k, v in velocities.items() if system.frictions[k].constraint is not None}
+    rigid = {k: v for k, v in velocities.items() if system.frictions[k].rigid}
     sums = {k: v for k, v in velocities.items() if k not in rigid and not v.is_Symbol}
     for some, least in ((rigid, OF_ZERO), (sums, 0)):
         signs = _signs(system, (*some.values(),), at, ROUNDING, least)

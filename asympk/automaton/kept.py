@@ -26,7 +26,7 @@ def vanish_on_plane(here: Junction, mode: GuardedMode, exprs: tuple[sp.Expr, ...
     It is not known, and so False, where the state or the time switches a law, where a value is not finite, or where a
     contact is rigid, whose share of a load may be 0 by choice.
     """
-    if has_switches(mode.system) or any(friction.constraint is not None for friction in mode.system.frictions):
+    if has_switches(mode.system) or any(f.rigid for f in mode.system.frictions):
         return False
     marks = _alike([*zip(*(place.state for place in here.places), strict=True)], None, here.numbers)
     with suppress(ArithmeticError, TypeError, ValueError):

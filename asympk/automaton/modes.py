@@ -37,7 +37,7 @@ from asympk.symbolic.sides import (
     system_on_sides,
     with_real_powers,
 )
-from asympk.symbolic.switches import Middle, Switch, exprs_of, middles_of, switches
+from asympk.symbolic.switches import Middle, Switch, middles_of, switches
 from asympk.symbolic.system import Friction, System
 
 RECORD = 300  # most phases of the time, as a record of ground motion has, on whose sides a model may ask for a mode
@@ -154,8 +154,7 @@ class GuardedMode:
     @property
     def kept_gaps(self) -> dict[int, sp.Expr]:
         """The gaps of closed rigid contacts, which the mode keeps at 0, by the numbers of the frictions."""
-        rigid = ((k, f) for k, f in self.closed.items() if f.constraint is not None)
-        return {k: f.gap for k, f in rigid if f.gap is not None}
+        return {k: f.gap for k, f in self.closed.items() if f.unilateral}
 
     @cached_property
     def open_phases(self) -> tuple[sp.Expr, ...]:
@@ -348,7 +347,7 @@ def mode_of(system: System, branch: Branch, sides: Sides = ()) -> GuardedMode:
 @lru_cache(maxsize=256)
 def has_switches(system: System) -> bool:
     """Tell whether the state or the time switches an expression of a system."""
-    return any(is_switched(expr, (*system.states, system.time)) for expr in exprs_of(system))
+    return any(is_switched(expr, (*system.states, system.time)) for expr in system.expressions)
 
 
 def has_law(system: System, sides: Sides) -> bool:
@@ -381,7 +380,7 @@ def phases_of(system: System) -> tuple[sp.Expr, ...]:
 @lru_cache(maxsize=256)
 def is_nested(system: System) -> bool:
     """Tell whether a phase contains an expression that the state switches, as that of Max(|x| - y, 0) contains |x|."""
-    parts = (part for atom in atoms(sp.Tuple(*exprs_of(system)), *SWITCHING) for part in switching_parts(atom))
+    parts = (part for atom in atoms(sp.Tuple(*system.expressions), *SWITCHING) for part in switching_parts(atom))
     return any(is_switched(part, system.states) for part in parts)
 
 

@@ -148,8 +148,7 @@ def _junction(automaton: Automaton, branch: Branch, t: Any, state: tuple) -> Jun
     system, place = automaton.system, place_of(automaton, _CLOSELY, float(t), tuple(map(float, state)))
     signs = signs_at_rest(system, [place, place], at_rest(branch))
     point = contact_point(system, place, signs)
-    rigid = (k for k, f in enumerate(system.frictions) if f.constraint is not None and f.gap is not None)
-    touching = {k: False for k in rigid if branch[k] != OPEN}
+    touching = {k: False for k, f in enumerate(system.frictions) if f.unilateral and branch[k] != OPEN}
     return Junction(system, branch, set(), (place, place), [point, point], signs, touching, ROUNDED)
 
 
@@ -179,13 +178,12 @@ def _choices(system: System, branch: Branch) -> list[Branch]:
 
 
 def _phases(system: System, k: int, phase: Phase) -> list[Phase]:
-    pushed = system.frictions[k].constraint is not None or is_pushed(system, k)
+    pushed = system.frictions[k].rigid or is_pushed(system, k)
     if phase == OPEN or not (pushed or phase.mode == "stick"):
         return [phase]
     velocities = (phase.velocity,) if phase.velocity else (0, 1, -1)
     closed = [Phase(load, velocity) for load in signs_of_load(system, k) for velocity in velocities]
-    opens = system.frictions[k].constraint is not None and system.frictions[k].gap is not None
-    return ([phase] if phase.smooth else closed) + [OPEN] * opens
+    return ([phase] if phase.smooth else closed) + [OPEN] * system.frictions[k].unilateral
 
 
 def _is_stiff(here: Junction, branch: Branch) -> bool:

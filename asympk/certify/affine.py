@@ -169,7 +169,7 @@ class _Modes(Candidates):
     def _require_no_rounding(self, state):
         """Raise ``Refused`` for a gap of a rigid contact, or its rate, that is not 0 but may be rounding at a start."""
         for friction in self.system.frictions:
-            gap = friction.gap if friction.constraint is not None else None
+            gap = friction.gap if friction.rigid else None
             for what, expr in (("gap", gap), ("rate of the gap", gap and rate_along(self.system, gap))):
                 if expr and self._is_rounding(self._plain_row(expr), state):
                     raise Refused(f"edge: the {what} at the start is rounding, which a run takes as 0; start where it "

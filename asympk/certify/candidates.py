@@ -137,7 +137,7 @@ class Candidates:
         for k, (friction, phase) in enumerate(zip(self.system.frictions, mode.branch, strict=True)):
             if phase.mode == "stick":
                 yield self.row(mode, mode.velocities[k])
-            if friction.constraint is not None and friction.gap is not None and phase != OPEN:
+            if friction.unilateral and phase != OPEN:
                 yield self.row(mode, friction.gap)
                 yield self.row(mode, branches.rate_along(self.system, friction.gap))
 
@@ -293,7 +293,7 @@ class Candidates:
         for k, (friction, phase) in enumerate(zip(self.here.frictions, branch, strict=True)):
             if phase == OPEN or branches.is_joint(friction, phase):
                 continue
-            if friction.constraint is not None or (phase.velocity and not branches.lifts(friction)):
+            if friction.rigid or (phase.velocity and not branches.lifts(friction)):
                 yield phase.load * friction.load
             if phase.mode == "stick":
                 yield from (margin.value for margin in forces.edges_of_stick(friction, phase, k))

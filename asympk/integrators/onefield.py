@@ -97,7 +97,7 @@ def _functions(system, width):
     def direction(velocity):
         return sp.sign(velocity) if width is None else sp.tanh(velocity / exact_constant("eps", width))
 
-    if any(f.gap is not None or f.constraint is not None for f in system.frictions):
+    if any(f.gap is not None or f.rigid for f in system.frictions):
         raise InputError("one right-hand side has no contacts that open; use a method with events, such as 'lsoda'")
     rates = slipping_rates(system, direction)
     jacobian = tuple(slope_by(rate, s) for rate in rates for s in system.states)

@@ -108,7 +108,7 @@ def _field(axis: Any, system: System, parameters: tuple, window: Any, pair: tupl
     velocities = tuple(friction.velocity for friction in system.frictions)
     for values in _evaluated(system, velocities, points, parameters):
         _zeros(axis, across, down, values, style.BLACK, "-")
-    if any(f.gap is not None or f.constraint is not None for f in system.frictions):
+    if any(f.gap is not None or f.rigid for f in system.frictions):
         return
     rates = _evaluated(system, slipping_rates(system, sp.sign), points, parameters)
     flow = dict(zip(system.states, rates, strict=True))

@@ -171,11 +171,10 @@ def is_smooth(system: "System", k: int) -> bool:
     Then it is closed in one phase, ``SMOOTH``, whether it slips or rests.
     """
     friction = system.frictions[k]
-    if friction.constraint is None or friction.kinetic != 0 or friction.static != 0:
+    if not friction.rigid or friction.kinetic != 0 or friction.static != 0:
         return False
     asked = {*put_sign(friction.velocity, sp.S.One), *put_sign(friction.load, sp.S.One)}
-    formulas = (*system.slow.values(), *system.fast.values(), *(p for f in system.frictions for p in f.parts.values()))
-    return not atoms(sp.Tuple(*formulas), sp.Abs, sp.sign) & asked
+    return not atoms(sp.Tuple(*system.expressions), sp.Abs, sp.sign) & asked
 
 
 @lru_cache(maxsize=256)
@@ -192,7 +191,7 @@ def rubbed(system: "System") -> dict[int, set[int]]:
     """
     rough = {j for j in range(len(system.frictions)) if not is_smooth(system, j)}
     rubs = {k: {j for j in rough if k in _reactions(system, j)}
-            for k, f in enumerate(system.frictions) if f.constraint is not None}
+            for k, f in enumerate(system.frictions) if f.rigid}
     forced = {j: {j} for j in rough if _acts_on_itself(system, j) and not any(j in found for found in rubs.values())}
     return {k: found for k, found in rubs.items() if found or system.frictions[k].gap is not None} | forced
 
@@ -258,7 +257,7 @@ def lifts(friction: "Friction") -> bool:
     """
     if friction.gap is None:
         return False
-    if friction.constraint is not None:
+    if friction.rigid:
         return friction.load.subs(friction.normal, 0) == 0
     ratio = without_penetration(friction.load)
     ratio = sp.cancel(friction.load / friction.gap) if ratio == friction.load else ratio
@@ -420,7 +419,7 @@ def rate_along(system: "System", expr: sp.Expr) -> sp.Expr:
 def drive(system: "System", friction: "Friction") -> tuple[sp.Expr, sp.Expr]:
     """Return (d, c) in the rate of the sliding velocity, v' = d + c F; a reaction without constraint is the load."""
     rate = rate_along(system, friction.velocity)
-    if friction.normal is not None and friction.constraint is None:
+    if friction.normal is not None and not friction.rigid:
         rate = replaced(rate, {friction.normal: friction.load})
     rate = sp.expand(rate) if expands(rate) else rate
     return replaced(rate, {friction.force: sp.S.Zero}), slope_by(rate, friction.force)
@@ -475,7 +474,7 @@ def check_constraint(system: "System", friction: "Friction") -> None:
 
     The ratio of a multiple to g'' does not change with the forces.
     """
-    if friction.constraint is None or (friction.gap is None and friction.gap_rate is None):
+    if not friction.rigid or (friction.gap is None and friction.gap_rate is None):
         return
     name, given = ("gap_rate", friction.gap_rate) if friction.gap is None else ("gap", friction.gap)
     rate = given if friction.gap is None else rate_along(system, given)

@@ -12,7 +12,6 @@ from functools import lru_cache
 import sympy as sp
 
 from asympk.symbolic.long import atoms, heavy, replaced
-from asympk.symbolic.switches import exprs_of
 from asympk.symbolic.system import System
 
 
@@ -21,7 +20,7 @@ def coefficients_of(system: System) -> tuple[sp.Expr, ...]:
     """Return the coefficients in the rates and the frictions of a system."""
     found: dict[sp.Expr, None] = {}
     for fixed in _fixed(system):
-        _each(sp.Tuple(*exprs_of(system)), fixed, lambda part: found.setdefault(part) or part)
+        _each(sp.Tuple(*system.expressions), fixed, lambda part: found.setdefault(part) or part)
     return tuple(found)
 
 

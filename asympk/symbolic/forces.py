@@ -109,7 +109,7 @@ def _friction_law(system: "System", branch: Branch, k: int) -> sp.Expr:
 
 def reaction_law(friction: "Friction") -> sp.Expr:
     """Return what is 0 for the reaction of a closed contact: its difference from the load, or the constraint."""
-    return friction.normal - friction.load if friction.constraint is None else friction.constraint
+    return friction.constraint if friction.rigid else friction.normal - friction.load
 
 
 def _by_elimination(
@@ -170,7 +170,7 @@ def standing_rows(system: "System", branch: Branch) -> tuple[tuple[sp.Expr, ...]
             continue
         zeros += [reaction_law(friction)] if friction.normal is not None else []
         zeros += [slope_by(friction.velocity, system.time)] if system.time else []
-        if friction.constraint is not None and not is_joint(friction, phase):
+        if friction.rigid and not is_joint(friction, phase):
             kind = "force_zero" if friction.gap is None else "lift_off"
             margins.append(Guard(kind, k, phase.load * friction.load))
         margins += edges_of_stick(friction, phase, k)

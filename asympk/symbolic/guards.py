@@ -67,7 +67,7 @@ def telling(system: "System") -> Iterator[Branch]:
     asked = _asks_for_signs(system)
     choices = [all_phases(system, k) if asked else one_per_mode(system, k) for k in range(len(system.frictions))]
     first = tuple(choice[0] for choice in choices)
-    rigid = [k for k, friction in enumerate(system.frictions) if friction.constraint is not None]
+    rigid = [k for k, friction in enumerate(system.frictions) if friction.rigid]
     if rigid and not determined(system, first):
         first = tuple(OPEN if OPEN in c else c[-1 if k in rigid else 0] for k, c in enumerate(choices))
     if not rigid or determined(system, first):
@@ -160,7 +160,7 @@ def _every_guard(system: "System", branch: Branch) -> tuple[Guard, ...]:
             found += [Guard("touch_down", k, friction.gap)] if friction.gap is not None else []
             continue
         if friction.gap is not None:
-            found.append(Guard("lift_off", k, -friction.gap if friction.constraint is None else friction.normal))
+            found.append(Guard("lift_off", k, friction.normal if friction.rigid else -friction.gap))
         if phase.smooth:
             continue
         if phase.velocity:
@@ -205,7 +205,7 @@ def _unambiguous(system: "System", branch: Branch) -> list[Guard]:
     k, *_ = sliding
     found = [Guard("unbounded", k, stiffness(system, branch))]
     contact = system.frictions[k]
-    if len(closed) == 1 and (contact.gap is None or (contact.constraint is None and not lifts(contact))):
+    if len(closed) == 1 and (contact.gap is None or not (contact.rigid or lifts(contact))):
         other = tuple(p._replace(load=-p.load) if j in closed[k] else p for j, p in enumerate(branch))
         found.append(Guard("several", k, stiffness(system, other)))
     return found

@@ -87,8 +87,7 @@ def _with_numbers(system: "System", numbers: sp.Dict) -> "System":
     told = dict(numbers)
     slow, fast, dependent = (sp.Dict({s: rate.xreplace(told) for s, rate in of.items()})
                              for of in (system.slow, system.fast, system.dependent))
-    frictions = tuple(replace(f, **{name: part.xreplace(told) for name, part in f.parts.items()})
-                      for f in system.frictions)
+    frictions = tuple(f.mapped(lambda part: part.xreplace(told)) for f in system.frictions)
     return replace(system, slow=slow, fast=fast, frictions=frictions, dependent=dependent,
                    assumptions=system.assumptions.xreplace(told))
 

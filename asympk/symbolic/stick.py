@@ -143,7 +143,7 @@ def friction_cone(system: System) -> Cone:
             f"this system has {count} frictions, whose cones depend on one another: regions need a single friction"
             if count else "this system has no friction: build it with System.with_friction to ask for stick regions"
         )
-    if friction.constraint is not None:
+    if friction.rigid:
         raise NotDerivable(
             "the reaction of a rigid contact depends on the mode, so that stick and slip may both or neither be "
             "possible; count them with motions(), or take the elastic contact"

@@ -50,7 +50,7 @@ class Middle(NamedTuple):
 @lru_cache(maxsize=256)
 def switches_of(system: System) -> tuple[Switch, ...]:
     """Return the switches of a system by the time alone."""
-    return tuple(switches(exprs_of(system), system.time, system.parameters))
+    return tuple(switches(system.expressions, system.time, system.parameters))
 
 
 @lru_cache(maxsize=256)
@@ -62,7 +62,7 @@ def slopes_and_phases(known: tuple[Switch, ...], time: sp.Symbol) -> tuple[sp.Ex
 @lru_cache(maxsize=256)
 def sideless_of(system: System) -> tuple[Switch, ...]:
     """Return the switches that are not among the ``phases`` of the system: a run has no modes for their sides."""
-    exprs = exprs_of(system)
+    exprs = system.expressions
     own = phases(exprs, (), system.time)
     return tuple(switches(exprs, system.time, system.parameters, own))
 
@@ -75,7 +75,7 @@ def peaks_of(system: System) -> tuple[Switch, ...]:
     vanishes, or where a square has its vertex.
     """
     known, time = {system.time, *system.parameters}, system.time
-    parts = atoms(sp.Tuple(*exprs_of(system)), sp.Pow, sp.Add, sp.Function) if time else ()
+    parts = atoms(sp.Tuple(*system.expressions), sp.Pow, sp.Add, sp.Function) if time else ()
     timed = (part for part in parts if time in part.free_symbols <= known and not isinstance(part, sp.sin | sp.cos))
     middles = {part.diff(time) if part.is_Add else part.args[0] for part in timed}
     lines = (e for e in middles if isinstance(e, sp.Expr) and e.has(time) and not e.diff(time).has(time))
@@ -111,11 +111,6 @@ def _is_bump(part: sp.Expr) -> bool:
     if isinstance(part, sp.Pow):
         return not part.exp.is_Integer or bool(part.exp.is_negative) or part.exp > WIDEST
     return not isinstance(part, (sp.sin, sp.cos, sp.Piecewise, *SWITCHING))
-
-
-def exprs_of(system: System) -> tuple[sp.Expr, ...]:
-    """Return the rates of a system and the expressions of its frictions."""
-    return (*system.rates.values(), *(part for f in system.frictions for part in f.parts.values()))
 
 
 def switches(

@@ -91,6 +91,20 @@ class Friction(ShownAsFormulas):
         names = ("velocity", "load", "kinetic", "static", "gap", "constraint", "gap_rate")
         return {name: part for name in names if (part := getattr(self, name)) is not None}
 
+    @property
+    def rigid(self) -> bool:
+        """Whether a constraint determines the reaction of the contact while it is closed."""
+        return self.constraint is not None
+
+    @property
+    def unilateral(self) -> bool:
+        """Whether the contact is rigid and may open."""
+        return self.rigid and self.gap is not None
+
+    def mapped(self, change: Callable[[sp.Expr], sp.Expr]) -> "Friction":
+        """Return the friction with every part of it as ``change`` returns it."""
+        return replace(self, **{name: change(part) for name, part in self.parts.items()})
+
     def with_factors(self, pushes: set[sp.Symbol]) -> "Friction":
         """Return the friction with ``pushes``, forces and normals of the system, as factors in load and constraint."""
         parts = {name: self.parts[name] for name in ("load", "constraint") if name in self.parts}
@@ -109,16 +123,16 @@ class Friction(ShownAsFormulas):
         _put(self, "static", static)
         for name in ("load", "kinetic", "static"):
             _put(self, name, branches.by_direction(self.velocity, getattr(self, name), name))
-        if isinstance(self.gap, sp.Expr) and self.gap.free_symbols and self.constraint is None:
+        if isinstance(self.gap, sp.Expr) and self.gap.free_symbols and not self.rigid:
             for name in ("load", "kinetic", "static"):
                 _put(self, name, with_penetration(getattr(self, name), self.gap))
         for name in ("force", "normal"):
             symbol = getattr(self, name)
             if not (isinstance(symbol, sp.Symbol) or (symbol is None and name == "normal")):
                 raise InputError(f"friction: {name} = {short(symbol)} must be a Symbol, as it stands in the rates")
-        if self.constraint is not None and self.normal is None:
+        if self.rigid and self.normal is None:
             raise InputError("friction: a constraint needs normal=, the symbol of the reaction that it determines")
-        if self.gap_rate is not None and (self.constraint is None or self.gap is not None):
+        if self.gap_rate is not None and (not self.rigid or self.gap is not None):
             raise InputError("friction: gap_rate= is for a constraint without gap=; from a gap the rate follows")
 
 
@@ -245,8 +259,7 @@ class System(ShownAsFormulas):
     @cached_property
     def parameters(self) -> tuple[sp.Symbol, ...]:
         """The parameters in the order of their names, including ``small``."""
-        friction = (part for f in self.frictions for part in f.parts.values())
-        used = sp.Tuple(*self.slow.values(), *self.fast.values(), *friction, *self.dependent.values())
+        used = sp.Tuple(*self.expressions, *self.dependent.values())
         free = symbols_in(used) | ({self.small} - {None}) | self.assumptions.free_symbols
         known = {*self.states, self.time, *self.pushes}
         return tuple(sorted(free - known, key=lambda s: (s.name, str(s.assumptions0))))
@@ -256,6 +269,11 @@ class System(ShownAsFormulas):
         """The rate of every state, with forces as symbols; the rates of fast states are divided by ``small``."""
         fast = {y: g / self.small for y, g in self.fast.items()}
         return {s: {**self.slow, **fast}[s] for s in self.states}
+
+    @cached_property
+    def expressions(self) -> tuple[sp.Expr, ...]:
+        """The rates and the parts of the frictions."""
+        return (*self.rates.values(), *(part for f in self.frictions for part in f.parts.values()))
 
     @cached_property
     def modes(self) -> tuple[Mode, ...]:

@@ -183,3 +183,24 @@ def test_forces_for_numbers_are_those_for_symbols_at_these_numbers():
     for branch in [*named_branches(at)][::4]:
         found, general = forces(at, branch), forces(named, branch)
         assert all(sp.expand(found[force] - general[force].subs(c, sp.Rational(1, 5))) == 0 for force in at.pushes)
+
+
+def test_a_contact_is_rigid_by_its_constraint_and_unilateral_with_a_gap():
+    elastic = Friction(velocity=x, force=F, load=-y, kinetic=k, gap=y)
+    bilateral = Friction(velocity=x, force=F, load=N, kinetic=k, normal=N, constraint=N - z)
+    unilateral = Friction(velocity=x, force=F, load=N, kinetic=k, normal=N, constraint=N - z, gap=y)
+    kinds = [(f.rigid, f.unilateral) for f in (elastic, bilateral, unilateral)]
+    assert kinds == [(False, False), (True, False), (True, True)]
+
+
+def test_a_friction_is_mapped_in_every_part():
+    friction = Friction(velocity=x, force=F, load=N, kinetic=k * x, static=k, normal=N, constraint=N - x, gap=x)
+    moved = friction.mapped(lambda part: part.xreplace({x: y}))
+    assert moved.parts == {name: part.xreplace({x: y}) for name, part in friction.parts.items()}
+    assert (moved.force, moved.normal) == (F, N)
+
+
+def test_the_expressions_of_a_system_are_its_rates_and_the_parts_of_its_frictions():
+    friction = Friction(velocity=x, force=F, load=1 + z, kinetic=k)
+    system = System.with_frictions({x: F - y, y: x}, {z: -z}, [friction], small=mu)
+    assert system.expressions == (F - y, x, -z / mu, *friction.parts.values())
