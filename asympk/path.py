@@ -86,6 +86,12 @@ class Path(ShownAsTable):
         """The time of ``final``: ``until``, or the time reached by a run that stopped before."""
         return self.info.get("reached", self.scene.until)
 
+    @property
+    def spans(self) -> tuple[tuple[str, float, float], ...]:
+        """The modes in order, each with the times at which it begins and ends."""
+        moments = 0.0, *(float(event.t) for event in self.events), float(self.end)
+        return tuple(zip(self.modes, moments, moments[1:], strict=False))
+
     def plot(self, file: "str | File | None" = None) -> "Figure":
         """Draw every state over time, modes as shades and events as marks; return the matplotlib ``Figure``.
 

@@ -83,6 +83,13 @@ def test_a_path_of_any_method_survives_pickling_with_its_dense_output(path):
     assert np.all(again(times) == path(times))
 
 
+def test_the_spans_of_the_modes_follow_one_another_from_0_to_the_end(path):
+    modes, begins, ends = zip(*path.spans, strict=True)
+    assert modes == path.modes
+    assert begins == (0, *(float(event.t) for event in path.events))
+    assert ends == (*begins[1:], float(path.end))
+
+
 @pytest.mark.few(1)
 def test_a_path_tells_itself_in_a_few_lines(path):
     lines = repr(path).splitlines()

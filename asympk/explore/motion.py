@@ -77,14 +77,13 @@ def _is_coarse(pieces: list[np.ndarray]) -> bool:
 def _drawn(path: Path, pieces: list[np.ndarray]) -> dict[str, Any]:
     names = [*path.names, *(name for name, _ in path.scene.combinations)]
     t, *values = np.concatenate(pieces, axis=1)
-    moments = [0.0, *(float(event.t) for event in path.events), float(path.end)]
     return {
         "model": path.model,
         "t": _listed(t),
         "states": {name: _listed(v) for name, v in zip(names, values, strict=True)},
         "stretch": {name: logarithmic_from(t, v) for name, v in zip(names, values, strict=True)},
         "modes": [{"name": mode, "from": begin, "to": end, "shade": [round(255 * part) for part in shade(mode)]}
-                  for mode, begin, end in zip(path.modes, moments, moments[1:], strict=False)],
+                  for mode, begin, end in path.spans],
         "events": [{"kind": event.kind, "t": float(event.t), "state": _listed(_with(path, event.state))}
                    for event in path.events],
         "final": _listed(_with(path, path.final)),

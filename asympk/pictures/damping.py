@@ -1,7 +1,6 @@
 """The figure on damping: time of the jam and number of sticks over the damping ratio, and the rod without damping."""
 
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -65,8 +64,7 @@ def _by_epsilon(rows):
 
 def _phase_plane(ax, path):
     root = float(path.scene.mu) ** 0.5
-    edges = [0.0, *(float(event.t) for event in path.events), float(path.scene.until)]
-    for mode, (start, end) in zip(path.modes, pairwise(edges), strict=True):
+    for mode, start, end in path.spans:
         states = np.array([path(float(t)) for t in np.linspace(start, end, 40)], dtype=float)
         x, y, _ = states.T
         ax.plot(x + y, root * y, color=SLIPS[mode], lw=0.4 if mode == "stick" else 0.8)

@@ -91,11 +91,10 @@ def label_of(path: Path, name: str) -> str:
 
 
 def _shade(axis: Any, path: Path) -> None:
-    moments = [0.0, *(float(event.t) for event in path.events), float(path.end)]
-    for begin, end, mode in zip(moments, moments[1:], path.modes, strict=False):
+    for mode, begin, end in path.spans:
         axis.axvspan(begin, end, facecolor=shade(mode), linewidth=0)
-    for moment in moments[1:-1]:
-        axis.axvline(moment, color="0.5", linewidth=0.4)
+    for event in path.events:
+        axis.axvline(float(event.t), color="0.5", linewidth=0.4)
 
 
 def _mark(axis: Any, path: Path, times: tuple, values: tuple) -> None:

@@ -7,7 +7,6 @@ comes from the symbolic side through ``lower``.
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import cache
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,9 +34,8 @@ INKS = (style.BLUE, style.RED, style.GREEN, style.PURPLE)
 
 def sampled(path: Path) -> tuple[np.ndarray, np.ndarray]:
     """Return (t, states) along a path, dense where it jumps: logarithmic from both ends of every mode."""
-    edges = [0.0, *(float(event.t) for event in path.events), float(path.scene.until)]
     steps = np.concatenate(([0], np.geomspace(1e-7, 0.5, 120)))
-    times = [a + (b - a) * u for a, b in pairwise(edges) for u in (steps, 1 - steps[::-1])]
+    times = [a + (b - a) * u for _, a, b in path.spans for u in (steps, 1 - steps[::-1])]
     t = np.unique(np.concatenate(times))
     return t, np.array([path(float(moment)) for moment in t], dtype=float).T
 
