@@ -44,20 +44,23 @@ State = tuple[Any, ...]
 _Exprs = Callable[[GuardedMode], tuple]
 
 
-def _compiled_of(outputs: _Exprs, directions: _Exprs = lambda mode: ()) -> "cached_property[Callable[..., tuple]]":
+def _compiled_of(
+    meaning: str, outputs: _Exprs, directions: _Exprs = lambda mode: ()
+) -> "cached_property[Callable[..., tuple]]":
     """Return a property: expressions of the mode, or their derivatives along directions, as a function."""
-    return cached_property(lambda self: self._beside_limits(outputs(self.mode), directions(self.mode)))
+    found = cached_property(lambda self: self._beside_limits(outputs(self.mode), directions(self.mode)))
+    found.__doc__ = f"{meaning}, as a function of ``(t, *state, *p)``."
+    return found
 
 
 @dataclass(frozen=True)
 class NumericMode:
     """A mode in numbers: ``rhs``, ``jac`` and ``guard_values`` of (t, state); guards are positive inside the mode.
 
-    ``kinds`` gives for every guard the kind of event that its loss is, and the friction. ``field``, ``jacobian`` and
-    ``guards`` are the same functions of ``(t, *state, *p)``, as they are compiled; ``guard_slopes`` are derivatives
-    along the field. What is ``watched`` are the guards and, after them, the ``laws`` of friction that may become
-    negative. ``p`` are the parameters and the values of the ``coefficients``, ``target`` and ``functions`` the
-    numbers, as in ``asympk.automaton.compiled.function``.
+    ``kinds`` gives for every guard the kind of event that its loss is, and the friction. ``field``, ``jacobian``,
+    ``guards`` and the like are functions of ``(t, *state, *p)``, as they are compiled. ``p`` are the parameters and the
+    values of the ``coefficients``, ``target`` and ``functions`` the numbers, as in
+    ``asympk.automaton.compiled.function``.
     """
 
     mode: GuardedMode
@@ -66,14 +69,15 @@ class NumericMode:
     functions: Any
     coefficients: tuple[sp.Expr, ...] = ()
 
-    # functions of (t, *state, *p)
-    field = _compiled_of(lambda mode: mode.rates)
-    jacobian = _compiled_of(lambda mode: mode.rates, lambda mode: mode.units)  # row by row
-    guards = _compiled_of(lambda mode: mode.guard_values)
-    guard_slopes = _compiled_of(lambda mode: mode.guard_values, lambda mode: (mode.flow,))  # along the field
-    laws = _compiled_of(lambda mode: mode.laws)
-    watched = _compiled_of(lambda mode: mode.watched)
-    watched_slopes = _compiled_of(lambda mode: mode.watched, lambda mode: (mode.flow,))
+    field = _compiled_of("The rates", lambda mode: mode.rates)
+    jacobian = _compiled_of("The Jacobian row by row", lambda mode: mode.rates, lambda mode: mode.units)
+    guards = _compiled_of("The guards", lambda mode: mode.guard_values)
+    guard_slopes = _compiled_of("The derivatives of the guards along the field", lambda mode: mode.guard_values,
+                                lambda mode: (mode.flow,))
+    laws = _compiled_of("The laws of friction that may become negative", lambda mode: mode.laws)
+    watched = _compiled_of("The guards and, after them, the laws", lambda mode: mode.watched)
+    watched_slopes = _compiled_of("The derivatives of what is watched along the field", lambda mode: mode.watched,
+                                  lambda mode: (mode.flow,))
 
     @property
     def name(self) -> str:

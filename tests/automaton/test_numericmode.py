@@ -6,7 +6,7 @@ import sympy as sp
 
 import asympk as ap
 from asympk.automaton.automaton import Automaton
-from asympk.automaton.numericmode import on_hermite
+from asympk.automaton.numericmode import NumericMode, on_hermite
 
 x, y = sp.symbols("x y")
 
@@ -37,3 +37,10 @@ def test_a_rate_has_the_size_of_its_terms_also_where_they_cancel():
     assert mode.rhs(0.0, (2.0, 3.0)) == (0, -3)
     assert 60 <= far <= 240
     assert 3 <= near <= 6
+
+
+def test_every_compiled_function_says_what_it_returns():
+    names = ("field", "jacobian", "guards", "guard_slopes", "laws", "watched", "watched_slopes")
+    meanings = {getattr(NumericMode, name).__doc__ for name in names}
+    assert len(meanings) == len(names)
+    assert all(meaning.endswith(", as a function of ``(t, *state, *p)``.") for meaning in meanings)
