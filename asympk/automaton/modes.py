@@ -74,10 +74,8 @@ class GuardedMode:
     @cached_property
     def rates(self) -> tuple[sp.Expr, ...]:
         """The rate of every state, in the order of ``system.states``."""
-        slow, fast = guards.fields(self.sided, self.branch)
-        small = self.system.small
-        rates = (slow[s] if s in slow else fast[s] / small for s in self.system.states)
-        return tuple(map(self._placed, rates))
+        rates = self.system.divided(*guards.fields(self.sided, self.branch))
+        return tuple(map(self._placed, rates.values()))
 
     @cached_property
     def is_finite(self) -> bool:

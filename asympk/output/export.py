@@ -88,8 +88,7 @@ def _plainly(f, put):
 
 def _fields(system):
     states = system.states
-    rates = {m: {**m.slow, **{y: g / system.small for y, g in m.fast.items()}} for m in system.modes}
-    values = {m: tuple(rate[s] for s in states) for m, rate in rates.items()}
+    values = {m: tuple(system.divided(m.slow, m.fast).values()) for m in system.modes}
     args = _signature(system, states + sum(values.values(), ()))
     for mode in system.modes:
         yield Function(mode.name, f"{', '.join(f'd{s}/dt' for s in states)} in mode {mode.name}", args, values[mode])

@@ -267,8 +267,11 @@ class System(ShownAsFormulas):
     @cached_property
     def rates(self) -> dict[sp.Symbol, sp.Expr]:
         """The rate of every state, with forces as symbols; the rates of fast states are divided by ``small``."""
-        fast = {y: g / self.small for y, g in self.fast.items()}
-        return {s: {**self.slow, **fast}[s] for s in self.states}
+        return self.divided(self.slow, self.fast)
+
+    def divided(self, slow: Mapping, fast: Mapping) -> dict[sp.Symbol, sp.Expr]:
+        """Return the rate of every state from a slow field and a fast one, which is divided by ``small``."""
+        return {s: slow[s] if s in slow else fast[s] / self.small for s in self.states}
 
     @cached_property
     def expressions(self) -> tuple[sp.Expr, ...]:

@@ -204,3 +204,9 @@ def test_the_expressions_of_a_system_are_its_rates_and_the_parts_of_its_friction
     friction = Friction(velocity=x, force=F, load=1 + z, kinetic=k)
     system = System.with_frictions({x: F - y, y: x}, {z: -z}, [friction], small=mu)
     assert system.expressions == (F - y, x, -z / mu, *friction.parts.values())
+
+
+def test_fast_fields_are_divided_by_the_small_parameter_in_the_order_of_the_states():
+    system = System(sp.Dict({x: y}), sp.Dict({z: -z}), (z, x), mu)
+    assert list(system.divided({x: -x}, {z: x}).items()) == [(z, x / mu), (x, -x)]
+    assert list(system.rates.items()) == [(z, -z / mu), (x, y)]
