@@ -11,8 +11,6 @@ from asympk.errors import Undecided
 from asympk.numbers import Arithmetic, Number
 
 SPARE_DIGITS = 30  # digits of the first run beyond those asked for
-MOST_DIGITS = 1000  # most digits that may be asked of a closed form
-KEPT_DIGITS = MOST_DIGITS + 100  # of an irrational number that is kept as a fraction: a flow may lose a hundred of them
 LARGEST_DOUBLE = 308  # the power of ten beyond which there are no doubles
 DIGITS_OF_DOUBLES = 17  # digits that tell every double from its neighbours
 UNIT = 2.0**-53  # unit roundoff: the largest relative error of rounding to a double

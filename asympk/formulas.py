@@ -12,17 +12,15 @@ from collections.abc import Mapping
 from fractions import Fraction
 from keyword import kwlist
 from operator import add, mul, sub
-from sys import float_info
 from typing import Any
 from unicodedata import normalize
 
 import sympy as sp
 from sympy.printing.str import StrPrinter
 
-from asympk.arithmetic import KEPT_DIGITS
 from asympk.errors import InputError
 from asympk.naming import nearest
-from asympk.numbers import LARGEST, number, short, spells_number
+from asympk.numbers import KEPT_DIGITS, LARGEST, as_fraction, beyond, number, short, spells_number, within_doubles
 
 
 def fractional_part(of: sp.Expr) -> sp.Expr:
@@ -141,12 +139,7 @@ def read_constant(what: str, value: Any, angles: bool = True, digits: int = KEPT
     if not isinstance(value, str) or spells_number(value) or (in_degrees(value) and not angles):
         return value
     found = _angle(what, value) if in_degrees(value) else read_formula(value, {}, what)
-    exact = found if found.is_Rational else found.evalf(digits)
-    if not exact.is_real:
-        raise _no_number(what, value)
-    if exact and not _in_range(exact):
-        raise InputError(f"{what} = {short(value)}: {_beyond('it', exact)}")
-    return Fraction(exact.p, exact.q) if exact.is_Rational else Fraction(str(exact))
+    return as_fraction(what, found, digits)
 
 
 def read_constants(what: str, value: Any, angles: bool = True) -> Any:
@@ -256,15 +249,6 @@ def _degree(expr: sp.Expr) -> int:
     return 1
 
 
-def _in_range(value: Any) -> bool:
-    """Tell whether a double can hold a number other than 0."""
-    return float_info.min <= abs(value) <= LARGEST
-
-
-def _beyond(what: str, value: Any) -> str:
-    return f"{what} is beyond the range of doubles{'; write 0 if it is meant' if abs(value) < 1 else ''}"
-
-
 def _plain(text: str) -> str:
     """Replace primes, and words such as lambda, by names of Python that no bare key of a TOML file can spell."""
     text = re.sub(r"(?<=\w)'+", lambda primes: _PRIME * len(primes[0]), text)
@@ -308,7 +292,7 @@ class _Reader:
         if isinstance(node.value, bool) or not _NUMBER.fullmatch(spelled):
             raise self._refuse(f"{short(spelled or node.value)} is not a number")
         value = Fraction(spelled)
-        if value and not _in_range(value):
+        if value and not within_doubles(value):
             raise self._refuse(f"{short(spelled)} is beyond the range of doubles")
         return sp.Rational(value)
 
@@ -337,7 +321,7 @@ class _Reader:
         for node in reversed(following):
             value = self._operation(node, value, self._expression(node.right, depth + 1))
         factor = value.as_coeff_Mul()[0]
-        if factor.is_Rational and factor and not _in_range(factor):
+        if factor.is_Rational and factor and not within_doubles(factor):
             raise self._refuse("a number in it is beyond the range of doubles")
         if _degree(value) > LARGEST_DEGREE:
             raise self._refuse(f"a degree beyond {LARGEST_DEGREE}")
@@ -382,8 +366,8 @@ class _Reader:
                 raise self._refuse("it divides by zero")
             self._require_size(arguments[0] / arguments[1])
         found = FUNCTIONS[name](*arguments)
-        if found.is_number and (few := found.evalf(_FEW)).is_real and few and not _in_range(few):
-            raise self._refuse(_beyond("a number in it", few))  # a polynomial in it would have as high a degree
+        if found.is_number and (few := found.evalf(_FEW)).is_real and few and not within_doubles(few):
+            raise self._refuse(beyond("a number in it", few))  # a polynomial in it would have as high a degree
         return found
 
     def _require_size(self, argument: sp.Expr) -> None:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Collection, Iterable
 from decimal import Decimal
 from fractions import Fraction
 from numbers import Integral, Rational
+from sys import float_info
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from asympk.errors import InputError, OrderError
@@ -21,6 +22,8 @@ Number: TypeAlias = Any  # a float, an mpf, a Fraction or a ball, or an array of
 Arithmetic: TypeAlias = Any  # the functions of one kind of numbers: ``Doubles``, an mpmath context, NumPy
 
 HIGHEST = 1000  # highest order of an expansion
+MOST_DIGITS = 1000  # most digits that may be asked of a closed form
+KEPT_DIGITS = MOST_DIGITS + 100  # of an irrational number that is kept as a fraction: a flow may lose a hundred of them
 _SPELT = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,4})?|[+-]?\d+/\d+", re.ASCII)
 _WIDTH = 60  # most characters of a value in a message
 _LONGEST = 4000  # most characters of a string, and most digits of a Decimal
@@ -31,7 +34,8 @@ _RANGE = "it must be finite, and a double must be able to hold it"
 _SIZE = f"it must be finite, and its size at most {LARGEST:.3g}"
 _MOST_DIMENSIONS = 30  # NumPy iterates over 32, and a result has one or two more
 _ARRAY = "it must be a number or an array of numbers"
-_KINDS = "int, float, Fraction, Decimal, str or mpf"
+_KINDS = "int, float, Fraction, Decimal, str, mpf or a SymPy constant"
+_FEW = 3  # digits of a size
 
 
 def number(
@@ -39,8 +43,9 @@ def number(
 ) -> int | float | Fraction:
     """Return ``value`` as an exact int, float or Fraction; raise ``InputError`` unless it is finite and allowed.
 
-    ``value`` is an int, float, Fraction, Decimal, mpf, a NumPy scalar, or a string that spells a decimal ("0.2" is
-    1/5) or a ratio ("1/3"). ``allowed`` is a condition, and ``words`` its wording in the message after "it must be".
+    ``value`` is an int, float, Fraction, Decimal, mpf, a NumPy scalar, a SymPy constant as ``as_fraction`` reads it, or a
+    string that spells a decimal ("0.2" is 1/5) or a ratio ("1/3"). ``allowed`` is a condition, and ``words`` its
+    wording in the message after "it must be".
     """
     exact = _exact(name, value)
     if not -LARGEST <= exact <= LARGEST:
@@ -175,8 +180,45 @@ def _exact(name, value):
         return _from_mpf(name, value)
     if type(value).__module__ == "numpy" and value.ndim == 0 and value.dtype.kind in "iuf":
         return _from_scalar(name, value.item())
-    first = "; work it out first, as .evalf(20) does" if getattr(value, "is_number", False) else ""
-    raise InputError(f"{name} = {short(value)}: it must be a number: {_KINDS}{first}")
+    if getattr(value, "is_number", False):
+        return as_fraction(name, value)
+    raise InputError(f"{name} = {short(value)}: it must be a number: {_KINDS}")
+
+
+def as_fraction(name: str, value: Any, digits: int = KEPT_DIGITS) -> Fraction:
+    """Return a SymPy constant such as pi/4 as a Fraction, of an irrational one right to ``digits``.
+
+    Raises ``InputError`` for a number that is not real, and at once for one that would take long to work out: a double
+    must be able to hold it and each number in it, and an integral or a sum in it is refused.
+    """
+    if any(part.is_Symbol for part in value.atoms()):
+        raise InputError(f"{name} = {short(value)}: work it out first, as .evalf(20) does")
+    _require_sizes(name, value, value)
+    exact = value if value.is_Rational else value.evalf(digits)
+    if not exact.is_real:
+        raise InputError(f"{name} = {short(value)}: it must be a finite real number")
+    if exact and not within_doubles(exact):
+        raise InputError(f"{name} = {short(value)}: {beyond('it', exact)}")
+    return Fraction(exact.p, exact.q) if exact.is_Rational else Fraction(str(exact))
+
+
+def _require_sizes(name, whole, part):
+    """Refuse an argument of which a function takes as many digits as it has before its point: cos(exp(exp(20)))."""
+    for inner in part.args:
+        if getattr(inner, "is_number", False):
+            _require_sizes(name, whole, inner)
+            if not (abs(inner.evalf(_FEW)) <= LARGEST) == True:  # noqa: E712 - SymPy's truth
+                raise InputError(f"{name} = {short(whole)}: a number in it is beyond the range of doubles")
+
+
+def within_doubles(value: Any) -> bool:
+    """Tell whether a double can hold a number other than 0."""
+    return bool(float_info.min <= abs(value) <= LARGEST)
+
+
+def beyond(what: str, value: Any) -> str:
+    """Return the words that refuse a number other than 0 that no double can hold."""
+    return f"{what} is beyond the range of doubles{'; write 0 if it is meant' if abs(value) < 1 else ''}"
 
 
 def _from_scalar(name, value):

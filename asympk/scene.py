@@ -26,8 +26,9 @@ class Scene(ShownAsTable):
     maps its parameters and ``start`` its states, by symbol or by name, to numbers; both are stored as tuples in the
     order of ``system.parameters`` and ``system.states``. At the start a sliding velocity that is a sum of states is 0
     if their rounding to doubles could have made it nonzero, so that a run goes on from ``path.final`` of another.
-    A number is an int, float, Fraction, Decimal, str ("0.2" means 1/5) or mpf. It is stored without rounding: an int or
-    a float as it is, all others as a Fraction. Only ``Scene.near`` sets ``near_to``, and only ``Scene.physical`` sets
+    A number is an int, float, Fraction, Decimal, str ("0.2" means 1/5), mpf, or a SymPy constant such as sqrt(2). It is
+    stored without rounding: an int or a float as it is, all others as a Fraction, of an irrational number right to more
+    digits than a run may have. Only ``Scene.near`` sets ``near_to``, and only ``Scene.physical`` sets
     ``rod``, the physical quantities. ``origin`` is set where a start is derived from coordinates and rates of a
     mechanism: (mechanism, values, state, start). Each becomes None if another number replaces its own, as in
     ``dataclasses.replace``. Raises ``InputError``.

@@ -22,7 +22,6 @@ from asympk.affine.swift import Swift
 from asympk.arithmetic import (
     DIGITS_OF_DOUBLES,
     LARGEST_DOUBLE,
-    MOST_DIGITS,
     SPARE_DIGITS,
     UNIT,
     Doubles,
@@ -35,7 +34,7 @@ from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import GuardedMode, mode_of, on_all_sides, phases_of
 from asympk.digits import carried, double
 from asympk.errors import NegativeFriction, NoMotion, OutOfRange, TooLarge, TooManyEvents, TwoMotions, Undecided
-from asympk.numbers import Number, whole
+from asympk.numbers import MOST_DIGITS, Number, whole
 from asympk.path import ClosedForm, Path, times_within
 from asympk.symbolic import guards
 from asympk.symbolic.branches import OPEN

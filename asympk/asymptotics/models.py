@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from asympk.arithmetic import MOST_DIGITS
 from asympk.asymptotics import composite
 from asympk.asymptotics.compiledlayers import coefficient, model
 from asympk.asymptotics.itinerary import LoadLine, itinerary
@@ -25,7 +24,7 @@ from asympk.asymptotics.linear import SLIP
 from asympk.asymptotics.validity import validity_conditions
 from asympk.digits import carried, carrier_context
 from asympk.errors import NoManifold, NoMotion, OutOfRange, TwoMotions
-from asympk.numbers import known_order, number, sign_of, unread, whole
+from asympk.numbers import MOST_DIGITS, known_order, number, sign_of, unread, whole
 from asympk.path import Event, Path, require_within, times_within
 from asympk.scene import in_doubles
 

@@ -6,10 +6,10 @@ from functools import lru_cache
 
 import sympy as sp
 
-from asympk.arithmetic import MOST_DIGITS, flow_context, set_digits
+from asympk.arithmetic import flow_context, set_digits
 from asympk.automaton.compiled import namespace, source
 from asympk.errors import OutOfRange
-from asympk.numbers import mantissa_and_exponent
+from asympk.numbers import MOST_DIGITS, mantissa_and_exponent
 from asympk.symbolic.long import atoms
 from asympk.symbolic.system import System
 

@@ -23,12 +23,12 @@ import sympy as sp
 from asympk.automaton.junction import BY_HAND
 from asympk.errors import InputError, NotDerivable
 from asympk.mechanics.checks import departures, require_continuous, require_own_symbols
-from asympk.mechanics.evaluation import exact_number, exactly_at
+from asympk.mechanics.evaluation import exactly_at
 from asympk.mechanics.kinetics import Kinetics, slope_in_powers
 from asympk.mechanics.tidy import tidy, vanishes
 from asympk.numbers import number, short
 from asympk.symbolic.long import replaced
-from asympk.symbolic.reading import expression, real_expression, spare
+from asympk.symbolic.reading import exact_constant, expression, real_expression, spare
 from asympk.symbolic.system import Friction, System
 
 
@@ -187,7 +187,7 @@ def pressed(
                   for name, (state, moved, power) in sizes.items() if name in off and state in system.states}
         if kinetics.unilateral and x in system.slow and off.get("g", 0) > 0:
             above.append((k, x, f"{which}, {off_by}"))
-    exact = {state: exact_number(state, value) for state, value in found.items()}
+    exact = {state: exact_constant(str(state), value) for state, value in found.items()}
     for k, x, where in above:
         pushes = exactly_at(replaced(-system.frictions[k].gap, exact), {contacts[k].time: 0} | values)
         if pushes > -BY_HAND * exact[x]:  # where it begins to push is known to six digits

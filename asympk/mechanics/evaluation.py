@@ -10,10 +10,10 @@ from asympk.automaton.junction import BY_HAND, OF_ZERO
 from asympk.errors import InputError, OutOfRange
 from asympk.mechanics.kinetics import Kinetics, slope_in_powers
 from asympk.mechanics.stops import bound_symbols
-from asympk.numbers import common_shape, number, short
+from asympk.numbers import common_shape, short
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.long import atoms, symbols_in
-from asympk.symbolic.reading import as_floats
+from asympk.symbolic.reading import as_floats, exact_constant
 from asympk.symbolic.sides import shortly_after
 from asympk.symbolic.truth import array_function, holds
 from asympk.symbolic.values import require_declared, term_without_value
@@ -86,13 +86,8 @@ def exactly_at(expr: sp.Expr, values: dict[sp.Symbol, Any]) -> Any:
     given = {symbol: values[symbol] for symbol in symbols_in(expr)}
     if any(isinstance(value, float) for value in given.values()):
         return rounded
-    found = expr.xreplace({symbol: exact_number(symbol, value) for symbol, value in given.items()})
+    found = expr.xreplace({symbol: exact_constant(str(symbol), value) for symbol, value in given.items()})
     return found if found.is_number and found.is_real else rounded
-
-
-def exact_number(symbol: sp.Symbol, value: Any) -> sp.Expr:
-    """Return the value of a symbol as a SymPy number, a double as a rational one; raises ``InputError``."""
-    return value if isinstance(value, sp.Expr) else sp.Rational(number(str(symbol), value))
 
 
 def evaluate_ahead(

@@ -14,12 +14,11 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.arithmetic import KEPT_DIGITS
 from asympk.errors import InputError, NotDerivable, OutOfRange
 from asympk.formulas import NOT_FINITE
 from asympk.mechanics import elastic, jump_law, paradox, rigid, rigid_system
 from asympk.mechanics.checks import check_bounds, check_mechanism, require_closed, require_positive_mass
-from asympk.mechanics.evaluation import evaluate_ahead, exact_number, exactly_at
+from asympk.mechanics.evaluation import evaluate_ahead, exactly_at
 from asympk.mechanics.jump_law import JumpLaw
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.lagrangian import equations_of
@@ -30,7 +29,7 @@ from asympk.mechanics.rigid import Motion, MotionMap
 from asympk.numbers import short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.long import atoms, replaced, symbols_in
-from asympk.symbolic.reading import entries_of, expression
+from asympk.symbolic.reading import entries_of, exact_constant, expression
 from asympk.symbolic.system import System, require_system
 
 CONTACTS = "a sequence of ap.Contact"
@@ -307,16 +306,15 @@ class Mechanism(ShownAsFormulas):
 
         ``values`` are coordinates, rates and parameters. If g = g' = 0, the elastic contact starts without reaction,
         x = y = 0; otherwise x and y follow from the gap and the gap rate, and ``values`` must contain the compliance.
-        z is the sliding velocity. From exact values x, y and z are exact, too; a constant such as sin(1) is evaluated
-        to ``KEPT_DIGITS``. Raises ``InputError`` for missing values, a system of another mechanism, and a bilateral
-        rigid contact where g = g' = 0 does not hold.
+        z is the sliding velocity. From exact values x, y and z are exact, too. Raises ``InputError`` for missing
+        values, a system of another mechanism, and a bilateral rigid contact where g = g' = 0 does not hold.
         """
         require_system(system, "start")
         if other := [str(q) for q in self.plain.coordinates if q not in system.states]:
             raise InputError(f"start: {other[0]} is no state of the system; give the mechanism's elastic() or rigid()")
         given = {self.plain.time: 0} | self.keyed(values, system.parameters)
         for symbol, value in given.items():
-            exact_number(symbol, value)  # refuses what is no single number
+            exact_constant(str(symbol), value)  # refuses what is no single number
         for k, (contact, friction) in enumerate(zip(self.equations, system.frictions, strict=False)):
             if friction.gap_rate is not None:
                 require_closed(contact, given, f"others[{k - 1}]: " if k else "")
@@ -329,13 +327,13 @@ class Mechanism(ShownAsFormulas):
             fixed |= elastic.pressed(self.equations, system, {**fixed, **given}, given.get(system.small))
         if missing := [str(s) for s in system.states if s in moving and s not in given]:
             raise InputError(f"no value for {', '.join(missing)}; give the coordinates and rates to start from")
-        return {s.name: _worked_out({**given, **fixed}[s]) for s in system.states}
+        return {s.name: {**given, **fixed}[s] for s in system.states}
 
     def behind_start(self, values: dict[str, Any]) -> set[str]:
         """Return the names beside those of ``values`` on which gaps, gap rates and the velocity z of a start depend."""
         sliding = () if self.others else (self.plain.slip,)  # with others no sliding velocity is a state
         formulas = sp.Tuple(*sliding, *(part for k in self.equations for part in (k.gap, k.gap_rate)))
-        known = {s: exact_number(s, values[s.name]) for s in symbols_in(formulas) if s.name in values}
+        known = {s: exact_constant(str(s), values[s.name]) for s in symbols_in(formulas) if s.name in values}
         return {*map(str, symbols_in(replaced(formulas, known)))}
 
     @cached_property
@@ -352,11 +350,6 @@ class Mechanism(ShownAsFormulas):
         ``others`` are symbols that are known besides those of the mechanism.
         """
         return keyed(values, self.plain, self._names, (*self.parameters, *others))
-
-
-def _worked_out(value):
-    """Return a SymPy constant that is not rational as a number of ``KEPT_DIGITS``, anything else unchanged."""
-    return value.evalf(KEPT_DIGITS) if isinstance(value, sp.Expr) and not value.is_Rational else value
 
 
 def _time(coordinates):

@@ -6,10 +6,9 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.arithmetic import KEPT_DIGITS
 from asympk.errors import UnknownName
 from asympk.formulas import in_degrees, read_constant, read_number
-from asympk.numbers import short, spells_number
+from asympk.numbers import KEPT_DIGITS, short, spells_number
 from asympk.scene import Scene
 from asympk.symbolic.reading import rational
 from asympk.symbolic.system import System

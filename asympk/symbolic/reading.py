@@ -35,15 +35,12 @@ def spare(name: str, taken: Iterable[sp.Symbol], **assumptions: bool) -> sp.Symb
 
 def exact_constant(name: str, value: Any) -> sp.Expr:
     """Return a number as the rational that it is exactly, an exact SymPy constant unchanged; raises ``InputError``."""
-    if isinstance(value, sp.Expr) and value.is_number and not value.has(sp.Float):
-        return value
-    return rational(name, float(value) if isinstance(value, sp.Float) else value)
+    found = rational(name, value)
+    return value if isinstance(value, sp.Expr) and not value.has(sp.Float) else found
 
 
 def as_floats(name: str, value: Any) -> Any:
     """Return a number or an array of numbers in floating point; raises ``InputError`` for anything else."""
-    if isinstance(value, sp.Expr) and value.is_number and value.is_real and not value.is_Rational:
-        value = float(value)
     if not unread(name, value).ndim:
         return float(number(name, value))
     found = numbers(name, value).astype(float)

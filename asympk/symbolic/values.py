@@ -12,7 +12,7 @@ from asympk.errors import InputError
 from asympk.naming import nearest
 from asympk.numbers import short
 from asympk.symbolic.long import replaced
-from asympk.symbolic.reading import rational
+from asympk.symbolic.reading import exact_constant
 
 
 def by_symbol(values: Mapping, symbols: Iterable[sp.Symbol], owner: str, kind: str = "parameter") -> dict:
@@ -48,11 +48,9 @@ def as_exact(value: Any, name: Any) -> sp.Expr:
     Raises ``InputError`` for anything else, and for a number that ``name``, if a symbol, is declared not to be; a float
     is refused since it is not the decimal that it shows.
     """
-    found = value if isinstance(value, sp.Expr) and not value.is_Number else rational(str(name), value)
-    if isinstance(value, float) or found.has(sp.Float):
+    if isinstance(value, float) or (isinstance(value, sp.Expr) and value.has(sp.Float)):
         raise InputError(f"{name} = {short(value)} is a float; give it exactly, as a string or a Rational")
-    if not found.is_number or not found.is_finite or found.is_real is False:
-        raise InputError(f"{name} = {short(value)} is not a number; give an int, a Fraction or a string such as '1/4'")
+    found = exact_constant(str(name), value)
     require_declared(name, found)
     return found
 

@@ -384,6 +384,14 @@ def test_a_rigid_start_off_a_constraint_that_holds_both_ways_is_refused():
         block.start(block.rigid(), {"q1": 0, "q2": 1, "u1": 1, "u2": 0})
 
 
+@pytest.mark.parametrize("name", ["X", "theta", "theta'"])
+def test_a_start_at_a_constant_that_takes_long_to_work_out_is_refused_at_once(name):
+    numbers = {"X": 0, "Y": 0, "theta": 1, "X'": 0, "Y'": 0, "theta'": 0, name: sp.sin(sp.exp(sp.exp(sp.exp(100))))}
+    rod = slender_rod()
+    with pytest.raises(InputError, match="a number in it is beyond the range of doubles"):
+        rod.start(rod.rigid(), numbers)
+
+
 def test_a_start_of_the_system_of_another_mechanism_is_refused():
     with pytest.raises(InputError, match=r"q1 is no state of .*; give the mechanism's elastic\(\) or rigid\(\)"):
         _broken().start(ap.systems.painleve_klein.system(), {"q1": 0, "q2": 0, "u1": 1, "u2": 0})

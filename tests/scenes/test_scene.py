@@ -46,6 +46,34 @@ def test_a_number_is_kept_exactly(given, kept):
     assert type(value) in (int, float, Fraction)
 
 
+@pytest.mark.parametrize("constant", [sp.sqrt(2), sp.pi / 4, sp.exp(-7), sp.Integral(1, (sp.Symbol("x"), 0, 1)).doit()])
+def test_a_sympy_constant_is_kept_right_to_more_digits_than_a_run_may_have(constant):
+    kept = scene(sigma=constant).sigma
+    assert abs((sp.Rational(kept) - constant).evalf(5, maxn=2000)) < sp.Rational(1, 10**1090)
+    assert ap.solve_many(1, 1e-3, [0, constant], 0.2, -1, 5).final[0, 1] == ap.solve_many(
+        1, 1e-3, float(constant), 0.2, -1, 5).final[0]
+
+
+TOWER = sp.exp(sp.exp(sp.exp(100)))
+
+
+@pytest.mark.parametrize(("constant", "words"), [
+    (TOWER, "a number in it is beyond the range of doubles"),
+    (1 / TOWER, "a number in it is beyond the range of doubles"),
+    (sp.sin(TOWER), "a number in it is beyond the range of doubles"),
+    (sp.exp(1000), "it is beyond the range of doubles"),
+    (sp.exp(-1000), "it is beyond the range of doubles; write 0 if it is meant"),
+    (sp.I * sp.pi, "it must be a finite real number"),
+    (sp.oo, "it must be a finite real number"),
+    (sp.nan, "it must be a finite real number"),
+    (sp.Integral(sp.exp(-sp.Symbol("x")**2), (sp.Symbol("x"), 0, 1)), "work it out first, as .evalf(20) does"),
+    (sp.sqrt(2) * sp.Symbol("x"), "it must be a number"),
+])
+def test_a_sympy_constant_that_no_double_holds_or_that_takes_long_is_refused_at_once(constant, words):
+    with pytest.raises(InputError, match=re.escape(f"sigma = {constant}: {words}")):
+        scene(sigma=constant)
+
+
 def test_an_mpf_is_kept_with_all_its_digits():
     with mpmath.workdps(60):
         third = mpmath.mpf(1) / 3

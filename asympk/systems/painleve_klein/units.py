@@ -13,10 +13,9 @@ from typing import Any, ClassVar
 
 import sympy as sp
 
-from asympk.arithmetic import KEPT_DIGITS
 from asympk.errors import InputError
 from asympk.multiprecision import private_context
-from asympk.numbers import Number, number, short, unread
+from asympk.numbers import KEPT_DIGITS, Number, number, short, unread
 from asympk.path import Path, times_within
 from asympk.scene import Scene, triple
 from asympk.shown import Card, ShownAsTable

@@ -11,9 +11,9 @@ from functools import lru_cache, partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from asympk.arithmetic import LARGEST_DOUBLE, MOST_DIGITS, UNIT, Doubles, agreed, flow_context, set_digits
+from asympk.arithmetic import LARGEST_DOUBLE, UNIT, Doubles, agreed, flow_context, set_digits
 from asympk.errors import Undecided
-from asympk.numbers import Arithmetic, Number, whole
+from asympk.numbers import MOST_DIGITS, Arithmetic, Number, whole
 from asympk.path import ClosedForm, Event, Path
 from asympk.scene import Scene, in_doubles
 from asympk.systems.painleve_klein.flow.rounding import calm, estimated_error, largest_state
