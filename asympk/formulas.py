@@ -85,8 +85,9 @@ def formula_in_words(expr: object) -> str:
 
 FUNCTIONS = {"frac": fractional_part, "cbrt": cube_root} | {
     name: getattr(sp, name)
-    for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh",
-                 "asinh", "acosh", "atanh", "sign", "Heaviside", "floor", "ceiling", "erf", "Piecewise")
+    for name in ("sqrt", "exp", "log", "ln", "sin", "cos", "tan", "cot", "sec", "csc", "asin", "acos", "atan", "atan2",
+                 "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "sign", "Heaviside", "floor", "ceiling", "erf",
+                 "Piecewise")
 } | {name: getattr(sp, name.capitalize()) for name in ("abs", "Abs", "max", "Max", "min", "Min", "mod", "Mod")}
 TWO = (sp.Max, sp.Min, sp.Mod, sp.atan2)  # functions that take two arguments
 CONSTANTS = {"pi": sp.pi}

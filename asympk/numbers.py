@@ -43,8 +43,8 @@ def number(
 ) -> int | float | Fraction:
     """Return ``value`` as an exact int, float or Fraction; raise ``InputError`` unless it is finite and allowed.
 
-    ``value`` is an int, float, Fraction, Decimal, mpf, a NumPy scalar, a SymPy constant as ``as_fraction`` reads it, or a
-    string that spells a decimal ("0.2" is 1/5) or a ratio ("1/3"). ``allowed`` is a condition, and ``words`` its
+    ``value`` is an int, float, Fraction, Decimal, mpf, a NumPy scalar, a SymPy constant as ``as_fraction`` reads it, or
+    a string that spells a decimal ("0.2" is 1/5) or a ratio ("1/3"). ``allowed`` is a condition, and ``words`` its
     wording in the message after "it must be".
     """
     exact = _exact(name, value)

@@ -69,6 +69,8 @@ def test_a_sum_is_read_however_many_terms_it_has_and_a_product_up_to_a_degree():
     ("floor(x) + 10*ceiling(y) + 100*frac(x) + mod(y, 2)",
      lambda x, y: math.floor(x) + 10 * math.ceil(y) + 100 * (x % 1) + y % 2),
     ("asinh(x) + erf(y)", lambda x, y: math.asinh(x) + math.erf(y)),
+    ("ln(x^2) + cot(x) + 10*sec(y) + 100*csc(y)",
+     lambda x, y: 2 * math.log(abs(x)) + 1 / math.tan(x) + 10 / math.cos(y) + 100 / math.sin(y)),
     ("cbrt(x) + 10*cbrt(x^2) + cbrt(-8)", lambda x, y: math.cbrt(x) + 10 * math.cbrt(x**2) - 2),
 ])
 @pytest.mark.parametrize("place", [(0.3, 2.5), (1.7, -0.4), (-0.6, 1.2)])
