@@ -17,6 +17,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import partial
 from heapq import heappop, heappush
 from itertools import count, product
 from typing import Any, NamedTuple
@@ -99,8 +100,9 @@ class SceneBalls(NamedTuple):
 def certify(scene: Scene, box: Mapping[str, tuple] | None = None, digits: int = 15) -> Certificate:
     """Return the ``Certificate`` of a ``Scene``, on a ``box`` {coordinate: (low, high)} if given.
 
-    Coordinates are sigma, mu, sigma0, x, y, z and until of the rod, states and parameters of an affine system, without
-    those from which a start in coordinates of a mechanism derives its reaction or sliding velocity.
+    Coordinates are sigma, mu, sigma0, x, y, z and until of the rod, or in their place the physical quantities that its
+    scene is given in, and states and parameters of an affine system, without those from which a start in coordinates of
+    a mechanism derives its reaction or sliding velocity.
 
     Unless a side of the box has a length, the precision is raised until the radii of the final state are below
     10^-digits times the largest of 1, |x|, |z| (of an affine system: of 1 and all states). Where the allowed work is
@@ -243,17 +245,20 @@ def _behind_start(scene, sides):
     return sorted(sides.keys() & (behind | ({str(scene.system.small)} if is_off_contact(scene) else set())))
 
 
-def _exact_sides(box, known, what):
+def _exact_sides(box, known, what, physical=()):
     """Return {name: (low, high)} of a box in Fractions; raises ``InputError`` for unknown names and empty intervals."""
     if not isinstance(box, Mapping):
         raise InputError(f"box = {short(box)}: it must be a mapping from names to (low, high)")
+    from asympk.systems.painleve_klein.units import in_radians  # ball arithmetic covers that it rounds an angle
+
     sides = {}
     for name, ends in ((str(key), ends) for key, ends in box.items()):
         if name not in known:
             raise InputError(f"box: {name!r} is no {what}; choose one of {', '.join(known)}")
         if not isinstance(ends, list | tuple) or len(ends) != 2:
             raise InputError(f"box: {name} = {short(ends)}: it must be two numbers (low, high)")
-        low, high = (Fraction(number(f"box {name}", end)) for end in ends)
+        read = partial(in_radians, name) if name in physical else partial(number, f"box {name}")
+        low, high = (Fraction(read(end)) for end in ends)
         if low > high:
             raise InputError(f"box: {name} from {short(low)} to {short(high)} is empty; give the lower end first")
         sides[name] = (low, high)
@@ -263,29 +268,40 @@ def _exact_sides(box, known, what):
 def _sides(scene, box):
     if scene.system is not None:
         return _sides_of_system(scene, box)
-    sides = _exact_sides(box, COORDINATES, "coordinate")
+    own = dict(scene.rod.quantities) if scene.rod else {}
+    sides = _exact_sides(box, dict.fromkeys((*COORDINATES, *own)), "parameter, state or horizon", own)
+    if {*sides} - {*own} and (physical := [name for name in sides if name in own and name != "until"]):
+        raise InputError(f"box: {physical[0]} is physical and {min({*sides} - {*own})} is not; give one kind only")
     least = {"sigma": -2, "mu": 0, "until": 0}
     for name, bound in least.items():
         if name in sides and not (sides[name][0] > bound or (name == "until" and sides[name][0] == 0)):
             raise InputError(f"box: {name} must be above {bound}; it starts at {short(sides[name][0])}")
     if scene.near_to and sides.keys() & {"x", "y", "z"}:
         raise InputError("box: a scene that starts beside a slow line has no box of starts")
-    largest = sides.get("sigma", (0, Fraction(scene.sigma)))[1]
-    if scene.sigma0 != scene.sigma or "sigma0" in sides:
-        least = sides.get("sigma0", (Fraction(scene.sigma0),))[0]
-        if least < largest:
-            raise InputError(f"box: sigma0 must not be below sigma anywhere; it is {short(least)} where sigma is "
-                             f"{short(largest)}")
+    _require_static(sides, "sigma", "sigma0", {"sigma": scene.sigma, "sigma0": scene.sigma0})
+    if own:
+        _require_static(sides, "f", "f0", own)
     return sides
+
+
+def _require_static(sides, kinetic, static, own):
+    """Raise ``InputError`` where a box has static friction below kinetic friction, unless the one follows the other."""
+    largest = sides.get(kinetic, (0, Fraction(own[kinetic])))[1]
+    if own[static] != own[kinetic] or static in sides:
+        least = sides.get(static, (Fraction(own[static]),))[0]
+        if least < largest:
+            raise InputError(f"box: {static} must not be below {kinetic} anywhere; it is {short(least)} where "
+                             f"{kinetic} is {short(largest)}")
 
 
 def _case(scene, sides):
     given = dict(zip(COORDINATES, (scene.sigma, scene.mu, scene.sigma0, *scene.start, scene.until), strict=True))
-    values, same = {name: (Fraction(value),) * 2 for name, value in given.items()} | sides, scene.sigma0 == scene.sigma
-    balls, exact = {name: hull(*ends) for name, ends in values.items()}, None
+    values = {name: sides.get(name, (Fraction(value),) * 2) for name, value in given.items()}
+    balls, exact, same = {name: hull(*ends) for name, ends in values.items()}, None, scene.sigma0 == scene.sigma
     if scene.rod:
-        found, same = _from_rod(dict(scene.rod.quantities))
-        balls |= {name: value for name, value in found.items() if name not in sides}
+        own = dict(scene.rod.quantities)
+        same = own["f"] == own["f0"] and "f0" not in sides
+        balls |= {name: value for name, value in _from_rod(own, sides).items() if name in own or name not in sides}
     if same and "sigma0" not in sides:
         balls["sigma0"], values["sigma0"] = balls["sigma"], values["sigma"]
     if not scene.rod and not _ranging(values).keys() & {"sigma0", "x", "y", "z"}:
@@ -294,16 +310,16 @@ def _case(scene, sides):
     return SceneBalls(**balls, s=s, exact=exact, near=scene.near_to)
 
 
-def _from_rod(quantities):
-    """Enclose the nondimensional numbers of a physical scene from its exact quantities."""
+def _from_rod(quantities, sides):
+    """Enclose the nondimensional numbers of a physical scene from its exact quantities, or those in ``sides``."""
     from asympk.systems.painleve_klein.units import SYMBOLS, Degrees, formulas
 
     balls = {
-        SYMBOLS[name]: flint().arb.pi() * ball(q.value / 180) if isinstance(q, Degrees) else ball(q)
+        SYMBOLS[name]: hull(*sides[name]) if name in sides
+        else flint().arb.pi() * ball(q.value / 180) if isinstance(q, Degrees) else ball(q)
         for name, q in quantities.items()
     }
-    values = {name: ball_of(expr, balls) for name, expr in formulas().items()}
-    return values, quantities["f"] == quantities["f0"]
+    return {name: ball_of(expr, balls) for name, expr in formulas().items()}
 
 
 def _follow(case, budget):

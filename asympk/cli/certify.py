@@ -12,8 +12,8 @@ def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
     add_scene(parser)
     parser.add_argument("--box", nargs=3, action="append", metavar=("NAME", "LOW", "HIGH"),
-                        help="let a parameter, a state of the start, or the rod's until range from LOW to HIGH; may be "
-                             "repeated")
+                        help="let a parameter, a state of the start, or the rod's until range from LOW to HIGH, in the "
+                             "units of the scene; may be repeated")
     parser.add_argument("--pieces", type=whole_number, default=64, help="cut the box into at most so many pieces (64)")
     parser.add_argument("--digits", type=whole_number, default=15, help="digits of the final state (15)")
     parser.add_argument("--claims", action="store_true", help="instead, prove the claims that are inequalities")
@@ -46,13 +46,16 @@ def _prove_scene(options: Namespace) -> int:
     from asympk.certify import certify, cover
     from asympk.formulas import read_constants
     from asympk.output.terminal import below_scene, certificates_as_json, certificates_as_text
+    from asympk.scenes.turned import as_in_file, scene_parameters
 
     box = {name: ends for name, *ends in options.box or ()}
     if len(box) < len(options.box or ()):
         raise InputError("--box: a name is given twice; give each one range")
     scene = given_scene(options)
     angles = scene.system is not None
-    sides = {name: read_constants(f"box {name}", ends, angles) for name, ends in box.items()}
+    own = scene_parameters(scene)
+    sides = {name: read_constants(f"box {name}", [as_in_file(own.get(name), end) for end in ends], angles)
+             for name, ends in box.items()}
     with meter("proving", log=True) as shown:
         def tell(proven, cut):
             shown.tell(f"proving, {proven} pieces proven, {cut - proven} left, of at most {options.pieces}")

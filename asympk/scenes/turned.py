@@ -7,14 +7,14 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import UnknownName
-from asympk.formulas import in_degrees, read_constant, read_number
+from asympk.formulas import read_constant, read_number
 from asympk.numbers import KEPT_DIGITS, short, spells_number
 from asympk.scene import Scene
 from asympk.symbolic.reading import rational
 from asympk.symbolic.system import System
 from asympk.symbolic.values import following, with_changes
 from asympk.systems.catalogue import is_off_contact, start_at
-from asympk.systems.painleve_klein.units import STATE, Degrees, degrees, quantity, scene_in_units
+from asympk.systems.painleve_klein.units import STATE, Degrees, quantity, scene_in_units
 
 ROD = ("sigma", "mu", "sigma0")
 _STATIC = {"sigma0": "sigma", "f0": "f"}  # of the rod
@@ -63,15 +63,19 @@ def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: An
 
 
 def _read(scene: Scene, own: Any, name: str, value: Any) -> Any:
-    """Return the parameter ``name`` in the place of ``own`` as a file has it; a mere number for degrees is in degrees.
+    """Return the parameter ``name`` in the place of ``own`` as a file has it."""
+    if scene.rod is None:
+        return read_number(name, value, angles=scene.system is not None)
+    return quantity(name, read_constant(name, as_in_file(own, value), angles=False))
+
+
+def as_in_file(own: Any, value: Any) -> Any:
+    """Return a mere number in the place of an angle in degrees as a text in degrees, and any other value as it is.
 
     A formula such as pi/4 is in radians, as it is in a file.
     """
-    if isinstance(own, Degrees) and (in_degrees(value) or not isinstance(value, str) or spells_number(value)):
-        return degrees(name, value)
-    if scene.rod is None:
-        return read_number(name, value, angles=scene.system is not None)
-    return quantity(name, read_constant(name, value, angles=False))
+    mere = not isinstance(value, str) or spells_number(value)
+    return f"{value} deg" if isinstance(own, Degrees) and mere else value
 
 
 def _moved(scene: Scene, start: tuple) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 from asympk.errors import InputError
 from asympk.formulas import read_constant, read_number
 from asympk.many import PHASES
-from asympk.numbers import Number, number, short
+from asympk.numbers import Number, short
 from asympk.scenes.scenefile import PHYSICAL, UNITS
 from asympk.storage.tomlfile import require_keys
 from asympk.sweep.family import DIGITS, Axis, Followed, by_state, require_static, require_time
@@ -86,15 +86,9 @@ class PhysicalRodFamily(RodFamily):
 
     def number(self, field: str, value: Any) -> Number:
         """Return ``value`` as a number of a field, an angle in radians; raises ``InputError`` if it is not allowed."""
-        from asympk.systems.painleve_klein.units import Degrees, quantity
+        from asympk.systems.painleve_klein.units import in_radians
 
-        value = read_constant(field, value, angles=False, digits=DIGITS)
-        if field in self.states:
-            return number(field, value)
-        if field == "until":
-            return number(field, value, lambda t: t >= 0, "zero or positive")
-        found = quantity(field, value)
-        return number(field, found.radians(DIGITS)) if isinstance(found, Degrees) else found
+        return in_radians(field, read_constant(field, value, angles=False, digits=DIGITS), DIGITS)
 
     def check(self, axes: Mapping[str, Axis]) -> None:
         """Raise ``InputError`` for static friction below kinetic friction; ``number`` checks all else."""

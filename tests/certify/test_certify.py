@@ -284,6 +284,50 @@ def test_a_certificate_on_a_box_holds_at_its_corners_and_inside(box):
         assert _holds(certificate, ap.solve(point, digits=60))
 
 
+ROD = {"m": "0.5", "P": 20, "f": "1.2", "alpha": "75 deg", "l": "0.3", "k": 200_000, "h": "0.1"}
+IN_UNITS = ap.Scene.physical(**ROD, start=("1.5", "0.7", "-0.5"), until="0.2")
+
+
+@pytest.mark.parametrize("box", [
+    {"k": (190_000, 200_000)},
+    {"f": ("1.19", "1.2"), "u": ("-0.5", "-0.495")},
+    {"alpha": ("74.9 deg", "75 deg"), "m": ("0.5", "0.501")},
+    {"f0": ("1.2", "1.25"), "R_1": (1, 2), "dR_1": (0, 1)},
+    {"l": ("0.299", "0.3"), "h": ("0.1", "0.1001"), "until": ("0.19", "0.2")},
+])
+def test_a_certificate_on_a_box_of_physical_quantities_holds_at_its_corners_and_inside(box):
+    certificate = certify(IN_UNITS, box)
+    assert certificate.modes == ("slip_opposite", "stick", "slip_same")
+    for part in (0, 1, Fraction(1, 3)):
+        at = {name: low + (high - low) * part for name, (low, high) in certificate.box.items()}
+        quantities = {name: at.get(name, value) for name, value in {"f0": at.get("f", "1.2"), **ROD}.items()}
+        start = [at.get(name, value) for name, value in zip(("R_1", "dR_1", "u"), ("1.5", "0.7", "-0.5"), strict=True)]
+        point = ap.Scene.physical(**quantities, start=start, until=at.get("until", "0.2"))
+        assert _holds(certificate, ap.solve(point, digits=60))
+
+
+def test_the_command_takes_a_box_in_the_units_of_the_file_and_a_mere_number_of_degrees_as_degrees(capsys, tmp_path):
+    file = tmp_path / "rod.toml"
+    rod = [f'{name} = "{value}"' for name, value in ROD.items()]
+    file.write_text("\n".join([*rod, "start = [0, 0, -0.5]", "until = 0.2"]))
+    for ends in (("74.9", "75"), ("74.9 deg", "75 deg"), ("749/1800*pi", "75/180*pi")):
+        assert main(["certify", str(file), "--box", "alpha", *ends]) == 0
+        assert "\nproven: slip_opposite -> stick -> slip_same" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("box", "said"), [
+    ({"f": (1, 2), "mu": (1, 2)}, "f is physical and mu is not"),
+    ({"f0": (1, 2)}, "f0 must not be below f anywhere; it is 1 where f is 6/5"),
+    ({"f": (1, 2), "f0": (1, 3)}, "f0 must not be below f anywhere; it is 1 where f is 2"),
+    ({"m": (0, 1)}, "m = 0: it must be positive"),
+    ({"alpha": ("89 deg", "91 deg")}, "between 0 and 90 degrees"),
+    ({"q": (0, 1)}, "choose one of sigma, mu, sigma0, x, y, z, until, m, P, f, f0, alpha, l, k, h, R_1, dR_1, u$"),
+])
+def test_what_is_no_box_of_physical_quantities_is_refused(box, said):
+    with pytest.raises(InputError, match=said):
+        certify(IN_UNITS, box)
+
+
 def test_the_pieces_of_a_box_cover_it_and_hold():
     scene = ap.Scene(1, "1e-3", (0, 0, 1), 5)
     pieces = cover(scene, {"x": (-2, 2)}, pieces=32)
@@ -301,7 +345,7 @@ def test_the_pieces_of_a_box_cover_it_and_hold():
 @pytest.mark.parametrize(
     ("box", "said"),
     [
-        ({"f": (0, 1)}, "no coordinate; choose one of sigma, mu, sigma0, x, y, z, until"),
+        ({"f": (0, 1)}, "no parameter, state or horizon; choose one of sigma, mu, sigma0, x, y, z, until"),
         ({"x": (1, 0)}, "empty"),
         ({"x": (1,)}, "two numbers"),
         ({"mu": (0, 1)}, "above 0"),

@@ -151,6 +151,12 @@ def quantity(name: str, value: Any) -> Number:
     return number(name, value, lambda v: v > 0, "positive")
 
 
+def in_radians(name: str, value: Any, digits: int = KEPT_DIGITS) -> Number:
+    """Return a physical quantity as ``quantity`` does, an angle in radians right to ``digits``."""
+    found = quantity(name, value)
+    return number(name, found.radians(digits)) if isinstance(found, Degrees) else found
+
+
 def degrees(name: str, value: Any) -> Degrees:
     """Return an angle that is given in degrees, as a number or as ``"60 deg"``; raises ``InputError``."""
     bare = value.strip().removesuffix("deg").strip() if isinstance(value, str) else value
