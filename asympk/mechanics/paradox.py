@@ -64,7 +64,7 @@ def least(
         raise NotDerivable("the mass matrix is too long to be inverted in symbols, and the critical friction has no "
                            "formula; look for its least value in numbers, by evaluate")
     known = {key: exact_constant(str(key), value) for key, value in values.items() if key != coordinate}
-    if (critical := critical_friction(kinetics).subs(known)) == sp.oo:
+    if (critical := critical_friction(kinetics).subs(known)).is_infinite:
         raise NotDerivable("there is no paradox at any friction: a reaction does not change the sliding, G_NT = 0")
     name, tangent = own(coordinate), sp.Dummy("T", real=True)
     signed = critical.replace(sp.Abs, lambda inside: inside)
@@ -99,7 +99,7 @@ def _extremes(turned: sp.Expr, tangent: sp.Symbol, name: Any) -> dict[sp.Expr, s
     if all(part.domain.is_ZZ or part.domain.is_QQ for part in (above, below)):
         found = _in_numbers(above, below, slope)
     else:
-        roots = sp.roots(slope)
+        roots = sp.roots(slope, cubics=False, quartics=False)  # radicals of parameters have no known sign
         if sum(roots.values()) < slope.degree() or any(root.is_real is None for root in roots):
             why = ("depends on parameters; give their values" if slope.free_symbols_in_domain else
                    "is a root of a polynomial with irrational numbers; give rational ones")

@@ -107,6 +107,25 @@ def test_a_least_critical_friction_that_no_radicals_give_is_the_root_of_a_polyno
     assert 2 * math.atan(least.where.rhs) == pytest.approx(angles[over.argmin()], abs=1e-4)
 
 
+@pytest.mark.slow
+def test_the_least_critical_friction_of_an_ellipse_on_the_ground_is_that_of_its_shape_and_a_circle_has_none():
+    """By its support h: dh/d theta is the arm of the reaction. Radicals of its sextic in the half-axes took no end."""
+    a, b, angles = *sp.symbols("a b", positive=True), np.linspace(0.001, 1.57, 200001)
+    h = sp.sqrt(a**2 * sp.sin(THETA) ** 2 + b**2 * sp.cos(THETA) ** 2)
+    energy = (X.diff() ** 2 + Y.diff() ** 2) / 2 + (a**2 + b**2) / 8 * THETA.diff() ** 2
+    ground = ap.Contact(gap=Y - h, slip=X.diff() + h * THETA.diff(), friction=1, unilateral=True)
+    ellipse = ap.Mechanism.from_lagrangian(energy, (X, Y, THETA), contact=ground)
+    height = np.sqrt(4 * np.sin(angles) ** 2 + np.cos(angles) ** 2)
+    arm = 3 * np.sin(angles) * np.cos(angles) / height
+    least = ellipse.least_critical_friction(THETA, {a: 2, b: 1}).friction
+    assert float(least) == pytest.approx(((5 / 4 + arm**2) / (arm * height)).min(), rel=1e-8)
+    for values in ({}, {a: 1}):
+        with pytest.raises(NotDerivable, match="depends on parameters; give their values"):
+            ellipse.least_critical_friction(THETA, values)
+    with pytest.raises(NotDerivable, match="no paradox at any friction"):
+        ellipse.least_critical_friction(THETA, {a: 1, b: 1})
+
+
 @pytest.mark.further
 def test_a_least_critical_friction_with_irrational_numbers_that_no_radicals_give_is_refused_by_name():
     gap = Y - sp.cos(THETA) / 3 - sp.sin(2 * THETA) / 4
