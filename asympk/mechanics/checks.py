@@ -24,10 +24,14 @@ def check_mechanism(equations: Sequence[Kinetics], contacts: Sequence[Any]) -> N
     first = equations[0]
     _check_sizes(first)
     require_names((*first.coordinates, *(s for kinetics in equations for s in kinetics.parameters)))
-    for clash in (s for kinetics in equations for s in kinetics.parameters if str(s) == str(first.time)):
-        raise InputError(f"{clash} in the formulas is not the time {first.time} but another symbol of its name, as "
-                         "one declared real is: write the time as sp.Symbol('t') or dynamicsymbols._t, give time=, or "
-                         "give a parameter another name")
+    parameters = {str(s) for kinetics in equations for s in kinetics.parameters}
+    if str(first.time) in parameters:
+        raise InputError(f"{first.time} in the formulas is not the time {first.time} but another symbol of its name, "
+                         "as one declared real is: write the time as sp.Symbol('t') or dynamicsymbols._t, give time=, "
+                         "or give a parameter another name")
+    for clash in sorted(parameters & {*map(str, (*first.coordinates, *first.velocities))}):
+        raise InputError(f"{clash} in the formulas is not the {clash} of the coordinates and velocities but another "
+                         "symbol of its name: write that one, or give a parameter another name")
     if symbols_in(first.mass) & {*first.velocities}:
         raise InputError("mass contains a velocity; the terms of inertia in velocities belong to the forces")
     _check_mass(first.mass, first.coordinates)

@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from typing import Any
 
 import sympy as sp
+from sympy.concrete.expr_with_limits import ExprWithLimits
 from sympy.core.function import AppliedUndef
 
 from asympk.errors import InputError, UnknownName
@@ -28,9 +29,14 @@ def plain_name(given: Any) -> sp.Symbol:
 
 
 def plainly(expr: sp.Expr, names: dict[sp.Expr, sp.Symbol], time: sp.Symbol) -> sp.Expr:
-    """Return ``expr`` in plain symbols; raises ``InputError`` for functions of time that are no coordinates."""
-    found = replaced(carried_out(expr), names)
-    for rest in (*atoms(found, sp.Derivative), *atoms(found, AppliedUndef)):
+    """Return ``expr`` in plain symbols; raises ``InputError`` for functions of time that are no coordinates.
+
+    Such a one is the integral of a coordinate over the time, and the coordinate at another time.
+    """
+    found = replaced(done := carried_out(expr), names)
+    past = (part for part in atoms(done, ExprWithLimits, sp.Subs) if time in part.variables)
+    past = (part for part in past if atoms(part, AppliedUndef))
+    for rest in (*past, *atoms(found, sp.Derivative), *atoms(found, AppliedUndef)):
         raise InputError(f"{rest} in {expr!s:.60} is no coordinate or velocity; list it, or write it out in {time}")
     return found
 

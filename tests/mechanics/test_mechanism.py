@@ -479,3 +479,21 @@ def test_a_symbol_of_the_name_of_the_time_that_is_another_one_is_refused(declare
     energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 - Y
     with pytest.raises(InputError, match="write the time as"):
         ap.Mechanism.from_lagrangian(energy, (X, Y), contact=ap.Contact(Y, X, 1), forces={X: sp.sin(t)})
+
+
+def test_a_symbol_of_the_name_of_a_coordinate_or_rate_that_is_another_one_is_refused():
+    """A gap that falls with the Symbol X, beside a coordinate X(t), was one with a parameter X and no paradox."""
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 - Y
+    for gap in (Y + sp.Symbol("X") / 3, Y + sp.Symbol("X'") * X):
+        with pytest.raises(InputError, match=r"in the formulas is not the X'? of the coordinates and velocities"):
+            ap.Mechanism.from_lagrangian(energy, (X, Y), contact=ap.Contact(gap, X, 1))
+
+
+@pytest.mark.parametrize("past", [sp.Integral(X, T), sp.Integral(X, (T, 0, T)), sp.Subs(X.diff(T), T, 0)])
+def test_the_past_of_a_coordinate_is_refused_as_it_is_no_function_of_the_state(past):
+    """An integral over the time was taken as that of a constant, and a rate at the time 0 as that of now."""
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 - Y
+    with pytest.raises(InputError, match="is no coordinate or velocity; list it"):
+        ap.Mechanism.from_lagrangian(energy, (X, Y), contact=ap.Contact(Y - past, X, 1))
+    with pytest.raises(InputError, match="is no coordinate or velocity; list it"):
+        ap.Mechanism.from_lagrangian(energy, (X, Y), contact=ap.Contact(Y, X, 1), forces={X: -past})
