@@ -13,7 +13,17 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.automaton.contacts import ContactPoint, Place, Solved, coupled, gap_row, is_open, row_at, solved_forces
+from asympk.automaton.contacts import (
+    ContactPoint,
+    Place,
+    Solved,
+    coupled,
+    gap_row,
+    is_open,
+    row_at,
+    solved_forces,
+    turned_by_others,
+)
 from asympk.automaton.junction import Junction
 from asympk.automaton.kept import vanish_on_plane
 from asympk.automaton.modes import GuardedMode, mode_of
@@ -27,6 +37,8 @@ from asympk.symbolic.system import System
 ORDERS = 5  # least number of derivatives by which it is decided whether what vanishes stays 0
 LONGEST = 5_000  # operations of the longest derivative of a guard that is differentiated once more
 MOST = 8  # largest number of undecided frictions whose combinations of phases are all tried
+PIVOTS = 500  # of a group of frictions; about as many as there are frictions lead to the solution
+CLEARLY = 1e-6  # least eigenvalue of a symmetric part that counts as positive
 Tried = dict[Branch, list[tuple] | None]
 
 
@@ -50,21 +62,74 @@ def _fitting(here: Junction, group: tuple[int, ...]) -> list[tuple[dict[int, Pha
     """Return the choices of phases of a group in which no guard is negative, and the keys of those that vanish.
 
     Where all of a group that may rest can, with margins that are positive, static friction holds the group, if it draws
-    the velocities to 0.
+    the velocities to 0. Where friction has one solution, what is not at its bound has one phase (Lemma 19).
     """
-    undecided = [k for k in group if len(here.phases[k]) > 1]
-    _require_few(3 ** len(undecided), len(undecided))
+    choices = {k: here.phases[k] for k in group}
+    undecided = [k for k in group if len(choices[k]) > 1]
     holds = not any(("slip_onset", k) in here.lost or len({p.load for p in here.phases[k]}) > 1 for k in group)
+    rest = {k: choice[0] for k, choice in choices.items()}
+    if holds and undecided and all(rest[k].mode == "stick" for k in undecided):
+        branch = _with_phases(here, rest)
+        if _ties(here, branch, group) == [] and _attracts(here, branch, group):
+            return [(rest, [])]
+    if len(undecided) > 1 and _has_one_solution(here, group, undecided) and (solution := _pivoted(here, group, rest)):
+        own, tied = solution
+        choices |= {k: [own[k]] for k in undecided if k not in tied}
+    left = [choice for choice in choices.values() if len(choice) > 1]
+    _require_few(3 ** len(left), len(left))
     found = []
-    for phases in product(*(here.phases[k] for k in group)):
+    for phases in product(*choices.values()):
         own = dict(zip(group, phases, strict=True))
-        branch = tuple(own.get(k, choice[0]) for k, choice in enumerate(here.phases))
+        branch = _with_phases(here, own)
         ties = _ties(here, branch, group)
-        if holds and ties == [] and all(own[k].mode == "stick" for k in undecided) and _attracts(here, branch, group):
-            return [(own, ties)]
         if ties is not None or here.solved(branch, group) is None:
             found.append((own, ties))
     return found
+
+
+def _with_phases(here: Junction, own: dict[int, Phase]) -> Branch:
+    """Return a branch with the phases of a group, and the first ones of all others."""
+    return tuple(own.get(k, choice[0]) for k, choice in enumerate(here.phases))
+
+
+def _has_one_solution(here: Junction, group: tuple[int, ...], undecided: list[int]) -> bool:
+    """Tell whether friction at rest has one solution: bounds without forces, and G with a positive symmetric part.
+
+    G are the coefficients of the undecided forces in the rates of their velocities, in units in which its diagonal is 1
+    (Lemma 19). Static and kinetic friction are alike.
+    """
+    import numpy as np
+
+    forced = (here.system.frictions[k].constraint is not None or here.points[0].contacts[k].pushed for k in group)
+    if any(forced) or turned_by_others(here.system):
+        return False
+    if any([(p.mode, p.load) for p in here.phases[k][:1]] != [("stick", here.phases[k][-1].load)] for k in undecided):
+        return False
+    rest, unknowns = _with_phases(here, {}), here.system.pushes
+    begun = [ways for k in undecided for n in range(len(here.points)) for ways in here.beginning(rest, k, n)]
+    if any(contact.kinetic < 0 or contact.static != contact.kinetic for contact in begun):
+        return False
+    places = [1 + unknowns.index(here.system.frictions[k].force) for k in undecided]
+    G = np.array([[here.points[0].rows[k][j] for j in places] for k in undecided], dtype=float)
+    sizes = np.sqrt(np.abs(G.diagonal()))
+    return bool(sizes.all() and np.linalg.eigvalsh((G + G.T) / np.outer(sizes, sizes))[0] > CLEARLY)
+
+
+def _pivoted(here: Junction, group: tuple[int, ...], own: dict[int, Phase]) -> tuple[dict[int, Phase], set[int]] | None:
+    """Return the phases of a group in which no guard is negative, and the frictions of those that vanish; None if lost.
+
+    From rest on, the first friction that has a negative guard changes its phase (Murty 1974).
+    """
+    for _ in range(PIVOTS):
+        margins = _margins(here, _with_phases(here, own), group)
+        signs = {key: here.numbers.decided_sign(values) for key, values in (margins or {}).items()}
+        wrong = next((key for key, sign in signs.items() if sign < 0), None)
+        if wrong is None:
+            return (own, {k for (_, k, _), sign in signs.items() if not sign}) if signs else None
+        kind, k, backward = wrong
+        velocity = 0 if kind == "velocity_zero" else -1 if backward else 1
+        own = own | {k: own[k]._replace(velocity=velocity)}
+    return None
 
 
 def _attracts(here: Junction, branch: Branch, group: tuple[int, ...]) -> bool:
