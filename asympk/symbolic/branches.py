@@ -295,6 +295,8 @@ def with_signs(system: "System", branch: Branch, expr: sp.Expr) -> sp.Expr:
             known |= put_sign(friction.load, phase.load * phase.velocity * sp.sign(friction.velocity))
         else:
             known |= put_sign(friction.velocity, sp.S.Zero)
+    used = symbols_in(expr)
+    known = {key: value for key, value in known.items() if symbols_in(key) <= used}  # each is sought in all parts
     return without_squares(expr.subs(known), {sp.sign(f.velocity) for f in system.frictions})
 
 
