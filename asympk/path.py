@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
 MODES = ("slip_same", "slip_opposite", "stick")
 KINDS = ("force_zero", "velocity_zero", "slip_onset")  # those of the rod
-ASYMPTOTIC = ("rigid", "slow", "jump")  # the models that predict their error
+ASYMPTOTIC = ("rigid", "slow", "jump")  # the models that leave something out
+CORRECT = ("exact", "collocation")  # those whose errors lie below the digits that they return
 
 
 class Event(NamedTuple):
@@ -59,9 +60,9 @@ class Path(ShownAsTable):
     ``final`` is the state at ``until`` in the order of ``names``, (x, y, z) for the rod. ``modes`` is one longer than
     ``events``. Calling the path at times ``t`` gives an array of shape ``(n,) + t.shape``. ``error`` is an estimate of
     the error of ``final``, relative to the largest of 1 and the states (the rod's x and z), or None if the model gives
-    none, as the limit with friction. ``info`` is a mapping of further results of the model: an integrator gives
-    "status", "reached", "work" and "options", and "why" if it replaces the exact flow. Paths are equal if their scene,
-    model, ``final``, events, modes and ``error`` are.
+    none, as the limit with friction, or a named integrator. ``info`` is a mapping of further results of the model: an
+    integrator gives "status", "reached", "work" and "options", and "why" if it replaces the exact flow. Paths are equal
+    if their scene, model, ``final``, events, modes and ``error`` are.
     """
 
     scene: Any
@@ -139,8 +140,8 @@ class Path(ShownAsTable):
 
 
 def predicted_error(path: Path) -> str:
-    """Return the error that the path of an asymptotic model predicts as text, or "" if it predicts none."""
-    return "" if path.error is None or path.model not in ASYMPTOTIC else f"{float(path.error):.1e}"
+    """Return the error that a path predicts as text, or "" if it predicts none, or only rounding."""
+    return "" if path.error is None or path.model in CORRECT else f"{float(path.error):.1e}"
 
 
 def within(first: Any, last: Any, until: Any) -> bool:

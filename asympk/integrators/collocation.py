@@ -27,7 +27,7 @@ from asympk.automaton.loop import Run, Segment, follow, lost_with
 from asympk.automaton.numericmode import NumericMode
 from asympk.digits import FixedPoint, carried, carrier_context, dot, fixed_point
 from asympk.errors import AsympkError, OutOfRange, TooManyEvents, Unfinished
-from asympk.integrators.growth import LOST, grown, growth, linearised
+from asympk.integrators.growth import LOST, grown, growth, largest_part, linearised
 from asympk.integrators.integrate import AT_REST
 from asympk.integrators.singular import followed
 from asympk.integrators.watch import BESIDE_BUMPS, Look, dips, first_lost, passed_wholes
@@ -95,7 +95,8 @@ def run(scene: Any, method: str = "collocation", *, digits: int = 30, events: in
         segments = [s._replace(steps=(*((step.t, step.state) for step in s.samples), (s.t, s.state)))
                     for s in fine.segments]
         n, largest = len(scene.start), max(1.0, *(abs(float(w)) for w in fine.last.state))
-        lost = growth(linearised(automaton_of(scene), segments), [1.0] * n, [largest] * n, 10.0**-carried_digits)
+        grows = growth(linearised(automaton_of(scene), segments), [1.0] * n, 10.0**-carried_digits)
+        lost = largest_part(grows, largest)
         needed = digits + ceil(log10(max(1, min(lost, LARGEST))))
         ctx = fine.last.t.context
         if error <= ctx.mpf(10) ** -digits and lost * 10.0**-carried_digits <= LOST:

@@ -71,40 +71,45 @@ def _steps(segment: Segment) -> tuple[np.ndarray, np.ndarray]:
     return np.array(times, dtype=float), np.array(states, dtype=float)
 
 
-def growth(parts: Sequence[Linearised], scales: Sequence[float], sizes: Sequence[float], tolerance: float) -> float:
-    """Return the growth of errors to the end of a run: the largest sum of the errors of one state from all steps.
+def largest_part(errors: np.ndarray | None, sizes: float | Sequence[float]) -> float:
+    """Return the largest of the errors as parts of the sizes, 0 if they are not known."""
+    with np.errstate(over="ignore"):
+        return 0.0 if errors is None else float((errors / np.array(sizes)).max())
 
-    At its step an error is relative to the state, or to the state's entry of ``scales`` if this is larger; at the end
-    it is relative to the ``sizes`` of the states. A state that is 0 and stays 0 has no error. Errors as large as the
-    states at a time before, one of ``LOOKS``, need not fade as linear ones do: a growth to that time counts ``LOST``
-    times. A state of which errors of the relative ``tolerance`` have become a noticeable part goes on from these errors
-    alone: they count at the time at which they are largest. A velocity that an event has set to 0 is none of these, as
-    small as it is from there on. The growth is ``inf`` beyond the range of doubles, and 0 where rates have no
-    derivative.
+
+def growth(parts: Sequence[Linearised], scales: Sequence[float], tolerance: float) -> np.ndarray | None:
+    """Return, for each state, its error at the end of a run over ``tolerance``: the sum of the errors from all steps.
+
+    At its step an error is relative to the state, or to the state's entry of ``scales`` if this is larger. A state that
+    is 0 and stays 0 has no error. Errors as large as the states at a time before, one of ``LOOKS``, need not fade as
+    linear ones do: an error at that time counts ``LOST`` times. A state of which errors of the relative ``tolerance``
+    have become a noticeable part goes on from these errors alone: they count at the time at which they are largest. A
+    velocity that an event has set to 0 is none of these, as small as it is from there on. The growth is ``inf`` beyond
+    the range of doubles, and None where rates have no derivative.
     """
     factors, end = list[tuple[Any, ...]](), parts[-1].segment.t
     if any(part.slopes is None for part in parts):
-        return 0.0
+        return None
     with np.errstate(all="ignore"):
         try:
             for part, after in zip_longest(parts, parts[1:]):
                 factors += _passed(part, after, np.array(scales))
         except (ArithmeticError, ValueError, TypeError):  # a rate without a derivative, as a root has where it vanishes
-            return 0.0
+            return None
         if not factors:  # a run that ends at its start
-            return 0.0
+            return np.zeros(len(scales))
         transitions, errors, states, times = (np.array(part, dtype=float) for part in zip(*factors, strict=True))
         looks = np.unique(np.searchsorted(times, np.arange(1, LOOKS) * end / LOOKS, side="right"))
-        onward, most = transitions[:0], [0.0]
+        onward, most = transitions[:0], [np.zeros(len(scales))]
         for stretch in filter(len, np.split(transitions, looks)):
             within = np.array([*accumulate(stretch[::-1], np.matmul)])[::-1]
             onward = np.concatenate([within[0] @ onward, within])
-            grown = np.einsum("kij,kj->i", abs(onward), errors[: len(onward)]) / sizes
-            most.append(float(np.nan_to_num(grown, nan=np.inf).max(initial=0.0)))
+            grown = np.einsum("kij,kj->i", abs(onward), errors[: len(onward)])
+            most.append(np.nan_to_num(grown, nan=np.inf, posinf=np.inf))
         right = abs(states) * LOST > tolerance * errors
         left = np.where((_last(right) > _last(states == 0)) & ~right, errors, 0)
-        back = float(np.nan_to_num(_largest(transitions, left) / sizes, nan=np.inf).max())
-        return max(most[-1], LOST * max(most), back)
+        back = np.nan_to_num(_largest(transitions, left), nan=np.inf, posinf=np.inf)
+        return np.max([most[-1], LOST * np.max(most, axis=0), back], axis=0)
 
 
 def _last(marks: np.ndarray) -> np.ndarray:

@@ -11,7 +11,16 @@ import numpy as np
 from asympk.automaton.numericmode import LONG
 from asympk.errors import InputError, OutOfRange, Pole, Unfinished
 from asympk.integrators import collocation, integrate
-from asympk.integrators.growth import LOST, Linearised, balances, grown, growth, linearised, without_rounding
+from asympk.integrators.growth import (
+    LOST,
+    Linearised,
+    balances,
+    grown,
+    growth,
+    largest_part,
+    linearised,
+    without_rounding,
+)
 from asympk.numbers import whole
 from asympk.path import Path
 from asympk.systems.automata import automaton_of
@@ -35,10 +44,11 @@ def run(
     If a state stays small relative to 1, as in too large a unit, the run is repeated with atol relative to its size,
     also if the errors may otherwise have grown too large, and after a pole with atol = 1e-14. If errors may still have
     grown to 1e-5 of the final state, the run is repeated with rtol = 1e-12.
-    ``path.model`` names the integrator; ``steps`` bounds those of LSODA, ``seconds`` the time. Raises ``InputError``
-    for ``steps`` with ``digits``, ``Undecided`` where errors may have grown to a noticeable part of the final state, or
-    of a state well before the run stops at a pole or beyond all bounds, ``Pole``, ``Unfinished``, ``Accumulation``,
-    ``NoMotion``, ``TwoMotions`` and the errors of ``collocation.run``.
+    ``path.error`` is the sum of the errors that the tolerance allows the steps, as they grow to the end; it is None
+    where rates have no derivative. ``path.model`` names the integrator; ``steps`` bounds those of LSODA, ``seconds``
+    the time. Raises ``InputError`` for ``steps`` with ``digits``, ``Undecided`` where errors may have grown to a
+    noticeable part of the final state, or of a state well before the run stops at a pole or beyond all bounds,
+    ``Pole``, ``Unfinished``, ``Accumulation``, ``NoMotion``, ``TwoMotions`` and the errors of ``collocation.run``.
     """
     if digits is not None and steps is not None:
         raise InputError(f"steps = {steps}: with digits a run is bounded by seconds and events; leave steps out")
@@ -77,9 +87,11 @@ def _followed(scene: Any, tolerance: float = TOLERANCE, **limits: Any) -> Path:
     while True:
         fallen = min(new / old for old, new in zip(scales, found, strict=True))
         if fallen >= SMALL:
-            factor = growth(parts, scales, sizes, tolerance)
+            grows = growth(parts, scales, tolerance)
+            factor = largest_part(grows, sizes)
             if factor * tolerance <= (GROWN if tolerance > LEAST_TOLERANCE else LOST):
-                return path
+                size = max(1.0, *map(abs, path.final))
+                return replace(path, error=None if grows is None else tolerance * largest_part(grows, size))
             if fallen >= SMALLER:
                 if factor * LEAST_TOLERANCE <= LOST:
                     return _followed(scene, LEAST_TOLERANCE, **limits)
