@@ -150,16 +150,7 @@ class NumericMode:
 
     def middle_values(self, t: Any, state: State) -> tuple:
         """Return the phases of the ``middles``."""
-        return self._phases_of_middles(t, *state, *self.p)
-
-    @cached_property
-    def middle_sides(self) -> Callable[..., tuple]:
-        """The sides of the ``middles`` as a function of (t, *state, *p)."""
-        return self._compiled(tuple(middle.side for middle in self.middles))
-
-    def sides_of_middles(self, t: Any, state: State) -> tuple:
-        """Return the sides of the ``middles``."""
-        return self.middle_sides(t, *state, *self.p) if self.middles else ()
+        return self._phases_of_middles(t, *state, *self.p) if self.middles else ()
 
     def require_one_side(self, before: tuple, t: Any, state: State, since: Any = None, begun: Any = None) -> tuple:
         """Return the divisors of the rates; raises ``Pole`` if one has changed its sign since ``before``.

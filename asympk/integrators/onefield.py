@@ -42,7 +42,7 @@ class OneField:
         """Return nothing, as ``guard_values`` does."""
         return faded
 
-    guard_rates = watched_rates = pole_values = sides_of_middles = faded = guard_values
+    guard_rates = watched_rates = pole_values = middle_values = faded = guard_values
     rhs, jac, ends_at = NumericMode.rhs, NumericMode.jac, NumericMode.ends_at
 
 

@@ -20,7 +20,7 @@ from asympk.automaton.loop import Segment, lost_with
 from asympk.automaton.numericmode import LONG, NumericMode
 from asympk.errors import AsympkError
 from asympk.integrators.integrate import COMPILED, LEFT, Settings, Work
-from asympk.integrators.watch import BESIDE_BUMPS, Look, dips, first_lost, passed_wholes, suspects
+from asympk.integrators.watch import BESIDE_BUMPS, ROUNDED, Look, dips, first_lost, passed_wholes, suspects
 
 STEP_LIMIT = "step limit reached"
 PATIENCE = 500  # steps near a zero of a divisor after which a run that has gained no time of ``LONG`` is given up
@@ -149,10 +149,10 @@ class Watch:
         self.floored = any(self.floors)
         values += [max(v, 0.0) for v in found[guards:]]
         self.before = self.last = Look(t, self._above(values), mode.watched_rates(t, state))
-        self.start, self.sides = t, mode.sides_of_middles(t, state)
-        self.earlier = self.sides  # before the last step
-        # the longest way past a middle, of a wave by the quarter of its turn, and how often trusted
-        self.looked_at = defaultdict[tuple[int, int], tuple[float, int]](lambda: (0.0, 0))
+        self.start, self.phases = t, mode.middle_values(t, state)
+        self.earlier = self.phases  # before the last step
+        # the longest way past, from or to a middle, of a wave by the quarter of its turn, and how often trusted
+        self.looked_at = defaultdict[tuple[int, int, float], tuple[float, int]](lambda: (0.0, 0))
 
     def lost(self, solver: Solver, t: float, state: tuple[float, ...]) -> tuple[float, int] | None:
         """Return (time, guard) of the first guard lost in the step that ends at (t, state), or None."""
@@ -179,7 +179,7 @@ class Watch:
 
     def back(self) -> None:
         """Go back to before the last step."""
-        self.last, self.sides = self.before, self.earlier
+        self.last, self.phases = self.before, self.earlier
 
     def has_passed_over(
         self, solver: Solver, t: float, state: tuple[float, ...], met: tuple | None, settings: Settings
@@ -190,11 +190,7 @@ class Watch:
         a mode begins or ends there; steps begin and end at those of bumps in time.
         """
         first, last = solver.t_old == self.start, solver.status == "finished"
-        passed: dict[tuple[int, int], float] = {}
-        if self.sides:
-            self.earlier, self.sides = self.sides, self.mode.middle_sides(t, *state, *self.mode.p)
-            if met or first or last or self.sides != self.earlier:
-                passed = self._middles_passed(solver, t, state)
+        passed = self._middles_passed(solver, t, state) if self.phases else {}
         if not (met or first or passed or (last and self.mode.peaked)):
             return False
         begin, end, h = solver.t_old, met[0] if met else t, t - solver.t_old
@@ -208,32 +204,38 @@ class Watch:
         def from_middle(k, whole, time):
             return self.mode.middle_values(time, at(time))[k] - whole
 
-        bumps += [bracketed(partial(from_middle, *middle), begin, t) for middle in passed]
+        bumps += [bracketed(partial(from_middle, k, whole), begin, t) for k, whole, _ in passed]
         beside = (middle + part * h for middle in bumps for part in BESIDE_BUMPS)
         times += [time for time in beside if begin < time < end]
         places = [(time, at(time)) for time in times]
         if any(misses_rates(self.mode, within, *place, h, settings) for place in places) or any(
                 dips(self.before.values, self._values(*place)) for place in places if bumps):
             return True
-        self.looked_at |= {(k, whole % 4): (way, 0) for (k, whole), way in passed.items()}
+        self.looked_at |= {(k, whole % 4, end): (way, 0) for (k, whole, end), way in passed.items()}
         return False
 
-    def _middles_passed(self, solver: Solver, t: float, state: tuple[float, ...]) -> dict[tuple[int, int], float]:
+    def _middles_passed(
+        self, solver: Solver, t: float, state: tuple[float, ...]
+    ) -> dict[tuple[int, int, float], float]:
         """Return the middles of bumps, by whole values, that the step to (t, state) has passed and that are to be seen.
 
-        For each it gives the longest way past it. What a step has passed without a bump is passed by shorter ones
-        unseen, but not by more than ``TRUSTED``.
+        A step on whose begin or end a middle is, within rounding, has passed one half of its bump: the middle counts
+        with this end, 0 or 1, else with 1/2. For each it gives the longest way past it. What a step has passed without
+        a bump is passed by shorter ones unseen, but not by more than ``TRUSTED``.
         """
-        begin = tuple(solver.dense_output()(solver.t_old)[: self.size].tolist())
-        ends = self.mode.middle_values(solver.t_old, begin), self.mode.middle_values(t, state)
+        begin = None if solver.made == 1 else tuple(solver.dense_output()(solver.t_old)[: self.size].tolist())
+        self.earlier = self.mode.middle_values(solver.t_old, begin) if begin else self.phases
+        self.phases = self.mode.middle_values(t, state)
         passed = {}
-        for k, (middle, before, after) in enumerate(zip(self.mode.middles, *ends, strict=True)):
+        for k, (middle, before, after) in enumerate(zip(self.mode.middles, self.earlier, self.phases, strict=True)):
             for whole in passed_wholes(middle.every, before, after):
-                longest, times = self.looked_at[k, whole % 4]
-                if times == TRUSTED or abs(after - before) > longest:
-                    passed[k, whole] = max(longest, abs(after - before))
+                part, way = (whole - before) / (after - before), abs(after - before)
+                end = round(part) if abs(part - round(part)) <= ROUNDED else 0.5
+                longest, times = self.looked_at[k, whole % 4, end]
+                if times == TRUSTED or way > longest:
+                    passed[k, whole, end] = max(longest, way)
                 else:
-                    self.looked_at[k, whole % 4] = longest, times + 1
+                    self.looked_at[k, whole % 4, end] = longest, times + 1
         return passed
 
     def _without_rounding(self, values, t, state):

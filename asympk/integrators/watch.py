@@ -68,10 +68,12 @@ def passed_wholes(every: bool, before: Any, after: Any) -> list[int]:
 
     It is 0 alone unless the phase has a middle at ``every`` whole value.
     """
-    low, high = sorted((before, after))
-    wholes = range(int(low) - 1, min(int(high), int(low) + TURNS) + 2) if every else (0,)
-    slack = ROUNDED * (high - low)
-    return [n for n in wholes if low - slack <= n <= high + slack and low < high]
+    slack = ROUNDED * (after - before)
+    low, high = (before - slack, after + slack) if slack > 0 else (after + slack, before - slack)
+    if not every:
+        return [0] if low <= 0 <= high and slack else []
+    first, last = int(low) + (low > int(low)), int(high) - (high < int(high))
+    return [*range(first, min(last, first + TURNS) + 1)] if slack else []
 
 
 def suspects(before: Look, after: Look) -> list[int]:

@@ -6,6 +6,7 @@ import pytest
 import sympy as sp
 
 import asympk as ap
+from asympk.integrators.integrate import traced
 from asympk.systems.automata import automaton_of
 
 a, b, w, v = sp.symbols("a b w v", real=True)
@@ -57,6 +58,24 @@ def test_a_push_on_whose_middle_a_run_ends_adds_the_area_before_it(method):
     system = ap.System.smooth(slow={a: sp.S.One, v: push}, fast={}, small=None)
     path = ap.solve(ap.Scene(system=system, start={"a": 0, "v": 0}, until=1), method=method)
     assert path.final[1] == pytest.approx(-0.5, rel=1e-4)
+
+
+@pytest.mark.parametrize("method", ["radau", "rk45", "lsoda"])
+@pytest.mark.few(1)
+def test_a_push_whose_middle_is_within_rounding_of_the_end_of_a_step_adds_both_halves(method):
+    """The step before it passed no middle, the step after it saw its own half alone, and v ended 1/2 beside."""
+    push = 10**6 * (a - k) * sp.exp(-((1000 * (a - k)) ** 2))
+    system = ap.System.smooth(slow={a: sp.S.One, v: push, w: 1000 * v}, fast={}, small=None)
+
+    def scene(middle):
+        return ap.Scene(system=system, values={k: middle}, start={a: 0, v: 0, w: 0}, until=1)
+
+    options = {"rtol": 1e-6, "atol": 1e-6, "steps": 10**5, "seconds": 60, "events": 0}
+    _, far = traced(scene(100), method, keep=True, **options)
+    end = min(state[0] for _, state in far.segments[0].steps if state[0] > 0.3)
+    for beside in (-1, 0, 1, 3):
+        path = ap.solve(scene(end + beside * math.ulp(end)), method)
+        assert path.final[1:] == pytest.approx((0, -math.sqrt(math.pi) / 2), abs=0.01)
 
 
 def test_a_narrow_push_by_a_quotient_adds_its_area_to_a_block_with_friction():
