@@ -1,0 +1,67 @@
+"""The estimated rounding error of a run in doubles, against 45 digits."""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import asympk as ap
+from asympk.affine import run as affine_run
+from asympk.affine.rounding import estimate
+from asympk.arithmetic import flow_context, set_digits
+from asympk.systems.automata import automaton_of
+
+TIMES_WIDE = 100
+
+
+def chain_of(blocks, random, until, static=1, damping="1/10"):
+    """Return the scene of ``blocks`` on a belt between two walls, joined by springs, from random places."""
+    def drawn(lo, hi):
+        return sp.Rational(int(random.integers(64 * lo, 64 * hi + 1)), 64)
+
+    x, v, F = (sp.symbols(f"{name}0:{blocks}", real=True) for name in "xvF")
+    x_with_walls, v_with_walls = (0, *x, 0), (0, *v, 0)
+    springs = [drawn(1, 4) for _ in range(blocks + 1)]
+    pulls = [k * (b - a) + sp.Rational(damping) * (d - c) for k, a, b, c, d in zip(
+        springs, x_with_walls, x_with_walls[1:], v_with_walls, v_with_walls[1:], strict=False)]
+    rates = {**dict(zip(x, v, strict=True)), **{v[i]: pulls[i + 1] - pulls[i] + F[i] for i in range(blocks)}}
+    kinetic = [drawn(1, 2) / 2 for _ in x]
+    frictions = [ap.Friction(velocity=w - sp.Rational(1, 2), force=f, load=1, kinetic=k, static=static * k)
+                 for w, f, k in zip(v, F, kinetic, strict=True)]
+    start = {**{s: drawn(-2, 2) for s in x}, **{s: drawn(-1, 1) for s in v}}
+    return ap.Scene(system=ap.System.with_frictions(rates, {}, frictions), values={}, start=start, until=until)
+
+
+def estimated_and_true(scene):
+    """Return (estimated errors, true errors, largest moduli) of the final states of a run in doubles."""
+    case = affine_run.SceneFlows(scene, affine_run.flows(automaton_of(scene)), 1000)
+    joined, _, _ = affine_run._estimated(case)
+    m = flow_context(400)
+    set_digits(m, 45)
+    exact = affine_run._followed(m, case._replace(known=joined), [])
+    assert exact.modes == joined.modes
+    true = [abs(m.mpf(a) - b) for a, b in zip(joined.last.state, exact.last.state, strict=True)]
+    errors, sizes = estimate([segment.work for segment in joined.segments], len(scene.start))
+    return errors, np.array(true, dtype=float), sizes
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(8))
+def test_the_error_of_a_chain_is_below_its_estimate_and_not_far_below(seed):
+    random = np.random.default_rng(seed)
+    blocks = 1 + seed % 5
+    estimated, true, sizes = estimated_and_true(chain_of(blocks, random, 24 / blocks, static=1 + seed % 2))
+    assert (true <= estimated).all()
+    assert max(estimated / sizes) <= TIMES_WIDE * max(*(true / sizes), 2e-16)
+
+
+@pytest.mark.slow
+def test_errors_of_a_motion_that_repeats_itself_are_below_their_estimate():
+    scene = chain_of(1, np.random.default_rng(3), 400, static=2, damping=0)
+    estimated, true, _ = estimated_and_true(scene)
+    assert (true <= estimated).all()
+
+
+def test_chains_of_many_events_are_followed_once_in_doubles(monkeypatch):
+    monkeypatch.setattr(affine_run, "_rounded", lambda _: pytest.fail("followed again in digits"))
+    path = ap.solve(chain_of(4, np.random.default_rng(1), 15, damping=0))
+    assert len(path.events) == 30
