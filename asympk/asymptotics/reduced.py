@@ -322,16 +322,19 @@ def side_by_side(
     for fine in dict.fromkeys((rough, rtol)):
         longer = span and span * (rtol / fine) ** EXPONENT
         found = [*_steps(formulas, _kinds(orders, True), first, mu, values, until, fine, within, longer)]
-        if not _comes_to_rest(found, size, fine):
+        if not _comes_to_rest(found, size, fine, until):
             break
     if first:
         _require_reached(formulas, orders[0], first[:size], found, mu, values, until, fine, None, began)
     return Reduced(formulas, orders, True, mu, values, until, None, Trajectory(first, tuple(found)))
 
 
-def _comes_to_rest(steps, size, rtol):
-    """Tell whether one of the first ``size`` states moves in the last step by no more than errors, but did before."""
-    if not steps:
+def _comes_to_rest(steps, size, rtol, until):
+    """Tell whether one of the first ``size`` states moves in the last step by no more than errors, but did before.
+
+    No step that ends before ``until`` tells of rest: it is short.
+    """
+    if not steps or steps[-1].after < until:
         return False
     begun, before, last = (state[:size] for state in (steps[0].state, steps[-1].state, steps[-1].end))
     least = [ROUNDING * rtol * (1 + abs(v)) for v in last]

@@ -187,6 +187,20 @@ def test_implicit_steps_of_a_slow_motion_count_as_the_explicit_ones_that_take_as
     assert 100 < len(taken) <= 400
 
 
+@pytest.mark.slow
+def test_flows_to_several_orders_that_end_early_are_not_followed_again_to_a_finer_tolerance(monkeypatch):
+    """The bristle of a speed that nearly stops: where that of order 4 does, both took 20000 steps of 1e-11."""
+    taken, along = [], reduced._steps
+    monkeypatch.setattr(reduced, "_steps", lambda formulas, kinds, *more: taken.append(len(kinds)) or along(
+        formulas, kinds, *more))
+    monkeypatch.setattr(reduced, "STEPS", 400)
+    bristle = {y: v - abs(v) * y / (1 + sp.exp(-100 * v**2) / 2)}
+    sliding = ap.System.smooth(slow={x: v, v: 1 - x - y}, fast=bristle, small=mu)
+    with pytest.raises(NotNormallyHyperbolic, match="about as fast, as before a fold"):
+        _solved(sliding, {mu: "1/100"}, {x: 0, v: 1, y: 0}, 2, "slow", 3)
+    assert taken.count(3) == 1
+
+
 def test_a_focus_that_ceases_to_attract_is_named_a_hopf_point():
     """The eigenvalues x - i and x + i of the fast part meet the imaginary axis at x = 0."""
     bautin = ap.System.smooth({x: sp.S.One}, {u: x * u - v - u**3, v: u + x * v - v**3}, mu)
