@@ -25,7 +25,7 @@ from asympk.pictures.figures import ALONGSIDE, cheapest_by_method, outcome
 from asympk.pictures.portraits import level_formulas
 from asympk.scene import Scene
 from asympk.storage.rows import Row
-from asympk.studies import anymechanism, chart, collisions, contacts, convergence, damping, leastmap, modelwork
+from asympk.studies import anymechanism, chart, collisions, convergence, damping, leastmap, modelwork, twoguides
 from asympk.studies import divide as escapes
 from asympk.studies.divide import DEPTH, divide
 from asympk.studies.ladder import distance
@@ -215,8 +215,8 @@ def of_contacts(rows: Sequence[Row]) -> dict[str, str]:
     short = [row for row in integrated if row["status"] != "finished"]
     return {
         "contactRuns": str(len(integrated)), "contactRight": str(_count(integrated, "finished")),
-        "contactShortNames": _names(short), "contactKappa": rf"\ensuremath{{{contacts.KAPPA}}}",
-        "contactUntil": str(contacts.UNTIL),
+        "contactShortNames": _names(short), "contactKappa": rf"\ensuremath{{{twoguides.KAPPA}}}",
+        "contactUntil": str(twoguides.UNTIL),
     }
 
 

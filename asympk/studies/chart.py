@@ -18,7 +18,7 @@ from asympk.path import Event
 from asympk.path import Path as Trajectory
 from asympk.scene import Scene
 from asympk.storage.rows import Row, provenance, read_rows, write_rows
-from asympk.studies import contacts, ladder, modelwork
+from asympk.studies import ladder, modelwork, twoguides
 from asympk.studies.compare import workprec
 from asympk.systems import nonlinear_rod
 
@@ -157,15 +157,15 @@ def model_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Row
 
 
 def contact_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Row]:
-    """Return the rows of integrators on the rod between two rough guides; see ``studies.contacts``."""
-    rows, share = [], {**plan, "steps": plan["steps"] * contacts.UNTIL // UNTIL}  # the same limit per unit of time
+    """Return the rows of integrators on the rod between two rough guides; see ``studies.twoguides``."""
+    rows, share = [], {**plan, "steps": plan["steps"] * twoguides.UNTIL // UNTIL}  # the same limit per unit of time
     for method in [m for m, _ in _integrators(share) if m in JUST_IN_TIME]:
         tell(f"compiling {method} for two contacts")
-        solve(contacts.scene(plan["contact_mus"][0]), method, seconds=UNBOUNDED)
+        solve(twoguides.scene(plan["contact_mus"][0]), method, seconds=UNBOUNDED)
     for mu in plan["contact_mus"]:
         for method, options in (*_integrators(share), *_one_field(share)):
             tell(f"two contacts, mu = {mu}: {method}")
-            rows += contacts.measure(mu, repeats=1, **options)
+            rows += twoguides.measure(mu, repeats=1, **options)
     return rows
 
 

@@ -9,7 +9,7 @@ import pytest
 import asympk as ap
 from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided
 from asympk.path import KINDS
-from asympk.systems.painleve_klein.arrays import ensemble, inputs, itineraries, kernels, safeguarded
+from asympk.systems.painleve_klein.arrays import branchfree, ensemble, inputs, itineraries, safeguarded
 from asympk.systems.painleve_klein.flow import segments
 
 PARAMETERS = [
@@ -135,7 +135,7 @@ def test_the_time_of_a_stop_is_right_to_the_admissible_error_where_the_slow_part
     kind, t = ap.solve(ap.Scene(sigma, mu, (x, y, z), 1), digits=30).events[0][:2]
     found = ap.solve_many(sigma, mu, x, y, z, 1, events=True).events()
     assert kind == found.kind[0] == "velocity_zero"
-    assert abs(t - found.t[0]) < kernels.TIME_ERROR + 2.0**-53 * t  # 2.2e-16 without the correction of third order
+    assert abs(t - found.t[0]) < branchfree.TIME_ERROR + 2.0**-53 * t  # 2.2e-16 without the correction of third order
 
 
 @pytest.mark.parametrize("mu", [1e-6, 1e-3, 1e-2])
@@ -459,7 +459,7 @@ def test_extended_precision_is_not_needed_for_being_right(monkeypatch):
 def test_the_textbook_slow_root_would_lose_digits(monkeypatch):
     x, y, z = starts(13, 100)
     right = ap.solve_many(1, 1e-8, x, y, z, 5)
-    exact = kernels.mode_constants
+    exact = branchfree.mode_constants
 
     def textbook(a, b, mu):
         slow = (-b + np.sign(b) * np.sqrt(b * b - 4 * mu * b)) / (2 * mu)

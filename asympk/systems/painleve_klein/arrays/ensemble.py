@@ -23,9 +23,9 @@ from asympk.many import Many, axes_of, by_trajectory, outcome_of
 from asympk.numbers import Number, require_finite
 from asympk.path import KINDS
 from asympk.systems.painleve_klein.arrays import itineraries, safeguarded
+from asympk.systems.painleve_klein.arrays.branchfree import pick
 from asympk.systems.painleve_klein.arrays.inputs import ORDER, scene_columns
 from asympk.systems.painleve_klein.arrays.itineraries import Setting
-from asympk.systems.painleve_klein.arrays.kernels import pick
 from asympk.systems.painleve_klein.flow import exact
 from asympk.systems.painleve_klein.flow.segments import MOST_EVENTS, too_many
 

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from asympk.numbers import Number
-from asympk.systems.painleve_klein.arrays.kernels import (
+from asympk.systems.painleve_klein.arrays.branchfree import (
     ModeConstants,
     deepest_fall,
     deviation,
