@@ -8,7 +8,7 @@ import sympy as sp
 
 from asympk.errors import UnknownName
 from asympk.formulas import read_constant, read_number
-from asympk.numbers import KEPT_DIGITS, short, spells_number
+from asympk.numbers import short, spells_number
 from asympk.scene import Scene
 from asympk.symbolic.reading import rational
 from asympk.symbolic.system import System
@@ -50,13 +50,14 @@ def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: An
     values = with_changes(own, read, static_frictions(scene.system))
     angles = scene.system is not None  # those of the rod are a quantity of their own
     begun = {name: read_number(f"start {name}", value, angles) for name, value in start.items()}
-    placed, horizon, origin = scene.start, scene.until, scene.origin
+    placed, horizon, origin, follows = scene.start, scene.until, scene.origin, values != own or bool(begun)
     if scene.rod is not None:  # whose start and horizon are kept as they were given, exactly
         placed, horizon = shown.start, shown.until
     if is_off_contact(scene) and not begun.keys() >= {*scene.names}:
         placed, origin = _derived(scene, values, begun)
+        follows = origin is None  # else the states that depend on others are derived, too
     begin = tuple(begun.get(name, value) for name, value in zip(shown.names, placed, strict=True))
-    if values != own or begun:
+    if follows:
         begin = _followed(scene, values, begin, begun)
     end = horizon if until is None else read_number("until", until, angles=False)
     return _built(scene, values, begin, end, origin, moved="y" in begun or _moved(scene, begin))
@@ -99,7 +100,7 @@ def _followed(scene: Scene, values: dict[str, Any], start: tuple, given: Contain
     system, numbers = scene.system, {**values, **dict(zip(scene.names, start, strict=True))}
     at = {s: rational(s.name, numbers[s.name]) for s in (*system.states, *system.parameters)}
     at |= {system.time: sp.S.Zero} if system.time else {}
-    found = {s.name: value.subs(at).evalf(KEPT_DIGITS) for s, value in system.dependent.items() if s.name not in given}
+    found = {s.name: value.subs(at) for s, value in system.dependent.items() if s.name not in given}
     return tuple(found.get(name, value) for name, value in zip(scene.names, start, strict=True))
 
 

@@ -28,6 +28,8 @@ from asympk.scenes import scenefile
 from asympk.scenes.scenefile import changed_scene, scene_text
 from asympk.scenes.turned import turned
 from asympk.sweep.sweepfile import read_sweep
+from asympk.systems import brake_shoe
+from asympk.systems.catalogue import example_scene
 
 ROD = {"m": 2, "P": 10, "f": "3", "f0": '"7/2"', "alpha": '"60 deg"', "l": "0.5", "k": "1e5", "h": "0.02",
        "start": "[1, -3, -0.1]", "until": "0.03"}
@@ -865,6 +867,17 @@ def test_a_start_keeps_its_origin_until_another_replaces_it(tmp_path):
     moved = replace(scene, start=(0, 2, -200, 0, 1))
     assert moved.origin is None
     assert turned(moved, {"f": 1}, {}, None).start == moved.start
+
+
+@pytest.mark.parametrize("gap", [1, "1.01"])  # on the contact, and off it
+def test_a_dependent_state_of_a_turned_scene_is_as_exact_as_that_of_the_scene_anew(gap):
+    def scene(speed):
+        numbers = {**brake_shoe.VALUES, "b": gap, "v": speed, "c": "1/100"}
+        start = {"X": 0, "theta": 0, "X'": "1/3", "theta'": 0}
+        return example_scene(brake_shoe.mechanism(), brake_shoe.system(), numbers, start, 1, "shoe")
+
+    assert turned(scene("-1/3"), {"v": "-1/7"}, {}, None).start == scene("-1/7").start
+    assert scene("-1/7").start[-1] == Fraction(10, 21)
 
 
 def test_a_start_in_exact_coordinates_is_exact_in_reaction_and_sliding_velocity(tmp_path):
