@@ -49,8 +49,8 @@ def _agreed(system, outputs, arguments, digits):
         sizes = (m.mag(value) for value in numbers[len(outputs) :])
         needed = digits + 10 + sum(abs(size) for size in sizes if isinstance(size, int)) * 3 // 10
         if needed > _MOST_WORKING:
-            raise OutOfRange(f"a coefficient of the system has parts so large or small that it takes {needed} digits "
-                             f"at these parameters, beyond {_MOST_WORKING}: give others")
+            raise OutOfRange("a coefficient of the system has parts so large or small that it takes more than "
+                             f"{_MOST_WORKING} digits at these parameters: give others")
         agree = [working >= needed and b and abs(a - b) * 10**digits <= abs(b)
                  for a, b in zip(before, numbers, strict=False)]
         if all(agree):

@@ -10,9 +10,11 @@ import sympy as sp
 
 from asympk.errors import InputError
 from asympk.naming import nearest
-from asympk.numbers import short
-from asympk.symbolic.long import replaced
+from asympk.numbers import LARGEST, short
+from asympk.symbolic.long import atoms, replaced
 from asympk.symbolic.reading import exact_constant
+
+_MOST_DIGITS = 10_000  # of a power of numbers that is worked out
 
 
 def by_symbol(values: Mapping, symbols: Iterable[sp.Symbol], owner: str, kind: str = "parameter") -> dict:
@@ -119,7 +121,17 @@ def term_without_value(expr: sp.Expr, at: Mapping[sp.Symbol, sp.Expr]) -> sp.Exp
 
 def _is_unreal(expr: sp.Expr, at: Mapping[sp.Symbol, sp.Expr]) -> bool:
     try:
-        value = replaced(expr, at)
+        value = replaced(_without_vast_powers(expr, at), at)
     except (ArithmeticError, TypeError, ValueError):  # as of a comparison with an infinite part
         return True
     return value is sp.nan or value.is_finite is False or value.is_real is False
+
+
+def _without_vast_powers(expr: sp.Expr, at: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
+    """Return an expression with rounded values, or oo, of powers such as 2**n at n = 10**9, whose digits are many."""
+    for power in sorted(atoms(expr, sp.Pow), key=sp.count_ops):  # inner ones first
+        base, exponent = (replaced(part, at) for part in power.args)
+        if base.is_Rational and exponent.is_Rational and abs(exponent) * len(str(base)) > _MOST_DIGITS:
+            value = sp.Pow(base, exponent, evaluate=False).evalf()
+            return _without_vast_powers(expr.xreplace({power: sp.oo if abs(value) > LARGEST else value}), at)
+    return expr
