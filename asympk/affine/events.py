@@ -240,16 +240,16 @@ class Guards:
         Raises ``TooLarge`` where a part of a guard exceeds the range of the numbers, and ``OverflowError`` where the
         exponential exceeds this range while its weight is negligible at the start.
         """
-        last = self._last()
-        coarse = self._in_doubles
+        last, coarse = self._last(), self._in_doubles
+        end = self.m.number(last) if last < until else until
         for number, window in enumerate(mesh.windows(), 1):
             suspect = coarse._suspects(window) if coarse else zip(range(len(window.h)), repeat(None))
             for k, falling in suspect:
-                if window.t[k] >= until or window.t[k + 1] > last:
+                if window.t[k] >= end:
                     break
                 lo, hi = self.m.number(window.t[k]), self.m.number(window.t[k + 1])
-                yield (lo, hi, falling if coarse is self else None) if hi <= until else (lo, until, None)
-            left = window.t[-1], float(min(until, last))
+                yield (lo, hi, falling if coarse is self else None) if hi <= end else (lo, end, None)
+            left = window.t[-1], float(end)
             if left[0] >= left[1] or (coarse and number.bit_count() == 1 and coarse._is_clear(*left)):
                 break
         if until > last:

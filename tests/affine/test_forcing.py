@@ -1,7 +1,11 @@
 """The waves of a forcing, and their coefficients."""
 
+import math
+
+import pytest
 import sympy as sp
 
+import asympk as ap
 from asympk.affine.forcing import Wave, waves_of
 
 a, b, w, t = sp.symbols("a b w t", real=True)
@@ -25,3 +29,15 @@ def test_one_wave_in_two_forms_is_one_wave():
 
 def test_a_force_that_switches_is_no_sum_of_waves():
     assert waves_of(a + sp.Piecewise((2 - t, t < 2), (a * b, True)), t) is None
+
+
+@pytest.mark.parametrize("k", [200, 4000])
+def test_a_peak_whose_rise_leaves_the_range_of_numbers_only_after_its_switch_pushes_a_block(k):
+    """The push k exp(-k |t - 1|) reaches friction where t = 1 - log(2 k)/k; at k = 4000 its rise was refused."""
+    v, force = sp.symbols("v force", real=True)
+    belt = ap.Friction(velocity=v, force=force, load=1, kinetic=sp.S.Half)
+    block = ap.System.with_frictions({v: force + k * sp.exp(-k * sp.Abs(t - 1))}, {}, [belt], time=t)
+    path = ap.solve(ap.Scene(system=block, start={v: 0}, until=2))
+    onset = 1 - math.log(2 * k) / k
+    assert float(path.events[0].t) == pytest.approx(onset, abs=1e-14)
+    assert path.final[0] == pytest.approx(2 - 1 / (2 * k) - math.exp(-k) - (2 - onset) / 2, abs=1e-14)
