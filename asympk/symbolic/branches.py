@@ -445,15 +445,25 @@ def check_friction(system: "System", friction: "Friction", number: int) -> None:
     if found := next((s for s, r in moved.items() if _has_square(system, friction, s, r)), None):
         raise InputError(f"{which}: the force {friction.force} must enter the rates linearly, and not so that of "
                          f"{found}; write it as a sum of multiples of the forces")
-    if any(sp.expand(slope).free_symbols & moved.keys() for s in moved if (slope := slope_by(v, s)).has(*moved)):
+    if not _passes_through_0(v, moved):
         raise InputError(f"{which}: the velocity {short(v)} must be linear in what {friction.force} moves, "
-                         f"{', '.join(map(str, moved))}; give one that passes through 0")
+                         f"{', '.join(map(str, moved))}, or a polynomial in it without a square factor; give one that "
+                         "passes through 0")
     if _pushes_on(system, friction, moved):
         raise InputError(f"{which}: the rate of the velocity {short(v)} falls with the force {friction.force}, which "
                          f"opposes it: that would push on; write + {friction.force} for - {friction.force}")
     given = (v, friction.load, friction.kinetic, friction.static, friction.gap)
     if any(e is not None and atoms(e, sp.Float) for e in given):
         raise InputError(f"{which} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
+
+
+def _passes_through_0(velocity: sp.Expr, moved: Collection[sp.Symbol]) -> bool:
+    """Tell whether a velocity is known to change its sign at its zeros: as a linear one, or as a simple root."""
+    slopes = (slope_by(velocity, s) for s in moved)
+    if not any(sp.expand(slope).free_symbols & {*moved} for slope in slopes if slope.has(*moved)):
+        return True
+    used = [s for s in moved if velocity.has(s)]
+    return velocity.is_polynomial(*used) and all(power == 1 for _, power in sp.sqf_list(velocity, *used)[1])
 
 
 def _pushes_on(system: "System", friction: "Friction", moved: dict[sp.Symbol, sp.Expr]) -> bool:

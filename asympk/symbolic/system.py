@@ -59,8 +59,9 @@ class Friction(ShownAsFormulas):
     r"""Dry friction: ``-kinetic |load| sign(velocity)`` in slip, at most ``static |load|`` in stick.
 
     Rates contain its ``force`` as one that would raise the velocity if it were positive: v' = F - x for a mass on a
-    spring. ``velocity`` is an expression in the states and may contain the time, as on a moving belt; ``load``,
-    ``kinetic`` and ``static`` (by default ``kinetic``) are expressions in states, parameters and time. In them
+    spring. ``velocity`` is an expression in the states and may contain the time, as on a moving belt; in the states
+    that the force moves it is linear, or a polynomial without a square factor, as the distance from a circle.
+    ``load``, ``kinetic`` and ``static`` (by default ``kinetic``) are expressions in states, parameters and time. There
     sign(velocity) at rest is 0, but in ``static |load|`` it is the direction of the slip that the force resists; so is
     the branch of a ``Piecewise`` with one for each direction, while a value at the zero of the velocity alone is
     static. A motion is refused where ``kinetic`` falls below 0 on its way, by more than a millionth of 1 or its first

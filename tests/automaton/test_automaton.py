@@ -11,7 +11,7 @@ import pytest
 import sympy as sp
 from peers import here
 from scipy.integrate import solve_ivp
-from scipy.optimize import lsq_linear
+from scipy.optimize import brentq, lsq_linear
 
 import asympk as ap
 from asympk.affine.run import affine, obstacle
@@ -893,6 +893,24 @@ def test_frictions_that_do_not_enter_one_anothers_equations_are_decided_one_by_o
     rested = [x if x <= 2 else 2 - x for x in start]
     assert path.final == pytest.approx((*map(float, rested), *[0] * 9), abs=1e-4)
     assert path.modes[-1] == "+".join(["stick"] * 9)
+
+
+def test_a_relay_keeps_a_motion_to_a_circle_on_which_its_angle_goes_on():
+    """Outside z' = -(1 + i) z + i/2, of z = x + i y; on the circle the angle has the rate cos(angle)/2 - 1."""
+    x, y, F = sp.symbols("x y F", real=True)
+    relay = ap.Friction(velocity=x**2 + y**2 - 1, force=F, load=1, kinetic=1)
+    drawn = ap.System.with_frictions({x: y + F * x, y: -x + F * y + sp.Rational(1, 2)}, {}, [relay])
+    path = ap.solve(ap.Scene(system=drawn, start={x: 2, y: 0}, until=10))
+    outside = lambda t: (rest := 0.5j / (1 + 1j)) + (2 - rest) * np.exp(-(1 + 1j) * t)  # noqa: E731
+    met = brentq(lambda t: abs(outside(t)) - 1, 0, 2, xtol=1e-14)
+    turning = solve_ivp(lambda t, a: np.cos(a) / 2 - 1, (met, 10), [np.angle(outside(met))], rtol=1e-11, atol=1e-12)
+    angle = turning.y[0, -1]
+    assert path.modes == ("slip_same", "stick")
+    assert path.events[0].t == pytest.approx(met, abs=1e-9)
+    assert path.final == pytest.approx((math.cos(angle), math.sin(angle)), abs=1e-8)
+    driven = ap.System.with_frictions({x: y - F * x, y: -x - F * y + sp.Rational(1, 2)}, {}, [relay])
+    with pytest.raises(TwoMotions):
+        ap.solve(ap.Scene(system=driven, start={x: 1, y: 0}, until=1))
 
 
 def test_signs_are_sought_for_no_velocity_that_an_expression_does_not_have(monkeypatch):
