@@ -91,6 +91,13 @@ class Scene(ShownAsTable):
         return ("x", "y", "z") if self.system is None else tuple(s.name for s in self.system.states)
 
     @property
+    def numbers(self) -> dict[str, Any]:
+        """The values of the parameters by name."""
+        if self.system is None:
+            return {"sigma": self.sigma, "mu": self.mu, "sigma0": self.sigma0}
+        return {s.name: value for s, value in zip(self.system.parameters, self.values, strict=True)}
+
+    @property
     def combinations(self) -> tuple[tuple[str, tuple], ...]:
         """Linear combinations of the states shown beside them, as (name, coefficients): for the rod, its load."""
         return (("s", (1, 1, 0)),) if self.system is None else ()
@@ -142,11 +149,8 @@ class Scene(ShownAsTable):
         kind = "of the Painlevé-Klein rod" if self.system is None else "of a System"
         if self.rod is not None:
             return Card(f"Scene {self.name or kind} in physical quantities", self.rod.rows)
-        given = {"sigma": self.sigma, "mu": self.mu, "sigma0": self.sigma0}
-        if self.system is not None:
-            given = {s.name: v for s, v in zip(self.system.parameters, self.values, strict=True)}
         start = ", ".join(f"{name} = {shown(value)}" for name, value in zip(self.names, self.start, strict=True))
-        rows = [(name, shown(value)) for name, value in given.items()]
+        rows = [(name, shown(value)) for name, value in self.numbers.items()]
         rows = [*few(rows, ROWS - 2), ("start", start), ("until", shown(self.until))]
         return Card(f"Scene {self.name + ' ' if self.name else ''}{kind}", tuple(rows))
 

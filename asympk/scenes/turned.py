@@ -16,7 +16,6 @@ from asympk.symbolic.values import following, with_changes
 from asympk.systems.catalogue import is_off_contact, start_at
 from asympk.systems.painleve_klein.units import STATE, Degrees, quantity, scene_in_units
 
-ROD = ("sigma", "mu", "sigma0")
 _STATIC = {"sigma0": "sigma", "f0": "f"}  # of the rod
 
 
@@ -24,9 +23,7 @@ def scene_parameters(scene: Scene) -> dict[str, Any]:
     """Return the parameters of a scene by name; for a rod in physical units, its physical quantities."""
     if scene.rod is not None:
         return {name: value for name, value in scene.rod.quantities if name not in STATE}
-    if scene.system is None:
-        return {name: getattr(scene, name) for name in ROD}
-    return {s.name: value for s, value in zip(scene.system.parameters, scene.values, strict=True)}
+    return scene.numbers
 
 
 def static_frictions(system: System | None) -> dict[str, str]:

@@ -241,3 +241,11 @@ def test_a_part_of_a_parameter_that_is_not_declared_real_has_its_value(part):
     decay = ap.System.smooth({x: -x * part(sp.Symbol("k"))}, {}, None)
     path = ap.solve(ap.Scene(system=decay, values={"k": 1}, start=[1], until=1))
     assert path.final[0] == pytest.approx(float(sp.exp(-part(sp.S.One))), abs=1e-15)
+
+
+def test_a_scene_has_its_numbers_by_name():
+    assert scene().numbers == {"sigma": 1, "mu": 1e-3, "sigma0": 1}
+    x, k, a = sp.symbols("x k a", real=True)
+    system = ap.System.smooth({x: a - k * x}, {}, None)
+    found = ap.Scene(system=system, values={k: "1/3", a: 2}, start={x: 0}, until=1).numbers
+    assert found == {"a": 2, "k": Fraction(1, 3)}
