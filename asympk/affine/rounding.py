@@ -25,7 +25,7 @@ from asympk.arithmetic import UNIT, Doubles
 if TYPE_CHECKING:
     from asympk.affine.run import TimedSegment
 
-_SAFE = 3  # the estimate in units of the root of the sum of squares, below which some hundred runs stayed
+_SAFE = 2  # the estimate in units of the root of the sum of squares: of 700 runs, none had an error above 0.74 of it
 
 
 def estimate(segments: "Sequence[TimedSegment]", states: int) -> tuple[np.ndarray, np.ndarray]:
