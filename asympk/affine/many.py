@@ -26,6 +26,7 @@ from asympk.symbolic.placing import with_numbers_in_exponents
 CHUNK = 4096
 FEW = 3  # the number of rows up to which following them one by one costs less
 MOST_EVENTS = 1000
+LATE = 2  # the multiple of the rounds of more rows up to which the last ``FEW`` rows are followed together
 TRUSTED = 1e-12  # the largest estimated error of a row, relative to its states, that needs no scalar flow
 
 
@@ -228,10 +229,12 @@ def _together(modes, w, until, rows, result):
     count, notes = np.zeros(len(w), dtype=np.int32), []
     none = np.zeros((*w.shape, w.shape[1]))
     flock = _Flock(rows, until, t, w, none, abs(w), branch, count, lost, ~lost)
-    while flock.alive.any():
+    rounds = crowded = 0
+    while many := flock.alive.sum():
+        rounds, crowded = rounds + 1, crowded + (many > FEW)
         for k in np.unique(branch[flock.alive]):
             notes += _advanced(modes, flock, k)
-        lost |= count > MOST_EVENTS
+        lost |= (count > MOST_EVENTS) | (flock.alive & (rounds > LATE * crowded))
         flock.alive[lost] = False
     error = np.sqrt(np.einsum("mii->mi", flock.covariance))
     lost |= ~(error <= TRUSTED * np.where(flock.size > 0, flock.size, 1.0)).all(axis=1)

@@ -7,6 +7,7 @@ import pytest
 import sympy as sp
 
 import asympk as ap
+from asympk.affine import many as affine_many
 from asympk.affine import run
 from asympk.errors import Accumulation, InputError, NegativeFriction, TwoMotions
 from asympk.many import PHASES
@@ -427,3 +428,16 @@ def test_rows_whose_friction_becomes_negative_are_told_in_doubles_from_rows_whos
     assert [many.outcomes[k] for k in many.outcome] == ["followed", "negative friction"]
     with pytest.raises(NegativeFriction, match=r"kinetic friction -a\*t \+ 1 .* is negative at t = 2"):
         ap.solve(ap.Scene(system=system, values={a: 0.5}, start={q: 3, v: 0}, until=5))
+
+
+def test_a_row_that_goes_on_after_all_others_is_followed_alone(monkeypatch):
+    rounds = []
+    advanced = affine_many._advanced
+    monkeypatch.setattr(affine_many, "_advanced", lambda *args: rounds.append(1) or advanced(*args))
+    belt = ap.System.with_frictions({x: v, v: F - x}, {}, [ap.Friction(v - 1, F, 1, 1, 2)])
+    until = np.array([6.0] * 7 + [200.0])
+    many = ap.solve_many(system=belt, values={}, start={"x": np.linspace(-2, 2, 8), "v": 0}, until=until)
+    assert many.alone == 1
+    assert many.n_events[7] > 40 > len(rounds)
+    path = ap.solve(ap.Scene(system=belt, values={}, start={"x": 2, "v": 0}, until=200))
+    assert (tuple(many.final[:, 7]), many.n_events[7]) == (path.final, len(path.events))
