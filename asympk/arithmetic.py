@@ -24,7 +24,7 @@ class Doubles:
     """
 
     exp, expm1, log, log1p, sqrt = math.exp, math.expm1, math.log, math.log1p, math.sqrt
-    sin, cos, atan2, pi = math.sin, math.cos, math.atan2, math.pi
+    sin, cos, atan2, pi, fsum = math.sin, math.cos, math.atan2, math.pi, math.fsum
     prec, eps, root_tol, margin, slack, soon = 53, 2.0**-52, 1e-5, 1e-13, 2.0**-48, 0.5
     most_exponent, largest = 700.0, math.inf
     number = float

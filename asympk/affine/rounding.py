@@ -1,13 +1,13 @@
 r"""The rounding error of a run in doubles, estimated to first order and backward from the end.
 
-Each segment has the rounding error of its terms, and the time of each event has one in proportion to the time. The
-derivative of the final state by an earlier state is the product of the exponentials of the segments and, at each event,
-of the matrix
+Each segment has the rounding error of its terms, and its duration has one in proportion to itself. The derivative of
+the final state by an earlier state is the product of the exponentials of the segments and, at each event, of the matrix
 
     1 + (w'_after - w'_before) c / (c.w'_before),
 
 where c is the gradient of the guard (Lemma 8). ``estimate`` multiplies every error by this derivative. Errors of the
-forcing do not accumulate, because the forcing is computed from the time at the start of each segment.
+forcing do not accumulate, because the forcing is computed from the time at the start of each segment. Nor do those of
+the times, as ``TimedSegment.late`` carries what rounding takes from their sums.
 
 The errors within a segment are independent, and so are those of different modes: their squares add up. In a motion that
 repeats itself, segments of one mode that end at one guard have the same errors. Therefore the errors of such segments
@@ -35,16 +35,16 @@ def estimate(segments: "Sequence[TimedSegment]", states: int) -> tuple[np.ndarra
     for timed in reversed(segments):
         segment, flow = timed.segment, timed.segment.flow
         found, gained, begun = functions(Doubles, flow.blocks, timed.span)
-        n, values, late = segment.functions, np.array(found), np.zeros((states, 1))
+        n, values, timing = segment.functions, np.array(found), np.zeros((states, 1))
         end = np.array(gained) @ segment.sums[:n] + segment.sums[n + begun]
         size = np.maximum(size, np.maximum(abs(segment.start), abs(end))[:states])
         if after is not None:
             rates = values @ flow.rate @ segment.sums[:n]
             guard = flow.rows[timed.guard, :-1]
-            late[:, 0] = rows @ after * (timed.start + timed.span)
+            timing[:, 0] = rows[:, :states] @ after[:states] * timed.span
             turned = np.multiply.outer(after[:states] - rates[:states], guard / (guard @ rates))
             rows = rows[:, :states] @ (np.eye(states, len(end)) + turned)
-        single.append(np.hstack([rows * _rounding(timed, gained, begun, end), late]))
+        single.append(np.hstack([rows * _rounding(timed, gained, begun, end), timing]))
         key = id(flow), timed.guard
         alike[key] = alike.get(key, 0) + single[-1]
         rows = rows @ (values @ flow.flat).reshape(len(end), -1)

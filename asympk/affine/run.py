@@ -48,12 +48,16 @@ TOLD = 1e-8  # the largest estimated error of a run in doubles whose sequence of
 
 
 class TimedSegment(NamedTuple):
-    """One segment of a run: its starting time, its closed form, its duration, and the guard that ends it or None."""
+    """One segment of a run: its starting time, its closed form, its duration, and the guard that ends it or None.
+
+    ``late`` is what rounding took from the time at its end.
+    """
 
     start: Any
     segment: ClosedSegment
     span: Any
     guard: int | None
+    late: Any = 0
 
 
 class AffineDense(ClosedForm):
@@ -237,7 +241,8 @@ def _followed(m, case, done):
         segment = ClosedSegment(flow, start, known, zeros=[q for q, guard in enumerate(kept) if guard in zeros])
         if segment.held and m.margin:  # what stays 0 is idle: rounding has taken the motion out of the start
             raise Undecided
-        span, hits = _span(case, m, mode, segment, until - t, len(segments))
+        late = segments[-1].work.late if segments and segments[-1].t == t else m.number(0)
+        span, hits = _span(case, m, mode, segment, until - t - late, len(segments))
         if mode.mode.laws and (pushed := _pushed_on(case, m, mode, (t, state), span)):
             done.append(TimedSegment(t, segment, pushed[0], None))
             return loop.Segment(t + pushed[0], state, pushed[1])
@@ -249,8 +254,8 @@ def _followed(m, case, done):
         if (size := max(map(abs, end[: len(state)]))) > m.largest:  # waves may be larger
             raise TooLarge(f"the path reaches 1e{int(m.log(size) / m.log(10))} at t = {float(t + span):.6g}, beyond "
                            "the numbers in use: take a smaller until")
-        reached, lost = (min(t + span, until), kept[hit]) if found else (until, None)
-        done.append(timed := TimedSegment(t, segment, span, hit))
+        reached, lost = (min(m.fsum((t, late, span)), until), kept[hit]) if found else (until, None)
+        done.append(timed := TimedSegment(t, segment, span, hit, m.fsum((t, late, span, -reached))))
         return loop.Segment(reached, tuple(end[: len(state)]), lost, timed, together=tuple(kept[q] for q in hits[1:]),
                             within=lambda at: tuple(segment.state(at - t)[: len(state)]))
 

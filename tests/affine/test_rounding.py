@@ -1,5 +1,7 @@
 """The estimated rounding error of a run in doubles, against 45 digits."""
 
+from math import ulp
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -31,14 +33,20 @@ def chain_of(blocks, random, until, static=1, damping="1/10"):
     return ap.Scene(system=ap.System.with_frictions(rates, {}, frictions), values={}, start=start, until=until)
 
 
-def estimated_and_true(scene):
-    """Return (estimated errors, true errors, largest moduli) of the final states of a run in doubles."""
+def followed_twice(scene):
+    """Return (run in doubles, run in 45 digits, the numbers of this run)."""
     case = affine_run.SceneFlows(scene, affine_run.flows(automaton_of(scene)), 1000)
     joined, _, _ = affine_run._estimated(case)
     m = flow_context(400)
     set_digits(m, 45)
     exact = affine_run._followed(m, case._replace(known=joined), [])
     assert exact.modes == joined.modes
+    return joined, exact, m
+
+
+def estimated_and_true(scene):
+    """Return (estimated errors, true errors, largest moduli) of the final states of a run in doubles."""
+    joined, exact, m = followed_twice(scene)
     true = [abs(m.mpf(a) - b) for a, b in zip(joined.last.state, exact.last.state, strict=True)]
     errors, sizes = estimate([segment.work for segment in joined.segments], len(scene.start))
     return errors, np.array(true, dtype=float), sizes
@@ -59,6 +67,12 @@ def test_errors_of_a_motion_that_repeats_itself_are_below_their_estimate():
     scene = chain_of(1, np.random.default_rng(3), 400, static=2, damping=0)
     estimated, true, _ = estimated_and_true(scene)
     assert (true <= estimated).all()
+
+
+def test_times_of_hundreds_of_events_gather_no_rounding():
+    joined, exact, m = followed_twice(chain_of(1, np.random.default_rng(1), 300, static=2, damping=0))
+    assert len(joined.events) > 200
+    assert all(abs(m.mpf(a.t) - b.t) < 3 * ulp(a.t) for a, b in zip(joined.events, exact.events, strict=True))
 
 
 def test_chains_of_many_events_are_followed_once_in_doubles(monkeypatch):
