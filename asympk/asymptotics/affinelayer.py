@@ -63,23 +63,21 @@ def terms(formulas: Formulas, order: int) -> Terms:
 
 
 def layer_coefficients(
-    formulas: Formulas, orders: tuple[int, int], tape: Any, values: dict, start: dict, rate: Any,
-    tidied: Callable[[Any], Any] = lambda c: c,
+    formulas: Formulas, orders: tuple[int, int], tape: Any, values: dict, start: dict, rate: Any
 ) -> dict:
     """Return {state: {(k, 0): X_k or Y_k}}, the slow and the fast states to ``orders``.
 
-    ``values`` are those of the parameters on ``tape``, ``start`` those of the states, and ``rate`` is a. ``tidied`` is
-    applied to every coefficient.
+    ``values`` are those of the parameters on ``tape``, ``start`` those of the states, and ``rate`` is a.
     """
     slow, (y,) = formulas.slow_states, formulas.fast_states
     known: dict = {s: {(0, 0): start[s]} for s in slow} | {y: {}}
     for k in range(max(orders) + 1):
         if 0 < k <= orders[0]:
             for s, rest in zip(slow, _rests(formulas.drift, formulas, values, known, tape, k - 1), strict=True):
-                known[s][k, 0] = _integral(rest.map(tidied), rate).map(tidied)
+                known[s][k, 0] = _integral(rest, rate)
         if k <= orders[1]:
             (rest,) = _rests(formulas.full_force, formulas, values, known, tape, k)
-            known[y][k, 0] = _solved(rest.map(tidied), rate, start[y] if k == 0 else 0).map(tidied)
+            known[y][k, 0] = _solved(rest, rate, start[y] if k == 0 else 0)
     return known
 
 
@@ -128,6 +126,3 @@ def _begun(found, place, start):
 
 class Fading(Polynomial):
     """A polynomial in tau and E as a coefficient: ``terms[p, j]`` multiplies tau^j E^p."""
-
-    def map(self, convert: Callable[[Any], Any]) -> "Fading":
-        return Fading({index: convert(c) for index, c in self.terms.items()})

@@ -9,15 +9,16 @@ D maps the polynomials in eta that vanish at eta = 0 into themselves. Where A at
 such a polynomial. ``_correction`` finds it by linear algebra. The base point is x_0 - mu xi at tau = 0.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from types import SimpleNamespace
 
 import sympy as sp
 
 from asympk.asymptotics import affinelayer
-from asympk.asymptotics.fibre import formulas
+from asympk.asymptotics.fibre import Formulas, formulas
 from asympk.asymptotics.landing import land
+from asympk.asymptotics.ratio import Ratios
 from asympk.asymptotics.series import Series
 from asympk.errors import AsympkError, NotDerivable, OutOfRange, UnknownName
 from asympk.numbers import known_order, listed, number, short
@@ -134,17 +135,41 @@ def _require_settling(mode, small):
 
 
 def _of_one_fast_state(mode, small, order):
-    """Return {slow state: the coefficients of mu, ..., mu^order of the base point}."""
-    known = formulas(mode, small, ())
-    rates = (*mode.slow.values(), *mode.fast.values())
-    values = {p: p for p in set().union(*(rate.free_symbols for rate in rates)) - {*mode.slow, *mode.fast, small}}
-    start = {s: s for s in (*mode.slow, *mode.fast)}
-    rate, (known_rate,) = sp.Dummy("a"), known.slopes
-    orders = order, order - 1
-    tape = SimpleNamespace(node=lambda name: getattr(sp, name), call=lambda name, value: getattr(sp, name)(value))
-    found = affinelayer.layer_coefficients(known, orders, tape, values, start, rate,
-                                           lambda c: sp.expand(sp.sympify(c, strict=True)))
-    return {x: [found[x][k, 0].terms[0, 0].subs(rate, known_rate) for k in range(1, order + 1)] for x in mode.slow}
+    """Return {slow state: the coefficients of mu, ..., mu^order of the base point}.
+
+    The layer depends on the rates by their Taylor coefficients at (x_0, h), h the branch there, which are names until
+    the end: with these eta = Y_0 - h is the one term eta_0 E.
+    """
+    rate, height, named = sp.Dummy("a"), sp.Dummy("h"), dict[sp.Symbol, sp.Expr]()
+    ((y, force),), (slope,) = mode.fast.items(), fast_jacobian(mode, small)
+    slow, fast = (sp.Dict({s: _expanded(r, height, mode, small, order, named) for s, r in rates.items()})
+                  for rates in (mode.slow, mode.fast))
+    start = dict.fromkeys((*mode.slow, y), 0)
+    fast = sp.Dict({y: fast[y] - fast[y].subs({small: 0, **start})})  # g vanishes on the branch
+    known, exact = Formulas(replace(mode, slow=slow, fast=fast), small, ()), Ratios((*named, y, rate))
+    found = affinelayer.layer_coefficients(known, (order, order - 1), None, {s: exact(s) for s in named},
+                                           start | {y: exact(y)}, exact(rate))
+    branch = sp.cancel(-force.subs({small: 0, y: 0}) / slope)
+    given = {name: value.xreplace({height: branch}) for name, value in named.items()}
+    given |= {rate: slope, y: y - branch}
+    return {x: [exact.expr(found[x][k, 0].terms[0, 0]).xreplace(given) for k in range(1, order + 1)] for x in mode.slow}
+
+
+def _expanded(rate, height, mode, small, order, named):
+    """Return the Taylor polynomial of a rate in mu and in the changes of the states, of y from ``height``.
+
+    The changes have the symbols of the states. Of the coefficients, rational numbers stay, and the others become names;
+    ``named`` collects what these stand for.
+    """
+    (y,), at, found = mode.fast, (*mode.slow, small), sp.S.Zero
+    for (power,), c in sp.Poly(rate.subs(y, height + y), y).terms():
+        for part in sp.itermonomials(at, order):
+            powers = [sp.degree(part, s) for s in at]
+            value = sp.diff(c, *zip(at, powers, strict=True)).subs(small, 0) / math.prod(map(math.factorial, powers))
+            name = value if value.is_Rational else sp.Dummy("c")
+            named |= {} if value.is_Rational else {name: value}
+            found += name * part * y**power
+    return found
 
 
 def _of_fast_states(mode, small, order):

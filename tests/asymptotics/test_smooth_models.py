@@ -3,6 +3,7 @@
 import math
 from fractions import Fraction
 from functools import cache, partial
+from time import process_time
 
 import numpy as np
 import pytest
@@ -527,6 +528,21 @@ def test_the_closed_base_point_is_that_of_the_layer_followed_in_numbers():
     at = {kappa: 1, lambda_: sp.Rational(1, 2), x: 1, y: sp.Rational(1, 5)}
     numbers = closed.at({"kappa": 1, "lambda": "1/2"}, {x: 1, y: "1/5"})["x"]
     assert numbers == pytest.approx([float(sp.sympify(closed[x].coefficient(k)).subs(at)) for k in range(3)], abs=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("slow", "fast"), [
+    (y / (1 + x), x / (1 + x) - y / (2 + x)), (y**12 - x, x - y),
+    (y * sp.tanh(x) + y**2 * sp.atan(x), sp.tanh(x) - sp.cosh(x) * y),
+])
+def test_a_base_point_is_closed_within_seconds_however_the_rates_depend_on_the_states(slow, fast):
+    """In the rates themselves, written out, the coefficients of order 3 took minutes."""
+    begun = process_time()
+    closed = ap.jump_map(ap.System.smooth(slow={x: slow}, fast={y: fast}, small=mu), order=3)
+    assert process_time() - begun < 10
+    at = {x: sp.Rational(1, 3), y: sp.Rational(1, 2)}
+    numbers = closed.at({}, at)["x"]
+    assert numbers == pytest.approx([float(sp.sympify(closed[x].coefficient(k)).subs(at)) for k in range(4)], rel=1e-9)
 
 
 @pytest.mark.parametrize("constant", [sp.EulerGamma, sp.GoldenRatio, sp.Catalan, sp.TribonacciConstant])
