@@ -29,7 +29,7 @@ from asympk.sweep.itineraries import Alphabet
 from asympk.sweep.rods import RodFamily
 from asympk.symbolic.branches import is_smooth
 from asympk.symbolic.system import System
-from asympk.symbolic.values import by_symbol
+from asympk.symbolic.values import by_symbol, require_all
 from asympk.systems.catalogue import start_at
 from asympk.systems.kernels import is_rod
 
@@ -105,9 +105,7 @@ class SystemFamily:
         if not self.coordinates:
             told["start"] = (start, self.system.states, "state")
         for what, (entries, symbols, kind) in told.items():
-            placed = by_symbol(entries, symbols, "this system", kind)
-            if missing := [s.name for s in symbols if s not in placed]:
-                raise InputError(f"{what}: the {kind} {', '.join(missing)} is missing")
+            require_all(what, by_symbol(entries, symbols, "this system", kind), symbols, kind)
         return {**values, **start, UNTIL: table[UNTIL]}
 
     def number(self, field: str, value: Any) -> Number:

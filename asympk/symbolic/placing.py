@@ -15,7 +15,7 @@ from asympk.formulas import NOT_FINITE, UNEVALUATED, formula_in_words
 from asympk.numbers import number, short
 from asympk.symbolic.long import atoms, symbols_in
 from asympk.symbolic.reading import entries_of, rational
-from asympk.symbolic.values import by_symbol, require_declared
+from asympk.symbolic.values import by_symbol, require_all, require_declared
 
 if TYPE_CHECKING:
     from asympk.symbolic.system import System
@@ -45,9 +45,7 @@ def _numbers(what: str, given: Any, symbols: tuple[sp.Symbol, ...], kind: str) -
     if not isinstance(given, Mapping):
         raise InputError(f"{what} = {short(given)}: it must map each {kind}, {_names(symbols)}, to a number")
     placed = by_symbol(given, symbols, "this system", kind)
-    if missing := sorted({s.name for s in symbols if s not in placed}):
-        words = f"the {kind} {missing[0]} is" if len(missing) == 1 else f"the {kind}s {', '.join(missing)} are"
-        raise InputError(f"{what}: {words} missing; give numbers for {_names(symbols)}")
+    require_all(what, placed, symbols, kind)
     found = {s: _number(what, s.name, placed[s]) for s in symbols}
     for symbol, value in found.items():
         require_declared(symbol, value, f"{what}: ")

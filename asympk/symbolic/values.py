@@ -44,6 +44,13 @@ def by_symbol(values: Mapping, symbols: Iterable[sp.Symbol], owner: str, kind: s
     return found
 
 
+def require_all(what: str, placed: Mapping, symbols: Iterable[sp.Symbol], kind: str) -> None:
+    """Raise ``InputError`` where one of ``symbols`` is not among the keys of ``placed``."""
+    if missing := sorted({s.name for s in symbols if s not in placed}):
+        words = f"the {kind} {missing[0]} is" if len(missing) == 1 else f"the {kind}s {', '.join(missing)} are"
+        raise InputError(f"{what}: {words} missing; give numbers for {', '.join(dict.fromkeys(map(str, symbols)))}")
+
+
 def as_exact(value: Any, name: Any) -> sp.Expr:
     """Return a number as SymPy's: an int, a Fraction, a Decimal, a string such as "1/4", or a constant without floats.
 
