@@ -131,11 +131,14 @@ def test_what_is_no_real_number_is_refused_wherever_a_number_stands(value):
             call()
 
 
-def test_a_constant_of_sympy_is_to_be_worked_out_first():
-    with pytest.raises(InputError, match=r"start y = sin\(1\): .* work it out first, as \.evalf\(20\) does"):
-        ap.Scene(sigma=1, mu="1e-3", start=(0, sp.sin(1), -1), until=1)
-    read = ap.Scene(sigma=1, mu="1e-3", start=(0, sp.sin(1).evalf(20), -1), until=1)
-    assert abs(read.start[1] - sp.sin(1)) < 1e-20
+def test_an_integral_is_to_be_worked_out_first():
+    u = sp.Symbol("u")
+    area = sp.Integral(sp.cos(u), (u, 0, 1))
+    with pytest.raises(InputError, match=r"start y = Integral\(.*: work it out first, as \.evalf\(20\) does"):
+        ap.Scene(sigma=1, mu="1e-3", start=(0, area, -1), until=1)
+    for worked_out in (area.evalf(20), area.doit()):
+        read = ap.Scene(sigma=1, mu="1e-3", start=(0, worked_out, -1), until=1)
+        assert abs(read.start[1] - sp.sin(1)) < 1e-20
 
 
 def test_a_long_ratio_is_read_as_fast_as_a_short_one():
