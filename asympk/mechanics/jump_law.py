@@ -35,9 +35,10 @@ from asympk.mechanics.checks import require_own_symbols
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.stops import Stops
 from asympk.mechanics.tidy import collected
+from asympk.numbers import LARGEST, short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.long import atoms, modulus
-from asympk.symbolic.reading import real_expression
+from asympk.symbolic.reading import exact_constant, real_expression
 
 
 @dataclass(frozen=True, repr=False)
@@ -202,10 +203,13 @@ def _decay(p: sp.Expr, p_stick: sp.Expr, ratio: sp.Expr) -> sp.Expr:
     return 2 * beta * sp.Piecewise((ringing, swing > 0), (creeping, swing < 0), (slope, True))
 
 
-def _ratio(ratio: Any) -> sp.Expr:
-    ratio = real_expression("ratio", ratio)
+def _ratio(given: Any) -> sp.Expr:
+    ratio = real_expression("ratio", given)
     if ratio.is_negative or ratio.has(*NOT_FINITE):
-        raise InputError(f"ratio = {ratio!s:.60}: it must be a number or an expression, zero or positive")
+        raise InputError(f"ratio = {short(given)}: it must be a number or an expression, zero or positive")
+    if ratio.is_number and exact_constant("ratio", ratio) ** 2 > LARGEST:
+        raise InputError(f"ratio = {short(given)}: doubles do not hold its square, and the rebound goes with the "
+                         "inverse of that; give a damping time, damping=, for the law without rebound")
     return ratio
 
 

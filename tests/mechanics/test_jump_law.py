@@ -247,6 +247,8 @@ def test_a_ratio_of_pieces_rebounds_as_that_of_the_piece_that_holds():
         (lambda: slender_rod(unilateral=False).jump_law(ratio=1), "a two-sided constraint never opens"),
         (lambda: slender_rod().jump_law(ratio=-1), "zero or positive"),
         (lambda: slender_rod().jump_law(ratio=-sp.oo), "zero or positive"),
+        (lambda: slender_rod().jump_law(ratio=1e160), r"\.\.\.: doubles do not hold its square"),
+        (lambda: slender_rod().jump_law(ratio=sp.exp(sp.exp(sp.exp(100)))), "a number in it is beyond the range of"),
         (lambda: slender_rod().jump_law(ratio=1, damping=1), "both given"),
         (lambda: slender_rod().jump_law(ratio=sp.Piecewise((1, sp.Symbol("b") < 2))), "end it with one that does"),
         *((lambda damping=damping: slender_rod().jump_law(damping=damping), "it must be a positive time")
