@@ -97,10 +97,13 @@ class Junction:
         """Return the contacts at all places; sliding velocities that vanish have their signs in a branch."""
         if not self.signs:
             return self.points
-        signs = tuple(s if s is None else phase.velocity for s, phase in zip(self.signs, branch, strict=False))
+        signs = self._signs_in(branch)
         if signs not in self._directed:
             self._directed[signs] = [contact_point(self.system, place, signs) for place in self.places]
         return self._directed[signs]
+
+    def _signs_in(self, branch: Branch) -> Signs:
+        return tuple(s if s is None else phase.velocity for s, phase in zip(self.signs, branch, strict=False))
 
     def beginning(self, branch: Branch, k: int, point: int) -> tuple[ContactNumbers, ContactNumbers]:
         """Return contact k, at rest in a branch, as where it is about to slip forward and backward."""
@@ -127,11 +130,16 @@ class Junction:
         return self._known[key]
 
     def has_jumped(self, k: int) -> bool:
-        """Tell whether the reaction of contact k, if it keeps its branch, has clearly jumped away from 0 at an edge."""
+        """Tell whether the reaction of contact k, if it keeps its branch, has clearly jumped away from 0 at an edge.
+
+        The largest state rounds the others: one that vanishes with the reaction is known to no part of itself.
+        """
         if not self.before:
             return False
         group = next(group for group in coupled(self.system) if k in group)
-        found = [self.solved(self.before, group, n) for n in range(len(self.points))]
+        points = (contact_point(self.system, place, self._signs_in(self.before))
+                  for place in self.at.with_nudged(self.slack, self.slack))
+        found = [solved_forces(self.system, self.before, point, self.numbers, group) for point in points]
         normal = self.system.frictions[k].normal
         return all(found) and clear_sign([own.forces[normal] for own in found if own]) != 0
 

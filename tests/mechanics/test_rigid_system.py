@@ -310,16 +310,22 @@ def _turning(theta, rate, numbers):
      ((2.9099884675471634, 1.0787352528264027, 2.264333561607687, 1.777512139872515, 0.8407446654635987),
       (3.8956130895130054, -0.9999266402719549), 2.0),
      ((2.281091964789678, 1.892571396628294, 2.4714851332250576, 1.7283835618892578, 1.308658141988356),
-      (3.170039086236588, -0.602016886811747), 0.5)],
+      (3.170039086236588, -0.602016886811747), 0.5),
+     ((2, 1, 1.2, 1, 0.2), (1.0, 1.0), 4.0)],
 )
+@pytest.mark.parametrize("options", [{}, {"method": "radau", "rtol": 1e-9}, {"method": "dop853", "rtol": 1e-9}])
 @pytest.mark.few(0)
-def test_a_crank_passes_the_dead_centre_of_its_slider(numbers, start, until):
-    """The slider stops there whatever the friction, its sliding velocity no longer depends on that of the crank."""
+def test_a_crank_passes_the_dead_centre_of_its_slider(numbers, start, until, options):
+    """The slider stops there whatever the friction, its sliding velocity no longer depends on that of the crank.
+
+    Where the load vanished beside it, next to 0 by the rounding of phi, it counted as one that has jumped, for ever.
+    """
     (theta, rate), (_, _, l, _, _) = start, numbers
     phi = np.arcsin(np.sin(theta) / l)
     state = {"theta": theta, "phi": phi, "theta'": rate, "phi'": np.cos(theta) * rate / (l * np.cos(phi))}
     values = {"r": 1, **dict(zip(("J", "m", "l", "T", "f"), numbers, strict=True))}
-    path = ap.solve(ap.Scene(system=crank_slider.mechanism().rigid(), values=values, start=state, until=until))
+    scene = ap.Scene(system=crank_slider.mechanism().rigid(), values=values, start=state, until=until)
+    path = ap.solve(scene, **options)
     truth = solve_ivp(lambda _, w: [w[1], _turning(*w, numbers)], (0, until), start, rtol=1e-9, atol=1e-9)
     assert (path.final[0], path.final[2]) == pytest.approx(tuple(truth.y[:, -1]), abs=1e-6)
 
