@@ -17,6 +17,7 @@ from asympk.affine.moderows import carried_on, follow_rows, may_fall
 from asympk.affine.run import affine, run
 from asympk.arithmetic import UNIT, Doubles
 from asympk.automaton.automaton import Automaton
+from asympk.automaton.numericmode import OF_STATES
 from asympk.errors import InputError, OutOfRange
 from asympk.many import PHASES, REFUSALS, Many, axes_of, by_trajectory, outcome_of, require_mappings
 from asympk.numbers import common_shape, numbers, require_finite, short, unread
@@ -286,7 +287,8 @@ def _kept(notes, lost):
 def _after(modes, k, event, row, flock, struck):
     """Move ``struck`` rows onto the guard that they lost and find the next branch; return a note of the events."""
     (kind, friction), before, w, t = event, modes.branches[k], flock.w, flock.t[struck]
-    w[struck] = _snapped(modes.whole(before, t, w[struck]), row, np.array(modes.automaton.mode(before).movable))
+    whole, rates = modes.whole(before, t, w[struck]), modes.rates(before, t, w[struck])
+    w[struck] = _snapped(whole, rates, row, np.array(modes.automaton.mode(before).movable), kind in OF_STATES)
     flock.branch[struck], left = modes.following(k, event, t, w[struck])
     flock.lost[struck] |= left
     changed = struck[flock.branch[struck] != k]
@@ -310,13 +312,19 @@ def _covariance(modes, k, row, flock, struck, covariance):
         return found + ((UNIT * t) ** 2)[:, None, None] * after[:, :, None] * after[:, None]
 
 
-def _snapped(whole, row, movable):
-    """Return states moved onto the zero of a guard, along the movable state that changes the guard most."""
-    states = len(movable)
-    weight = abs(row[:states]) * (1 + abs(whole[:, :states])) * movable
-    place, every = weight.argmax(axis=1), np.arange(len(whole))
-    for _ in range(2 if (row[:states] * movable).any() else 0):
-        whole[every, place] -= (whole @ row) / row[place]
+def _snapped(whole, rates, row, movable, of_states):
+    """Return states moved onto the zero of a guard, along the movable state whose motion, or size, changes it most.
+
+    Unless the guard is one ``of_states``, none is moved where the time changes the guard as much by itself.
+    """
+    states, parts = len(movable), row[:-1] * rates
+    moved, size = abs(parts[:, :states]) * movable, abs(row[:states]) * (1 + abs(whole[:, :states])) * movable
+    place = np.where(moved.any(axis=1), moved.argmax(axis=1), size.argmax(axis=1))
+    timed = parts.shape[1] > states and not of_states
+    stays = timed & (abs(parts[:, states:].sum(axis=1)) >= moved.max(axis=1))
+    (mine,) = np.nonzero(~stays & (row[place] != 0) & movable[place])
+    for _ in range(2):
+        whole[mine, place[mine]] -= (whole[mine] @ row) / row[place[mine]]
     return whole[:, :states]
 
 

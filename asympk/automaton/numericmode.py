@@ -369,9 +369,12 @@ class NumericMode:
     def snapped(self, guard: int, t: Any, state: State) -> State:
         """Return ``state`` moved onto the zero of a guard, if the zero is near; otherwise ``settled(t, state)``.
 
-        A zero may be far because a guard of forces may depend on the time alone. The velocity of a contact that sticks
+        A guard that the time changes as much as the motion keeps its rounding: a state that hardly changes it would
+        take on far more than an error in time. A zero may be far all the same. The velocity of a contact that sticks
         stays 0, however strongly it changes the guard, and a closed rigid contact keeps g = g' = 0.
         """
+        if self._changes_with_time(guard, t, state):
+            return self.settled(t, state)
         moved = self._projected(t, state, guard) if self.kept else self._on_zero(guard, t, state)
         if self.kinds[guard][0] in OF_STATES:
             return moved
@@ -401,20 +404,25 @@ class NumericMode:
         """Return ``state`` after two Newton steps onto the zero of a guard, each of which changes one state.
 
         The state changed is the one whose motion changes the guard most; if no motion changes it, the one whose size
-        does. The value of the guard is due to an error in time, during which the slow states of a layer hardly move. No
-        state is changed if only the time changes the guard, except for kinds of guards in ``OF_STATES``.
+        does. The value of the guard is due to an error in time, during which the slow states of a layer hardly move.
         """
-        moved, rates, timed = list(state), self.rhs(t, state), self.mode.system.time is not None
+        moved, rates = list(state), self.rhs(t, state)
         for _ in range(2):
             slopes = self.guard_gradient(guard, t, moved)
             sizes = zip(slopes, moved, rates, self.movable, strict=True)
             weights = [(abs(slope * rate) * free, abs(slope) * (1 + abs(w)) * free) for slope, w, rate, free in sizes]
             k = weights.index(max(weights))
-            still = timed and self.kinds[guard][0] not in OF_STATES and not weights[k][0]
-            if slopes[k] == 0 or not self.movable[k] or still:
+            if slopes[k] == 0 or not self.movable[k]:
                 break
             moved[k] -= self.guard_values(t, tuple(moved))[guard] / slopes[k]
         return tuple(moved)
+
+    def _changes_with_time(self, guard: int, t: Any, state: State) -> bool:
+        """Tell whether the time by itself changes a guard as much as the motion of any state does."""
+        if self.mode.system.time is None or self.kinds[guard][0] in OF_STATES:
+            return False
+        parts = [a * rate for a, rate in zip(self.guard_gradient(guard, t, state), self.rhs(t, state), strict=True)]
+        return abs(self.guard_rates(t, state)[guard] - sum(parts)) >= max(map(abs, parts))
 
     def settled(self, t: Any, state: State) -> State:
         """Return ``state`` moved onto the zeros of all quantities that this mode keeps at 0, as a start has to be."""

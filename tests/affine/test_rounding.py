@@ -79,3 +79,16 @@ def test_chains_of_many_events_are_followed_once_in_doubles(monkeypatch):
     monkeypatch.setattr(affine_run, "_rounded", lambda _: pytest.fail("followed again in digits"))
     path = ap.solve(chain_of(4, np.random.default_rng(1), 15, damping=0))
     assert len(path.events) == 30
+
+
+def test_no_state_takes_on_the_rounding_of_a_forcing_that_ends_rest_on_a_belt():
+    x, v, F, t = sp.symbols("x v F t", real=True)
+    forced = F / 2 - 17 * v / 1712 - x / 16 + sp.sin(37 * t / 16)
+    belt = ap.Friction(v - sp.Rational(1, 2), F, load=1, kinetic=sp.Rational(19, 16))
+    system, starts = ap.System.with_frictions({x: v, v: forced}, {}, [belt], time=t), [-1.5, -0.5, 0.5, 1.5]
+    many = ap.solve_many(system=system, start={"x": np.array(starts), "v": 0.3}, until=20)
+    for k, begun in enumerate(starts):
+        scene = ap.Scene(system=system, start={"x": begun, "v": 0.3}, until=20)
+        truth = float(ap.solve(scene, digits=30).final[0])
+        assert ap.solve(scene).final[0] == pytest.approx(truth, rel=1e-15)
+        assert many.final[0, k] == pytest.approx(truth, rel=2e-15)
