@@ -90,5 +90,4 @@ def test_no_state_takes_on_the_rounding_of_a_forcing_that_ends_rest_on_a_belt():
     for k, begun in enumerate(starts):
         scene = ap.Scene(system=system, start={"x": begun, "v": 0.3}, until=20)
         truth = float(ap.solve(scene, digits=30).final[0])
-        assert ap.solve(scene).final[0] == pytest.approx(truth, rel=1e-15)
-        assert many.final[0, k] == pytest.approx(truth, rel=2e-15)
+        assert all(abs(found - truth) <= 4 * ulp(truth) for found in (ap.solve(scene).final[0], many.final[0, k]))
