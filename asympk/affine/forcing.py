@@ -108,5 +108,8 @@ def value(m: Arithmetic, power: int, decay: Number, turn: Number, sine: bool, t:
 
 
 def amplitude(m: Arithmetic, power: int, decay: Number, turn: Number, sine: bool, t: Number) -> Number:
-    """Return the size to which the rounding error of a wave at t is proportional: its amplitude times 1 + |turn t|."""
-    return abs(value(m, power, decay, 0, False, t)) * (1 + abs(turn * t))
+    """Return the size to which the rounding error of a wave at t is proportional.
+
+    It is the amplitude times 1 + |decay t| + |turn t|.
+    """
+    return abs(value(m, power, decay, 0, False, t)) * (1 + abs(decay * t) + abs(turn * t))

@@ -75,6 +75,19 @@ def test_times_of_hundreds_of_events_gather_no_rounding():
     assert all(abs(m.mpf(a.t) - b.t) < 3 * ulp(a.t) for a, b in zip(joined.events, exact.events, strict=True))
 
 
+def test_the_rounding_of_a_force_that_has_grown_for_long_is_part_of_the_error_of_the_run():
+    """The block begins to slip at t0 with exp(k t0 - c) = 1/2; the exponent of 600 is rounded to 1e-13 of the force."""
+    v, F, t = sp.symbols("v F t", real=True)
+    push = ap.Friction(velocity=v, force=F, load=1, kinetic=sp.S.Half)
+    system = ap.System.with_frictions({v: F + sp.exp(90 * t - 600)}, {}, [push], time=t)
+    path = ap.solve(ap.Scene(system=system, start={v: 0}, until=7))
+    m = flow_context(400)
+    set_digits(m, 45)
+    began = (600 - m.log(2)) / 90
+    truth = (m.exp(30) - m.mpf(1) / 2) / 90 - (7 - began) / 2
+    assert abs(path.final[0] - truth) <= path.error * truth
+
+
 def test_chains_of_many_events_are_followed_once_in_doubles(monkeypatch):
     monkeypatch.setattr(affine_run, "_rounded", lambda _: pytest.fail("followed again in digits"))
     path = ap.solve(chain_of(4, np.random.default_rng(1), 15, damping=0))
