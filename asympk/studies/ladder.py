@@ -5,7 +5,9 @@ of a smooth system predicts its error from the terms that it omits, and so does 
 The predicted error of the limit with friction is its distance from the jump of order 1 plus the predicted error of this
 jump. The model ``"rigid"`` is the limit without a layer; for an elastic contact it is the rigid mechanism.
 
-An exact motion has the error that its path gives.
+An exact motion has the error that its path gives. Where its rates have no derivative, the path gives none, and two runs
+estimate it: it is the larger of the change that a tolerance a hundred times as large makes, and twice the change that
+one a hundred times as small makes.
 """
 
 from collections.abc import Callable, Mapping
@@ -29,6 +31,7 @@ JUMPS = {f"jump-{n}": ("jump", {"order": n}) for n in range(3)}
 SMOOTH = {"slow": ("slow", {"order": 1}), **JUMPS}
 FRICTION = {"rigid": ("slow", {"order": 0}), **SMOOTH}
 ROD = {"rigid": ("rigid", {}), **{name: SMOOTH[name] for name in ("slow", "jump-0", "jump-1")}}
+CHECKS = ((1e-8, 1), (1e-12, 2))  # tolerances beside the exact motion's, and factors on the changes they make
 REFERENCE_DIGITS, OF_ROD = 16, 30
 DOUBLES = 2e-15  # error of the exact flow in doubles, relative to the largest of 1 and the states on the path
 _REPEATS, _SPAN = 5, 1.0  # runs whose median time is a cost; none begins after so many seconds
@@ -164,7 +167,10 @@ def predicted(path: Any, follow: Callable[..., Any]) -> float:
 def _exact_error(scene, exact):
     if scene.system is None:
         return DOUBLES
-    return None if exact.error is None else max(DOUBLES, float(exact.error))
+    if exact.error is None:
+        others = ((solve(scene, "lsoda", rtol=tol, atol=tol).final, times) for tol, times in CHECKS)
+        return max(DOUBLES, *(times * distance(exact.final, other) for other, times in others))
+    return max(DOUBLES, float(exact.error))
 
 
 def distance(final: tuple, reference: tuple) -> float:

@@ -1,5 +1,6 @@
 """The ladder of any scene: the choice changes with the tolerance, and predictions bound what is measured."""
 
+import math
 import random
 from functools import partial
 from itertools import count
@@ -117,6 +118,15 @@ def test_an_exact_motion_in_closed_form_is_as_wrong_as_its_own_account_of_roundi
     ladder = ap.least_model(ap.Scene(system=ROD, values={s: 1, mu: small}, start=start, until=1), 1e-12)
     assert (ladder.model, ladder.rungs[-1].predicted) == ("exact", pytest.approx(3e-15, abs=2e-15))
     assert ladder.rungs[-1].measured <= ladder.rungs[-1].predicted
+
+
+def test_an_exact_motion_whose_rates_have_no_derivative_is_compared_with_other_tolerances():
+    """The drained tank stays empty, x = 0, and the root of its rate has no slope there."""
+    x, v, level = sp.symbols("x v level", real=True)
+    tank = ap.System.smooth(slow={x: v, v: -sp.sqrt(level) - x, level: -level}, fast={}, small=None)
+    exact = ap.least_model(ap.Scene(system=tank, start={x: 1, v: 0, level: 0}, until=1)).rungs[-1]
+    wrong = abs(ap.solve(ap.Scene(system=tank, start={x: 1, v: 0, level: 0}, until=1)).final[0] - math.cos(1))
+    assert wrong < exact.predicted < 1e-6
 
 
 def test_the_rigid_rung_of_an_elastic_contact_is_the_rigid_mechanism():
