@@ -240,17 +240,18 @@ class Guards:
         Raises ``TooLarge`` where a part of a guard exceeds the range of the numbers, and ``OverflowError`` where the
         exponential exceeds this range while its weight is negligible at the start.
         """
-        last, coarse = self._last(), self._in_doubles
+        last, cut, coarse = self._last(), self._cut(), self._in_doubles
         end = self.m.number(last) if last < until else until
         for number, window in enumerate(mesh.windows(), 1):
-            suspect = coarse._suspects(window) if coarse else zip(range(len(window.h)), repeat(None))
+            seen = coarse and (coarse is self or window.t[-1] <= cut)
+            suspect = coarse._suspects(window) if seen else zip(range(len(window.h)), repeat(None))
             for k, falling in suspect:
                 if window.t[k] >= end:
                     break
                 lo, hi = self.m.number(window.t[k]), self.m.number(window.t[k + 1])
                 yield (lo, hi, falling if coarse is self else None) if hi <= end else (lo, end, None)
             left = window.t[-1], float(end)
-            if left[0] >= left[1] or (coarse and number.bit_count() == 1 and coarse._is_clear(*left)):
+            if left[0] >= left[1] or (seen and end <= cut and number.bit_count() == 1 and coarse._is_clear(*left)):
                 break
         if until > last:
             self._refuse(last)
@@ -271,7 +272,7 @@ class Guards:
                 amplitude = np.hypot.reduce(weights[part]) * most[part][0]
                 doubt = margin * (1 + (abs(decay) + turn) * hi) * off[part].sum(axis=0) * most[part][0]
                 least = least + (-amplitude if turn or (k and decay) else low) - doubt
-        return hi <= self._last() and (least > 0).all()
+        return (least > 0).all()
 
     @cached_property
     def _in_doubles(self):
@@ -284,10 +285,13 @@ class Guards:
 
     def _last(self):
         """Return the time at which a part of a guard leaves the range of the numbers in use."""
-        times = [float("inf")]
-        for rate, size in self._growing():
-            times.append(MOST_EXPONENT / rate if self.m is Doubles else self.m.log(self.m.largest / size) / rate)
-        return min(times)
+        if self.m is Doubles:
+            return self._cut()
+        return min((self.m.log(self.m.largest / size) / rate for rate, size in self._growing()), default=float("inf"))
+
+    def _cut(self):
+        """Return the time at which the exponent of a part of a guard is cut on the mesh, whatever its weight is."""
+        return min((MOST_EXPONENT / rate for rate, _ in self._growing()), default=float("inf"))
 
     def _growing(self):
         """Return (rate, size at the start) of the parts of guards that grow."""

@@ -77,7 +77,8 @@ class Swift:
             zeros = {(name, friction) for name in _AT_EVENT.get(kind, ())}
             table = self._known((branch, hits[0]), lambda: _following(self.system, branch, event), zeros)
             orders = _ORDERS if isinstance(t, float) and _may_hold(self.system, friction) else _EXACT_ORDERS
-            found = table and _decided(table, float(t), tuple(map(float, state)), orders)
+            with suppress(OverflowError):  # a state or a wave that doubles do not hold
+                found = table and _decided(table, float(t), tuple(map(float, state)), orders)
         return found or self.automaton.next(branch, hits, t, state, slack, sides)
 
     def _known(self, key, candidates, zeros):

@@ -41,3 +41,18 @@ def test_a_peak_whose_rise_leaves_the_range_of_numbers_only_after_its_switch_pus
     onset = 1 - math.log(2 * k) / k
     assert float(path.events[0].t) == pytest.approx(onset, abs=1e-14)
     assert path.final[0] == pytest.approx(2 - 1 / (2 * k) - math.exp(-k) - (2 - onset) / 2, abs=1e-14)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("shift", [730, 900])
+def test_a_push_pushes_though_doubles_do_not_hold_what_it_grows_from_and_by(shift):
+    """The bounds in doubles cut exp(100 t) at exp(600), and the block rested where the push was exp(70)."""
+    v, force = sp.symbols("v force", real=True)
+    push = force + sp.exp(100 * t - shift)
+    block = ap.System.with_frictions({v: push}, {}, [ap.Friction(v, force, load=1, kinetic=sp.S.Half)], time=t)
+    for more in range(6):  # from the fifth decision of a kind on, a table decides
+        path = ap.solve(ap.Scene(system=block, start={v: 0}, until=(shift + 2 * more) / 100), digits=20)
+        onset, end = (shift - math.log(2)) / 100, (shift + 2 * more) / 100
+        assert float(path.events[0].t) == pytest.approx(onset, abs=1e-14)
+        slid = (math.exp(2 * more) - 0.5) / 100 - (end - onset) / 2
+        assert float(path.final[0]) == pytest.approx(slid, rel=1e-12)
