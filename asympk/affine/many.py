@@ -211,7 +211,7 @@ def _follow(modes, w, until, rows, result):
     start, apart = w.copy(), len(w) <= FEW or modes.are_unclear
     try:
         lost = np.ones(len(w), dtype=bool) if apart else _together(modes, w, until, rows, result)
-    except (OutOfRange, ZeroDivisionError):  # no row has finite rates
+    except (OutOfRange, OverflowError, ZeroDivisionError):  # no row has rates that doubles hold
         lost = np.ones(len(w), dtype=bool)
     system, names = modes.system, [s.name for s in modes.system.states]
     values = dict(zip(system.parameters, modes.automaton.values, strict=True))

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from sys import float_info
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -54,7 +55,7 @@ class AffineMode:
 
     @cached_property
     def in_doubles(self) -> "AffineFlow":
-        """The ``AffineFlow`` in doubles."""
+        """The ``AffineFlow`` in doubles; raises ``OverflowError`` where they do not hold it."""
         return _flow(Doubles, self, self.exponential(DIGITS_FOR_DOUBLES))
 
     @cached_property
@@ -130,6 +131,8 @@ def _flow(m, mode, exact):
     states = exact.matrices[:, :-1]
     guards = np.stack([_weights(rows, matrix, exact.bits) for matrix in exact.matrices]) // denominator
     rate = rate_of(exact.blocks, unit)
+    if m is Doubles:
+        _require_weights(guards[rate.diagonal() > 0], unit)
     slopes = _derived(rate, guards, exact.bits)
     start = np.array(np.eye(width - 1, width, dtype=int), dtype=object) * unit
     sums = *_summed(exact.blocks, states, start), *_summed(exact.blocks, guards, rows * unit // denominator)
@@ -139,6 +142,12 @@ def _flow(m, mode, exact):
         tables, states = (_rounded(m, table, exact.bits) for table in (tables, states))
     rows = np.array([[m.number(v) for v in row] for row in mode.guards], dtype=tables.dtype).reshape(-1, width)
     return AffineFlow(m, mode, _blocks(m, exact), states, tables, exact.bits, rows, _rounded(m, rate, exact.bits))
+
+
+def _require_weights(growing, unit):
+    """Raise ``OverflowError`` where the weight of a part that grows is below the range of doubles."""
+    if ((growing != 0) & (abs(growing / unit).astype(float) < float_info.min)).any():
+        raise OverflowError
 
 
 def _blocks(m, exact):

@@ -56,3 +56,17 @@ def test_a_push_pushes_though_doubles_do_not_hold_what_it_grows_from_and_by(shif
         assert float(path.events[0].t) == pytest.approx(onset, abs=1e-14)
         slid = (math.exp(2 * more) - 0.5) / 100 - (end - onset) / 2
         assert float(path.final[0]) == pytest.approx(slid, rel=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("start", "load", "shift"), [(2, 1, 900), (0, "2e-30", 750)])
+def test_a_push_whose_weight_is_below_the_range_of_doubles_pushes_all_the_same(start, load, shift):
+    """The weight exp(-shift) was 0 in doubles, and with it the push that they hold, or that began within their cut."""
+    v, force = sp.symbols("v force", real=True)
+    belt = ap.Friction(velocity=v, force=force, load=sp.Rational(load), kinetic=sp.S.Half)
+    block = ap.System.with_frictions({v: force + sp.exp(100 * t - shift)}, {}, [belt], time=t)
+    onset = (shift + math.log(float(load) / 2)) / 100
+    path = ap.solve(ap.Scene(system=block, start={v: start}, until=onset + 0.01))
+    assert (path.events[-1].kind, float(path.events[-1].t)) == ("slip_onset", pytest.approx(onset, abs=1e-14))
+    many = ap.solve_many(system=block, values={}, start={"v": [start] * 4}, until=onset + 0.01)
+    assert many.final[0] == pytest.approx(path.final[0], rel=1e-12)
