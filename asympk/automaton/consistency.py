@@ -18,11 +18,11 @@ from asympk.automaton.contacts import (
     Place,
     Solved,
     coupled,
+    feels_directions,
     gap_row,
     is_open,
     row_at,
     solved_forces,
-    turned_by_others,
 )
 from asympk.automaton.junction import Junction
 from asympk.automaton.kept import vanish_on_plane
@@ -96,19 +96,19 @@ def _has_one_solution(here: Junction, group: tuple[int, ...], undecided: list[in
     """Tell whether friction at rest has one solution: bounds without forces, and G with a positive symmetric part.
 
     G are the coefficients of the undecided forces in the rates of their velocities, in units in which its diagonal is 1
-    (Lemma 19). Static and kinetic friction are alike.
+    (Lemma 19). Static and kinetic friction are alike, and neither they nor the rates jump with a direction of sliding.
     """
     import numpy as np
 
-    forced = (here.system.frictions[k].constraint is not None or here.points[0].contacts[k].pushed for k in group)
-    if any(forced) or turned_by_others(here.system):
+    forced = (here.system.frictions[k].rigid or here.points[0].contacts[k].pushed for k in group)
+    if any(forced) or feels_directions(here.system):
         return False
     if any([(p.mode, p.load) for p in here.phases[k][:1]] != [("stick", here.phases[k][-1].load)] for k in undecided):
         return False
-    rest, unknowns = _with_phases(here, {}), here.system.pushes
-    begun = [ways for k in undecided for n in range(len(here.points)) for ways in here.beginning(rest, k, n)]
-    if any(contact.kinetic < 0 or contact.static != contact.kinetic for contact in begun):
+    bounds = (point.contacts[k] for point in here.points for k in undecided)
+    if any(contact.kinetic < 0 or contact.static != contact.kinetic for contact in bounds):
         return False
+    unknowns = here.system.pushes
     places = [1 + unknowns.index(here.system.frictions[k].force) for k in undecided]
     G = np.array([[here.points[0].rows[k][j] for j in places] for k in undecided], dtype=float)
     sizes = np.sqrt(np.abs(G.diagonal()))

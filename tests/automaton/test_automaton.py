@@ -950,6 +950,18 @@ def test_a_stack_of_plates_at_rest_has_the_friction_of_the_least_squares_within_
     assert path.final == pytest.approx((pulls + np.sqrt(masses) * (shares @ least)) / masses / 1000, abs=1e-10)
 
 
+@pytest.mark.parametrize("part", ["kinetic", "load", "rate"])
+def test_two_blocks_have_several_motions_where_the_direction_of_one_bounds_the_friction_of_the_other(part):
+    """Block v slips under F = 3 sign(w)/2 - 2, in any part of the system; then w' = F + H has 3 solutions, |H| <= 1."""
+    rates, (F, H), bound = sp.symbols("v w", real=True), sp.symbols("F H"), 2 - sp.Rational(3, 2) * sp.sign(w)
+    own, more = {"kinetic": ({"load": 1, "kinetic": bound}, 0), "load": ({"load": bound, "kinetic": 1}, 0),
+                 "rate": ({"load": 1, "kinetic": 2}, 2 - bound)}[part]
+    slow = {rates[0]: 5 + F, rates[1]: 2 + F + H + more}
+    blocks = [ap.Friction(velocity=rates[0], force=F, **own), ap.Friction(velocity=w, force=H, load=1, kinetic=1)]
+    with pytest.raises(TwoMotions):
+        ap.solve(ap.Scene(system=ap.System.with_frictions(slow, {}, blocks), start=[0, 0], until=1))
+
+
 def test_the_mode_that_follows_is_decided_by_coefficients_that_cancel_with_their_digits():
     """At p = 1e-9 this friction is 1 - p**2/12, and 0 by its formula in doubles, by which the block slipped forward."""
     x, v, force = sp.symbols("x v F", real=True)
