@@ -144,6 +144,8 @@ class System(ShownAsFormulas):
     ``small`` multiplies the rates of the fast states and is None where there are no fast states; ``time`` is the symbol
     of an explicit time, or None. ``assumptions`` are relations that restrict the parameters, joined by And, Or or Not.
     ``dependent`` gives the states that at a start follow from others, and then do on the whole motion, by their values.
+    Any mappings and sequences are taken; raises ``InputError`` for others, and for states that are not those of the
+    rates.
     """
 
     slow: sp.Dict
@@ -156,10 +158,15 @@ class System(ShownAsFormulas):
     dependent: sp.Dict = field(default_factory=sp.Dict)
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "frictions", _frictions(self.frictions))
         pushes = {*self.pushes}
-        for name in ("slow", "fast"):  # forces are solved for as factors
-            object.__setattr__(self, name, with_factors(getattr(self, name), pushes))
-        object.__setattr__(self, "frictions", tuple(friction.with_factors(pushes) for friction in self.frictions))
+        read = {name: sp.Dict(_by_state(name, getattr(self, name))) for name in ("slow", "fast")}
+        read = {name: with_factors(rates, pushes) for name, rates in read.items()}  # forces are solved for as factors
+        read["states"] = _states(self.states, (*read["slow"], *read["fast"]))
+        read["frictions"] = tuple(friction.with_factors(pushes) for friction in self.frictions)
+        read["dependent"] = sp.Dict(_by_state("dependent", self.dependent, "value"))
+        for name, value in read.items():
+            object.__setattr__(self, name, value)
         _check(self)
 
     def __hash__(self) -> int:
@@ -190,11 +197,11 @@ class System(ShownAsFormulas):
         >>> System.smooth(slow={x: y}, fast={y: (1 - x**2)*y - x}, small=mu).mode("smooth").fast[y]
         -x + y*(1 - x**2)
         """
-        slow, fast = _rates("slow", slow), _rates("fast", fast)
+        slow, fast = _by_state("slow", slow), _by_state("fast", fast)
         if not fast and small is not None:
             raise InputError(f"there is no fast state; give fast={{y: g}} with {small} y' = g, or small=None")
         assumed = expression("assumptions", assumptions)
-        return cls(sp.Dict(slow), sp.Dict(fast), (*slow, *fast), small, (), time, assumed)
+        return cls(slow, fast, (*slow, *fast), small, (), time, assumed)
 
     @classmethod
     def with_friction(
@@ -208,18 +215,17 @@ class System(ShownAsFormulas):
         The rates may contain ``force`` linearly, with any coefficient. The order of the states is slow, fast, z.
         Raises ``InputError`` where the force enters no rate, or a rate nonlinearly.
         """
-        velocity = _rates("velocity", velocity)
+        velocity = _by_state("velocity", velocity)
         if len(velocity) != 1:
             raise InputError(f"velocity = {velocity}: it must be {{z: z'}}, the sliding velocity and its rate")
         ((z, rate),) = velocity.items()
-        slow, fast = _rates("slow", slow), _rates("fast", fast)
+        slow, fast = _by_state("slow", slow), _by_state("fast", fast)
         if z in slow or z in fast:
             raise InputError(f"the velocity {z} has a rate of its own; leave it out of slow and fast")
         friction = Friction(z, force, load, kinetic, static, gap, normal)
         _require_friction((friction,))
-        rates, order = {**slow, z: rate}, (*slow, *fast, z)
         assumed = expression("assumptions", assumptions)
-        return cls(sp.Dict(rates), sp.Dict(fast), order, small, (friction,), time, assumed)
+        return cls({**slow, z: rate}, fast, (*slow, *fast, z), small, (friction,), time, assumed)
 
     @classmethod
     def with_frictions(
@@ -235,14 +241,10 @@ class System(ShownAsFormulas):
         >>> [mode.name for mode in block.modes]
         ['slip_same', 'slip_opposite', 'stick']
         """
-        slow, fast = _rates("slow", slow), _rates("fast", fast)
-        wanted = "a sequence of ap.Friction(velocity=, force=, load=, kinetic=)"
-        given = entries_of("frictions", frictions, wanted)
-        if wrong := [f for f in given if not isinstance(f, Friction)]:
-            raise InputError(f"frictions: {short(wrong[0])} is no Friction; give {wanted}")
+        slow, fast, given = _by_state("slow", slow), _by_state("fast", fast), _frictions(frictions)
         assumed = expression("assumptions", assumptions)
         _require_friction(given)
-        found = cls(sp.Dict(slow), sp.Dict(fast), (*slow, *fast), small, given, time, assumed)
+        found = cls(slow, fast, (*slow, *fast), small, given, time, assumed)
         for friction in given:
             branches.check_constraint(found, friction)
         return found
@@ -354,14 +356,31 @@ def _put(record: Any, name: str, value: Any) -> None:
     object.__setattr__(record, name, value)
 
 
-def _rates(what: str, rates: Any) -> dict[sp.Symbol, sp.Expr]:
-    if not isinstance(rates, Mapping | sp.Dict):
-        raise InputError(f"{what} = {short(rates)}: it must be a mapping from each state to its rate, {{x: x'}}")
+def _by_state(what: str, given: Any, value: str = "rate") -> dict[sp.Symbol, sp.Expr]:
+    if not isinstance(given, Mapping | sp.Dict):
+        raise InputError(f"{what} = {short(given)}: it must be a mapping from each state to its {value}, "
+                         f"{{x: {value} of x}}")
     found = {}
-    for state, rate in rates.items():
+    for state, expr in given.items():
         if not isinstance(state, sp.Symbol):
             raise InputError(f"{what}: the state {short(state)} is not a Symbol")
-        found[state] = expression(f"{what}: the rate of {state}", rate)
+        found[state] = expression(f"{what}: the {value} of {state}", expr)
+    return found
+
+
+def _states(given: Any, rates: tuple[sp.Symbol, ...]) -> tuple[sp.Symbol, ...]:
+    wanted = f"the states that have rates, {', '.join(map(str, rates))}, in any order"
+    states = entries_of("states", given, wanted)
+    if not all(isinstance(s, sp.Symbol) for s in states) or {*states} != {*rates}:
+        raise InputError(f"states = {short(states)}: give {wanted}")
+    return states
+
+
+def _frictions(given: Any) -> tuple[Friction, ...]:
+    wanted = "a sequence of ap.Friction(velocity=, force=, load=, kinetic=)"
+    found = entries_of("frictions", given, wanted)
+    if wrong := [f for f in found if not isinstance(f, Friction)]:
+        raise InputError(f"frictions: {short(wrong[0])} is no Friction; give {wanted}")
     return found
 
 
@@ -394,9 +413,9 @@ def _check(system: System) -> None:
     if not isinstance(system.time, sp.Symbol | None):
         raise InputError(f"time = {short(system.time)}: it must be a Symbol, or None where nothing depends on the time")
     _require_relations(system.assumptions)
-    names = [s.name for s in states]
-    if twice := sorted({n for n in names if names.count(n) > 1}):
-        raise InputError(f"the state {twice[0]} is given twice")
+    for names in ([s.name for s in order] for order in (states, (*system.slow, *system.fast))):
+        if twice := sorted({n for n in names if names.count(n) > 1}):
+            raise InputError(f"the state {twice[0]} is given twice")
     if small in states:
         raise InputError(f"{small} is the small parameter and a state; give one of them another name")
     if stray := sorted(map(str, system.assumptions.free_symbols - {*system.parameters})):

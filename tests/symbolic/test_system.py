@@ -210,3 +210,30 @@ def test_fast_fields_are_divided_by_the_small_parameter_in_the_order_of_the_stat
     system = System(sp.Dict({x: y}), sp.Dict({z: -z}), (z, x), mu)
     assert list(system.divided({x: -x}, {z: x}).items()) == [(z, x / mu), (x, -x)]
     assert list(system.rates.items()) == [(z, -z / mu), (x, y)]
+
+
+def test_a_system_of_mappings_and_sequences_is_that_of_the_dicts_and_tuples_that_it_keeps():
+    friction = Friction(velocity=y, force=F, load=1, kinetic=k)
+    made = System({x: y, y: F - x}, {z: -z}, [x, y, z], small=mu, frictions=[friction], dependent={z: 0})
+    kept = System(sp.Dict({x: y, y: F - x}), sp.Dict({z: -z}), (x, y, z), mu, (friction,), dependent=sp.Dict({z: 0}))
+    assert made == kept
+    assert hash(made) == hash(kept)
+    assert made.parameters == (k, mu)
+
+
+@pytest.mark.parametrize(("changes", "words"), [
+    ({"slow": None}, "slow = None: it must be a mapping from each state to its rate, {x: rate of x}"),
+    ({"slow": {x: "y", y: -x}}, "slow: the rate of x = 'y': it must be a SymPy expression or a number"),
+    ({"fast": [x]}, "fast = [x]: it must be a mapping from each state to its rate"),
+    ({"fast": {x: y}, "small": mu}, "the state x is given twice"),
+    ({"states": "xy"}, "states = 'xy': give the states that have rates, x, y, in any order"),
+    ({"states": (x,)}, "states = (x,): give the states that have rates, x, y, in any order"),
+    ({"states": (x, y, F)}, "states = (x, y, F): give the states that have rates, x, y, in any order"),
+    ({"states": ("x", "y")}, "states = ('x', 'y'): give the states that have rates"),
+    ({"frictions": None}, "frictions = None: give a sequence of ap.Friction"),
+    ({"frictions": [F]}, "frictions: F is no Friction; give a sequence"),
+    ({"dependent": {x: "y"}}, "dependent: the value of x = 'y': it must be a SymPy expression or a number"),
+])
+def test_a_part_of_a_system_that_is_none_is_refused_by_its_name(changes, words):
+    with pytest.raises(InputError, match=re.escape(words)):
+        System(**{"slow": {x: y, y: -x}, "fast": {}, "states": (x, y), "small": None, **changes})
