@@ -138,13 +138,14 @@ def cover(
     pieces = whole("pieces", pieces, 1, MOST_PIECES)
     done: list[Certificate] = []
     undecided: list[tuple] = []
-    fresh, order = [certify(scene, box)], count()
+    first, order = certify(scene, box), count()
+    fresh = [first]
     while fresh:
         for found in fresh:
             if found.proven or all(low == high for low, high in found.box.values()):
                 done.append(found)
             else:
-                size, side = _undecided(scene, found, box)
+                size, side = _undecided(scene, found, first.box)
                 heappush(undecided, (-size, next(order), side, found))
         fresh = []
         if undecided and len(done) + len(undecided) < pieces:
@@ -157,7 +158,7 @@ def cover(
 
 def _undecided(scene, found, box):
     """Return (size, side to cut) of a piece without a proof: its part of the box, a quarter per undecided side."""
-    lengths = {name: Fraction(high) - Fraction(low) for name, (low, high) in box.items()}
+    lengths = {name: high - low for name, (low, high) in box.items()}
     parts = {name: float((high - low) / lengths[name]) for name, (low, high) in found.box.items() if low < high}
     middle = {name: ((low + high) / 2,) * 2 for name, (low, high) in found.box.items()}
     alone = len(parts) == 1  # then the piece itself is what would be tried

@@ -1,6 +1,7 @@
 """Certificates: balls that contain the exact flow, and refusals by name where nothing can be proven."""
 
 import json
+import math
 import pickle
 import random
 import re
@@ -304,6 +305,13 @@ def test_a_certificate_on_a_box_of_physical_quantities_holds_at_its_corners_and_
         start = [at.get(name, value) for name, value in zip(("R_1", "dR_1", "u"), ("1.5", "0.7", "-0.5"), strict=True)]
         point = ap.Scene.physical(**quantities, start=start, until=at.get("until", "0.2"))
         assert _holds(certificate, ap.solve(point, digits=60))
+
+
+def test_the_pieces_of_a_box_of_angles_cover_it():
+    pieces = cover(IN_UNITS, {"alpha": ("60 deg", "75 deg")}, pieces=4)
+    ends = sorted(piece.box["alpha"] for piece in pieces)
+    assert len(pieces) > 1 and all(high == low for (_, high), (low, _) in pairwise(ends))
+    assert (float(ends[0][0]), float(ends[-1][1])) == (math.radians(60), math.radians(75))
 
 
 def test_the_command_takes_a_box_in_the_units_of_the_file_and_a_mere_number_of_degrees_as_degrees(capsys, tmp_path):
