@@ -181,6 +181,8 @@ def _exact(name, value):
     if type(value).__module__ == "numpy" and value.ndim == 0 and value.dtype.kind in "iuf":
         return _from_scalar(name, value.item())
     if getattr(value, "is_number", False):
+        if any(part.is_Symbol for part in value.atoms()):
+            raise InputError(f"{name} = {short(value)}: work it out first, as .evalf(20) does")
         return as_fraction(name, value)
     raise InputError(f"{name} = {short(value)}: it must be a number: {_KINDS}")
 
@@ -188,14 +190,12 @@ def _exact(name, value):
 def as_fraction(name: str, value: Any, digits: int = KEPT_DIGITS) -> Fraction:
     """Return a SymPy constant such as pi/4 as a Fraction, of an irrational one right to ``digits``.
 
-    Raises ``InputError`` for a number that is not real, and at once for one that would take long to work out: a double
-    must be able to hold it and each number in it, and an integral or a sum in it is refused.
+    Raises ``InputError`` for a number that is not real, to these digits, and at once for one that would take long to
+    work out: a double must be able to hold it and each number in it.
     """
-    if any(part.is_Symbol for part in value.atoms()):
-        raise InputError(f"{name} = {short(value)}: work it out first, as .evalf(20) does")
     _require_sizes(name, value, value)
-    exact = value if value.is_Rational else value.evalf(digits)
-    if not exact.is_real:
+    exact, imaginary = (value if value.is_Rational else value.evalf(digits)).as_real_imag()
+    if not exact.is_finite or abs(imaginary) > abs(exact) / 10 ** (digits - 1):  # as of a root by Cardano's formula
         raise InputError(f"{name} = {short(value)}: it must be a finite real number")
     if exact and not within_doubles(exact):
         raise InputError(f"{name} = {short(value)}: {beyond('it', exact)}")

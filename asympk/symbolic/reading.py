@@ -8,9 +8,9 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError
-from asympk.formulas import fractional_part
-from asympk.numbers import number, numbers, require_finite, short, unread
-from asympk.symbolic.long import atoms
+from asympk.formulas import UNEVALUATED, fractional_part
+from asympk.numbers import as_fraction, number, numbers, require_finite, short, unread
+from asympk.symbolic.long import DIGITS, atoms
 
 
 def rational(name: str, value: Any) -> sp.Rational:
@@ -34,9 +34,14 @@ def spare(name: str, taken: Iterable[sp.Symbol], **assumptions: bool) -> sp.Symb
 
 
 def exact_constant(name: str, value: Any) -> sp.Expr:
-    """Return a number as the rational that it is exactly, an exact SymPy constant unchanged; raises ``InputError``."""
-    found = rational(name, value)
-    return value if isinstance(value, sp.Expr) and not value.has(sp.Float) else found
+    """Return a number as the rational that it is exactly, an exact SymPy constant unchanged; raises ``InputError``.
+
+    A constant that SymPy does not know to be real, as a root by Cardano's formula, is a rational of ``KEPT_DIGITS``.
+    """
+    if not isinstance(value, sp.Expr) or not value.is_number or value.has(sp.Float, *UNEVALUATED):
+        return rational(name, value)
+    as_fraction(name, value, DIGITS)  # refuses one beyond doubles, of which is_real would take long
+    return value if value.is_real else rational(name, value)
 
 
 def as_floats(name: str, value: Any) -> Any:

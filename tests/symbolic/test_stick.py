@@ -50,6 +50,12 @@ def test_stick_up_and_down_cover_the_plane_once():
         assert np.array_equal(np.sum(parts, axis=0), np.ones_like(s))
 
 
+def test_a_root_of_a_polynomial_is_a_parameter_as_it_stands():
+    x = sp.Symbol("x")
+    root = sp.CRootOf(x**5 - x - 1, 0)  # 1.1673: stick from s = 1/(sigma + 3) on
+    assert [regions().stick.contains(s, sigma=root) for s in ("0.2399", "0.24")] == [False, True]
+
+
 def test_where_static_and_kinetic_friction_are_one_nothing_is_ambiguous():
     x, y, z, force = sp.symbols("x y z F")
     system = ap.System.with_friction({x: y}, {y: 1 - 2 * (x + y) + force}, velocity={z: 1 - (x + y) + force},
