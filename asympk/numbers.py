@@ -193,7 +193,7 @@ def as_fraction(name: str, value: Any, digits: int = KEPT_DIGITS) -> Fraction:
     Raises ``InputError`` for a number that is not real, to these digits, and at once for one that would take long to
     work out: a double must be able to hold it and each number in it.
     """
-    _require_sizes(name, value, value)
+    require_sizes(name, value, value)
     exact, imaginary = (value if value.is_Rational else value.evalf(digits)).as_real_imag()
     if not exact.is_finite or abs(imaginary) > abs(exact) / 10 ** (digits - 1):  # as of a root by Cardano's formula
         raise InputError(f"{name} = {short(value)}: it must be a finite real number")
@@ -202,12 +202,15 @@ def as_fraction(name: str, value: Any, digits: int = KEPT_DIGITS) -> Fraction:
     return Fraction(exact.p, exact.q) if exact.is_Rational else Fraction(str(exact))
 
 
-def _require_sizes(name, whole, part):
-    """Refuse an argument of which a function takes as many digits as it has before its point: cos(exp(exp(20)))."""
+def require_sizes(name: str, whole: Any, part: Any) -> None:
+    """Raise ``InputError`` for a number among the arguments of a part of ``whole``, and of its parts, beyond doubles.
+
+    SymPy takes as many digits of it as it has before its point: cos(exp(exp(20))).
+    """
     for inner in part.args:
         if getattr(inner, "is_number", False):
-            _require_sizes(name, whole, inner)
-            if not (abs(inner.evalf(_FEW)) <= LARGEST) == True:  # noqa: E712 - SymPy's truth
+            require_sizes(name, whole, inner)
+            if (abs(inner.evalf(_FEW)) > LARGEST) == True:  # noqa: E712 - SymPy's truth
                 raise InputError(f"{name} = {short(whole)}: a number in it is beyond the range of doubles")
 
 

@@ -9,7 +9,7 @@ import sympy as sp
 
 from asympk.errors import InputError
 from asympk.formulas import UNEVALUATED, fractional_part
-from asympk.numbers import as_fraction, number, numbers, require_finite, short, unread
+from asympk.numbers import as_fraction, number, numbers, require_finite, require_sizes, short, unread
 from asympk.symbolic.long import DIGITS, atoms
 
 
@@ -66,7 +66,7 @@ def entries_of(name: str, value: Any, entries: str) -> tuple:
 def expression(name: str, value: Any) -> sp.Basic:
     """Return a SymPy object, or a number as one, with remainders for fractional parts (``fractional_part``).
 
-    Raises ``InputError`` for a string or a container.
+    Raises ``InputError`` for a string or a container, and for a constant in it beyond doubles.
     """
     if isinstance(value, Decimal):
         number(name, value)  # refuses one of too many digits
@@ -76,7 +76,11 @@ def expression(name: str, value: Any) -> sp.Basic:
         found = sp.sympify(value, strict=True)
     except (sp.SympifyError, TypeError, ValueError, NotImplementedError):
         raise InputError(f"{name} = {short(value)}: it must be a SymPy expression or a number") from None
-    return found.replace(sp.frac, fractional_part) if atoms(found, sp.frac) else found
+    functions = atoms(found, sp.Function, sp.Pow)
+    for part in functions:
+        if part.is_number:
+            require_sizes(f"{name}: its constant", part, sp.Tuple(part))  # SymPy evaluates it to write a sum with it
+    return found.replace(sp.frac, fractional_part) if any(isinstance(part, sp.frac) for part in functions) else found
 
 
 def real_expression(name: str, value: Any) -> sp.Expr:

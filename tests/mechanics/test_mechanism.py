@@ -392,6 +392,22 @@ def test_a_start_at_a_constant_that_takes_long_to_work_out_is_refused_at_once(na
         rod.start(rod.rigid(), numbers)
 
 
+TOWER = sp.sin(sp.exp(sp.exp(sp.exp(100))))
+
+
+@pytest.mark.parametrize("derive", [
+    lambda: ap.Contact(gap=Y, slip=X, friction=TOWER),
+    lambda: ap.Contact(gap=Y, slip=X + TOWER, friction=f),
+    lambda: slender_rod().elastic(compliance=sp.Symbol("c"), damping=1 / TOWER),
+    lambda: slender_rod().jump_law(damping=TOWER),
+    lambda: ap.System.smooth({l: TOWER * l}, {}, sp.Symbol("mu")),
+    lambda: ap.slow_manifold(ap.System.smooth({l: -l}, {g: l - g}, sp.Symbol("mu")), branch={g: TOWER}),
+])
+def test_a_constant_in_a_formula_that_takes_long_to_work_out_is_refused_at_once(derive):
+    with pytest.raises(InputError, match=r"its constant = .*: a number in it is beyond"):
+        derive()
+
+
 def test_a_start_of_the_system_of_another_mechanism_is_refused():
     with pytest.raises(InputError, match=r"q1 is no state of .*; give the mechanism's elastic\(\) or rigid\(\)"):
         _broken().start(ap.systems.painleve_klein.system(), {"q1": 0, "q2": 0, "u1": 1, "u2": 0})
