@@ -66,7 +66,7 @@ def entries_of(name: str, value: Any, entries: str) -> tuple:
 def expression(name: str, value: Any) -> sp.Basic:
     """Return a SymPy object, or a number as one, with remainders for fractional parts (``fractional_part``).
 
-    Raises ``InputError`` for a string or a container, and for a constant in it beyond doubles.
+    Raises ``InputError`` for a string or a container, and for a function in it of a constant beyond doubles.
     """
     if isinstance(value, Decimal):
         number(name, value)  # refuses one of too many digits
@@ -79,7 +79,7 @@ def expression(name: str, value: Any) -> sp.Basic:
     functions = atoms(found, sp.Function, sp.Pow)
     for part in functions:
         if part.is_number:
-            require_sizes(f"{name}: its constant", part, sp.Tuple(part))  # SymPy evaluates it to write a sum with it
+            require_sizes(f"{name}: its constant", part, part)  # SymPy evaluates it to write a sum with it
     return found.replace(sp.frac, fractional_part) if any(isinstance(part, sp.frac) for part in functions) else found
 
 
