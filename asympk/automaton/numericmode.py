@@ -348,6 +348,18 @@ class NumericMode:
         now, *nearby = (self.field(at, *moved) for at, moved in (here, *nudges(*here, slack)))
         return tuple(max(abs(v - w) for v in near) / slack for w, *near in zip(now, *nearby, strict=True))
 
+    def moves(self, t: Any, state: State) -> tuple:
+        """Return by how much rounding, over its relative size, moves each state where what is ``kept`` is set to 0.
+
+        It is the sum of |g_i| sum_j |g_j w_j| / |g|^2 over the gradients g of what is kept, for the states w.
+        """
+        found = (0.0,) * len(state)
+        for expr in self.kept:
+            gradient = self._gradient(expr)(t, *state, *self.p)
+            share = sum(abs(a * w) for a, w in zip(gradient, state, strict=True)) / (_dot(gradient, gradient) or 1)
+            found = tuple(v + abs(a) * share for v, a in zip(found, gradient, strict=True))
+        return found
+
     def jac(self, t: Any, state: State) -> tuple:
         """Return the rows of the Jacobian at a time and a state."""
         n = len(state)
@@ -517,5 +529,5 @@ def _across(direction: list, basis: list[list]) -> list:
     return direction
 
 
-def _dot(a: list, b: list) -> Any:
+def _dot(a: Sequence, b: Sequence) -> Any:
     return sum(x * y for x, y in zip(a, b, strict=True) if x and y)

@@ -151,8 +151,9 @@ def balances(parts: Sequence[Linearised]) -> tuple[np.ndarray, np.ndarray]:
     """Return (sizes, gains): each state's size by the terms of its rate, and its gain by an error of another state.
 
     The size holds in any units, and the rounding of the state is relative to it, also where the terms of the rate
-    cancel. It is ``NumericMode.terms`` times the time 1 / |J_ii| in which the state forgets an error, at most that of
-    the run. The gains are |J_ij| times the time until the state forgets the error or swings back.
+    cancel. It is ``NumericMode.moves`` plus ``NumericMode.terms`` times the time 1 / |J_ii| in which the state forgets
+    an error, at most that of the run. The gains are |J_ij| times the time until the state forgets the error or swings
+    back.
     """
     until, n = float(parts[-1].segment.t), len(parts[-1].segment.state)
     found, gains = np.zeros(n), np.zeros((n, n))
@@ -163,11 +164,11 @@ def balances(parts: Sequence[Linearised]) -> tuple[np.ndarray, np.ndarray]:
             own, swings = (np.abs(np.einsum("kii->ki", part)) for part in (slopes, slopes @ slopes))
             spans = np.minimum(until, 1 / own)
             try:
-                terms = [mode.terms(t, tuple(w), ROUNDED) for t, w in zip(times.tolist(), states.tolist(), strict=True)]
+                at = [(t, tuple(w)) for t, w in zip(times.tolist(), states.tolist(), strict=True)]
+                terms, moves = [mode.terms(*here, ROUNDED) for here in at], [mode.moves(*here) for here in at]
             except (ArithmeticError, ValueError, TypeError):  # a rate without a derivative
                 continue
-            made = np.array(terms, dtype=float).reshape(-1, n) * spans
-            made = np.abs(states).max(axis=1, keepdims=True) + made if mode.kept else made
+            made = np.array(terms, dtype=float).reshape(-1, n) * spans + np.array(moves, dtype=float).reshape(-1, n)
             found = np.maximum(found, np.where(np.isfinite(made), made, 0).max(axis=0, initial=0.0))
             gained = np.abs(slopes) * np.minimum(spans, 1 / np.sqrt(swings))[:, :, None]
             gains = np.maximum(gains, np.where(np.isfinite(gained), gained, 0).max(axis=0, initial=0.0))

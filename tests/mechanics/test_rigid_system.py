@@ -38,6 +38,16 @@ def _run(theta, rate, sliding, friction, until=1.0, **options):
     return ap.solve(ap.Scene(system=slender_rod().rigid(), values=values, start=start, until=until), **options)
 
 
+@pytest.mark.parametrize("unit", ["1e-8", "1e9"])
+def test_a_sliding_rod_moves_alike_in_every_unit_of_length(unit):
+    """Beside the angle lengths of 1e-8 were taken for rounding, and the run was refused, as if errors grew 1e9-fold."""
+    scales = np.array([float(unit), float(unit), 1] * 2)
+    start = dict(zip(_start(1.1, 0, 0.3), [*_start(1.1, 0, 0.3).values()] * scales, strict=True))
+    values = {"m": 1, "l": unit, "g": unit, "f": 0.5}
+    path = ap.solve(ap.Scene(system=slender_rod().rigid(), values=values, start=start, until=0.5))
+    assert path.final / scales == pytest.approx(_run(1.1, 0, 0.3, 0.5, 0.5).final, abs=1e-8)
+
+
 def test_states_are_all_coordinates_and_all_velocities():
     rigid = slender_rod().rigid()
     assert [str(s) for s in rigid.states] == ["X", "Y", "theta", "X'", "Y'", "theta'"]
