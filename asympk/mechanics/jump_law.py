@@ -205,9 +205,11 @@ def _decay(p: sp.Expr, p_stick: sp.Expr, ratio: sp.Expr) -> sp.Expr:
 
 def _ratio(given: Any) -> sp.Expr:
     ratio = real_expression("ratio", given)
-    if ratio.is_negative or ratio.has(*NOT_FINITE):
+    finite = not ratio.has(*NOT_FINITE)
+    size = exact_constant("ratio", ratio) if finite and ratio.is_number else 0  # refuses what has no sign in time
+    if not finite or ratio.is_negative:
         raise InputError(f"ratio = {short(given)}: it must be a number or an expression, zero or positive")
-    if ratio.is_number and exact_constant("ratio", ratio) ** 2 > LARGEST:
+    if size**2 > LARGEST:
         raise InputError(f"ratio = {short(given)}: doubles do not hold its square, and the rebound goes with the "
                          "inverse of that; give a damping time, damping=, for the law without rebound")
     return ratio
