@@ -14,7 +14,15 @@ from functools import cached_property
 
 import sympy as sp
 
-from asympk.mechanics.tidy import cofactors, collected, contracted, expanded_determinant, has_long_minors, tidy
+from asympk.mechanics.tidy import (
+    cofactors,
+    collected,
+    contracted,
+    expanded_determinant,
+    has_long_minors,
+    in_sums_of_angles,
+    tidy,
+)
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.inverses import InverseForm
 from asympk.symbolic.long import atoms, is_longer, replaced, symbols_in
@@ -40,10 +48,15 @@ class Kinetics:
 
     @cached_property
     def directions(self) -> sp.ImmutableMatrix:
-        """The rows W_N = dg/dq and W_T = d gamma/dq' as a 2 x n matrix."""
+        """The rows W_N = dg/dq and W_T = d gamma/dq' as a 2 x n matrix.
+
+        Sums of angles are contracted if the mass matrix would be ``long`` by the rows alone, as by those of an incline.
+        """
         gap = [slope_in_powers(self.gap, q) for q in self.coordinates]
         slip = [slope_in_powers(self.slip, u) for u in self.velocities]
-        return sp.ImmutableMatrix([gap, slip])
+        rows = sp.ImmutableMatrix([gap, slip])
+        by_rows = has_long_minors(_bordered(self.mass, rows)) and not has_long_minors(self.mass)
+        return rows.applyfunc(in_sums_of_angles) if by_rows else rows
 
     @cached_property
     def response(self) -> sp.ImmutableMatrix:
@@ -130,16 +143,16 @@ class Kinetics:
         if self.long:
             right = sp.eye(n)[:, column]
             return sp.ImmutableMatrix(n, 1, lambda k, _: _row_of_inverse(border, k, right))
-        adjugate, determinant = self._bordered
+        adjugate, determinant = self._cofactors
         return adjugate[:, column].applyfunc(lambda part: contracted(part / determinant)).as_immutable()
 
     @cached_property
-    def _bordered(self) -> tuple[sp.Matrix, sp.Expr]:
+    def _cofactors(self) -> tuple[sp.Matrix, sp.Expr]:
         return cofactors(self._border)
 
     @cached_property
     def _border(self) -> sp.Matrix:
-        return sp.Matrix(sp.BlockMatrix([[self.mass, self.directions.T], [self.directions, sp.zeros(2)]]))
+        return _bordered(self.mass, self.directions)
 
     @cached_property
     def _inertia(self) -> sp.Expr:
@@ -185,6 +198,10 @@ class Kinetics:
     def _used(self) -> set[sp.Basic]:
         parts = (*self.mass, *self.forces, self.gap, self.slip, self.friction, self.static, self.load)
         return symbols_in(sp.Tuple(*parts))
+
+
+def _bordered(mass: sp.Matrix, rows: sp.Matrix) -> sp.Matrix:
+    return sp.Matrix(sp.BlockMatrix([[mass, rows.T], [rows, sp.zeros(rows.rows)]]))
 
 
 def slope_in_powers(expr: sp.Expr, s: sp.Symbol) -> sp.Expr:

@@ -47,6 +47,11 @@ def contracted(expr: sp.Expr) -> sp.Expr:
     return shortest(tidy(expr), TR10i(sp.Mul(*(tidy(base) ** exponent for base, exponent in powers))))
 
 
+def in_sums_of_angles(expr: sp.Expr) -> sp.Expr:
+    """Return ``expr`` or, if shorter, its products with sines and cosines of sums of angles; as it stands if long."""
+    return expr if is_longer(expr, LONG) else shortest(expr, TR10i(sp.expand_mul(expr)))
+
+
 def in_normal_form(expr: sp.Expr) -> sp.Expr:
     """Return the shortest normal form of a polynomial in sines and cosines, however long; any other as it stands."""
     if not is_polynomial(expr):

@@ -290,3 +290,18 @@ def test_a_closed_chain_in_coordinates_that_are_free_has_the_reaction_of_newtons
     found = np.linalg.solve(left, [0, 0, -1, 0, -1, *-drift, 0])
     assert motion.name == "slip"
     assert motion.reaction == pytest.approx(found[-1], rel=1e-12)
+
+
+def test_an_arm_on_an_incline_has_the_formulas_that_it_has_in_axes_along_the_incline():
+    """Its gap, y cos(1/5) - x sin(1/5), made the bordered mass matrix too long, and all formulas forms through it."""
+    a, b, t = *dynamicsymbols("a b"), dynamicsymbols._t
+    l1, l2, slope = *sp.symbols("l1 l2", positive=True), sp.Rational(1, 5)
+    elbow, reach = (l1 * sp.cos(a), l1 * sp.sin(a)), (l2 * sp.cos(a + b), l2 * sp.sin(a + b))
+    x, y = (p + q for p, q in zip(elbow, reach, strict=True))
+    masses = sp.symbols("m1 m1 m2 m2", positive=True)
+    energy = sum(m * p.diff(t) ** 2 for m, p in zip(masses, (*elbow, x, y), strict=True))
+    across = y * sp.cos(slope) - x * sp.sin(slope), x * sp.cos(slope) + y * sp.sin(slope)
+    along = [l1 * wave(a - slope) + l2 * wave(a + b - slope) for wave in (sp.sin, sp.cos)]
+    arms = [ap.Mechanism.from_lagrangian(energy / 2, (a, b), contact=ap.Contact(*pair, f)) for pair in (across, along)]
+    assert arms[0].delassus == arms[1].delassus
+    assert not arms[0].delassus.has(InverseForm)
