@@ -14,6 +14,7 @@ from bisect import bisect, bisect_left
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import groupby, pairwise
 from math import ceil, inf, log10
 from sys import float_info
 from time import monotonic
@@ -113,7 +114,7 @@ def run(scene: Any, method: str = "collocation", *, digits: int = 30, events: in
 
 
 def _references(scene: Scene, digits: int, events: int, deadline: float) -> tuple[Run, Any]:
-    """Return the finer of two runs, and their relative difference, which is ``inf`` if their modes differ."""
+    """Return the finer of two runs, and their relative difference, which is ``inf`` if their lasting modes differ."""
     automaton, stages = automaton_of(scene), max(STAGES, ceil(PER_DIGIT * digits))
     places = [carrier_context(SPARE).mag(carried(v, SPARE)) for v in automaton.values if v]
     lost = sum(map(abs, places)) * 3 // 10  # digits that a rate such as log(1 + p)/p of a tiny parameter may lose
@@ -124,10 +125,17 @@ def _references(scene: Scene, digits: int, events: int, deadline: float) -> tupl
     if fine.last.short:
         raise TooManyEvents(f"{fine.last.short} at t = {float(fine.last.t):.6g}; take a smaller until, or more events",
                             fine.last.t, fine.last.state)
-    if rough.modes != fine.modes:
+    if _lasting(rough, digits) != _lasting(fine, digits):
         return fine, fine.last.t.context.inf
     scale = max(1, *map(abs, fine.last.state))
     return fine, max(abs(b - a) for a, b in zip(rough.last.state, fine.last.state, strict=True)) / scale
+
+
+def _lasting(run: Run, digits: int) -> list[str]:
+    """Return the modes that last longer than the accuracy of a run: events that coincide may come in any order."""
+    times, least = (0, *(event.t for event in run.events), run.last.t), max(1, run.last.t) / 10**digits
+    spans = zip(run.modes, pairwise(times), strict=True)
+    return [mode for mode, _ in groupby(mode for mode, (begun, ended) in spans if ended - begun > least)]
 
 
 def _rounded(state: tuple, digits: int) -> tuple:
