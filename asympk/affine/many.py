@@ -261,8 +261,9 @@ def _advanced(modes, flock, k):
     notes = []
     for hit in np.unique(ends.hit[flock.alive[mine]]):
         at = flock.alive[mine] & (ends.hit == hit)
-        notes.append(_after(modes, k, kinds[kept[hit]], flow.rows[hit], flock, mine[at]))
-        flock.covariance[mine[at]] = _covariance(modes, k, flow.rows[hit], flock, mine[at], ends.covariance[at])
+        rates = modes.rates(modes.branches[k], flock.t[mine[at]], flock.w[mine[at]])
+        notes.append(_after(modes, k, kinds[kept[hit]], flow.rows[hit], rates, flock, mine[at]))
+        flock.covariance[mine[at]] = _covariance(modes, flow.rows[hit], rates, flock, mine[at], ends.covariance[at])
     # a row that begins its mode again at the same time would do so endlessly
     flock.lost[mine] |= flock.alive[mine] & (flock.t[mine] == begun) & (flock.branch[mine] == k)
     return notes
@@ -284,11 +285,14 @@ def _kept(notes, lost):
     return [tuple(part[..., keep] for part in note) for note, keep in picked]
 
 
-def _after(modes, k, event, row, flock, struck):
-    """Move ``struck`` rows onto the guard that they lost and find the next branch; return a note of the events."""
+def _after(modes, k, event, row, rates, flock, struck):
+    """Move ``struck`` rows onto the guard that they lost and find the next branch; return a note of the events.
+
+    ``rates`` are those of the states and the waves before the event.
+    """
     (kind, friction), before, w, t = event, modes.branches[k], flock.w, flock.t[struck]
-    whole, rates = modes.whole(before, t, w[struck]), modes.rates(before, t, w[struck])
-    w[struck] = _snapped(whole, rates, row, np.array(modes.automaton.mode(before).movable), kind in OF_STATES)
+    movable = np.array(modes.automaton.mode(before).movable)
+    w[struck] = _snapped(modes.whole(before, t, w[struck]), rates, row, movable, kind in OF_STATES)
     flock.branch[struck], left = modes.following(k, event, t, w[struck])
     flock.lost[struck] |= left
     changed = struck[flock.branch[struck] != k]
@@ -299,10 +303,13 @@ def _after(modes, k, event, row, flock, struck):
     return flock.rows[changed], kinds, flock.t[changed], w[changed].T.copy(), np.full(len(changed), friction)
 
 
-def _covariance(modes, k, row, flock, struck, covariance):
-    """Return the covariance after events, which the matrix of Lemma 8 carries on, with that of their times."""
+def _covariance(modes, row, before, flock, struck, covariance):
+    """Return the covariance after events, which the matrix of Lemma 8 carries on, with that of their times.
+
+    ``before`` are the rates of the states and the waves before the event.
+    """
     t, w, gradient = flock.t[struck], flock.w[struck], row[:-1]
-    before, after = modes.rates(modes.branches[k], t, w), np.full(w.shape, np.nan)  # NaN where no branch is known
+    after = np.full(w.shape, np.nan)  # NaN where no branch is known
     for b in np.unique(flock.branch[struck][~flock.lost[struck]]):
         mine = flock.branch[struck] == b
         after[mine] = modes.rates(modes.branches[b], t[mine], w[mine])[:, : w.shape[1]]
