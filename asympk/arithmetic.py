@@ -5,6 +5,7 @@ A flow uses the functions and tolerances of an object ``m``: ``Doubles``, or a c
 
 import math
 from collections.abc import Callable
+from fractions import Fraction
 from typing import Any
 
 from asympk.errors import Undecided
@@ -13,6 +14,7 @@ from asympk.numbers import Arithmetic, Number
 SPARE_DIGITS = 30  # digits of the first run beyond those asked for
 LARGEST_DOUBLE = 308  # the power of ten beyond which there are no doubles
 DIGITS_OF_DOUBLES = 17  # digits that tell every double from its neighbours
+HALVES = 2.0**27 + 1  # a double times this, rounded, parts it into two numbers of at most 26 digits (Veltkamp 1968)
 UNIT = 2.0**-53  # unit roundoff: the largest relative error of rounding to a double
 
 
@@ -30,8 +32,32 @@ class Doubles:
     number = float
 
     @staticmethod
+    def product(a: float, b: float) -> tuple[float, float]:
+        """Return a product and what rounding took from it."""
+        return with_rest(math, a, b)
+
+    @staticmethod
+    def parts(value: Fraction) -> tuple[float, float]:
+        """Return a value as the sum of two doubles."""
+        return (near := float(value)), float(value - Fraction(near))
+
+    @staticmethod
     def guess(segment: Any, axis: int, *arguments: float) -> None:
         """Return None: a root in doubles is found from the bracket alone."""
+
+
+def with_rest(m: Any, a: Any, b: Any) -> tuple[Any, Any]:
+    """Return a product of doubles, or of arrays, and what rounding took from it (Dekker 1971); ``m`` has ``frexp``."""
+    (a, i), (b, j) = m.frexp(a), m.frexp(b)
+    (a_high, a_low), (b_high, b_low) = _halved(a), _halved(b)
+    rounded = a * b
+    rest = a_high * b_high - rounded + a_high * b_low + a_low * b_high + a_low * b_low
+    return m.ldexp(rounded, i + j), m.ldexp(rest, i + j)
+
+
+def _halved(a):
+    high = HALVES * a - (HALVES * a - a)
+    return high, a - high
 
 
 def flow_context(largest: int) -> Arithmetic:
@@ -45,6 +71,8 @@ def flow_context(largest: int) -> Arithmetic:
     m.expm1 = lambda p: _expm1(m, p)
     m.guess = lambda segment, axis, *arguments: _guess(m, segment, axis, *arguments)
     m.number = lambda value: multiprecision.in_context(m, value)
+    m.parts = lambda value: (m.number(value), m.zero)
+    m.product = lambda a, b: (a * b, m.zero)
     m.most_exponent = m.inf
     m.soon = m.mpf(2) ** -16
     m.largest = m.mpf(10) ** largest

@@ -14,7 +14,7 @@ import numpy as np
 import sympy as sp
 
 from asympk.affine.forcing import value
-from asympk.affine.functions import initial
+from asympk.affine.functions import Arrays, initial
 from asympk.affine.moderows import rows_of
 from asympk.affine.run import flows
 from asympk.automaton.automaton import Automaton
@@ -32,7 +32,8 @@ _MOST = 2  # the number of frictions, where loads contain forces, up to which al
 
 def with_waves(waves: Iterable[tuple], t: np.ndarray, w: np.ndarray) -> np.ndarray:
     """Return the states ``(w, waves, 1)`` of rows at their times."""
-    found = [np.broadcast_to(value(np, power, decay, turn, sine, t), t.shape) for power, decay, turn, sine in waves]
+    found = [np.broadcast_to(value(Arrays, power, decay, turn, sine, t), t.shape)
+             for power, decay, turn, sine in waves]
     return np.column_stack([w, *found, np.ones(len(t))])
 
 

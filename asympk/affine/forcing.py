@@ -16,6 +16,8 @@ from sympy.simplify.fu import TR8
 from asympk.numbers import Arithmetic, Number
 from asympk.symbolic.long import parts_with, replaced, symbols_in
 
+Parts = tuple[Number, Number]
+
 
 class Wave(NamedTuple):
     """``t^power e^{decay t} cos(turn t)``, or with sin; ``decay`` and ``turn`` are expressions in the parameters."""
@@ -101,15 +103,32 @@ def rate(wave: Wave) -> dict[Wave, sp.Expr]:
     return {lower: sp.Integer(wave.power), wave: wave.decay, turned: wave.turn if wave.sine else -wave.turn}
 
 
-def value(m: Arithmetic, power: int, decay: Number, turn: Number, sine: bool, t: Number) -> Number:
-    """Return a wave at a time, in the numbers of ``m``."""
-    found = t**power * m.exp(decay * t)
-    return found * (m.sin(turn * t) if sine else m.cos(turn * t)) if turn or sine else found
+def value(
+    m: Arithmetic, power: int, decay: Parts, turn: Parts, sine: bool, t: Number, late: Number = 0.0
+) -> Number:
+    """Return a wave at the time ``t + late``, in the numbers of ``m``; in doubles it is right to rounding at any time.
+
+    ``decay`` and ``turn`` are sums of two numbers, and ``late`` is less than the rounding of ``t``.
+    """
+    grown, beside = _phase(m, decay, t, late)
+    size = t**power * m.exp(grown) * (1 + beside)
+    if not (turn[0] or sine):
+        return size
+    turned, beside = _phase(m, turn, t, late)
+    (a, b), (c, d) = ((m.cos(angle), m.sin(angle)) for angle in (turned, beside))
+    return size * (b * c + a * d if sine else a * c - b * d)
 
 
-def amplitude(m: Arithmetic, power: int, decay: Number, turn: Number, sine: bool, t: Number) -> Number:
+def _phase(m, slope, t, late):
+    """Return ``slope (t + late)`` as a sum of two numbers."""
+    near, rest = m.product(slope[0], t)
+    return near, rest + slope[1] * t + slope[0] * late
+
+
+def amplitude(m: Arithmetic, power: int, decay: Parts, turn: Parts, sine: bool, t: Number, off: Number = 1.0) -> Number:
     """Return the size to which the rounding error of a wave at t is proportional.
 
-    It is the amplitude times 1 + |decay t| + |turn t|.
+    It is the amplitude times 1 + power + ``off`` (|decay t| + |turn t|), where ``off`` is the error of phases in units
+    of their rounding.
     """
-    return abs(value(m, power, decay, 0, False, t)) * (1 + abs(decay * t) + abs(turn * t))
+    return abs(value(m, power, decay, (0, 0), False, t)) * (1 + power + off * (abs(decay[0] * t) + abs(turn[0] * t)))

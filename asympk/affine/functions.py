@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from asympk.arithmetic import with_rest
 from asympk.numbers import Arithmetic, Number
 
 MOST_EXPONENT = 600.0
@@ -26,6 +27,10 @@ class Arrays:
     """NumPy's functions under the names of ``arithmetic.Doubles``; exponents are cut at ``MOST_EXPONENT``."""
 
     cos, sin = np.cos, np.sin
+
+    @staticmethod
+    def product(a: Any, b: Any) -> tuple[Any, Any]:
+        return with_rest(np, a, b)
 
     @staticmethod
     def exp(p: np.ndarray) -> np.ndarray:

@@ -221,7 +221,7 @@ class Flows:
         if key not in self._found:
             digits = DIGITS_FOR_DOUBLES if m is Doubles else m.dps
             found, waves, moving = form.placed(form_of(mode), self.automaton.values, digits)
-            waves = tuple((power, m.number(decay), m.number(turn), sine) for power, decay, turn, sine in waves)
+            waves = tuple((power, m.parts(decay), m.parts(turn), sine) for power, decay, turn, sine in waves)
             self._found[key] = found.in_doubles if m is Doubles else in_digits(m, found), waves, moving
         return self._found[key]
 
@@ -236,14 +236,14 @@ def _followed(m, case, done):
 
     def advance(mode, t, state, segments):
         flow, waves, kept = case.flows.of(m, mode.mode)
-        start, known = _with_waves(m, waves, t, state)
+        late = segments[-1].work.late if segments and segments[-1].t == t else m.number(0)
+        start, known = _with_waves(m, waves, t, late, state)
         zeros = _vanishing(mode, t, state, segments)
         segment = ClosedSegment(flow, start, known, zeros=[q for q, guard in enumerate(kept) if guard in zeros])
         if segment.held and m.margin:  # what stays 0 is idle: rounding has taken the motion out of the start
             raise Undecided
-        late = segments[-1].work.late if segments and segments[-1].t == t else m.number(0)
         span, hits = _span(case, m, mode, segment, until - t - late, len(segments))
-        if mode.mode.laws and (pushed := _pushed_on(case, m, mode, (t, state), span)):
+        if mode.mode.laws and (pushed := _pushed_on(case, m, mode, (t, late, state), span)):
             done.append(TimedSegment(t, segment, pushed[0], None))
             return loop.Segment(t + pushed[0], state, pushed[1])
         found, hit = bool(hits), hits[0] if hits else None
@@ -268,10 +268,11 @@ def _followed(m, case, done):
     return joined if until else _standing(joined, automaton, digits, advance)
 
 
-def _with_waves(m, waves, t, state):
-    """Return the state with the waves at t, and the sizes to which the errors of these are proportional."""
-    known = [*map(abs, state), *(amplitude(m, *wave, t) for wave in waves)]
-    return (*state, *(value(m, *wave, t) for wave in waves)), known
+def _with_waves(m, waves, t, late, state):
+    """Return the state with the waves at t + late, and the sizes to which the errors of these are proportional."""
+    off = UNIT if m is Doubles else 1
+    known = [*map(abs, state), *(amplitude(m, *wave, t, off) for wave in waves)]
+    return (*state, *(value(m, *wave, t, late) for wave in waves)), known
 
 
 def _pushed_on(case, m, mode, begun, span):

@@ -1,12 +1,17 @@
 """The waves of a forcing, and their coefficients."""
 
 import math
+from fractions import Fraction
 
+import mpmath
+import numpy as np
 import pytest
 import sympy as sp
 
 import asympk as ap
-from asympk.affine.forcing import Wave, waves_of
+from asympk.affine.forcing import Wave, value, waves_of
+from asympk.affine.functions import Arrays
+from asympk.arithmetic import UNIT, Doubles
 
 a, b, w, t = sp.symbols("a b w t", real=True)
 
@@ -70,3 +75,32 @@ def test_a_push_whose_weight_is_below_the_range_of_doubles_pushes_all_the_same(s
     assert (path.events[-1].kind, float(path.events[-1].t)) == ("slip_onset", pytest.approx(onset, abs=1e-14))
     many = ap.solve_many(system=block, values={}, start={"v": [start] * 4}, until=onset + 0.01)
     assert many.final[0] == pytest.approx(path.final[0], rel=1e-12)
+
+
+@pytest.mark.parametrize("turn", [Fraction(7, 5), Fraction(10**30 // 3, 10**24)])
+def test_a_wave_is_right_to_rounding_at_late_times(turn):
+    """sin(w t) of the rounded product w t is off by half a unit of w t: of 4e13 nothing is left."""
+    times, least = [0.1, 1234.5, 1e8 / 3], UNIT / 2
+    waves = [(1, Doubles.parts(Fraction(-1, 10**9)), Doubles.parts(turn), sine) for sine in (True, False)]
+    m = mpmath.mp.clone()
+    m.dps = 60
+    for wave in waves:
+        exact = [t * (1 + m.mpf(least)) for t in times]
+        exact = [t * m.exp(-t / 10**9) * (m.sin if wave[3] else m.cos)(t * turn.numerator / turn.denominator)
+                 for t in exact]
+        alone = [value(Doubles, *wave, t, t * least) for t in times]
+        together = value(Arrays, *wave, np.array(times), np.array(times) * least).tolist()
+        for found in (alone, together):
+            assert all(abs(a - b) <= 6 * UNIT * t for a, b, t in zip(found, exact, times, strict=True))
+
+
+def test_a_forced_block_is_followed_to_a_late_time_without_digits(monkeypatch):
+    """Its run in doubles was done again in digits, since the phase w t was known to the rounding of w t alone."""
+    x, v, force = sp.symbols("x v force", real=True)
+    belt = ap.Friction(velocity=v - sp.S.Half, force=force, load=1, kinetic=sp.S.Half, static=sp.Rational(3, 4))
+    rates = {x: v, v: force - x - v / 20 + 2 * sp.sin(sp.sqrt(2) * t)}
+    scene = ap.Scene(system=ap.System.with_frictions(rates, {}, [belt], time=t), start={x: "1.5", v: 0}, until=150)
+    exact = ap.solve(scene, digits=30).final
+    monkeypatch.setattr("asympk.affine.run._rounded", None)
+    path = ap.solve(scene)
+    assert max(abs(a - b) for a, b in zip(path.final, exact, strict=True)) <= path.error < 2e-14
