@@ -121,6 +121,8 @@ def value(
 
 def _phase(m, slope, t, late):
     """Return ``slope (t + late)`` as a sum of two numbers."""
+    if not slope[0]:
+        return slope
     near, rest = m.product(slope[0], t)
     return near, rest + slope[1] * t + slope[0] * late
 
@@ -131,4 +133,5 @@ def amplitude(m: Arithmetic, power: int, decay: Parts, turn: Parts, sine: bool, 
     It is the amplitude times 1 + power + ``off`` (|decay t| + |turn t|), where ``off`` is the error of phases in units
     of their rounding.
     """
-    return abs(value(m, power, decay, (0, 0), False, t)) * (1 + power + off * (abs(decay[0] * t) + abs(turn[0] * t)))
+    grown = decay[0] * t
+    return abs(t**power * m.exp(grown)) * (1 + power + off * (abs(grown) + abs(turn[0] * t)))
