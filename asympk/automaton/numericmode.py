@@ -415,18 +415,19 @@ class NumericMode:
     def _on_zero(self, guard: int, t: Any, state: State) -> State:
         """Return ``state`` after two Newton steps onto the zero of a guard, each of which changes one state.
 
-        The state changed is the one whose motion changes the guard most; if no motion changes it, the one whose size
-        does. The value of the guard is due to an error in time, during which the slow states of a layer hardly move.
+        The state changed is the one whose motion changes the guard most; if no motion explains its value, the one whose
+        size does. The value is due to an error in time, during which the slow states of a layer hardly move.
         """
         moved, rates = list(state), self.rhs(t, state)
         for _ in range(2):
-            slopes = self.guard_gradient(guard, t, moved)
+            slopes, value = self.guard_gradient(guard, t, moved), self.guard_values(t, tuple(moved))[guard]
             sizes = zip(slopes, moved, rates, self.movable, strict=True)
             weights = [(abs(slope * rate) * free, abs(slope) * (1 + abs(w)) * free) for slope, w, rate, free in sizes]
-            k = weights.index(max(weights))
+            explained = FARTHEST * t * max(weights)[0] >= abs(value)
+            k = max(range(len(weights)), key=lambda k: weights[k] if explained else weights[k][1:])
             if slopes[k] == 0 or not self.movable[k]:
                 break
-            moved[k] -= self.guard_values(t, tuple(moved))[guard] / slopes[k]
+            moved[k] -= value / slopes[k]
         return tuple(moved)
 
     def _changes_with_time(self, guard: int, t: Any, state: State) -> bool:

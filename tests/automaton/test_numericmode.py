@@ -2,11 +2,13 @@
 
 from fractions import Fraction
 
+import pytest
 import sympy as sp
 
 import asympk as ap
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.numericmode import NumericMode, on_hermite
+from asympk.symbolic.branches import Phase
 
 x, y = sp.symbols("x y")
 
@@ -37,6 +39,18 @@ def test_a_rate_has_the_size_of_its_terms_also_where_they_cancel():
     assert mode.rhs(0.0, (2.0, 3.0)) == (0, -3)
     assert 60 <= far <= 240
     assert 3 <= near <= 6
+
+
+def test_a_velocity_that_no_error_in_time_explains_is_set_to_0_by_the_state_that_changes_it_most():
+    """z stands still, and y would have to move by 1e-3 to make z - x y vanish."""
+    z, F = sp.symbols("z F")
+    system = ap.System.with_frictions({x: y, y: sp.Rational(1, 10**8), z: F + 1}, {},
+                                      [ap.Friction(z - x * y, F, load=1, kinetic=1)])
+    mode = Automaton(system, ()).mode((Phase(1, 1),))
+    guard = mode.kinds.index(("velocity_zero", 0))
+    moved = mode.snapped(guard, 0.5, (4e-10, -4e-10, 5e-13))
+    assert moved[:2] == pytest.approx((4e-10, -4e-10), rel=1e-9)
+    assert mode.guard_values(0.5, moved)[guard] == 0
 
 
 def test_every_compiled_function_says_what_it_returns():
