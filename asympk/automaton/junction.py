@@ -320,7 +320,8 @@ def _closed(here: Junction, k: int) -> list[Phase]:
     was = here.before[k] if here.before else None
     contacts = [point.contacts[k] for point in here.points]
     turned = k in turned_by_others(here.system)
-    resting = turned or (was is not None and was.mode == "stick") or ("velocity_zero", k) in here.lost
+    kept = was is not None and (was.mode == "stick" or "velocity_zero" in was.idle)
+    resting = turned or kept or ("velocity_zero", k) in here.lost
     velocity = 0 if resting else here.numbers.decided_sign([c.velocity for c in contacts])
     sign = (was.load if was else 0) or 1  # where both signs of the load go on alike, the first is taken
     loads: tuple[int, ...] = (sign, -sign)

@@ -5,69 +5,103 @@ of its derivatives. Two states may stay alike if their rates are alike at a gene
 not, the plane is widened until the rates agree: this is the smallest of such planes that the mode keeps.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from fractions import Fraction
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
-from asympk.automaton.contacts import Numbers, Place
-from asympk.automaton.junction import Junction
+from asympk.automaton.contacts import Numbers, Place, clear_sign
 from asympk.automaton.modes import GuardedMode, has_switches
+from asympk.multiprecision import in_context
+
+if TYPE_CHECKING:
+    from asympk.automaton.junction import Junction
+    from asympk.automaton.loop import Segment
+    from asympk.automaton.numericmode import NumericMode
 
 Marks = list[tuple[int, int]]  # of each state the first state that is alike and the sign to it; ``ZERO`` for 0
+Sign = Callable[[Sequence], int]
 ZERO = (-1, 0)
 APART = 64  # a generic place is about this part of the size of each state away from the state itself
 
 
-def vanish_on_plane(here: Junction, mode: GuardedMode, exprs: tuple[sp.Expr, ...]) -> bool:
+def vanish_on_plane(here: "Junction", mode: GuardedMode, exprs: tuple[sp.Expr, ...]) -> bool:
     """Tell whether expressions are 0 in all states of the plane that a mode keeps through the state here.
 
     It is not known, and so False, where the state or the time switches a law, where a value is not finite, or where a
     contact is rigid, whose share of a load may be 0 by choice.
     """
-    if has_switches(mode.system) or any(f.rigid for f in mode.system.frictions):
+    if any(f.rigid for f in mode.system.frictions):
         return False
-    marks = _alike([*zip(*(place.state for place in here.places), strict=True)], None, here.numbers)
     with suppress(ArithmeticError, TypeError, ValueError):
-        while places := _generic(here, mode, marks):
-            finer = _alike(_values(mode, mode.rates, places), marks, here.numbers)
-            if finer == marks:
-                return not any(map(here.numbers.decided_sign, _values(mode, exprs, places)))
-            marks = finer
+        _, places = _kept(here.places, mode, here.numbers.decided_sign, 0)
+        return bool(places) and not any(map(here.numbers.decided_sign, _values(mode, exprs, places)))
     return False
+
+
+def without_asymmetry(mode: "NumericMode", t: Any, state: tuple, segment: "Segment") -> "Segment":
+    """Return a segment of a mode from (t, state) with its end on the plane that the mode keeps through this state.
+
+    Errors of the flow leave the plane, and contacts that a symmetry makes slip at one time would slip in turn.
+    """
+    if len(mode.branch) < 2 or len({0, *map(abs, state)}) > len(state):
+        return segment
+    convert = partial(in_context, mode.functions) if mode.target == "mpmath" else float
+    with suppress(ArithmeticError, TypeError, ValueError):
+        at = Place(Numbers(mode.target, mode.functions, convert, 0.0), t, state, mode.p, mode.coefficients)
+        marks, places = _kept((at, at), mode.mode, clear_sign, mode.beside)
+        return segment._replace(state=_on_plane(marks, segment.state)) if places else segment
+    return segment
+
+
+def _on_plane(marks: Marks, state: tuple) -> tuple:
+    return tuple(sign * state[first] if sign else w - w for w, (first, sign) in zip(state, marks, strict=True))
+
+
+def _kept(places: tuple[Place, ...], mode: GuardedMode, sign: Sign, slack: Any) -> tuple[Marks, tuple[Place, ...]]:
+    """Return the marks of the plane kept through a state, the first of ``places``, and generic places; () if unknown.
+
+    The generic places are displaced by the relative error ``slack``.
+    """
+    marks = _alike([*zip(*(place.state for place in places), strict=True)], None, sign)
+    found = () if has_switches(mode.system) else _generic(places[0], mode, marks, slack)
+    while found and (finer := _alike(_values(mode, mode.rates, found), marks, sign)) != marks:
+        marks, found = finer, _generic(places[0], mode, finer, slack)
+    return marks, found
 
 
 def _values(mode: GuardedMode, exprs: tuple[sp.Expr, ...], places: Iterable[Place]) -> list[tuple]:
     return [*zip(*(place.values(mode.system, exprs) for place in places), strict=True)]
 
 
-def _alike(values: list[tuple], before: Marks | None, numbers: Numbers) -> Marks:
+def _alike(values: list[tuple], before: Marks | None, sign: Sign) -> Marks:
     """Return the marks of the states that were 0, or alike up to signs, ``before`` and whose ``values`` are so, too."""
     found, before = Marks(), before or [ZERO] * len(values)
     for k, (own, (was, turned)) in enumerate(zip(values, before, strict=True)):
-        if was < 0 and not numbers.decided_sign(own):
+        if was < 0 and not sign(own):
             found.append(ZERO)
             continue
         firsts = (j for j in range(k) if found[j][0] == j and before[j][0] == was)
-        pairs = ((j, sign) for j in firsts for sign in ((1, -1) if was < 0 else (turned * before[j][1],)))
+        pairs = ((j, s) for j in firsts for s in ((1, -1) if was < 0 else (turned * before[j][1],)))
         apart = (((j, s), [a - s * b for a, b in zip(own, values[j], strict=True)]) for j, s in pairs)
-        found.append(next((mark for mark, values in apart if not numbers.decided_sign(values)), (k, 1)))
+        found.append(next((mark for mark, values in apart if not sign(values)), (k, 1)))
     return found
 
 
-def _generic(here: Junction, mode: GuardedMode, marks: Marks) -> tuple[Place, ...]:
+def _generic(at: Place, mode: GuardedMode, marks: Marks, slack: Any) -> tuple[Place, ...]:
     """Return a place of the plane of ``marks``, in all numbers that decide; () if it is not on the side of contacts.
 
     Powers of a penetration are analytic while the contact is closed, and 0 beyond.
     """
-    state, numbers = here.at.state, here.numbers
+    state, numbers = at.state, at.numbers
     for side in (1, -1):
         shifts = (numbers.convert(Fraction(side * (2 * k + 5), APART * (k + 7))) for k in range(len(state)))
-        moved = [w + (1 + abs(w)) * shift for w, shift in zip(state, shifts, strict=True)]
-        own = tuple(sign * moved[first] if sign else 0 * moved[0] for first, sign in marks)
-        place = here.at.later(Fraction(5, 7 * APART))._replace(state=own)
+        moved = tuple(w + (1 + abs(w)) * shift for w, shift in zip(state, shifts, strict=True))
+        place = at.later(Fraction(5, 7 * APART))._replace(state=_on_plane(marks, moved))
         gaps = tuple(friction.gap for friction in mode.closed.values() if friction.gap is not None)
         if not mode.pressed or all(gap < 0 for gap in place.values(mode.system, gaps)):
-            return place.with_nudged(0)
+            return place.with_nudged(slack)
     return ()

@@ -24,6 +24,7 @@ import numpy as np
 
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.decide import is_of_numbers, without_value_soon
+from asympk.automaton.kept import without_asymmetry
 from asympk.automaton.loop import Run, Segment, follow, lost_with
 from asympk.automaton.numericmode import NumericMode
 from asympk.digits import FixedPoint, carried, carrier_context, dot, fixed_point
@@ -155,7 +156,8 @@ def _follow(
         scheme = Scheme(mode, doubles, tableau, tolerance, longest, deadline)
         try:
             end = mode.steps_until(t, until)
-            return followed(doubles, t, state, end, lambda end: _segment(scheme, t, state, end))
+            segment = followed(doubles, t, state, end, lambda end: _segment(scheme, t, state, end))
+            return without_asymmetry(mode, t, state, segment)
         except (ZeroDivisionError, TypeError) as error:  # of infinite numbers, or of complex ones, which have no order
             if not is_of_numbers(error):
                 raise

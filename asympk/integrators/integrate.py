@@ -17,6 +17,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from asympk.automaton.kept import without_asymmetry
 from asympk.automaton.loop import Run, Segment, follow, without_value_after
 from asympk.automaton.numericmode import NumericMode
 from asympk.automaton.uniqueness import is_watched
@@ -142,8 +143,8 @@ def _trace(scene, method, options, times=(), keep=False):
         own, end = (BESIDE_LIMITS, min(end, t + until / PIECES)) if rounded else (method, end)
         advance: Advance = import_module(f"asympk.integrators.{FAMILIES[own]}").advance
         settings = Settings(own, options["rtol"], options["atol"], left, deadline, later, kept, longest)
-        return in_range(t, state, lambda: _settled(mode, later, followed(
-            mode, t, state, end, lambda end: advance(mode, t, state, end, settings))))
+        return in_range(t, state, lambda: _settled(mode, later, without_asymmetry(mode, t, state, followed(
+            mode, t, state, end, lambda end: advance(mode, t, state, end, settings)))))
 
     return follow(automaton, automaton.first(scene.start, scene.until), start, until, on, options["events"])
 

@@ -503,3 +503,24 @@ def test_a_wheel_that_jams_while_another_opens_is_told_as_one_that_jams_alone(ho
     angle = stops[0][1 + [*map(str, system.states)].index("theta")]
     lever, height = 7 / 6 * math.cos(angle) + math.sin(angle), math.cos(angle) - 7 / 6 * math.sin(angle)
     assert (4 / 9 + lever**2) / (lever * height) == pytest.approx(1.3, abs=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("places", "depth", "how"), [
+    ((-1, 1), "1/1000", {}), ((-1, 1), "1/2000", {"digits": 12}), ((-1, 0, 1), "1/3000", {}),
+    ((-1, 0, 1), "1/3000", {"method": "lsoda"}),
+])
+def test_a_table_on_elastic_feet_that_turn_stays_upright_and_slips_on_all_feet_at_once(places, depth, how):
+    """A push 2 t moves it at t = 3/2, by (t - 3/2)^3 / 3; errors of the flow made its feet slip in turn."""
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 + THETA.diff(T) ** 2 / 6 - 10 * Y + 2 * T * X
+    feet = [ap.Contact(Y + p * sp.sin(THETA), X + p * (sp.cos(THETA) - 1), f, unilateral=True) for p in places]
+    table = ap.Mechanism.from_lagrangian(energy, (X, Y, THETA), contact=feet[0], others=feet[1:])
+    eps = sp.Symbol("eps", positive=True)
+    system, values = table.elastic(compliance=eps**2, damping=eps), {"f": "0.3", "eps": "1e-2"}
+    start = table.start(system, {**FLAT, "X'": 0, "Y": f"-{depth}", **values})
+    path = ap.solve(ap.Scene(system=system, values=values, start=start, until=2), **how)
+    final = dict(zip(path.names, map(float, path.final), strict=True))
+    assert path.modes[-1] == "+".join(["slip_same"] * len(places))
+    assert [event.t for event in path.events if event.kind == "slip_onset"] == pytest.approx([1.5], abs=1e-6)
+    assert (final["X"], final["X'"]) == pytest.approx((1 / 24, 1 / 4), abs=1e-5)
+    assert final["theta"] == final["theta'"] == 0
