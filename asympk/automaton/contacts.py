@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from asympk.automaton.automaton import Automaton
 
 Signs = tuple[int | None, ...]  # of sliding velocities that vanish; None for others, all 0 for the empty tuple
+LARGE = 2.0**20  # size of states up to which the zeros of others have their rounding
 _NUDGES = ((1, -1, 1, -1, 1, -1, 0, 0), (1, 1, -1, -1, 0, 0, 1, -1))  # no two states move alike in both
 
 
@@ -150,11 +151,12 @@ def nudges(t: Any, state: tuple, slack: Any, least: Any = 0) -> Iterator[tuple[A
     """Yield times and states, numbers or arrays, displaced by the relative error ``slack``, with two patterns of signs.
 
     With ``least``, states follow in which one alone is displaced, by this part of the largest: the rounding of a zero.
+    Of a largest state beyond ``LARGE`` it is the part of this, as an angle of 1 is no zero beside vast lengths.
     """
     for signs in _NUDGES:
         moved = (w * (1 + signs[k % len(signs)] * slack) for k, w in enumerate(state))
         yield t * (1 + signs[-1] * slack), tuple(moved)
-    if least and (floor := least * max(map(abs, state), default=0)):
+    if least and (floor := least * min(LARGE, max(map(abs, state), default=0))):
         yield from ((t, (*state[:k], w + floor, *state[k + 1 :])) for k, w in enumerate(state))
 
 

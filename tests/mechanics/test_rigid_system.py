@@ -1313,3 +1313,16 @@ def test_a_guide_that_begins_to_slide_within_the_paradox_has_two_motions_whateve
         start = guide.start(system, {"x": 0, "y": 0, "x'": 0, "y'": 0})
         with pytest.raises(TwoMotions, match="a second motion of the contact comes up at t = 2,"):
             ap.solve(ap.Scene(system=system, start=start, until=5))
+
+
+@pytest.mark.parametrize("unilateral", [False, True])
+def test_a_contact_that_turns_by_an_angle_of_1_brakes_beside_a_vast_length(unilateral):
+    """Its rate was said to be 0 to rounding of the length, and it turned for ever in a mode of stick."""
+    energy = sum(q.diff(T) ** 2 for q in (X, Y, THETA)) / 2 - Y
+    brake = ap.Contact(gap=Y, slip=THETA, friction=sp.S.Half, unilateral=unilateral)
+    wheel = ap.Mechanism.from_lagrangian(energy, (X, Y, THETA), contact=brake)
+    system = wheel.rigid()
+    start = wheel.start(system, {"X": 10**17, "Y": 0, "theta": 0, "X'": 0, "Y'": 0, "theta'": 1})
+    path = ap.solve(ap.Scene(system=system, start=start, until=3))
+    assert path.modes == ("slip_same", "stick")
+    assert path.final == pytest.approx((1e17, 0, 1, 0, 0, 0))
