@@ -124,7 +124,7 @@ def event_between(before: Branch, after: Branch, kind: str, friction: int, still
     first; those of ``still`` are 0 on both sides. If a contact has reached the edge of its cone and yet sticks, the
     event is either the ``slip_onset`` of another contact at the same time, or ``force_zero``: the load vanishes at the
     tip of the cone. Where forces at rest are not determined, the edge is of no one contact, and the event has the
-    lowest friction number of those that slip.
+    lowest friction number of those that slip, or of those that open.
     """
     if kind == "velocity_zero":
         turned = (k for k, (old, new) in enumerate(zip(before, after, strict=True))
@@ -132,8 +132,9 @@ def event_between(before: Branch, after: Branch, kind: str, friction: int, still
         return kind, min(turned, default=friction)
     if kind != "slip_onset" or (after[friction].mode != "stick" and not stands(before)):
         return kind, friction
-    freed = at_rest(before) - at_rest(after)
-    return (kind, min(freed)) if freed else ("force_zero", friction)
+    freed = [k for k in sorted(at_rest(before)) if after[k].slips]
+    opened = [k for k in sorted(at_rest(before)) if after[k] == OPEN]
+    return (kind, freed[0]) if freed else ("lift_off", opened[0]) if opened else ("force_zero", friction)
 
 
 def most_at_rest(branches: Iterable[Branch], among: Iterable[int] | None = None) -> list[Branch]:

@@ -524,3 +524,20 @@ def test_a_table_on_elastic_feet_that_turn_stays_upright_and_slips_on_all_feet_a
     assert [event.t for event in path.events if event.kind == "slip_onset"] == pytest.approx([1.5], abs=1e-6)
     assert (final["X"], final["X'"]) == pytest.approx((1 / 24, 1 / 4), abs=1e-5)
     assert final["theta"] == final["theta'"] == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("pull", "kind", "friction", "mode"), [
+    ((0, 1), "slip_onset", 1, "open+slip_same"), ((1, 1), "lift_off", 0, "open+open"),
+])
+def test_a_block_pulled_out_of_a_corner_slips_on_the_wall_or_lifts_off_and_the_event_is_of_what_happens(
+    pull, kind, friction, mode
+):
+    """Pressed by 1 to the floor and the wall, it was said to begin to slip on the floor that it leaves."""
+    floor, wall = ap.Contact(Y, X, f, unilateral=True), ap.Contact(X, Y, f, unilateral=True)
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 - X - Y + T * (pull[0] * X + pull[1] * Y)
+    system = ap.Mechanism.from_lagrangian(energy, (X, Y), contact=floor, others=[wall]).rigid()
+    path = ap.solve(ap.Scene(system=system, values={"f": "0.3"}, start=dict.fromkeys(system.states, 0), until=2))
+    assert path.modes == ("stick+stick", mode)
+    assert [(event.kind, event.friction) for event in path.events] == [(kind, friction)]
+    assert path.events[0].t == pytest.approx(1.3 - 0.3 * pull[0])
