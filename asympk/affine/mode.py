@@ -278,9 +278,12 @@ class ClosedSegment:
         return np.where(abs(state) > self._terms(t) * self.m.slack, state, self.m.number(0))
 
     def require_digits(self, t: Number, state: np.ndarray) -> None:
-        """Raise ``Undecided`` where the terms of the state at t cancel so far that two runs may agree by chance."""
+        """Raise ``Undecided`` where the terms of the state at t cancel so far that two runs may agree by chance.
+
+        A motion from 0 that comes back to 0, where signs within rounding are trusted, has no digits to lose.
+        """
         size = max(map(abs, (*self.start, *state)))
-        if self.m.eps * max(self._terms(t)) > self.m.root_tol * size:
+        if size and self.m.eps * max(self._terms(t)) > self.m.root_tol * size:
             raise Undecided
 
     def _terms(self, t):

@@ -248,9 +248,9 @@ def _followed(m, case, done):
             return loop.Segment(t + pushed[0], state, pushed[1])
         found, hit = bool(hits), hits[0] if hits else None
         end = segment.at_event(span, hit) if found else segment.state(span)
+        end = end if m.margin else segment.without_rounding(span, end)
         if digits and not case.known:
             segment.require_digits(span, end)
-        end = end if m.margin else segment.without_rounding(span, end)
         if (size := max(map(abs, end[: len(state)]))) > m.largest:  # waves may be larger
             raise TooLarge(f"the path reaches 1e{int(m.log(size) / m.log(10))} at t = {float(t + span):.6g}, beyond "
                            "the numbers in use: take a smaller until")

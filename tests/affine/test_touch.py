@@ -245,3 +245,15 @@ def test_a_load_that_slow_parts_take_away_after_long_is_lost_then(push, near):
     onset = float(sp.nsolve(push - 1, near, prec=20))
     first = ap.solve(ap.Scene(system=system, start=(1, 0, 1), until=onset + 1)).events[0]
     assert (first.kind, first.t) == ("force_zero", pytest.approx(onset, rel=1e-14))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("digits", [None, 20])
+def test_a_weight_laid_on_a_spring_without_damping_stays_in_touch_although_it_comes_back_to_all_zeros(digits):
+    """y = (cos(10 t) - 1)/100; where every state is 0 again, no digit of it is right, and the run was refused."""
+    N = sp.Symbol("N", real=True)
+    spring = ap.Friction(w, F, load=-100 * y, kinetic=sp.S.Half, gap=y, normal=N)
+    system = ap.System.with_frictions({y: v, v: N - 1, w: F}, {}, [spring])
+    path = ap.solve(ap.Scene(system=system, start={y: 0, v: 0, w: 0}, until=1), digits=digits)
+    assert (path.modes, path.events) == (("stick",), ())
+    assert [*map(float, path.final)] == pytest.approx(((math.cos(10) - 1) / 100, -math.sin(10) / 10, 0), abs=1e-15)
