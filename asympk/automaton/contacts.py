@@ -67,7 +67,8 @@ class Numbers(NamedTuple):
     """The numbers on which a decision is made: spelling of functions, namespace of functions, and what counts as clear.
 
     The sign of a value is clear if the value is larger than ``least``. A pivot is clear if it is larger than
-    ``singular``, relative to its row. A sign that the ``coarser`` numbers do not confirm is rounding.
+    ``singular``, relative to its row. A sign that the ``coarser`` numbers do not confirm is rounding. No value may be
+    above ``largest``: the exponent of 2**1e300 is rounded, and two such values would differ as rounding does.
     """
 
     target: str
@@ -76,6 +77,7 @@ class Numbers(NamedTuple):
     least: float
     singular: float = 0.0
     coarser: "Numbers | None" = None
+    largest: Any = math.inf
 
     def decided_sign(self, values: Sequence) -> int:
         """Return the sign of the first value, or 0 where it is open; raises ``Unclear`` up to the size ``least``."""
@@ -104,10 +106,13 @@ class Place(NamedTuple):
     coefficients: tuple[sp.Expr, ...] = ()
 
     def values(self, system: System, outputs: tuple, directions: tuple = ()) -> tuple:
-        """Return the values of expressions here, or their derivatives along directions."""
-        found = function(system, outputs, self.numbers.target, self.numbers.functions, directions,
-                         coefficients=self.coefficients)
-        return found(self.t, *self.state, *self.p)
+        """Return the values of expressions here, or their derivatives along directions; raises ``OverflowError``."""
+        formulas = function(system, outputs, self.numbers.target, self.numbers.functions, directions,
+                            coefficients=self.coefficients)
+        found = formulas(self.t, *self.state, *self.p)
+        if any(abs(value) > self.numbers.largest for value in found):
+            raise OverflowError
+        return found
 
     def later(self, span: Any) -> "Place":
         """Return the place of the same state after a ``span`` of time."""

@@ -45,6 +45,7 @@ from asympk.automaton.consistency import (
     stays,
 )
 from asympk.automaton.contacts import DOUBLES, Numbers, Unclear, clear_sign, place_of
+from asympk.automaton.exact import MOST_WORKING
 from asympk.automaton.junction import Junction, junction_at
 from asympk.automaton.kept import vanish_on_plane
 from asympk.automaton.modes import mode_of
@@ -182,7 +183,7 @@ def digits_of(state: tuple) -> int | None:
 
 def _numbers(digits: int) -> Numbers:
     ctx = carrier_context(digits)
-    return Numbers("mpmath", ctx, partial(in_context, ctx), -1.0)
+    return Numbers("mpmath", ctx, partial(in_context, ctx), -1.0, largest=ctx.mpf(10) ** MOST_WORKING)
 
 
 def _follow_on(

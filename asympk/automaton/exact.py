@@ -13,7 +13,7 @@ from asympk.numbers import MOST_DIGITS, mantissa_and_exponent
 from asympk.symbolic.long import atoms
 from asympk.symbolic.system import System
 
-_MOST_WORKING = 20_000  # digits with which a coefficient is computed at most
+MOST_WORKING = 20_000  # digits with which a coefficient is computed at most
 
 
 def exact_values(system: System, entries: tuple[sp.Expr, ...], values: tuple, digits: int) -> dict[sp.Expr, Fraction]:
@@ -48,9 +48,9 @@ def _agreed(system, outputs, arguments, digits):
             return _agreed(system, outputs, arguments, 4 * digits)  # more digits may tell a divisor from 0
         sizes = (m.mag(value) for value in numbers[len(outputs) :])
         needed = digits + 10 + sum(abs(size) for size in sizes if isinstance(size, int)) * 3 // 10
-        if needed > _MOST_WORKING:
+        if needed > MOST_WORKING:
             raise OutOfRange("a coefficient of the system has parts so large or small that it takes more than "
-                             f"{_MOST_WORKING} digits at these parameters: give others")
+                             f"{MOST_WORKING} digits at these parameters: give others")
         agree = [working >= needed and b and abs(a - b) * 10**digits <= abs(b)
                  for a, b in zip(before, numbers, strict=False)]
         if all(agree):

@@ -656,15 +656,13 @@ def test_a_run_whose_steps_gain_no_more_time_is_given_up_long_before_all_are_spe
     assert caught.value.path.info["work"]["steps"] < 2000
 
 
-@pytest.mark.parametrize("n", [10**9, 1e300])
-@pytest.mark.parametrize(("options", "words"), [
-    ({"method": "lsoda"}, r"2\*\*n in v' = -2\*\*n\*x \+ F is no finite real number"),
-    ({}, "takes more than 20000 digits at these parameters: give others"),
-])
-def test_a_rate_with_a_power_of_endless_digits_is_refused_at_once_in_one_short_line(n, options, words):
+@pytest.mark.parametrize("n", [10**9, 1e300, 10**300])
+@pytest.mark.parametrize("options", [{"method": "lsoda"}, {}])
+def test_a_rate_with_a_power_of_endless_digits_is_refused_at_once_in_one_short_line(n, options):
+    """The exponent 10**300 is rounded, and its power differed from that at fewer digits as rounding does."""
     x, v, F, power = sp.symbols("x v F n", real=True)
     block = ap.System.with_frictions({x: v, v: -(2**power) * x + F}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
-    with pytest.raises((OutOfRange, Unfinished), match=words) as refusal:
+    with pytest.raises(OutOfRange, match=r"2\*\*n in v' = -2\*\*n\*x \+ F is not a finite real number") as refusal:
         ap.solve(ap.Scene(system=block, values={"n": n}, start=[1, 0], until=1), **options)
     assert len(str(refusal.value)) < 250
 
