@@ -24,19 +24,19 @@ from asympk.automaton.modes import NO_FRICTION, SWITCH, mode_of
 from asympk.certify.balls import Ball, Refused, flint
 from asympk.certify.candidates import Candidates, in_name_only, not_determined
 from asympk.certify.enclosure import Budget, first_event
-from asympk.certify.families import stacked
+from asympk.certify.families import Family, constant, stacked
 from asympk.certify.rivals import require_one_motion
 from asympk.certify.rows import (
     EnclosedState,
     affine_form,
     ball_at,
-    falls_to_zero,
     leading_sign,
     row_rate,
     sign_at,
     value_after,
 )
 from asympk.certify.segments import AffineGuard, EnclosedSegment
+from asympk.certify.zeros import Zero, derivatives, multiple_roots, order_at, span_of_wave
 from asympk.numbers import Number
 from asympk.path import Event
 from asympk.symbolic import branches, forces
@@ -64,28 +64,30 @@ def enclose(
     modes.field.require_least_at_corners(_not_negative(system))
     mode, guards = modes.first(state := modes.begun(start))
     t, size, names, events = modes.field.family([[0]]), len(system.states), [mode.mode.name], list[Event]()
-    while True:
+    touched = 0
+    while max(touched, len(events)) <= MOST_EVENTS:
         segment = EnclosedSegment(mode, state)
         left = (modes.field.family([[Fraction(until)]]) - t).tight()
-        last, groups = modes.falling(guards, segment)
-        found = first_event(segment, [*groups], end := left.numbers()[0], budget)
+        zero, groups = modes.ahead(guards, segment, left, t)
+        found = first_event(segment, [*groups], end := zero.span.numbers()[0], budget)
         require_one_motion(modes, segment, guards, found[1] if found else end, budget)
-        if not found and not last:
+        if not found and not zero.lost:
             return names, events, tuple(segment.at(None, left).numbers()[:size])
-        lost, dt = (groups[found[0]], segment.moment(*found)) if found else (last, left)
+        lost, dt = (groups[found[0]], segment.moment(*found)) if found else (zero.lost, zero.span)
         guard = _together(lost)
-        if found and not (left - dt).numbers()[0] > 0:
+        if found and not (zero.span - dt).numbers()[0] > 0:
             raise Refused(f"horizon: {guard.kind} at the end itself, until = {float(until):.10g}")
-        time = modes.instant(found[0], segment) if found else Fraction(until)
+        time = modes.instant(found[0], segment) if found else zero.time
         state, t = modes.struck(segment.at(guard, dt), lost, segment, guards, time), (t + dt).tight()
         mode, guards = modes.next(mode.mode, guard, state)
         if guard := modes.event(segment.mode.mode, mode.mode, guard, state):
             names.append(mode.mode.name)
             events.append(Event(guard.kind, t.numbers()[0], tuple(state.balls[:size]), guard.friction))
-        if not found:
+        if not found and zero.time == until:
             return names, events, tuple(state.balls[:size])
-        if len(events) > MOST_EVENTS:
-            raise Refused(f"too many: more than {MOST_EVENTS} events by t = {float(events[-1].t.mid()):.6g}")
+        touched += not found
+    reached = float(t.numbers()[0].mid())
+    raise Refused(f"too many: more than {MOST_EVENTS} events, or guards that touch 0, by t = {reached:.6g}")
 
 
 def _not_negative(system):
@@ -194,26 +196,42 @@ class _Modes(Candidates):
         first = [] if in_name_only(mode.sided, mode.branch) else [_after(mode, guard)]
         return self.chosen([*first, self.every(state)], state, guard.kind, mode.branch, held)
 
-    def falling(
-        self, guards: Sequence[AffineGuard], segment: EnclosedSegment
-    ) -> tuple[list[AffineGuard], dict[AffineGuard, list[AffineGuard]]]:
-        """Return the guards that are positive before ``until`` and fall through 0 exactly then (Lemma 16), and others.
+    def ahead(
+        self, guards: Sequence[AffineGuard], segment: EnclosedSegment, left: Family, since: Family
+    ) -> tuple[Zero, dict[AffineGuard, list[AffineGuard]]]:
+        """Return the first ``Zero`` that no sign shows, or the end, and groups of the guards that are not lost there.
 
-        Of the others, each one whose exact time is known stands for all that fall through 0 exactly when it does.
+        Of these, each one whose exact time is known stands for all that fall through 0 exactly when it does.
         """
-        last = [guard for guard in guards if self._falls_at(guard, self.until, segment)]
-        groups, left = dict[AffineGuard, list[AffineGuard]](), [guard for guard in guards if guard not in last]
-        times = {guard: self.instant(guard, segment) for guard in left}
-        for guard in sorted(left, key=lambda guard: times[guard] is None):
+        zero, alone = Zero(left, Fraction(self.until), []), list[AffineGuard]()
+        for guard in guards:
+            for found in self._touches(guard, segment, since):
+                if found.span.numbers()[0] > 0 and (zero.span - found.span).numbers()[0] > 0:
+                    zero, alone = found, [guard]
+        orders = {g: 2 if g in alone and zero.time is None else self._order(g, zero.time, segment) for g in guards}
+        lost = [g for guard, order in orders.items() for g in derivatives(guard, segment, order)]
+        groups, rest = dict[AffineGuard, list[AffineGuard]](), [guard for guard in guards if not orders[guard]]
+        times = {guard: self.instant(guard, segment) for guard in rest}
+        for guard in sorted(rest, key=lambda guard: times[guard] is None):
             if not any(guard in group for group in groups.values()):
                 time = times[guard]
-                groups[guard] = [g for g in left if g is guard or (time and self._falls_at(g, time, segment))]
-        return last, groups
+                groups[guard] = [g for g in rest if g is guard or self._order(g, time, segment) == 1]
+        return zero._replace(lost=lost), groups
 
-    def _falls_at(self, guard, time, segment):
-        """Tell whether a guard is positive before a time and falls through 0 exactly then (Lemma 16)."""
+    def _touches(self, guard, segment, since):
+        """Yield the zeros at which a guard that is positive before may touch 0 and rise again."""
+        span = span_of_wave(guard, segment)
+        if span is not None:
+            yield Zero(constant(flint().acb_mat([[span]]), since.spans), None, [])
+        begun, parts = self._polynomial(guard.row, segment)
+        for root in multiple_roots(parts):
+            if self._order(guard, begun + root, segment):
+                yield Zero((self.field.family([[begun + root]]) - since).tight(), begun + root, [])
+
+    def _order(self, guard, time, segment):
+        """Return the order of the zero of a guard at an exact time, 0 unless it is positive before (Lemma 16)."""
         since, parts = self._polynomial(guard.row, segment)
-        return bool(parts) and time > since and falls_to_zero(parts, time - since, self.field)
+        return order_at(parts, time - since, self.field) if parts and time is not None and time > since else 0
 
     def instant(self, guard, segment):
         """Return the exact time, the same all over the box, at which a guard linear in the time vanishes; else None.
@@ -228,8 +246,9 @@ class _Modes(Candidates):
 
     def _polynomial(self, row, segment):
         """Return (exact time, Taylor coefficients from it) of a row; what the time alone moves is known from 0 on."""
-        start = segment.start if any(row[: len(self.system.states)]) else self.start
-        return start.time, [] if start.time is None else segment.polynomial(row, start)
+        starts = [segment.start] if any(row[: len(self.system.states)]) else [segment.start, self.start]
+        pairs = ((s.time, segment.polynomial(row, s)) for s in starts if s.time is not None)
+        return next((pair for pair in pairs if pair[1]), (None, []))
 
     def struck(self, family, lost, segment, guards, time):
         """Return the state at an event; what stands still, is alone in a lost guard, or a polynomial in time, is exact.

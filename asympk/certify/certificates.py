@@ -119,6 +119,8 @@ def certify(scene: Scene, box: Mapping[str, tuple] | None = None, digits: int = 
             found = _attempt(scene, sides, bits, budget)
             if found.proven and (wide or _sharp(scene, found.final, digits)):
                 return found
+        if found.obstacle == "too many":  # each of them is proven, with more bits, too
+            return found
         if found.obstacle == "undecided":
             return last or found
         last = found

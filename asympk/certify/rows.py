@@ -13,7 +13,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 from functools import lru_cache, reduce
 from itertools import chain
-from math import comb
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -300,13 +299,12 @@ def value_after(time: Number, coefficients: Iterable[Any]) -> Any:
     return sum(c * Fraction(time) ** k for k, c in enumerate(coefficients))
 
 
-def falls_to_zero(coefficients: list[Any], end: Fraction, field: ExactEntries) -> bool:
-    """Tell whether a polynomial is positive before a time at which it falls through 0, by Bernstein (Lemma 16)."""
-    size = range(len(coefficients))
-    parts = [sum(c * end**k * Fraction(comb(j, k), comb(size[-1], k)) for k, c in enumerate(coefficients[: j + 1]))
-             for j in size]
-    positive = [certain_sign(field.ball(part)) > 0 for part in parts]
-    return positive[-2] and not parts[-1] and all(sure or not part for sure, part in zip(positive, parts, strict=True))
+def exact_value(row: Row, state: EnclosedState) -> Any:
+    """Return the exact value of a row at a state, or None where it is not known; what vanishes there is taken off."""
+    for found in (row, sharpened(row, state)):
+        if all(w is not None for c, w in zip(found, state.exact, strict=True) if c):
+            return sum(c * w for c, w in zip(found, state.exact, strict=True) if c)
+    return None
 
 
 def ball_at(row: Row, state: EnclosedState) -> Ball:
@@ -327,12 +325,16 @@ def spanned(row: Row, rows: Iterable[Row], field: ExactEntries) -> bool:
 
 def is_multiple(row: Row, other: Row, rows: Iterable[Row], field: ExactEntries) -> bool:
     """Tell whether a row is a positive multiple of another all over the box, where ``rows`` vanish (Lemma 13)."""
+    found = quotient(row, other, rows, field)
+    return found is not None and certain_sign(field.ball(found)) > 0
+
+
+def quotient(row: Row, other: Row, rows: Iterable[Row], field: ExactEntries) -> Any:
+    """Return the factor by which a row is a multiple of another all over the box, where ``rows`` vanish, or None."""
     basis = _echelon(rows, field, range(len(row)))
     row, other = _reduced(row, basis), _reduced(other, basis)
     place = next((k for k, c in enumerate(other) if c and certain_sign(field.ball(c))), None)
-    if place is None or not certain_sign(field.ball(row[place] / other[place])) > 0:
-        return False
-    return not any(_reduced(row, [(place, other)]))
+    return None if place is None or any(_reduced(row, [(place, other)])) else row[place] / other[place]
 
 
 def sharpened(row: Row, state: EnclosedState) -> Row:

@@ -28,8 +28,9 @@ pytest.importorskip("flint")
 from asympk.certify import certify, cover
 from asympk.certify.affine import _Modes
 from asympk.certify.balls import hull
-from asympk.certify.rows import EnclosedState, ExactEntries, falls_to_zero, sign_at
+from asympk.certify.rows import EnclosedState, ExactEntries, sign_at
 from asympk.certify.segments import EnclosedSegment
+from asympk.certify.zeros import order_at
 
 F, G, H, N, t = sp.symbols("F G H N t", real=True)
 x, v, y, w, c = sp.symbols("x v y w c", real=True)
@@ -672,15 +673,58 @@ def test_at_the_very_end_nothing_is_proven_where_a_guard_vanishes_at_some_points
     assert certify(until_two(0, {"x": 0, "v": 2}), {"k": (1, 2)}).obstacle == "grazing"
 
 
-@pytest.mark.further
-def test_at_the_very_end_nothing_is_proven_where_a_guard_grazes_0():
-    assert certify(falling(2, -2, 1)).obstacle == "horizon"
+def test_a_body_that_comes_down_to_its_ground_with_no_speed_at_the_very_end_is_proven_to_stay_open():
+    assert proven_as_followed(falling(2, -2, 1)).modes == ("open",)
 
 
-def test_a_polynomial_that_grazes_0_at_the_end_of_a_motion_does_not_fall_through_it():
+def test_a_zero_of_a_polynomial_has_its_order_where_the_polynomial_is_positive_before():
     entries = ExactEntries(COULOMB, (1,), {}, [])
-    assert falls_to_zero([Fraction(2), Fraction(-1), 0], Fraction(2), entries)
-    assert not falls_to_zero([Fraction(4), Fraction(-4), Fraction(1)], Fraction(2), entries)
+    for factors, end, order in [
+        (2 - c, 2, 1), ((2 - c) ** 2, 2, 2), ((2 - c) ** 3, 2, 3), ((2 - c) ** 2 * (c - 3) ** 2, 2, 2), (3 - c, 2, 0),
+        ((2 - c) ** 2 * (c - 3) ** 2, 3, 0), (-((2 - c) ** 2), 2, 0), ((c - 1) * (2 - c), 2, 0),
+    ]:
+        coefficients = [Fraction(int(k)) for k in reversed(sp.Poly(factors, c).all_coeffs())]
+        assert order_at([*coefficients, Fraction(0)], Fraction(end), entries) == order, factors
+
+
+@pytest.mark.parametrize(
+    ("push", "load", "kinetic", "static", "belt", "start", "events"),
+    [
+        (0, (t - 1) ** 2, 1, 1, 0, (0, 0), []),
+        ((t - 1) ** 2 / 10, ((t - 1) * (t - 3)) ** 2, 1, 1, 0, (0, 0), ["slip_onset", "velocity_zero"]),
+        (sp.Rational(1, 10), (2 - t) ** 3, 1, 1, 0, (0, 0), ["slip_onset", "force_zero", "velocity_zero"]),
+        (1 - (t - 1) ** 2, 1, 1, 1, 0, (0, 0), ["slip_onset"]),
+        (sp.sin(2 * t), 1, 1, 1, 0, (0, 0), []),
+        (3 * sp.sin(t) / 5 + 4 * sp.cos(t) / 5, 1, 1, 1, 0, (0, 0), []),
+        (-4 * x, 1, k, k, 1, (0, 1), ["slip_onset"]),
+        (-x, 1, k, 2 * k, 1, ("9/10", "4/5"), ["velocity_zero", "slip_onset", "velocity_zero"]),
+        (-x, 1, k, k, 1, ("9/10", "4/5"), []),
+    ],
+)
+@pytest.mark.few(3)
+def test_a_guard_that_touches_0_is_proven_to_rise_again_or_to_end_its_mode(
+    push, load, kinetic, static, belt, start, events
+):
+    """Loads, pushes at the limit of static friction, and a block that takes the speed of its belt for a moment."""
+    block = ap.System.with_frictions({x: v, v: push + F}, {}, [ap.Friction(v - belt, F, load, kinetic, static)], time=t)
+    values = {"k": "3/10"} if sp.sympify(kinetic).has(k) else {}
+    proof = proven_as_followed(ap.Scene(system=block, values=values, start=start, until=13))
+    assert [event.kind for event in proof.events][: len(events)] == events
+
+
+def test_a_box_is_proven_all_over_which_a_block_touches_the_speed_of_its_belt():
+    block = ap.System.with_frictions({x: v, v: F - x}, {}, [ap.Friction(v - 1, F, load=1, kinetic=k)])
+    scene = ap.Scene(system=block, values={"k": "3/10"}, start=(0, 1), until=20)
+    proof = certify(scene, {"k": ("1/5", "2/5")})
+    assert proof.modes == ("stick", "slip_opposite")
+    assert all(inside(proof, ap.solve(replace(scene, values={"k": end}))) for end in ("1/5", "3/10", "2/5"))
+
+
+@pytest.mark.slow
+def test_a_guard_that_touches_0_without_end_is_refused_in_a_moment():
+    shaken = ap.System.with_frictions({x: v, v: F + sp.sin(t)}, {}, [ap.Friction(v, F, load=1, kinetic=1)], time=t)
+    proof = certify(ap.Scene(system=shaken, start=(0, 0), until=10**6))
+    assert (proof.obstacle, proof.bits) == ("too many", 96)  # with more bits there are as many
 
 
 def test_the_time_is_cut_between_events_whose_wide_balls_on_a_box_overlap_at_first():
