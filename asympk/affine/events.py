@@ -9,8 +9,8 @@ The mesh is left where the sizes of the parts of all guards show that these have
 
 A value within its rounding error has no sign. Cuts avoid times with such values, and ``Undecided`` is raised where no
 other time is left. At ``until`` a guard with such a value counts as lost, because a motion that ends at an event meets
-this event. Where ``m.margin`` is 0, a guard whose least value is within its rounding error touches zero and also counts
-as lost; the same mode may follow.
+this event, unless it falls so slowly that it would be 0 much later only, as one that decays. Where ``m.margin`` is 0, a
+guard whose least value is within its rounding error touches zero and also counts as lost; the same mode may follow.
 """
 
 from collections.abc import Iterator
@@ -394,12 +394,19 @@ def _isolated(guards, lo, hi, until):
             if not pieces:
                 return None, done
         elif {*verdicts} <= {"positive", "falls"}:
+            _require_fallen(guards, fall, right)
             return _earliest(guards, fall, left, right), done
         elif (touch := _touch(guards, left, right, verdicts)) is not None:
             return touch, done
         else:
             pieces.append(_cut(guards, left, right, verdicts))
     raise Undecided
+
+
+def _require_fallen(guards, fall, right):
+    """Raise ``Undecided`` for a guard that decays, and is within its rounding error at ``until``, long before 0."""
+    if guards.m.margin and any(right.values[q] > -right.slopes[q] * right.t * _NARROW for q in fall):
+        raise Undecided
 
 
 def _touch(guards, left, right, verdicts):

@@ -448,6 +448,17 @@ def test_a_block_that_stops_exactly_at_the_end_is_followed_to_it(digits):
     assert [float(w) for w in path.final] == [0.5, 0]
 
 
+@pytest.mark.parametrize("until", [30, 32, 34, 36])
+def test_a_block_that_slows_down_for_ever_does_not_stop_at_the_end(until):
+    """Its velocity is e^-t, and within rounding at the end; the pull w, a state, is all that friction bears."""
+    x, y, v, w, F = sp.symbols("x y v w F", real=True)
+    block = ap.System.with_frictions({x: v, y: 1, v: w - v + F, w: 0}, {},
+                                     [ap.Friction(velocity=v, force=F, load=1, kinetic=sp.S.Half)])
+    path = ap.solve(ap.Scene(system=block, start={"x": 0, "y": 0, "v": 1, "w": "1/2"}, until=until))
+    assert path.modes == ("slip_same",)
+    assert path.final == pytest.approx((-np.expm1(-until), until, np.exp(-until), 0.5), rel=1e-14)
+
+
 def test_a_block_that_rests_at_zero_is_followed_in_digits_without_an_error():
     """The errors are relative to the largest state, which is 0."""
     x, v, F = sp.symbols("x v F", real=True)
