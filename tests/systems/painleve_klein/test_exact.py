@@ -634,3 +634,9 @@ def test_a_start_next_to_the_largest_double_is_followed_as_a_smaller_one():
     """P does not count beside such reactions, so that x(5) is in proportion to x(0)."""
     ends = [ap.solve(ap.Scene(1, "1e-6", (x, "1/5", -1), 5)).final[0] / x for x in (1e200, 1e305, -1e307)]
     assert ends == pytest.approx([ends[0]] * 3, rel=1e-12)
+
+
+def test_a_load_whose_share_in_its_fast_part_is_below_the_range_of_doubles_does_not_vanish():
+    """The compliance and its quotient with the start, 1/8e307, meet in a logarithm."""
+    scene = ap.Scene(sigma="-1.9", mu="1e-300", start=(1e300, 8e307, 0), until=1)
+    assert ap.solve(scene).final == pytest.approx([float(w) for w in ap.solve(scene, digits=350).final], rel=1e-12)

@@ -109,7 +109,7 @@ def _balance(base, k, fast, rate, slow, slow_rate, end):
     """Return (t, r, e^{slow_rate t} - 1) at the root, or None unless it is in (0, end) and past ``LEAST``."""
     t, r, dr, lost = 0.0, -base, -(k + slow_rate * slow), 0.0
     for _ in range(STEPS):
-        if r == 0.0 or (r > 0.0) != (fast > 0.0):
+        if not fast or r / fast <= 0.0:  # as a quotient below the range of doubles is
             return None
         step = (log(r / fast) - rate * t) / (rate - dr / r)
         t += step
