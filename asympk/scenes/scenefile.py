@@ -19,6 +19,7 @@ see ``asympk.scenes.systemfile``. A mechanism's file with ``until`` is a scene, 
 """
 
 import json
+import os
 from collections.abc import Mapping
 from fractions import Fraction
 from importlib import import_module
@@ -88,7 +89,7 @@ def _table_of(name: str, scene: Scene) -> dict[str, Any]:
 def is_file(where: str | Path) -> bool:
     """Tell whether ``where`` names a file, a pipe or a directory, which is refused as such, and no scene that ships."""
     name = str(where)
-    there = bool(name) and Path(where).exists() and not (Path(where).is_dir() and name in systems.__all__)
+    there = os.path.exists(name) and not (Path(where).is_dir() and name in systems.__all__)
     return name not in scene_names() and (name.endswith(".toml") or there)
 
 

@@ -538,6 +538,11 @@ def test_the_scene_of_a_system_has_the_name_in_its_file_or_of_its_file(tmp_path)
     assert ap.read_scene(tmp_path / "belt.toml").name == "block"
 
 
+def test_a_text_in_place_of_its_file_is_an_unknown_name_however_long_it_is():
+    with pytest.raises(UnknownName, match="is unknown; choose one of backward"):
+        ap.read_scene("sigma = 1\nmu = 1e-3\nstart = [0, 0, -1]\nuntil = 1\n" + "# for the test\n" * 300)
+
+
 def test_an_unknown_name_is_answered_with_the_nearest():
     with pytest.raises(UnknownName, match="did you mean 'backward'"):
         ap.read_scene("backwards")
