@@ -11,6 +11,8 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
+import sympy.physics.units
+import sympy.vector
 from sweeptext import parse_sweep
 from sympy.physics.mechanics import dynamicsymbols
 
@@ -66,6 +68,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
                                                            contact=ap.Contact(**GROUND)), {"force": 1}),
     "a coordinate": (lambda q: ap.Mechanism.from_lagrangian(LAGRANGIAN, (X, Y, q), contact=ap.Contact(**GROUND)),
                      {"q": theta}),
+    "Contact": (ap.Contact, {**GROUND, "static": 2}),
     "gap": (lambda gap: ap.Contact(**{**GROUND, "gap": gap}), {"gap": Y}),
     "slip": (lambda slip: ap.Mechanism.from_lagrangian(LAGRANGIAN, (X, Y, theta),
                                                        contact=ap.Contact(**{**GROUND, "slip": slip})), {"slip": X}),
@@ -87,6 +90,7 @@ WRONG = {
     "a friction": ap.Friction(**FRICTION),
     "no number of numpy": np.float32("nan"), "an interval": mpmath.iv.mpf([0, 1]),
     "a decimal of many digits": Decimal("1e99999"), "an integer symbol": sp.Symbol("q", integer=True),
+    "a unit": sp.physics.units.meter, "a vector": sp.vector.CoordSys3D("C").i, "a root": sp.CRootOf(x**5 - x - 1, 0),
     "a tiny fraction": Fraction(1, 10**400), "a range of sympy": sp.Range(3), "a set of sympy": sp.Interval(0, 1),
 }
 

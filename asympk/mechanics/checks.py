@@ -118,7 +118,7 @@ def check_bounds(contact: Any) -> None:
         given = f"friction = {short(contact.friction)}, load = {short(contact.load)}"
         raise InputError(f"contact: {given}: friction must not be negative, its load must be positive")
     if (contact.static - contact.friction).is_negative:
-        raise InputError(f"contact: static = {contact.static} is below friction = {contact.friction}")
+        raise InputError(f"contact: static = {short(contact.static)} is below friction = {short(contact.friction)}")
 
 
 def _check_sizes(kinetics: Kinetics) -> None:

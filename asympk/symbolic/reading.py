@@ -12,6 +12,7 @@ from asympk.formulas import UNEVALUATED, fractional_part
 from asympk.numbers import as_fraction, number, numbers, require_finite, require_sizes, short, unread
 from asympk.symbolic.long import DIGITS, atoms
 
+_PLAIN = (sp.Function, sp.Pow, sp.Symbol, sp.Number, sp.NumberSymbol, type(sp.I), type(sp.zoo))
 
 def rational(name: str, value: Any) -> sp.Rational:
     """Return a number as the rational that it is exactly; raises ``InputError`` as ``numbers.number`` does."""
@@ -66,7 +67,8 @@ def entries_of(name: str, value: Any, entries: str) -> tuple:
 def expression(name: str, value: Any) -> sp.Basic:
     """Return a SymPy object, or a number as one, with remainders for fractional parts (``fractional_part``).
 
-    Raises ``InputError`` for a string or a container, and for a function in it of a constant beyond doubles.
+    Raises ``InputError`` for a string or a container, and for a unit, a vector, a ``CRootOf`` or a function of a constant
+    beyond doubles in it.
     """
     if isinstance(value, Decimal):
         number(name, value)  # refuses one of too many digits
@@ -76,11 +78,14 @@ def expression(name: str, value: Any) -> sp.Basic:
         found = sp.sympify(value, strict=True)
     except (sp.SympifyError, TypeError, ValueError, NotImplementedError):
         raise InputError(f"{name} = {short(value)}: it must be a SymPy expression or a number") from None
-    functions = atoms(found, sp.Function, sp.Pow)
-    for part in functions:
+    parts = atoms(found, sp.Function, sp.Pow, sp.AtomicExpr, sp.CRootOf)
+    for part in parts:
+        if not isinstance(part, _PLAIN):
+            raise InputError(f"{name} = {short(value)}: {short(part)} is neither a plain number nor a "
+                             "Symbol; write one of these, of a root its .evalf(20)")
         if part.is_number:
             require_sizes(f"{name}: its constant", part, part)  # SymPy evaluates it to write a sum with it
-    return found.replace(sp.frac, fractional_part) if any(isinstance(part, sp.frac) for part in functions) else found
+    return found.replace(sp.frac, fractional_part) if any(isinstance(part, sp.frac) for part in parts) else found
 
 
 def real_expression(name: str, value: Any) -> sp.Expr:
