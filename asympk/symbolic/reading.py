@@ -67,8 +67,8 @@ def entries_of(name: str, value: Any, entries: str) -> tuple:
 def expression(name: str, value: Any) -> sp.Basic:
     """Return a SymPy object, or a number as one, with remainders for fractional parts (``fractional_part``).
 
-    Raises ``InputError`` for a string or a container, and for a unit, a vector, a ``CRootOf`` or a function of a constant
-    beyond doubles in it.
+    Raises ``InputError`` for a string or a container, and for a unit, a vector, a ``CRootOf`` or a function of a
+    constant beyond doubles in it.
     """
     if isinstance(value, Decimal):
         number(name, value)  # refuses one of too many digits
