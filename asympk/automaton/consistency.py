@@ -30,6 +30,7 @@ from asympk.automaton.modes import GuardedMode, mode_of
 from asympk.errors import InputError, Undecided
 from asympk.symbolic import branches
 from asympk.symbolic.branches import OPEN, Branch, Guard, Phase
+from asympk.symbolic.forces import is_carried
 from asympk.symbolic.long import replaced
 from asympk.symbolic.penetration import with_finite_powers
 from asympk.symbolic.system import System
@@ -363,8 +364,10 @@ def stands_still(here: Junction, mode: GuardedMode) -> bool:
 
 
 def stays(here: Junction, mode: GuardedMode, guard: int) -> bool:
-    """Tell whether a guard that vanishes stays 0: the states behind it stand still, or the mode keeps its zeros."""
-    value = mode.guards[guard].value
+    """Tell whether a guard that vanishes stays 0: others carry it, all behind it rests, or the mode keeps its zeros."""
+    kind, friction, value, *_ = mode.guards[guard]
+    if kind == "velocity_zero" and is_carried(mode.system, branches.bare(mode.branch), friction):
+        return True
     rates = mode.rates_behind(value)
     still = (rates is not None and all_vanish(here, rates)) or mode.keeps(value)
     return still or vanish_on_plane(here, mode, (value,))

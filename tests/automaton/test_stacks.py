@@ -161,6 +161,25 @@ def test_frictions_whose_velocities_are_multiples_are_one_of_the_sum_of_their_bo
     assert any(event.kind == "slip_onset" for event in paths[0].events)
 
 
+@pytest.mark.slow
+def test_frictions_along_one_direction_that_turns_by_long_rates_are_one_of_the_sum_of_their_bounds():
+    a, b, u, v, one, other = sp.symbols("a b u v F_1 F_2", real=True)
+    slip, load = u * sp.cos(a) + v * sp.sin(a), 2 + sp.sin(a * b) * sp.exp(u) / (3 + v**2 + u * v)
+    rates = {
+        a: b,
+        b: sp.cos(u * v) * sp.sin(a * b) / (2 + sp.cos(a + b)),
+        u: sp.cos(3 * a) - b**2 * sp.sin(b) * sp.cos(u * v) / (1 + a**2),
+        v: sp.exp(-a) + sp.sin(u + b) * sp.exp(u * v),
+    }
+    ends = []
+    for force, bounds in ((one, {one: load + 1 + b**2}), (one + other, {one: load, other: 1 + b**2})):
+        pushed = rates | {u: rates[u] + force * sp.cos(a), v: rates[v] + force * sp.sin(a)}
+        system = ap.System.with_frictions(pushed, {}, [ap.Friction(slip, f, bound, 1) for f, bound in bounds.items()])
+        ends.append(ap.solve(ap.Scene(system=system, values={}, start=["1/2", "1/5", "-3/10", 0], until="1/2")))
+    assert [path.modes[-1] for path in ends] == ["stick", "stick+slip_same"]
+    assert ends[1].final == pytest.approx(ends[0].final, rel=1e-12)
+
+
 @pytest.mark.parametrize("way", [{}, {"digits": 20}, {"method": "radau"}])
 @pytest.mark.parametrize("bounds", [("7/10", "1/2"), ("1/2", "7/10")])
 @pytest.mark.few(2)
