@@ -233,7 +233,9 @@ def _dependent(system: "System") -> frozenset[int]:
 @lru_cache(maxsize=1024)
 def _is_combination(system: "System", some: frozenset[int], k: int) -> bool | None:
     """Tell whether the velocity of friction k is a combination of those of ``some``; None where they are too long."""
-    velocities = [system.frictions[j].velocity for j in (*sorted(some), k)]
+    *others, own = velocities = [system.frictions[j].velocity for j in (*sorted(some), k)]
+    if any((own / other).is_number for other in others):
+        return True
     if any(map(heavy, velocities)):  # before they are expanded
         return None
     rows = sp.Matrix([_affine_row(system, velocity) for velocity in velocities])

@@ -162,9 +162,11 @@ def test_frictions_whose_velocities_are_multiples_are_one_of_the_sum_of_their_bo
 
 
 @pytest.mark.slow
-def test_frictions_along_one_direction_that_turns_by_long_rates_are_one_of_the_sum_of_their_bounds():
+@pytest.mark.parametrize("scale", [1, "sqrt(25 + cos(a)**2) + a*b/3"])
+def test_frictions_along_one_direction_that_turns_by_long_rates_are_one_of_the_sum_of_their_bounds(scale):
     a, b, u, v, one, other = sp.symbols("a b u v F_1 F_2", real=True)
-    slip, load = u * sp.cos(a) + v * sp.sin(a), 2 + sp.sin(a * b) * sp.exp(u) / (3 + v**2 + u * v)
+    slip = (u * sp.cos(a) + v * sp.sin(a)) / sp.sympify(scale, locals={"a": a, "b": b})
+    load = 2 + sp.sin(a * b) * sp.exp(u) / (3 + v**2 + u * v)
     rates = {
         a: b,
         b: sp.cos(u * v) * sp.sin(a * b) / (2 + sp.cos(a + b)),
