@@ -13,6 +13,7 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
+from matplotlib.collections import LineCollection
 
 import asympk as ap
 from asympk.certify import certify
@@ -563,6 +564,14 @@ def test_a_phase_picture_of_forces_in_time_names_the_time_of_its_field():
     (axis,) = ap.phase(driven).axes
     assert axis.get_title() == "the field at tau = 0"
     assert ap.phase(SPRING).axes[0].get_title() == ""
+
+
+@pytest.mark.parametrize(("load", "streamed"), [(1, True), (1 + F / 4, False)])
+def test_a_phase_picture_has_no_field_of_a_load_that_contains_its_own_force(load, streamed):
+    guide = ap.Friction(velocity=v, force=F, load=load, kinetic=sp.Rational(1, 2))
+    block = ap.System.with_frictions({x: v, v: -x + F}, {}, [guide])
+    (axis,) = ap.phase(ap.Scene(system=block, start={x: 3, v: 0}, until=5)).axes
+    assert any(isinstance(part, LineCollection) for part in axis.collections) == streamed
 
 
 def test_a_rate_is_set_as_its_greek_letter_with_a_prime():

@@ -93,12 +93,10 @@ def _samples(scene, width, settings, times):
 
 @lru_cache(maxsize=64)
 def _functions(system, width):
-    """Return the field and its Jacobian with the forces substituted; raises ``InputError`` for contacts that open."""
+    """Return the field and its Jacobian with the forces substituted; raises ``InputError`` as ``slipping_rates``."""
     def direction(velocity):
         return sp.sign(velocity) if width is None else sp.tanh(velocity / exact_constant("eps", width))
 
-    if any(f.gap is not None or f.rigid for f in system.frictions):
-        raise InputError("one right-hand side has no contacts that open; use a method with events, such as 'lsoda'")
     rates = slipping_rates(system, direction)
     jacobian = tuple(slope_by(rate, s) for rate in rates for s in system.states)
     return function(system, rates, "math", math), function(system, jacobian, "math", math)
@@ -107,8 +105,10 @@ def _functions(system, width):
 def slipping_rates(system: System, direction: Callable[[sp.Expr], sp.Expr]) -> tuple[sp.Expr, ...]:
     """Return the rates of a system with F = -kinetic |load| direction(v), and the loads for reactions.
 
-    Raises ``InputError`` where a load contains its own force.
+    Raises ``InputError`` for contacts that open or are rigid, and where a load contains its own force.
     """
+    if any(f.gap is not None or f.rigid for f in system.frictions):
+        raise InputError("one right-hand side has no contacts that open; use a method with events, such as 'lsoda'")
     forces = {f.force: -f.kinetic * sp.Abs(f.load) * direction(f.velocity) for f in system.frictions}
     forces |= {f.normal: f.load for f in system.frictions if f.normal is not None}
     rates = tuple(rate.subs(forces) for rate in system.rates.values())

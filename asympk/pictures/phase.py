@@ -35,9 +35,10 @@ def phase(
     """Draw the motion of a scene or a path over the two states with the names ``x`` and ``y``; the rod's load is s.
 
     By default these are the first and the last state, and for the rod load and velocity, s and z or R and u. If the
-    system has only two states, its field is drawn too, with the lines on which a sliding velocity vanishes. Of a
-    ``System`` of two states, only the field is drawn, with ``values`` for the parameters. ``window`` is ((left, right),
-    (low, high)). Raises ``InputError``, ``UnknownName`` for an unknown state, and the errors of ``solve``.
+    system has only two states, its field is drawn too, with the lines on which a sliding velocity vanishes; where
+    contacts open, or a load contains its own force, these lines alone. Of a ``System`` of two states, only this is
+    drawn, with ``values`` for the parameters. ``window`` is ((left, right), (low, high)). Raises ``InputError``,
+    ``UnknownName`` for an unknown state, and the errors of ``solve``.
     """
     sheet = sheets(file)
     if not isinstance(what, Scene | Path | System):
@@ -108,10 +109,11 @@ def _field(axis: Any, system: System, parameters: tuple, window: Any, pair: tupl
     velocities = tuple(friction.velocity for friction in system.frictions)
     for values in _evaluated(system, velocities, points, parameters):
         _zeros(axis, across, down, values, style.BLACK, "-")
-    if any(f.gap is not None or f.rigid for f in system.frictions):
+    try:
+        rates = slipping_rates(system, sp.sign)
+    except InputError:  # contacts that open, or a load that contains its own force: there is no one field
         return
-    rates = _evaluated(system, slipping_rates(system, sp.sign), points, parameters)
-    flow = dict(zip(system.states, rates, strict=True))
+    flow = dict(zip(system.states, _evaluated(system, rates, points, parameters), strict=True))
     named = {s.name: rate for s, rate in flow.items()}
     axis.streamplot(across, down, named[pair[0]], named[pair[1]], color="0.75", linewidth=0.5, arrowsize=0.5,
                     density=0.9)
