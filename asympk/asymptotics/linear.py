@@ -93,6 +93,8 @@ def linear(system: System) -> Linear:
     if len(slow) != 1 or len(fast) != 1:
         raise NotDerivable(f"slow states {slow} and fast states {fast}: a jump is derived for one of each; the limit "
                            f"of an elastic contact is jump_law() of its mechanism, {IN_NUMBERS}")
+    if f.load.has(f.force):
+        raise NotDerivable(f"the load {short(f.load)} contains its own force: a jump is derived without; {IN_NUMBERS}")
     if law.has(system.small):
         raise NotDerivable(f"the small parameter {system.small} is in the rates or in the friction: a jump is derived "
                            f"without; {IN_NUMBERS}")

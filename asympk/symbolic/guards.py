@@ -20,6 +20,7 @@ from asympk.symbolic.branches import (
     awake,
     drive,
     held,
+    is_pushed,
     lifts,
     never_negative,
     one_per_mode,
@@ -101,10 +102,15 @@ def _fields(system: "System", branch: Branch) -> tuple[Rates, Rates]:
 
 
 def where(system: "System", branch: Branch) -> sp.Basic:
-    """Return the condition on the states under which the mode holds, for both pairs of signs that its name covers."""
+    """Return the condition on the states under which the mode holds, for both pairs of signs that its name covers.
+
+    The load of a rigid contact is its reaction, by its symbol; forces in other loads are those of the mode.
+    """
     conditions = []
-    for friction, phase in zip(system.frictions, branch, strict=True):
+    for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
         v, load = friction.velocity, friction.load
+        if not friction.rigid and is_pushed(system, k):
+            load = _put(system, branch, load, forces(system, awake(branch)))
         if phase == OPEN:
             conditions.append(friction.gap > 0)
             continue

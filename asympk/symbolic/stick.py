@@ -121,8 +121,8 @@ def stick_regions(system: System) -> StickRegions:
 
     Where the drive is linear in the load s the regions are unions of intervals of s, with ends in the parameters and
     the other states; otherwise the regions are conditions on the states. Raises ``NotDerivable`` unless the system has
-    one friction, of a contact that is not rigid, and its velocity vanishes for one value of a state; ``InputError``
-    where static friction is below kinetic friction for all parameters allowed.
+    one friction, of a contact that is not rigid and whose load does not contain its force, and its velocity vanishes
+    for one value of a state; ``InputError`` where static friction is below kinetic friction for all parameters allowed.
     """
     cone, moving = friction_cone(system), {*system.states, system.time}
     reduced = _in_load(cone, moving)
@@ -148,6 +148,9 @@ def friction_cone(system: System) -> Cone:
             "the reaction of a rigid contact depends on the mode, so that stick and slip may both or neither be "
             "possible; count them with motions(), or take the elastic contact"
         )
+    if friction.load.has(friction.force):
+        raise NotDerivable(f"the load {short(friction.load)} contains its own force {friction.force}, which depends on "
+                           "the mode: regions need a load in states and parameters")
     still = plane_of_rest(system)
     for bound in (friction.kinetic, friction.static):
         if bound.subs(still).has(*NOT_FINITE):

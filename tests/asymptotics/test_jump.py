@@ -415,6 +415,14 @@ def test_a_small_parameter_in_the_rates_is_named_as_what_a_jump_map_is_derived_w
             jump_map(_heavier(3, more))
 
 
+def test_a_load_that_contains_its_own_force_is_named_as_what_a_jump_map_is_derived_without():
+    """It ended in a TypeError."""
+    fed_back = System.with_friction({x: y}, {y: 1 - 2 * (x + y) + F}, velocity={z: 1 - (x + y) + F}, force=F,
+                                    load=x + y + F / 8, kinetic=sp.Rational(1, 2), small=mu)
+    with pytest.raises(NotDerivable, match="contains its own force"):
+        jump_map(fed_back)
+
+
 def test_an_unknown_symbol_in_the_start_is_refused():
     with pytest.raises(ap.errors.InputError, match="q is not a state or parameter of start"):
         jump_map(SYSTEM, 0, {sp.Symbol("q"): 1})

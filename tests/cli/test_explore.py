@@ -405,6 +405,17 @@ def test_a_slow_manifold_is_drawn_where_it_has_a_height_alone():
     assert curve["points"] == [[1, 0], [2, math.log(2)]]
 
 
+def test_a_slow_manifold_is_drawn_where_the_load_contains_its_own_force():
+    """An argument F of the condition of its mode was said to be missing."""
+    x, y, v, force = sp.symbols("x y v F", real=True)
+    contact = ap.Friction(velocity=v, force=force, load=x + y + force / 8, kinetic=sp.S.Half)
+    rates = {x: y, v: 1 - x - y + force}
+    system = ap.System.with_frictions(rates, {y: 1 - 2 * (x + y) + force}, [contact], sp.Symbol("mu", positive=True))
+    scene = ap.Scene(system=system, values={"mu": "1/100"}, start={"x": 0, "y": 0, "v": 1}, until=1)
+    (curve,) = surroundings(scene, ["x", "y"], [-1, 0, 1], [-1, 1])
+    assert curve["points"] == [[u, pytest.approx(17 / 42 - u)] for u in (-1, 0, 1)]
+
+
 @pytest.mark.parametrize("velocity_first", [False, True])
 def test_the_part_that_sticks_lies_on_the_switching_surface_whatever_the_order_of_the_states(velocity_first):
     """With the velocity first the surface was drawn where a velocity linear in the position would vanish."""

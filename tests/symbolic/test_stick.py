@@ -218,6 +218,13 @@ def test_what_jumps_where_the_velocity_vanishes_has_no_stick_regions(block):
         ap.stick_regions(block)
 
 
+def test_a_load_that_contains_its_own_force_has_no_stick_regions():
+    """The edges of stick were told in terms of the force, as |x| <= |F/4 + 1|/2."""
+    block = ap.System.with_frictions({x: v, v: F - x}, {}, [ap.Friction(v, F, 1 + F / 4, sp.Rational(1, 2))])
+    with pytest.raises(NotDerivable, match=r"the load F/4 \+ 1 contains its own force F"):
+        ap.stick_regions(block)
+
+
 @pytest.mark.parametrize("kinetic", ["1/abs(v)", "Piecewise((1, v > 0), (2, v < 0))"])
 def test_friction_without_a_finite_value_at_rest_has_no_regions(kinetic):
     x, v, F = sp.symbols("x v F", real=True)

@@ -36,6 +36,16 @@ def _two_blocks(push):
     return System.with_frictions({z: push - x, y: N, x: z}, {}, frictions)
 
 
+def test_a_mode_of_a_load_that_contains_its_own_force_holds_where_this_load_says():
+    """In slip F = -+N/2 of N = x + y + F/8, so N = (x + y)/(1 +- 1/16); at rest F = x + y - 1. F stood in all three."""
+    system = _oscillator(load=x + y + F / 8, velocity={z: 1 - x - y + F}, kinetic=sp.Rational(1, 2), static=None)
+    same, opposite, stick = (mode.where for mode in system.modes)
+    assert (same, opposite) == (z * (16 * x / 17 + 16 * y / 17) > 0, z * (16 * x / 15 + 16 * y / 15) < 0)
+    loads = (sp.Rational(1, 2), sp.Rational(3, 4), 2, 3)
+    told = [stick.subs({x: s, y: 0, z: 0}) == sp.true for s in loads]
+    assert told == [abs(s - 1) <= abs(9 * s - 1) / 16 for s in loads] == [False, True, True, False]
+
+
 def test_each_mode_is_the_field_with_its_own_friction_force():
     system = _oscillator()
     forces = {"slip_same": -k * (x + y), "slip_opposite": k * (x + y), "stick": x - 2}
