@@ -143,6 +143,13 @@ class _NumPy(_Quick, NumPyPrinter):
 
     _print_Min = _print_Max
 
+    def _print_And(self, expr):
+        """Print conditions joined one by one: SymPy's ``reduce`` of them takes no number beside an array."""
+        join = self._module_format("numpy.logical_and" if isinstance(expr, sp.And) else "numpy.logical_or")
+        return reduce(lambda a, b: f"{join}({a}, {b})", map(self._print, expr.args))
+
+    _print_Or = _print_And
+
     def _print_ITE(self, expr):
         """Print a choice between conditions, as of a Piecewise in a condition; SymPy chooses between numbers."""
         return self._print(expr.to_nnf(simplify=False))

@@ -201,6 +201,14 @@ def test_a_largest_or_smallest_of_arguments_in_c_is_nan_where_one_of_them_is(tmp
     assert math.isnan(functions[2](-2.0))  # of the logarithm alone
 
 
+def test_conditions_of_numbers_beside_arrays_hold_element_by_element():
+    """A condition that numbers alone decide, joined to one of arrays, ended in a ValueError of NumPy."""
+    t, x = sp.symbols("t x")
+    for condition in (sp.And(t > 0, x > 1), sp.Or(t < 0, x > 1)):
+        chosen = lower((t, x), sp.Piecewise((1, condition), (0, True)), "numpy", branching=True)
+        assert chosen(0.5, np.array([1.0, 2.0])).tolist() == [0, 1]
+
+
 @pytest.mark.parametrize("target", ["numpy", "math", "mpmath"])
 def test_a_largest_or_smallest_of_arguments_is_no_number_where_one_of_them_is_none(target):
     y, z = sp.symbols("y z", real=True)
