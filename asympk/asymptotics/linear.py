@@ -17,6 +17,7 @@ from asympk.asymptotics.layers import LinearField
 from asympk.errors import NotDerivable
 from asympk.formulas import NOT_FINITE
 from asympk.numbers import short
+from asympk.symbolic.branches import is_pushed
 from asympk.symbolic.system import System
 
 IN_NUMBERS = "solve(scene, method='jump', order=n) follows any slow-fast system in numbers"
@@ -93,7 +94,7 @@ def linear(system: System) -> Linear:
     if len(slow) != 1 or len(fast) != 1:
         raise NotDerivable(f"slow states {slow} and fast states {fast}: a jump is derived for one of each; the limit "
                            f"of an elastic contact is jump_law() of its mechanism, {IN_NUMBERS}")
-    if f.load.has(f.force):
+    if is_pushed(system, 0):
         raise NotDerivable(f"the load {short(f.load)} contains its own force: a jump is derived without; {IN_NUMBERS}")
     if law.has(system.small):
         raise NotDerivable(f"the small parameter {system.small} is in the rates or in the friction: a jump is derived "

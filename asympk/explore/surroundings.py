@@ -170,8 +170,6 @@ def _rest(system: System) -> tuple[int, Any] | None:
         rule, ((state, rest),) = friction_cone(system).rule("stick"), plane_of_rest(system).items()
     except NotDerivable:
         return None
-    if not rule.free_symbols <= {*system.states, *system.parameters, system.time}:  # a reaction is not known here
-        return None
     return system.states.index(state), function(system, (rest, _holds(rule)), "numpy", np)
 
 

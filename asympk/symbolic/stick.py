@@ -22,7 +22,7 @@ from asympk.errors import InputError, NotDerivable
 from asympk.formulas import NOT_FINITE
 from asympk.numbers import short
 from asympk.shown import Card, ShownAsFormulas
-from asympk.symbolic.branches import rate_along, with_direction
+from asympk.symbolic.branches import is_pushed, rate_along, with_direction
 from asympk.symbolic.conditions import with_implied_bounds
 from asympk.symbolic.long import heavy
 from asympk.symbolic.reading import spare
@@ -148,9 +148,9 @@ def friction_cone(system: System) -> Cone:
             "the reaction of a rigid contact depends on the mode, so that stick and slip may both or neither be "
             "possible; count them with motions(), or take the elastic contact"
         )
-    if friction.load.has(friction.force):
-        raise NotDerivable(f"the load {short(friction.load)} contains its own force {friction.force}, which depends on "
-                           "the mode: regions need a load in states and parameters")
+    if is_pushed(system, 0):
+        raise NotDerivable(f"the load {short(friction.load)} contains its own force, which depends on the mode: "
+                           "regions need a load in states and parameters")
     still = plane_of_rest(system)
     for bound in (friction.kinetic, friction.static):
         if bound.subs(still).has(*NOT_FINITE):

@@ -221,7 +221,7 @@ def test_what_jumps_where_the_velocity_vanishes_has_no_stick_regions(block):
 def test_a_load_that_contains_its_own_force_has_no_stick_regions():
     """The edges of stick were told in terms of the force, as |x| <= |F/4 + 1|/2."""
     block = ap.System.with_frictions({x: v, v: F - x}, {}, [ap.Friction(v, F, 1 + F / 4, sp.Rational(1, 2))])
-    with pytest.raises(NotDerivable, match=r"the load F/4 \+ 1 contains its own force F"):
+    with pytest.raises(NotDerivable, match=r"the load F/4 \+ 1 contains its own force"):
         ap.stick_regions(block)
 
 
