@@ -41,7 +41,7 @@ from asympk.symbolic.coefficients import name_of, with_names
 from asympk.symbolic.sides import on_sides
 from asympk.symbolic.system import Mode, System
 
-STEPS = 3000
+STEPS, FEW_STEPS = 3000, 200
 FAR = 1e12
 FAR_OFF = 0.5  # the largest Newton step to the manifold, relative to the fast states, at which a layer may soon be over
 IN_FAST = 0.01  # mu times the error of a fast state, in units of the tolerance: the slow states feel this product
@@ -236,14 +236,14 @@ def through_layer(task: Task, path: MatchedPath, least: float = 0.0) -> MatchedP
         path, least = path.met(task, guard, t, state, stretch), 0.0
 
 
-def to_the_end(task: Task, slow: Slow, path: MatchedPath, most: int) -> tuple | None:
-    """Return the last state of a path that stays in its mode, by at most ``most`` steps of the full equations.
+def to_the_end(task: Task, slow: Slow, path: MatchedPath) -> tuple | None:
+    """Return the last state of a path that stays in its mode, by at most ``FEW_STEPS`` steps of the full equations.
 
     None is returned where they are too few, or the rates have no value.
     """
     span, state = 0.0, path.state
     with suppress(ArithmeticError, ValueError):
-        for step, _ in islice(_watched_steps(task, path.mode, slow, path, task.rtol), most):
+        for step, _ in islice(_watched_steps(task, path.mode, slow, path, task.rtol), FEW_STEPS):
             span, state = step.after, step.end[: len(path.state)]
     return state if span == task.until - path.t else None
 

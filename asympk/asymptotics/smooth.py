@@ -45,7 +45,6 @@ FADED = 2 * OVER  # the relaxation times, without what mu adds to their rate, af
 UNSURE = 1.25  # what is left of a layer is estimated up to a factor 1 + O(mu), beside what its own way changes
 EARLY = 1 / 8  # the share of the time of a layer after which it fades as near its end
 FIRST, NEARLY = (0.0, *(2.0**k for k in range(-6, 0))), 0.1  # shares of that time at which it may be near the branch
-SOON = 200  # the most steps of the full equations from such a time to ``until``
 FINEST, COARSEST = 1e-13, 1e-7  # bounds of the tolerance of the integrations
 FINER = 1e-5  # the tolerance of the integrations in units of mu^(n + 1)
 ROUGH = 1e-6  # the tolerance of the motion that tells the branch at the given mu, and the distance between branches
@@ -259,7 +258,7 @@ def _continued(
     looks = ((t, motion.states_to_each(t) + motion.layer(t)) for t in times)
     for (t, composites), (_, earlier) in pairwise(looks):
         if _falls(composites) and _falls(earlier):
-            ends = [matched.to_the_end(finely, slowly, replace(begun, t=t, state=tuple(state)), SOON)
+            ends = [matched.to_the_end(finely, slowly, replace(begun, t=t, state=tuple(state)))
                     for state in composites[1:].tolist()]
             first, second = np.abs(np.diff(composites, axis=0))
             ratio = np.max(second[first > 0] / first[first > 0], initial=STEADY)

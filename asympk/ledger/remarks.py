@@ -41,7 +41,7 @@ def sign_of_the_cosine() -> Iterator[Check]:
     "it is enough, not necessary: with h falling like the root of 1/k, a fixed damping ratio, the damper takes as much",
 )
 def held_damping() -> Iterator[Check]:
-    power = sp.expand(sp.diff(_energy(), pk.x) * pk.y + _power_of_forces("stick"))
+    power = sp.expand(sp.diff(_energy(), pk.x) * pk.y + _power_of_forces())
     yield symbolic("in stick friction does no work and the energy falls by mu y^2", power == -pk.mu * pk.y**2, power)
     found = ratios(lambda mu: _lost_in_stick(_BELOW, mu, 1), lambda mu: Fraction(1, 8))
     yield numeric("what one stick takes of z0^2/2 over sigma^2/(sigma + 1)^2, h held", *tends_to_one(found))
@@ -55,9 +55,9 @@ def _energy():
     return (pk.z**2 + (pk.z - pk.mu * pk.y) ** 2 + pk.mu * pk.x**2) / 2
 
 
-def _power_of_forces(name):
-    """Return the rate of the energy in a mode by y and z, less the work of the force P, at z = 0."""
-    mode = pk.system().mode(name)
+def _power_of_forces():
+    """Return the rate of the energy in stick by y and z, less the work of the force P, at z = 0."""
+    mode = pk.system().mode("stick")
     rate = sp.diff(_energy(), pk.y) * mode.fast[pk.y] / pk.mu + sp.diff(_energy(), pk.z) * mode.slow[pk.z]
     return sp.expand(rate.subs(pk.z, 0))
 

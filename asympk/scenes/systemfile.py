@@ -128,7 +128,7 @@ def read_system(table: Any, parameters: Any) -> System:
     slow_rates, fast_rates = ({symbols[s]: read_formula(rate, symbols, f"the rate of {s}") for s, rate in part.items()}
                               for part in (slow, fast))
     small, time = (symbols[table[key]] if key in table else None for key in ("small", "time"))
-    assumed = [read_relation(a, symbols) for a in _list(table.get("assumptions", []), "system.assumptions")]
+    assumed = [read_relation(a, symbols) for a in _assumptions(table)]
     found = [_friction(f, symbols, k) for k, f in enumerate(frictions)]
     return System.with_frictions(slow_rates, fast_rates, found, small, time, sp.And(*assumed))
 
@@ -177,7 +177,7 @@ def _catalogued(name: str) -> System:
     return import_module(f"asympk.systems.{name}").system()
 
 
-def _list(value: Any, what: str) -> list:
-    if not isinstance(value, list):
-        raise InputError(f"{what} must be a list of strings")
-    return value
+def _assumptions(table: dict) -> list:
+    if not isinstance(given := table.get("assumptions", []), list):
+        raise InputError("system.assumptions must be a list of strings")
+    return given
