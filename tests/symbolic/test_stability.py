@@ -5,6 +5,7 @@ import sympy as sp
 
 from asympk.errors import InputError, NotDerivable, OrderError
 from asympk.symbolic import stability
+from asympk.symbolic.manifold import slow_manifolds
 from asympk.symbolic.system import Friction, System
 from asympk.systems import painleve_klein as pk
 
@@ -190,6 +191,15 @@ def test_a_rate_that_is_no_polynomial_in_mu_has_a_spectrum_to_leading_order(rate
     (found,) = stability.eigenvalues(System.smooth({x: -x * rate}, {y: x - 3 * y}, m))
     assert found.slow_rates == (slow,)
     assert found.fast_rates == (-3,)
+
+
+def test_a_spectrum_with_a_root_of_the_states_as_a_factor_has_its_eigenvalues():
+    """On y = asin(x) the Jacobian of x - sin(y) is -sqrt(1 - x^2); to show it ended in a TypeError."""
+    x, y, mu = sp.symbols("x y mu", real=True)
+    system = System.smooth({x: 1 - x}, {y: x - sp.sin(y)}, mu)
+    found = {m.branch[y]: s for m in slow_manifolds(system, order=0) for s in stability.eigenvalues(system, on=m)}
+    assert {branch: (s.slow_rates, s.fast_rates) for branch, s in found.items()} == {
+        sp.asin(x): ((-1,), (-sp.sqrt(1 - x**2),)), sp.pi - sp.asin(x): ((-1,), (sp.sqrt(1 - x**2),))}
 
 
 @pytest.mark.parametrize(("slow", "fast"), [(1 / m, 1), (1, 1 / m)])
