@@ -202,25 +202,35 @@ def _follow_on(
 
 def _going_on(here: Junction, tried: Tried) -> Branch:
     """Return the one branch that follows; raises ``NoMotion``, ``TwoMotions``, ``Undecided``, ``UnboundedReaction``."""
-    consistent: dict[Branch, list[int]] = {}
+    consistent, doubts = dict[Branch, list[int]](), dict[Branch, Undecided]()
     for branch, keys in tried.items():
-        still = None if keys is None else staying(here, mode_of(here.system, branch), keys)
+        try:
+            still = None if keys is None else staying(here, mode_of(here.system, branch), keys)
+        except Undecided as error:
+            doubts[branch], still = error, None
         if still is not None:
             consistent[branch] = still
     firm = consistent
     if len(consistent) > 1:
         firm = {branch: still for branch, still in consistent.items() if not breaks_loose(here, branch)} or consistent
     held = branches.at_rest(here.before or ()) - {k for _, k in here.lost}
-    left = branches.most_at_rest(branches.most_at_rest(firm, held))
+    left = branches.most_at_rest(branches.most_at_rest([*firm, *doubts], held))
+    for branch, doubt in doubts.items():
+        if branch in left or _presses_otherwise(here, branch, left):
+            raise doubt
     if len(left) > 1 and all(stands_still(here, mode_of(here.system, branch)) for branch in left):
         return _idle(here, left[0], consistent[left[0]])
-    others = [b for b in firm if all(branches.presses_otherwise(here.system, b, other) for other in left)]
+    others = [branch for branch in firm if _presses_otherwise(here, branch, left)]
     branch = _chosen(here, {branch: consistent[branch] for branch in [*left, *others]})
     _require_one_way(here, branch, tried)
     _require_shared(here, branch, consistent[branch])
     _require_uncritical(here, branch, tried)
     _require_opposing(here, branch)
     return _idle(here, branch, consistent[branch])
+
+
+def _presses_otherwise(here: Junction, branch: Branch, left: list[Branch]) -> bool:
+    return all(branches.presses_otherwise(here.system, branch, other) for other in left)
 
 
 def _idle(here: Junction, branch: Branch, still: list[int]) -> Branch:

@@ -101,7 +101,21 @@ class GuardedMode:
             own = {guard.key: guard for guard in guards.guards(self.sided, self.branch)}
             found = tuple(own.get(guard.key, guard) for guard in found)  # as many on every side
         ends = (Guard(SWITCH, NO_FRICTION, on_sides(edge, self.sides)) for edge in self.edges)
-        return (*(guard._replace(value=self._placed(guard.value)) for guard in found), *ends)
+        placed = (guard._replace(value=self._placed(guard.value)) for guard in found)
+        return (*(self._beside_rest(guard) if guard.kind == "velocity_zero" else guard for guard in placed), *ends)
+
+    def _beside_rest(self, guard: Guard) -> Guard:
+        """Return the guard of a velocity without the states that velocities at rest give, as multiples of these are 0.
+
+        The digits of a small difference of two velocities are lost where the numbers are subtracted.
+        """
+        value = guard.value
+        for rest in (self.velocities[k] for k in sorted(branches.at_rest(self.branch))):
+            slopes = ((slope_by(rest, s), slope_by(value, s)) for s in self.system.states if rest.has_free(s))
+            share = next((b / a for a, b in slopes if a.is_number), sp.S.Zero)
+            left = value - share * rest
+            value = left if share.is_number and symbols_in(left) & {*self.system.states} else value
+        return guard._replace(value=value)
 
     def _placed(self, expr: sp.Expr) -> sp.Expr:
         """Return an expression on ``all_sides``; its powers stay real where a step ends shortly beyond the mode."""

@@ -29,6 +29,7 @@ from asympk.automaton.contacts import (
     contact_formulas,
     gap_row,
     in_forces,
+    is_open,
     linear_rows,
     plus_multiple,
     unit_row,
@@ -143,7 +144,9 @@ def _without(
     for j in columns:
         left = [i for i in rows if i not in found.values()]
         pivot = max(left, key=lambda i: abs(tables[0][i][j]), default=None)
-        if pivot is not None and not numbers.is_singular(tables[0][pivot][j], tables[0][pivot][1:]):
+        if pivot is None or is_open([table[pivot][j] for table in tables]):
+            continue
+        if not numbers.is_singular(tables[0][pivot][j], tables[0][pivot][1:]):
             tables, found[j] = [_exchanged(table, pivot, j) for table in tables], pivot
     return tables, found
 
