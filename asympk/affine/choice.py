@@ -21,6 +21,7 @@ from asympk.automaton.automaton import Automaton
 from asympk.automaton.compiled import function
 from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import mode_of
+from asympk.automaton.numericmode import OF_STATES
 from asympk.automaton.uniqueness import has_always_one_motion, is_watched
 from asympk.symbolic.branches import OPEN, Branch, Phase, all_phases, at_rest, is_pushed, rate_along
 from asympk.symbolic.forces import determined
@@ -98,7 +99,7 @@ class Modes:
         velocities, loads = self._contacts(t, w)
         scale = _CLEAR * (1 + abs(w).max(axis=1, initial=0.0))
         tiny = ((velocities != 0) & (abs(velocities) < scale)) | (abs(loads) < scale)
-        branch, doubtful = self._chosen(self._combinations(), t, w, velocities, loads)
+        branch, doubtful = self._chosen(self._combinations(), t, w, velocities, loads, exact=True)
         return branch, doubtful | tiny.any(axis=0) | self._are_apart(t, w)
 
     def _are_apart(self, t, w):
@@ -130,17 +131,18 @@ class Modes:
         rigid = self.system.frictions[friction].rigid and kind in ("lift_off", "touch_down")
         return found, doubtful | np.array(others, dtype=bool)[found] | rigid
 
-    def _chosen(self, candidates, t, w, velocities, loads):
+    def _chosen(self, candidates, t, w, velocities, loads, exact=False):
         """Return (index of the consistent branch of each row, mask of open rows); rest is preferred to slip.
 
-        It is not where loads contain forces: then rows with more than one consistent branch are open.
+        It is not where loads contain forces: then rows with more than one consistent branch are open. So are ``exact``
+        rows on whose rounding a branch depends: their signs are those of the exact numbers.
         """
         found, rank, doubtful = np.full(len(t), -1), np.full(len(t), -1), np.zeros(len(t), dtype=bool)
         for candidate in candidates:
             rows = np.flatnonzero(self._are_possible(candidate, velocities, loads))
             if not rows.size:
                 continue
-            holds, known = self._consistent(candidate, t[rows], w[rows])
+            holds, known = self._consistent(candidate, t[rows], w[rows], exact)
             doubtful[rows] |= ~known
             rest = len(at_rest(candidate))
             better, other = holds & (rest > rank[rows]), holds & (rank[rows] >= 0)
@@ -160,7 +162,7 @@ class Modes:
             found &= (velocities[k] == 0) if phase.velocity == 0 else (velocities[k] * phase.velocity >= 0)
         return found
 
-    def _consistent(self, branch, t, w):
+    def _consistent(self, branch, t, w, exact):
         """Return (consistent, known) of a branch on rows: consistent where every guard is positive, or 0 and rising."""
         if self.flow(branch) is None:
             return np.zeros(len(t), dtype=bool), np.ones(len(t), dtype=bool)
@@ -169,7 +171,16 @@ class Modes:
         first, off = rows.parts.guards[:, n], rows.off.guards[:, n] * _CLEAR
         positive = np.where(rows.zero, rows.reach > 0, first > off)
         negative = np.where(rows.zero, rows.reach < 0, first < -off)
-        return positive.all(axis=1), (positive.all(axis=1) | negative.any(axis=1))
+        known = positive.all(axis=1) | negative.any(axis=1)
+        return positive.all(axis=1), known & ~self._is_rounding(branch, rows) if exact else known
+
+    def _is_rounding(self, branch, rows):
+        """Tell in which rows a velocity that is 0 has no clear slope, or a margin of the contacts is 0 by rounding."""
+        flow, _, kept, kinds = self.flow(branch)
+        start, names = np.array(initial(flow.blocks)), np.array([kinds[k][0] for k in kept], dtype=object)
+        slope, size = start @ rows.parts.slopes, start @ rows.off.slopes
+        level = (names == "velocity_zero") & (abs(slope) <= _CLEAR * size) & (size > 0)
+        return (rows.zero & (level | ~np.isin(names, OF_STATES))).any(axis=1)
 
     def _contacts(self, t, w):
         """Return (velocities, loads), arrays (frictions, rows); loads that contain forces are NaN."""

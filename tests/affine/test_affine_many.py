@@ -140,6 +140,18 @@ def test_shapes_broadcast_and_progress_is_told(starts):
     assert seen[-1] == (120, 120)
 
 
+def test_rows_that_begin_on_an_edge_but_for_their_rounding_begin_as_their_exact_numbers_do():
+    """At x = -1/20 and the speed 1 of the belt all forces cancel; the double -0.05 lies beside it."""
+    belt = ap.Friction(v - 1, F, load=1, kinetic=sp.Rational(3, 10))
+    block = ap.System.with_frictions({x: v, v: F / 2 - t + v / 20 - 2 * x}, {}, [belt], time=t)
+    places = np.array([np.nextafter(-0.05, -1), -0.05, np.nextafter(-0.05, 1), -0.25, 0.5])
+    many = ap.solve_many(system=block, values={}, start={"x": places, "v": 1.0}, until=2)
+    events = many.events()
+    for i, place in enumerate(places.tolist()):
+        path = ap.solve(ap.Scene(system=block, start=(place, 1.0), until=2))
+        assert events.kind[events.trajectory == i].tolist() == [event.kind for event in path.events]
+
+
 def test_starts_at_rest_on_a_guard_begin_as_the_scalar_flow_does():
     start = {"x": np.array([0.0, 0.1, 3.0, -3.0]), "v": 0, "w": 0, "y": 0}
     many = ap.solve_many(system=CHAIN, values={"mu": 1e-3, "k": 0.5}, start=start, until=5)
