@@ -205,13 +205,20 @@ def as_fraction(name: str, value: Any, digits: int = KEPT_DIGITS) -> Fraction:
 def require_sizes(name: str, whole: Any, part: Any) -> None:
     """Raise ``InputError`` for a number among the arguments of a part of ``whole``, and of its parts, beyond doubles.
 
-    SymPy takes as many digits of it as it has before its point: cos(exp(exp(20))).
+    SymPy takes as many digits of it as it has before its point: cos(exp(exp(20))). So it does of a power that has not
+    been worked out, 2**(10**9).
     """
+    if part.is_Pow and all(inner.is_Rational for inner in part.args) and _bits(part.base) * abs(part.exp) > _WIDEST:
+        raise InputError(f"{name} = {short(whole)}: a number in it has very many digits")
     for inner in part.args:
         if getattr(inner, "is_number", False):
             require_sizes(name, whole, inner)
             if (abs(inner.evalf(_FEW)) > LARGEST) == True:  # noqa: E712 - SymPy's truth
                 raise InputError(f"{name} = {short(whole)}: a number in it is beyond the range of doubles")
+
+
+def _bits(value):
+    return max(int(value.p).bit_length(), int(value.q).bit_length())
 
 
 def within_doubles(value: Any) -> bool:

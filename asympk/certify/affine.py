@@ -63,8 +63,7 @@ def enclose(
     modes = _Modes(system, values, sides, until)
     modes.field.require_least_at_corners(_not_negative(system))
     mode, guards = modes.first(state := modes.begun(start))
-    t, size, names, events = modes.field.family([[0]]), len(system.states), [mode.mode.name], list[Event]()
-    touched = 0
+    t, size, touched, names, events = modes.field.family([[0]]), len(system.states), 0, [mode.mode.name], list[Event]()
     while max(touched, len(events)) <= MOST_EVENTS:
         segment = EnclosedSegment(mode, state)
         left = (modes.field.family([[Fraction(until)]]) - t).tight()
@@ -77,8 +76,8 @@ def enclose(
         guard = _together(lost)
         if found and not (zero.span - dt).numbers()[0] > 0:
             raise Refused(f"horizon: {guard.kind} at the end itself, until = {float(until):.10g}")
-        time = modes.instant(found[0], segment) if found else zero.time
-        state, t = modes.struck(segment.at(guard, dt), lost, segment, guards, time), (t + dt).tight()
+        time, t = modes.instant(found[0], segment) if found else zero.time, (t + dt).tight()
+        state = modes.struck(segment.at(guard, dt), lost, segment, guards, time)
         mode, guards = modes.next(mode.mode, guard, state)
         if guard := modes.event(segment.mode.mode, mode.mode, guard, state):
             names.append(mode.mode.name)
@@ -86,8 +85,7 @@ def enclose(
         if not found and zero.time == until:
             return names, events, tuple(state.balls[:size])
         touched += not found
-    reached = float(t.numbers()[0].mid())
-    raise Refused(f"too many: more than {MOST_EVENTS} events, or guards that touch 0, by t = {reached:.6g}")
+    raise Refused(f"too many: over {MOST_EVENTS} events or touches of 0 by t = {float(t.numbers()[0].mid()):.6g}")
 
 
 def _not_negative(system):

@@ -392,19 +392,22 @@ def test_a_start_at_a_constant_that_takes_long_to_work_out_is_refused_at_once(na
         rod.start(rod.rigid(), numbers)
 
 
-TOWER = sp.sin(sp.exp(sp.exp(sp.exp(100))))
+TOWER, LONG = sp.sin(sp.exp(sp.exp(sp.exp(100)))), sp.Pow(2, 10**9, evaluate=False)
 
 
 @pytest.mark.parametrize("derive", [
     lambda: ap.Contact(gap=Y, slip=X, friction=TOWER),
+    lambda: ap.Contact(gap=Y, slip=X, friction=LONG),
     lambda: ap.Contact(gap=Y, slip=X + TOWER, friction=f),
     lambda: slender_rod().elastic(compliance=sp.Symbol("c"), damping=1 / TOWER),
+    lambda: slender_rod().elastic(compliance=sp.Symbol("c"), damping=LONG),
     lambda: slender_rod().jump_law(damping=TOWER),
     lambda: ap.System.smooth({l: TOWER * l}, {}, sp.Symbol("mu")),
     lambda: ap.slow_manifold(ap.System.smooth({l: -l}, {g: l - g}, sp.Symbol("mu")), branch={g: TOWER}),
+    lambda: ap.slow_manifold(ap.System.smooth({l: -l}, {g: l - g}, sp.Symbol("mu")), branch={g: LONG}),
 ])
 def test_a_constant_in_a_formula_that_takes_long_to_work_out_is_refused_at_once(derive):
-    with pytest.raises(InputError, match=r"its constant = .*: a number in it is beyond"):
+    with pytest.raises(InputError, match=r"its constant = .*: a number in it (is beyond|has very many digits)"):
         derive()
 
 
