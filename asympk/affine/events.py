@@ -270,7 +270,7 @@ class Guards:
                 part = slice(at, at := at + (2 if turn else 1))
                 low = np.outer([end[part][0] for end in ends], weights[part][0]).min(axis=0)
                 amplitude = np.hypot.reduce(weights[part]) * most[part][0]
-                doubt = margin * (1 + (abs(decay) + turn) * hi) * off[part].sum(axis=0) * most[part][0]
+                doubt = margin * (1 + abs(decay) * hi) * off[part].sum(axis=0) * most[part][0]
                 least = least + (-amplitude if turn or (k and decay) else low) - doubt
         return (least > 0).all()
 
