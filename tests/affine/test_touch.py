@@ -224,7 +224,7 @@ def test_what_stops_while_its_pull_touches_the_bound_of_another_block_may_do_bot
 
 @pytest.mark.parametrize(("digits", "until"), [(None, 2 * 10**10), (20, 2 * 10**10), (None, 10**30)])
 def test_bounds_that_no_part_of_a_motion_reaches_are_left_out_at_a_few_looks_however_long(digits, until, monkeypatch):
-    """In more periods than a double counts a block rests under half of what would move it; an oscillator alone has no bounds."""
+    """In 3e9 periods and more a block rests under half of what would move it; an oscillator alone has no bounds."""
     windows, table = iter(range(10)), mesh.function_table
     monkeypatch.setattr(mesh, "function_table", lambda *given: [table(*given), next(windows)][0])
     friction = ap.Friction(v, F, load=1, kinetic=1)
