@@ -298,7 +298,17 @@ def with_signs(system: "System", branch: Branch, expr: sp.Expr) -> sp.Expr:
             known |= put_sign(friction.velocity, sp.S.Zero)
     used = symbols_in(expr)
     known = {key: value for key, value in known.items() if symbols_in(key) <= used}  # each is sought in all parts
-    return without_squares(expr.subs(known), {sp.sign(f.velocity) for f in system.frictions})
+    ways = {sp.sign(f.velocity) for f in system.frictions}
+    return without_squares(_without_pieces(expr.subs(known), ways), ways)
+
+
+def _without_pieces(expr: sp.Expr, signs: set[sp.Expr]) -> sp.Expr:
+    """Return ((1 + s) a + (1 - s) b)/2 for a ``Piecewise`` that is a where a sign s is 1, and b where s is -1."""
+    for s in signs if atoms(expr, sp.Piecewise) else ():
+        laws = (law for law in atoms(expr, sp.Piecewise) if any(condition.has(s) for _, condition in law.args))
+        ways = {law: [law.xreplace({s: way}) for way in (sp.S.One, sp.S.NegativeOne)] for law in laws}
+        expr = expr.xreplace({law: ((1 + s) * up + (1 - s) * down) / 2 for law, (up, down) in ways.items()})
+    return expr
 
 
 def put_sign(quantity: sp.Expr, sign: sp.Expr) -> dict[sp.Basic, sp.Basic]:

@@ -139,6 +139,18 @@ def test_the_rates_of_a_mode_are_those_of_the_friction_law_wherever_it_holds(kin
         assert mode.slow[z].subs(at) == friction - at[x]
 
 
+def test_a_law_of_a_piece_for_each_direction_has_the_modes_and_manifolds_of_the_same_law_by_signs():
+    """Where the load has either sign, its pieces stayed in the rates, and an expansion or an export refused them."""
+    pieces, signs = (_oscillator(kinetic=law, static=None)
+                     for law in (sp.Piecewise((3 * k, z > 0), (k, True)), k * (2 + sp.sign(z))))
+    for one, other in zip(pieces.modes, signs.modes, strict=True):
+        assert all(sp.expand(one.fast[s] - rate) == 0 for s, rate in other.fast.items())
+        assert all(sp.expand(one.slow[s] - rate) == 0 for s, rate in other.slow.items())
+    found, expected = (ap.slow_manifolds(system, order=1) for system in (pieces, signs))
+    for one, other in zip(found, expected, strict=True):
+        assert all(sp.simplify(a - b) == 0 for a, b in zip(one.coefficients, other.coefficients, strict=True))
+
+
 def test_a_contact_that_opens_is_open_or_slides_one_way_wherever_it_is():
     """Its load x + y only pushes: where that is negative neither slip holds, whichever sign the velocity has."""
     law = Friction(force=F, velocity=z, load=x + y, kinetic=k, gap=-x - y, normal=N)
