@@ -13,6 +13,7 @@ from itertools import chain
 from types import ModuleType
 from typing import Any
 
+import numpy as np
 import sympy as sp
 from mpmath.ctx_mp import MPContext
 
@@ -28,6 +29,22 @@ from asympk.symbolic.system import System
 Direction = tuple[sp.Expr, ...]  # the rates of the time and of every state
 FACTORS = 64  # the largest power that is written out as a product
 _POWER = re.compile(r"(?<![\w.])([A-Za-z_]\w*)\*\*([2-9])\b")
+
+
+def by_elements(single: Callable[..., tuple], count: int) -> Callable[..., tuple]:
+    """Return a function of floats with ``count`` results as one of arrays that broadcast, NaN where it has no value."""
+    def tried(given: tuple) -> tuple:
+        try:
+            return single(*given)
+        except (ArithmeticError, ValueError):
+            return (math.nan,) * count
+
+    def found(*given: Any) -> tuple:
+        arrays = np.broadcast_arrays(*given)
+        rows = [tried(row) for row in zip(*(array.ravel().tolist() for array in arrays), strict=True)]
+        return (*np.array(rows, dtype=float).T.reshape(count, *arrays[0].shape),)
+
+    return found
 
 
 @lru_cache(maxsize=1024)
@@ -50,6 +67,9 @@ def function(
     except NoFunction:
         if functions is math and not is_tower(exprs):
             return on_floats(wide(functions=WIDE))
+        if functions is np:  # NumPy lacks a function that ``math`` has
+            single = function(system, outputs, "math", math, directions, products, coefficients)
+            return by_elements(single, len(outputs) * max(1, len(directions)))
         raise
     if functions is math:
         return without_overflow(text, exprs, lambda numbers: wide(functions=numbers))

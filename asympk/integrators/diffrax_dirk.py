@@ -22,6 +22,7 @@ from asympk.integrators.integrate import Settings, missing
 from asympk.integrators.stepwise import IDLE, PARTS, follow_steps
 from asympk.integrators.watch import Look, near
 from asympk.symbolic.branches import all_phases
+from asympk.symbolic.lowering import NoFunction
 from asympk.symbolic.removable import SMALL
 
 AT_ONCE = 1000  # most steps of a compiled run
@@ -36,8 +37,8 @@ def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float,
         raise missing(settings.method) from error
     try:
         return follow_steps(KvaernoSteps(mode, t, state, until, settings), mode, t, state, settings)
-    except (AttributeError, TypeError) as reason:
-        words = str(reason).splitlines()[0]
+    except (AttributeError, TypeError, NoFunction) as reason:
+        words = str(reason).splitlines()[0].partition(";")[0]
         raise InputError(f"method {settings.method!r}: the system has a function that JAX lacks ({words})") from None
 
 

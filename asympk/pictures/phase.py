@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import sympy as sp
 
-from asympk.automaton.compiled import function
+from asympk.automaton.compiled import by_elements, function
 from asympk.errors import InputError, UnknownName
 from asympk.integrators.onefield import slipping_rates
 from asympk.methods import solve
@@ -125,16 +125,8 @@ def _evaluated(system: System, outputs: tuple, points: list, parameters: tuple) 
     """Return the values of expressions on the grid, an array for each, masked where not finite."""
     if not outputs:
         return []
-    at, p = function(system, outputs, "math", math), tuple(map(float, parameters))
-    rows = np.array([_tried(at, point, p, len(outputs)) for point in points], dtype=float)
-    return np.ma.masked_invalid(rows.T.reshape(-1, GRID, GRID))
-
-
-def _tried(at: Any, point: list, p: tuple, size: int) -> tuple:
-    try:
-        return at(0.0, *point, *p)
-    except (ArithmeticError, ValueError):
-        return (math.nan,) * size
+    at = by_elements(function(system, outputs, "math", math), len(outputs))
+    return np.ma.masked_invalid(np.reshape(at(0.0, *np.transpose(points), *map(float, parameters)), (-1, GRID, GRID)))
 
 
 def _zeros(axis: Any, across: Any, down: Any, values: Any, ink: str, dash: str) -> None:

@@ -37,6 +37,16 @@ def starts():
     return {name: random.uniform(-2, 2, 40) for name in ("x", "v", "w", "y")}
 
 
+def test_arrays_end_where_the_scalar_flow_ends_with_a_function_that_numpy_lacks():
+    """A load with gamma(k) was refused for the target 'numpy', of which the caller knows nothing."""
+    block = ap.System.with_frictions({x: v, v: F - sp.gamma(k) * x}, {},
+                                     [ap.Friction(velocity=v, force=F, load=sp.gamma(k), kinetic=sp.Rational(1, 2))])
+    found = ap.solve_many(system=block, values={k: 2.5}, start={x: [1.0, 2, 3], v: 0}, until=6).final.T
+    for begin, final in zip((1.0, 2, 3), found, strict=True):
+        scene = ap.Scene(system=block, values={k: 2.5}, start={x: begin, v: 0}, until=6)
+        assert final == pytest.approx(ap.solve(scene).final, abs=1e-13)
+
+
 def test_arrays_end_where_the_scalar_flow_ends(starts):
     values, until = {"mu": 1e-4, "k": 0.5}, np.linspace(0.5, 12, 40)
     many = ap.solve_many(system=CHAIN, values=values, start=starts, until=until)

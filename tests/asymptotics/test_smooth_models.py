@@ -563,6 +563,12 @@ def test_the_constants_of_the_rates_are_numbers_in_a_closed_base_point():
     assert closed.at({}, {a: 1, b: 2})["a"] == pytest.approx(exact, abs=1e-9)
 
 
+@pytest.mark.parametrize("rate", [0, 2, -3 * x])
+def test_a_slow_state_that_the_fast_one_does_not_move_is_its_own_base_point(rate):
+    found = ap.jump_map(ap.System.smooth({x: rate}, {y: x - 2 * y}, mu), order=2)[x]
+    assert (found.coefficient(0), found.coefficient(1), found.coefficient(2)) == (x, 0, 0)
+
+
 def test_a_base_point_is_closed_only_where_every_slow_rate_is_a_polynomial_in_the_fast_state():
     a, b, small = sp.symbols("a b mu", real=True)
     turned = ap.jump_map(ap.System.smooth({a: b, x: sp.sin(b)}, {b: -b}, small))

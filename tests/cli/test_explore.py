@@ -405,6 +405,15 @@ def test_a_slow_manifold_is_drawn_where_it_has_a_height_alone():
     assert curve["points"] == [[1, 0], [2, math.log(2)]]
 
 
+def test_a_slow_manifold_is_drawn_whose_function_numpy_lacks():
+    """A refusal of the target 'numpy' stood in place of the curves."""
+    x, y, mu = sp.symbols("x y mu", real=True)
+    system = ap.System.smooth({x: -y}, {y: sp.gamma(x + 2) - y}, mu)
+    scene = ap.Scene(system=system, values={"mu": "1/100"}, start={"x": 1, "y": 0}, until=1)
+    (curve,) = surroundings(scene, ["x", "y"], [0, 1, 2], [-1, 1])
+    assert curve["points"] == [[0, 1], [1, 2], [2, 6]]
+
+
 def test_a_slow_manifold_is_drawn_where_the_load_contains_its_own_force():
     """An argument F of the condition of its mode was said to be missing."""
     x, y, v, force = sp.symbols("x y v F", real=True)

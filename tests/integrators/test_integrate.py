@@ -238,6 +238,16 @@ def test_the_edges_of_stick_in_numbers_are_those_of_the_derived_system():
     assert (sp.expand(1 / lower), 1 / upper) == modes.cone(sigma0)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("method", here("heyoka", "kvaerno5"))
+def test_a_function_that_a_peer_lacks_is_told_as_that(method):
+    """With Kvaerno5 the target 'numpy' was named, and 'mpmath' in its place."""
+    x = sp.Symbol("x", real=True)
+    scene = ap.Scene(system=ap.System.smooth({x: -sp.gamma(x)}, {}, None), start={x: 2}, until=1)
+    with pytest.raises(InputError, match=r"the system has a function that (heyoka|JAX) lacks"):
+        ap.solve(scene, method=method)
+
+
 @pytest.mark.parametrize("reach", ["1/300", "1/1000"])
 def test_a_block_stops_on_its_belt_though_its_law_is_beyond_all_doubles_a_little_farther(reach):
     """Friction is 1/10 + 8/10 exp(-|w|/reach): continued beyond w = 0 it overflows. LSODA was said to do so, too."""
