@@ -1,7 +1,8 @@
 """RK45, DOP853, Radau, BDF and LSODA of SciPy, stepped one by one.
 
-Four things differ from SciPy: rates without a value are nan (``Rates``), LSODA raises its reason instead of printing
-it (``Reasons``), linear systems go to LAPACK without checks, and a step may be made again (``ScipySteps``).
+Five things differ from SciPy: rates without a value are nan (``Rates``), LSODA raises its reason instead of printing
+it (``Reasons``) and begins anew where it gets stuck, linear systems go to LAPACK without checks, and a step may be made
+again (``ScipySteps``).
 """
 
 import math
@@ -19,6 +20,7 @@ from asympk.integrators.stepwise import PARTS, field_and_start, follow_steps
 CLASSES = {"rk45": "RK45", "dop853": "DOP853", "radau": "Radau", "bdf": "BDF", "lsoda": "LSODA"}
 EXPLICIT = ("rk45", "dop853")
 RESTARTS = 16  # in one mode, of a method to which rates without a value are told
+STUCK = 100  # explicit steps of order 1 in a row, from which on LSODA begins anew
 
 
 def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float, settings: Settings) -> Segment:
@@ -80,6 +82,7 @@ class ScipySteps:
     def _begin(self, t: float, state: np.ndarray, longest: float, due: float = math.inf) -> None:
         """Begin at a time and state with steps up to ``longest``, and from the time ``due`` on with longer ones."""
         self.solver, self.due, self.spent = self.make(t0=t, y0=state, max_step=longest), due, (self.nfev, self.njev)
+        self.lowest = 0
         if hasattr(self.solver, "_lsoda_solver"):
             integrator = self.solver._lsoda_solver._integrator
             integrator.messages = Reasons(integrator.messages)
@@ -94,11 +97,16 @@ class ScipySteps:
         self.nfev, self.njev = self.spent[0] + solver.nfev, self.spent[1] + solver.njev
 
     def step(self) -> str | None:
-        """Make one step; raises ``ValueError`` if the step fails because of nan rates, or ends where these are nan."""
-        if self.t >= self.due:
+        """Make one step; raises ``ValueError`` if the step fails because of nan rates, or ends where these are nan.
+
+        From a slow manifold LSODA may keep to explicit steps of order 1 about as long as a layer: rounding makes up
+        their estimated errors, and then it does not ask whether implicit steps would be longer.
+        """
+        if self.t >= self.due or self.lowest == STUCK:
             self._begin(self.t, self.y, self.longest)
         self.before, rates = (self.t, self.y.copy()), self.rates
         reason = self._made()
+        self.lowest = self.lowest + 1 if _is_lowest(self.solver) else 0
         self._update()
         if rates.left:
             rates.left = False
@@ -129,6 +137,14 @@ class ScipySteps:
     def again(self) -> None:
         """Go back to before the last step, to make it in eight or more."""
         self._begin(*self.before, longest=(self.t - self.before[0]) / PARTS, due=self.t)
+
+
+def _is_lowest(solver):
+    """Tell whether the last step was an explicit one of LSODA of order 1."""
+    if not hasattr(solver, "_lsoda_solver"):
+        return False
+    work = solver._lsoda_solver._integrator.iwork
+    return work[13] == work[18] == 1  # the order, and 1 for an explicit method
 
 
 class GaveUp(Exception):

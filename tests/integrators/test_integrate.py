@@ -1032,3 +1032,18 @@ def test_a_block_that_nothing_moves_and_no_guard_watches_rests_under_a_push_that
     block = ap.System.with_frictions({x: v, v: F + G - p}, {}, jaws)
     path = ap.solve(ap.Scene(system=block, values={p: "1/2"}, start={x: 1, v: 0}, until=1), method)
     assert (path.final, path.modes) == ((1, 0), ("stick+stick",))
+
+
+@pytest.mark.parametrize("small", ["1e-7", "1/1000000", "7.076e-7"])
+def test_steps_after_an_event_on_a_slow_manifold_do_not_stay_as_short_as_a_layer(small):
+    """LSODA kept to explicit steps of order 1, and the run ended after 100 000 of them."""
+    x, v, q, u, F, G = sp.symbols("x v q u F G", real=True)
+    mu, r = sp.Symbol("mu", positive=True), sp.Rational
+    jaws = [ap.Friction(v, F, r(13, 10), kinetic=r(3, 5)), ap.Friction(q - 1, G, r(9, 4), kinetic=r(9, 10))]
+    slow = {x: v, v: F - r(19, 5) * u - r(9, 10) * x, q: G + r(7, 4) * u + 4 * v}
+    driven = ap.System.with_frictions(slow, {u: -r(11, 4) * u - r(7, 5) * sp.cos(q)}, jaws, small=mu)
+    start = {x: "-1.7", v: "-0.9", q: "-1.2", u: "-0.4"}
+    scene = ap.Scene(system=driven, values={mu: small}, start=start, until=2)
+    path = ap.solve(scene)
+    assert path.final == pytest.approx(ap.solve(scene, method="radau", rtol=1e-9, atol=1e-9).final, abs=1e-7)
+    assert path.info["work"]["steps"] < 2000
