@@ -167,12 +167,12 @@ def is_joint(friction: "Friction", phase: Phase) -> bool:
 
 @lru_cache(maxsize=256)
 def is_smooth(system: "System", k: int) -> bool:
-    """Tell whether contact k is rigid and without friction, and no formula asks for the sign of its velocity or load.
+    """Tell whether contact k has a reaction and no friction, and no formula asks for the sign of its velocity or load.
 
     Then it is closed in one phase, ``SMOOTH``, whether it slips or rests.
     """
     friction = system.frictions[k]
-    if not friction.rigid or friction.kinetic != 0 or friction.static != 0:
+    if friction.normal is None or friction.kinetic != 0 or friction.static != 0:
         return False
     asked = {*put_sign(friction.velocity, sp.S.One), *put_sign(friction.load, sp.S.One)}
     return not atoms(sp.Tuple(*system.expressions), sp.Abs, sp.sign) & asked

@@ -544,3 +544,22 @@ def test_a_block_pulled_out_of_a_corner_slips_on_the_wall_or_lifts_off_and_the_e
     assert path.modes == ("stick+stick", mode)
     assert [(event.kind, event.friction) for event in path.events] == [(kind, friction)]
     assert path.events[0].t == pytest.approx(1.3 - 0.3 * pull[0])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", [{}, {"method": "radau"}])
+def test_an_elastic_wheel_without_friction_is_closed_whichever_way_it_slips(how):
+    """At rest with the cart its velocity is rounding, whose zeros were events, and to Radau an accumulation of them."""
+    height = sp.Rational(3, 5)
+    braked, free = (
+        ap.Contact(Y - height * sp.cos(THETA) + side * sp.sin(THETA), X + height * sp.sin(THETA) + side * sp.cos(THETA),
+                   friction, unilateral=True) for side, friction in ((1, f), (-1, 0)))
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 + THETA.diff(T) ** 2 / 4 - 9 * Y
+    cart = ap.Mechanism.from_lagrangian(energy, (X, Y, THETA), contact=braked, others=[free])
+    eps = sp.Symbol("eps", positive=True)
+    system = cart.elastic(compliance=eps**2, damping=eps)
+    start = cart.start(system, FLAT | {"Y": height, "X'": 5})
+    path = ap.solve(ap.Scene(system=system, values={"f": "0.8", "eps": "1e-3"}, start=start, until="1.2"), **how)
+    assert path.modes == ("slip_same+closed", "stick+closed")
+    assert [(event.kind, event.friction) for event in path.events] == [("velocity_zero", 0)]
+    assert path.final[0] == pytest.approx(25 / 2 / (0.8 * 9 / 1.52), abs=1e-4)
