@@ -1,9 +1,9 @@
 """Coefficients: the largest parts of expressions in the parameters alone that contain a sum, such as (1 - cos(p))/p**2.
 
-A sum may cancel, in doubles without a trace. A coefficient therefore gets a name, under which its value, computed once
-with enough digits, enters the rates. Models, which expand in powers of the small parameter, take only those without it.
-Modes are expanded, and then have a x - b x for (a - b) x: such coefficients, ``scattered`` over a sum, get a name where
-they cancel.
+A sum may cancel, in doubles without a trace, and so may the turns of a large angle, as in sin(exp(p)). A coefficient
+therefore gets a name, under which its value, computed once with enough digits, enters the rates. Models, which expand
+in powers of the small parameter, take only those without it. Modes are expanded, and then have a x - b x for (a - b) x:
+such coefficients, ``scattered`` over a sum, get a name where they cancel.
 """
 
 from collections.abc import Callable, Collection, Iterable, Sequence
@@ -13,6 +13,8 @@ import sympy as sp
 
 from asympk.symbolic.long import atoms, heavy, replaced
 from asympk.symbolic.system import System
+
+_OF_ANGLES = sp.sin, sp.cos, sp.tan
 
 
 @lru_cache(maxsize=256)
@@ -102,7 +104,8 @@ def _each(expr: sp.Basic, fixed: Collection[sp.Symbol], put: Callable[[sp.Expr],
         args = [(arg, *visited(arg)[1:]) for arg in part.args]
         still = [arg for arg, is_fixed, _ in args if is_fixed]
         if len(still) == len(args) and isinstance(part, sp.Expr):
-            return part, True, part.is_Add or any(has_sum for *_, has_sum in args)
+            turns = isinstance(part, _OF_ANGLES) and bool(atoms(part.args[0], sp.Function, sp.Pow))
+            return part, True, part.is_Add or turns or any(has_sum for *_, has_sum in args)
         if part.is_Add or part.is_Mul:
             joined = part.func(*still)
             args = [(joined, True, visited(joined)[2]), *(a for a in args if not a[1])] if len(still) > 1 else args

@@ -12,7 +12,7 @@ from sympy.core.function import AppliedUndef
 
 from asympk.errors import InputError
 from asympk.formulas import NOT_FINITE, UNEVALUATED, formula_in_words
-from asympk.numbers import number, short
+from asympk.numbers import LARGEST, number, short
 from asympk.symbolic.long import atoms, symbols_in
 from asympk.symbolic.reading import entries_of, rational
 from asympk.symbolic.values import by_symbol, require_all, require_declared
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from asympk.symbolic.system import System
 
 LARGEST_EXPONENT = 30
+_FEW = 3  # digits of a size
 _DOUBLE = 53  # bits; a SymPy Float of at most this precision is read as a float, a longer one keeps its digits
 
 
@@ -121,6 +122,26 @@ def _require_formulas(system: "System") -> None:
             raise InputError(f"{name} = {short(expr)}: {found[0]} is to be worked out first; give {found[0]}.doit()")
 
 
+@lru_cache(maxsize=64)
+def _towers(system: "System") -> tuple[tuple[str, sp.Expr, sp.Expr], ...]:
+    """Return (name, expression, part), inner ones first, of functions in exponents and angles: 2**(2**n)."""
+    own, found = {*system.parameters}, set()
+    for name, expr in named_parts(system).items():
+        inner = (p.args[-1] for p in atoms(expr, sp.Pow, sp.exp, sp.sin, sp.cos, sp.tan))
+        steep = (p for p in inner if atoms(p, sp.Function, sp.Pow))
+        found |= {(name, expr, p) for p in steep if p.free_symbols and p.free_symbols <= own}
+    return tuple(sorted(found, key=lambda place: sp.count_ops(place[2])))
+
+
+def _require_sizes(system: "System", values: dict[sp.Symbol, Any], numbers: dict[sp.Symbol, sp.Rational]) -> None:
+    """Raise ``InputError`` for an argument beyond doubles, of which all digits would be worked out."""
+    sizes = {s: sp.Float(number, _FEW) for s, number in numbers.items()}
+    for name, expr, part in _towers(system):
+        if (abs(part.xreplace(sizes).evalf(_FEW)) > LARGEST) == sp.true:
+            raise InputError(f"values: {_given(values, part)} is refused; in {name} = {short(expr)}, {short(part)} is "
+                             "beyond the range of doubles")
+
+
 def _require_divisible(system: "System", values: dict[sp.Symbol, Any], numbers: dict[sp.Symbol, sp.Rational]) -> None:
     for name, expr, divisors in _divided(system):
         for divisor in divisors:
@@ -134,6 +155,7 @@ def _require_assumed(system: "System", values: dict[sp.Symbol, Any]) -> None:
     if system.fast and numbers[system.small] <= 0:
         raise InputError(f"values: {_given(values, system.small)} is refused; the small parameter is positive, as it "
                          "divides the rates of the fast states")
+    _require_sizes(system, values, numbers)
     _require_divisible(system, values, numbers)
     for assumption in sp.And.make_args(system.assumptions):
         if assumption.subs(numbers) == sp.false:

@@ -677,6 +677,22 @@ def test_a_rate_with_a_power_of_endless_digits_is_refused_at_once_in_one_short_l
     assert len(str(refusal.value)) < 250
 
 
+@pytest.mark.parametrize("law", [lambda n: 2 ** (2**n), lambda n: sp.sin(sp.exp(n))])
+def test_an_exponent_or_an_angle_beyond_doubles_is_refused_before_its_digits_are_worked_out(law):
+    x, v, F, n = sp.symbols("x v F n", real=True)
+    block = ap.System.with_frictions({x: v, v: -law(n) * x + F}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
+    with pytest.raises(InputError, match=r"n = 1000000000 is refused; in v' = .* is beyond the range of doubles"):
+        ap.Scene(system=block, values={"n": 10**9}, start=[1, 0], until=1)
+
+
+def test_the_sine_of_an_angle_of_very_many_turns_is_right():
+    """sin(e^200) = -0.82; on fewer digits than e^200 has, it was taken for 0."""
+    x, v, F, n = sp.symbols("x v F n", real=True)
+    block = ap.System.with_frictions({x: v, v: -sp.sin(sp.exp(n)) * x + F}, {}, [ap.Friction(v, F, load=1, kinetic=0)])
+    path = ap.solve(ap.Scene(system=block, values={"n": 200}, start=[1, 0], until=1))
+    assert path.final[0] == pytest.approx(np.cosh(np.sqrt(0.815597574752651)), rel=1e-9)
+
+
 @pytest.mark.parametrize("method", ["rk45", "dop853", "radau", "bdf", "lsoda"])
 @pytest.mark.few(1)
 def test_a_try_of_a_step_beyond_where_rates_have_values_is_made_shorter(method):
