@@ -154,8 +154,8 @@ class _Modes(Candidates):
         exact = (*start, *waves, Fraction(1))
         found = [self.field.family([[w]]) if w is not None else self.field.side(self.system.states[k].name)
                  for k, w in enumerate(exact)]
-        self.start = EnclosedState(stacked(found), exact, self.field, (), Fraction(0))
-        return self.start
+        self.latest = EnclosedState(stacked(found), exact, self.field, (), Fraction(0))
+        return self.latest
 
     def first(self, state):
         """Return (mode, its guards) at the start; raises ``Refused`` where a run rounds a velocity or a gap to 0."""
@@ -243,10 +243,9 @@ class _Modes(Candidates):
         return Fraction(found) if found.is_Rational and found.q.bit_length() <= flint().ctx.prec else None
 
     def _polynomial(self, row, segment):
-        """Return (exact time, Taylor coefficients from it) of a row; what the time alone moves is known from 0 on."""
-        starts = [segment.start] if any(row[: len(self.system.states)]) else [segment.start, self.start]
-        pairs = ((s.time, segment.polynomial(row, s)) for s in starts if s.time is not None)
-        return next((pair for pair in pairs if pair[1]), (None, []))
+        """Return (exact time, Taylor coefficients from it) of a row; for what the time alone moves, the latest one."""
+        start = segment.start if any(row[: len(self.system.states)]) else self.latest
+        return start.time, [] if start.time is None else segment.polynomial(row, start)
 
     def struck(self, family, lost, segment, guards, time):
         """Return the state at an event; what stands still, is alone in a lost guard, or a polynomial in time, is exact.
@@ -265,7 +264,9 @@ class _Modes(Candidates):
             exact[k], known[k] = value, self.field.family([[value]])
         null = (*(guard.row for guard in lost), *mode.kept, *(row for other in guards for row in other.null))
         whole = stacked([known.get(k) or family.entry(k) for k in range(size)])
-        return EnclosedState(whole, tuple(exact), self.field, null, time)
+        state = EnclosedState(whole, tuple(exact), self.field, null, time)
+        self.latest = self.latest if time is None else state
+        return state
 
     def chosen(self, tiers, state, what, before=(), held=frozenset()):
         """Return (mode, its guards from the state on) of the candidate that is proven to follow.

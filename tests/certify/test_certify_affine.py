@@ -712,6 +712,13 @@ def test_a_guard_that_touches_0_is_proven_to_rise_again_or_to_end_its_mode(
     assert [event.kind for event in proof.events][: len(events)] == events
 
 
+def test_a_load_that_touches_0_twice_is_proven_to_do_so_though_another_block_stops_in_between():
+    frictions = [ap.Friction(v, F, ((t - 1) * (t - 2)) ** 2, 1), ap.Friction(w, G, load=1, kinetic=sp.Rational(1, 4))]
+    pair = ap.System.with_frictions({v: F, y: w, w: G - y}, {}, frictions, time=t)
+    proof = proven_as_followed(ap.Scene(system=pair, start={"v": 0, "y": 0, "w": 2}, until=3))
+    assert [event.friction for event in proof.events] == [1]
+
+
 def test_a_box_is_proven_all_over_which_a_block_touches_the_speed_of_its_belt():
     block = ap.System.with_frictions({x: v, v: F - x}, {}, [ap.Friction(v - 1, F, load=1, kinetic=k)])
     scene = ap.Scene(system=block, values={"k": "3/10"}, start=(0, 1), until=20)
