@@ -30,7 +30,7 @@ from asympk.symbolic.system import System
 WATCHED = 12  # intervals between events that must shrink in a geometric sequence before they count as accumulating
 FEW = WATCHED // 3  # guards of which such a number of losses at one time is rounding
 CROSSINGS = 10_000  # crossings of edges that are allowed in addition to the allowed number of events
-MANY = 100  # crossings by which it is seen how frequent they are; each into a mode that is new among as many
+MANY = 100  # crossings by which it is seen how frequent they are: each into a mode new among as many, or all in one
 HOPELESS = 1e6  # multiple of their limit that crossings as frequent would reach, beyond which a run ends
 EVEN = 1.005  # ratio of the mean interval between ends to that of the first half, beyond which crossings become rarer
 TOGETHER = 16  # spacings of doubles between the times of events that count as one
@@ -146,7 +146,7 @@ def _beyond_limits(count: int, ends: list, segments: list[Segment], until: Any, 
         return f"limit of {events} events reached"
     frequent = crossings >= MANY and until * crossings > HOPELESS * limit * ends[-1]
     even = frequent and half * ends[-1] < EVEN * len(ends) * ends[half - 1]
-    if even and len({(segment.branch, segment.sides) for segment in segments[-MANY:]}) == MANY:
+    if even and len({(segment.branch, segment.sides) for segment in segments[-MANY:]}) in (1, MANY):
         return f"limit of {limit} crossings comes long before until, {crossings} reached"
     return f"limit of {limit} crossings reached" if crossings > limit else ""
 

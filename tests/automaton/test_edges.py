@@ -716,6 +716,14 @@ def test_steps_that_no_run_will_ever_cross_are_refused_after_a_hundred():
 
 
 @pytest.mark.further
+def test_touches_that_no_run_will_ever_count_are_refused_soon():
+    """From its first slip on a block on a belt swings by the belt's velocity, which it has once in each period."""
+    system = ap.System.with_frictions({x: v, v: F - x}, {}, [ap.Friction(v - 1, F, load=1, kinetic=sp.Rational(4, 5))])
+    with pytest.raises(TooManyEvents, match=r"limit of 11000 crossings comes long before until"):
+        ap.solve(ap.Scene(system=system, start={x: 0, v: 1}, until=1e300))
+
+
+@pytest.mark.further
 def test_crossings_that_become_rarer_are_followed_however_frequent_they_were():
     """A staircase over a layer of 1e-12 was refused after a hundred of its steps."""
     x, y, mu = *sp.symbols("x y", real=True), sp.Symbol("mu", positive=True)
