@@ -119,7 +119,7 @@ def sweep_as_text(found: Mapping[str, Any]) -> str:
     if len(itineraries) > MOST_ITINERARIES:
         lines.append(f"{'':>14}  and {len(itineraries) - MOST_ITINERARIES} itineraries more")
     if found["collisions"]:
-        counts = ", ".join(f"{k} in {n:,}" for k, n in found["collisions"].items())
+        counts = ", ".join(f"{k} each in {n:,}" for k, n in found["collisions"].items())
         lines += wrapped("", f"collisions (zeros of a velocity): {counts}")
     known = {state: row for state, row in found["quantiles"].items() if row}
     if known:  # else no trajectory was followed

@@ -302,6 +302,7 @@ def test_a_summary_fits_a_terminal_of_eighty_characters_and_loses_no_word(monkey
             "collisions": {k: 1000 + k for k in range(9)}, "probabilities": (0, 0.5, 1),
             "quantiles": {f"theta{k}": (-1.23456789e-05,) * 3 for k in range(9)}}
     wide = sweep_as_text(told)
+    assert "collisions (zeros of a velocity): 0 each in 1,000, 1 each in 1,001, " in wide
     monkeypatch.setattr(terminal, "columns", lambda: 80)
     narrow = sweep_as_text(told)
     assert max(map(len, narrow.splitlines())) <= 80 < max(map(len, wide.splitlines()))
