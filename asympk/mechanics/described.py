@@ -13,7 +13,7 @@
 
 With ``until`` the file is also a scene, which starts from ``[state]`` on a rigid or an elastic contact. Then the keys
 ``contact``, ``compliance`` and ``damping`` stand at the top of the file, with the meaning that they have under
-``[system]`` of ``asympk.scenes.systemfile``.
+``[system]`` of ``asympk.scenes.systemfile``; ``name`` and ``about`` are those of any scene.
 
 Further contacts are tables under ``[[others]]``, with ``gap``, ``slip``, ``friction`` and the other keys of a contact.
 Instead of ``lagrangian`` a file may have ``mass``, rows of formulas; the forces are then the whole right side Q.
@@ -43,7 +43,7 @@ from asympk.symbolic.values import did_you_mean, following, with_changes
 OF_CONTACT = ("gap", "slip", "friction", "static", "load", "unilateral")
 NEEDED = ("coordinates", "gap", "slip", "friction")
 KEYS = ("coordinates", "lagrangian", "mass", *OF_CONTACT, "others", "forces")
-EXAMPLE = ("about", "values", "state", "over")
+EXAMPLE = ("name", "about", "values", "state", "over")
 CONTACT = ("contact", "compliance", "damping")  # keys of a file that is also a scene
 SWEEP = ("seed", "count", "chunk", "format", "itineraries")  # of a sweep's file alone
 NUMBERS = {"values", "state", "start"}  # tables
@@ -221,8 +221,8 @@ def scene_table(table: dict[str, Any], where: Any) -> dict[str, Any]:
         _turn(table)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
-    found = {"system": system, "values": table.get("values", {}), "start": start}
-    return {**found, "until": table["until"], "about": table.get("about", "")}
+    kept = {key: table[key] for key in ("name", "about", "until") if key in table}
+    return {**kept, "system": system, "values": table.get("values", {}), "start": start}
 
 
 def contact_law(table: Mapping[str, Any], mechanism: Mechanism, parameters: Iterable[str]) -> tuple[sp.Expr, ...]:

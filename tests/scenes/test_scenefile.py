@@ -534,8 +534,9 @@ def test_the_horizon_of_a_system_may_be_a_formula_of_numbers_as_in_a_sweep(tmp_p
 def test_the_scene_of_a_system_has_the_name_in_its_file_or_of_its_file(tmp_path):
     (tmp_path / "belt.toml").write_text(BELT)
     assert ap.read_scene(tmp_path / "belt.toml").name == "belt"
-    (tmp_path / "belt.toml").write_text(f'name = "block"\n{BELT}')
-    assert ap.read_scene(tmp_path / "belt.toml").name == "block"
+    for text in (BELT, LEANING % (1, "sin(1)/2")):
+        (tmp_path / "belt.toml").write_text(f'name = "block"\n{text}')
+        assert ap.read_scene(tmp_path / "belt.toml").name == "block"
 
 
 def test_a_text_in_place_of_its_file_is_an_unknown_name_however_long_it_is():
