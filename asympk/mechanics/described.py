@@ -221,7 +221,7 @@ def scene_table(table: dict[str, Any], where: Any) -> dict[str, Any]:
         _turn(table)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
-    kept = {key: table[key] for key in ("name", "about", "until") if key in table}
+    kept: dict[str, Any] = {key: table[key] for key in ("name", "about", "until") if key in table}
     return {**kept, "system": system, "values": table.get("values", {}), "start": start}
 
 
