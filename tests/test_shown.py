@@ -536,7 +536,8 @@ def test_trajectories_that_are_not_followed_are_not_drawn_as_those_without_event
 
 @pytest.mark.parametrize(
     ("what", "options", "labels"),
-    [(SPRING, {}, ("x", "v")), (ROD, {}, ("s", "z")), (ROD, {"x": "x", "y": "y"}, ("x", "y")),
+    [(SPRING, {}, ("x", "v")), (SPRING, {"x": v, "y": x}, ("v", "x")), (ROD, {}, ("s", "z")),
+     (ROD, {"x": "x", "y": "y"}, ("x", "y")),
      (VAN_DER_POL, {"values": {"mu": "0.1"}}, ("x", "v")),
      (ap.solve(ap.read_scene("chalk")).physical(), {}, ("R (N)", "u (m/s)"))],
 )
@@ -549,7 +550,8 @@ def test_a_phase_picture_is_over_the_states_that_are_chosen(what, options, label
 
 @pytest.mark.parametrize(
     ("what", "options", "said"),
-    [(3, {}, "not int"), (SPRING, {"x": "q"}, "'q' is no state"), (SPRING, {"window": 3}, "window = 3"),
+    [(3, {}, "not int"), (SPRING, {"x": "q"}, "'q' is no state"), (SPRING, {"y": np.zeros(2)}, "is no state"),
+     (SPRING, {"window": 3}, "window = 3"),
      (SPRING, {"window": ((1, 0), (0, 1))}, "lower ends"), (VAN_DER_POL, {}, "mu is missing"),
      (ROD_SYSTEM, {"values": {"mu": 1, "sigma": 1, "sigma0": 1}}, "3 states"), (SPRING, {"file": "a.gif"}, "one of")],
 )

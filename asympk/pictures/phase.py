@@ -29,10 +29,10 @@ WINDOW = ((-2, 2), (-2, 2))
 
 
 def phase(
-    what: Scene | Path | System, x: str | None = None, y: str | None = None, *, values: Any = None,
-    window: tuple[tuple[Any, Any], tuple[Any, Any]] | None = None, file: str | File | None = None,
+    what: Scene | Path | System, x: str | sp.Symbol | None = None, y: str | sp.Symbol | None = None, *,
+    values: Any = None, window: tuple[tuple[Any, Any], tuple[Any, Any]] | None = None, file: str | File | None = None,
 ) -> "Figure":
-    """Draw the motion of a scene or a path over the two states with the names ``x`` and ``y``; the rod's load is s.
+    """Draw the motion of a scene or a path over the two states ``x`` and ``y``, symbols or names; the rod's load is s.
 
     By default these are the first and the last state, and for the rod load and velocity, s and z or R and u. If the
     system has only two states, its field is drawn too, with the lines on which a sliding velocity vanishes; where
@@ -60,9 +60,9 @@ def _names(system: System) -> tuple[str, ...]:
     return tuple(s.name for s in system.states)
 
 
-def _pair(names: tuple[str, ...], states: tuple[str, ...], x: str | None, y: str | None) -> tuple[str, str]:
+def _pair(names: tuple[str, ...], states: tuple[str, ...], x: Any, y: Any) -> tuple[str, str]:
     default = states[0] if names == states else names[-1], states[-1]  # a combination of states is last
-    chosen = tuple(given or name for given, name in zip((x, y), default, strict=True))
+    chosen = tuple(name if given is None else str(given) for given, name in zip((x, y), default, strict=True))
     for name in chosen:
         if name not in names:
             raise UnknownName(f"{short(name)} is no state; choose two of {', '.join(names)}")
@@ -80,7 +80,7 @@ def _window(given: Any, default: Any) -> Any:
     return found
 
 
-def _motion(axis: Any, path: Path, x: str | None, y: str | None, window: Any) -> None:
+def _motion(axis: Any, path: Path, x: Any, y: Any, window: Any) -> None:
     """Draw a path with arrows along it: its start as a circle, its events as dots."""
     names = column_names(path)[1:-1]
     pair = _pair(names, path.names, x, y)
