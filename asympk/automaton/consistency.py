@@ -312,7 +312,7 @@ def _signs_by_guard(here: Junction, mode: GuardedMode, ties: list[int]) -> dict[
     values = tuple(mode.derivative(k, 0) for k in joint)
     rows = [place.values(mode.system, values, (mode.flow,)) for place in here.places if joint]
     slopes = dict(zip(joint, zip(*rows, strict=True), strict=True))
-    return {k: signs_of_derivatives(here, mode, k, slopes.get(k)) for k in ties}
+    return {k: iter(()) if _is_carried(mode, k) else signs_of_derivatives(here, mode, k, slopes.get(k)) for k in ties}
 
 
 def _first_order(here: Junction, mode: GuardedMode, guard: int) -> int:
@@ -365,12 +365,18 @@ def stands_still(here: Junction, mode: GuardedMode) -> bool:
 
 def stays(here: Junction, mode: GuardedMode, guard: int) -> bool:
     """Tell whether a guard that vanishes stays 0: others carry it, all behind it rests, or the mode keeps its zeros."""
-    kind, friction, value, *_ = mode.guards[guard]
-    if kind == "velocity_zero" and is_carried(mode.system, branches.bare(mode.branch), friction):
+    if _is_carried(mode, guard):
         return True
+    value = mode.guards[guard].value
     rates = mode.rates_behind(value)
     still = (rates is not None and all_vanish(here, rates)) or mode.keeps(value)
     return still or vanish_on_plane(here, mode, (value,))
+
+
+def _is_carried(mode: GuardedMode, guard: int) -> bool:
+    """Tell whether a guard is the velocity of a contact that others at rest carry, so that its derivatives are 0."""
+    kind, friction, *_ = mode.guards[guard]
+    return kind == "velocity_zero" and is_carried(mode.system, branches.bare(mode.branch), friction)
 
 
 def all_vanish(here: Junction, exprs: tuple[sp.Expr, ...], places: tuple[Place, ...] = ()) -> bool:
