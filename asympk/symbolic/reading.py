@@ -1,6 +1,6 @@
 """What a caller gives to a symbolic function: exact numbers and expressions; a string is never read as a formula."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any
@@ -13,6 +13,9 @@ from asympk.numbers import as_fraction, number, numbers, require_finite, require
 from asympk.symbolic.long import DIGITS, atoms
 
 _PLAIN = (sp.Function, sp.Pow, sp.Symbol, sp.Number, sp.NumberSymbol, type(sp.I), type(sp.zoo))
+WRITTEN_OTHERWISE: dict[type, Callable] = {  # Python's factorial takes no fractions
+    sp.frac: fractional_part, sp.factorial: lambda n: sp.gamma(n + 1),
+}
 
 def rational(name: str, value: Any) -> sp.Rational:
     """Return a number as the rational that it is exactly; raises ``InputError`` as ``numbers.number`` does."""
@@ -65,7 +68,7 @@ def entries_of(name: str, value: Any, entries: str) -> tuple:
 
 
 def expression(name: str, value: Any) -> sp.Basic:
-    """Return a SymPy object, or a number as one, with remainders for fractional parts (``fractional_part``).
+    """Return a SymPy object, or a number as one, with other functions for those of ``WRITTEN_OTHERWISE``.
 
     Raises ``InputError`` for a string or a container, and for a unit, a vector, a ``CRootOf`` or a function of a
     constant beyond doubles in it.
@@ -85,7 +88,9 @@ def expression(name: str, value: Any) -> sp.Basic:
                              "Symbol; write one of these, of a root its .evalf(20)")
         if part.is_number:
             require_sizes(f"{name}: its constant", part, part)  # SymPy evaluates it to write a sum with it
-    return found.replace(sp.frac, fractional_part) if any(isinstance(part, sp.frac) for part in parts) else found
+    for kind, other in WRITTEN_OTHERWISE.items():
+        found = found.replace(kind, other) if any(isinstance(part, kind) for part in parts) else found
+    return found
 
 
 def real_expression(name: str, value: Any) -> sp.Expr:

@@ -151,6 +151,13 @@ def test_a_law_of_a_piece_for_each_direction_has_the_modes_and_manifolds_of_the_
         assert all(sp.simplify(a - b) == 0 for a, b in zip(one.coefficients, other.coefficients, strict=True))
 
 
+def test_a_factorial_of_a_fraction_is_that_of_the_gamma_function():
+    """Python's own factorial was called, and ended in a TypeError; 5/2! is gamma(7/2) = 15 sqrt(pi)/8."""
+    system = System.smooth({x: -sp.factorial(k) * x}, {}, None)
+    (final,) = ap.solve(ap.Scene(system=system, values={k: "5/2"}, start={x: 1}, until="1/10")).final
+    assert final == pytest.approx(float(sp.exp(-15 * sp.sqrt(sp.pi) / 80)), rel=1e-14)
+
+
 def test_a_contact_that_opens_is_open_or_slides_one_way_wherever_it_is():
     """Its load x + y only pushes: where that is negative neither slip holds, whichever sign the velocity has."""
     law = Friction(force=F, velocity=z, load=x + y, kinetic=k, gap=-x - y, normal=N)
