@@ -111,9 +111,9 @@ class Many(ShownAsTable):
         """Return which trajectories are at rest at the end; by default none, as this is not known."""
         return np.zeros(self.n_events.shape, dtype=bool)
 
+    @abstractmethod
     def _axes(self) -> tuple[tuple[str, Any], ...]:
-        """Return (name, values) of the argument that varies along each axis; by default the count along the axis."""
-        return axes_of(self.n_events.shape, {})
+        """Return (name, values) of the argument that varies along each axis, else the count along the axis."""
 
     def _card(self) -> Card:
         size, outcome = self.n_events.size, self.outcome.ravel()
