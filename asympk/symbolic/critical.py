@@ -29,6 +29,7 @@ from asympk.symbolic.expansion import (
     limit_of,
     one_side,
     over_fast,
+    require_factored,
     require_series,
     require_short,
     zero_at_places,
@@ -254,6 +255,7 @@ def critical_manifolds(system: System) -> Several[CriticalManifold]:
     modes = (with_held_slow(system.autonomous(m), system.small) for m in system.modes)
     for mode in (part for m in modes if m.fast for part in _smooth_parts(m, system.assumptions)):
         require_short(mode)
+        require_factored(mode)
         require_series(mode, system.small)
         letter = "Lambda" if mode.name == "stick" else "Pi"
         for branch in _branches(mode, system.small):

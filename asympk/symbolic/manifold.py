@@ -36,6 +36,7 @@ from asympk.symbolic.expansion import (
     is_zero,
     limit_of,
     over_fast,
+    require_factored,
     require_series,
     require_short,
     zero_at_places,
@@ -129,6 +130,7 @@ def slow_manifold(
     """
     order = known_order(order)
     dynamics = system.autonomous(system.mode(mode))
+    require_factored(dynamics)
     require_series(dynamics, system.small, order)
     at = sp.Dict({y: y for y in dynamics.fast}) if branch is None else checked_branch(branch, dynamics, system.small)
     manifold = SlowManifold(name, dynamics, system.small, at, system.assumptions, order)

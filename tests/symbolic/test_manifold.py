@@ -1009,6 +1009,19 @@ def test_a_power_of_a_sum_with_too_many_terms_is_refused_by_name_at_once():
                 asked(system)
 
 
+@pytest.mark.parametrize(("slow", "fast", "told"), [
+    (-u + v, u / 2 - v - v**161, r"v\*\*161"),
+    (-u + v**100000, u / 2 - v, r"v\*\*100000"),
+    (-u + v, u / 10**500 - v, "1e-500"),
+    (-u + v + 10**5000, u - v, "Integer of very many digits"),
+])
+def test_what_sympy_factors_for_minutes_is_refused_by_name_at_once(slow, fast, told):
+    system = ap.System.smooth({u: slow}, {v: fast}, mu)
+    for asked in (ap.slow_manifolds, ap.slow_manifold, ap.critical_manifolds):
+        with pytest.raises(NotDerivable, match=f"have .?{told}.?, which is too large for formulas"):
+            asked(system)
+
+
 def test_a_branch_of_a_state_exists_just_where_it_has_the_declared_sign_of_the_state():
     signs = {"positive": "x > 0", "nonnegative": "x > 0", "negative": "x < 0", "nonpositive": "x < 0"}
     for word, expected in signs.items():
