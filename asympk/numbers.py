@@ -152,6 +152,11 @@ def short(value: Any) -> str:
     return text if len(text) <= _WIDTH else text[: _WIDTH - 3] + "..."
 
 
+def reason_of(error: Exception) -> str:
+    """Return why arithmetic failed: what an exception says, without a number of the system; silent ones overflow."""
+    return str(error.args[-1]) if error.args else "a number is beyond floats"
+
+
 def listed(names: Iterable[Any], values: Iterable[Number], digits: int = 6) -> str:
     """Return "name = number, ..." for a message."""
     return ", ".join(f"{name} = {float(v):.{digits}g}" for name, v in zip(names, values, strict=True))

@@ -21,7 +21,7 @@ from asympk.asymptotics.landing import land
 from asympk.asymptotics.ratio import Ratios
 from asympk.asymptotics.series import Series
 from asympk.errors import AsympkError, NotDerivable, OutOfRange, UnknownName
-from asympk.numbers import known_order, listed, number, short
+from asympk.numbers import known_order, listed, number, reason_of, short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.expansion import fast_jacobian, is_zero, require_series, require_short, to_degree
 from asympk.symbolic.long import atoms
@@ -85,7 +85,7 @@ class BasePoint(ShownAsFormulas):
             raise
         except (ArithmeticError, ValueError) as reason:
             raise OutOfRange(f"the layer from {listed((s.name for s in system.states), begins)} has no finite value "
-                             f"({reason})") from None
+                             f"({reason_of(reason)})") from None
         return {s.name: tuple(base[:, i].tolist()) for i, s in enumerate(self.system.slow)}
 
 

@@ -28,7 +28,7 @@ from asympk.automaton.automaton import ROUNDED, Automaton
 from asympk.automaton.exact import exact_values
 from asympk.errors import AsympkError, NotDerivable, OutOfRange
 from asympk.formulas import NOT_FINITE
-from asympk.numbers import known_order, listed, short
+from asympk.numbers import known_order, listed, reason_of, short
 from asympk.path import Path, SolvedAgain
 from asympk.symbolic.expansion import is_singular, regular
 from asympk.symbolic.long import atoms, replaced
@@ -66,7 +66,7 @@ def run(scene: Any, method: str = "jump", *, order: int | None = None) -> Path:
         raise
     except (ArithmeticError, ValueError) as reason:
         raise OutOfRange(f"the layer or the slow motion from {listed(scene.names, scene.start)} has no finite value "
-                         f"({_without_series(scene) or reason}); use method 'exact'") from None
+                         f"({_without_series(scene) or reason_of(reason)}); use method 'exact'") from None
     return replace(path, scene=scene, at=SolvedAgain(path.at, run, scene, {"method": method, "order": order}))
 
 

@@ -1382,3 +1382,13 @@ def test_a_saw_tooth_that_comes_up_to_a_bound_jumps_back_from_it(order):
     system = ap.System.smooth({x: sp.Max(1, sp.Mod(t, 1))}, {y: x - y}, sp.Symbol("mu", positive=True), time=t)
     path = ap.solve(ap.Scene(system=system, values={"mu": "1e-3"}, start=[0, 0], until=3), "jump", order=order)
     assert path.final[0] == pytest.approx(3, abs=1e-9)
+
+
+@pytest.mark.parametrize(("begun", "small", "told"), [
+    ("1e200", "1/1000", "a number is beyond floats"), ("0", "1e300", "Numerical result out of range"),
+])
+def test_a_number_beyond_floats_is_told_in_words_alone(begun, small, told):
+    """It was told as (34, 'Numerical result out of range'), or not at all."""
+    system = ap.System.smooth(slow={x: 1 - x * (1 + y) ** 2}, fast={y: x * (1 + y) ** 2 - y**3}, small=mu)
+    with pytest.raises(OutOfRange, match=rf"no finite value \({told}\)"):
+        ap.solve(ap.Scene(system=system, values={mu: small}, start={x: 1, y: begun}, until=1), "jump")
