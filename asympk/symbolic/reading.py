@@ -17,6 +17,7 @@ WRITTEN_OTHERWISE: dict[type, Callable] = {  # Python's factorial takes no fract
     sp.frac: fractional_part, sp.factorial: lambda n: sp.gamma(n + 1),
 }
 
+
 def rational(name: str, value: Any) -> sp.Rational:
     """Return a number as the rational that it is exactly; raises ``InputError`` as ``numbers.number`` does."""
     return sp.Rational(Fraction(number(name, value)))
