@@ -255,7 +255,6 @@ def _advanced(modes, flock, k):
     ends = follow_rows(flow, flow.mode.mesh, whole, flock.until[mine] - flock.t[mine], covariance)
     flock.lost[mine] |= ends.open | _pushed_on(modes, k, begun, flock.w[mine], ends.span)
     flock.w[mine], flock.covariance[mine] = ends.state[:, :states], ends.covariance[:, :states, :states]
-    flock.size[mine] = np.maximum(flock.size[mine], abs(flock.w[mine]))
     flock.t[mine] = np.where(ends.hit < 0, flock.until[mine], flock.t[mine] + ends.span)
     flock.alive[mine] = (ends.hit >= 0) & ~flock.lost[mine]
     notes = []
@@ -264,6 +263,7 @@ def _advanced(modes, flock, k):
         rates = modes.rates(modes.branches[k], flock.t[mine[at]], flock.w[mine[at]])
         notes.append(_after(modes, k, kinds[kept[hit]], flow.rows[hit], rates, flock, mine[at]))
         flock.covariance[mine[at]] = _covariance(modes, flow.rows[hit], rates, flock, mine[at], ends.covariance[at])
+    flock.size[mine] = np.maximum(flock.size[mine], abs(flock.w[mine]))
     # a row that begins its mode again at the same time would do so endlessly
     flock.lost[mine] |= flock.alive[mine] & (flock.t[mine] == begun) & (flock.branch[mine] == k)
     return notes

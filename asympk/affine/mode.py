@@ -201,13 +201,16 @@ class ClosedSegment:
     """The motion of a flow from a start ``w(0)``, and its guards as functions of time.
 
     ``sizes``, by default ``|start|``, are the sizes to which the errors of the start are proportional. A guard that is
-    0 at the start within rounding, or is one of ``zeros``, is set to 0 there. If its slope is 0, too, the guard
-    vanishes identically and is set to 1, so that it is never lost. With ``snapped=False`` no guard is changed.
+    0 at the start within rounding, or is one of ``zeros``, is set to 0 there. If its slope is 0 at all times, the guard
+    vanishes identically and is set to 1, so that it is never lost. So is one of those ``zeros`` that are ``level``,
+    whose slopes vanish at the start, if it returns to 0 without end (Lemma 20). With ``snapped=False`` no other guard
+    is changed.
     """
 
     def __init__(
         self, flow: AffineFlow, start: Sequence[Number] | np.ndarray,
         sizes: Sequence[Number] | np.ndarray | None = None, snapped: bool = True, zeros: Sequence[int] = (),
+        level: Sequence[int] = (),
     ):
         m = self.m = flow.m
         self.flow, self.functions = flow, len(flow.rate)
@@ -219,15 +222,27 @@ class ClosedSegment:
         vanishing, moves = abs(first) <= off * max(m.margin, m.slack), self.slopes.any(axis=0)
         vanishing[[*zeros]] = True
         self.zero, self.held = (np.flatnonzero(vanishing & snapped & some).tolist() for some in (moves, ~moves))
+        self.returning = [*filter(self._returns, level)]
         first[self.zero] = m.number(0)
-        self.guards[self.functions :, self.held] = m.number(1)
+        for weights in (self.guards, self.slopes, self.bends):
+            weights[:, self.returning] = m.number(0)
+        self.guards[self.functions :, [*self.held, *self.returning]] = m.number(1)
+
+    def _returns(self, guard):
+        """Tell whether a guard that vanishes with its slope is ``c (1 - cos(w t))`` with c > 0."""
+        at, waves = 0, list[int]()
+        for decay, turn, count in self.flow.blocks:
+            start, at = at, at + count * (2 if turn else 1)
+            if self.slopes[start:at, guard].any():
+                waves.append(start if turn and not decay and count == 1 else -1)
+        return len(waves) == 1 and waves[0] >= 0 and self.bends[waves[0], guard] > 0
 
     @cached_property
     def off(self) -> Parts:
         """The ``Parts`` of the sizes of the terms, to which rounding errors are proportional."""
         found = self.flow.parts(self.flow.times(self.flow.table_sizes, self.size))
         found.guards[self.functions][self.zero] = self.m.number(0)
-        found.guards[:, self.held] = self.m.number(0)
+        found.guards[:, [*self.held, *self.returning]] = self.m.number(0)
         return found
 
     def in_doubles(self) -> "ClosedSegment":
@@ -235,7 +250,7 @@ class ClosedSegment:
         start, size = (np.array([*map(float, values[: len(self.start)])]) for values in (self.start, self.size))
         if not np.isfinite(size).all():
             raise OverflowError
-        return ClosedSegment(self.flow.mode.in_doubles, start, size, snapped=False)
+        return ClosedSegment(self.flow.mode.in_doubles, start, size, snapped=False, level=self.returning)
 
     def state(self, t: Number) -> np.ndarray:
         """Return the state (n,) at the time t."""

@@ -19,7 +19,7 @@ from asympk.arithmetic import UNIT, Doubles
 _MARGIN = Doubles.margin
 _ULPS = 64  # rounding errors up to which a guard vanishes at the start
 _WINDOWS = 64  # windows of the mesh before a row is left to the scalar flow
-_ROUNDS = 12  # of cutting an interval
+_ROUNDS = 48  # of cutting an interval: a root close to the start takes some to come near, and as many to get away
 _PARTS = 8
 _PIECE = 24  # intervals of a window that are bounded together
 _STEPS = 40  # of Newton's method

@@ -239,7 +239,8 @@ def _followed(m, case, done):
         late = segments[-1].work.late if segments and segments[-1].t == t else m.number(0)
         start, known = _with_waves(m, waves, t, late, state)
         zeros = _vanishing(mode, t, state, segments)
-        segment = ClosedSegment(flow, start, known, zeros=[q for q, guard in enumerate(kept) if guard in zeros])
+        zeros = [q for q, guard in enumerate(kept) if guard in zeros]
+        segment = ClosedSegment(flow, start, known, zeros=zeros, level=zeros if _begins_to_slip(mode, segments) else ())
         if segment.held and m.margin:  # what stays 0 is idle: rounding has taken the motion out of the start
             raise Undecided
         span, hits = _span(case, m, mode, segment, until - t - late, len(segments))
@@ -293,6 +294,21 @@ def _vanishing(mode, t, state, segments):
               if OPEN not in (was, now) and was.velocity != now.velocity
               and not (k in jumping and mode.signs((jumping[k],), t, state)[0])}
     return [k for k, (kind, friction) in enumerate(mode.kinds) if kind == "velocity_zero" and friction in turned]
+
+
+def _begins_to_slip(mode, segments):
+    """Tell whether a mode begins as one contact, and nothing else, leaves rest with its static friction as the kinetic.
+
+    Its forces are those at rest then, and its acceleration is 0.
+    """
+    if not segments or segments[-1].together or segments[-1].sides != mode.mode.sides:
+        return False
+    pairs = enumerate(zip(segments[-1].branch, mode.branch, strict=True))
+    changed = [(k, was, now) for k, (was, now) in pairs if was[:2] != now[:2]]
+    (k, was, now), *others = changed or [(0, OPEN, OPEN)]
+    friction = mode.mode.system.frictions[k]
+    rested = was.mode == "stick" and now.load == was.load and friction.static == friction.kinetic
+    return rested and not others and not mode.mode.jumping
 
 
 def _standing(joined, automaton, digits, advance):

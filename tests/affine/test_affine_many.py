@@ -47,6 +47,19 @@ def test_arrays_end_where_the_scalar_flow_ends_with_a_function_that_numpy_lacks(
         assert final == pytest.approx(ap.solve(scene).final, abs=1e-13)
 
 
+@pytest.mark.parametrize(("belt", "push", "static"), [(0, 0, 0.5), (0.5, sp.sin(t), 0.25)])
+def test_rows_that_stop_or_begin_to_slip_slowly_are_followed_together(belt, push, static):
+    """The size of a velocity was its rounding before it was set to 0, and roots near the start took too many cuts."""
+    friction = ap.Friction(velocity=v - belt, force=F, load=1, kinetic=0.25, static=static)
+    block = ap.System.with_frictions({x: v, v: F - x - v / 10 + push}, {}, [friction], time=t if push else None)
+    many = ap.solve_many(system=block, values={}, start={x: np.linspace(-3, 3, 400), v: 0}, until=10)
+    assert many.alone == 0
+    for i in (20, 245, 300):
+        path = ap.solve(ap.Scene(system=block, start={x: float(np.linspace(-3, 3, 400)[i]), v: 0}, until=10))
+        assert many.final[:, i] == pytest.approx(path.final, abs=1e-13)
+        assert many.n_events[i] == len(path.events)
+
+
 def test_arrays_end_where_the_scalar_flow_ends(starts):
     values, until = {"mu": 1e-4, "k": 0.5}, np.linspace(0.5, 12, 40)
     many = ap.solve_many(system=CHAIN, values=values, start=starts, until=until)
