@@ -301,14 +301,16 @@ def _begins_to_slip(mode, segments):
 
     Its forces are those at rest then, and its acceleration is 0.
     """
-    if not segments or segments[-1].together or segments[-1].sides != mode.mode.sides:
+    last = segments[-1] if segments else None
+    if last is None or last.together or last.sides != mode.mode.sides or mode.mode.jumping:
         return False
-    pairs = enumerate(zip(segments[-1].branch, mode.branch, strict=True))
+    pairs = enumerate(zip(last.branch, mode.branch, strict=True))
     changed = [(k, was, now) for k, (was, now) in pairs if was[:2] != now[:2]]
-    (k, was, now), *others = changed or [(0, OPEN, OPEN)]
+    if len(changed) != 1:
+        return False
+    k, was, now = changed[0]
     friction = mode.mode.system.frictions[k]
-    rested = was.mode == "stick" and now.load == was.load and friction.static == friction.kinetic
-    return rested and not others and not mode.mode.jumping
+    return was.mode == "stick" and was.load == now.load and friction.static == friction.kinetic
 
 
 def _standing(joined, automaton, digits, advance):

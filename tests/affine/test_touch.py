@@ -2,6 +2,7 @@
 
 import math
 
+import mpmath
 import numpy as np
 import pytest
 import sympy as sp
@@ -40,11 +41,19 @@ def test_a_block_that_has_stuck_to_its_belt_touches_the_speed_of_the_belt_ever_a
     assert np.array(path(times)[0], float) == pytest.approx(0.5 + np.sin(times - float(left.t)), abs=1e-13)
 
 
+@pytest.mark.parametrize("until", [300, 10**9, 10**15])
+def test_a_block_that_leaves_its_belt_alone_is_followed_past_any_number_of_touches(until):
+    """Each touch took some 30 ms: two runs in ever more digits agreed on it."""
+    path = ap.solve(ap.Scene(system=on_a_belt("1/2"), start=(0, 1), until=until))
+    turn = mpmath.mpf(until) - 0.5
+    assert [float(w) for w in path.final] == pytest.approx([0.5 + mpmath.sin(turn), mpmath.cos(turn)], abs=2e-13)
+
+
 def test_a_touch_is_found_at_a_few_times_however_many_digits_decide_it(monkeypatch):
     """Bounds in doubles rule out the times between, and a guard that is bent upward has one least value."""
     looks, at = [], Guards.at
     monkeypatch.setattr(Guards, "at", lambda *arguments: looks.append(1) or at(*arguments))
-    scene = ap.Scene(system=on_a_belt("1/2"), start=(0, 1), until=40)
+    scene = ap.Scene(system=on_a_belt("1/2"), start=("3/2", 0), until=40)
     ap.solve(scene)
     touches = 2 * 6  # in two runs that agree
     assert len(looks) < 15 * touches
