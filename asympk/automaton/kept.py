@@ -8,14 +8,15 @@ not, the plane is widened until the rates agree: this is the smallest of such pl
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from fractions import Fraction
-from functools import partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
 from asympk.automaton.contacts import Numbers, Place, clear_sign
-from asympk.automaton.modes import GuardedMode, has_switches
+from asympk.automaton.modes import GuardedMode, has_switches, vanishes
 from asympk.multiprecision import in_context
+from asympk.symbolic.long import replaced
 
 if TYPE_CHECKING:
     from asympk.automaton.junction import Junction
@@ -23,8 +24,9 @@ if TYPE_CHECKING:
     from asympk.automaton.numericmode import NumericMode
 
 Marks = list[tuple[int, int]]  # of each state the first state that is alike and the sign to it; ``ZERO`` for 0
-Sign = Callable[[Sequence], int]
+Sign = Callable[[Sequence], int]  # of the first of some values, 0 where it may be 0
 ZERO = (-1, 0)
+FARTHEST = 1e-3  # part of the largest state by which errors of a flow leave a plane at most
 APART = 64  # a generic place is about this part of the size of each state away from the state itself
 
 
@@ -37,7 +39,8 @@ def vanish_on_plane(here: "Junction", mode: GuardedMode, exprs: tuple[sp.Expr, .
     if any(f.rigid for f in mode.system.frictions):
         return False
     with suppress(ArithmeticError, TypeError, ValueError):
-        _, places = _kept(here.places, mode, here.numbers.decided_sign, 0)
+        marks = _alike([*zip(*(place.state for place in here.places), strict=True)], None, here.numbers.decided_sign)
+        _, places = _kept(here.at, mode, marks, here.numbers.decided_sign, 0)
         return bool(places) and not any(map(here.numbers.decided_sign, _values(mode, exprs, places)))
     return False
 
@@ -45,31 +48,48 @@ def vanish_on_plane(here: "Junction", mode: GuardedMode, exprs: tuple[sp.Expr, .
 def without_asymmetry(mode: "NumericMode", t: Any, state: tuple, segment: "Segment") -> "Segment":
     """Return a segment of a mode from (t, state) with its end on the plane that the mode keeps through this state.
 
-    Errors of the flow leave the plane, and contacts that a symmetry makes slip at one time would slip in turn.
+    Errors of the flow leave the plane, and contacts that a symmetry makes slip at one time would slip in turn. Rates are
+    alike in symbols, too: numbers at one place do not show a pulse exp(-10^4 (t - 1)^2) elsewhere.
     """
-    if len(mode.branch) < 2 or len({0, *map(abs, state)}) > len(state):
+    farthest = FARTHEST * max(map(abs, segment.state), default=0)
+    marks = _alike([*zip(segment.state)], _same(state), lambda values: abs(values[0]) > farthest)
+    if len(mode.branch) < 2 or marks == [(k, 1) for k in range(len(state))]:
         return segment
     convert = partial(in_context, mode.functions) if mode.target == "mpmath" else float
     with suppress(ArithmeticError, TypeError, ValueError):
         at = Place(Numbers(mode.target, mode.functions, convert, 0.0), t, state, mode.p, mode.coefficients)
-        marks, places = _kept((at, at), mode.mode, clear_sign, mode.beside)
-        return segment._replace(state=_on_plane(marks, segment.state)) if places else segment
+        marks, places = _kept(at, mode.mode, marks, clear_sign, mode.beside)
+        if places and _is_kept(mode.mode, (*marks,), (*_same(mode.p[: len(mode.mode.system.parameters)]),)):
+            return segment._replace(state=_on_plane(marks, segment.state))
     return segment
+
+
+def _same(values: Sequence) -> Marks:
+    return _alike([*zip(values)], None, lambda values: values[0] != 0)
+
+
+@lru_cache(maxsize=256)
+def _is_kept(mode: GuardedMode, marks: tuple[tuple[int, int], ...], parameters: tuple[tuple[int, int], ...]) -> bool:
+    """Tell whether rates agree with the marks of states, whatever values these have, and parameters with theirs."""
+    plane: dict[sp.Basic, sp.Basic] = {}
+    for symbols, signs in ((mode.system.states, marks), (mode.system.parameters, parameters)):
+        plane |= {s: sign * symbols[first] for s, (first, sign) in zip(symbols, signs, strict=True)}
+    rates = [replaced(rate, plane) for rate in mode.rates]
+    return all(vanishes(rate - sign * rates[first]) for rate, (first, sign) in zip(rates, marks, strict=True))
 
 
 def _on_plane(marks: Marks, state: tuple) -> tuple:
     return tuple(sign * state[first] if sign else w - w for w, (first, sign) in zip(state, marks, strict=True))
 
 
-def _kept(places: tuple[Place, ...], mode: GuardedMode, sign: Sign, slack: Any) -> tuple[Marks, tuple[Place, ...]]:
-    """Return the marks of the plane kept through a state, the first of ``places``, and generic places; () if unknown.
+def _kept(at: Place, mode: GuardedMode, marks: Marks, sign: Sign, slack: Any) -> tuple[Marks, tuple[Place, ...]]:
+    """Return the marks of the least plane that is kept and has these ``marks``, and generic places; () if unknown.
 
     The generic places are displaced by the relative error ``slack``.
     """
-    marks = _alike([*zip(*(place.state for place in places), strict=True)], None, sign)
-    found = () if has_switches(mode.system) else _generic(places[0], mode, marks, slack)
+    found = () if has_switches(mode.system) else _generic(at, mode, marks, slack)
     while found and (finer := _alike(_values(mode, mode.rates, found), marks, sign)) != marks:
-        marks, found = finer, _generic(places[0], mode, finer, slack)
+        marks, found = finer, _generic(at, mode, finer, slack)
     return marks, found
 
 

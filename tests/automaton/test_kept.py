@@ -70,3 +70,15 @@ def test_a_block_on_two_elastic_legs_that_starts_or_lands_flat_stays_flat(fricti
     expected = {"X": 0, "Y": float(height) - c * x, "theta": 0, "x": x, "x2": x, "X'": 0, "Y'": -0.03 * rate,
                 "theta'": 0, "y": rate, "y2": rate}
     assert ends == pytest.approx(expected, abs=1e-7)
+
+
+@pytest.mark.parametrize("how", [{}, {"method": "lsoda"}, {"digits": 12}])
+@pytest.mark.few(2)
+def test_states_part_where_their_rates_differ_by_a_pulse_that_numbers_nearby_do_not_show(how):
+    """1 + exp(-10^4 (t - 1/2)^2)/100 is 1 in doubles far from 1/2; the first block was put beside the other one."""
+    t, p, q, u, v, F, G = sp.symbols("t p q u v F G", real=True)
+    pulse = sp.exp(-(10**4) * (t - sp.S.Half) ** 2)
+    blocks = [ap.Friction(u, F, load=1 + t**2, kinetic=1), ap.Friction(v, G, load=1 + t**2, kinetic=1)]
+    system = ap.System.with_frictions({p: 1 + pulse / 100, q: 1, u: F + p, v: G + q}, {}, blocks, time=t)
+    path = ap.solve(ap.Scene(system=system, values={}, start={p: 0, q: 0, u: 0, v: 0}, until=1), **how)
+    assert path.final[0] - path.final[1] == pytest.approx(math.sqrt(math.pi) / 10**4, rel=0.05)
