@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import sympy as sp
 
 from asympk.automaton.contacts import Numbers, Place, clear_sign
-from asympk.automaton.modes import GuardedMode, has_switches, vanishes
+from asympk.automaton.modes import GuardedMode, expands_to_zero, has_switches
 from asympk.multiprecision import in_context
 from asympk.symbolic.long import replaced
 
@@ -48,8 +48,8 @@ def vanish_on_plane(here: "Junction", mode: GuardedMode, exprs: tuple[sp.Expr, .
 def without_asymmetry(mode: "NumericMode", t: Any, state: tuple, segment: "Segment") -> "Segment":
     """Return a segment of a mode from (t, state) with its end on the plane that the mode keeps through this state.
 
-    Errors of the flow leave the plane, and contacts that a symmetry makes slip at one time would slip in turn. Rates are
-    alike in symbols, too: numbers at one place do not show a pulse exp(-10^4 (t - 1)^2) elsewhere.
+    Errors of the flow leave the plane, and contacts that a symmetry makes slip at one time would slip in turn. Rates
+    are alike in symbols, too: numbers at one place do not show a pulse exp(-10^4 (t - 1)^2) elsewhere.
     """
     farthest = FARTHEST * max(map(abs, segment.state), default=0)
     marks = _alike([*zip(segment.state)], _same(state), lambda values: abs(values[0]) > farthest)
@@ -75,7 +75,7 @@ def _is_kept(mode: GuardedMode, marks: tuple[tuple[int, int], ...], parameters: 
     for symbols, signs in ((mode.system.states, marks), (mode.system.parameters, parameters)):
         plane |= {s: sign * symbols[first] for s, (first, sign) in zip(symbols, signs, strict=True)}
     rates = [replaced(rate, plane) for rate in mode.rates]
-    return all(vanishes(rate - sign * rates[first]) for rate, (first, sign) in zip(rates, marks, strict=True))
+    return all(expands_to_zero(rate - sign * rates[first]) for rate, (first, sign) in zip(rates, marks, strict=True))
 
 
 def _on_plane(marks: Marks, state: tuple) -> tuple:
