@@ -112,7 +112,7 @@ class GuardedMode:
         value = guard.value
         for rest in (self.velocities[k] for k in sorted(branches.at_rest(self.branch))):
             slopes = ((slope_by(rest, s), slope_by(value, s)) for s in self.system.states if rest.has_free(s))
-            share = next((b / a for a, b in slopes if a.is_number), sp.S.Zero)
+            share = next((b / a for a, b in slopes if a.is_number and a != 0), sp.S.Zero)
             left = value - share * rest
             value = left if share.is_number and symbols_in(left) & {*self.system.states} else value
         return guard._replace(value=value)
