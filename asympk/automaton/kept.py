@@ -2,9 +2,11 @@ r"""The plane through a state that a mode keeps, as that of a symmetry: there st
 
 A symmetric mechanism that begins symmetrically stays so, and what is 0 in all of its symmetric states stays 0, with all
 of its derivatives. Two states may stay alike if their rates are alike at a generic place of the plane. Where they are
-not, the plane is widened until the rates agree: this is the smallest of such planes that the mode keeps.
+not, the plane is widened until the rates agree: this is the smallest of such planes that the mode keeps. The rates must
+agree in symbols, too: numbers at one place do not show a pulse 1 + exp(-10^4 (t - 1)^2) elsewhere.
 """
 
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from fractions import Fraction
@@ -14,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import sympy as sp
 
 from asympk.automaton.contacts import Numbers, Place, clear_sign
-from asympk.automaton.modes import GuardedMode, expands_to_zero, has_switches
+from asympk.automaton.modes import GuardedMode, has_switches
 from asympk.multiprecision import in_context
 from asympk.symbolic.long import replaced
 
@@ -23,7 +25,8 @@ if TYPE_CHECKING:
     from asympk.automaton.loop import Segment
     from asympk.automaton.numericmode import NumericMode
 
-Marks = list[tuple[int, int]]  # of each state the first state that is alike and the sign to it; ``ZERO`` for 0
+Mark = tuple[int, int]
+Marks = list[Mark]  # of each state the first state that is alike and the sign to it; ``ZERO`` for 0
 Sign = Callable[[Sequence], int]  # of the first of some values, 0 where it may be 0
 ZERO = (-1, 0)
 FARTHEST = 1e-3  # part of the largest state by which errors of a flow leave a plane at most
@@ -40,16 +43,16 @@ def vanish_on_plane(here: "Junction", mode: GuardedMode, exprs: tuple[sp.Expr, .
         return False
     with suppress(ArithmeticError, TypeError, ValueError):
         marks = _alike([*zip(*(place.state for place in here.places), strict=True)], None, here.numbers.decided_sign)
-        _, places = _kept(here.at, mode, marks, here.numbers.decided_sign, 0)
-        return bool(places) and not any(map(here.numbers.decided_sign, _values(mode, exprs, places)))
+        marks, places = _kept(here.at, mode, marks, here.numbers.decided_sign, 0)
+        if places and not any(map(here.numbers.decided_sign, _values(mode, exprs, places))):
+            return _is_exact(here.places, mode, marks, here.numbers.decided_sign, exprs)
     return False
 
 
 def without_asymmetry(mode: "NumericMode", t: Any, state: tuple, segment: "Segment") -> "Segment":
     """Return a segment of a mode from (t, state) with its end on the plane that the mode keeps through this state.
 
-    Errors of the flow leave the plane, and contacts that a symmetry makes slip at one time would slip in turn. Rates
-    are alike in symbols, too: numbers at one place do not show a pulse exp(-10^4 (t - 1)^2) elsewhere.
+    Errors of the flow leave the plane, and contacts that a symmetry makes slip at one time would slip in turn.
     """
     farthest = FARTHEST * max(map(abs, segment.state), default=0)
     marks = _alike([*zip(segment.state)], _same(state), lambda values: abs(values[0]) > farthest)
@@ -59,7 +62,7 @@ def without_asymmetry(mode: "NumericMode", t: Any, state: tuple, segment: "Segme
     with suppress(ArithmeticError, TypeError, ValueError):
         at = Place(Numbers(mode.target, mode.functions, convert, 0.0), t, state, mode.p, mode.coefficients)
         marks, places = _kept(at, mode.mode, marks, clear_sign, mode.beside)
-        if places and _is_kept(mode.mode, (*marks,), (*_same(mode.p[: len(mode.mode.system.parameters)]),)):
+        if places and _is_exact(places, mode.mode, marks, clear_sign):
             return segment._replace(state=_on_plane(marks, segment.state))
     return segment
 
@@ -68,14 +71,26 @@ def _same(values: Sequence) -> Marks:
     return _alike([*zip(values)], None, lambda values: values[0] != 0)
 
 
+def _is_exact(places: tuple[Place, ...], mode: GuardedMode, marks: Marks, sign: Sign, exprs: tuple = ()) -> bool:
+    """Tell whether rates agree with the marks of states, and ``exprs`` are 0, in symbols of the states and the time."""
+    parameters = _same(places[0].p[: len(mode.system.parameters)])
+    return not any(map(sign, _values(mode, _left(mode, exprs, (*marks,), (*parameters,)), places)))
+
+
 @lru_cache(maxsize=256)
-def _is_kept(mode: GuardedMode, marks: tuple[tuple[int, int], ...], parameters: tuple[tuple[int, int], ...]) -> bool:
-    """Tell whether rates agree with the marks of states, whatever values these have, and parameters with theirs."""
+def _left(mode: GuardedMode, exprs: tuple, states: tuple[Mark, ...], parameters: tuple[Mark, ...]) -> tuple:
+    """Return expressions in the parameters that are 0 if rates agree with the marks of states, and ``exprs`` are 0."""
     plane: dict[sp.Basic, sp.Basic] = {}
-    for symbols, signs in ((mode.system.states, marks), (mode.system.parameters, parameters)):
-        plane |= {s: sign * symbols[first] for s, (first, sign) in zip(symbols, signs, strict=True)}
+    for symbols, marks in ((mode.system.states, states), (mode.system.parameters, parameters)):
+        plane |= {s: sign * symbols[first] for s, (first, sign) in zip(symbols, marks, strict=True)}
     rates = [replaced(rate, plane) for rate in mode.rates]
-    return all(expands_to_zero(rate - sign * rates[first]) for rate, (first, sign) in zip(rates, marks, strict=True))
+    apart = [rate - sign * rates[first] for rate, (first, sign) in zip(rates, states, strict=True)]
+    found = defaultdict[tuple, sp.Expr](lambda: sp.S.Zero)
+    for k, expr in enumerate((*apart, *(replaced(expr, plane) for expr in exprs))):
+        for term in sp.Add.make_args(sp.expand(expr, power_exp=False)):  # in numbers a factor exp(-2500) may be 0
+            known, moving = term.as_independent(*mode.moving, as_Add=False)
+            found[k, moving] += known
+    return tuple(sp.S.One if value.is_number else value for value in found.values() if value != 0)
 
 
 def _on_plane(marks: Marks, state: tuple) -> tuple:

@@ -342,7 +342,7 @@ class GuardedMode:
         zeros = ({s: sp.expand(s - expr / slope)} for s, slope in even)
         zero = next(zeros, None)
         rate = sp.S.One if zero is None else replaced(self.drift(expr), zero)
-        return expands_to_zero(rate)
+        return _vanishes(rate)
 
     @cached_property
     def pressed(self) -> bool:
@@ -443,9 +443,9 @@ def _time_of_fall(edge: sp.Expr, time: sp.Symbol | None) -> sp.Expr | None:
 
 def _is_multiple(expr: sp.Expr, other: sp.Expr, states: tuple[sp.Symbol, ...]) -> bool:
     ratios = (slope_by(expr, s) / slope_by(other, s) for s in states if other.has_free(s))
-    return any(not c.free_symbols & {*states} and expands_to_zero(expr - c * other) for c in ratios)
+    return any(not c.free_symbols & {*states} and _vanishes(expr - c * other) for c in ratios)
 
 
-def expands_to_zero(expr: sp.Expr) -> bool:
+def _vanishes(expr: sp.Expr) -> bool:
     """Tell whether ``expr`` expands to 0; numbers tell first of most that it does not."""
     return not is_clearly_nonzero(expr) and sp.expand(expr) == 0

@@ -82,3 +82,27 @@ def test_states_part_where_their_rates_differ_by_a_pulse_that_numbers_nearby_do_
     system = ap.System.with_frictions({p: 1 + pulse / 100, q: 1, u: F + p, v: G + q}, {}, blocks, time=t)
     path = ap.solve(ap.Scene(system=system, values={}, start={p: 0, q: 0, u: 0, v: 0}, until=1), **how)
     assert path.final[0] - path.final[1] == pytest.approx(math.sqrt(math.pi) / 10**4, rel=0.05)
+
+
+@pytest.mark.slow
+def test_a_symmetry_that_a_pulse_breaks_elsewhere_is_not_kept():
+    """Far from t = 1/2 it is below all digits of 1; a velocity was said to stay 0, and friction drove the body."""
+    t = sp.Symbol("t", real=True)
+    pulse = sp.exp(-(10**4) * (t - sp.S.Half) ** 2)
+    frictions = [ap.Friction(v + sign * q * w, force, 2 + t**2, sp.Rational(1, 5)) for sign, force in ((1, F), (-1, G))]
+    rates = {q: w, w: q * (F - G) - q + 20 * (p - s), v: F + G + sp.S.Half, p: 1 + pulse, s: 1}
+    system = ap.System.with_frictions(rates, {}, frictions, time=t)
+    with pytest.raises(UnboundedReaction, match=r"stick\+stick has equations that are singular"):
+        ap.solve(ap.Scene(system=system, start=dict.fromkeys(rates, 0), until=1), method="radau")
+
+
+@pytest.mark.slow
+def test_a_symmetry_of_parameters_that_agree_in_numbers_alone_is_kept():
+    near, wide = sp.symbols("near wide", positive=True)
+    frictions = [ap.Friction(v + q * w * near, F, 2 + p, sp.Rational(1, 5)),
+                 ap.Friction(v - q * w * (wide - near), G, 2 + p, sp.Rational(1, 5))]
+    rates = {q: w, w: q * (F - G) - q + (wide - 2 * near) * p**2, v: F + G, p: s, s: -p}
+    system = ap.System.with_frictions(rates, {}, frictions)
+    values = {"near": "1/3", "wide": "2/3"}
+    path = ap.solve(ap.Scene(system=system, values=values, start={q: 0, w: 0, v: 0, p: 0, s: 1}, until=2))
+    assert (path.events, path.final[:3]) == ((), (0, 0, 0))
