@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from asympk.automaton.automaton import Automaton
 
 Signs = tuple[int | None, ...]  # of sliding velocities that vanish; None for others, all 0 for the empty tuple
-LARGE = 2.0**20  # size of states up to which the zeros of others have their rounding
+LARGE = 2.0**32  # size of states, as of a metre in nanometres, up to which the zeros of others have their rounding
 _NUDGES = ((1, -1, 1, -1, 1, -1, 0, 0), (1, 1, -1, -1, 0, 0, 1, -1))  # no two states move alike in both
 
 

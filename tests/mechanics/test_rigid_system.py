@@ -1326,3 +1326,14 @@ def test_a_contact_that_turns_by_an_angle_of_1_brakes_beside_a_vast_length(unila
     path = ap.solve(ap.Scene(system=system, start=start, until=3))
     assert path.modes == ("slip_same", "stick")
     assert path.final == pytest.approx((1e17, 0, 1, 0, 0, 0))
+
+
+def test_a_block_whose_height_is_the_rounding_of_a_metre_in_nanometres_stands_on_the_ground():
+    """10^9 sin(pi) = 1.2e-7 was a fall, and the contact was hit 5e-9 later."""
+    metre = 10**9
+    ground = ap.Contact(gap=Y, slip=X, friction=sp.S.Half, unilateral=True)
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 - 9 * metre * Y
+    system = ap.Mechanism.from_lagrangian(energy, (X, Y), contact=ground).rigid()
+    path = ap.solve(ap.Scene(system=system, start=[metre, metre * math.sin(math.pi), metre, 0], until=1))
+    assert path.modes == ("slip_same", "stick")
+    assert path.final[0] == pytest.approx(metre * 10 / 9)
