@@ -54,9 +54,11 @@ def without_asymmetry(mode: "NumericMode", t: Any, state: tuple, segment: "Segme
 
     Errors of the flow leave the plane, and contacts that a symmetry makes slip at one time would slip in turn.
     """
-    farthest = FARTHEST * max(map(abs, segment.state), default=0)
-    marks = _alike([*zip(segment.state)], _same(state), lambda values: abs(values[0]) > farthest)
-    if len(mode.branch) < 2 or marks == [(k, 1) for k in range(len(state))]:
+    if len(mode.branch) < 2 or (marks := _same(state)) == (apart := [(k, 1) for k in range(len(state))]):
+        return segment
+    farthest = FARTHEST * max(map(abs, segment.state))
+    marks = _alike([*zip(segment.state)], marks, lambda values: abs(values[0]) > farthest)
+    if marks == apart:
         return segment
     convert = partial(in_context, mode.functions) if mode.target == "mpmath" else float
     with suppress(ArithmeticError, TypeError, ValueError):
