@@ -304,7 +304,7 @@ def _require_uncritical(here: Junction, chosen: Branch, tried: Tried) -> None:
 def _undetermined(here: Junction, branch: Branch) -> UnboundedReaction:
     why = "has more of them than equations; merge contacts, or put compliance between them"
     if forces.determined(here.system, branch):
-        why = "has equations that are singular in this state only; start beside it"
+        why = "has equations that are singular in this state only; move the start a little, as an angle by 1e-6"
     return UnboundedReaction(f"the forces of contacts are not determined {here.in_words}: "
                              f"{branches.mode_name(branch)} {why}", here.at.t, here.at.state)
 

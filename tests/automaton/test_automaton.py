@@ -980,7 +980,7 @@ def test_a_state_in_which_stick_has_singular_equations_is_not_told_as_one_withou
     """Neighbours stick: |x - u| <= x + u there. Slip has w' = -u for w > 0 and w' = x for w < 0, at -1 away from 0."""
     rate = (x - u + (x + u) * F) / 2
     system = ap.System.with_frictions({x: 1, u: 1, w: rate}, {}, [ap.Friction(velocity=w, force=F, load=1, kinetic=1)])
-    with pytest.raises(UnboundedReaction, match=r"t = 0.*: stick has equations that are singular in this state only"):
+    with pytest.raises(UnboundedReaction, match=r"t = 0.*: stick .*singular in this state only; move the start"):
         ap.solve(ap.Scene(system=system, start={x: 0, u: 0, w: 0}, until=1), **options)
     for beside in [("1e-9", 0), (0, "1e-9")]:
         path = ap.solve(ap.Scene(system=system, start=dict(zip((x, u, w), (*beside, 0), strict=True)), until=1))
