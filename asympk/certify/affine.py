@@ -79,7 +79,7 @@ def enclose(
         time, t = modes.instant(found[0], segment) if found else zero.time, (t + dt).tight()
         state = modes.struck(segment.at(guard, dt), lost, segment, guards, time)
         mode, guards = modes.next(mode.mode, guard, state)
-        if guard := modes.event(segment.mode.mode, mode.mode, guard, state):
+        if guard := modes.event(segment.mode.mode, mode.mode, lost, state):
             names.append(mode.mode.name)
             events.append(Event(guard.kind, t.numbers()[0], tuple(state.balls[:size]), guard.friction))
         if not found and zero.time == until:
@@ -358,17 +358,19 @@ class _Modes(Candidates):
         velocity = mode.velocities.get(k, self.system.frictions[k].velocity)
         return leading_sign(self.row(mode, velocity), self.of(mode).matrix, state) != 0
 
-    def event(self, before, after, guard, state):
+    def event(self, before, after, lost, state):
         """Return the guard of the event between two modes, or None if the motion of no contact changes.
 
-        At a switch it is the sliding velocity that jumps or, unless a contact stops there, what the first mode loses on
-        the new side. Which friction and kind it has, ``event_between`` says.
+        Of guards ``lost`` together, one that only touches 0 tells no event of another contact. At a switch it is the
+        sliding velocity that jumps or, unless a contact stops there, what the first mode loses on the new side. Which
+        friction and kind it has, ``event_between`` says.
         """
         motions = [forces.moving_as(mode.sided, mode.branch) for mode in (before, after)]
         if not (changed := [k for k, (old, new) in enumerate(zip(*motions, strict=True)) if old != new]):
             return None
         if before.branch == after.branch:
             raise Refused(f"edge: contact {changed[0]}, a slip in name only, begins to slip, or ends it, at a switch")
+        guard = _together(sorted(lost, key=lambda guard: guard.friction not in (NO_FRICTION, *changed)))
         if NO_FRICTION in (guard.friction, *guard.others):
             beyond = mode_of(self.system, before.branch, before.sides_beyond(after))
             if jumped := self._jumped(beyond, state):

@@ -719,6 +719,13 @@ def test_a_load_that_touches_0_twice_is_proven_to_do_so_though_another_block_sto
     assert [event.friction for event in proof.events] == [1]
 
 
+def test_what_stops_while_a_push_on_another_block_touches_its_limit_is_the_event():
+    frictions = [ap.Friction(v, F, load=1, kinetic=1), ap.Friction(w, G, load=1, kinetic=1)]
+    pair = ap.System.with_frictions({v: F + t * (2 - t), w: G}, {}, frictions, time=t)
+    proof = proven_as_followed(ap.Scene(system=pair, start={"v": 0, "w": 1}, until=2))
+    assert [(event.kind, event.friction) for event in proof.events] == [("velocity_zero", 1)]
+
+
 def test_a_box_is_proven_all_over_which_a_block_touches_the_speed_of_its_belt():
     block = ap.System.with_frictions({x: v, v: F - x}, {}, [ap.Friction(v - 1, F, load=1, kinetic=k)])
     scene = ap.Scene(system=block, values={"k": "3/10"}, start=(0, 1), until=20)
