@@ -388,13 +388,14 @@ def _isolated(guards, lo, hi, until):
             verdicts = ["positive" if low > 0 else verdict for verdict, low in zip(verdicts, floors, strict=True)]
         if step > _PATIENCE and "unknown" in verdicts:
             verdicts = _closer_verdicts(guards, left, right)
+        verdicts = ["positive" if verdict == "falls" and _decays(guards, q, right) else verdict
+                    for q, verdict in zip(guards.every, verdicts, strict=True)]
         fall = [q for q, verdict in zip(guards.every, verdicts, strict=True) if verdict == "falls"]
         if all(verdict == "positive" for verdict in verdicts):
             left = pieces.pop()
             if not pieces:
                 return None, done
         elif {*verdicts} <= {"positive", "falls"}:
-            _require_fallen(guards, fall, right)
             return _earliest(guards, fall, left, right), done
         elif (touch := _touch(guards, left, right, verdicts)) is not None:
             return touch, done
@@ -403,10 +404,15 @@ def _isolated(guards, lo, hi, until):
     raise Undecided
 
 
-def _require_fallen(guards, fall, right):
-    """Raise ``Undecided`` for a guard that decays, and is within its rounding error at ``until``, long before 0."""
-    if guards.m.margin and any(right.values[q] > -right.slopes[q] * right.t * _NARROW for q in fall):
+def _decays(guards, q, right):
+    """Tell whether a guard that is within its rounding error at ``until`` falls so slowly that it is 0 much later only.
+
+    Raises ``Undecided`` instead unless ``m.margin`` is 0, where signs within rounding are trusted.
+    """
+    slow = right.values[q] > max(0, -right.slopes[q] * right.t * _NARROW)
+    if slow and guards.m.margin:
         raise Undecided
+    return slow and right.slopes[q] < -right.slope_doubts[q]
 
 
 def _touch(guards, left, right, verdicts):

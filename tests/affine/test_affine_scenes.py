@@ -15,7 +15,7 @@ from asympk.affine.functions import Block
 from asympk.affine.mesh import Mesh
 from asympk.affine.mode import AffineMode
 from asympk.affine.run import flows, run
-from asympk.arithmetic import Doubles
+from asympk.arithmetic import Doubles, set_digits
 from asympk.automaton import decide
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import mode_of
@@ -448,7 +448,7 @@ def test_a_block_that_stops_exactly_at_the_end_is_followed_to_it(digits):
     assert [float(w) for w in path.final] == [0.5, 0]
 
 
-@pytest.mark.parametrize("until", [30, 32, 34, 36])
+@pytest.mark.parametrize("until", [30, 32, 34, 36, 700, 2000])
 def test_a_block_that_slows_down_for_ever_does_not_stop_at_the_end(until):
     """Its velocity is e^-t, and within rounding at the end; the pull w, a state, is all that friction bears."""
     x, y, v, w, F = sp.symbols("x y v w F", real=True)
@@ -457,6 +457,18 @@ def test_a_block_that_slows_down_for_ever_does_not_stop_at_the_end(until):
     path = ap.solve(ap.Scene(system=block, start={"x": 0, "y": 0, "v": 1, "w": "1/2"}, until=until))
     assert path.modes == ("slip_same",)
     assert path.final == pytest.approx((-np.expm1(-until), until, np.exp(-until), 0.5), rel=1e-14)
+
+
+def test_a_velocity_that_is_below_0_for_a_moment_only_is_not_taken_for_one_that_decays(monkeypatch):
+    """The first block turns by 1e-16 only, and its velocity rises again where its fall is shown."""
+    x, y, v, w, F, G = sp.symbols("x y v w F G", real=True)
+    frictions = [ap.Friction(v, F, load=1, kinetic=sp.S.Half), ap.Friction(w, G, load=1, kinetic=sp.S.Half)]
+    chain = ap.System.with_frictions({x: v, v: F - x + y / 2, y: w, w: G - y + x / 2}, {}, frictions)
+    working = list[int]()
+    monkeypatch.setattr("asympk.affine.run.set_digits", lambda m, n, tie: set_digits(m, n, tie) or working.append(n))
+    path = ap.solve(ap.Scene(system=chain, start=(1.2000000000000002, 0, 0.8000000000000003, 0), until=20), digits=20)
+    assert max(working) < 100
+    assert [event.kind for event in path.events] == ["slip_onset", "velocity_zero", "velocity_zero"]
 
 
 def test_a_block_that_rests_at_zero_is_followed_in_digits_without_an_error():
