@@ -33,7 +33,8 @@ _TINY = sp.Rational(1, 10**30)
 PLACES = 128  # at which an expression with roots is looked at
 FURTHEST = 10**6  # the largest number of which coordinates of places are ratios; of small ones some hit isolated zeros
 EXPANDED = 20_000  # terms of a power of a sum, times its exponent: with 10000 formulas take seconds, with 90000 minutes
-DEGREE, LARGEST = 100, 10**200  # of powers of fast states, and of numbers; SymPy factors larger ones for minutes
+DEGREE, LARGEST = 160, 10**308  # of powers of fast states in g, and of numbers; SymPy factors larger ones for minutes
+STEEPEST = 1000  # degree of what is not factored; at numbers larger powers have more digits than Python spells
 LONG = 200  # operations; from longer rates that are not rational come coefficients of a hundred thousand operations
 MANY = 8  # different exponentials in the rates, times the most fast states coupled; with more, formulas take minutes
 
@@ -81,11 +82,15 @@ def require_short(mode: Mode, order: int = 0, branch: sp.Dict | None = None) -> 
                            "them, and solve(scene, method='slow', order=n) uses them")
 
 
-def require_factored(mode: Mode) -> None:
-    """Raise ``NotDerivable`` where a power of a fast state, or a number, is too large for SymPy to factor the rates."""
-    rates = sp.Tuple(*mode.slow.values(), *mode.fast.values())
-    numbers = (n for n in atoms(rates, sp.Rational) if max(abs(n.p), n.q) > LARGEST)
-    powers = (p for p in atoms(rates, sp.Pow) if p.exp.is_Rational and p.base.has(*mode.fast) and abs(p.exp) > DEGREE)
+def require_factored(mode: Mode, degree: int = DEGREE) -> None:
+    """Raise ``NotDerivable`` where a power of a fast state, or a number, is too large to be factored or spelled.
+
+    The fast rates may have powers up to ``degree``, the slow ones up to ``STEEPEST``.
+    """
+    slow, fast = (sp.Tuple(*rates.values()) for rates in (mode.slow, mode.fast))
+    numbers = (n for n in atoms(sp.Tuple(slow, fast), sp.Rational) if max(abs(n.p), n.q) > LARGEST)
+    powers = (p for rates, most in ((slow, STEEPEST), (fast, degree)) for p in atoms(rates, sp.Pow)
+              if p.exp.is_Rational and p.base.has(*mode.fast) and abs(p.exp) > most)
     if large := min(map(short, (*numbers, *powers)), default=None):
         raise NotDerivable(f"the rates of {mode.name} have {large}, which is too large for formulas: put a parameter "
                            "for the number")

@@ -30,6 +30,7 @@ from asympk.symbolic.critical import (
 )
 from asympk.symbolic.diffring import DifferentialRing
 from asympk.symbolic.expansion import (
+    STEEPEST,
     expand,
     fast_jacobian,
     is_implicit,
@@ -130,7 +131,7 @@ def slow_manifold(
     """
     order = known_order(order)
     dynamics = system.autonomous(system.mode(mode))
-    require_factored(dynamics)
+    require_factored(dynamics, STEEPEST)  # g may stay implicit
     require_series(dynamics, system.small, order)
     at = sp.Dict({y: y for y in dynamics.fast}) if branch is None else checked_branch(branch, dynamics, system.small)
     manifold = SlowManifold(name, dynamics, system.small, at, system.assumptions, order)

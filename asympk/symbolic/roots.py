@@ -20,6 +20,7 @@ from asympk.symbolic.expansion import is_zero, is_zero_somewhere
 from asympk.symbolic.long import CLEAR, ROUGH, common_divisor, entries_named, generic_place, heavy, replaced
 from asympk.symbolic.lowering import lower
 
+DEGREE = 20  # above it SymPy may take minutes to factor, and to find roots that are not readable
 HALVINGS = 60  # of an interval in which a function changes its sign
 RANGE: dict[type, Callable] = {  # what is positive inside the range of an inverse function
     **dict.fromkeys((sp.asin, sp.atan, sp.acsc, sp.acot), lambda w: sp.pi**2 / 4 - w**2),
@@ -650,8 +651,10 @@ def _is_beyond_radicals(force, y, unknowns):
     minutes to join such roots, readable or not.
     """
     numerator = sp.fraction(sp.together(_without_roots(force, y)))[0]
-    if not numerator.is_polynomial(y):
+    if not numerator.is_polynomial(y) or (degree := sp.degree(numerator, y)) <= 2:
         return False
+    if degree > DEGREE:
+        return True
     factors = (f for f, _ in sp.factor_list(numerator, y)[1] if sp.degree(f, y) > 2)
     return any(unknowns > 1 or sum(found.values()) < sp.degree(f, y)
                or any(is_unreadable(root) or _is_odd_below_0(root) for root in found)
