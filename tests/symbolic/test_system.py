@@ -170,6 +170,7 @@ def test_a_contact_that_opens_is_open_or_slides_one_way_wherever_it_is():
 
 @pytest.mark.parametrize(("rate", "kinetic", "words"), [
     ((F - x) / k, 1, "k = 0 is refused; y' = (F - x)/k divides by k"),
+    (F - x * sp.exp(-1 / k**2), 1, "k = 0 is refused; y' = F - x*exp(-1/k**2) divides by k"),
     (-(x**3) + F, 1 / (k - mu), "k = 0, mu = 0 is refused; kinetic = 1/(k - mu) divides by k - mu")])
 def test_a_value_by_which_a_formula_divides_is_refused_with_the_formula(rate, kinetic, words):
     block = System.with_frictions({x: y, y: rate}, {}, [Friction(velocity=y, force=F, load=1, kinetic=kinetic)])
