@@ -8,6 +8,7 @@ import sympy as sp
 import asympk as ap
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.numericmode import NumericMode, on_hermite
+from asympk.errors import OutOfRange
 from asympk.symbolic.branches import Phase
 
 x, y = sp.symbols("x y")
@@ -58,3 +59,14 @@ def test_every_compiled_function_says_what_it_returns():
     meanings = {getattr(NumericMode, name).__doc__ for name in names}
     assert len(meanings) == len(names)
     assert all(meaning.endswith(", as a function of ``(t, *state, *p)``.") for meaning in meanings)
+
+
+@pytest.mark.parametrize("rate", [
+    sp.log, lambda k: sp.atanh(1 - k), lambda k: sp.Piecewise((k, k > 3)), lambda k: sp.factorial2(k + sp.S.Half),
+])
+def test_a_coefficient_that_has_no_value_is_refused(rate):
+    """It was taken for 0, and nothing moved."""
+    x, k = sp.symbols("x k", real=True)
+    scene = ap.Scene(system=ap.System.smooth({x: -rate(k) * x}, {}, None), values={k: 0}, start={x: 1}, until=1)
+    with pytest.raises(OutOfRange, match="a coefficient of the system is not a finite number"):
+        ap.solve(scene)
