@@ -135,9 +135,8 @@ def _towers(system: "System") -> tuple[tuple[str, sp.Expr, sp.Expr], ...]:
 
 def _require_sizes(system: "System", values: dict[sp.Symbol, Any], numbers: dict[sp.Symbol, sp.Rational]) -> None:
     """Raise ``InputError`` for an argument beyond doubles, of which all digits would be worked out."""
-    sizes = {s: sp.Float(number, _FEW) for s, number in numbers.items()}
     for name, expr, part in _towers(system):
-        size = abs(part.xreplace(sizes).evalf(_FEW))
+        size = abs(part.xreplace({s: sp.Float(numbers[s], _FEW) for s in part.free_symbols}).evalf(_FEW))
         if size.is_finite and (size > LARGEST) == sp.true:  # one that divides by 0 is told as that
             raise InputError(f"values: {_given(values, part)} is refused; in {name} = {short(expr)}, {short(part)} is "
                              "beyond the range of doubles")
