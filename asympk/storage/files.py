@@ -14,9 +14,11 @@ from asympk.numbers import short
 def named_file(file: Any) -> Path:
     """Return the ``Path`` of a file's name; raises ``InputError`` for anything that is not a name."""
     try:
-        return Path(file)
-    except TypeError:
-        raise InputError(f"file = {short(file)}: it must be the name of a file") from None
+        if b"\0" not in os.fsencode(path := Path(file)):
+            return path
+    except (TypeError, UnicodeEncodeError):  # lone surrogates, which no system spells
+        pass
+    raise InputError(f"file = {short(file)}: it must be the name of a file")
 
 
 def csv_text(rows: Iterable[Iterable[Any]]) -> str:
