@@ -251,13 +251,14 @@ def _check_law(law, values):
 def _described(table, where):
     try:
         require_keys(table, NEEDED)
+        about, _ = word(table, "about"), word(table, "name")
         values, state = (_numbers(table, key) for key in ("values", "state"))
         until = read_constant("until", table.get("until", 0), angles=False)
         number("until", until, lambda t: t >= 0, "zero or positive")
         mechanism, turn = _mechanism_of(table, values), _turn(table)
         if not table.keys().isdisjoint(CONTACT):
             _check_law(contact_law({"contact": "elastic", **table}, mechanism, values), values)
-        return Described(str(where), word(table, "about"), mechanism, values, state, turn)
+        return Described(str(where), about, mechanism, values, state, turn)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
 

@@ -79,8 +79,8 @@ def scaling(compliance: Any, damping: Any) -> Scaling:
         return Scaling(compliance, damping, compliance, sp.S.One)
     small = compliance.base if compliance.is_Pow and compliance.exp == 2 else None
     if not isinstance(small, sp.Symbol):
-        raise InputError(f"compliance = {short(compliance)}: it must be a Symbol or the square of one, such as c; "
-                         "its number stands among the values")
+        raise InputError(f"compliance = {short(compliance)}: it must be a Symbol or the square of one, in a file its "
+                         "name, such as c; its number stands among the values, in a file under [values]")
     ratio = _multiple(damping, small)
     if ratio.has(small) or ratio.is_negative:
         raise InputError(f"damping = {damping} with compliance = {compliance}: give 0 or a positive multiple of "

@@ -531,6 +531,18 @@ def test_the_horizon_of_a_system_may_be_a_formula_of_numbers_as_in_a_sweep(tmp_p
     assert load_mechanism(tmp_path / "rod.toml").followed
 
 
+@pytest.mark.parametrize(("old", "new", "said"), [
+    ("coordinates", "name = 3\ncoordinates", "name = 3: it must be a string"),
+    ('contact = "rigid"', "compliance = 1e-6\ndamping = 1", "in a file its name, such as c"),
+])
+def test_a_name_or_a_compliance_of_another_kind_is_refused_in_a_scene_and_in_a_mechanism(tmp_path, old, new, said):
+    """The name was refused in the scene alone, and the words on the compliance were for Python."""
+    (tmp_path / "rod.toml").write_text((LEANING % (1, "sin(1)/2")).replace(old, new, 1))
+    for read in (ap.read_scene, load_mechanism):
+        with pytest.raises(InputError, match=said):
+            read(tmp_path / "rod.toml")
+
+
 def test_the_scene_of_a_system_has_the_name_in_its_file_or_of_its_file(tmp_path):
     (tmp_path / "belt.toml").write_text(BELT)
     assert ap.read_scene(tmp_path / "belt.toml").name == "belt"
