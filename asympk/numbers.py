@@ -198,6 +198,8 @@ def as_fraction(name: str, value: Any, digits: int = KEPT_DIGITS) -> Fraction:
     Raises ``InputError`` for a number that is not real, to these digits, and at once for one that would take long to
     work out: a double must be able to hold it and each number in it.
     """
+    if callable(value):  # as a function without symbols is
+        raise InputError(f"{name} = {short(value)}: it must be a number: {_KINDS}")
     require_sizes(name, value, value)
     exact, imaginary = (value if value.is_Rational else value.evalf(digits)).as_real_imag()
     if not exact.is_finite or abs(imaginary) > abs(exact) / 10 ** (digits - 1):  # as of a root by Cardano's formula
@@ -276,12 +278,12 @@ def _from_mpf(name, value):
 def _array(name, value, kind):
     import numpy as np
 
-    if _masked(value):
-        raise InputError(f"{name} is masked, and a mask would be lost; give x.compressed(), or x.filled(number)")
     try:
         values = np.asarray(value, dtype=kind)
-    except ValueError:
+    except ValueError:  # also of a list that contains itself
         raise InputError(f"{name} = {short(value)}: {_ARRAY}") from None
+    if _masked(value):
+        raise InputError(f"{name} is masked, and a mask would be lost; give x.compressed(), or x.filled(number)")
     if values.ndim > _MOST_DIMENSIONS:
         raise InputError(f"{name} has {values.ndim} dimensions; give an array of at most {_MOST_DIMENSIONS}")
     return values

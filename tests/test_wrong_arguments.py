@@ -38,6 +38,8 @@ AT = {"X": 0, "Y": "0.4", "theta": "1.1", "X'": -1, "Y'": 0, "theta'": 0}
 SMOOTH = ap.System.smooth({x: -x + y}, {y: x - y}, mu)
 (PLANE,) = ap.slow_manifolds(SMOOTH, order=1)
 SWEEP = parse_sweep("sigma = 1\nmu = 1e-3\nstart = [0, [0, 0.2], -1]\nuntil = 1\n")
+ENDLESS: list = [1]
+ENDLESS.append(ENDLESS)
 
 
 CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
@@ -91,6 +93,7 @@ WRONG = {
     "no number of numpy": np.float32("nan"), "an interval": mpmath.iv.mpf([0, 1]),
     "a decimal of many digits": Decimal("1e99999"), "an integer symbol": sp.Symbol("q", integer=True),
     "a unit": sp.physics.units.meter, "a vector": sp.vector.CoordSys3D("C").i, "a root": sp.CRootOf(x**5 - x - 1, 0),
+    "a function of sympy": sp.S.IdentityFunction, "a list in itself": ENDLESS,
     "a tiny fraction": Fraction(1, 10**400), "a range of sympy": sp.Range(3), "a set of sympy": sp.Interval(0, 1),
 }
 

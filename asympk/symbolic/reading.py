@@ -82,7 +82,7 @@ def expression(name: str, value: Any) -> sp.Basic:
         found = sp.sympify(value, strict=True)
     except (sp.SympifyError, TypeError, ValueError, NotImplementedError):
         raise InputError(f"{name} = {short(value)}: it must be a SymPy expression or a number") from None
-    parts = atoms(found, sp.Function, sp.Pow, sp.AtomicExpr, sp.CRootOf)
+    parts = atoms(found, sp.Function, sp.Pow, sp.AtomicExpr, sp.CRootOf, sp.Lambda)
     for part in parts:
         if not isinstance(part, _PLAIN):
             raise InputError(f"{name} = {short(value)}: {short(part)} is neither a plain number nor a "

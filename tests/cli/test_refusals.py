@@ -94,10 +94,13 @@ def test_a_path_at_what_is_no_time_is_refused(method, t):
 
 
 @pytest.mark.parametrize("method", ["exact", "jump"])
-def test_masks_and_too_many_dimensions_are_refused(method):
+def test_masks_lists_in_themselves_and_too_many_dimensions_are_refused(method):
     for x in (np.ma.array([0.0, 1.0], mask=[0, 1]), [np.ma.array([0.0, 1.0], mask=[0, 1])]):
         with pytest.raises(InputError, match="x is masked"):
             ap.solve_many(1, 1e-3, x, 0.2, -1, 2, method=method)
+    (endless := [1]).append(endless)
+    with pytest.raises(InputError, match=r"x = \[1, \[\.\.\.\]\]: it must be a number"):
+        ap.solve_many(1, 1e-3, endless, 0.2, -1, 2, method=method)
     with pytest.raises(InputError, match="x has 64 dimensions; give an array of at most 30"):
         ap.solve_many(1, 1e-3, np.zeros((1,) * 64), 0.2, -1, 2, method=method)
     assert ap.solve_many(1, 1e-3, np.zeros((1,) * 30), 0.2, -1, 2, method=method).final.shape == (3,) + (1,) * 30
