@@ -251,7 +251,7 @@ def _spectrum(system, mode, jacobian):
 def _roots(poly):
     """Return the roots of a polynomial in closed form, with multiplicity, or () if a root has no closed form."""
     found = []
-    factors = sp.factor_list(poly.as_expr(), *poly.gens)[1]
+    factors = sp.factor_list(sp.numer(sp.together(poly.as_expr())), *poly.gens)[1]
     for factor, power in (f for f in factors if f[0].has(*poly.gens)):  # others may have powers of 1/2
         part = sp.Poly(factor, *poly.gens)
         if part.degree() > 2 and not (part.domain.is_ZZ or part.domain.is_QQ):

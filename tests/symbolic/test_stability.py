@@ -202,6 +202,14 @@ def test_a_spectrum_with_a_root_of_the_states_as_a_factor_has_its_eigenvalues():
         sp.asin(x): ((-1,), (-sp.sqrt(1 - x**2),)), sp.pi - sp.asin(x): ((-1,), (sp.sqrt(1 - x**2),))}
 
 
+def test_a_spectrum_with_a_root_of_the_states_as_a_divisor_has_its_eigenvalues():
+    """On y = sin(x) the Jacobian of x - asin(y) is -1/sqrt(1 - sin(x)^2); it was a PolynomialError."""
+    x, y, mu = sp.symbols("x y mu", real=True)
+    system = System.smooth({x: 1 - x}, {y: x - sp.asin(y)}, mu)
+    (found,) = (s for m in slow_manifolds(system, order=0) for s in stability.eigenvalues(system, on=m))
+    assert (found.slow_rates, found.fast_rates) == ((-1,), (-1 / sp.sqrt(1 - sp.sin(x) ** 2),))
+
+
 @pytest.mark.parametrize(("slow", "fast"), [(1 / m, 1), (1, 1 / m)])
 def test_eigenvalues_that_grow_beyond_bounds_as_mu_vanishes_are_refused(slow, fast):
     with pytest.raises(InputError, match="no limit as m vanishes"):
