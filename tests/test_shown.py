@@ -551,6 +551,7 @@ def test_a_phase_picture_is_over_the_states_that_are_chosen(what, options, label
 @pytest.mark.parametrize(
     ("what", "options", "said"),
     [(3, {}, "not int"), (SPRING, {"x": "q"}, "'q' is no state"), (SPRING, {"y": np.zeros(2)}, "is no state"),
+     (SPRING, {"y": "x"}, "x and y are both x; choose two of x, v"),
      (SPRING, {"window": 3}, "window = 3"),
      (SPRING, {"window": ((1, 0), (0, 1))}, "lower ends"), (VAN_DER_POL, {}, "mu is missing"),
      (ROD_SYSTEM, {"values": {"mu": 1, "sigma": 1, "sigma0": 1}}, "3 states"), (SPRING, {"file": "a.gif"}, "one of")],

@@ -66,6 +66,8 @@ def _pair(names: tuple[str, ...], states: tuple[str, ...], x: Any, y: Any) -> tu
     for name in chosen:
         if name not in names:
             raise UnknownName(f"{short(name)} is no state; choose two of {', '.join(names)}")
+    if chosen[0] == chosen[1]:
+        raise InputError(f"x and y are both {chosen[0]}; choose two of {', '.join(names)}")
     return chosen[0], chosen[1]
 
 
