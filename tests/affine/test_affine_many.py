@@ -38,7 +38,6 @@ def starts():
 
 
 def test_arrays_end_where_the_scalar_flow_ends_with_a_function_that_numpy_lacks():
-    """A load with gamma(k) was refused for the target 'numpy', of which the caller knows nothing."""
     block = ap.System.with_frictions({x: v, v: F - sp.gamma(k) * x}, {},
                                      [ap.Friction(velocity=v, force=F, load=sp.gamma(k), kinetic=sp.Rational(1, 2))])
     found = ap.solve_many(system=block, values={k: 2.5}, start={x: [1.0, 2, 3], v: 0}, until=6).final.T
