@@ -133,6 +133,9 @@ class Friction(ShownAsFormulas):
                 raise InputError(f"friction: {name} = {short(symbol)} must be a Symbol, as it stands in the rates")
         if self.rigid and self.normal is None:
             raise InputError("friction: a constraint needs normal=, the symbol of the reaction that it determines")
+        if not self.rigid and self.normal in self.load.free_symbols:
+            raise InputError(f"friction: normal = {self.normal} stands for the load, which contains it; give the "
+                             "constraint of a rigid contact, or a load of states")
         if self.gap_rate is not None and (not self.rigid or self.gap is not None):
             raise InputError("friction: gap_rate= is for a constraint without gap=; from a gap the rate follows")
 

@@ -271,3 +271,10 @@ def test_a_system_of_mappings_and_sequences_is_that_of_the_dicts_and_tuples_that
 def test_a_part_of_a_system_that_is_none_is_refused_by_its_name(changes, words):
     with pytest.raises(InputError, match=re.escape(words)):
         System(**{"slow": {x: y, y: -x}, "fast": {}, "states": (x, y), "small": None, **changes})
+
+
+def test_a_load_does_not_contain_the_symbol_that_stands_for_it():
+    """Without a constraint nothing determines such a load, and the friction was accepted."""
+    v, F, N = sp.symbols("v F N", real=True)
+    with pytest.raises(InputError, match="normal = N stands for the load, which contains it"):
+        ap.Friction(v, F, load=N, kinetic=1, normal=N)
