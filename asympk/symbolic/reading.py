@@ -77,12 +77,12 @@ def expression(name: str, value: Any) -> sp.Basic:
     if isinstance(value, Decimal):
         number(name, value)  # refuses one of too many digits
     try:
-        if isinstance(value, (str, tuple, list, dict, set, frozenset)) or getattr(value, "is_Matrix", False):
+        if isinstance(value, (str, tuple, list, dict, set, frozenset, sp.Lambda)) or getattr(value, "is_Matrix", False):
             raise sp.SympifyError(value)
         found = sp.sympify(value, strict=True)
     except (sp.SympifyError, TypeError, ValueError, NotImplementedError):
         raise InputError(f"{name} = {short(value)}: it must be a SymPy expression or a number") from None
-    parts = atoms(found, sp.Function, sp.Pow, sp.AtomicExpr, sp.CRootOf, sp.Lambda)
+    parts = atoms(found, sp.Function, sp.Pow, sp.AtomicExpr, sp.CRootOf)
     for part in parts:
         if not isinstance(part, _PLAIN):
             raise InputError(f"{name} = {short(value)}: {short(part)} is neither a plain number nor a "
