@@ -19,6 +19,7 @@ from asympk.affine.moderows import rows_of
 from asympk.affine.run import flows
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.compiled import function
+from asympk.automaton.contacts import coupled
 from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import mode_of
 from asympk.automaton.numericmode import OF_STATES
@@ -134,10 +135,12 @@ class Modes:
     def _chosen(self, candidates, t, w, velocities, loads, exact=False):
         """Return (index of the consistent branch of each row, mask of open rows); rest is preferred to slip.
 
-        It is not where loads contain forces: then rows with more than one consistent branch are open. So are ``exact``
-        rows on whose rounding a branch depends: their signs are those of the exact numbers.
+        It is not where loads contain forces, or a force acts on several sliding velocities: then rows with more than
+        one consistent branch are open. So are ``exact`` rows on whose rounding a branch depends: their signs are those
+        of the exact numbers.
         """
         found, rank, doubtful = np.full(len(t), -1), np.full(len(t), -1), np.zeros(len(t), dtype=bool)
+        several = self.pushed.any() or any(len(group) > 1 for group in coupled(self.system))
         for candidate in candidates:
             rows = np.flatnonzero(self._are_possible(candidate, velocities, loads))
             if not rows.size:
@@ -146,7 +149,6 @@ class Modes:
             doubtful[rows] |= ~known
             rest = len(at_rest(candidate))
             better, other = holds & (rest > rank[rows]), holds & (rank[rows] >= 0)
-            several = len(candidate) > 1 or self.pushed.any()
             doubtful[rows] |= other if several else holds & (rest == rank[rows])
             found[rows[better]], rank[rows[better]] = self.index(candidate), rest
         return found, doubtful | (found < 0)

@@ -19,7 +19,7 @@ from asympk.arithmetic import UNIT, Doubles
 _MARGIN = Doubles.margin
 _ULPS = 64  # rounding errors up to which a guard vanishes at the start
 _WINDOWS = 64  # windows of the mesh before a row is left to the scalar flow
-_ROUNDS = 48  # of cutting an interval: a root close to the start takes some to come near, and as many to get away
+_ROUNDS = 48  # of cutting an interval: a guard near 0 at the start takes some to come near, and as many to get away
 _PARTS = 8
 _PIECE = 24  # intervals of a window that are bounded together
 _STEPS = 40  # of Newton's method
@@ -158,7 +158,10 @@ def _in_window(rows, window, left):
 
 
 def _within(rows, lo, hi):
-    """Return (time, guard or -1, doubtful) of the first root of each row in its interval, by cutting it into eight."""
+    """Return (time, guard or -1, doubtful) of the first root of each row in its interval, by cutting it into eight.
+
+    After a part without a root comes one that is eight times as long.
+    """
     at, found, doubtful = np.zeros(lo.shape), np.full(lo.shape, -1), np.zeros(lo.shape, dtype=bool)
     todo, end = np.arange(len(lo)), hi
     for _ in range(_ROUNDS):
@@ -171,7 +174,8 @@ def _within(rows, lo, hi):
         if one.any():
             found[todo[one]] = guard = verdicts.falls[every, k][one].argmax(axis=1)
             at[todo[one]] = _newton(mine, every[one], guard, grid[every, k][one], grid[every, k + 1][one])
-        lo, hi = np.where(clean, hi, grid[every, k]), np.where(clean, end[todo], grid[every, k + 1])
+        further = np.minimum(end[todo], hi + _PARTS * (hi - lo))
+        lo, hi = np.where(clean, hi, grid[every, k]), np.where(clean, further, grid[every, k + 1])
         again = ~one & (lo < hi)
         todo, lo, hi = todo[again], lo[again], hi[again]
         if not todo.size:

@@ -59,6 +59,21 @@ def test_rows_that_stop_or_begin_to_slip_slowly_are_followed_together(belt, push
         assert many.n_events[i] == len(path.events)
 
 
+def test_rows_of_several_blocks_whose_static_friction_holds_more_are_followed_together():
+    """Each of two blocks prefers rest by itself where its force does not act on the other's velocity."""
+    frictions = [ap.Friction(velocity=v, force=F, load=1, kinetic=sp.S.Half, static=sp.Rational(3, 4)),
+                 ap.Friction(velocity=u, force=G, load=1, kinetic=sp.Rational(1, 4), static=sp.S.Half)]
+    blocks = ap.System.with_frictions({x: v, v: y - 2 * x + F, y: u, u: x - 2 * y + G}, {}, frictions)
+    begin = {"x": np.linspace(-3, 3, 60), "v": 0, "y": np.linspace(2, -2, 60) ** 3 / 4, "u": np.linspace(0, 1, 60)}
+    many = ap.solve_many(system=blocks, values={}, start=begin, until=12)
+    assert many.alone == 0
+    for i in range(0, 60, 9):
+        start = {name: float(np.broadcast_to(w, 60)[i]) for name, w in begin.items()}
+        path = ap.solve(ap.Scene(system=blocks, start=start, until=12))
+        assert many.final[:, i] == pytest.approx(path.final, abs=1e-13)
+        assert many.n_events[i] == len(path.events)
+
+
 def test_arrays_end_where_the_scalar_flow_ends(starts):
     values, until = {"mu": 1e-4, "k": 0.5}, np.linspace(0.5, 12, 40)
     many = ap.solve_many(system=CHAIN, values=values, start=starts, until=until)
