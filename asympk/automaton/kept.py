@@ -3,10 +3,9 @@ r"""The plane through a state that a mode keeps, as that of a symmetry: there st
 A symmetric mechanism that begins symmetrically stays so, and what is 0 in all of its symmetric states stays 0, with all
 of its derivatives. Two states may stay alike if their rates are alike at a generic place of the plane. Where they are
 not, the plane is widened until the rates agree: this is the smallest of such planes that the mode keeps. The rates must
-agree in symbols, too: numbers at one place do not show a pulse 1 + exp(-10^4 (t - 1)^2) elsewhere.
+agree with waves for exponentials, too: numbers at one place do not show a pulse 1 + exp(-10^4 (t - 1)^2) elsewhere.
 """
 
-from collections import defaultdict
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from fractions import Fraction
@@ -18,7 +17,7 @@ import sympy as sp
 from asympk.automaton.contacts import Numbers, Place, clear_sign
 from asympk.automaton.modes import GuardedMode, has_switches
 from asympk.multiprecision import in_context
-from asympk.symbolic.long import replaced
+from asympk.symbolic.long import atoms, replaced
 
 if TYPE_CHECKING:
     from asympk.automaton.junction import Junction
@@ -44,8 +43,7 @@ def vanish_on_plane(here: "Junction", mode: GuardedMode, exprs: tuple[sp.Expr, .
     with suppress(ArithmeticError, TypeError, ValueError):
         marks = _alike([*zip(*(place.state for place in here.places), strict=True)], None, here.numbers.decided_sign)
         marks, places = _kept(here.at, mode, marks, here.numbers.decided_sign, 0)
-        if places and not any(map(here.numbers.decided_sign, _values(mode, exprs, places))):
-            return _is_exact(here.places, mode, marks, here.numbers.decided_sign, exprs)
+        return bool(places) and _is_exact(places, mode, marks, here.numbers.decided_sign, exprs)
     return False
 
 
@@ -74,25 +72,27 @@ def _same(values: Sequence) -> Marks:
 
 
 def _is_exact(places: tuple[Place, ...], mode: GuardedMode, marks: Marks, sign: Sign, exprs: tuple = ()) -> bool:
-    """Tell whether rates agree with the marks of states, and ``exprs`` are 0, in symbols of the states and the time."""
-    parameters = _same(places[0].p[: len(mode.system.parameters)])
-    return not any(map(sign, _values(mode, _left(mode, exprs, (*marks,), (*parameters,)), places)))
+    """Tell whether rates agree with the marks of states, and ``exprs`` are 0, whatever functions that fade may be."""
+    return not any(map(sign, _values(mode, _without_fading(mode, (*marks,), exprs), places)))
 
 
 @lru_cache(maxsize=256)
-def _left(mode: GuardedMode, exprs: tuple, states: tuple[Mark, ...], parameters: tuple[Mark, ...]) -> tuple:
-    """Return expressions in the parameters that are 0 if rates agree with the marks of states, and ``exprs`` are 0."""
-    plane: dict[sp.Basic, sp.Basic] = {}
-    for symbols, marks in ((mode.system.states, states), (mode.system.parameters, parameters)):
-        plane |= {s: sign * symbols[first] for s, (first, sign) in zip(symbols, marks, strict=True)}
-    rates = [replaced(rate, plane) for rate in mode.rates]
-    apart = [rate - sign * rates[first] for rate, (first, sign) in zip(rates, states, strict=True)]
-    found = defaultdict[tuple, sp.Expr](lambda: sp.S.Zero)
-    for k, expr in enumerate((*apart, *(replaced(expr, plane) for expr in exprs))):
-        for term in sp.Add.make_args(sp.expand(expr, power_exp=False)):  # in numbers a factor exp(-2500) may be 0
-            known, moving = term.as_independent(*mode.moving, as_Add=False)
-            found[k, moving] += known
-    return tuple(sp.S.One if value.is_number else value for value in found.values() if value != 0)
+def _without_fading(mode: GuardedMode, marks: tuple[Mark, ...], exprs: tuple[sp.Expr, ...]) -> tuple[sp.Expr, ...]:
+    """Return what is 0 if rates agree with the marks of states, and ``exprs``, with waves for functions that fade.
+
+    For exp(p) stands cos(p) + 2: where both are 0 for such a function, they are so for any.
+    """
+    apart = [rate - sign * mode.rates[first] for rate, (first, sign) in zip(mode.rates, marks, strict=True)]
+    parts = sorted(filter(_may_fade, atoms(sp.Tuple(*apart, *exprs), sp.Function, sp.Pow)), key=sp.default_sort_key)
+    kinds = [*dict.fromkeys(part.func for part in parts)]
+    waves = {part: sp.cos(sum(k * arg for k, arg in enumerate(part.args, 1))) + 2 + kinds.index(part.func)
+             for part in parts}
+    return tuple(replaced(expr, waves) for expr in (*apart, *exprs))
+
+
+def _may_fade(part: sp.Expr) -> bool:
+    """Tell whether a function or a power may be as good as 0, or as a constant, far from where it is not."""
+    return not part.exp.is_number if part.is_Pow else not isinstance(part, sp.sin | sp.cos | sp.tan | sp.cot)
 
 
 def _on_plane(marks: Marks, state: tuple) -> tuple:
