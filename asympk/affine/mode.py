@@ -221,8 +221,9 @@ class ClosedSegment:
         first, off = self.guards[self.functions], flow.row_sizes @ self.size
         vanishing, moves = abs(first) <= off * max(m.margin, m.slack), self.slopes.any(axis=0)
         vanishing[[*zeros]] = True
-        self.zero, self.held = (np.flatnonzero(vanishing & snapped & some).tolist() for some in (moves, ~moves))
         self.returning = [*filter(self._returns, level)]
+        vanishing[self.returning] = False
+        self.zero, self.held = (np.flatnonzero(vanishing & snapped & some).tolist() for some in (moves, ~moves))
         first[self.zero] = m.number(0)
         for weights in (self.guards, self.slopes, self.bends):
             weights[:, self.returning] = m.number(0)

@@ -49,6 +49,17 @@ def test_a_block_that_leaves_its_belt_alone_is_followed_past_any_number_of_touch
     assert [float(w) for w in path.final] == pytest.approx([0.5 + mpmath.sin(turn), mpmath.cos(turn)], abs=2e-13)
 
 
+def test_a_block_that_leaves_its_belt_alone_is_followed_beside_one_that_turns_soon_after():
+    """The guard of the first counted as one that vanishes, whose slope was asked for."""
+    blocks = ap.System.with_frictions(
+        {x: v, v: -x + F, y: w, w: G - 4 * y}, {},
+        [ap.Friction(v - 1, F, load=1, kinetic=sp.S.Half), ap.Friction(w, G, load=1, kinetic=sp.Rational(1, 10))],
+    )
+    path = ap.solve(ap.Scene(system=blocks, start={x: 0, v: 1, y: sp.Rational(11, 10), w: -1}, until=5))
+    assert path.events[0].kind == "slip_onset"
+    assert path.final[:2] == pytest.approx((0.5 + math.sin(4.5), math.cos(4.5)), abs=1e-14)
+
+
 def test_a_touch_is_found_at_a_few_times_however_many_digits_decide_it(monkeypatch):
     """Bounds in doubles rule out the times between, and a guard that is bent upward has one least value."""
     looks, at = [], Guards.at
