@@ -49,15 +49,30 @@ def test_a_block_that_leaves_its_belt_alone_is_followed_past_any_number_of_touch
     assert [float(w) for w in path.final] == pytest.approx([0.5 + mpmath.sin(turn), mpmath.cos(turn)], abs=2e-13)
 
 
+@pytest.mark.slow
 def test_a_block_that_leaves_its_belt_alone_is_followed_beside_one_that_turns_soon_after():
-    """The guard of the first counted as one that vanishes, whose slope was asked for."""
-    blocks = ap.System.with_frictions(
-        {x: v, v: -x + F, y: w, w: G - 4 * y}, {},
-        [ap.Friction(v - 1, F, load=1, kinetic=sp.S.Half), ap.Friction(w, G, load=1, kinetic=sp.Rational(1, 10))],
-    )
-    path = ap.solve(ap.Scene(system=blocks, start={x: 0, v: 1, y: sp.Rational(11, 10), w: -1}, until=5))
-    assert path.events[0].kind == "slip_onset"
-    assert path.final[:2] == pytest.approx((0.5 + math.sin(4.5), math.cos(4.5)), abs=1e-14)
+    """The guard of the last counted as one that vanishes, and the slope was asked for of what was left of it."""
+    xs, vs, fs = (sp.symbols(f"{name}0:4", real=True) for name in "xvF")
+    q = sp.Rational
+    rates = {
+        vs[0]: fs[0] / 2 - q(295, 288) * xs[0] + q(5, 9) * xs[1] + q(7, 8) * sp.sin(t / 10) * sp.sin(q(13, 10) * t),
+        vs[1]: q(4, 7) * fs[1] + q(40, 63) * xs[0] - q(473, 252) * xs[1] + q(40, 63) * xs[2],
+        vs[2]: q(4, 5) * fs[2] + q(8, 9) * xs[1] - q(527, 180) * xs[2] + q(8, 9) * xs[3],
+        vs[3]: q(2, 3) * fs[3] + q(20, 27) * xs[2] - q(107, 108) * xs[3],
+    }
+    bounds = [("9/16", "9/16"), ("3/8", "9/8"), ("7/8", "7/8"), ("5/4", "5/4")]
+    belts = [q(3, 8), 0, 0, q(-1, 8)]
+    frictions = [ap.Friction(u - belt, force, 1, q(kinetic), q(static))
+                 for u, belt, force, (kinetic, static) in zip(vs, belts, fs, bounds, strict=True)]
+    blocks = ap.System.with_frictions({**dict(zip(xs, vs, strict=True)), **rates}, {}, frictions, time=t)
+    start = {
+        "x0": 1.91138186504164, "v0": 0.8707652058177495, "x1": -0.9906558307806694,
+        "v1": -1.7507215390313626, "x2": 0.5543474396876231, "v2": -1.687001676019121,
+        "x3": 1.4081716896452128, "v3": -1.278347426593224,
+    }
+    path = ap.solve(ap.Scene(system=blocks, start=start, until=14))
+    assert path.events[-2][:1] + path.events[-2][3:] == ("slip_onset", 3)
+    assert path.final == pytest.approx([*map(float, ap.solve(path.scene, digits=25).final)], abs=1e-13)
 
 
 def test_a_touch_is_found_at_a_few_times_however_many_digits_decide_it(monkeypatch):
