@@ -37,7 +37,7 @@ class Doubles:
         return with_rest(math, a, b)
 
     @staticmethod
-    def parts(value: Fraction) -> tuple[float, float]:
+    def split(value: Fraction) -> tuple[float, float]:
         """Return a value as the sum of two doubles."""
         return (near := float(value)), float(value - Fraction(near))
 
@@ -71,7 +71,7 @@ def flow_context(largest: int) -> Arithmetic:
     m.expm1 = lambda p: _expm1(m, p)
     m.guess = lambda segment, axis, *arguments: _guess(m, segment, axis, *arguments)
     m.number = lambda value: multiprecision.in_context(m, value)
-    m.parts = lambda value: (m.number(value), m.zero)
+    m.split = lambda value: (m.number(value), m.zero)
     m.product = lambda a, b: (a * b, m.zero)
     m.most_exponent = m.inf
     m.soon = m.mpf(2) ** -16

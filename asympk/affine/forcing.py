@@ -16,7 +16,7 @@ from sympy.simplify.fu import TR8
 from asympk.numbers import Arithmetic, Number
 from asympk.symbolic.long import parts_with, replaced, symbols_in
 
-Parts = tuple[Number, Number]
+Split = tuple[Number, Number]  # a number as the sum of two
 
 
 class Wave(NamedTuple):
@@ -103,12 +103,10 @@ def rate(wave: Wave) -> dict[Wave, sp.Expr]:
     return {lower: sp.Integer(wave.power), wave: wave.decay, turned: wave.turn if wave.sine else -wave.turn}
 
 
-def value(
-    m: Arithmetic, power: int, decay: Parts, turn: Parts, sine: bool, t: Number, late: Number = 0.0
-) -> Number:
+def value(m: Arithmetic, power: int, decay: Split, turn: Split, sine: bool, t: Number, late: Number = 0.0) -> Number:
     """Return a wave at the time ``t + late``, in the numbers of ``m``; in doubles it is right to rounding at any time.
 
-    ``decay`` and ``turn`` are sums of two numbers, and ``late`` is less than the rounding of ``t``.
+    ``late`` is less than the rounding of ``t``.
     """
     grown, beside = _phase(m, decay, t, late)
     size = t**power * m.exp(grown) * (1 + beside)
@@ -127,7 +125,7 @@ def _phase(m, slope, t, late):
     return near, rest + slope[1] * t + slope[0] * late
 
 
-def amplitude(m: Arithmetic, power: int, decay: Parts, turn: Parts, sine: bool, t: Number, off: Number = 1.0) -> Number:
+def amplitude(m: Arithmetic, power: int, decay: Split, turn: Split, sine: bool, t: Number, off: Number = 1.0) -> Number:
     """Return the size to which the rounding error of a wave at t is proportional.
 
     It is the amplitude times 1 + power + ``off`` (|decay t| + |turn t|), where ``off`` is the error of phases in units

@@ -221,7 +221,7 @@ class Flows:
         if key not in self._found:
             digits = DIGITS_FOR_DOUBLES if m is Doubles else m.dps
             found, waves, moving = form.placed(form_of(mode), self.automaton.values, digits)
-            waves = tuple((power, m.parts(decay), m.parts(turn), sine) for power, decay, turn, sine in waves)
+            waves = tuple((power, m.split(decay), m.split(turn), sine) for power, decay, turn, sine in waves)
             self._found[key] = found.in_doubles if m is Doubles else in_digits(m, found), waves, moving
         return self._found[key]
 
@@ -238,8 +238,8 @@ def _followed(m, case, done):
         flow, waves, kept = case.flows.of(m, mode.mode)
         late = segments[-1].work.late if segments and segments[-1].t == t else m.number(0)
         start, known = _with_waves(m, waves, t, late, state)
-        zeros = _vanishing(mode, t, state, segments)
-        zeros = [q for q, guard in enumerate(kept) if guard in zeros]
+        vanishing = _vanishing(mode, t, state, segments)
+        zeros = [q for q, guard in enumerate(kept) if guard in vanishing]
         segment = ClosedSegment(flow, start, known, zeros=zeros, level=zeros if _begins_to_slip(mode, segments) else ())
         if segment.held and m.margin:  # what stays 0 is idle: rounding has taken the motion out of the start
             raise Undecided

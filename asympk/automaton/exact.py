@@ -13,7 +13,7 @@ from asympk.numbers import MOST_DIGITS, mantissa_and_exponent
 from asympk.symbolic.long import atoms
 from asympk.symbolic.system import System
 
-NOT_FINITE = "a coefficient of the system is not a finite number at these parameters"
+_INFINITE = "a coefficient of the system is not a finite number at these parameters"
 MOST_WORKING = 20_000  # digits with which a coefficient is computed at most
 
 
@@ -58,7 +58,7 @@ def _agreed(system, outputs, arguments, digits):
             break
         before, working = numbers[: len(outputs)], max(2 * working, needed)
     if not all(map(m.isfinite, numbers[: len(outputs)])):
-        raise OutOfRange(NOT_FINITE)
+        raise OutOfRange(_INFINITE)
     set_digits(m, digits + 10)
     return [_fraction(+b) if of_use else Fraction(0) for b, of_use in zip(numbers, agree, strict=False)]
 
@@ -86,7 +86,7 @@ def _evaluated(system, outputs, numbers, arguments):
         exec(_code(system, outputs), space)
         return space["f"](*arguments)
     except (ZeroDivisionError, OverflowError):
-        raise OutOfRange(NOT_FINITE) from None
+        raise OutOfRange(_INFINITE) from None
 
 
 def _fraction(value):

@@ -30,6 +30,7 @@ from asympk.symbolic.switches import Middle, Switch, peaks_of, sideless_of, slop
 
 DEPENDENT = 2.0**-60  # part of a gradient's square across earlier gradients below which this part is rounding
 FARTHEST = 1e-3  # largest move onto the zero of a guard of forces, by the largest state; beyond, gradients are rounding
+ERROR_IN_TIME = 1e-3  # largest relative error in time that explains the value of a guard at its event
 LATEST = 1e-9  # relative error of the zero in doubles of a guard of the time in which large terms cancel
 NEWTON = 3  # Newton steps from that zero to all digits
 DERIVATIVES = 4  # derivatives of a phase that are computed to find the side to which a motion leaves
@@ -423,7 +424,7 @@ class NumericMode:
             slopes, value = self.guard_gradient(guard, t, moved), self.guard_values(t, tuple(moved))[guard]
             sizes = zip(slopes, moved, rates, self.movable, strict=True)
             weights = [(abs(slope * rate) * free, abs(slope) * (1 + abs(w)) * free) for slope, w, rate, free in sizes]
-            explained = FARTHEST * t * max(weights)[0] >= abs(value)
+            explained = ERROR_IN_TIME * t * max(weights)[0] >= abs(value)
             k = max(range(len(weights)), key=lambda k: weights[k] if explained else weights[k][1:])
             if slopes[k] == 0 or not self.movable[k]:
                 break

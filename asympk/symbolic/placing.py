@@ -133,7 +133,7 @@ def _towers(system: "System") -> tuple[tuple[str, sp.Expr, sp.Expr], ...]:
     return tuple(sorted(found, key=lambda place: sp.count_ops(place[2])))
 
 
-def _require_sizes(system: "System", values: dict[sp.Symbol, Any], numbers: dict[sp.Symbol, sp.Rational]) -> None:
+def _require_low_towers(system: "System", values: dict[sp.Symbol, Any], numbers: dict[sp.Symbol, sp.Rational]) -> None:
     """Raise ``InputError`` for an argument beyond doubles, of which all digits would be worked out."""
     for name, expr, part in _towers(system):
         size = abs(part.xreplace({s: sp.Float(numbers[s], _FEW) for s in part.free_symbols}).evalf(_FEW))
@@ -155,7 +155,7 @@ def _require_assumed(system: "System", values: dict[sp.Symbol, Any]) -> None:
     if system.fast and numbers[system.small] <= 0:
         raise InputError(f"values: {_given(values, system.small)} is refused; the small parameter is positive, as it "
                          "divides the rates of the fast states")
-    _require_sizes(system, values, numbers)
+    _require_low_towers(system, values, numbers)
     _require_divisible(system, values, numbers)
     for assumption in sp.And.make_args(system.assumptions):
         if assumption.subs(numbers) == sp.false:

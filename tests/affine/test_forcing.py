@@ -81,7 +81,7 @@ def test_a_push_whose_weight_is_below_the_range_of_doubles_pushes_all_the_same(s
 def test_a_wave_is_right_to_rounding_at_late_times(turn):
     """sin(w t) of the rounded product w t is off by half a unit of w t: of 4e13 nothing is left."""
     times, least = [0.1, 1234.5, 1e8 / 3], UNIT / 2
-    waves = [(1, Doubles.parts(Fraction(-1, 10**9)), Doubles.parts(turn), sine) for sine in (True, False)]
+    waves = [(1, Doubles.split(Fraction(-1, 10**9)), Doubles.split(turn), sine) for sine in (True, False)]
     m = mpmath.mp.clone()
     m.dps = 60
     for wave in waves:
