@@ -83,10 +83,12 @@ def _without_fading(mode: GuardedMode, marks: tuple[Mark, ...], exprs: tuple[sp.
     For exp(p) stands cos(p) + 2: where both are 0 for such a function, they are so for any.
     """
     apart = [rate - sign * mode.rates[first] for rate, (first, sign) in zip(mode.rates, marks, strict=True)]
-    parts = sorted(filter(_may_fade, atoms(sp.Tuple(*apart, *exprs), sp.Function, sp.Pow)), key=sp.default_sort_key)
-    kinds = [*dict.fromkeys(part.func for part in parts)]
-    waves = {part: sp.cos(sum(k * arg for k, arg in enumerate(part.args, 1))) + 2 + kinds.index(part.func)
-             for part in parts}
+    found = filter(_may_fade, atoms(sp.Tuple(*apart, *exprs), sp.Function, sp.Pow))
+    kinds, waves = list[type](), dict[sp.Expr, sp.Expr]()
+    for part in sorted(found, key=lambda part: (part.count_ops(), sp.default_sort_key(part))):  # inner ones first
+        kinds += [part.func] * (part.func not in kinds)
+        phase = sum(k * replaced(arg, waves) for k, arg in enumerate(part.args, 1))
+        waves[part] = sp.cos(phase) + 2 + kinds.index(part.func)
     return tuple(replaced(expr, waves) for expr in (*apart, *exprs))
 
 

@@ -85,10 +85,11 @@ def test_states_part_where_their_rates_differ_by_a_pulse_that_numbers_nearby_do_
 
 
 @pytest.mark.slow
-def test_a_symmetry_that_a_pulse_breaks_elsewhere_is_not_kept():
+@pytest.mark.parametrize("of", [lambda peak: peak, lambda peak: sp.tanh(1 + peak) - sp.tanh(1)])
+def test_a_symmetry_that_a_pulse_breaks_elsewhere_is_not_kept(of):
     """Far from t = 1/2 it is below all digits of 1; a velocity was said to stay 0, and friction drove the body."""
     t = sp.Symbol("t", real=True)
-    pulse = sp.exp(-(10**4) * (t - sp.S.Half) ** 2)
+    pulse = of(sp.exp(-(10**4) * (t - sp.S.Half) ** 2))
     frictions = [ap.Friction(v + sign * q * w, force, 2 + t**2, sp.Rational(1, 5)) for sign, force in ((1, F), (-1, G))]
     rates = {q: w, w: q * (F - G) - q + 20 * (p - s), v: F + G + sp.S.Half, p: 1 + pulse, s: 1}
     system = ap.System.with_frictions(rates, {}, frictions, time=t)
