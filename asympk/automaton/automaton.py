@@ -75,6 +75,17 @@ class Automaton:
         with decide.finite(lambda: 0, lambda: decide.without_value(self.system, self.values, 0, start)):
             return _first(self, tuple(start), until if self.system.time else 1, digits)
 
+    def motions(self, t: Any, start: State) -> dict[Branch, dict[sp.Symbol, Any]]:
+        """Return every branch that may begin at exact numbers, and its forces: of a paradox, none or several.
+
+        On an edge its own law decides. Raises as ``decide.all_motions`` does.
+        """
+        context = carrier_context(decide.DIGITS)
+        slack, (t, *state) = context.mpf(10) ** -decide.EXACT, _exact((t, *start), context)
+        clear, edges = self.sides_at(t, tuple(state), slack)
+        sides = (*turning(self.system, clear), *_beyond(edges, _choices_of_sides(self, edges)[0]))
+        return decide.all_motions(_on_sides(self, sides), t, tuple(state), slack)
+
     def next(
         self, branch: Branch | None, hits: tuple[int, ...], t: Any, state: State, slack: Any = ROUNDED,
         sides: Sides = (),

@@ -85,13 +85,36 @@ def follow_on(automaton: "Automaton", before: Branch | None, hits: tuple, t: Any
     if isinstance(slack, float):
         with suppress(Unclear, ArithmeticError, ValueError):
             return _follow_on(automaton, before, hits, t, state, slack, DOUBLES)
+    state, numbers = _in_digits(state)
+    with finite(lambda: t, lambda: without_value(automaton.system, automaton.values, t, state)):
+        return _follow_on(automaton, before, hits, t, state, slack, numbers)
+
+
+def all_motions(automaton: "Automaton", t: Any, state: tuple, slack: Any) -> dict[Branch, dict[sp.Symbol, Any]]:
+    """Return every branch that may begin at ``state``, no two of the same rates, and its forces.
+
+    None is preferred for its rest; but a contact that static friction holds, if all others rest, does not slip. Raises
+    ``UnboundedReaction`` where forces are not determined, ``Undecided``, ``OutOfRange`` and ``InputError``.
+    """
+    state, numbers = _in_digits(state)
+    with finite(lambda: t, lambda: without_value(automaton.system, automaton.values, t, state)):
+        here = junction_at(automaton, None, (), t, state, slack, numbers)
+        tried = admissible(here)
+        consistent, doubts = _consistent(here, tried)
+        for doubt in doubts.values():
+            raise doubt
+        _require_determined(here, tried)
+        apart = _distinct(here, {branch: consistent[branch] for branch in _firm(here, consistent)})
+        return {branch: here.forces(branch) for branch in apart.values()}
+
+
+def _in_digits(state: tuple) -> tuple[tuple, Numbers]:
+    """Return a state without parts that no digits hold beside the largest, and the numbers to decide on."""
     digits = max(WORKING, (digits_of(state) or 0) + COARSER)
     if any(state) and min(filter(None, map(abs, state))) < _part(digits, state):  # no sum with the largest contains it
         digits += RANGE
         state = tuple(w if abs(w) >= _part(RANGE, state) else 0 * w for w in state)
-    numbers = _numbers(digits + COARSER)._replace(coarser=_numbers(digits))
-    with finite(lambda: t, lambda: without_value(automaton.system, automaton.values, t, state)):
-        return _follow_on(automaton, before, hits, t, state, slack, numbers)
+    return state, _numbers(digits + COARSER)._replace(coarser=_numbers(digits))
 
 
 def _part(digits: int, state: tuple) -> Any:
@@ -202,17 +225,8 @@ def _follow_on(
 
 def _going_on(here: Junction, tried: Tried) -> Branch:
     """Return the one branch that follows; raises ``NoMotion``, ``TwoMotions``, ``Undecided``, ``UnboundedReaction``."""
-    consistent, doubts = dict[Branch, list[int]](), dict[Branch, Undecided]()
-    for branch, keys in tried.items():
-        try:
-            still = None if keys is None else staying(here, mode_of(here.system, branch), keys)
-        except Undecided as error:
-            doubts[branch], still = error, None
-        if still is not None:
-            consistent[branch] = still
-    firm = consistent
-    if len(consistent) > 1:
-        firm = {branch: still for branch, still in consistent.items() if not breaks_loose(here, branch)} or consistent
+    consistent, doubts = _consistent(here, tried)
+    firm = _firm(here, consistent)
     held = branches.at_rest(here.before or ()) - {k for _, k in here.lost}
     left = branches.most_at_rest(branches.most_at_rest([*firm, *doubts], held))
     for branch, doubt in doubts.items():
@@ -227,6 +241,25 @@ def _going_on(here: Junction, tried: Tried) -> Branch:
     _require_uncritical(here, branch, tried)
     _require_opposing(here, branch)
     return _idle(here, branch, consistent[branch])
+
+
+def _consistent(here: Junction, tried: Tried) -> tuple[dict[Branch, list[int]], dict[Branch, Undecided]]:
+    """Return the consistent branches with their guards that stay 0, and those for which that is undecided."""
+    consistent, doubts = dict[Branch, list[int]](), dict[Branch, Undecided]()
+    for branch, keys in tried.items():
+        try:
+            still = None if keys is None else staying(here, mode_of(here.system, branch), keys)
+        except Undecided as error:
+            doubts[branch], still = error, None
+        if still is not None:
+            consistent[branch] = still
+    return consistent, doubts
+
+
+def _firm(here: Junction, consistent: dict[Branch, list[int]]) -> list[Branch]:
+    """Return the consistent branches in which no contact slips that static friction would hold, or all of them."""
+    firm = [branch for branch in consistent if len(consistent) == 1 or not breaks_loose(here, branch)]
+    return firm or [*consistent]
 
 
 def _presses_otherwise(here: Junction, branch: Branch, left: list[Branch]) -> bool:
@@ -359,14 +392,19 @@ def _require_shared(here: Junction, branch: Branch, still: list[int]) -> None:
 def _chosen(here: Junction, left: dict[Branch, list[int]]) -> Branch:
     if len(left) == 1:
         return next(iter(left))
-    modes = [mode_of(here.system, _loaded(here.system, *item)) for item in left.items()]
-    distinct = {mode.rates: branch for mode, branch in reversed([*zip(modes, left, strict=True)])}
-    apart = tuple(a - b for rates in distinct for a, b in zip(modes[0].rates, rates, strict=True))
-    if len(distinct) == 1 or (distinct and vanish_on_plane(here, modes[0], apart)):
+    distinct, first = _distinct(here, left), next((_loaded(here.system, *item) for item in left.items()), ())
+    mode = mode_of(here.system, first)
+    apart = tuple(a - b for rates in distinct for a, b in zip(mode.rates, rates, strict=True))
+    if len(distinct) == 1 or (distinct and vanish_on_plane(here, mode, apart)):
         return next(iter(left))
     if not distinct:
         raise NoMotion(f"no motion goes on {here.in_words}: {_why_none(here)}", here.at.t, here.at.state)
     raise _several(here, distinct.values())
+
+
+def _distinct(here: Junction, left: dict[Branch, list[int]]) -> dict[tuple, Branch]:
+    """Return the first of the branches of each motion, by the rates of its mode."""
+    return {mode_of(here.system, _loaded(here.system, *item)).rates: item[0] for item in reversed(left.items())}
 
 
 def _several(here: Junction, consistent: Iterable[Branch]) -> TwoMotions:

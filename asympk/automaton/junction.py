@@ -147,6 +147,11 @@ class Junction:
         """Tell whether the equations of a branch determine its forces."""
         return all(self.solved(branch, group) is not None for group in coupled(self.system))
 
+    def forces(self, branch: Branch) -> dict[Any, Any]:
+        """Return all forces of a branch whose equations determine them."""
+        found = [own.forces for group in coupled(self.system) if (own := self.solved(branch, group))]
+        return {force: sum(own[force] for own in found) for force in found[0]}
+
     @property
     def in_words(self) -> str:
         """The time and the state as words for a message."""

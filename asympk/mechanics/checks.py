@@ -76,6 +76,12 @@ def departures(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> dict[str, fl
     return {name: row[0] for name, row in found.items() if not is_open(row)}
 
 
+def is_held(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> bool:
+    """Tell whether a contact holds both ways or, at numbers that give all of its gap, is closed: g = g' = 0."""
+    given = symbols_in(sp.Tuple(kinetics.gap, kinetics.gap_rate)) <= values.keys()
+    return not kinetics.unilateral or (given and not departures(kinetics, values))
+
+
 def require_positive_mass(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> None:
     """Raise ``InputError`` where the mass matrix is not positive definite at numbers or arrays that give all of it."""
     import numpy as np

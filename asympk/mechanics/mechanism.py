@@ -17,7 +17,7 @@ import sympy as sp
 from asympk.errors import InputError, NotDerivable, OutOfRange
 from asympk.formulas import NOT_FINITE
 from asympk.mechanics import elastic, jump_law, paradox, rigid, rigid_system
-from asympk.mechanics.checks import check_bounds, check_mechanism, require_closed, require_positive_mass
+from asympk.mechanics.checks import check_bounds, check_mechanism, is_held, require_closed, require_positive_mass
 from asympk.mechanics.evaluation import evaluate_ahead, exactly_at
 from asympk.mechanics.jump_law import JumpLaw
 from asympk.mechanics.kinetics import Kinetics
@@ -78,9 +78,9 @@ class Contact(ShownAsFormulas):
 class Mechanism(ShownAsFormulas):
     """A mechanism with the mass matrix ``mass``, the applied forces ``forces``, one ``contact`` and perhaps ``others``.
 
-    Critical friction, paradox, motions and jump law are those of ``contact``, with all ``others`` open; if one of these
-    holds both ways, they raise ``NotDerivable``. The systems ``rigid()`` and ``elastic()`` have all contacts, with the
-    forces N and F, N2 and F2, ... in order.
+    Critical friction, paradox, the map of motions and the jump law are those of ``contact``, with all ``others`` open;
+    if one of these holds both ways, they raise ``NotDerivable``. The ``motions`` at numbers have all closed contacts.
+    The systems ``rigid()`` and ``elastic()`` have all contacts, with the forces N and F, N2 and F2, ... in order.
     ``velocities`` are the rates of ``coordinates``, one for each. ``forces`` is the whole right side Q of M q'' = Q,
     including centrifugal and gyroscopic terms, but not R and F. ``time`` is the symbol of time in forces and contact;
     by default it is the argument of the dynamicsymbols, or t. Raises ``InputError`` for a mass matrix that is singular
@@ -175,7 +175,7 @@ class Mechanism(ShownAsFormulas):
             if not other.unilateral:
                 raise NotDerivable(f"others[{k}] holds both ways and never opens, so that the motions of the contact "
                                    "alone are none of the mechanism's: choose coordinates that keep the gap "
-                                   f"{other.gap!s:.60} at 0, or follow rigid() or elastic()")
+                                   f"{other.gap!s:.60} at 0, or take motions(), rigid() or elastic()")
         return self.plain
 
     @property
@@ -227,12 +227,19 @@ class Mechanism(ShownAsFormulas):
             raise
 
     def motions(self, values: dict[Any, Any]) -> tuple[Motion, ...]:
-        """Return the rigid motions of the closed contact at numbers: one, or where there is a paradox none or several.
+        """Return the rigid motions at numbers: one, or where there is a paradox none or several.
 
-        Each is a pair (name, reaction) with the name ``"slip"``, ``"stick"`` or ``"lift_off"``. The time is 0 unless it
-        is given. Raises ``InputError`` for missing values, and ``Undecided`` where the reaction is not determined.
+        Each is a pair (name, reaction) with the name ``"slip"``, ``"stick"`` or ``"lift_off"``. If some of ``others``
+        are closed here, too, the name is that of a mode of ``rigid()``, with the reactions of all contacts. The time is
+        0 unless it is given. Raises ``InputError`` for missing values, ``Undecided`` or ``UnboundedReaction`` where a
+        reaction is not determined.
         """
-        return rigid.motions(self._alone, self.keyed(values))
+        given = {self.plain.time: 0} | self.keyed(values)
+        held, *others = (is_held(contact, given) for contact in self.equations)
+        if not (held and any(others)):
+            return rigid.motions(self._alone, given)
+        system = self.rigid()
+        return rigid_system.motions_of_all(system, given, self.start(system, values), given[self.plain.time])
 
     def motion_map(self, values: dict[Any, Any]) -> MotionMap:
         """Return the map of rigid motions on arrays that broadcast: ``.count``, ``.count_of("slip")``."""

@@ -27,10 +27,13 @@ MOTIONS = ("slip", "stick", "lift_off")
 
 
 class Motion(NamedTuple):
-    """A rigid motion: ``"slip"``, ``"stick"`` or ``"lift_off"``, and its reaction R."""
+    """A rigid motion: ``"slip"``, ``"stick"`` or ``"lift_off"``, and its reaction R.
+
+    Of several closed contacts the name is that of a mode of ``Mechanism.rigid``, with the reactions of all contacts.
+    """
 
     name: str
-    reaction: float
+    reaction: float | tuple[float, ...]
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,18 @@ with ``UnboundedReaction`` where a reaction grows beyond all bounds or the react
 
 from collections.abc import Sequence
 from itertools import chain
+from typing import Any
 
+import sympy as sp
+
+from asympk.automaton.automaton import Automaton
 from asympk.mechanics.checks import require_continuous
 from asympk.mechanics.elastic import accelerations, names_of_contact
 from asympk.mechanics.kinetics import Kinetics
+from asympk.mechanics.rigid import Motion
+from asympk.scene import Scene
+from asympk.symbolic.branches import mode_name
+from asympk.symbolic.placing import with_numbers_in_exponents
 from asympk.symbolic.system import Friction, System
 
 
@@ -38,3 +46,11 @@ def rigid_system(contacts: Sequence[Kinetics]) -> System:
     moved = dict(zip(first.coordinates, first.velocities, strict=True))
     timed = any(kinetics.timed for kinetics in contacts)
     return System.with_frictions(moved | rates, {}, frictions, time=first.time if timed else None)
+
+
+def motions_of_all(system: System, values: dict[sp.Symbol, Any], start: dict[str, Any], t: Any) -> tuple[Motion, ...]:
+    """Return the motions of the rigid ``system`` from ``start``, by the names of its modes, with all reactions."""
+    scene = Scene(system=system, values={s: values[s] for s in system.parameters if s in values}, start=start, until=1)
+    found = Automaton(*with_numbers_in_exponents(system, scene.values)).motions(t, scene.start)
+    reactions = ([float(forces[friction.normal]) for friction in system.frictions] for forces in found.values())
+    return tuple(Motion(mode_name(branch), (*own,)) for branch, own in zip(found, reactions, strict=True))

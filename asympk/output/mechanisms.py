@@ -53,13 +53,14 @@ def mechanism_as_text(described: Described, settings: Mapping[str, str] = Mappin
     """
     _require_numbers(described)
     numbers = ", ".join(f"{name} = {_short(value)}" for name, value in described.numbers.items())
-    here = [*contact_lines(described), _critical(described)]
-    over, mapped = _over_range(described)
+    alone = all(other.unilateral for other in described.mechanism.others)
+    here = [*contact_lines(described), *([_critical(described)] if alone else [])]
+    over, mapped = _over_range(described) if alone else ([], False)
     rigid = [*here, *over, *motion_lines(described)]
     title = ": ".join(filter(None, (described.name, described.about)))
     first, *others = _departures(described)
-    lines = [*wrapped("", title), *wrapped("at ", numbers), *_departure(first), *_others(others), ""]
-    for labelled in (rigid, jump_lines(described)):
+    lines = [*wrapped("", title), *wrapped("at ", numbers), *_departure(first), *_others(alone, first, others), ""]
+    for labelled in (rigid, jump_lines(described)) if alone else (rigid,):
         lines += [*(part for line in labelled for part in wrapped(line[:_LABEL], line[_LABEL:])), ""]
     return "\n".join([*lines, *_further(described, settings, first, mapped)])
 
@@ -78,13 +79,18 @@ def _departure(off):
     return [f"off the contact: {given}; the lines below hold for g = g' = 0"] if off else []
 
 
-def _others(departed):
-    """Return lines on the further contacts, which are open in all that the screen says; none if there are none."""
+def _others(alone, first, departed):
+    """Return lines on the further contacts: which of them the rigid motions have, and that critical friction has none.
+
+    There are no lines if there are no such contacts.
+    """
     count, closed = len(departed), [str(k) for k, off in enumerate(departed, 2) if off == {}]
-    told = f"with {count} other contact{'s' * (count > 1)}, open in the lines below"
-    if closed:
-        told += (f"; contact {' and '.join(closed)} is closed here, too: where it pushes, follow rigid() or elastic(), "
-                 "which have all contacts")
+    told = f"with {count} other contact{'s' * (count > 1)}, "
+    told += "open in the lines below" if alone else "which the rigid motions have: critical friction and jump have not"
+    if alone and closed:
+        verb = "is" if len(closed) == 1 else "are"
+        told += " but for the rigid motions" if first == {} else ""
+        told += f"; contact {' and '.join(closed)} {verb} closed here, too"
     return wrapped("", told) if count else []
 
 
@@ -188,10 +194,15 @@ def _least(rod, name):
 
 
 def motion_lines(described: Described) -> list[str]:
-    """Return a line with the rigid motions at the numbers and the reaction R of each."""
+    """Return a line with the rigid motions at the numbers and the reactions R, R2, ... of each."""
     found = described.mechanism.motions(described.numbers)
-    words = ", ".join(f"{name} with R = {_short(R)}" for name, R in found) or "none"
+    words = ", ".join(f"{name} with {_reactions(R)}" for name, R in found) or "none"
     return [f"rigid motions   {words}"]
+
+
+def _reactions(found):
+    several = found if isinstance(found, tuple) else (found,)
+    return " and ".join(f"R{k if k > 1 else ''} = {_short(R)}" for k, R in enumerate(several, 1))
 
 
 def jump_lines(described: Described) -> list[str]:
@@ -218,7 +229,8 @@ def jump_lines(described: Described) -> list[str]:
     after = ", ".join(f"{name} = {_short(rate if abs(rate) > least else 0)}"
                       for name, rate in zip(rod.plain.velocities, rates, strict=True))
     c, h = rod.plain.spare("c"), rod.plain.spare("h")
-    beyond = "from beyond the divide of the two motions, " if rod.motions(described.numbers) else ""
+    moves = replace(rod, others=()).motions(described.numbers)  # the law is that of the contact alone
+    beyond = "from beyond the divide of the two motions, " if moves else ""
     lines = [f"jump            {beyond}impulses P_N = {_short(normal)}, P_T = {_short(tangential)} stop the contact",
              f"time            of order {c} log(1/{c}) with the compliance {c} of the contact",
              f"velocities      {after}",

@@ -1,5 +1,6 @@
 """Rigid mechanisms with more than one contact, beside statics, an integral of motion and Newton's law in numbers."""
 
+import itertools
 import math
 from dataclasses import replace
 from functools import cache
@@ -239,12 +240,14 @@ def test_motions_of_a_contact_alone_are_refused_beside_one_that_never_opens():
     sliding = {**LEANT, "X'": sp.Rational(1, 2), "Y'": 0, "f": 2}
     assert _ladder(WALL).motions(sliding) == _ladder().motions(sliding)
     held = _ladder(WALL, replace(WALL, unilateral=False))
-    questions = [lambda: held.motions(sliding), lambda: held.motion_map(sliding), lambda: held.critical_friction,
-                 lambda: held.paradox, lambda: held.paradox_set({"theta": (1, 2)}), lambda: held.jump_law(),
+    questions = [lambda: held.motion_map(sliding), lambda: held.critical_friction, lambda: held.paradox,
+                 lambda: held.paradox_set({"theta": (1, 2)}), lambda: held.jump_law(),
                  lambda: held.least_critical_friction("theta")]
     for question in questions:
         with pytest.raises(NotDerivable, match=r"others\[1\] holds both ways and never opens"):
             question()
+    with pytest.raises(InputError, match=r"others\[1\]: the start is off the constraint: g' = -0.5"):
+        held.motions(sliding)
 
 
 def test_two_contacts_are_told_where_the_second_belongs():
@@ -563,3 +566,72 @@ def test_an_elastic_wheel_without_friction_is_closed_whichever_way_it_slips(how)
     assert path.modes == ("slip_same+closed", "stick+closed")
     assert [(event.kind, event.friction) for event in path.events] == [("velocity_zero", 0)]
     assert path.final[0] == pytest.approx(25 / 2 / (0.8 * 9 / 1.52), abs=1e-4)
+
+
+def _drawer():
+    """Return a drawer between two guides at y = -a and y = a that is pulled by P beside its middle, at y = e."""
+    a, e, P = sp.symbols("a e P", positive=True)
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2 + THETA.diff(T) ** 2) / 2
+    lower, upper = (ap.Contact(Y + side * a * sp.sin(THETA), X - side * sp.sin(THETA), f) for side in (1, -1))
+    pull = {X: P, THETA: P * e}
+    return ap.Mechanism.from_lagrangian(energy, (X, Y, THETA), contact=lower, others=[upper], forces=pull)
+
+
+PULLED = {"X": 0, "Y": 0, "theta": 0, "X'": 1, "Y'": 0, "theta'": 0, "a": 2, "e": "1/2", "P": 1, "f": 3}
+
+
+@pytest.mark.parametrize("sliding", [1, -1])
+def test_a_drawer_that_slides_presses_on_both_guides_by_the_couple_of_its_pull(sliding):
+    """The guides bear P e = 2 a R at any friction, as friction on either side has opposite couples."""
+    found = _drawer().motions({**PULLED, "X'": sliding})
+    name = "slip_opposite+slip_same" if sliding > 0 else "slip_same+slip_opposite"
+    assert found == ((name, (pytest.approx(-1 / 8), pytest.approx(1 / 8))),)
+
+
+def test_motions_of_a_jammed_drawer_are_refused_as_its_reactions_are_not_determined():
+    with pytest.raises(UnboundedReaction, match="not determined"):
+        _drawer().motions({**PULLED, "X'": 0, "f": 5})
+
+
+def test_motions_have_all_contacts_only_where_these_are_closed():
+    """On the wall the ladder slides on both ends, beside it on the floor alone."""
+    values = {**LEANT, "f": "1/10"}
+    (held,) = _ladder(WALL).motions(values)
+    path = _leant("1/10", "1/100")
+    assert (held.name,) == path.modes
+    floor, wall = held.reaction
+    assert 0 < wall < floor < 1
+    assert [name for name, _ in _ladder(WALL).motions({**values, "X": -1})] == ["slip"]
+
+
+def _counted(M, Q, W, T, velocity, friction, unilateral):
+    """Return the reactions of all rigid motions: every choice of open contacts and signs of reactions is tried."""
+    inverse, sign = np.linalg.inv(M), np.sign(T @ velocity)
+    found = []
+    for choice in itertools.product(*((1, 0 if one_sided else -1) for one_sided in unilateral)):
+        closed = np.flatnonzero(choice)
+        pushes = (W - (sign * friction * choice)[:, None] * T)[closed].T
+        reaction = np.zeros(len(W))
+        reaction[closed] = np.linalg.solve(W[closed] @ inverse @ pushes, -W[closed] @ inverse @ Q)
+        opens = W @ inverse @ (Q + pushes @ reaction[closed])
+        if all(r * s > 0 if s else g > 0 for r, s, g in zip(reaction, choice, opens, strict=True)):
+            found.append(tuple(reaction))
+    return sorted(found)
+
+
+@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.slow
+def test_motions_of_several_contacts_are_those_of_all_choices_of_open_contacts_and_signs(seed):
+    rng = np.random.default_rng(seed)
+    size, count = int(rng.integers(3, 6)), 2
+    draw = lambda *shape: np.round(8 * rng.normal(size=shape)) / 8  # noqa: E731
+    root, W, along, Q = draw(size, size), draw(count, size), draw(count, size), draw(size)
+    M, friction, unilateral = root @ root.T + np.eye(size), np.abs(draw(count)) + 1 / 8, rng.random(count) < 1 / 2
+    velocity = sp.Matrix(W).applyfunc(sp.nsimplify).nullspace()[0]
+    q, u = sp.symbols(f"q1:{size + 1}"), sp.symbols(f"u1:{size + 1}")
+    contacts = [ap.Contact(row @ np.array(q), slip @ np.array(q), sp.nsimplify(part), unilateral=bool(one_sided))
+                for row, slip, part, one_sided in zip(W, along, friction, unilateral, strict=True)]
+    body = ap.Mechanism(q, u, M, Q, contacts[0], others=contacts[1:])
+    found = body.motions(dict.fromkeys(q, 0) | dict(zip(u, velocity, strict=True)))
+    expected = _counted(M, Q, W, along, np.array(velocity, dtype=float).ravel(), friction, unilateral)
+    assert np.allclose(sorted(motion.reaction for motion in found), expected)
