@@ -424,7 +424,7 @@ def test_a_further_contact_that_is_closed_where_the_screen_takes_it_as_open_is_s
 
 def test_the_screen_has_the_rigid_motions_of_all_contacts_where_others_hold_both_ways(screen):
     """A drawer between two guides, pulled off its middle, presses on both, and has no critical friction of one."""
-    told = screen("""
+    drawer = """
         coordinates = ["x", "y", "phi"]
         lagrangian = "(x'^2 + y'^2 + phi'^2)/2"
         gap = "y + 2*sin(phi)"
@@ -433,10 +433,13 @@ def test_the_screen_has_the_rigid_motions_of_all_contacts_where_others_hold_both
         forces = {x = 1, phi = 0.5}
         others = [{gap = "y - 2*sin(phi)", slip = "x + sin(phi)", friction = 3}]
         state = {x = 0, y = 0, phi = 0, "x'" = 1, "y'" = 0, "phi'" = 0}
-    """)
+    """
+    told = screen(drawer)
     assert "with 1 other contact, which the rigid motions have: critical friction and jump have not" in told
     assert "rigid motions   slip_opposite+slip_same with R = -0.125 and R2 = 0.125" in told
-    assert not {"critical ", "jump  "} & {line[:9] for line in told.splitlines()}
+    assert not {"critical ", "jump     "} & {line[:9] for line in told.splitlines()}
+    jammed = screen(drawer.replace("= 3", "= 5").replace("\"x'\" = 1", "\"x'\" = 0"))
+    assert "rigid motions   the forces of contacts are not determined" in jammed
 
 
 def test_a_coordinate_without_a_number_that_does_not_matter_is_not_missed(screen):
