@@ -92,12 +92,12 @@ class Many(ShownAsTable):
         kinds = self.events().kind
         ends = np.cumsum(flat)
         rest = self._at_rest().ravel()
-        told = [(*kinds[end - count : end].tolist(), *[STICK] * bool(still))
+        sequences = [(*kinds[end - count : end].tolist(), *[STICK] * bool(still))
                 for end, count, still in zip(ends.tolist(), flat.tolist(), rest.tolist(), strict=True)]
-        found = Counter(told)
+        found = Counter(sequences)
         order = sorted(found, key=lambda sequence: (-found[sequence], len(sequence), sequence))
         place = {sequence: k for k, sequence in enumerate(order)}
-        index = np.array([place[sequence] for sequence in told], dtype=np.intp)
+        index = np.array([place[sequence] for sequence in sequences], dtype=np.intp)
         return Itineraries(tuple(order), index.reshape(self.n_events.shape))
 
     def plot(self, file: "str | File | None" = None) -> "Figure":
@@ -150,8 +150,8 @@ def axes_of(shape: tuple[int, ...], arguments: dict[str, Any]) -> tuple[tuple[st
     found = []
     for k, size in enumerate(shape):
         wide = tuple(size if axis == k else 1 for axis in range(len(shape)))
-        told = (name for name, values in arguments.items()
+        varying = (name for name, values in arguments.items()
                 if (1,) * (len(shape) - values.ndim) + values.shape == wide and size > 1)
-        name = next(told, None)
+        name = next(varying, None)
         found.append((name, arguments[name].ravel()) if name else (f"axis {k}", np.arange(size)))
     return tuple(found)

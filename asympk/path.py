@@ -133,10 +133,10 @@ class Path(ShownAsTable):
         final = [(f"{name}({float(self.end):.6g})", number_as_text(value))
                  for name, value in zip(self.names, self.final, strict=True)]
         why = [("not exact", self.info["why"])] if "why" in self.info else []
-        told = [("predicted error", error)] if (error := predicted_error(self)) else []
+        accuracy = [("predicted error", error)] if (error := predicted_error(self)) else []
         rod = getattr(self.scene, "rod", None)
         scaled = [("nondimensional", "path.physical() has the units of the scene")] if rod is not None else []
-        return Card(title, (*why, *told, *scaled, *few(rows, 5), *few(final, 4)))
+        return Card(title, (*why, *accuracy, *scaled, *few(rows, 5), *few(final, 4)))
 
 
 def predicted_error(path: Path) -> str:

@@ -17,6 +17,9 @@ OLD = {  # word that once stood for a noun -> the noun
 }
 
 
+LOCAL = {"case", "cases", "piece", "pieces"}  # words of the field for what is local
+
+
 SHARED = {  # what several modules define, for all of them the same
     "advance": "follows one mode by an integrator", "arguments": "adds the options of a command",
     "main": "runs what a command line asks for", "mechanism": "of a system of the catalogue",
@@ -33,6 +36,13 @@ def names_in(source):
     return {node.name for node in nodes if not node.name.startswith("_")}
 
 
+def names_bound(source):
+    """Return the names of all variables and parameters of a module."""
+    nodes = [*ast.walk(parsed(source))]
+    variables = {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+    return variables | {node.arg for node in nodes if isinstance(node, ast.arg)}
+
+
 def old_words(names):
     """Return the names, each with the old words in it."""
     words = {name: {w.lower() for w in re.findall(r"[A-Z]?[a-z]+", name)} & OLD.keys() for name in names}
@@ -44,6 +54,17 @@ def test_no_module_class_or_function_has_an_old_word_for_a_noun():
     for file in ROOT.rglob("*.py"):
         found |= old_words({file.stem, *names_in(file.read_text(encoding="utf-8"))})
     assert not found
+
+
+def test_no_variable_or_parameter_is_named_by_what_is_told_of_it():
+    found = {}
+    for file in ROOT.rglob("*.py"):
+        found |= old_words(names_bound(file.read_text(encoding="utf-8")))
+    assert set().union(*found.values()) <= LOCAL
+
+
+def test_the_names_of_variables_and_parameters_are_found():
+    assert names_bound("def f(told, *, b=1):\n    for c in b: d = (e := c)") == {*"bcde", "told"}
 
 
 def test_an_old_word_in_a_name_is_found():

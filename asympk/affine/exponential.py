@@ -101,8 +101,8 @@ def _parted(pieces, whole, denominator, rounded):
             max(abs(decay - blocks[i].decay), abs(turn - blocks[i].turn)) <= max(moves[k], moves[i])
             for i in places)]
         sets = [*(places for places in sets if places not in near), [k, *chain(*near)]]
-    told = [(places, min(2 * blocks[k].turn for k in places) <= max(moves[k] for k in places)) for places in sets]
-    return [(places, real) for places, real in told if len(places) > 1 or (real and blocks[places[0]].turn)]
+    candidates = [(places, min(2 * blocks[k].turn for k in places) <= max(moves[k] for k in places)) for places in sets]
+    return [(places, real) for places, real in candidates if len(places) > 1 or (real and blocks[places[0]].turn)]
 
 
 def _exponential(pieces, bits):

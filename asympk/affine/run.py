@@ -116,19 +116,19 @@ def run(scene: Any, method: str = "exact", *, digits: int | None = None, events:
     ``OutOfRange`` where a rate is not finite, ``TooManyEvents``, ``TooLarge``, ``Undecided``, ``Accumulation``,
     ``NoMotion`` and ``TwoMotions``.
     """
-    case = SceneFlows(scene, flows(automaton_of(scene)), events)
+    task = SceneFlows(scene, flows(automaton_of(scene)), events)
     try:
-        return _in_doubles(case) if digits is None else _in_digits(case, digits)
+        return _in_doubles(task) if digits is None else _in_digits(task, digits)
     except TooLarge:
         raise
     except (OverflowError, ZeroDivisionError):
         raise OutOfRange("a rate of the system is not a finite number at these parameters; give others") from None
 
 
-def _in_digits(case, digits):
+def _in_digits(task, digits):
     digits = whole("digits", digits, 1, MOST_DIGITS)
-    joined, error = _certified(case._replace(known=_known(case)), digits)
-    return _path(case, digits, joined, partial(carried, digits=digits), carried(error, SHOWN_OF_ERRORS))
+    joined, error = _certified(task._replace(known=_known(task)), digits)
+    return _path(task, digits, joined, partial(carried, digits=digits), carried(error, SHOWN_OF_ERRORS))
 
 
 class SceneFlows(NamedTuple):
@@ -140,37 +140,37 @@ class SceneFlows(NamedTuple):
     known: Any = None
 
 
-def _in_doubles(case):
+def _in_doubles(task):
     try:
-        joined, worst, error = _estimated(case)
+        joined, worst, error = _estimated(task)
     except (NoMotion, TwoMotions) as stopped:
         if not stopped.t:  # at the start, which is exact, more digits find the same
             raise
         with suppress(NoMotion, TwoMotions):  # in doubles rounding may hide which modes are consistent
-            return _rounded(case)
+            return _rounded(task)
         raise
     if worst <= TRUSTED:
-        return _path(case, None, joined, float, error)
-    return _rounded(case._replace(known=joined if worst <= TOLD else None))
+        return _path(task, None, joined, float, error)
+    return _rounded(task._replace(known=joined if worst <= TOLD else None))
 
 
-def _rounded(case):
+def _rounded(task):
     """Return the path that is computed in more digits than doubles have, and rounded to doubles.
 
     Runs amplify their rounding errors alike (Lemma 8). A known run in doubles is off by at most ``TOLD``, and a run of
     30 digits more, in which no sign is undecided, by less than any double shows: it needs no other to agree with.
     """
-    if case.known:
+    if task.known:
         with suppress(Undecided):
-            joined = _with_digits(case, DIGITS_FOR_DOUBLES, LARGEST_DOUBLE)
-            apart = _distance(case.known, joined)
+            joined = _with_digits(task, DIGITS_FOR_DOUBLES, LARGEST_DOUBLE)
+            apart = _distance(task.known, joined)
             if apart is not None and apart <= TOLD:
-                return _path(case, None, joined, double, UNIT)
-    joined, _ = _certified(case._replace(known=None), DIGITS_OF_DOUBLES, LARGEST_DOUBLE)
-    return _path(case, None, joined, double, UNIT)
+                return _path(task, None, joined, double, UNIT)
+    joined, _ = _certified(task._replace(known=None), DIGITS_OF_DOUBLES, LARGEST_DOUBLE)
+    return _path(task, None, joined, double, UNIT)
 
 
-def _estimated(case):
+def _estimated(task):
     """Return a run in doubles and its estimated error, or (None, inf, inf) where doubles cannot follow the scene.
 
     The error is given twice: the largest of a state relative to its own largest value on the path, which tells whether
@@ -179,28 +179,28 @@ def _estimated(case):
     done = list[TimedSegment]()
     try:
         with np.errstate(all="ignore"):
-            joined = _followed(Doubles, case, done)
-            worst, error = _errors([s.work for s in joined.segments], case)
+            joined = _followed(Doubles, task, done)
+            worst, error = _errors([s.work for s in joined.segments], task)
     except TooLarge:
         raise
     except (Undecided, OutOfRange, OverflowError, ZeroDivisionError) as reason:
-        if isinstance(reason, NegativeFriction) and done and _errors(done, case)[0] <= TRUSTED:
+        if isinstance(reason, NegativeFriction) and done and _errors(done, task)[0] <= TRUSTED:
             raise
         return None, math.inf, math.inf
     return joined, worst, float(error / max(1.0, *map(abs, joined.last.state)))
 
 
-def _errors(done, case):
+def _errors(done, task):
     """Return the largest estimated error of a state relative to its own largest value on a path, and without that."""
     with np.errstate(all="ignore"):
-        errors, sizes = estimate(done, len(case.scene.start))
+        errors, sizes = estimate(done, len(task.scene.start))
     return float((errors / np.where(sizes > 0, sizes, 1.0)).max()), float(errors.max())
 
 
-def _known(case):
+def _known(task):
     """Return the run in doubles if its sequence of events is trusted, else None."""
     try:
-        joined, worst, _ = _estimated(case)
+        joined, worst, _ = _estimated(task)
     except (TooLarge, NegativeFriction, NoMotion, TwoMotions):
         return None
     return joined if worst <= TOLD else None
@@ -229,13 +229,13 @@ class Flows:
 flows = lru_cache(maxsize=256)(Flows)  # further scenes may have the same parameters
 
 
-def _followed(m, case, done):
+def _followed(m, task, done):
     """Follow a scene in the numbers of ``m``; ``done`` gets the segments, also those before an error."""
-    scene, automaton = case.scene, case.flows.swift
+    scene, automaton = task.scene, task.flows.swift
     until, digits = m.number(scene.until), None if m is Doubles else m.dps
 
     def advance(mode, t, state, segments):
-        flow, waves, kept = case.flows.of(m, mode.mode)
+        flow, waves, kept = task.flows.of(m, mode.mode)
         late = segments[-1].work.late if segments and segments[-1].t == t else m.number(0)
         start, known = _with_waves(m, waves, t, late, state)
         vanishing = _vanishing(mode, t, state, segments)
@@ -243,14 +243,14 @@ def _followed(m, case, done):
         segment = ClosedSegment(flow, start, known, zeros=zeros, level=zeros if _begins_to_slip(mode, segments) else ())
         if segment.held and m.margin:  # what stays 0 is idle: rounding has taken the motion out of the start
             raise Undecided
-        span, hits = _span(case, m, mode, segment, until - t - late, len(segments))
-        if mode.mode.laws and (pushed := _pushed_on(case, m, mode, (t, late, state), span)):
+        span, hits = _span(task, m, mode, segment, until - t - late, len(segments))
+        if mode.mode.laws and (pushed := _pushed_on(task, m, mode, (t, late, state), span)):
             done.append(TimedSegment(t, segment, pushed[0], None))
             return loop.Segment(t + pushed[0], state, pushed[1])
         found, hit = bool(hits), hits[0] if hits else None
         end = segment.at_event(span, hit) if found else segment.state(span)
         end = end if m.margin else segment.without_rounding(span, end)
-        if digits and not case.known:
+        if digits and not task.known:
             segment.require_digits(span, end)
         if (size := max(map(abs, end[: len(state)]))) > m.largest:  # waves may be larger
             raise TooLarge(f"the path reaches 1e{int(m.log(size) / m.log(10))} at t = {float(t + span):.6g}, beyond "
@@ -262,7 +262,7 @@ def _followed(m, case, done):
 
     start = tuple(map(m.number, scene.start))
     first = automaton.first(scene.start, digits)
-    joined = loop.follow(automaton, first, start, until, advance, case.events, digits, m.slack)
+    joined = loop.follow(automaton, first, start, until, advance, task.events, digits, m.slack)
     if joined.last.short:
         raise TooManyEvents(f"{joined.last.short} at t = {float(joined.last.t):.6g} of until = {float(until):.6g}; "
                             "take a smaller until, or allow more events", joined.last.t, joined.last.state)
@@ -276,9 +276,9 @@ def _with_waves(m, waves, t, late, state):
     return (*state, *(value(m, *wave, t, late) for wave in waves)), known
 
 
-def _pushed_on(case, m, mode, begun, span):
+def _pushed_on(task, m, mode, begun, span):
     """Return the time in a segment at which friction becomes negative, and its number after the guards, or None."""
-    flow, waves, kept = case.flows.of(m, mode.mode, form.form_of_laws)
+    flow, waves, kept = task.flows.of(m, mode.mode, form.form_of_laws)
     found = ClosedSegment(flow, *_with_waves(m, waves, *begun)).first_event(span)
     return found and (found[0], len(mode.kinds) + kept[found[1][0]])
 
@@ -320,12 +320,12 @@ def _standing(joined, automaton, digits, advance):
     return joined._replace(last=only, segments=(only,))
 
 
-def _span(case, m, mode, segment, left, k):
+def _span(task, m, mode, segment, left, k):
     """Return (duration, guards lost together) of segment number k, refined from the known run if there is one."""
-    if case.known:
-        if k >= len(case.known.segments):
+    if task.known:
+        if k >= len(task.known.segments):
             return left, ()
-        known = case.known.segments[k]
+        known = task.known.segments[k]
         if (known.branch, known.sides) != (mode.branch, mode.mode.sides):
             raise Undecided
         timed = known.work
@@ -338,22 +338,22 @@ def _span(case, m, mode, segment, left, k):
     return segment.first_event(left) or (left, ())
 
 
-def _certified(case, digits, largest=None):
+def _certified(task, digits, largest=None):
     """Return (run, error) right to ``digits`` digits; the first trial alone uses the known run."""
     most = 4 * digits + MOST_SPARE
 
     def follow(working, tie):
         first = working < 2 * (digits + SPARE_DIGITS)
-        return _with_digits(case if first else case._replace(known=None), working, largest or most, tie)
+        return _with_digits(task if first else task._replace(known=None), working, largest or most, tie)
 
     return agreed(follow, _distance, digits, most)
 
 
-def _with_digits(case, working, largest, tie=False):
+def _with_digits(task, working, largest, tie=False):
     """Return the run in mpmath numbers of ``working`` digits up to ten to the power ``largest``."""
     m = flow_context(largest)
     set_digits(m, working, tie)
-    return _followed(m, case, [])
+    return _followed(m, task, [])
 
 
 def _distance(coarse, fine):
@@ -366,8 +366,8 @@ def _distance(coarse, fine):
     return off / size if size else off
 
 
-def _path(case, digits, joined, convert, error):
+def _path(task, digits, joined, convert, error):
     events = tuple(e._replace(t=convert(e.t), state=tuple(map(convert, e.state))) for e in joined.events)
     segments = [segment.work for segment in joined.segments]
-    dense = AffineDense(run, case.scene, digits, segments, convert, segments[0].segment.m)
-    return Path(case.scene, "exact", tuple(map(convert, joined.last.state)), events, joined.modes, dense, error)
+    dense = AffineDense(run, task.scene, digits, segments, convert, segments[0].segment.m)
+    return Path(task.scene, "exact", tuple(map(convert, joined.last.state)), events, joined.modes, dense, error)

@@ -50,16 +50,16 @@ def solve_many(
     Raises ``InputError`` and ``OrderError``. For a start at which ``solve`` would raise, ``reason`` names the error.
     """
     order = order_taken(method, order)
-    shape, job = scene_columns(sigma, mu, x, y, z, until, sigma0)
+    shape, arguments = scene_columns(sigma, mu, x, y, z, until, sigma0)
     for name in "xyz":
-        require_finite(name, job[name].values)
+        require_finite(name, arguments[name].values)
     size = int(np.prod(shape))
     final, error = np.full((3, size), np.inf), np.full(size, np.inf)
     reason = np.full(size, -1)
     reasons: dict[str, int] = {}
     with np.errstate(all="ignore"):
         for start in range(0, size, CHUNK):
-            flat = [job[name].array(slice(start, min(start + CHUNK, size))) for name in ORDER]
+            flat = [arguments[name].array(slice(start, min(start + CHUNK, size))) for name in ORDER]
             for members, itineraries in _groups(method, *flat):
                 results = (None, None, [(np.zeros(members.size, bool), itineraries)])
                 if not isinstance(itineraries, str):

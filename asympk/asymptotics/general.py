@@ -89,7 +89,7 @@ def _with_low_powers(scene: Any, highest: int) -> Any:
 @lru_cache(maxsize=64)
 def _lowered(system: System, small: sp.Symbol, highest: int) -> tuple[System, dict[sp.Symbol, sp.Expr]] | None:
     rates = sp.Tuple(*system.slow.values(), *system.fast.values())
-    told, rests = dict[sp.Basic, sp.Expr](), dict[sp.Symbol, sp.Expr]()
+    expanded, rests = dict[sp.Basic, sp.Expr](), dict[sp.Symbol, sp.Expr]()
     for part in _of_parameters(rates, small, {*system.parameters}):
         fixed, moving = part.as_independent(*system.states, as_Add=False)
         plain = regular(fixed, small, highest)
@@ -97,15 +97,15 @@ def _lowered(system: System, small: sp.Symbol, highest: int) -> tuple[System, di
         if fixed.diff(small, highest + 1) == 0 or sp.Tuple(*terms).has(*NOT_FINITE, sp.Subs):
             continue
         name = spare(small.name, (*system.states, *system.parameters, *rests))
-        told[part] = sp.Add(*terms, small**highest * name) * moving
+        expanded[part] = sp.Add(*terms, small**highest * name) * moving
         rests[name] = (fixed - sp.Add(*terms)) / small**highest
     known = {}
-    constants = (part for part in atoms(replaced(rates, told), sp.Function) if not isinstance(part, SWITCHING)
+    constants = (part for part in atoms(replaced(rates, expanded), sp.Function) if not isinstance(part, SWITCHING)
                  and type(part).__name__ not in FUNCTIONS and part.free_symbols <= {*system.parameters} - {small})
     for part in sorted(constants, key=str):
         known[part] = spare(small.name, (*system.states, *system.parameters, *rests))
         rests[known[part]] = part
-    slow, fast = (sp.Dict({s: replaced(replaced(rate, told), known) for s, rate in of.items()})
+    slow, fast = (sp.Dict({s: replaced(replaced(rate, expanded), known) for s, rate in of.items()})
                   for of in (system.slow, system.fast))
     return (replace(system, slow=slow, fast=fast), rests) if rests else None
 
@@ -244,17 +244,18 @@ def _unit(power: int) -> int:
 def _in(units: tuple[int, ...], scene: Any) -> Any:
     """Return a scene with its states and its small parameter in ``units``, which are written into their names."""
     system, small = scene.system, scene.system.small
-    told = {s: (sp.Integer(10) ** u, sp.Symbol(f"{s.name}/{10.0**u:.0e}", real=True) if u else s)
-            for s, u in zip((*system.states, small), units, strict=True)}
-    meant = {s: u * name for s, (u, name) in told.items()}
-    slow, fast = ({told[s][1]: rate.xreplace(meant) / (told[s][0] * unit) for s, rate in rates.items()}
-                  for rates, unit in ((system.slow, 1), (system.fast, told[small][0])))
+    powers = dict(zip((*system.states, small), units, strict=True))
+    sizes = {s: sp.Integer(10) ** u for s, u in powers.items()}
+    names = {s: sp.Symbol(f"{s.name}/{10.0**u:.0e}", real=True) if u else s for s, u in powers.items()}
+    meant = {s: sizes[s] * name for s, name in names.items()}
+    slow, fast = ({names[s]: rate.xreplace(meant) / (sizes[s] * unit) for s, rate in rates.items()}
+                  for rates, unit in ((system.slow, 1), (system.fast, sizes[small])))
     frictions = tuple(f.mapped(lambda part: part.xreplace(meant)) for f in system.frictions)
-    dependent = {told[s][1]: value.xreplace(meant) / told[s][0] for s, value in system.dependent.items()}
-    *states, least = (name for _, name in told.values())
+    dependent = {names[s]: value.xreplace(meant) / sizes[s] for s, value in system.dependent.items()}
+    *states, least = names.values()
     inside = replace(system, slow=sp.Dict(slow), fast=sp.Dict(fast), states=(*states,), small=least,
                      frictions=frictions, dependent=sp.Dict(dependent))
-    values, start = ({told.get(s, (1, s))[1]: _divided(v, told.get(s, (1, s))[0]) for s, v in zip(of, at, strict=True)}
+    values, start = ({names.get(s, s): _divided(v, sizes.get(s, 1)) for s, v in zip(of, at, strict=True)}
                      for of, at in ((system.parameters, scene.values), (system.states, scene.start)))
     return replace(scene, system=inside, values=values, start=start)
 

@@ -117,23 +117,23 @@ class MatchedPath:
     stretches: tuple[Stretch, ...] = ()
 
     def met(
-        self, task: Task, guard: int, t: float, state: tuple, stretch: Stretch, told: tuple | None = None
+        self, task: Task, guard: int, t: float, state: tuple, stretch: Stretch, place: tuple | None = None
     ) -> "MatchedPath":
         """Return the path continued into the mode that follows when ``guard`` vanishes at (t, state).
 
-        Guards that vanish within the time ``late`` of it vanish with it. The mode is that which follows at the state
-        ``told``, if given.
+        Guards that vanish within the time ``late`` of it vanish with it. The mode is that which follows at the time
+        and the state ``place``, if given.
         """
         automaton = task.automaton
         if len(self.stretches) == STRETCHES:
             raise TooManyEvents(f"more than {STRETCHES} layers and slow motions by t = {t:.6g}, at "
                                 f"{listed(automaton.system.states, state)}", t, state)
-        at, seen = told or (t, state)
+        at, seen = place or (t, state)
         hits = (guard, *lost_with(self.mode, guard, at, seen, task.late))
         seen = on_zeros(self.mode, hits, at, seen)
         mode, seen, event = mode_after(automaton, self.mode, at, seen, hits, fixed=True)
         require_begun(mode, at, seen)
-        state = mode.settled(t, state) if told else seen
+        state = mode.settled(t, state) if place else seen
         path = replace(self, t=t, state=state, mode=mode, stretches=(*self.stretches, stretch))
         if event is None:
             return path

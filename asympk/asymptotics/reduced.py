@@ -503,5 +503,5 @@ def _place(formulas, state, y, t):
     """Return the time and the states for a message, without those states that equal the time."""
     mode = formulas.mode
     states = zip((*mode.slow.items(), *mode.fast.items()), (*state[: len(mode.slow)], *y), strict=True)
-    told = [(s, v) for (s, rate), v in states if rate != 1 or f"{v:.6g}" != f"{t:.6g}"]
-    return f"t = {t:.6g}, {listed(*zip(*told, strict=True))}"
+    shown = [(s, v) for (s, rate), v in states if rate != 1 or f"{v:.6g}" != f"{t:.6g}"]
+    return f"t = {t:.6g}, {listed(*zip(*shown, strict=True))}"

@@ -363,9 +363,9 @@ def _expected(motion, layered, t, slow, layer, units, ends=None, least=STEADY):
     misses, scales = motion.misses(), units + np.zeros(len(motion.kept))
     fast = slice(len(scales) - misses.shape[1], None)
     _, recalled = motion.reduced.remembered(t, motion.beside.orders[ends is not None : -1])
-    told, taken = motion.tells(layer, units), np.abs(layer[0] * units).max()
-    left = (0.0 if told else motion.left(units)) + (taken if layered is not told else 0.0)
-    if not told:  # terms may be small by chance, or far larger than what is left
+    decisive, taken = motion.tells(layer, units), np.abs(layer[0] * units).max()
+    left = (0.0 if decisive else motion.left(units)) + (taken if layered is not decisive else 0.0)
+    if not decisive:  # terms may be small by chance, or far larger than what is left
         layer = np.zeros_like(layer)
     slow, layer, misses = slow * units, layer * units, misses * scales[fast]
     judged = [slow + layer, *[slow] * (not _falls(slow, STALLED))]

@@ -342,8 +342,8 @@ def signs_of_derivatives(
         if order > first and _length(mode.derivative(guard, order - (1 if mode.pressed else 2))) > LONGEST:
             raise Undecided(f"{kind} of {mode.name} vanishes at t = {float(here.at.t):.6g} with "
                             f"its first {order - 1} derivatives; move the start a little, as an angle by 1e-6")
-        told = [slopes] if slopes and order == 1 else _derivatives(here, mode, guard, order)
-        yield from map(here.numbers.decided_sign, told)
+        values = [slopes] if slopes and order == 1 else _derivatives(here, mode, guard, order)
+        yield from map(here.numbers.decided_sign, values)
         if order == first and stays(here, mode, guard):
             break
 

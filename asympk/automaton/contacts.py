@@ -184,7 +184,7 @@ def contact_formulas(
     rates = (branches.rate_along(system, f.velocity) for f in system.frictions)
     laws = (forces.reaction_law(system.frictions[k]) for k in normals)
     rows = in_forces(system, (*loads, *rates, *laws), signs)
-    return (*_told(system, found, signs), *rows), unknowns, normals
+    return (*_directed(system, found, signs), *rows), unknowns, normals
 
 
 def in_forces(system: System, exprs: Iterable[sp.Expr], signs: Signs = ()) -> tuple[sp.Expr, ...]:
@@ -192,14 +192,14 @@ def in_forces(system: System, exprs: Iterable[sp.Expr], signs: Signs = ()) -> tu
     unknowns = system.pushes
     zero = dict.fromkeys(unknowns, sp.S.Zero)
     rows = ((replaced(row, zero), *(slope_by(row, u) for u in unknowns)) for row in exprs)
-    return _told(system, [*chain(*rows)], signs)
+    return _directed(system, [*chain(*rows)], signs)
 
 
-def _told(system, exprs, signs):
+def _directed(system, exprs, signs):
     """Return expressions with the signs of sliding velocities that vanish in them."""
     vanishing = [(f.velocity, s) for f, s in zip(system.frictions, signs or repeat(0), strict=False) if s is not None]
-    told = {e: s for v, sign in vanishing for e, s in ((sp.sign(v), sign), (sp.sign(-v), -sign))}
-    return tuple(e.subs(told) if atoms(e, sp.sign) else e for e in exprs)
+    directions = {e: s for v, sign in vanishing for e, s in ((sp.sign(v), sign), (sp.sign(-v), -sign))}
+    return tuple(e.subs(directions) if atoms(e, sp.sign) else e for e in exprs)
 
 
 def signs_at_rest(system: System, places: Sequence[Place], still: Collection[int]) -> Signs:
@@ -231,8 +231,8 @@ def keeps_coefficients(system: System) -> bool:
 @lru_cache(maxsize=64)
 def turned_by_others(system: System) -> frozenset[int]:
     """Return the contacts whose sliding velocity jumps with the direction in which another contact slips."""
-    told = range(len(system.frictions)) if feels_directions(system) else ()
-    return frozenset(k for k in told if atoms(system.frictions[k].velocity, sp.sign))
+    contacts = range(len(system.frictions)) if feels_directions(system) else ()
+    return frozenset(k for k in contacts if atoms(system.frictions[k].velocity, sp.sign))
 
 
 def contact_point(system: System, place: Place, signs: Signs) -> ContactPoint:

@@ -113,9 +113,9 @@ class Junction:
 
     def jumped(self, branch: Branch) -> dict[int, int]:
         """Return the signs of sliding velocities that, in a branch, other contacts have made jump from 0 by turning."""
-        told = self.resting & turned_by_others(self.system)
-        points = self.points_in(branch) if told else []
-        signs = {k: self.numbers.decided_sign([point.contacts[k].velocity for point in points]) for k in told}
+        turned = self.resting & turned_by_others(self.system)
+        points = self.points_in(branch) if turned else []
+        signs = {k: self.numbers.decided_sign([point.contacts[k].velocity for point in points]) for k in turned}
         return {k: sign for k, sign in signs.items() if sign}
 
     @cached_property

@@ -243,7 +243,7 @@ def mode_after(
 
 
 def _move_alike(before: NumericMode, after: NumericMode) -> bool:
-    """Tell whether the motion of no contact changes, which is told by the belts on the sides of each mode."""
+    """Tell whether the motion of no contact changes, by the belts on the sides of each mode."""
     ways = [moving_as(mode.mode.sided, mode.branch) for mode in (before, after)]
     return ways[0] == ways[1]
 

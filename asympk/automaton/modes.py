@@ -67,7 +67,7 @@ class GuardedMode:
 
     def _at_rest_on(self, sides: Sides) -> Sides:
         """Return sides with 0 for velocities at rest: a belt has its speed there, whichever side rules a force."""
-        at_rest = (self._told(self.system.frictions[k].velocity) for k in branches.at_rest(self.branch) if sides)
+        at_rest = (self._directed(self.system.frictions[k].velocity) for k in branches.at_rest(self.branch) if sides)
         rest = {phase_of(on_sides(velocity, sides))[0]: 0 for velocity in at_rest}
         return tuple((phase, rest.get(phase, side)) for phase, side in sides)
 
@@ -224,9 +224,9 @@ class GuardedMode:
     def velocities(self) -> dict[int, sp.Expr]:
         """The sliding velocities of the closed frictions, by their numbers, with the signs and sides of the mode."""
         sides = self._at_rest_on(self.all_sides)
-        return {k: on_sides(self._told(friction.velocity), sides) for k, friction in self.closed.items()}
+        return {k: on_sides(self._directed(friction.velocity), sides) for k, friction in self.closed.items()}
 
-    def _told(self, velocity: sp.Expr) -> sp.Expr:
+    def _directed(self, velocity: sp.Expr) -> sp.Expr:
         return branches.with_signs(self.system, self.branch, velocity)
 
     @property
@@ -271,9 +271,9 @@ class GuardedMode:
         """
         slipping = (f for f, phase in zip(self.sided.frictions, self.branch, strict=True) if phase.slips)
         vary = (f.kinetic for f in slipping if symbols_in(f.kinetic) & self.moving)
-        told = (self._placed(branches.with_signs(self.sided, self.branch, law)) for law in vary)
+        laws = (self._placed(branches.with_signs(self.sided, self.branch, law)) for law in vary)
         known = {*self.moving, *self.system.parameters}
-        return tuple(law for law in told if symbols_in(law) <= known and not law.is_nonnegative)
+        return tuple(law for law in laws if symbols_in(law) <= known and not law.is_nonnegative)
 
     @cached_property
     def watched(self) -> tuple[sp.Expr, ...]:

@@ -319,14 +319,14 @@ class NumericMode:
         if self.torn(t, state, slack):
             return False
         exprs = self.mode.guard_values
-        told = zip(exprs, self.signs(exprs, t, state, slack), strict=True)
-        return all((sign or self.departure(expr, t, state, slack)) >= 0 for expr, sign in told)
+        signs = zip(exprs, self.signs(exprs, t, state, slack), strict=True)
+        return all((sign or self.departure(expr, t, state, slack)) >= 0 for expr, sign in signs)
 
     def torn(self, t: Any, state: State, slack: Any = 0) -> tuple[int, ...]:
         """Return the contacts whose sliding velocity, one that may jump, has another sign than in this mode."""
         jumping = self.mode.jumping
-        told = zip(jumping, self.signs(tuple(jumping.values()), t, state, slack), strict=True) if jumping else ()
-        return tuple(k for k, sign in told if sign and sign != self.branch[k].velocity)
+        signs = zip(jumping, self.signs(tuple(jumping.values()), t, state, slack), strict=True) if jumping else ()
+        return tuple(k for k, sign in signs if sign and sign != self.branch[k].velocity)
 
     def leaves(self, phase: sp.Expr, sign: int, t: Any, state: State, slack: Any = 0) -> bool:
         """Tell whether a phase that vanishes takes the ``sign`` along the field; for 0, whether the phase stays 0."""

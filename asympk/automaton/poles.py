@@ -136,11 +136,11 @@ def _has_limit(rate: sp.Expr, s: sp.Symbol, place: sp.Expr) -> bool:
         return False
     q = sp.Dummy()
     factors = {power.base: sp.Dummy() for power in powers}
-    told = replaced(rate, {p: (factors[p.base] * q ** orders[p.base]) ** -p.exp for p in powers})
-    degree = _degree(told, q) if told.is_polynomial(q) else MOST + 1
+    in_q = replaced(rate, {p: (factors[p.base] * q ** orders[p.base]) ** -p.exp for p in powers})
+    degree = _degree(in_q, q) if in_q.is_polynomial(q) else MOST + 1
     if degree > MOST:
         return False
-    terms = [told.diff(q, k).subs(q, 0) / math.factorial(k) for k in range(degree + 1)]
+    terms = [in_q.diff(q, k).subs(q, 0) / math.factorial(k) for k in range(degree + 1)]
     units = {factor: _unit(base, orders[base], s, place, degree) for base, factor in factors.items()}
     return _cancel([replaced(term, units) for term in terms], s, place)
 

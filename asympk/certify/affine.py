@@ -131,8 +131,8 @@ def _after(mode, guard):
 
 def _own_sides(mode):
     """Return the sides of a mode that its branch does not tell, as the signs of sliding velocities while closed."""
-    told = {phase_of(friction.velocity)[0] for friction in mode.closed.values()}
-    return tuple(side for side in mode.sides if side[0] not in told)
+    velocities = {phase_of(friction.velocity)[0] for friction in mode.closed.values()}
+    return tuple(side for side in mode.sides if side[0] not in velocities)
 
 
 def _unit(k, size):
@@ -292,7 +292,7 @@ class _Modes(Candidates):
                 branches.presses_otherwise(self.system, m.branch, other) for other in best)]
             if verdicts and all(self._slips_freely(b, state) for b in best):
                 break
-        open_ones = [m for m in verdicts if m not in holding and not self._is_told(m.branch, holding, state)]
+        open_ones = [m for m in verdicts if m not in holding and not self._is_covered(m.branch, holding, state)]
         if shared := [m.branch for m in open_ones if self._is_shared(m.branch)]:
             raise not_determined(shared[0])
         if open_ones or len(best) != 1 or len({*map(_own_sides, holding)}) != 1:
@@ -310,7 +310,7 @@ class _Modes(Candidates):
         apart = (tuple(a - b for a, b in zip(*pair, strict=True)) for pair in rows)
         return all(leading_sign(row, first, state) == 0 for row in apart)
 
-    def _is_told(self, branch, holding, state):
+    def _is_covered(self, branch, holding, state):
         """Tell whether a branch ``_is_shared`` and moves as one that holds, where a force has its bound (Lemma 10)."""
         alike = (m for m in holding if forces.moves_alike(self.here, branch, m.branch))
         return self._is_shared(branch) and any(self._stays_on_sides(mode, state) for mode in alike)

@@ -101,7 +101,7 @@ class Candidates:
         self.field = ExactEntries(system, values, sides, entries)
 
     def look_at(self, state: EnclosedState) -> None:
-        """Set ``here`` for a state at which candidates are to be told."""
+        """Set ``here`` for a state at which candidates are to be found."""
         self.here = system_on_sides(self.system, turning(self.system, (*self._sides_of_velocities(state),)))
 
     def of(self, mode: GuardedMode) -> EnclosedMode | None:

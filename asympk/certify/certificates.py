@@ -191,7 +191,7 @@ def _sharp(scene, final, digits):
 def _followed(scene, sides, budget):
     """Return (modes, events, final balls) of the rod or of an affine system; raises ``Refused``."""
     if scene.system is None:
-        return _follow(_case(scene, sides), budget)
+        return _follow(_balls_of(scene, sides), budget)
     turned, corner = _ranging(sides), _corner(sides)
     begun = zip(scene.names, scene.start, strict=True)
     start = [None if name in turned else Fraction(corner.get(name, value)) for name, value in begun]
@@ -297,7 +297,7 @@ def _require_static(sides, kinetic, static, own):
                              f"{kinetic} is {short(largest)}")
 
 
-def _case(scene, sides):
+def _balls_of(scene, sides):
     given = dict(zip(COORDINATES, (scene.sigma, scene.mu, scene.sigma0, *scene.start, scene.until), strict=True))
     values = {name: sides.get(name, (Fraction(value),) * 2) for name, value in given.items()}
     balls, exact, same = {name: hull(*ends) for name, ends in values.items()}, None, scene.sigma0 == scene.sigma
@@ -325,85 +325,85 @@ def _from_rod(quantities, sides):
     return {name: ball_of(expr, balls) for name, expr in formulas().items()}
 
 
-def _follow(case, budget):
+def _follow(balls, budget):
     """Return (modes, events, final balls) of a scene of the rod; raises ``Refused``."""
-    state, s_sign, z_sign, touching, deviation = _beginning(case)
+    state, s_sign, z_sign, touching, deviation = _beginning(balls)
     t, modes, events = ball(0), [], []
     while True:
         name = "stick" if not z_sign else "slip_same" if z_sign == s_sign else "slip_opposite"
         modes.append(name)
-        mode = _mode(case, name, state, deviation)
-        left = case.until - t
-        found = first_event(mode, _guards(case, state, s_sign, z_sign, touching), left, budget)
+        mode = _mode(balls, name, state, deviation)
+        left = balls.until - t
+        found = first_event(mode, _guards(balls, state, s_sign, z_sign, touching), left, budget)
         if found is None:
             end = mode.state(left)
             return modes, events, (end.x, end.y, end.z if z_sign else ball(0))
         guard, dt = found
         if not dt < left:
-            raise Refused(f"horizon: {guard.kind} at the end itself, until = {float(case.until.mid()):.10g}")
-        state, s_sign, z_sign, touching = _after(case, guard, mode.at(guard, dt), s_sign, z_sign)
+            raise Refused(f"horizon: {guard.kind} at the end itself, until = {float(balls.until.mid()):.10g}")
+        state, s_sign, z_sign, touching = _after(balls, guard, mode.at(guard, dt), s_sign, z_sign)
         deviation, t = None, t + dt
         events.append(Event(guard.kind, t, (state.x, state.y, state.z)))
         if len(events) > MOST_EVENTS:
             raise Refused(f"too many: more than {MOST_EVENTS} events by t = {float(t.mid()):.6g}")
 
 
-def _mode(case, name, state, deviation):
-    a, b = (0, ball(1)) if name == "stick" else (1, case.sigma + 4 if name == "slip_same" else -case.sigma)
-    return segment(a, b, case.mu, state, case.until, deviation)
+def _mode(balls, name, state, deviation):
+    a, b = (0, ball(1)) if name == "stick" else (1, balls.sigma + 4 if name == "slip_same" else -balls.sigma)
+    return segment(a, b, balls.mu, state, balls.until, deviation)
 
 
-def _guards(case, state, s_sign, z_sign, touching):
+def _guards(balls, state, s_sign, z_sign, touching):
     if z_sign:
         pairs = (("force_zero", "s", s_sign), ("velocity_zero", "z", z_sign))
         return [LevelGuard(kind, axis, side, 0, axis in touching) for kind, axis, side in pairs]
-    near, far = _edges(case, s_sign)
+    near, far = _edges(balls, s_sign)
     guards = [LevelGuard("slip_onset", "s", s_sign, near, "near" in touching)]
     return guards if far is None else [*guards, LevelGuard("slip_onset", "s", -1, far, "far" in touching)]
 
 
-def _edges(case, s_sign):
+def _edges(balls, s_sign):
     """Return (near edge or None: no cone, far edge or None: unbounded) of the static cone on the side of s."""
-    which = certain_sign(case.sigma0 + 1)
-    if not which and not case.sigma0 == -1:
+    which = certain_sign(balls.sigma0 + 1)
+    if not which and not balls.sigma0 == -1:
         raise Refused("edge: the shape of the static cone changes at sigma0 = -1, within the box")
     if s_sign < 0:
-        return (-1 / (case.sigma0 + 1) if which > 0 else None), None
-    return 1 / (case.sigma0 + 3), (-1 / (case.sigma0 + 1) if which < 0 else None)
+        return (-1 / (balls.sigma0 + 1) if which > 0 else None), None
+    return 1 / (balls.sigma0 + 3), (-1 / (balls.sigma0 + 1) if which < 0 else None)
 
 
-def _beginning(case):
+def _beginning(balls):
     """Return (state, sign of s, sign of z, guards that vanish, deviation from the slow line) just after the start."""
-    if case.near:
-        return _beside_line(case)
-    if case.exact:
-        return _exact_beginning(case)
-    s, s_sign, z_sign = case.s, certain_sign(case.s), certain_sign(case.z)
-    touching = {axis for axis, value in (("s", s), ("z", case.z)) if value == 0}
+    if balls.near:
+        return _beside_line(balls)
+    if balls.exact:
+        return _exact_beginning(balls)
+    s, s_sign, z_sign = balls.s, certain_sign(balls.s), certain_sign(balls.z)
+    touching = {axis for axis, value in (("s", s), ("z", balls.z)) if value == 0}
     if "s" in touching:
-        s_sign = certain_sign(1 + case.mu * case.y)
+        s_sign = certain_sign(1 + balls.mu * balls.y)
     if not s_sign or not (z_sign or "z" in touching):
         raise Refused(f"start: the sign of {'z' if s_sign else 'x + y'} is not the same throughout")
-    state = RodBalls(case.x, case.y, s, case.z)
-    if not z_sign and not _sticks(case, s, s_sign):
+    state = RodBalls(balls.x, balls.y, s, balls.z)
+    if not z_sign and not _sticks(balls, s, s_sign):
         z_sign = _direction(s)
     return state, s_sign, z_sign, touching, None
 
 
-def _exact_beginning(case):
+def _exact_beginning(balls):
     """Return the same for an exact start; rates decide where s is 0 or on an edge of the cone."""
-    sigma0, x, y, z, mu = case.exact
+    sigma0, x, y, z, mu = balls.exact
     s = x + y
     touching = {axis for axis, value in (("s", s), ("z", z)) if value == 0}
     s_sign = sign_of(s) or _sign_on(mu, 1, y) or 1
-    state, z_sign = RodBalls(case.x, case.y, ball(s), case.z), sign_of(z)
+    state, z_sign = RodBalls(balls.x, balls.y, ball(s), balls.z), sign_of(z)
     if z_sign:
         return state, s_sign, z_sign, touching, None
     grip = (sigma0 + 2) * abs(s) - abs(1 - s)
     if grip == 0:
         widens = (sigma0 + 2) * s_sign + sign_of(1 - s)
         far = s > 1
-        state, touching = state._replace(s=_edges(case, s_sign)[far]), {"far" if far else "near", "z"}
+        state, touching = state._replace(s=_edges(balls, s_sign)[far]), {"far" if far else "near", "z"}
         grip = widens * (_sign_on(mu, -s, y) or -s)
     return state, s_sign, 0 if grip > 0 else sign_of(1 - s), touching, None
 
@@ -416,21 +416,21 @@ def _sign_on(ends, constant, slope):
     return signs.pop()
 
 
-def _beside_line(case):
-    manifold, offset = case.near
+def _beside_line(balls):
+    manifold, offset = balls.near
     name, _ = MANIFOLDS[manifold]
-    b = case.sigma + 4 if name == "slip_same" else -case.sigma
-    deviation, rho = ball(offset), (1 + (1 - 4 * case.mu / b).sqrt()) / 2
-    y = -(case.x - 1 / b) / rho + deviation
-    signs = certain_sign(case.x + y), certain_sign(case.z)
+    b = balls.sigma + 4 if name == "slip_same" else -balls.sigma
+    deviation, rho = ball(offset), (1 + (1 - 4 * balls.mu / b).sqrt()) / 2
+    y = -(balls.x - 1 / b) / rho + deviation
+    signs = certain_sign(balls.x + y), certain_sign(balls.z)
     if not all(signs):
         raise Refused("start: the sign of x + y or z is not certain")
-    return RodBalls(case.x, y, case.x + y, case.z), *signs, set(), deviation
+    return RodBalls(balls.x, y, balls.x + y, balls.z), *signs, set(), deviation
 
 
-def _sticks(case, s, s_sign):
+def _sticks(balls, s, s_sign):
     """Tell whether s lies inside the static cone; raises ``Refused`` where s may lie on an edge."""
-    near, far = _edges(case, s_sign)
+    near, far = _edges(balls, s_sign)
     if near is None:
         return False
     inside = [certain_sign(s_sign * (s - near))] + ([] if far is None else [certain_sign(far - s)])
@@ -446,7 +446,7 @@ def _direction(s):
     return way
 
 
-def _after(case, guard, state, s_sign, z_sign):
+def _after(balls, guard, state, s_sign, z_sign):
     """Return (state with the vanishing quantity exact, next sign of s, next sign of z, next guards that vanish)."""
     if guard.kind == "force_zero":
         return RodBalls(state.x, -state.x, ball(0), state.z), -s_sign, z_sign, {"s"}
@@ -455,4 +455,4 @@ def _after(case, guard, state, s_sign, z_sign):
         return RodBalls(state.x, s - state.x, s, ball(0)), s_sign, _direction(s), {"z"}
     s = common(state.s, state.x + state.y)
     state = RodBalls(state.x, common(state.y, s - state.x), s, ball(0))
-    return state, s_sign, 0 if _sticks(case, s, s_sign) else -z_sign, {"z"}
+    return state, s_sign, 0 if _sticks(balls, s, s_sign) else -z_sign, {"z"}

@@ -39,8 +39,8 @@ def surroundings(scene: Scene, pair: Sequence[str], across: Sequence[float], up:
     with np.errstate(all="ignore"):  # what is not finite is left out
         grids = [np.array(grid) / size for grid, size in zip((across, up), plane.sizes, strict=True)]
         found, others = _curves(plane, grids), (_curves(plane.beside(side), grids) for side in (1, -1))
-        timed, told = plane.system.time is not None, not plane.still.any()
-        begun = timed or not (told or all(_equal(found, other) for other in others))
+        timed, unmoved = plane.system.time is not None, not plane.still.any()
+        begun = timed or not (unmoved or all(_equal(found, other) for other in others))
         return [{**curve, "points": (curve["points"] * plane.sizes).tolist(), "begun": begun} for curve in found]
 
 

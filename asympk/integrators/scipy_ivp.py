@@ -19,7 +19,7 @@ from asympk.integrators.stepwise import PARTS, field_and_start, follow_steps
 
 CLASSES = {"rk45": "RK45", "dop853": "DOP853", "radau": "Radau", "bdf": "BDF", "lsoda": "LSODA"}
 EXPLICIT = ("rk45", "dop853")
-RESTARTS = 16  # in one mode, of a method to which rates without a value are told
+RESTARTS = 16  # in one mode, of a method for which rates without a value are errors
 STUCK = 100  # explicit steps of order 1 in a row, from which on LSODA begins anew
 
 
@@ -39,7 +39,7 @@ def _solver(mode, t, state, until, settings):
     atol = settings.atol
     if isinstance(atol, tuple):  # guards that depend on the time are states as well, of an unknown size
         atol = (*atol, *[min(atol)] * (n - len(atol)))
-    rates = Rates(field, p, t, start, told=settings.method == "lsoda")
+    rates = Rates(field, p, t, start, strict=settings.method == "lsoda")
     options = {"rtol": settings.rtol, "atol": atol, **jac}
     begin = partial(getattr(integrate, CLASSES[settings.method]), rates, t_bound=until, **options)
     return ScipySteps(begin, rates, t, np.array(start, dtype=float), settings.longest)
@@ -49,14 +49,14 @@ class Rates:
     """The rates of a mode as a function of (t, state), which are nan where their formulas have no real value.
 
     The solver then tries a shorter step. At the start there is no step to shorten, and LSODA and CVODE do not notice
-    nan: in these two cases an error is raised (``told``: for such a method). ``left`` records that the rates were nan.
+    nan: in these two cases an error is raised (``strict``: for such a method). ``undefined``: rates were nan.
     """
 
-    __slots__ = ("field", "left", "nowhere", "p", "start", "told", "tried")
+    __slots__ = ("field", "nowhere", "p", "start", "strict", "tried", "undefined")
 
-    def __init__(self, field: Callable[..., tuple], p: tuple, t: float, start: tuple, told: bool):
-        self.field, self.p, self.start, self.told = field, p, (t, *start), told
-        self.nowhere, self.left, self.tried = (math.nan,) * len(start), False, t
+    def __init__(self, field: Callable[..., tuple], p: tuple, t: float, start: tuple, strict: bool):
+        self.field, self.p, self.start, self.strict = field, p, (t, *start), strict
+        self.nowhere, self.undefined, self.tried = (math.nan,) * len(start), False, t
 
     def __call__(self, t: float, state: np.ndarray) -> tuple:
         """Return the rates, or nan where they are no finite real numbers."""
@@ -64,9 +64,9 @@ class Rates:
         try:
             return self.field(t, *state.tolist(), *self.p)
         except (ArithmeticError, ValueError):
-            if self.told or (t, *state.tolist()) == self.start:
+            if self.strict or (t, *state.tolist()) == self.start:
                 raise
-            self.left = True
+            self.undefined = True
             return self.nowhere
 
 
@@ -108,8 +108,8 @@ class ScipySteps:
         reason = self._made()
         self.lowest = self.lowest + 1 if _is_lowest(self.solver) else 0
         self._update()
-        if rates.left:
-            rates.left = False
+        if rates.undefined:
+            rates.undefined = False
             if self.status == "failed" or math.isnan(rates(self.t, self.y)[0]):
                 raise ValueError(reason)
         return reason
@@ -127,7 +127,7 @@ class ScipySteps:
             return str(why)
         except (ArithmeticError, ValueError):
             ahead = self.rates.tried - self.t
-            if not self.rates.told or self.restarts == RESTARTS or ahead <= 0:
+            if not self.rates.strict or self.restarts == RESTARTS or ahead <= 0:
                 raise
         self._update()
         self.restarts, self.longest = self.restarts + 1, min(self.longest, ahead / 4)

@@ -25,7 +25,7 @@ def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float,
         raise missing(settings.method) from error
     field, start, jacobian = field_and_start(mode, t, state)
     p, n, jac = mode.p, len(start), {}
-    rates = Rates(field, p, t, start, told=True)
+    rates = Rates(field, p, t, start, strict=True)
 
     def rhs(t, w, dw):
         dw[:] = rates(t, w)

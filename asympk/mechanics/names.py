@@ -59,8 +59,8 @@ def keyed(
         plain = known.get(str(key))
         if plain is None:
             plainly_named = {name for name in known if "(" not in name}
-            told = " ".join(str(key).split())
-            raise UnknownName(f"{told:.60} is no coordinate, rate or parameter; these are {in_words(plainly_named)}"
+            spelt = " ".join(str(key).split())
+            raise UnknownName(f"{spelt:.60} is no coordinate, rate or parameter; these are {in_words(plainly_named)}"
                               f"{did_you_mean(key, plainly_named)}")
         if plain in found:
             raise InputError(f"{plain} is given twice; give it once")

@@ -283,9 +283,9 @@ def of_work(rows: Sequence[Row]) -> dict[str, str]:
     """Return the cost of ``ACCURACY`` on one scene at the least and the largest mu, and counts of failed runs."""
     here, accuracy = [row for row in rows if row["scene"] == gallery.SHOWN], gallery.ACCURACY
     mus = sorted({row["mu"] for row in here})
-    careful = (*chart.EXPLICIT, *chart.IMPLICIT)
-    costs = cheapest_by_method(here, careful, accuracy)
-    best, fast = (min((m for m in careful if costs[m].get(mu)), key=lambda m: costs[m][mu]) for mu in (mus[0], mus[-1]))
+    methods = (*chart.EXPLICIT, *chart.IMPLICIT)
+    costs = cheapest_by_method(here, methods, accuracy)
+    best, fast = (min((m for m in methods if costs[m].get(mu)), key=lambda m: costs[m][mu]) for mu in (mus[0], mus[-1]))
     (jump,) = (row for row in here if row["method"] == "jump 1" and row["mu"] == mus[0])
     found = {
         "workRuns": str(len(rows)), "workAccuracy": power(accuracy), "workLeastMu": power(mus[0]),

@@ -85,13 +85,13 @@ def _others(alone, first, departed):
     There are no lines if there are no such contacts.
     """
     count, closed = len(departed), [str(k) for k, off in enumerate(departed, 2) if off == {}]
-    told = f"with {count} other contact{'s' * (count > 1)}, "
-    told += "open in the lines below" if alone else "which the rigid motions have: critical friction and jump have not"
+    words = f"with {count} other contact{'s' * (count > 1)}, "
+    words += "open in the lines below" if alone else "which the rigid motions have: critical friction and jump have not"
     if alone and closed:
         verb = "is" if len(closed) == 1 else "are"
-        told += " but for the rigid motions" if first == {} else ""
-        told += f"; contact {' and '.join(closed)} {verb} closed here, too"
-    return wrapped("", told) if count else []
+        words += " but for the rigid motions" if first == {} else ""
+        words += f"; contact {' and '.join(closed)} {verb} closed here, too"
+    return wrapped("", words) if count else []
 
 
 def _departures(described):
@@ -147,14 +147,14 @@ def _over(described, name, low, high):
     given = {key: value for key, value in {**described.numbers, **tied}.items() if key != name}
     found = rod.paradox_set({name: (low, high)}, given)
     where = ", ".join(f"{_short(s.start)} .. {_short(s.end)}" for s in found.intervals)
-    told = "" if found.complete else ", as far as samples tell"
+    limits = "" if found.complete else ", as far as samples tell"
     slip = " for slip of the sign of G_NT" if rod.contact.unilateral else ""
     words = f"a paradox in {where}{slip}, within" if where else "no paradox in"
     ends = " .. ".join(number_as_text(number(name, end)) for end in (low, high))
     rates = {*map(str, rod.plain.velocities)} & {*tied}
-    told += "".join(f", where {other} closes the contact" for other in tied if other not in rates)
-    told += ", sliding as here" if rates else ""
-    line = f"over {name:11}{words} {ends}{told}"
+    limits += "".join(f", where {other} closes the contact" for other in tied if other not in rates)
+    limits += ", sliding as here" if rates else ""
+    line = f"over {name:11}{words} {ends}{limits}"
     return [line] + ([] if tied.keys() - rates else _least(rod, name))
 
 

@@ -42,11 +42,11 @@ def derive(root: Path, tell: Callable[[str], None] = silent) -> list[Path]:
 
 def _forms(results):
     """Return {suffix of a file: text} of results."""
-    told = {name: {"text": str(value), "latex": latex_of(value)} for name, value in results.items()}
-    lines = (rf"\[ \text{{{name.replace('_', ' ')}}}\colon\quad {one['latex']} \]" for name, one in told.items())
+    formulas = {name: {"text": str(value), "latex": latex_of(value)} for name, value in results.items()}
+    lines = (rf"\[ \text{{{name.replace('_', ' ')}}}\colon\quad {one['latex']} \]" for name, one in formulas.items())
     return {
         ".tex": "".join(f"{line}\n" for line in lines),
-        ".json": json.dumps(told, indent=1, ensure_ascii=False) + "\n",
+        ".json": json.dumps(formulas, indent=1, ensure_ascii=False) + "\n",
         ".srepr": "".join(f"{name} = {sp.srepr(value)}\n" for name, value in results.items()),
     }
 

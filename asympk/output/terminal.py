@@ -101,8 +101,8 @@ def path_as_text(path: Path, digits: int | None) -> str:
     begins = [("start", 0, *scene.start), *((event.kind, event.t, *event.state) for event in path.events)]
     rows = [(map(_shortly, state), f"{kind} -> {mode}")
             for (kind, *state), mode in zip(begins, path.modes, strict=True)]
-    told = f", predicted error {error}" if (error := predicted_error(path)) else ""
-    rows.append((map(_shortly, (scene.until, *path.final)), f"until ({path.model}{told})"))
+    prediction = f", predicted error {error}" if (error := predicted_error(path)) else ""
+    rows.append((map(_shortly, (scene.until, *path.final)), f"until ({path.model}{prediction})"))
     lines = _table(("t", *path.names), EVENTS, rows)
     if digits is not None:
         lines += [f"{name} = {_plain(value, digits)}" for name, value in zip(path.names, path.final, strict=True)]
@@ -144,8 +144,8 @@ def _table(labels, heading, rows):
              for cells, words in ((labels, heading), *table)]
     if max(map(len, lines)) <= columns():
         return lines
-    told = ((words, ", ".join(map("{} = {}".format, labels, cells))) for cells, words in table)
-    return [line for words, numbers in told for line in (*filter(None, [words]), *wrapped("    ", numbers))]
+    numbered = ((words, ", ".join(map("{} = {}".format, labels, cells))) for cells, words in table)
+    return [line for words, numbers in numbered for line in (*filter(None, [words]), *wrapped("    ", numbers))]
 
 
 def _shortly(number):
@@ -341,5 +341,5 @@ def _regime_lines():
     if max(map(len, lines)) <= columns():
         return lines
     (_, *heads), *regimes = rows
-    told = ((regime, "; ".join(map("{} {}".format, heads, cells))) for regime, *cells in regimes)
-    return [line for regime, words in told for line in (f"  {regime}", *wrapped(" " * 6, words))]
+    headed = ((regime, "; ".join(map("{} {}".format, heads, cells))) for regime, *cells in regimes)
+    return [line for regime, words in headed for line in (f"  {regime}", *wrapped(" " * 6, words))]

@@ -126,13 +126,13 @@ def scene_text(name: str) -> str:
     if name not in systems.__all__:
         return shipped(name).rstrip()
     scene = import_module(f"asympk.systems.{name}").scenes()[0]
-    told, system = json.dumps(about(name), ensure_ascii=False), [f'system = "{name}"']
+    line, system = json.dumps(about(name), ensure_ascii=False), [f'system = "{name}"']
     values = dict(zip(map(str, scene.system.parameters), scene.values, strict=True))
     start = dict(zip(scene.names, scene.start, strict=True))
     if scene.origin is not None:
         (values, start), law = scene.origin[1:3], ("eps^2", "0") if "eps" in values else ("c", "h")
         system = [f'system.{key} = "{word}"' for key, word in zip(MECHANISM, (name, "elastic", *law), strict=True)]
-    lines = [f"about = {told}", *system, f"until = {_number(scene.until)}"]
+    lines = [f"about = {line}", *system, f"until = {_number(scene.until)}"]
     for table, entries in (("values", values), ("start", start)):
         lines += ["", f"[{table}]", *(f"{_key(entry)} = {_number(number)}" for entry, number in entries.items())]
     return "\n".join(lines)

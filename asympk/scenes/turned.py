@@ -122,5 +122,5 @@ def in_own_units(scene: Scene) -> Any:
 def _require_names(given: dict[str, Any], known: Any, what: str, beyond: str = "") -> None:
     for name in given:
         if name not in known:
-            told = f"choose one of {', '.join(known)}" if known else "the scene has none"
-            raise UnknownName(f"{short(name)} is no {what}; {told}{beyond}")
+            choice = f"choose one of {', '.join(known)}" if known else "the scene has none"
+            raise UnknownName(f"{short(name)} is no {what}; {choice}{beyond}")

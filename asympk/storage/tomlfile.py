@@ -37,8 +37,9 @@ def parse_table(raw: bytes, where: str | Path) -> dict[str, Any]:
     try:
         return tomllib.loads(raw.decode("utf-8-sig"), parse_float=lambda text: str(Decimal(text)))
     except (ValueError, RecursionError, ArithmeticError) as error:
-        told = isinstance(error, tomllib.TOMLDecodeError | UnicodeDecodeError)
-        reason = str(error)[:200] if told else "a number has too many digits, or tables stand too deep in one another"
+        reason = "a number has too many digits, or tables stand too deep in one another"
+        if isinstance(error, tomllib.TOMLDecodeError | UnicodeDecodeError):
+            reason = str(error)[:200]
         raise InputError(f"{where}: not TOML in UTF-8: {reason}") from None
 
 

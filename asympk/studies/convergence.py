@@ -56,12 +56,12 @@ def rows(sigmas: Iterable[str] = SIGMAS, mus: Iterable[str] = MUS) -> StoredRows
     or tk, the time of the k-th event. ``excess`` is error/omitted - 1, computed before rounding, and ``expected`` the
     second omitted term over the first. ``sigma`` is a string, and thus exact.
     """
-    starts = {name: list(map(str, case.start)) for name, case in EXPANSIONS.items()}
+    starts = {name: list(map(str, expansion.start)) for name, expansion in EXPANSIONS.items()}
     settings = {"starts": starts, "until": UNTIL, "digits": DIGITS, "kept": KEPT, "reference": "exact flow"}
     found = StoredRows(provenance=settings)
-    for name, case in EXPANSIONS.items():
-        for sigma in filter(case.exists, sigmas):
-            here = [row for mu in mus for row in _rows(name, case, sigma, mu)]
+    for name, expansion in EXPANSIONS.items():
+        for sigma in filter(expansion.exists, sigmas):
+            here = [row for mu in mus for row in _rows(name, expansion, sigma, mu)]
             found += sorted(here, key=lambda row: (row["order"], row["quantity"], -row["mu"]))
     return found
 
@@ -80,11 +80,11 @@ def by_quantity(rows: Iterable[dict]) -> Iterator[list[dict]]:
         yield list(group)
 
 
-def _rows(name, case, sigma, mu):
-    scene = Scene(sigma, mu, case.start, UNTIL)
+def _rows(name, expansion, sigma, mu):
+    scene = Scene(sigma, mu, expansion.start, UNTIL)
     truth = _quantities(solve(scene, digits=DIGITS))
     levels = sorted({n + k for n in ORDERS for k in range(3)})
-    found = {n: _quantities(solve(scene, case.method, order=n, digits=DIGITS)) for n in levels}
+    found = {n: _quantities(solve(scene, expansion.method, order=n, digits=DIGITS)) for n in levels}
     for n in ORDERS:
         for quantity in found[n]:
             now, next_, last = (found[n + k][quantity] for k in range(3))

@@ -31,7 +31,7 @@ def uninterrupted() -> Iterator[None]:
         yield
         return
     heard: list[tuple[Any, ...]] = []
-    before = signal.signal(signal.SIGINT, lambda *told: heard.append(told))
+    before = signal.signal(signal.SIGINT, lambda *signalled: heard.append(signalled))
     try:
         yield
     finally:

@@ -59,8 +59,8 @@ class SystemFamily:
     def description(self) -> dict[str, Any]:
         """The system's entry in its file, the names of its parameters, and its coordinates if any."""
         system, parameters = json.loads(self.text)
-        told = {"coordinates": [*self.coordinates]} if self.coordinates else {}
-        return {"system": system, "parameters": parameters, **told}
+        coordinates = {"coordinates": [*self.coordinates]} if self.coordinates else {}
+        return {"system": system, "parameters": parameters, **coordinates}
 
     @property
     def system(self) -> System:
@@ -101,10 +101,10 @@ class SystemFamily:
         if isinstance(start, list):
             start = by_state(start, self.states)
         values = table.get("values", {})
-        told = {"values": (without(_cancelled(self.text), values), self.system.parameters, "parameter")}
+        tables = {"values": (without(_cancelled(self.text), values), self.system.parameters, "parameter")}
         if not self.coordinates:
-            told["start"] = (start, self.system.states, "state")
-        for what, (entries, symbols, kind) in told.items():
+            tables["start"] = (start, self.system.states, "state")
+        for what, (entries, symbols, kind) in tables.items():
             require_all(what, by_symbol(entries, symbols, "this system", kind), symbols, kind)
         return {**values, **start, UNTIL: table[UNTIL]}
 

@@ -59,12 +59,12 @@ def _by_motion(total: sp.Add, fixed: Collection[sp.Symbol]) -> dict[sp.Expr, lis
 
 def _gathered(exprs: Sequence[sp.Expr], fixed: Collection[sp.Symbol], names: dict[sp.Expr, sp.Symbol]) -> sp.Tuple:
     """Return expressions with names for the coefficients that are scattered over their sums."""
-    told = {}
+    named = {}
     for total in _sums(exprs) if any(part.is_Add for part in names) else ():
         parts = {factor: sp.Add(*still) for factor, still in _by_motion(total, fixed).items()}
         if any(part in names for part in parts.values()):
-            told[total] = sp.Add(*(factor * names.get(part, part) for factor, part in parts.items()))
-    return sp.Tuple(*(replaced(expr, told) for expr in exprs))
+            named[total] = sp.Add(*(factor * names.get(part, part) for factor, part in parts.items()))
+    return sp.Tuple(*(replaced(expr, named) for expr in exprs))
 
 
 def _sums(exprs: Iterable[sp.Expr]) -> set[sp.Add]:

@@ -108,8 +108,8 @@ class CriticalManifold(ShownAsFormulas):
         roots = fractional_powers(*self.branch.values())
         roots |= {p for p in fractional_powers(*inside) if p.base in inside}
         names = {p: sp.Dummy(positive=True) for p in roots}
-        told = {expr: above(expr.xreplace(names)) for expr in inside}
-        positive = {known if known in (sp.true, sp.false) else above(expr) for expr, known in told.items()}
+        conditions = {expr: above(expr.xreplace(names)) for expr in inside}
+        positive = {known if known in (sp.true, sp.false) else above(expr) for expr, known in conditions.items()}
         return sp.And(*(_located(relation, list(self.dynamics.slow), self.assumptions) for relation in positive))
 
     @property
@@ -356,9 +356,9 @@ def _branches(mode, small):
     complete = [s for s in solutions if not any(map(is_complex, s.values()))]
     if any(h.has(sp.I) for h in heights(complete)):
         return _by_value(mode, small, equal_zero)
-    told = all(g.is_rational_function(*mode.fast) for g in equal_zero)  # SymPy finds false roots of exponentials
+    rational = all(g.is_rational_function(*mode.fast) for g in equal_zero)  # SymPy finds false roots of exponentials
     complete = [form for s in complete for form in real_forms(s)
-                if (told and form is s) or all(is_zero_on(g, form) for g in equal_zero)]
+                if (rational and form is s) or all(is_zero_on(g, form) for g in equal_zero)]
     branches = [sp.Dict({y: by_powers(h, tuple(mode.slow)) for y, h in s.items()}) for s in complete]
     return branches + [_implicit(mode)] * _has_further_turns(mode, equal_zero)
 

@@ -83,8 +83,8 @@ def _within_turn(g, branch):
     With |w| < pi, a cos w = b sin w gives the angle or the opposite one, where a sin w + b cos w is negative.
     """
     for f in g.atoms(sp.atan2) if not (heavy(g) or is_implicit(branch)) else ():
-        told = g.xreplace({f: (w := sp.Dummy())})
-        if f.has(*branch) and (value := value_on(branch, told, w)) is not None:
+        named = g.xreplace({f: (w := sp.Dummy())})
+        if f.has(*branch) and (value := value_on(branch, named, w)) is not None:
             a, b = (e.subs(branch, simultaneous=True) for e in f.args)
             yield sp.pi**2 - value**2
             yield sp.trigsimp(a * sp.sin(value) + b * sp.cos(value))
@@ -105,7 +105,7 @@ def _root_within_range(g, base, powers, branch):
     Terms of g that vanish somewhere on the branch, as those of another factor of g, give no value.
     """
     q, root, parts = sp.ilcm(1, *(p.exp.q for p in powers)), sp.Dummy(positive=True), dict[int, sp.Expr]()
-    numerator, _ = sp.fraction(sp.together(told := g.xreplace({p: root ** (q * p.exp) for p in powers})))
+    numerator, _ = sp.fraction(sp.together(named := g.xreplace({p: root ** (q * p.exp) for p in powers})))
     terms = sp.Poly(numerator, root).terms() if numerator.is_polynomial(root) else ()
     for (k,), c in terms:
         parts[k % q] = parts.get(k % q, 0) + c * base ** (k // q)
@@ -115,7 +115,7 @@ def _root_within_range(g, base, powers, branch):
     own, *values = (e.subs(branch, simultaneous=True) for e in (base, *(parts[k] for k in sorted(parts))))
     if len(values) != 2 or is_zero_somewhere(values[1]):
         yield own
-        yield from _values(told.xreplace({base: root**q}), root, root**q - own, branch)
+        yield from _values(named.xreplace({base: root**q}), root, root**q - own, branch)
         return
     exponent = sp.Rational(max(parts) - min(parts), q)
     yield sp.factor(-values[0] * values[1])
@@ -155,12 +155,12 @@ def _inverse_within_range(g, f, branch):
     """Yield what is positive where an inverse function f of y has the value, inside its range, that g = 0 gives it."""
     w, inside = sp.Dummy(real=True), f.args[0]
     others = {e: e.exp / inside for e in g.atoms(sp.exp)} if isinstance(f, sp.exp) else {f: sp.S.One}
-    told = g.xreplace({e: w**power for e, power in others.items() if power.is_Integer})
-    value, nested = value_on(branch, told, w), bool(_outermost(inside, branch))
+    named = g.xreplace({e: w**power for e, power in others.items() if power.is_Integer})
+    value, nested = value_on(branch, named, w), bool(_outermost(inside, branch))
     if value is not None:
         values = [sp.factor(value)]
-    elif told.diff(w).has(w) and (nested or (type(f) in _RANGE and not _has_whole_slopes(f, branch))):
-        values = _values(told, w, _INVERSE[type(f)](w) - inside.subs(branch, simultaneous=True), branch)
+    elif named.diff(w).has(w) and (nested or (type(f) in _RANGE and not _has_whole_slopes(f, branch))):
+        values = _values(named, w, _INVERSE[type(f)](w) - inside.subs(branch, simultaneous=True), branch)
     else:
         return
     for value in values:
@@ -177,8 +177,8 @@ def _has_whole_slopes(f, branch):
 
 def _values(g, w, meaning, branch):
     """Return [value] of the one root w of g on a branch that solves ``meaning`` = 0, too, or [] if several do."""
-    if heavy(told := g.subs(branch, simultaneous=True)) or is_zero(told):
+    if heavy(named := g.subs(branch, simultaneous=True)) or is_zero(named):
         return []
-    values = [s[w] for s in solutions_of([told], [w]) or () if w in s]
+    values = [s[w] for s in solutions_of([named], [w]) or () if w in s]
     found = [value for value in values if is_zero_somewhere(meaning.subs(w, value))]
     return found if len(found) == 1 else []

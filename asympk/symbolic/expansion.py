@@ -200,8 +200,9 @@ def expand(mode: Mode, small: sp.Symbol, branch: sp.Dict, order: int) -> Expansi
     derivations = {x: _derivation(x, mode, small, inverse if named else None, value) for x in slow}
     at = {small: 0, **value}
     flow, force = (_taylor(rates.values(), fast, small, order, at) for rates in (mode.slow, mode.fast))
-    told = sp.Tuple(*inverse, *(c for series in flow + force for c in series.values()))
-    roots = {sp.Dummy("s"): size.args[0] for size in sorted(atoms(told, sp.Abs), key=str)}  # of squares on the branch
+    coefficients = sp.Tuple(*inverse, *(c for series in flow + force for c in series.values()))
+    moduli = sorted(atoms(coefficients, sp.Abs), key=str)  # roots of squares on the branch
+    roots = {sp.Dummy("s"): size.args[0] for size in moduli}
     sizes = _in_signs(roots)
     inverse = inverse.subs(sizes)
     flow, force = ([{a: c.subs(sizes) for a, c in series.items()} for series in both] for both in (flow, force))

@@ -274,8 +274,8 @@ def _require_manifold(manifold, verb):
 def _lies_on(state, manifold):
     """Return the answers, at any parameters allowed, to whether a state lies on the manifold: True, False or both."""
     off = [limit_of((y - h).subs(state), manifold.small) for y, h in manifold.branch.items()]
-    told = {all(map(is_zero, off))} if all(e.is_rational_function() for e in off) else set()
-    return told or {*zero_at_places(off, manifold.assumptions)} or {all(map(is_zero, off))}
+    verdicts = {all(map(is_zero, off))} if all(e.is_rational_function() for e in off) else set()
+    return verdicts or {*zero_at_places(off, manifold.assumptions)} or {all(map(is_zero, off))}
 
 
 def _rate(manifold, active, state):

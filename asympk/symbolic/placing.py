@@ -83,12 +83,12 @@ def _in_exponents(system: "System") -> frozenset[sp.Symbol]:
 
 @lru_cache(maxsize=64)
 def _with_numbers(system: "System", numbers: sp.Dict) -> "System":
-    told = dict(numbers)
-    slow, fast, dependent = (sp.Dict({s: rate.xreplace(told) for s, rate in of.items()})
+    constants = dict(numbers)
+    slow, fast, dependent = (sp.Dict({s: rate.xreplace(constants) for s, rate in of.items()})
                              for of in (system.slow, system.fast, system.dependent))
-    frictions = tuple(f.mapped(lambda part: part.xreplace(told)) for f in system.frictions)
+    frictions = tuple(f.mapped(lambda part: part.xreplace(constants)) for f in system.frictions)
     return replace(system, slow=slow, fast=fast, frictions=frictions, dependent=dependent,
-                   assumptions=system.assumptions.xreplace(told))
+                   assumptions=system.assumptions.xreplace(constants))
 
 
 @lru_cache(maxsize=64)

@@ -70,13 +70,13 @@ def is_complex(h: sp.Expr) -> bool:
     if any(w.args[0].is_nonnegative for w in lower):
         return True
     h = h.xreplace({w: sp.Dummy(**generic) for w in lower})
-    told, bases = dict[sp.Expr, sp.Expr](), dict[sp.Expr, sp.Expr]()
+    positive, bases = dict[sp.Expr, sp.Expr](), dict[sp.Expr, sp.Expr]()
     for p in (p for p in fractional_powers(h) if p.free_symbols):
         if not p.exp.q % 2:
-            told[p] = sp.Dummy(positive=True)
+            positive[p] = sp.Dummy(positive=True)
         else:
-            told[p] = bases.setdefault(p.base, sp.Dummy(real=True, nonzero=True)) ** (p.exp * p.exp.q)
-    h = h.xreplace(told)
+            positive[p] = bases.setdefault(p.base, sp.Dummy(real=True, nonzero=True)) ** (p.exp * p.exp.q)
+    h = h.xreplace(positive)
     if bases and any(part.is_imaginary for part in h.atoms(sp.Pow, type(sp.I))):
         inside = (f.args[0] for f in h.atoms(sp.log, sp.LambertW))
         return any(sp.expand_complex(part).as_real_imag()[1].is_nonzero for part in (*inside, h))
@@ -231,8 +231,8 @@ def _from_phase(force, y):
     if len(shifts) != 1 or shifts == {0} or _turn(force, y) is None:
         return None
     w, (shift,) = sp.Dummy(real=True), shifts
-    told = force.xreplace({a: a.diff(y) * w for a in arguments})
-    return None if told.has(y) else (told, w, lambda value: value - shift)
+    shifted = force.xreplace({a: a.diff(y) * w for a in arguments})
+    return None if shifted.has(y) else (shifted, w, lambda value: value - shift)
 
 
 def whole_turn(force: sp.Expr, y: sp.Symbol) -> sp.Expr | None:
@@ -265,8 +265,8 @@ def _in_fewer_waves(force, y):
     """Return g with sines and cosines of multiples of y for products of them, where these are fewer, else g."""
     if heavy(force) or len(waves := _waves(force, y)) < 2:
         return force
-    told = TR8(force)
-    return told if len(_waves(told, y)) < len(waves) else force
+    shorter = TR8(force)
+    return shorter if len(_waves(shorter, y)) < len(waves) else force
 
 
 def _mixes(force, y):
@@ -276,11 +276,11 @@ def _mixes(force, y):
     whose turns fit; y with one exponential or logarithm may lead to Lambert's W.
     """
     if (powers := _exponentials_as_powers(force, y)) and powers[0].is_rational_function(y, powers[1]):
-        told, w, _ = powers
-        return _has_factor(told, force, y, lambda factor, names: (
+        named, w, _ = powers
+        return _has_factor(named, force, y, lambda factor, names: (
             factor.has(y) and len({k for (k,), _ in sp.Poly(factor, w).terms()}) > 2))
-    told = {f: sp.Dummy() for f in _outermost(force, [y])}
-    own = {name: f for f, name in told.items()}
+    named = {f: sp.Dummy() for f in _outermost(force, [y])}
+    own = {name: f for f, name in named.items()}
 
     def several(factor, names):
         inside = {own[name] for name in factor.free_symbols & names}
@@ -296,7 +296,7 @@ def _mixes(force, y):
         fit = all(isinstance(f, sp.log) for f in inside) or (inside <= _waves(force, y) and _turn(force, y))
         return factor.has(y) or not fit
 
-    return _has_factor(force.xreplace(told), force, y, several)
+    return _has_factor(force.xreplace(named), force, y, several)
 
 
 def _outermost(force, unknowns):
@@ -319,22 +319,22 @@ def _is_root_of_rational(f, y):
     return f.is_Pow and f.exp.is_Rational and f.base.is_rational_function(y)
 
 
-def _has_factor(told, force, y, test):
-    """Tell whether ``told``, g with names for functions of y, has a factor with names that passes ``test``.
+def _has_factor(named, force, y, test):
+    """Tell whether ``named``, g with names for functions of y, has a factor with names that passes ``test``.
 
     A g that is too long for its factors passes where it has y and names at all.
     """
-    told, names = sp.fraction(sp.together(told))[0], told.free_symbols - force.free_symbols
-    if not names or not told.is_polynomial(y, *names):
+    named, names = sp.fraction(sp.together(named))[0], named.free_symbols - force.free_symbols
+    if not names or not named.is_polynomial(y, *names):
         return False
     if heavy(force):
-        return told.has(y)
-    return any(factor.has(*names) and test(factor, names) for factor, _ in _factor_list(told, [y, *names]))
+        return named.has(y)
+    return any(factor.has(*names) and test(factor, names) for factor, _ in _factor_list(named, [y, *names]))
 
 
-def _factor_list(told, symbols):
+def _factor_list(named, symbols):
     """Return the factors of a polynomial with their powers; where it lacks one of the symbols, SymPy may find none."""
-    return sp.factor_list(told, *(s for s in symbols if told.has(s)))[1]
+    return sp.factor_list(named, *(s for s in symbols if named.has(s)))[1]
 
 
 def _has_none_at_last(equal_zero, unknowns):
@@ -357,14 +357,14 @@ def _entangled(equal_zero, unknowns):
     A function that is alone in an equation is known, and its argument counts; roots of one base count as one function.
     """
     names = {f: sp.Dummy() for g in equal_zero for f in _outermost(g, unknowns)}
-    told = [g.xreplace(names) for g in equal_zero]
+    named = [g.xreplace(names) for g in equal_zero]
     alone = [f for f, name in names.items()
-             if any(g.free_symbols & {name, *unknowns, *names.values()} == {name} for g in told)]
+             if any(g.free_symbols & {name, *unknowns, *names.values()} == {name} for g in named)]
     if alone:
         left = [g.xreplace({f: names[f] for f in alone}) for g in equal_zero]
         return _entangled([*left, *(part for f in alone for part in f.args)], unknowns)
     own = {f.base if f in fractional_powers(f) else f for f in names}
-    return len(names) > 0 and all(sp.Tuple(*told).has(y) + sum(f.has(y) for f in own) > 1 for y in unknowns)
+    return len(names) > 0 and all(sp.Tuple(*named).has(y) + sum(f.has(y) for f in own) > 1 for y in unknowns)
 
 
 def _in_half_angle(force, y):
@@ -411,9 +411,9 @@ def is_zero_on(g: sp.Expr, solution: dict[sp.Symbol, sp.Expr]) -> bool:
     if len(inverse) != 1:
         return False
     (f,), w = inverse, sp.Dummy()
-    told, inside = g.xreplace({f: w}), f.args[0].subs(solution, simultaneous=True)
-    value, middle = (value_on(solution, line, w) for line in (told, RANGE[type(f)](w).diff(w)))
-    if value is None or told.has(*solution):
+    named, inside = g.xreplace({f: w}), f.args[0].subs(solution, simultaneous=True)
+    value, middle = (value_on(solution, line, w) for line in (named, RANGE[type(f)](w).diff(w)))
+    if value is None or named.has(*solution):
         return False
     return is_zero_somewhere(INVERSE[type(f)](value) - inside) and _may_vanish(value - middle)
 
@@ -449,10 +449,10 @@ def factors_of(force: sp.Expr, unknowns: Collection[sp.Symbol]) -> list[sp.Expr]
     if heavy(force):
         return [force]
     names = {f: sp.Dummy() for f in _outermost(force, unknowns)}
-    (told, below), own = sp.fraction(sp.together(force.xreplace(names))), {name: f for f, name in names.items()}
-    if not told.is_polynomial(*unknowns, *own):
+    (named, below), own = sp.fraction(sp.together(force.xreplace(names))), {name: f for f, name in names.items()}
+    if not named.is_polynomial(*unknowns, *own):
         return [force]
-    found = _factor_list(told, [*unknowns, *own])
+    found = _factor_list(named, [*unknowns, *own])
     if sum(power for _, power in found) <= 1 and not below.has(*unknowns, *own):
         return [force]
     return [f for f in (factor.xreplace(own) for factor, _ in found) if not f.is_nonzero]
@@ -490,10 +490,10 @@ def _by_lambert(force, y):
     if len(exponentials) != 1 or not exponentials[0].exp.is_polynomial(y):
         return None
     power = sp.Dummy()
-    told, exponent = sp.expand(force.xreplace({exponentials[0]: power})), sp.Poly(exponentials[0].exp, y)
-    if not told.is_polynomial(y, power) or exponent.degree() != 1:
+    named, exponent = sp.expand(force.xreplace({exponentials[0]: power})), sp.Poly(exponentials[0].exp, y)
+    if not named.is_polynomial(y, power) or exponent.degree() != 1:
         return None
-    terms = dict(sp.Poly(told, y, power).terms())
+    terms = dict(sp.Poly(named, y, power).terms())
     for shift, sign in ((0, 1), (1, -1)):
         constant, linear, other = (0, shift), (1, shift), (0, 1 - shift)
         if {linear, other} <= terms.keys() <= {constant, linear, other}:
@@ -526,11 +526,11 @@ def _without_logarithms(force, y):
     """
     logarithms = [f for f in _outermost(force, [y]) if isinstance(f, sp.log)]
     names = {f: sp.Dummy() for f in logarithms}
-    told = sp.expand(force.xreplace(names))
-    slopes = [told.diff(name) for name in names.values()]
+    named = sp.expand(force.xreplace(names))
+    slopes = [named.diff(name) for name in names.values()]
     if len(slopes) < 2 or (q := _common_slope(slopes, y)) is None or q.has(*names.values()):
         return None
-    rest = told.xreplace(dict.fromkeys(names.values(), sp.S.Zero))
+    rest = named.xreplace(dict.fromkeys(names.values(), sp.S.Zero))
     powers = sp.Mul(*(f.args[0] ** (slope / q) for f, slope in zip(logarithms, slopes, strict=True)))
     return None if rest.has(y) else (sp.fraction(sp.together(powers - sp.exp(-rest / q)))[0], y, lambda value: value)
 
@@ -542,8 +542,8 @@ def _in_exponentials(force, y):
     """
     if heavy(force) or not (powers := _exponentials_as_powers(force, y)):
         return None
-    told, w, q = powers
-    return _in_one_power(told, y, w, lambda value, step: sp.log(sp.together(value)) / (q * step))
+    named, w, q = powers
+    return _in_one_power(named, y, w, lambda value, step: sp.log(sp.together(value)) / (q * step))
 
 
 def _exponentials_as_powers(force, y):
@@ -675,9 +675,9 @@ def _without_roots(force, y):
         base = max((p.base for p in roots), key=sp.count_ops)
         powers = [p for p in roots if p.base == base]
         w, q = sp.Dummy(), sp.ilcm(1, *(p.exp.q for p in powers))
-        told = sp.fraction(sp.together(force.xreplace({p: w ** (q * p.exp) for p in powers})))[0]
+        named = sp.fraction(sp.together(force.xreplace({p: w ** (q * p.exp) for p in powers})))[0]
         relation = sp.fraction(sp.together(w**q - base))[0]
-        if not (told.is_polynomial(w) and relation.is_polynomial(w)):
+        if not (named.is_polynomial(w) and relation.is_polynomial(w)):
             return force
-        force = sp.resultant(told, relation, w)
+        force = sp.resultant(named, relation, w)
     return force

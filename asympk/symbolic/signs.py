@@ -47,16 +47,16 @@ def _of_sign(expr, sign, known, assumptions):
     content, factors = factored(expr)
     rest, undecided, conditions = int(sp.sign(content)), [], []
     for factor, power in factors:
-        told = known.get(factor, known_sign(factor, assumptions))
-        if not (told or factor in known) and power % 2 == 1:
+        fixed = known.get(factor, known_sign(factor, assumptions))
+        if not (fixed or factor in known) and power % 2 == 1:
             undecided.append(factor)
             continue
-        rest *= told**power if told or factor in known else 1
+        rest *= fixed**power if fixed or factor in known else 1
         if factor not in known and _vanishes(factor, assumptions):
-            conditions.append(above(told * factor) if told else sp.Ne(factor, 0))
-    if len(undecided) > 1 and (told := _sign_by_root(sp.Mul(*undecided), assumptions)):
+            conditions.append(above(fixed * factor) if fixed else sp.Ne(factor, 0))
+    if len(undecided) > 1 and (fixed := _sign_by_root(sp.Mul(*undecided), assumptions)):
         conditions += [sp.Ne(factor, 0) for factor in undecided]
-        rest, undecided = rest * told, []
+        rest, undecided = rest * fixed, []
     if not undecided:
         return conditions if rest == sign else [sp.false]
     if len(undecided) == 1:
@@ -118,9 +118,9 @@ def _root_parts(expr):
     """Return (a, b, a**2 - b**2 d) of an expression a + b sqrt(d) in one root, or ()."""
     roots = [p for p in expr.atoms(sp.Pow) if p.exp == sp.S.Half and p.free_symbols]
     root = sp.Dummy()
-    if len(roots) != 1 or not (told := expr.xreplace({roots[0]: root})).is_polynomial(*told.free_symbols):
+    if len(roots) != 1 or not (named := expr.xreplace({roots[0]: root})).is_polynomial(*named.free_symbols):
         return ()
-    found = sp.Poly(told, root).rem(sp.Poly(root**2 - roots[0].base, root))
+    found = sp.Poly(named, root).rem(sp.Poly(root**2 - roots[0].base, root))
     a, b = map(found.nth, (0, 1))
     return sp.factor(a), sp.factor(b), sp.factor(a**2 - b**2 * roots[0].base)
 
@@ -194,9 +194,9 @@ def _at_ends(expr, facts):
     bounded = set().union(*(fact.free_symbols for fact in facts))
     for wave in _waves(expr):
         name = sp.Dummy()
-        told = expr.xreplace({wave: name})
-        if (slope := told.diff(name)).free_symbols and slope.free_symbols <= bounded:
-            return [told.xreplace({name: end}) for end in (sp.S.One, sp.S.NegativeOne)]
+        named = expr.xreplace({wave: name})
+        if (slope := named.diff(name)).free_symbols and slope.free_symbols <= bounded:
+            return [named.xreplace({name: end}) for end in (sp.S.One, sp.S.NegativeOne)]
     return []
 
 
@@ -207,10 +207,10 @@ def _without_waves(expr):
     """
     for wave in _waves(expr):
         name = sp.Dummy()
-        told = expr.xreplace({wave: name})
-        slope = told.diff(name)
+        named = expr.xreplace({wave: name})
+        slope = named.diff(name)
         if not slope.has(name) and (slope.is_nonnegative or slope.is_nonpositive):
-            expr = told.xreplace({name: sp.S.NegativeOne if slope.is_nonnegative else sp.S.One})
+            expr = named.xreplace({name: sp.S.NegativeOne if slope.is_nonnegative else sp.S.One})
     return expr
 
 

@@ -291,8 +291,8 @@ class System(ShownAsFormulas):
 
     def _mode(self, branch: branches.Branch) -> Mode:
         slow, fast = map(sp.Dict, guards.fields(self, branch))
-        name, told = branches.mode_name(branch), branches.of_either_sign(self, branch)
-        return Mode(name, slow, fast, guards.where(self, branch), told)
+        name, signed = branches.mode_name(branch), branches.of_either_sign(self, branch)
+        return Mode(name, slow, fast, guards.where(self, branch), signed)
 
     def mode(self, name: str | None) -> Mode:
         """Return the mode called ``name``, or the only mode for None; raises ``InputError`` if there is none."""

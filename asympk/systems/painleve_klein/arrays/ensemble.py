@@ -57,7 +57,7 @@ class RodEnsemble(Many):
     final: np.ndarray
     n_events: np.ndarray
     _left: dict = field(repr=False)
-    _job: Any = field(repr=False)
+    _arguments: Any = field(repr=False)
     _events: Events | None = field(repr=False)
     names: tuple[str, ...] = ("x", "y", "z")
 
@@ -90,7 +90,7 @@ class RodEnsemble(Many):
         if self._events is not None:
             ends = np.searchsorted(self._events.trajectory, (start, stop))
             return Events(*(values[slice(*ends)] for values in self._events))
-        again = _follow(self._job[1], start, stop, [])
+        again = _follow(self._arguments[1], start, stop, [])
         there = self.final.reshape(3, -1)[:, start:stop], self.n_events.reshape(-1)[start:stop]
         if not all(map(partial(np.array_equal, equal_nan=True), (again.final, again.n_events), there)):
             raise InputError("the arrays given to solve_many have changed since: ask for events=True there")
@@ -100,7 +100,7 @@ class RodEnsemble(Many):
         return self.final[2] == 0
 
     def _axes(self):
-        shape, arguments = self._job
+        shape, arguments = self._arguments
         return axes_of(shape, {name: arguments[name].values for name in ORDER})
 
 
@@ -199,8 +199,8 @@ def _uncommon(arguments, rows, result):
     endless = ~doubtful & (followed.n_events > MOST_EVENTS)
     result.put(rows, final, followed.n_events)
     for i in np.flatnonzero(endless).tolist():
-        told = too_many(given["until"][i], followed.reached[i], *(v[i] for v in followed.final))
-        result.leave(int(rows[i]), TooManyEvents(told))
+        message = too_many(given["until"][i], followed.reached[i], *(v[i] for v in followed.final))
+        result.leave(int(rows[i]), TooManyEvents(message))
     if result.notes is not None:
         known = ~(doubtful | endless)[followed.events[0]]
         trajectory, kind, *state = (v[known] for v in followed.events)

@@ -49,7 +49,7 @@ def certain(*given: np.ndarray) -> FollowedArrays:
     coarse = follow_arrays(*given)
     if EXTENDED is None:
         return coarse._replace(doubtful=np.ones_like(coarse.doubtful))
-    fine = follow_arrays(*(v.astype(EXTENDED) for v in given), told=coarse)
+    fine = follow_arrays(*(v.astype(EXTENDED) for v in given), coarse=coarse)
     _, _, _, x, _, z, _ = given
     apart = _distance(coarse, fine, np.maximum(np.abs(x), np.abs(z)))
     return fine._replace(doubtful=coarse.doubtful | ~(apart <= AGREED))
@@ -77,16 +77,16 @@ def _distance(coarse, fine, largest):
 
 def follow_arrays(
     sigma: Number, sigma0: Number, mu: Number, x: Number, y: Number, z: Number, until: Number, *,
-    told: FollowedArrays | None = None,
+    coarse: FollowedArrays | None = None,
 ) -> FollowedArrays:
-    """Follow trajectories, given as arrays of one length; ``told`` are their results in coarser numbers."""
+    """Follow trajectories, given as arrays of one length; ``coarse`` are their results in coarser numbers."""
     s = x + y
     s_sign, z_sign, doubtful = starting_signs(sigma0, mu, y, s, z)
     flight = _Flight(sigma, sigma0, mu, until, [x.copy(), y.copy(), s, z.copy()], s_sign, z_sign, doubtful)
     rounds: list[tuple] = []
-    live = np.flatnonzero(~(doubtful if told is None else told.doubtful))
+    live = np.flatnonzero(~(doubtful if coarse is None else coarse.doubtful))
     while live.size:
-        known = told and told.rounds[len(rounds)]
+        known = coarse and coarse.rounds[len(rounds)]
         kind, span = np.empty(live.size, np.intp), np.empty_like(until[live])
         for at, form, a, b in flight.groups(live):
             rows = live[at]

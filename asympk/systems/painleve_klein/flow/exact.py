@@ -53,31 +53,31 @@ def run(
     time reached and the digits at work; an exception from ``progress`` ends the run.
     """
     if digits is None:
-        return _path(scene, None, *followed_in_doubles(_case(scene)))
+        return _path(scene, None, *followed_in_doubles(_rod_of(scene)))
     from asympk.digits import carried
 
     digits = whole("digits", digits, 1, MOST_DIGITS)
-    solved, error = _certified(_case(scene), digits, progress=progress)
+    solved, error = _certified(_rod_of(scene), digits, progress=progress)
     convert = partial(carried, digits=digits)
     return _path(scene, digits, _rounded(solved, convert), solved, carried(error, SHOWN_OF_ERRORS), convert)
 
 
-def _case(scene):
+def _rod_of(scene):
     return RodNumbers(scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until, scene.near_to)
 
 
-def followed_in_doubles(case: RodNumbers) -> tuple[list[SolvedSegment], list[SolvedSegment], float, Callable]:
+def followed_in_doubles(rod: RodNumbers) -> tuple[list[SolvedSegment], list[SolvedSegment], float, Callable]:
     """Return (segments rounded to doubles, segments as followed, error, conversion to doubles) of a ``RodNumbers``."""
     try:
-        solved = segments_of(Doubles, case)
-        error = 0.0 if calm(solved, float(case.until)) else estimated_error(solved)
+        solved = segments_of(Doubles, rod)
+        error = 0.0 if calm(solved, float(rod.until)) else estimated_error(solved)
         if error <= TRUSTED:
             return solved, solved, max(TRUSTED, SAFETY * error), float
         if error <= REFINABLE:
-            return _to_doubles(segments_of(_refining(), case, solved))
+            return _to_doubles(segments_of(_refining(), rod, solved))
     except (Undecided, OverflowError, ZeroDivisionError):
         pass
-    return _to_doubles(_certified(case, BEFORE_ROUNDING, LARGEST_DOUBLE)[0])
+    return _to_doubles(_certified(rod, BEFORE_ROUNDING, LARGEST_DOUBLE)[0])
 
 
 def _to_doubles(solved):
@@ -97,23 +97,23 @@ def _refining():
 
 
 def segments_of(
-    m: Arithmetic, case: RodNumbers, known: Sequence[SolvedSegment] | None = None, on_event: Any = None
+    m: Arithmetic, rod: RodNumbers, known: Sequence[SolvedSegment] | None = None, on_event: Any = None
 ) -> list[SolvedSegment]:
-    """Return the segments of the solution of ``case`` in the numbers of ``m``; ``follow_rod`` has the other options."""
-    numbers = case.sigma, case.sigma0, case.mu
+    """Return the segments of the solution of ``rod`` in the numbers of ``m``; ``follow_rod`` has the other options."""
+    numbers = rod.sigma, rod.sigma0, rod.mu
     flow = _flow_in_doubles(*in_doubles(*numbers)) if m is Doubles else RodFlow(m, *map(m.number, numbers))
-    start, deviation = beginning(flow, case)
-    return follow_rod(flow, start, m.number(case.until), deviation, known, on_event)
+    start, deviation = beginning(flow, rod)
+    return follow_rod(flow, start, m.number(rod.until), deviation, known, on_event)
 
 
-def _certified(case, digits, largest=None, progress=None):
+def _certified(rod, digits, largest=None, progress=None):
     """Return (segments, error), correct to ``digits`` digits."""
     most = 4 * digits + MOST_SPARE
-    m, until = flow_context(largest or most), float(case.until)
+    m, until = flow_context(largest or most), float(rod.until)
 
     def follow(working, tie):
         set_digits(m, working, tie)
-        return segments_of(m, case, on_event=progress and (lambda t: progress(float(t), until, working)))
+        return segments_of(m, rod, on_event=progress and (lambda t: progress(float(t), until, working)))
 
     return agreed(follow, _distance, digits, most)
 

@@ -22,23 +22,23 @@ if TYPE_CHECKING:
     from asympk.systems.painleve_klein.flow.segments import RodFlow
 
 
-def beginning(flow: "RodFlow", case: "RodNumbers") -> tuple[tuple[Number, ...], Number | None]:
-    """Return ((x, y, s, z, sign of s, sign of z), deviation) just after the start of ``case``.
+def beginning(flow: "RodFlow", rod: "RodNumbers") -> tuple[tuple[Number, ...], Number | None]:
+    """Return ((x, y, s, z, sign of s, sign of z), deviation) just after the start of ``rod``.
 
     The deviation from the slow line is None where the state gives it accurately. For a ``near`` start the deviation
     comes from the scene, and for a start close to an unstable line from exact arithmetic.
     """
     m = flow.m
-    x, y, z = m.number(case.x), m.number(case.y), m.number(case.z)
-    if case.near:
-        manifold, offset = case.near
+    x, y, z = m.number(rod.x), m.number(rod.y), m.number(rod.z)
+    if rod.near:
+        manifold, offset = rod.near
         return beside_line(flow, manifold, x, z, m.number(offset))
-    s = x + y if x == case.x and y == case.y else m.number(Fraction(case.x) + Fraction(case.y))
+    s = x + y if x == rod.x and y == rod.y else m.number(Fraction(rod.x) + Fraction(rod.y))
     s_sign, z_sign = sign_of(s), sign_of(z)
     if not s_sign or not z_sign:
-        s_sign, z_sign, on_edge = _signs(flow, case, s, y, z)
+        s_sign, z_sign, on_edge = _signs(flow, rod, s, y, z)
         s = s if z_sign else _beside_edge(flow, s, on_edge)
-    deviation = _from_unstable_line(flow, case, x, s) if s_sign * z_sign < 0 and flow.sigma > 0 else None
+    deviation = _from_unstable_line(flow, rod, x, s) if s_sign * z_sign < 0 and flow.sigma > 0 else None
     return (x, y, s, z, s_sign, z_sign), deviation
 
 
@@ -59,18 +59,18 @@ def beside_line(
     return (x, y, s, z, s_sign, z_sign), offset if MODES[s_sign * z_sign] == name else None
 
 
-def _signs(flow, case, s, y, z):
+def _signs(flow, rod, s, y, z):
     """Return the ``first_signs`` by doubles if these decide, else by exact fractions.
 
     Even then a quantity must be exactly zero, or have a clear sign in the numbers ``m`` that the flow is computed in.
     """
     m = flow.m
-    if m is Doubles and (s or not case.x + case.y) and (z or not case.z):
+    if m is Doubles and (s or not rod.x + rod.y) and (z or not rod.z):
         try:
             return first_signs(partial(decided, m), flow.sigma0, flow.mu, s, y, z)
         except Undecided:
             pass
-    sigma0, mu, x, y, z = map(Fraction, (case.sigma0, case.mu, case.x, case.y, case.z))
+    sigma0, mu, x, y, z = map(Fraction, (rod.sigma0, rod.mu, rod.x, rod.y, rod.z))
     seen = partial(decided, m)
     return first_signs(lambda v, size: v and seen(m.number(v), m.number(size)), sigma0, mu, x + y, y, z)
 
@@ -84,7 +84,7 @@ def _beside_edge(flow, s, on_edge):
     return s
 
 
-def _from_unstable_line(flow, case, x, s):
+def _from_unstable_line(flow, rod, x, s):
     """Return the deviation of a start from the line of slip_opposite, sigma > 0, if s - s_slow(x) would lose digits."""
     m = flow.m
     if m is Doubles and type(flow.mode("slip_opposite")) is not FastSlow:
@@ -94,9 +94,9 @@ def _from_unstable_line(flow, case, x, s):
     if not abs(s - line.line - line.lift * x) <= size / 64:
         return None
     bits = 8 * m.prec
-    slope, rest = _unstable_slope(case.sigma, case.mu, bits)
-    fall = slope * (Fraction(case.x) - rest)
-    deviation = Fraction(case.y) - fall
+    slope, rest = _unstable_slope(rod.sigma, rod.mu, bits)
+    fall = slope * (Fraction(rod.x) - rest)
+    deviation = Fraction(rod.y) - fall
     if 0 < abs(deviation) * 2 ** (bits - 2 * m.prec) < abs(fall):
         raise Undecided
     return m.number(deviation)
