@@ -1,21 +1,12 @@
-r"""``e^{M t} = sum_r F_r(t) D_r`` of an exact matrix, in whole numbers of any precision.
+"""``e^{M t} = sum_r F_r(t) D_r`` of an exact matrix, in whole numbers of any precision.
 
 The F_r are ``t^k/k! e^{a t}`` for a real eigenvalue a, ``t^k/k! e^{a t} cos(w t)`` and ``.. sin(w t)`` for a pair
-``a +- i w``, k below the multiplicity. Where no eigenvalue but 0 is multiple, the D_r come from ``eigenpairs``.
+``a +- i w``, k below the multiplicity. Where no eigenvalue but 0 is multiple, the D_r come from ``eigenpairs``; else
+they are residues (``of_roots``), found for each group of states that does not move the others (``of_groups``).
 
-Otherwise each group of states that does not move the others is looked at by itself (``of_groups``), and where an
-eigenvalue is multiple in its group the D_r of the group are residues (``of_roots``). With
-``(z - M)^{-1} = N(z) / q(z)`` (``polynomial``), ``N(z) = sum A_i (z - l)^i`` and
-``(z - l)^m / q(z) = sum s_j (z - l)^j``, the residue of ``e^{z t} (z - M)^{-1}`` at a root l of multiplicity m gives
-the coefficient of ``t^k/k! e^{l t}``: the sum of A_i s_j over i + j = m - 1 - k (``polynomial.residues_at``). The A_i
-are whole matrices times powers of l, and so exact until they are rounded.
-
-The D_r grow as eigenvalues approach one another, and their sum loses digits. ``exponential`` therefore takes more bits
-until ``X = sum F_r D_r`` satisfies ``X(0) = 1`` and ``X' = M X``, which only ``e^{M t}`` does (``_solves``).
-
-Where entries are rounded, eigenvalues that are equal come out slightly apart, and no bits tell that. Eigenvalues that
-the rounding may have parted are taken for one, their mean, if the X of that solves the equation to the digits of the
-entries. An eigenvalue with the spectral part P moves by ``sum P_ji dM_ij``, whatever the units of the states are.
+The D_r grow as eigenvalues approach one another, and their sum loses digits. ``exponential`` takes more bits until
+``X = sum F_r D_r`` satisfies ``X(0) = 1`` and ``X' = M X``, which only ``e^{M t}`` does (``_solves``). Eigenvalues that
+the rounding of entries may have parted are taken for one, their mean, if X then does so to the digits of the entries.
 """
 
 from collections.abc import Iterator
@@ -91,7 +82,8 @@ def exponential(entries: tuple[tuple[Fraction, ...], ...], digits: int, rounded:
 def _parted(pieces, whole, denominator, rounded):
     """Return [(places, real)] of pieces with eigenvalues that ``rounded`` entries may have parted.
 
-    The conjugates of a ``real`` set are among it. Rounding moves all entries by a unit of their last digit.
+    The conjugates of a ``real`` set are among it. Rounding moves all entries by a unit of their last digit, and an
+    eigenvalue with the spectral part P by ``sum P_ji dM_ij``, whatever the units of the states are.
     """
     sizes, unit, blocks = abs(whole).T, denominator * 10 ** (rounded - 1), [block for block, _ in pieces]
     moves = [(abs(matrices[: 1 + bool(block.turn)]) * sizes).sum() // unit for block, matrices in pieces]
@@ -174,6 +166,9 @@ def of_roots(
 ) -> Iterator[tuple[Block, np.ndarray]]:
     """Return (block, matrices) of all eigenvalues, which may be multiple, as roots of the characteristic polynomial.
 
+    With ``(z - M)^{-1} = N(z) / q(z)``, ``N(z) = sum A_i (z - l)^i`` and ``(z - l)^m / q(z) = sum s_j (z - l)^j``, the
+    residue of ``e^{z t} (z - M)^{-1}`` at a root l of multiplicity m gives the coefficient of ``t^k/k! e^{l t}``: the
+    sum of A_i s_j over i + j = m - 1 - k. The A_i are whole matrices times powers of l, exact until they are rounded.
     Matrices that vanish at the end are left out. Roots that ``rounded`` entries may have parted are taken for one.
     """
     found = resolvent(entries)

@@ -1,18 +1,14 @@
-r"""The rounding error of a run in doubles, estimated to first order and backward from the end.
+"""The rounding error of a run in doubles, estimated to first order and backward from the end.
 
-Each segment has the rounding error of its terms, and its duration has one in proportion to itself. The derivative of
-the final state by an earlier state is the product of the exponentials of the segments and, at each event, of the matrix
+Each segment has the rounding error of its terms, and its duration one in proportion to itself. The derivative of the
+final state by an earlier state is the product of the exponentials of the segments and, at each event, of the matrix
 
     1 + (w'_after - w'_before) c / (c.w'_before),
 
-where c is the gradient of the guard (Lemma 8). ``estimate`` multiplies every error by this derivative. Errors of the
-forcing do not accumulate, because the forcing is computed from the time at the start of each segment. Nor do those of
-the times, as ``TimedSegment.late`` carries what rounding takes from their sums.
-
-The errors within a segment are independent: their squares add up. Those of different segments may be so, too, or not.
-In a motion that repeats itself, segments of one mode that end at one guard have the same errors, and rounded exponents
-have the same in all modes that share them. Therefore the errors of such segments also count as equal, and add up with
-their signs. The largest of the three sums counts.
+where c is the gradient of the guard (Lemma 8); ``estimate`` multiplies every error by this derivative. Errors of the
+forcing do not accumulate, as it is computed from the time at the start of each segment, nor do those of the times
+(``TimedSegment.late``). Of independent errors the squares add up. Segments of one mode that end at one guard, and
+rounded exponents that modes share, may have equal errors, which add up with their signs: the largest sum counts.
 """
 
 from collections.abc import Sequence

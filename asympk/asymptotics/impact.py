@@ -1,22 +1,13 @@
-r"""The layers of a system with one friction and one fast state to order 0: their modes, and their impulses.
+"""The layers of a system with one friction and one fast state to order 0: their modes, and their impulses.
 
-In a layer the slow states are constant, and the fast state y of a mode obeys mu y' = g_0 + g_1 y. The state y settles
-on the branch y = -g_0/g_1, or meets a guard of its mode, or, where g_1 > 0, grows without bound. A growing load makes
-an impulse J = int |y| dt, which changes the slow states, dx/dJ = sign(y) dx'/dy, and likewise mu y, until sliding
-stops. In stick the impulse continues until mu y has returned to 0. If mu y returns to 0 before, sliding goes on
-(Lemma 18), and there is no law. The jump is otherwise
+In a layer the slow states are constant, and mu y' = g_0 + g_1 y in each mode. The state y settles on y = -g_0/g_1,
+meets a guard of the mode, or, where g_1 > 0, grows without bound. A growing load makes an impulse J = int |y| dt, with
+dx/dJ = sign(y) dx'/dy, and likewise mu y, until sliding stops; in stick J continues until mu y is 0 again:
 
     velocity -> 0,    mu y -> 0,    x -> x + (impulses),    errors O(mu log(1/mu)),
 
-which is the jump law of a mechanism with a stiff damped contact. After the jump y decays in stick from a large value.
-
-A velocity V that leaves 0 in a layer is of order mu there, V = mu s, and may return to 0. The rate r of V is affine in
-y, and y - y_* = (y_0 - y_*) e^(q tau) with the rest point y_*. With r_0 and r_* the rates at y_0 and y_*,
-
-    s = s_0 + r_* tau + (r_0 - r_*) (e^(q tau) - 1)/q.
-
-``LimitLayers.arrive`` follows a layer through its modes. The hard methods are ``_ahead``, which decides how a mode
-ends, and ``_stop``, which carries the state through the impulse.
+the jump law of a mechanism with a stiff damped contact. If mu y returns to 0 before the stop there is no law (Lemma
+18). ``LimitLayers.arrive`` follows a layer; ``_ahead`` decides how a mode ends, ``_stop`` carries the impulse.
 """
 
 import math
@@ -53,7 +44,11 @@ class NoLaw(Exception):
 
 @dataclass(frozen=True)
 class Creep:
-    """The velocity over mu in a layer as a function of tau: s_0, r_0, r_* and q of the module docstring."""
+    """A velocity V = mu s that leaves 0 in a layer, and may return to 0, as s(tau).
+
+    The rate r of V is affine in y, and y - y_* = (y_0 - y_*) e^(q tau). With r_0 and r_* the rates at y_0 and at the
+    rest point y_*, s = s_0 + r_* tau + (r_0 - r_*) (e^(q tau) - 1)/q. The fields are s_0, r_0, r_* and q.
+    """
 
     start: float
     rate: float

@@ -1,20 +1,14 @@
-r"""The asymptotic models of a smooth slow-fast system: the slow motion from the base point, alone or with its layer.
+"""The asymptotic models of a smooth slow-fast system: the slow motion from the base point, alone or with its layer.
 
-``"slow"`` of order n is the motion on the slow manifold to order n that starts at the base point to order n. This model
-holds after the layer. ``"jump"`` is the uniform composite expansion, layer + slow motion - common part,
+``"slow"`` of order n is the motion on the slow manifold to order n from the base point to order n, after the layer.
+``"jump"`` is the uniform composite expansion, layer + slow motion - common part,
 
     x = S(t) + sum mu^k (X_k - S_k)(t/mu),    y = h(S(t)) + sum mu^k (Y_k - H_k)(t/mu),    error O(mu^(n+1)),
 
 where S is the slow motion, X_k and Y_k are the terms of the layer, and S_k and H_k those of S and h(S) at fixed t/mu.
-``landing`` finds the layer and the base point, ``reduced`` follows S, and ``layered_motion`` puts the two together.
-
-The hard functions are ``_expected`` and ``predicted_error``, which predict the error of a path from the terms of orders
-n + 1 and n + 2 at ``until``, and from errors of the integrations as they have grown. Terms that do not decrease may be
-small at ``until`` by chance. The known distance by which the composite of order n + 2 misses the start covers this
-case. Terms that vanish together at ``until``, as where what drives the fast states comes to rest smoothly, are judged
-by those shortly before. Near a fold the terms do not decrease, and their sum is far above the error. There
-``_continued`` takes the composites of orders n + 1 and n + 2 from a time at which they still did on to ``until``
-by the full equations.
+``landing`` finds layer and base point, ``reduced`` follows S, ``layered_motion`` joins them. ``_expected`` and
+``predicted_error``, the hard functions, predict the error from the terms of orders n + 1 and n + 2 and from the errors
+of the integrations; near a fold, where terms do not decrease, ``_continued`` goes on by the full equations.
 """
 
 import math
@@ -391,7 +385,8 @@ def predicted_error(
 
     The composites are of successive orders. ``left`` is the size of the layer where the first leaves it out,
     ``rounding`` the relative error of the integrations, ``misses`` the difference of each composite from the start, if
-    known, and ``lately`` what the error remembers of terms omitted until then: those at the end may be small by chance.
+    known, and ``lately`` what the error remembers of terms omitted until then: those at the end may be small by chance,
+    as where what drives the fast states comes to rest smoothly. The misses cover terms that do not decrease.
     ``least`` is a bound from below of the ratio of successive omitted terms from which the rest is estimated, and
     ``kept`` one of the share of the misses that is left.
     """

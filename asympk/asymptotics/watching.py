@@ -1,9 +1,9 @@
 """Which guard is lost first within a step of integration, and when, also if it becomes negative and positive again.
 
-A guard that is positive at both ends of a step may have vanished twice in between. This is examined where the guard
-falls at the beginning of the step and rises at its end, and where its tangents at the ends meet sufficiently low: then
-the least value of the guard itself is sought. The states within a step come from a shorter step of the same method,
-because dense output is less accurate than a step, for fast states above all.
+A guard that is positive at both ends of a step may have vanished twice in between. This is examined where it falls at
+the beginning and rises at the end, and where its tangents there, a + fall s and b - rise (1 - s), meet sufficiently
+low: then its least value is sought. Unlike ``asympk.integrators.watch``, the states within come from a shorter step of
+the same method, because dense output is less accurate than a step, for fast states above all.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence

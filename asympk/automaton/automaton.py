@@ -1,9 +1,9 @@
-r"""The automaton: a system with numbers for its parameters, and which of its modes begins or follows at a state.
+"""The automaton: a system with numbers for its parameters, and which of its modes begins or follows at a state.
 
-``Automaton.first`` and ``Automaton.next`` return the branch that begins or follows, which ``asympk.automaton.decide``
-finds for smooth formulas. On an edge, where a switching function such as ``Abs`` or ``Piecewise`` changes its side, the
-branch and the side depend on one another. ``_follow_on``, the hard function, then tries the laws of all sides and keeps
-the side into which its own law leads. ``mode_on_sides`` puts the mode of a known branch on the sides that it enters.
+``Automaton.first`` and ``Automaton.next`` return the branch that begins or follows; ``decide`` finds it for smooth
+formulas. On an edge, where a switching function such as ``Abs`` or ``Piecewise`` changes its side, branch and side
+depend on one another: ``_follow_on``, the hard function, tries the law of each side and keeps a side into which its own
+law leads. ``mode_on_sides`` puts the mode of a known branch on the sides that it enters.
 """
 
 import math

@@ -1,4 +1,7 @@
-"""Which bumps in waves are narrow, in numbers: steps follow those as wide as a wave as they follow the wave."""
+"""Which bumps in waves are narrow, in numbers: steps follow those as wide as a wave as they follow the wave.
+
+A bump, a function b of the angles of waves, is narrow if b changes by more than half of its range in 15 degrees of one.
+"""
 
 from contextlib import suppress
 from functools import lru_cache

@@ -1,8 +1,12 @@
-r"""Test which combinations of phases are consistent at a point where quantities vanish.
+"""Test which combinations of phases are consistent at a point where quantities vanish.
 
-``admissible`` returns the branches in which no guard is negative. ``staying`` looks at the derivatives of those guards
-that vanish: the first that is not 0 must be positive. The other public functions tell what else ``decide``, which
-chooses among consistent branches, must know of a branch.
+With r = +-1 the sign of the load and s = +-1 that of the velocity v, a branch must keep, for each contact,
+
+    slip     s v > 0 (s v' > 0 where v = 0),  r load > 0          stick    static r load +- F > 0
+    closed   -gap > 0 (normal > 0 if rigid)                       open     gap > 0 (gap'' > 0 if rigid and touching)
+
+``admissible`` returns the branches in which none of these margins is negative. ``staying`` looks at the derivatives of
+those that vanish: the first that is not 0 must be positive. ``decide`` chooses among the branches that pass both.
 """
 
 import math

@@ -1,25 +1,16 @@
-r"""Decide which mode begins at a start or follows an event, from all consistent combinations of slip, stick and open.
+"""Decide which mode begins at a start or follows an event, from all consistent combinations of slip, stick and open.
 
-At a point where quantities vanish (a sliding velocity, a load, a gap, a margin of stick) each friction may continue in
-several phases. A branch, which is one phase for each friction, makes the forces the solution of linear equations. A
-branch is consistent when no guard of its mode is negative, and when for each guard that vanishes the first nonvanishing
-derivative along the field of that mode is positive. Doubles decide where all signs are clear, mpmath numbers elsewhere.
+A branch is one phase for each friction, and makes the forces the solution of linear equations. A branch is consistent
+when no guard of its mode is negative, and when for each guard that vanishes the first nonvanishing derivative along the
+field is positive (``consistency``). A single consistent branch is the motion. Of several, contacts prefer rest:
 
-A single consistent branch is the motion. Of several consistent branches, those in which contacts stay at rest are kept:
-
-1. A branch is left out if a contact slips in it that static friction would hold if every contact that may rest did,
-   with no load of another sign and no open contact that closes.
-2. Then a branch is left out if, of the contacts that rested before, another branch keeps these at rest and more.
-3. Then step 2 is repeated with all contacts.
-4. A branch is taken back in which a contact has a load of another sign, or none, than where it does not rest: rest
-   elsewhere does not decide on that load.
+1. A branch is left out if a contact slips in it that static friction would hold (``breaks_loose``).
+2. A branch is left out if another keeps at rest what it does and more: first of what rested before, then of all.
+3. A branch is taken back in which a load has another sign, or none, than where its contact does not rest.
 
 The motion ends with an error if no branch is left, or several with different rates, or if a contact at rest may slip in
-either direction as well: such rest repels. Rest on redundant contacts comes before all of this: the system rests if
-some forces, determined or not, hold all of it at rest.
-
-``follow_on`` is the entry. ``_going_on`` finds and selects the branches; ``admissible`` and ``staying`` of
-``consistency`` test them.
+either direction as well: such rest repels. Before all this the system rests if some forces, determined or not, hold all
+of it (``rest``). ``follow_on`` is the entry, ``_going_on`` the rules; doubles decide where all signs are clear.
 """
 
 from collections.abc import Callable, Iterable, Iterator

@@ -1,4 +1,7 @@
-"""The exponentials of many small matrices at once, by which errors grow over the steps of a run."""
+"""The exponentials of many small matrices at once, by which errors grow over the steps of a run.
+
+    e^M = (1 + P + P^2/2! + ... + P^12/12!)^(2^k),    P = M / 2^k,    by k squarings
+"""
 
 import numpy as np
 

@@ -1,7 +1,8 @@
-r"""A junction: where one mode ends and the next begins, and the phases in which each friction may continue there.
+"""A junction: where one mode ends and the next begins, and the phases in which each friction may continue there.
 
-A quantity counts as vanishing in two cases: an event is its zero, or the rounding of the state could have changed its
-sign. A quantity whose zero is the event is set to 0 and never tested again. ``junction_at`` makes the ``Junction``.
+A quantity q counts as vanishing in two cases: an event is its zero, or the rounding of the state could have changed its
+sign, |q| <= 4 max |q(displaced) - q|. One whose zero is the event is set to 0 and never tested again. ``junction_at``
+makes the ``Junction``.
 """
 
 from dataclasses import dataclass

@@ -1,8 +1,8 @@
-r"""The modes of a system in symbols, with rates, guards and Lie derivatives.
+"""The modes of a system in symbols, with rates, guards and Lie derivatives.
 
 ``GuardedMode`` is one mode. Functions that switch (``Piecewise``, ``Max``, ``Abs``) are taken on the ``sides`` of their
-phases. The Lie derivatives of a guard along the field decide what follows where the guard vanishes. ``compiled`` makes
-functions of them.
+phases. The Lie derivatives of a guard g along the field f, g_t + g_w f and so on, decide what follows where g = 0.
+``compiled`` makes functions of them.
 """
 
 from collections.abc import Iterator

@@ -1,8 +1,8 @@
-r"""A mode in numbers: its rates, Jacobian and guards, its switches by the time, and the zeros its states are moved to.
+"""A mode in numbers: its rates, Jacobian and guards, its switches by the time, and the zeros its states are moved to.
 
-``NumericMode`` is what integrators and other flows follow. They call ``rhs``, ``jac`` and ``guard_values``;
-``steps_until`` and ``longest_step`` bound their steps. ``snapped`` and ``settled`` move a state at an
-event onto zeros of guards and constraints, by the hard function ``_projected``.
+``NumericMode`` is what integrators and other flows follow, w' = ``rhs(t, w)`` while all ``guard_values(t, w)`` are
+positive; ``steps_until`` and ``longest_step`` bound their steps. ``snapped`` and ``settled`` move a state at an event
+onto zeros of guards and constraints g, w -> w - g n / (n . grad g), by the hard function ``_projected``.
 """
 
 import math

@@ -1,18 +1,14 @@
-r"""Rest on more contacts than determine its forces.
+"""Rest on more contacts than determine its forces.
 
 The forces and reactions u of contacts at rest obey E u + e = 0, a row for each sliding velocity and each constraint.
 Where E is singular, the equations do not determine u. Yet the system rests if some u satisfies
 
     E u + e = 0,    |F_k| <= static_k N_k,    all rates 0 but those of states that move by themselves.
 
-If such a u exists, then one exists at one of finitely many corners, where as many of the inequalities are equations as
-the equations above leave dimensions free (Lemma 10). The criss-cross method finds it (``_corner``). Each inequality
-is affine in those that are equations at the present corner. The first violated inequality is exchanged for the first of
-these that can restore it; if none of them can, there is no such u. Where e depends on the time, an inequality that is
-an equation and whose margin falls counts as violated. The equations of the corner determine u until the next margin
-vanishes, where another corner is sought, or rest ends.
-
-Where a contact slips besides, undetermined forces may give different rates, and the motion is then not determined.
+Then one exists at one of finitely many corners, where as many of the inequalities are equations as the equations above
+leave dimensions free (Lemma 10). The criss-cross method finds it (``_corner``). The equations of the corner determine
+u until the next margin vanishes, where another corner is sought, or rest ends. Where a contact slips besides,
+undetermined forces may give different rates, and the motion is then not determined.
 """
 
 from collections.abc import Callable, Collection, Iterable
@@ -106,7 +102,8 @@ def _corner(
     """Return the rows that vanish at a corner at which all rows of ``zeros`` are 0 and no row of ``cones`` negative.
 
     Rows are counted through both tables; the ``first`` ones are solved before the others. None means that there is no
-    such corner. The sign of a row that vanishes besides those of a corner is ``grown(corner, row)``.
+    such corner. The sign of a row that vanishes besides those of a corner is ``grown(corner, row)``. The first negative
+    row is exchanged for the first one of the corner that can restore it (criss-cross).
     """
     tables = [z + cone for z, cone in zip(zeros, cones, strict=True)]
     equations, cone = range(len(zeros[0])), range(len(zeros[0]), len(tables[0]))

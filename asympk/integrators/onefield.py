@@ -1,4 +1,7 @@
-"""Two crude but common methods: one right-hand side with sign(v) or tanh(v / eps), without modes, guards or events."""
+"""Two crude but common methods: one right-hand side, without modes, guards or events.
+
+    F = -kinetic |load| sign(v)    or    F = -kinetic |load| tanh(v / eps)
+"""
 
 import math
 from collections.abc import Callable

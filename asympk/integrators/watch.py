@@ -1,8 +1,8 @@
 """The first guard that is lost in one step of an integrator, also if it is negative only between the ends of the step.
 
-Between the ends of a step a guard is evaluated on the polynomial of the step. This search is skipped for a guard that
-does not turn and is far from its zero, compared with its rates at the ends, and so for nearly every step.
-``first_lost`` is the entry, ``near`` the test that skips the search, and ``_falls`` the search.
+Between the ends a guard g is evaluated on the polynomial of the step, at its quarters and where g' vanishes between two
+of these. The search is skipped where g(a) + g(b) exceeds (b - a) |g'| at both ends and g does not turn, and so for
+nearly every step. ``first_lost`` is the entry, ``near`` the test that skips the search, and ``_falls`` the search.
 """
 
 from collections.abc import Callable, Iterable

@@ -1,16 +1,12 @@
-r"""The elastic, damped contact: a slow-fast system in the compliance for any number of degrees of freedom.
+"""The elastic, damped contact: a slow-fast system in the compliance for any number of degrees of freedom.
 
 A spring 1/c beside a damper h/c makes the reaction R = (d + h d')/c of the penetration d = -g. With x = d/c,
 
     x' = y,    c y' = -(a_N + G_NN R + G_NT F),    z' = a_T + G_NT R + G_TT F,    R = x + h y,
 
-with the sliding velocity z. The velocities are (g', gamma, w) = (-c y, z, w), where w are the rates of the last
-coordinates that complete g' and gamma to a basis at all places. If none do, as with a slider-crank, whose slider stands
-still at a dead centre, w are all rates, and y and z are ``dependent``. With several contacts each has an x and a y, and
-w completes all g' alone. Where a g' is a sum of multiples of others, as at a third support of a beam, its y is the same
-sum of their y, and no state. As all coordinates are states, g(q) + c x is an invariant.
-With c = eps^2 and h = b eps (b is fixed, and 0 without damping) both x and y = eps x' are fast, R = x + b y and
-g' = -eps y. A unilateral contact has R = max(0, x + h y).
+with the sliding velocity z; a unilateral contact has R = max(0, x + h y). With c = eps^2 and h = b eps (b is fixed, and
+0 without damping) both x and y = eps x' are fast, R = x + b y and g' = -eps y. The velocities are (-c y, z, w), where w
+are the rates that complete g' and gamma to a basis (``basis_of``). All coordinates are states: g(q) + c x is constant.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -237,7 +233,9 @@ class Basis:
 def basis_of(contacts: Sequence[Kinetics]) -> Basis:
     """Return the rates g' of contacts, gamma of a contact alone, and the last coordinates that complete them.
 
-    A g' that depends on those before is left out. A basis that lasts comes first.
+    A g' that is a sum of multiples of others, as at a third support of a beam, is left out: its y is the same sum of
+    their y, and no state. A basis at all places comes first. If there is none, as for a slider-crank, whose slider
+    stands still at a dead centre, w are all rates, and y and z are ``dependent``.
     """
     first, alone = contacts[0], len(contacts) == 1
     given = [kinetics.gap_rate for kinetics in contacts] + [first.slip] * alone

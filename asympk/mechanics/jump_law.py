@@ -1,25 +1,13 @@
-r"""The jump through the paradox: its impulses and the velocities after it, as the limit of an elastic contact.
+"""The jump through the paradox: its impulses and the velocities after it, as the limit of an elastic contact.
 
-Let the damping time h be fixed and friction load |G_NT| > G_NN. The fast layer of the elastic contact takes a time
-O(c log(1/c)) in the compliance c. It does not change the coordinates, brings gamma to 0, and g' = O(c) before and after
-it. The two conditions on gamma and g' determine the two impulses (Lemma 5),
+With a fixed damping time h and friction load |G_NT| > G_NN, the fast layer of the elastic contact takes a time
+O(c log(1/c)) in the compliance c. It changes no coordinate, brings gamma to 0, and g' = O(c) before and after it. These
+two conditions determine the two impulses (Lemma 5), where h (x+ - x) = P_N is the integral of R = x + h x',
 
     P_N = gamma G_NT / D,    P_T = -gamma G_NN / D,    D = G_NN G_TT - G_NT^2,
-    q' -> q' + M^-1 (W_N P_N + W_T P_T),    x -> x + P_N / h,
+    q' -> q' + M^-1 (W_N P_N + W_T P_T),    x -> x + P_N / h.
 
-where h (x+ - x) = P_N is the integral of R = x + h x' over the layer. |P_T| < friction load |P_N| holds exactly where
-there is a paradox.
-
-A unilateral contact with a fixed b, R = [k d + b sqrt(k) d']_+, so h = b sqrt(c), rebounds: this is the impact without
-collision, regularised as by Hogan and Kristiansen (2017). Let p = G_NN - friction load |G_NT| < 0. In the time
-sqrt(k) t, the penetration in slip grows along the positive root l of l^2 + p b l + p = 0 until gamma = 0. Then the
-contact sticks, swings back until R = 0, and opens with
-
-    g' = |gamma| r / q  exp(-(2 beta / w) atan(w l / (r + beta l + p))),    r = sqrt(p (p - p_s)),
-
-p_s = D / G_TT, q = friction load G_TT - |G_NT|, beta = b p_s / 2, w^2 = p_s - beta^2 (for w^2 < 0, atan becomes the
-inverse hyperbolic tangent). With u = sqrt(k) d the scaled reaction is u + b u'. The exponential is the decay in stick,
-u'' = -p_s (u + b u'), between gamma = 0, where u' = l u, and u + b u' = 0. ``rebound`` computes this gap rate.
+A unilateral contact with a fixed b = h/sqrt(c) rebounds: ``rebound`` computes its gap rate.
 """
 
 from collections.abc import Callable
@@ -63,7 +51,7 @@ class JumpLaw(ShownAsFormulas):
 
     @property
     def cone(self) -> sp.Basic:
-        """The condition that the impulses lie in the kinetic cone, |P_T| < friction load |P_N|."""
+        """The condition that the impulses lie in the kinetic cone, |P_T| < friction load |P_N|: that of the paradox."""
         normal, tangential = map(sp.Abs, self.impulses)
         return tangential < self.bound * normal
 
@@ -172,7 +160,16 @@ def _at_velocity(kinetics: Kinetics, bound: sp.Expr, gamma: sp.Expr) -> sp.Expr:
 
 
 def rebound(kinetics: Kinetics, ratio: sp.Expr) -> sp.Expr:
-    """Return the gap rate with which a unilateral contact opens after the jump, for h = ``ratio`` sqrt(c).
+    """Return the gap rate with which a unilateral contact opens after the jump, for h = b sqrt(c), b the ``ratio``.
+
+    This is the impact without collision, regularised as by Hogan and Kristiansen (2017). In slip the penetration grows
+    along the positive root l of l^2 + p b l + p = 0, p = G_NN - friction load |G_NT| < 0, until gamma = 0. Then the
+    contact sticks, u'' = -p_s (u + b u') from u' = l u on, and opens where its scaled reaction u + b u' is 0, with
+
+        g' = |gamma| r / q  exp(-(2 beta / w) atan(w l / (r + beta l + p))),    r = sqrt(p (p - p_s)),
+
+    p_s = D / G_TT, q = friction load G_TT - |G_NT|, beta = b p_s / 2, w^2 = p_s - beta^2 (for w^2 < 0, atan becomes
+    the inverse hyperbolic tangent). Time is in units of 1/sqrt(k), and u is sqrt(k) times the penetration.
 
     Raises ``NotDerivable`` for friction that depends on the velocity.
     """

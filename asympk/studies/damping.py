@@ -1,30 +1,12 @@
-r"""The damping that resolves the paradox: one family of rods from Butenin's undamped rod to Fufaev's.
+"""The damping that resolves the paradox: one family of rods from Butenin's undamped rod to Fufaev's.
 
-The rod has the compliance epsilon^2 and the damping time d, both in one unit of time. It is the exact flow at
-mu = (epsilon/d)^2 with z/d and t/d, and its damping ratio is zeta = d/(2 epsilon). From z0 < 0 with sigma > 0 the mass
-first stops at T_1 and is then jammed until it leaves z = 0 for good at T (``jammed`` measures both). To leading order
-in L = log(|z0|/epsilon), for a fixed zeta in the first three formulas,
+The rod with the compliance epsilon^2 and the damping time d is the exact flow at mu = (epsilon/d)^2 with z/d and t/d;
+its damping ratio is zeta = d/(2 epsilon). From z0 < 0 with sigma > 0 the mass first stops at T_1, and leaves z = 0 for
+good at T (``jammed``). To leading order in L = log(|z0|/epsilon), for a fixed zeta in the first two lines,
 
     T_1 = epsilon L / (sigma zeta + sqrt(sigma^2 zeta^2 + sigma)),
-    T - T_1 = epsilon L / zeta,  in sqrt(1 - zeta^2) L / (pi zeta) sticks          zeta < 1,
-    T - T_1 = epsilon L / (zeta - sqrt(zeta^2 - 1)),  in two sticks                zeta > 1,
-    T = (epsilon^2/d) (1 + 1/sigma) log(d |z0| / epsilon^2),  in one stick         d^3 > epsilon^2 |z0|.
-
-The last formula is Fufaev's jump. In stick, once the fast motion has decayed, the load is -mu x with x = |z0|/d. Since
-s' = (1 - mu x)/mu at s = 0, the mass slides on where mu x < 1 and returns to rest where mu x > 1, for every sigma.
-
-``jam_law`` includes the constants. Let l > 0 > k be the roots of mu l^2 = sigma (1 + l), r < q < 0 those of stick,
-mu r^2 + r + 1 = 0. The growing motion meets z = 0 with x = X, y = l X, X = l |z0| / (d (sigma + 1)(1 + l)), after
-(d/l) log(sigma X (k - l)/k); stick ends where its load has fallen to 1/(sigma + 3) at the rate -r (one stick), where
-the slow part of the load, (1 + q)(l - r)/(q - r) X exp(q t), has risen to -1/(sigma + 1) (two), or where the
-envelope of the ringing load has fallen to 1/(sigma + 1) (zeta < 1, up to half a period).
-
-Without damping the load rings with the amplitude A, and each crossing of the gap between the edges of stick is a slip
-too short to stop the ringing. In one period the energy epsilon^2 A^2/2 falls by C epsilon^2/A^2, so that
-
-    T = pi epsilon A^4 / (2 C),    A^2 -> sigma z0^2 / ((sigma + 1) epsilon^2),
-
-which is of the order of epsilon^-3. C is an integral over one slip down and one up (``loss_per_period``).
+    T - T_1 = epsilon L / zeta  for zeta < 1,    epsilon L / (zeta - sqrt(zeta^2 - 1))  for zeta > 1,
+    T = (epsilon^2/d) (1 + 1/sigma) log(d |z0| / epsilon^2)  for d^3 > epsilon^2 |z0|, in one stick: Fufaev's jump.
 """
 
 from collections.abc import Mapping
@@ -108,12 +90,23 @@ def _amplitude(event, mu):
 
 
 def is_single(row: Mapping) -> bool:
-    """Tell whether a row's damping is beyond the border of the single jump, d^3 = epsilon^2."""
+    """Tell whether a row's damping is beyond the border of the single jump, d^3 = epsilon^2.
+
+    In stick, once the fast motion has decayed, the load is -mu x with x = |z0|/d. Since s' = (1 - mu x)/mu at s = 0,
+    the mass slides on where mu x < 1 and returns to rest where mu x > 1, for every sigma.
+    """
     return row["damping"] ** 3 > row["epsilon"] ** 2
 
 
 def jam_law(epsilon: float, damping: float, sigma: Any = SIGMA) -> float:
-    """Return T for z0 = -1 with its constants, by the formula for this zeta and this side of d^3 = epsilon^2."""
+    """Return T for z0 = -1 with its constants, by the formula for this zeta and this side of d^3 = epsilon^2.
+
+    Let l > 0 > k be the roots of mu l^2 = sigma (1 + l), r < q < 0 those of stick, mu r^2 + r + 1 = 0. The growing
+    motion meets z = 0 with x = X, y = l X, X = l |z0| / (d (sigma + 1)(1 + l)), after (d/l) log(sigma X (k - l)/k).
+    Stick ends where its load has fallen to 1/(sigma + 3) at the rate -r (one stick), where the slow part of the load,
+    (1 + q)(l - r)/(q - r) X exp(q t), has risen to -1/(sigma + 1) (two), or where the envelope of the ringing load has
+    fallen to 1/(sigma + 1) (zeta < 1, up to half a period).
+    """
     mu, (low, high) = (epsilon / damping) ** 2, cone(sigma)
     growing, shrinking = _roots(mu, -sigma)
     landing = growing / (damping * (sigma + 1) * (1 + growing))
@@ -141,12 +134,16 @@ def _roots(mu, b):
 
 
 def stick_law(epsilon: float, zeta: float) -> float:
-    """Return the number of stops of the mass below critical damping, to leading order."""
+    """Return the number of stops of the mass for zeta < 1 to leading order, sqrt(1 - zeta^2) L / (pi zeta)."""
     return sqrt(1 - zeta**2) * log(1 / epsilon) / (pi * zeta)
 
 
 def undamped_time(epsilon: float, amplitude: float) -> float:
-    """Return how long the undamped rod rings from ``amplitude``: pi epsilon A^4 / (2 C)."""
+    """Return how long the undamped rod rings from the ``amplitude`` A of its load: pi epsilon A^4 / (2 C).
+
+    Each crossing of the gap between the edges of stick is a slip too short to stop the ringing. In one period the
+    energy epsilon^2 A^2/2 falls by C epsilon^2/A^2, from A^2 -> sigma z0^2 / ((sigma + 1) epsilon^2) on.
+    """
     return pi * epsilon * amplitude**4 / (2 * float(loss_per_period(SIGMA)))
 
 

@@ -1,18 +1,14 @@
-r"""Exact arithmetic for expansions: a polynomial ring with a few named denominators, closed under d/dx.
+"""Exact arithmetic for expansions: a polynomial ring with a few named denominators, closed under d/dx.
 
 Every coefficient of a slow manifold is N / (D_1^e_1 ... D_r^e_r) with the same few denominators D_i, because a
-derivative only raises the exponents:
+derivative only raises the exponents (Lemma 7):
 
     d/dx (N / D^e) = (N_x D - e N D_x) / D^(e+1).
 
-So (Lemma 7) the denominators are found once, from the equations. After that nothing is simplified: sums and products
-act on the numerators, and trial division by the known D_i finds what cancels. Functions that are not rational (sqrt(x),
-sin(x), tanh(y), ...) are generators too. Differentiation gives their derivatives and the functions in these, as often
-as the order of the expansion needs.
-
-A numerator is a dict {monomial: integer}. A monomial is its exponents packed into one integer, so that a product
-of monomials is a sum of integers, and the lexicographically leading one is the largest key. Rational numbers are
-kept by a denominator that is an integer. The hard function is ``DifferentialRing.__init__``.
+So the D_i are found once, from the equations, and trial division by them finds what cancels. Functions that are not
+rational (sqrt(x), sin(x), ...) are generators, as are the functions in their derivatives. A numerator is {monomial:
+integer}; a monomial is its exponents packed into one integer, so that a product of monomials is a sum of integers, and
+the leading one the largest key. The hard function is ``DifferentialRing.__init__``.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence

@@ -1,4 +1,8 @@
-"""Functions of numbers at places where they are 0/0 and have a limit, as sin(x)/x has at 0."""
+"""Functions of numbers at places where they are 0/0 and have a limit, as sin(x)/x has at 0.
+
+The limit is the number in which the values at places beside it, 10^(-3 d) away in generic directions, agree to d
+digits, computed with 29 d digits: a pole of order 8 loses 3 d for each order, its derivatives once more.
+"""
 
 from collections.abc import Callable, Iterator
 from functools import cache
