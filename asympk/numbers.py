@@ -69,7 +69,7 @@ def numbers(name: str, value: Any) -> "np.ndarray":
     return values
 
 
-def unread(name: str, value: Any) -> "np.ndarray":
+def raw_entries(name: str, value: Any) -> "np.ndarray":
     """Return ``value`` as an array of its unread entries, for ``number``; raises ``InputError`` as ``numbers`` does."""
     values = _array(name, value, None)
     return values if values.dtype.kind in "iuf" else _array(name, value, object)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from asympk.doors import through
 from asympk.errors import InputError
-from asympk.numbers import number, numbers, unread
-from asympk.shown import Card, ShownAsTable, few, number_as_text
+from asympk.numbers import number, numbers, raw_entries
+from asympk.shown import Card, ShownAsTable, number_as_text, shortened_rows
 
 if TYPE_CHECKING:
     from pathlib import Path as File
@@ -136,7 +136,7 @@ class Path(ShownAsTable):
         accuracy = [("predicted error", error)] if (error := predicted_error(self)) else []
         rod = getattr(self.scene, "rod", None)
         scaled = [("nondimensional", "path.physical() has the units of the scene")] if rod is not None else []
-        return Card(title, (*why, *accuracy, *scaled, *few(rows, 5), *few(final, 4)))
+        return Card(title, (*why, *accuracy, *scaled, *shortened_rows(rows, 5), *shortened_rows(final, 4)))
 
 
 def predicted_error(path: Path) -> str:
@@ -186,7 +186,7 @@ class ClosedForm(ABC):
             return self._state(t, starts)
         import numpy as np
 
-        times, size, kind = unread("t", t), len(self.scene.names), float if self.digits is None else object
+        times, size, kind = raw_entries("t", t), len(self.scene.names), float if self.digits is None else object
         states = np.array([self._state(time, starts) for time in times.ravel()], dtype=kind)
         return states.reshape(times.size, size).T.reshape(size, *times.shape)
 
@@ -203,7 +203,7 @@ class ClosedForm(ABC):
 
 
 @dataclass(frozen=True)
-class SolvedAgain:
+class RecomputedMotion:
     """The motion ``dense`` of the path ``run(scene, **options)``; only the scene is pickled, as of ``ClosedForm``."""
 
     dense: Callable[[Any], Any]

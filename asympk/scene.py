@@ -9,7 +9,7 @@ from typing import Any
 from asympk.doors import through
 from asympk.errors import InputError, NoManifold
 from asympk.numbers import Number, number, short
-from asympk.shown import ROWS, Card, ShownAsTable, few
+from asympk.shown import ROWS, Card, ShownAsTable, shortened_rows
 from asympk.shown import number_as_text as shown
 from asympk.systems.painleve_klein.modes import coefficients
 
@@ -151,7 +151,7 @@ class Scene(ShownAsTable):
             return Card(f"Scene {self.name or kind} in physical quantities", self.rod.rows)
         start = ", ".join(f"{name} = {shown(value)}" for name, value in zip(self.names, self.start, strict=True))
         rows = [(name, shown(value)) for name, value in self.numbers.items()]
-        rows = [*few(rows, ROWS - 2), ("start", start), ("until", shown(self.until))]
+        rows = [*shortened_rows(rows, ROWS - 2), ("start", start), ("until", shown(self.until))]
         return Card(f"Scene {self.name + ' ' if self.name else ''}{kind}", tuple(rows))
 
 

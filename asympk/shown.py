@@ -110,7 +110,7 @@ def as_text(card: Card) -> str:
     """Return a card as a title and at most ten rows, each on a line of at most a hundred characters."""
     labels = [label for label, _ in card.rows]
     width = max(map(len, labels), default=0)
-    rows = [cut(f"  {label:<{width}}  {_words(value)}") for label, value in few(card.rows)]
+    rows = [cut(f"  {label:<{width}}  {_words(value)}") for label, value in shortened_rows(card.rows)]
     return "\n".join([cut(card.title), *rows])
 
 
@@ -150,7 +150,7 @@ def is_formula(value: Any) -> bool:
     return hasattr(value, "_latex") or hasattr(value, "_eval_simplify") or hasattr(value, "free_symbols")
 
 
-def few(rows: Sequence[tuple[str, Any]], most: int = ROWS) -> list[tuple[str, Any]]:
+def shortened_rows(rows: Sequence[tuple[str, Any]], most: int = ROWS) -> list[tuple[str, Any]]:
     """Return at most ``most`` rows: where there are more, the first ones, the number left out, and the last one."""
     if len(rows) <= most:
         return list(rows)

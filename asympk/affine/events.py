@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from asympk.affine.functions import MOST_EXPONENT, Arrays, areas, functions, initial, sizes, tremors
+from asympk.affine.functions import MOST_EXPONENT, Arrays, areas, functions, initial, rounding_sizes, sizes
 from asympk.arithmetic import Doubles
 from asympk.errors import TooLarge, Undecided
 from asympk.numbers import Number
@@ -80,12 +80,12 @@ def judge(
     that vanish at the beginning of an interval. ``areas`` may be closer bounds of the integrals of ``|g''|``.
     """
     g, doubt = _on(known.sums, parts.guards), _on(known.off_sums, off.guards) * margin
-    low, high, spare = g - doubt, g + doubt, _on(known.areas, abs(parts.bends)) if areas is None else areas
-    above = np.minimum(low[..., :-1, :], low[..., 1:, :]) > spare * known.h / 4
+    low, high, unused_symbol = g - doubt, g + doubt, _on(known.areas, abs(parts.bends)) if areas is None else areas
+    above = np.minimum(low[..., :-1, :], low[..., 1:, :]) > unused_symbol * known.h / 4
     if above.all():
         return Verdicts(above, ~above)
     rise, doubt = _on(known.values, parts.slopes), _on(known.off_values, off.slopes) * margin
-    both, doubt = rise[..., :-1, :] + rise[..., 1:, :], spare + doubt[..., :-1, :] + doubt[..., 1:, :]
+    both, doubt = rise[..., :-1, :] + rise[..., 1:, :], unused_symbol + doubt[..., :-1, :] + doubt[..., 1:, :]
     clear, falling = low[..., :-1, :] > 0, (both < -doubt) & ~touching
     positive = above | ((both > doubt) & (clear | touching)) | (falling & (low[..., 1:, :] > 0))
     return Verdicts(positive, falling & clear & (high[..., 1:, :] < 0))
@@ -146,7 +146,7 @@ class Guards:
         """
         margin = self.m.margin if margin is None else margin
         found, gained, begun = functions(self.m, self.blocks, t)
-        off_gained, off_found = tremors(self.m, self.blocks, t)
+        off_gained, off_found = rounding_sizes(self.m, self.blocks, t)
         weights, off_weights, slopes, off_slopes, _, bases, off_bases = self.lists
         return GuardValues(
             t,
@@ -168,7 +168,8 @@ class Guards:
         if begun != later:
             return [float("-inf") for _ in self.every]
         real = [not turn and k == 0 for _, turn, count in blocks for k in range(2 * count if turn else count)]
-        ends = (first, tremors(m, blocks, lo)[0], last, tremors(m, blocks, hi)[0], sizes(m, blocks, lo, hi), real)
+        low, high = (rounding_sizes(m, blocks, t)[0] for t in (lo, hi))
+        ends = (first, low, last, high, sizes(m, blocks, lo, hi), real)
         weights, off_weights, _, _, _, bases, off_bases = self.lists
         found = [base - m.margin * off for base, off in zip(bases[begun], off_bases[begun], strict=True)]
         for q in self.every:
@@ -497,11 +498,11 @@ def _verdict(guards, q, left, right, area):
     if min(a - off_a, b - off_b) > area * h / 4:
         return "positive"
     both = left.slopes[q] + right.slopes[q]
-    spare = area + left.slope_doubts[q] + right.slope_doubts[q]
+    unused_symbol = area + left.slope_doubts[q] + right.slope_doubts[q]
     touching = not left.t and q in guards.segment.zero
-    if (both > spare and (touching or a > off_a)) or (touching and h <= guards.reach(q)):
+    if (both > unused_symbol and (touching or a > off_a)) or (touching and h <= guards.reach(q)):
         return "positive"
-    if both < -spare and not touching:
+    if both < -unused_symbol and not touching:
         return "positive" if b > off_b else "falls" if a > off_a else "unknown"
     return "unknown"
 

@@ -98,7 +98,7 @@ def areas(m: Arithmetic, blocks: Sequence[Block], lo: Number, hi: Number) -> lis
     return found
 
 
-def tremors(m: Arithmetic, blocks: Sequence[Block], t: Number) -> tuple[list[Number], list[Number]]:
+def rounding_sizes(m: Arithmetic, blocks: Sequence[Block], t: Number) -> tuple[list[Number], list[Number]]:
     """Return the sizes to which the rounding errors are proportional: of the contribution of F_r at t, and of F_r(t).
 
     The rounding error of an exponent ``l t`` is proportional to ``|l t|``, which multiplies the size of the function.

@@ -20,7 +20,7 @@ from asympk.automaton.automaton import Automaton
 from asympk.automaton.numericmode import OF_STATES
 from asympk.errors import InputError, OutOfRange
 from asympk.many import PHASES, REFUSALS, Many, axes_of, by_trajectory, outcome_of, require_mappings
-from asympk.numbers import common_shape, numbers, require_finite, short, unread
+from asympk.numbers import common_shape, numbers, raw_entries, require_finite, short
 from asympk.scene import Scene
 from asympk.symbolic.placing import with_numbers_in_exponents
 
@@ -83,7 +83,7 @@ def solve_many(
         raise InputError(f"system = {short(system)}: it must be a System; build it with ap.System")
     parameters, states, horizon, shape = _broadcast(system, values, start, until)
     total, result = horizon.size, _blank(system, horizon.size, strict)
-    done, somewhere = 0, {key: unread(f"start: {key}", v).flat[0] for key, v in start.items()} if total else {}
+    done, somewhere = 0, {key: raw_entries(f"start: {key}", v).flat[0] for key, v in start.items()} if total else {}
     if not total:
         _require_affine(system)
     for chosen, rows in _groups(parameters, total):
@@ -155,7 +155,7 @@ def _broadcast(system, values, start, until):
     """Return parameters {key: (rows,)}, states (rows, n), horizon (rows,) and the common shape."""
     require_mappings(values=values, start=start)
     states = [_floats(f"start: {key}", v) for key, v in start.items()]
-    arrays = [*(unread(f"values: {key}", v) for key, v in values.items()), *states, _floats("until", until)]
+    arrays = [*(raw_entries(f"values: {key}", v) for key, v in values.items()), *states, _floats("until", until)]
     shape = common_shape((*values, *start, "until"), arrays)
     flat = [np.broadcast_to(a, shape).ravel() for a in arrays]
     parameters = dict(zip(values, flat, strict=False))
@@ -188,7 +188,7 @@ def _groups(parameters, total):
         yield chosen, np.array(rows)
 
 
-class _Flock(NamedTuple):
+class _ActiveRows(NamedTuple):
     """The rows being followed: times, states, covariance of their errors, largest values, branches, numbers of events.
 
     ``lost`` rows are left to the scalar flow, and ``alive`` rows have not reached their ends.
@@ -229,7 +229,7 @@ def _together(modes, w, until, rows, result):
         result.first[:, mine] = np.reshape([PHASES.index(phase.mode) for phase in modes.branches[k]], (-1, 1))
     count, notes = np.zeros(len(w), dtype=np.int32), []
     none = np.zeros((*w.shape, w.shape[1]))
-    flock = _Flock(rows, until, t, w, none, abs(w), branch, count, lost, ~lost)
+    flock = _ActiveRows(rows, until, t, w, none, abs(w), branch, count, lost, ~lost)
     rounds = crowded = 0
     while many := flock.alive.sum():
         rounds, crowded = rounds + 1, crowded + (many > FEW)
@@ -285,17 +285,17 @@ def _kept(notes, lost):
     return [tuple(part[..., keep] for part in note) for note, keep in picked]
 
 
-def _after(modes, k, event, row, rates, flock, struck):
-    """Move ``struck`` rows onto the guard that they lost and find the next branch; return a note of the events.
+def _after(modes, k, event, row, rates, flock, ended):
+    """Move ``ended`` rows onto the guard that they lost and find the next branch; return a note of the events.
 
     ``rates`` are those of the states and the waves before the event.
     """
-    (kind, friction), before, w, t = event, modes.branches[k], flock.w, flock.t[struck]
+    (kind, friction), before, w, t = event, modes.branches[k], flock.w, flock.t[ended]
     movable = np.array(modes.automaton.mode(before).movable)
-    w[struck] = _snapped(modes.whole(before, t, w[struck]), rates, row, movable, kind in OF_STATES)
-    flock.branch[struck], left = modes.following(k, event, t, w[struck])
-    flock.lost[struck] |= left
-    changed = struck[flock.branch[struck] != k]
+    w[ended] = _snapped(modes.whole(before, t, w[ended]), rates, row, movable, kind in OF_STATES)
+    flock.branch[ended], left = modes.following(k, event, t, w[ended])
+    flock.lost[ended] |= left
+    changed = ended[flock.branch[ended] != k]
     flock.n_events[changed] += 1
     # at the tip of the friction cone the load vanishes and stick continues
     sticks = [modes.branches[k][friction].mode == "stick" for k in flock.branch[changed].tolist()]
@@ -303,15 +303,15 @@ def _after(modes, k, event, row, rates, flock, struck):
     return flock.rows[changed], kinds, flock.t[changed], w[changed].T.copy(), np.full(len(changed), friction)
 
 
-def _covariance(modes, row, before, flock, struck, covariance):
+def _covariance(modes, row, before, flock, ended, covariance):
     """Return the covariance after events, which the matrix of Lemma 8 carries on, with that of their times.
 
     ``before`` are the rates of the states and the waves before the event.
     """
-    t, w, gradient = flock.t[struck], flock.w[struck], row[:-1]
+    t, w, gradient = flock.t[ended], flock.w[ended], row[:-1]
     after = np.full(w.shape, np.nan)  # NaN where no branch is known
-    for b in np.unique(flock.branch[struck][~flock.lost[struck]]):
-        mine = flock.branch[struck] == b
+    for b in np.unique(flock.branch[ended][~flock.lost[ended]]):
+        mine = flock.branch[ended] == b
         after[mine] = modes.rates(modes.branches[b], t[mine], w[mine])[:, : w.shape[1]]
     with np.errstate(all="ignore"):
         turned = (after - before[:, : w.shape[1]])[:, :, None] * (gradient / (before @ gradient)[:, None])[:, None]

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from asympk.affine.functions import MOST_EXPONENT, Arrays, Block, areas, functions, tremors
+from asympk.affine.functions import MOST_EXPONENT, Arrays, Block, areas, functions, rounding_sizes
 
 POINTS = 96  # intervals of a window
 _PART = 0.4  # the length of an interval, in units of the time of the fastest part left
@@ -49,7 +49,7 @@ def function_table(blocks: Sequence[Block], t: np.ndarray) -> FunctionTable:
     """Return the ``FunctionTable`` of the functions of blocks at an array of times."""
     with np.errstate(all="ignore"):
         values, gained, begun = functions(Arrays, blocks, t)
-        off_gained, off_values = tremors(Arrays, blocks, t)
+        off_gained, off_values = rounding_sizes(Arrays, blocks, t)
         swept = areas(Arrays, blocks, t[..., :-1], t[..., 1:])
     base = [begun == k for k in range(len(blocks) + 1)]
     parts = [*gained, *base], [*off_gained, *base], values, off_values

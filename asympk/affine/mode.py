@@ -16,7 +16,7 @@ import numpy as np
 
 from asympk.affine.events import Guards, first_root
 from asympk.affine.exponential import DIGITS_FOR_DOUBLES, Exponential, exponential
-from asympk.affine.functions import functions, initial, rate_of, tremors
+from asympk.affine.functions import functions, initial, rate_of, rounding_sizes
 from asympk.affine.mesh import Mesh
 from asympk.affine.polynomial import in_whole_numbers
 from asympk.arithmetic import Doubles
@@ -304,5 +304,5 @@ class ClosedSegment:
 
     def _terms(self, t):
         """Return the sizes of the terms of the states at t, to which rounding errors are proportional."""
-        gained, _ = tremors(self.m, self.flow.blocks, t)
+        gained, _ = rounding_sizes(self.m, self.flow.blocks, t)
         return self._sum(self.off.sums, gained, functions(self.m, self.flow.blocks, t)[2])

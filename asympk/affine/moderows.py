@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from asympk.affine.events import Verdicts, judge
-from asympk.affine.functions import MOST_EXPONENT, Arrays, functions, initial, tremors
+from asympk.affine.functions import MOST_EXPONENT, Arrays, functions, initial, rounding_sizes
 from asympk.affine.mesh import FunctionTable, Mesh, function_table
 from asympk.affine.mode import AffineFlow, Parts
 from asympk.arithmetic import UNIT, Doubles
@@ -216,20 +216,20 @@ def _end(rows, span, hit, whole, covariance):
     """Return the states at the ends of the segments, moved onto the lost guards, and the covariance there."""
     flow, every, n = rows.flow, np.arange(len(span)), len(rows.flow.rate)
     values, gained, begun = (np.array(part) for part in functions(Arrays, flow.blocks, span))
-    off = np.array(np.broadcast_arrays(*tremors(Arrays, flow.blocks, span)[0])).T
+    off = np.array(np.broadcast_arrays(*rounding_sizes(Arrays, flow.blocks, span)[0])).T
     values, gained = (np.array(np.broadcast_arrays(*part), dtype=float).T for part in (values, gained))
     state = np.einsum("mr,mrn->mn", gained, rows.parts.sums[:, :n]) + rows.parts.sums[every, n + begun]
     lost = np.einsum("mr,mrn->mn", off, rows.off.sums[:, :n]) + rows.off.sums[every, n + begun]
     spread = (values @ flow.flat).reshape(len(span), state.shape[1], -1)
     covariance = carried_on(spread, with_rounding(covariance, whole[:, :-1]))
     covariance = with_rounding(covariance, lost + abs(state))
-    struck = np.flatnonzero(hit >= 0)
-    if struck.size:
-        rates = np.einsum("mr,mrn->mn", values[struck] @ flow.rate, rows.parts.sums[struck, :n])
-        slope = np.einsum("mn,mn->m", flow.rows[hit[struck], :-1], rates)
-        values = np.einsum("mr,mr->m", gained[struck], rows.parts.guards[struck, :n, hit[struck]])
-        value = values + rows.parts.guards[struck, n + begun[struck], hit[struck]]
-        state[struck] -= (value / slope)[:, None] * rates
+    ended = np.flatnonzero(hit >= 0)
+    if ended.size:
+        rates = np.einsum("mr,mrn->mn", values[ended] @ flow.rate, rows.parts.sums[ended, :n])
+        slope = np.einsum("mn,mn->m", flow.rows[hit[ended], :-1], rates)
+        values = np.einsum("mr,mr->m", gained[ended], rows.parts.guards[ended, :n, hit[ended]])
+        value = values + rows.parts.guards[ended, n + begun[ended], hit[ended]]
+        state[ended] -= (value / slope)[:, None] * rates
     return state, covariance
 
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from asympk.affine.functions import functions, initial, tremors
+from asympk.affine.functions import functions, initial, rounding_sizes
 from asympk.arithmetic import UNIT, Doubles
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def _rounding(timed, gained, begun, end):
     The weight of a function has the error of its own sum, and the function one in proportion to its exponent.
     """
     segment, n = timed.segment, timed.segment.functions
-    off, _ = tremors(Doubles, segment.flow.blocks, timed.span)
+    off, _ = rounding_sizes(Doubles, segment.flow.blocks, timed.span)
     parts = segment.off.sums[:n].T * gained, segment.sums[:n].T * off
     return _root([*parts, segment.off.sums[n + begun, :, None], end[:, None]])
 

@@ -91,10 +91,10 @@ def obstacle(system: System) -> str | None:
     """Return words on what is not affine in a system, or None where the exact flow takes it.
 
     All modes must be affine with sums of waves as forcing, and a mode that the state or the time switches must be so on
-    each side. The phase of one friction does not change the terms of the others, so the modes of ``guards.telling``,
-    which differ from one mode in one phase, decide for all.
+    each side. The phase of one friction does not change the terms of the others, so the modes of
+    ``guards.sample_branches``, which differ from one mode in one phase, decide for all.
     """
-    modes = (side for branch in guards.telling(system) for side in on_all_sides(mode_of(system, branch)))
+    modes = (side for branch in guards.sample_branches(system) for side in on_all_sides(mode_of(system, branch)))
     return next((form.mode_obstacle(mode) for mode in modes if form.form_of(mode) is None), None)
 
 

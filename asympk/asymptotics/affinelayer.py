@@ -87,11 +87,11 @@ def _rests(exprs, formulas, values, found, tape, k):
     small = Taylor({(1, 0): 1} if k else {}, k)
     known |= values | {formulas.small: small}
     exprs = formulas.to_degree(exprs, k)
-    return [Fading(_powers(as_taylor(value, k)[k, 0])) for value in evaluated(exprs, known, tape)]
+    return [LayerPolynomial(_powers(as_taylor(value, k)[k, 0])) for value in evaluated(exprs, known, tape)]
 
 
 def _powers(value):
-    return value.terms if isinstance(value, Fading) else {(0, 0): value}
+    return value.terms if isinstance(value, LayerPolynomial) else {(0, 0): value}
 
 
 def _integral(rest, rate):
@@ -121,8 +121,8 @@ def _particular(rest, p, rate, times):
 
 def _begun(found, place, start):
     """Return the terms ``found`` and one at ``place``, whose coefficient makes their sum ``start`` at tau = 0."""
-    return Fading({**found, place: start - sum((c for (_, j), c in found.items() if j == 0), 0)})
+    return LayerPolynomial({**found, place: start - sum((c for (_, j), c in found.items() if j == 0), 0)})
 
 
-class Fading(Polynomial):
+class LayerPolynomial(Polynomial):
     """A polynomial in tau and E as a coefficient: ``terms[p, j]`` multiplies tau^j E^p."""

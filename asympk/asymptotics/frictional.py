@@ -22,7 +22,7 @@ from asympk.asymptotics.impact import LimitLayers, NoLaw
 from asympk.asymptotics.landing import abscissa
 from asympk.asymptotics.matched import MatchedPath, Stretch, Task
 from asympk.asymptotics.reduced import FORGOTTEN, LOST, ROUNDING
-from asympk.asymptotics.smooth import FINEST, finer, overgrown, predicted_error, tolerance
+from asympk.asymptotics.smooth import FINEST, finer, growth_message, predicted_error, tolerance
 from asympk.errors import AsympkError, NotNormallyHyperbolic, OutOfRange
 from asympk.path import Path, times_within
 
@@ -74,7 +74,7 @@ def _to_order(scene: Any, method: str, order: int, units: Any) -> Path:
             break
         rtol = finer(rtol, error, rounding) if grown else max(FINEST, rtol * least / (2 * late))
     if not error < 1:
-        raise OutOfRange(overgrown(rtol, path.t) if rounding > 1 / 2 else
+        raise OutOfRange(growth_message(rtol, path.t) if rounding > 1 / 2 else
                          f"the terms that order {order} omits amount to {error:.3g} of the states: "
                          f"mu = {matched.small_number(scene):.3g} is not small here; use an exact method")
     return Path(scene, method, path.state, path.events, path.modes, StretchedDense(path, float(scene.until)), error,

@@ -22,18 +22,18 @@ import sympy as sp
 from asympk.asymptotics import matched
 from asympk.asymptotics.frictional import follow_stretches
 from asympk.asymptotics.reduced import NOISE
-from asympk.asymptotics.smooth import EXTRA, follow_smooth, leaves_its_sides
+from asympk.asymptotics.smooth import EXTRA, crosses_switch, follow_smooth
 from asympk.asymptotics.taylor import FUNCTIONS
 from asympk.automaton.automaton import ROUNDED, Automaton
 from asympk.automaton.exact import exact_values
 from asympk.errors import AsympkError, NotDerivable, OutOfRange
 from asympk.formulas import NOT_FINITE
 from asympk.numbers import known_order, listed, reason_of, short
-from asympk.path import Path, SolvedAgain
+from asympk.path import Path, RecomputedMotion
 from asympk.symbolic.expansion import is_singular, regular
 from asympk.symbolic.long import atoms, replaced
 from asympk.symbolic.placing import with_numbers_in_exponents
-from asympk.symbolic.reading import rational, spare
+from asympk.symbolic.reading import rational, unused_symbol
 from asympk.symbolic.sides import SWITCHING
 from asympk.symbolic.system import System
 
@@ -60,14 +60,14 @@ def run(scene: Any, method: str = "jump", *, order: int | None = None) -> Path:
             system, values = with_numbers_in_exponents(scene.system, scene.values)
             known = scene if system is scene.system else replace(scene, system=system, values=values)
             inside = _with_low_powers(known, order + EXTRA)
-            follow = follow_smooth if smooth and not leaves_its_sides(inside, order) else follow_stretches
+            follow = follow_smooth if smooth and not crosses_switch(inside, order) else follow_stretches
             path = _in_units_that_fit(partial(follow, method=method, order=order), inside)
     except AsympkError:
         raise
     except (ArithmeticError, ValueError) as reason:
         raise OutOfRange(f"the layer or the slow motion from {listed(scene.names, scene.start)} has no finite value "
                          f"({_without_series(scene) or reason_of(reason)}); use method 'exact'") from None
-    return replace(path, scene=scene, at=SolvedAgain(path.at, run, scene, {"method": method, "order": order}))
+    return replace(path, scene=scene, at=RecomputedMotion(path.at, run, scene, {"method": method, "order": order}))
 
 
 def _with_low_powers(scene: Any, highest: int) -> Any:
@@ -96,14 +96,14 @@ def _lowered(system: System, small: sp.Symbol, highest: int) -> tuple[System, di
         terms = [plain.diff(small, k).subs(small, 0) * small**k / math.factorial(k) for k in range(highest + 1)]
         if fixed.diff(small, highest + 1) == 0 or sp.Tuple(*terms).has(*NOT_FINITE, sp.Subs):
             continue
-        name = spare(small.name, (*system.states, *system.parameters, *rests))
+        name = unused_symbol(small.name, (*system.states, *system.parameters, *rests))
         expanded[part] = sp.Add(*terms, small**highest * name) * moving
         rests[name] = (fixed - sp.Add(*terms)) / small**highest
     known = {}
     constants = (part for part in atoms(replaced(rates, expanded), sp.Function) if not isinstance(part, SWITCHING)
                  and type(part).__name__ not in FUNCTIONS and part.free_symbols <= {*system.parameters} - {small})
     for part in sorted(constants, key=str):
-        known[part] = spare(small.name, (*system.states, *system.parameters, *rests))
+        known[part] = unused_symbol(small.name, (*system.states, *system.parameters, *rests))
         rests[known[part]] = part
     slow, fast = (sp.Dict({s: replaced(replaced(rate, expanded), known) for s, rate in of.items()})
                   for of in (system.slow, system.fast))

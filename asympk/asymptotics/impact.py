@@ -43,7 +43,7 @@ class NoLaw(Exception):
 
 
 @dataclass(frozen=True)
-class Creep:
+class LayerVelocity:
     """A velocity V = mu s that leaves 0 in a layer, and may return to 0, as s(tau).
 
     The rate r of V is affine in y, and y - y_* = (y_0 - y_*) e^(q tau). With r_0 and r_* the rates at y_0 and at the
@@ -136,7 +136,7 @@ class LimitLayers:
             return target, guard, 0.0
         at_start, at_rest = (mode.guard_rates(t, self._with(state, v))[sliding] for v in (y, rest))
         end = OVER / abs(slope) if guard is None else math.log((target - rest) / (y - rest)) / slope
-        creep = Creep(speed, at_start, at_rest, slope)
+        creep = LayerVelocity(speed, at_start, at_rest, slope)
         if (back := creep.returns(end)) is None:
             return target, guard, creep(end)
         return rest + (y - rest) * math.exp(slope * back), sliding, 0.0

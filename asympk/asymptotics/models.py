@@ -24,7 +24,7 @@ from asympk.asymptotics.linear import SLIP
 from asympk.asymptotics.validity import validity_conditions
 from asympk.digits import carried, carrier_context
 from asympk.errors import NoManifold, NoMotion, OutOfRange, TwoMotions
-from asympk.numbers import MOST_DIGITS, known_order, number, sign_of, unread, whole
+from asympk.numbers import MOST_DIGITS, known_order, number, raw_entries, sign_of, whole
 from asympk.path import Event, Path, require_within, times_within
 from asympk.scene import in_doubles
 
@@ -141,7 +141,7 @@ def _states(motion, until, digits, t):
     if digits is None:
         with np.errstate(all="ignore"):
             return np.stack(composite.states(motion, times_within(t, until), ARRAYS))
-    times = np.array([number("t", u) for u in unread("t", t).flat], dtype=object).reshape(np.shape(t))
+    times = np.array([number("t", u) for u in raw_entries("t", t).flat], dtype=object).reshape(np.shape(t))
     require_within(times.min(initial=0), times.max(initial=0), until)
     m = _multiprecision(digits)
     flat = [[m.out(v) for v in composite.state(motion, m.number(u), m)] for u in times.flat]

@@ -197,7 +197,7 @@ def _tried(take, span, state, first, rtol, atol, late):
     return (error if math.isfinite(error) else math.inf), new, stages
 
 
-def price(step: Step) -> int:
+def cost_in_steps(step: Step) -> int:
     """Return the number of explicit steps that take as long as a step."""
     return IMPLICIT if isinstance(step, StiffStep) else 1
 

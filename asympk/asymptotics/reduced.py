@@ -25,7 +25,7 @@ import numpy as np
 
 from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.landing import ROOT, newton, rightmost, root
-from asympk.asymptotics.nonstiff import EXPONENT, Trajectory, on_cubic, price, rates, steps
+from asympk.asymptotics.nonstiff import EXPONENT, Trajectory, cost_in_steps, on_cubic, rates, steps
 from asympk.asymptotics.stiff import jacobian
 from asympk.asymptotics.watching import watched
 from asympk.automaton.exponentials import exponentials
@@ -49,7 +49,7 @@ TWICE = 2 ** (-1 / EXPONENT)  # the ratio of the errors of steps twice as long
 AGAIN = math.sqrt(27 / 4)  # with x'' = y, as long as mu sqrt(27 |h_x f_x f_y| / 4) < |g_y|
 
 
-class Grown(NamedTuple):
+class ErrorGrowth(NamedTuple):
     """The errors of a motion whose start and steps are wrong by the largest moduli of the states, ``sizes``.
 
     ``kept`` is the matrix by which an error of x at the start grows to the end, ``made`` has the errors there, and
@@ -212,7 +212,7 @@ class Reduced:
         return np.abs(np.subtract(reached, at)) / TWICE
 
     @cached_property
-    def grown(self) -> "Grown":
+    def grown(self) -> "ErrorGrowth":
         """The growth of the errors of the point (x, b) along a single motion.
 
         An error e obeys e' = J e, with J the Jacobian matrix of the flow: over a step h it grows by exp(J h), J in the
@@ -230,7 +230,7 @@ class Reduced:
             for part in exponentials(moved) if moved.size else moved:
                 kept, squares = part @ kept, part @ squares @ part.T + np.diag(sizes**2)
                 most = max(most, float((np.sqrt(np.diag(squares)) / sizes).max(initial=0.0, where=sizes > 0)))
-        return Grown(kept, np.sqrt(np.diag(squares)), most, sizes)
+        return ErrorGrowth(kept, np.sqrt(np.diag(squares)), most, sizes)
 
     def _on_branch(self):
         """Return the derivatives of the point (x, b) by x at the start, on the branch: 1 and -g_y^-1 g_x."""
@@ -276,7 +276,7 @@ def _grown_singly(steps, sizes):
         part = abs(step.stages[-1][0] / step.stages[0][0])
         kept, made = kept * part, math.hypot(made * part, 1.0)
         most = max(most, made)
-    return Grown(np.array([[kept]]), made * sizes, most, sizes)
+    return ErrorGrowth(np.array([[kept]]), made * sizes, most, sizes)
 
 
 def follow_reduced_flow(
@@ -351,7 +351,7 @@ def _steps(formulas, kinds, first, mu, values, until, rtol, within, span=None):
     atol, left = (rtol,) * len(first), STEPS
     along = steps(flows, (mu, *values), first, until, rtol, atol, within=within, slopes=slopes, span=span)
     for step in along:
-        if not max(map(abs, step.end)) < far or (left := left - price(step)) < 0:
+        if not max(map(abs, step.end)) < far or (left := left - cost_in_steps(step)) < 0:
             return
         yield step
 

@@ -101,7 +101,7 @@ class LayeredMotion:
         if flow.least * flow.end > FADED * flow.mu or not landing.corrections(np.array(0.0)).any():
             return 0.0
         tau = self.arrives(units)
-        first, *later = np.abs(self._terms(tau)) / self.lingering(tau)
+        first, *later = np.abs(self._terms(tau)) / self.departure_share(tau)
         sizes = (first + np.maximum(np.abs(self._terms(0.0)[1:]), later).sum(axis=0)) * units
         fast = sizes[-len(landing.branch) :]
         faded = (np.abs(self.beside.fading(flow.end)) @ fast).max() / fast.max()
@@ -121,7 +121,7 @@ class LayeredMotion:
                 return share * landing.end
         return landing.end
 
-    def lingering(self, tau: float) -> float:
+    def departure_share(self, tau: float) -> float:
         """Return exp(r tau), the share of a small departure from the branch at the start that is left at ``tau``.
 
         r is the largest real part of an eigenvalue of g_y on the branch.
@@ -171,7 +171,7 @@ class LayeredMotion:
 def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: Any = 1.0) -> Path:
     """Follow the ``scene`` of a smooth slow-fast system by ``"jump"`` or ``"slow"`` to ``order``.
 
-    The motion must cross no switching surface (``leaves_its_sides``). ``path.info["omitted"]`` is the first term
+    The motion must cross no switching surface (``crosses_switch``). ``path.info["omitted"]`` is the first term
     that the composite omits at ``until``, state by state. The error is that of the states times ``units``. Raises
     ``InputError`` for functions that have no series, ``OutOfRange`` where the layer settles on no attracting branch or
     on another one than in the limit, the expansion does not hold or a pole of the rates is passed, and
@@ -197,7 +197,7 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: An
         raise OutOfRange(f"at t = {until:.6g} the motion is still in its layer, which method 'slow' leaves out: take "
                          "method 'jump', or a later until")
     if not error < 1 and (motion.errors * units).max() > 1 / 2:
-        raise OutOfRange(overgrown(motion.rtol, until))
+        raise OutOfRange(growth_message(motion.rtol, until))
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states at t = {until:.6g}: "
                          f"{scene.system.small} = {mu:.3g} is not small here; use an exact method")
@@ -227,7 +227,7 @@ def finer(rtol: float, error: float, rounding: float) -> float:
     return max(FINEST, rtol * FINER * ROUNDING * (error / rounding - 1))
 
 
-def overgrown(rtol: float, t: float) -> str:
+def growth_message(rtol: float, t: float) -> str:
     """Return the words for a motion to the tolerance ``rtol`` whose errors have grown too large by ``t``."""
     return (f"errors of {rtol:.0e} grow as large as the states by t = {t:.6g}: the slow motion keeps to a repelling "
             "set for long, or is chaotic; take a smaller until, or an exact method with digits")
@@ -315,7 +315,7 @@ def _require_attraction(motion: LayeredMotion, units: Any) -> None:
                              f"{known.small} = {motion.reduced.mu:.3g} is not small here; use an exact method")
 
 
-def leaves_its_sides(scene: Any, order: int) -> bool:
+def crosses_switch(scene: Any, order: int) -> bool:
     """Tell whether the motion of a smooth system crosses a switching surface; slow motion is to ``order`` + 2."""
     if not has_switches(scene.system):
         return False
@@ -368,7 +368,7 @@ def _expected(motion, layered, t, slow, layer, units, ends=None, least=STEADY):
     grown = (motion.errors * scales).max()
     rounding = max(ROUNDING * motion.rtol * scales.max(), float(grown / max(1.0, np.abs(slow[0] + layer[0]).max())))
     lately = _terms(judged[0])[0] + float((recalled * scales[fast]).max(axis=1).sum())
-    kept = motion.lingering(t / motion.reduced.mu)
+    kept = motion.departure_share(t / motion.reduced.mu)
     return max(predicted_error(terms, left, rounding, misses, lately, least, kept) for terms in judged), rounding
 
 

@@ -172,7 +172,7 @@ def _by_law_on_edges(
     """Return the branch that follows by the law on edges; raises ``NotDerivable`` where it does not hold there."""
     branch = _by_law_of(automaton, sides, before, hits, t, state, slack)
     if sides and not automaton.mode(branch, decide.digits_of(state), sides).holds(t, state, slack):
-        raise lost_on([edge.quantity for edge in edges], t)
+        raise no_side_entered([edge.quantity for edge in edges], t)
     return branch
 
 
@@ -313,10 +313,10 @@ def _entered(
         return next((found for found in resting if found.holds(t, state)), (fitting or resting)[0])
     edges = [inside(phase, sides[1][0])[0] for phase, sides in zip(opened, choices, strict=True) if len(sides) > 1]
     bounded = all(chosen(choice).mode.is_finite for choice in product(*choices) if all(side for side, _ in choice))
-    raise lost_on(edges, t, bounded)
+    raise no_side_entered(edges, t, bounded)
 
 
-def lost_on(edges: Collection[sp.Expr], t: Any, bounded: bool = True) -> NotDerivable:
+def no_side_entered(edges: Collection[sp.Expr], t: Any, bounded: bool = True) -> NotDerivable:
     """Return the error of a motion that enters no side of some edges; if not ``bounded``, a side has no rates."""
     where = ", ".join(f"{_in_few_digits(edge)!s:.120} = 0" for edge in edges)
     if not bounded:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import sympy as sp
 
-from asympk.automaton.automaton import ROUNDED, Automaton, lost_on, mode_on_sides
+from asympk.automaton.automaton import ROUNDED, Automaton, mode_on_sides, no_side_entered
 from asympk.automaton.contacts import nudges
 from asympk.automaton.decide import finite, without_value_soon
 from asympk.automaton.junction import BY_HAND
@@ -21,7 +21,7 @@ from asympk.automaton.uniqueness import require_alone
 from asympk.errors import Accumulation, NoMotion, TwoMotions, UnboundedReaction, Undecided
 from asympk.numbers import listed
 from asympk.path import Event
-from asympk.symbolic.branches import Branch, at_rest, awake, bare, event_between, stands
+from asympk.symbolic.branches import Branch, at_rest, bare, event_between, stands, without_idle
 from asympk.symbolic.forces import moving_as
 from asympk.symbolic.guards import NEVER_IDLE
 from asympk.symbolic.sides import Sides, inside, phase_of
@@ -132,8 +132,8 @@ def _begun(
     t, state = still.after_start(until), start
     edges = automaton.edges_at(t, state, still.beside)
     mode = mode_on_sides(automaton, first, digits, t, state, edges)
-    if mode.torn(0 * t, state):
-        raise lost_on(edges, t)
+    if mode.jumped(0 * t, state):
+        raise no_side_entered(edges, t)
     if t:
         mode.rhs(0 * t, state)  # infinite rates would move the state by more than the rounding until then
     return t, state, mode
@@ -216,7 +216,7 @@ def mode_after(
         crossed, left, doubt = [*automaton.edges_at(t, state, mode.beside)], left * (not switches), mode.beside
     later, entered, stops = (t, state), tuple[Any, ...](), _stops(left)
     if switches and (mode.mode.jumping or not stops):
-        mode = mode_on_sides(automaton, awake(mode.branch), digits, t, state, crossed, fixed)
+        mode = mode_on_sides(automaton, without_idle(mode.branch), digits, t, state, crossed, fixed)
         leaping = {("velocity_zero", k) for k in mode.mode.jumping if _leaps(k, ((before, start), (mode, t)), state)}
         left, stops = [key for key in left if key[:2] not in leaping], stops and _may_rest(mode, left, leaping, crossed)
     if switches and stops:  # what stops or lands on an edge may rest there
@@ -226,7 +226,7 @@ def mode_after(
         entered = tuple(side for side in mode.mode.sides if {phase_of(edge)[0] for edge in inside(*side)} & {*crossed})
         halted = _halted(mode, leaping, t, state, doubt)
         hits = _lost_beyond(mode, [*left, *halted], (t, state), later)
-    event = _left_by_ground(before, start, mode, t, state) or _torn(((before, start), (mode, t)), state)
+    event = _left_by_ground(before, start, mode, t, state) or _velocity_jump(((before, start), (mode, t)), state)
     if event is None and (switches or not hits):  # a velocity at rest whose slope jumps is 0 on the new side, too
         state = mode.settled(t, state)
     if event is not None:
@@ -237,7 +237,7 @@ def mode_after(
         return mode, state, None
     after = _following(automaton, mode, branch, digits, t, state, [*crossed, *automaton.edges_at(*later, doubt)], fixed)
     if leaping and stops:
-        event = _torn(((before, start), (_beyond(automaton, before, after, digits), t)), state) or event
+        event = _velocity_jump(((before, start), (_beyond(automaton, before, after, digits), t)), state) or event
     state = after.settled(t, state)
     return after, state, None if _move_alike(before, after) else event._replace(t=t, state=state)
 
@@ -271,8 +271,8 @@ def _following(
 ) -> NumericMode:
     """Return the mode of the branch that follows; raises ``NotDerivable`` where a sliding velocity jumps back there."""
     after = mode_on_sides(automaton, branch, digits, t, state, crossed, fixed)
-    if _torn(((mode, t), (after, t)), state):
-        raise lost_on(crossed, t)
+    if _velocity_jump(((mode, t), (after, t)), state):
+        raise no_side_entered(crossed, t)
     return after
 
 
@@ -299,14 +299,14 @@ def _halted(mode: NumericMode, leaping: set[tuple], t: Any, state: tuple, slack:
     return [(*key, False) for key, sign in zip(leaping, signs, strict=True) if not sign]
 
 
-def _torn(places: tuple[tuple[NumericMode, Any], ...], state: tuple) -> Event | None:
+def _velocity_jump(places: tuple[tuple[NumericMode, Any], ...], state: tuple) -> Event | None:
     """Return the event of a sliding velocity that has jumped away from 0 or to the other sign, or None.
 
     The velocity of a belt may jump so; a kink changes it by no more than its slopes allow and is no event. ``places``
     are the modes and times before and after.
     """
     _, (mode, t) = places
-    for k in mode.torn(t, state):
+    for k in mode.jumped(t, state):
         if _leaps(k, places, state):
             return Event("velocity_zero" if mode.branch[k].velocity else "slip_onset", t, state, k)
     return None

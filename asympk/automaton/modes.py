@@ -176,7 +176,7 @@ class GuardedMode:
         velocities of closed contacts (which may jump, as on a belt), of gaps kept closed (whose ground may jump), and
         of what must stay 0 for a system at rest to stand.
         """
-        guards = mode_of(self.system, branches.awake(self.branch), self.sides).guard_values
+        guards = mode_of(self.system, branches.without_idle(self.branch), self.sides).guard_values
         kept = (*self.velocities.values(), *self.kept_gaps.values(), *self.standing)
         return phases((*self.rates, *guards, *map(self._placed, kept)), self.system.states, self.system.time)
 
@@ -385,7 +385,7 @@ def phases_of(system: System) -> tuple[sp.Expr, ...]:
     """Return the phases of the state and the time that switch the modes of a system."""
     if not has_switches(system):
         return ()
-    found = {phase for branch in guards.telling(system) for phase in mode_of(system, branch).open_phases}
+    found = {phase for branch in guards.sample_branches(system) for phase in mode_of(system, branch).open_phases}
     return tuple(sorted(found, key=sp.default_sort_key))
 
 

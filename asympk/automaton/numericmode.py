@@ -316,13 +316,13 @@ class NumericMode:
 
     def holds(self, t: Any, state: State, slack: Any = 0) -> bool:
         """Tell whether no guard is negative, none that vanishes falls, and no sliding velocity has leapt away."""
-        if self.torn(t, state, slack):
+        if self.jumped(t, state, slack):
             return False
         exprs = self.mode.guard_values
         signs = zip(exprs, self.signs(exprs, t, state, slack), strict=True)
         return all((sign or self.departure(expr, t, state, slack)) >= 0 for expr, sign in signs)
 
-    def torn(self, t: Any, state: State, slack: Any = 0) -> tuple[int, ...]:
+    def jumped(self, t: Any, state: State, slack: Any = 0) -> tuple[int, ...]:
         """Return the contacts whose sliding velocity, one that may jump, has another sign than in this mode."""
         jumping = self.mode.jumping
         signs = zip(jumping, self.signs(tuple(jumping.values()), t, state, slack), strict=True) if jumping else ()

@@ -34,11 +34,11 @@ from asympk.symbolic.branches import (
     OPEN,
     Branch,
     Phase,
+    ambiguous_contacts,
     at_rest,
     is_pushed,
     is_smooth,
     presses_otherwise,
-    rubbed,
     signs_of_load,
 )
 from asympk.symbolic.system import System
@@ -57,7 +57,7 @@ _CLOSELY = DOUBLES._replace(least=0.0)
 _OPEN = (Unclear, AsympkError, ArithmeticError, ValueError)  # where doubles do not tell
 
 
-class Watched(NamedTuple):
+class ModeInterval(NamedTuple):
     """A stretch of a mode from ``begin`` to ``end``, with the state as a function of the time."""
 
     automaton: Automaton
@@ -85,7 +85,7 @@ def is_watched(mode: GuardedMode) -> bool:
 
     A contact alone has guards of its own, as long as no other one, now open, has kept it closed.
     """
-    branch, contacts = mode.branch, rubbed(mode.system)
+    branch, contacts = mode.branch, ambiguous_contacts(mode.system)
     rubs = (branch[j].slips for k, frictions in contacts.items() if branch[k] != OPEN for j in frictions)
     return len(contacts) > 1 and any(rubs)
 
@@ -99,7 +99,7 @@ def require_alone(automaton: Automaton, mode: NumericMode, begin: Any, segment: 
         return
     if (state_at := segment.within or along_steps(mode, segment.steps)) is None:
         return
-    stretch = Watched(automaton, mode.branch, begin, segment.t, state_at)
+    stretch = ModeInterval(automaton, mode.branch, begin, segment.t, state_at)
     parts = [BESIDE + (1 - 2 * BESIDE) * k / PARTS for k in range(PARTS + 1)]
     if has_always_one_motion(automaton, mode.branch) or all(
             _has_one_motion(automaton, mode.branch, *stretch.at(part)) for part in parts[::EVERY]):
@@ -138,7 +138,7 @@ def has_always_one_motion(automaton: Automaton, branch: Branch) -> bool:
 def _has_one_motion(automaton: Automaton, branch: Branch, t: Any, state: tuple) -> bool:
     """Tell whether each choice of phases has a determinant of the sign that it has without friction."""
     with suppress(*_OPEN):
-        here, found = _junction(automaton, branch, t, state), unlike_choices(automaton.system, branch)
+        here, found = _junction(automaton, branch, t, state), distinct_branches(automaton.system, branch)
         return bool(found) and all(_is_stiff(here, other) for other in found)
     return False
 
@@ -152,7 +152,7 @@ def _junction(automaton: Automaton, branch: Branch, t: Any, state: tuple) -> Jun
     return Junction(system, branch, set(), (place, place), [point, point], signs, touching, ROUNDED)
 
 
-def unlike_choices(system: System, branch: Branch) -> list[Branch]:
+def distinct_branches(system: System, branch: Branch) -> list[Branch]:
     """Return the branches that differ from one in their equations by more than constants; none if there are too many.
 
     These contain the signs of load and velocity as a product, the mode, unless a formula asks for the direction.
@@ -200,7 +200,7 @@ def _signs(margins: list[Any]) -> list[int]:
 
 
 def _coming_up(
-    stretch: Watched, low: tuple[float, Margins], high: tuple[float, Margins], halvings: int
+    stretch: ModeInterval, low: tuple[float, Margins], high: tuple[float, Margins], halvings: int
 ) -> Iterator[tuple[float, set[Branch]]]:
     """Yield, in order, parts of a stretch at which other branches are consistent, and these branches."""
     (start, before), (end, after) = low, high

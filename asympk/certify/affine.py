@@ -77,7 +77,7 @@ def enclose(
         if found and not (zero.span - dt).numbers()[0] > 0:
             raise Refused(f"horizon: {guard.kind} at the end itself, until = {float(until):.10g}")
         time, t = modes.instant(found[0], segment) if found else zero.time, (t + dt).tight()
-        state = modes.struck(segment.at(guard, dt), lost, segment, guards, time)
+        state = modes.state_at_event(segment.at(guard, dt), lost, segment, guards, time)
         mode, guards = modes.next(mode.mode, guard, state)
         if guard := modes.event(segment.mode.mode, mode.mode, lost, state):
             names.append(mode.mode.name)
@@ -247,7 +247,7 @@ class _Modes(Candidates):
         start = segment.start if any(row[: len(self.system.states)]) else self.latest
         return start.time, [] if start.time is None else segment.polynomial(row, start)
 
-    def struck(self, family, lost, segment, guards, time):
+    def state_at_event(self, family, lost, segment, guards, time):
         """Return the state at an event; what stands still, is alone in a lost guard, or a polynomial in time, is exact.
 
         ``time`` is the exact time of the event, or None.

@@ -399,13 +399,13 @@ def _exact_beginning(balls):
     state, z_sign = RodBalls(balls.x, balls.y, ball(s), balls.z), sign_of(z)
     if z_sign:
         return state, s_sign, z_sign, touching, None
-    grip = (sigma0 + 2) * abs(s) - abs(1 - s)
-    if grip == 0:
+    stick_margin = (sigma0 + 2) * abs(s) - abs(1 - s)
+    if stick_margin == 0:
         widens = (sigma0 + 2) * s_sign + sign_of(1 - s)
         far = s > 1
         state, touching = state._replace(s=_edges(balls, s_sign)[far]), {"far" if far else "near", "z"}
-        grip = widens * (_sign_on(mu, -s, y) or -s)
-    return state, s_sign, 0 if grip > 0 else sign_of(1 - s), touching, None
+        stick_margin = widens * (_sign_on(mu, -s, y) or -s)
+    return state, s_sign, 0 if stick_margin > 0 else sign_of(1 - s), touching, None
 
 
 def _sign_on(ends, constant, slope):

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from itertools import product
 
 from asympk.automaton.modes import SWITCH, GuardedMode, mode_of
-from asympk.automaton.uniqueness import is_watched, rivals, unlike_choices
+from asympk.automaton.uniqueness import distinct_branches, is_watched, rivals
 from asympk.certify.balls import Ball, Refused, certain_sign, flint
 from asympk.certify.candidates import Candidates
 from asympk.certify.enclosure import Budget
@@ -64,7 +64,7 @@ def _has_always_one_motion(modes: Candidates, mode: GuardedMode) -> bool:
 
     Contacts at rest that share a velocity have the determinant 0.
     """
-    system, others = mode.sided, unlike_choices(mode.sided, mode.branch)
+    system, others = mode.sided, distinct_branches(mode.sided, mode.branch)
     sizes = {b: modes.field.exact(branches.with_signs(system, b, stiffness(system, b))) for b in others}
     return bool(sizes) and all(
         certain_sign(modes.field.ball(size)) > 0 if size else branches.at_rest(b) for b, size in sizes.items())

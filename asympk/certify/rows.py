@@ -232,7 +232,7 @@ class EnclosedState(NamedTuple):
 @lru_cache(maxsize=64)
 def forcing(system: System) -> tuple[tuple[Wave, ...], tuple[sp.Expr, ...]]:
     """Return the waves that force the modes of a system or move edges of sides, and all entries of rows over them."""
-    modes = [side for branch in guards.telling(system) for side in on_all_sides(mode_of(system, branch))]
+    modes = [side for branch in guards.sample_branches(system) for side in on_all_sides(mode_of(system, branch))]
     edges = [(mode, edge) for mode in modes for side in mode.sides for edge in inside(*side)]
     moving = {wave for edge in edges for wave in _affine_parts(*edge)[1]}
     waves = tuple(with_derivatives(moving.union(*(affine_form(mode).waves for mode in modes))))

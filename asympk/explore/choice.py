@@ -37,7 +37,7 @@ def chosen_scenes(word: str | None) -> Callable[[], tuple[Scene, ...]]:
 def _of_mechanism(found: Described) -> tuple[Scene, ...]:
     """Return the example of a described mechanism with an elastic and a rigid contact, where its start fits each."""
     mechanism, state = found.mechanism, found.state
-    c, h = (mechanism.plain.spare(name, *mechanism.parameters, positive=True) for name in "ch")
+    c, h = (mechanism.plain.unused_symbol(name, *mechanism.parameters, positive=True) for name in "ch")
     values = {str(c): COMPLIANCE, str(h): DAMPING, **found.values}
     models = {"elastic contact": mechanism.elastic(compliance=c, damping=h), "rigid": mechanism.rigid()}
     scenes, refused = [], []

@@ -18,7 +18,7 @@ from typing import Any, NoReturn
 from asympk.errors import AsympkError, InputError
 from asympk.explore.knobs import knobs_of
 from asympk.explore.questions import QUESTIONS, as_json
-from asympk.explore.worker import Broken, Late, Worker
+from asympk.explore.worker import Broken, TimedOut, Worker
 from asympk.scene import Scene
 
 HOST = "127.0.0.1"
@@ -128,7 +128,7 @@ class _Handler(BaseHTTPRequestHandler):
             status, body, kind = refused.status, *_as_error(str(refused))
             self.close_connection = True
         except (AsympkError, RecursionError) as error:
-            status = 503 if isinstance(error, Late) else 500 if isinstance(error, Broken) else 400
+            status = 503 if isinstance(error, TimedOut) else 500 if isinstance(error, Broken) else 400
             body, kind = _as_error(" ".join(str(error).split()))
         self._send(status, body, kind)
 

@@ -11,14 +11,14 @@ from time import monotonic
 from typing import Any
 
 from asympk.errors import AsympkError
-from asympk.sweep.executors import deaf_children
+from asympk.sweep.executors import uninterrupted_children
 
 Answer = Callable[[Any, Any], Any]  # (what the worker is given, question) -> answer
 PATIENCE = 2  # seconds that a computation goes on although nobody waits for it: to start a process takes as long
 SLICE = 0.1  # seconds between two looks at whether somebody waits
 
 
-class Late(AsympkError, TimeoutError):
+class TimedOut(AsympkError, TimeoutError):
     """An answer took too long, or longer than it was waited for, and its process was ended."""
 
 
@@ -46,7 +46,7 @@ class Worker:
                 self._start()
 
     def ask(self, question: Any, wanted: Callable[[], bool] = lambda: True) -> Any:
-        """Return the answer; raises the ``AsympkError`` of the function ``answer``, ``Late`` and ``Broken``.
+        """Return the answer; raises the ``AsympkError`` of the function ``answer``, ``TimedOut`` and ``Broken``.
 
         A question that is no longer ``wanted`` after ``PATIENCE`` seconds is dropped: its process is ended.
         """
@@ -72,10 +72,10 @@ class Worker:
         while not self._pipe.poll(wait):
             if monotonic() >= end:
                 self.close()
-                return Late(f"no answer within {self._seconds:g} s: the computation was ended; ask for less")
+                return TimedOut(f"no answer within {self._seconds:g} s: the computation was ended; ask for less")
             if not wanted():
                 self.close()
-                return Late("nobody waits for the answer any more: the computation was ended")
+                return TimedOut("nobody waits for the answer any more: the computation was ended")
             wait = max(0.0, min(SLICE, end - monotonic()))
         return self._pipe.recv()
 
@@ -92,7 +92,7 @@ class Worker:
         context = get_context("spawn")  # a copy of a process with threads may hang
         self._pipe, other = context.Pipe()
         process = context.Process(target=_serve, args=(other, self._answer, self._modules), daemon=True)
-        with deaf_children():
+        with uninterrupted_children():
             process.start()
         self._process, self._announced = process, False
         other.close()

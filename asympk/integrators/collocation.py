@@ -32,7 +32,7 @@ from asympk.errors import AsympkError, OutOfRange, TooManyEvents, Unfinished
 from asympk.integrators.growth import LOST, grown, growth, largest_part, linearised
 from asympk.integrators.integrate import AT_REST
 from asympk.integrators.singular import followed
-from asympk.integrators.watch import BESIDE_BUMPS, Look, dips, first_lost, passed_wholes
+from asympk.integrators.watch import BESIDE_BUMPS, GuardSample, dips, first_lost, passed_wholes
 from asympk.multiprecision import in_context
 from asympk.numbers import whole
 from asympk.path import Path, within
@@ -329,9 +329,9 @@ def _lost(scheme: Scheme, step: CollocationStep, before: tuple, faded: tuple) ->
     def root(function: Any, low: Any, high: Any) -> Any:
         return _root(function, low, high, scheme.tolerance)
 
-    last = Look(0 * h, before, mode.watched_rates(step.t, step.state))
+    last = GuardSample(0 * h, before, mode.watched_rates(step.t, step.state))
     for end in (h * part for part in ((*PARTS, 1) if mode.timed else (1,))):
-        now = Look(end, values(end), rates(end))
+        now = GuardSample(end, values(end), rates(end))
         if met := first_lost(last, now, values, rates, root, PARTS, scheme.tolerance * SLACK):
             return met
         last = now

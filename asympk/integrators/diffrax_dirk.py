@@ -20,7 +20,7 @@ from asympk.automaton.numericmode import NumericMode, on_hermite
 from asympk.errors import InputError
 from asympk.integrators.integrate import Settings, missing
 from asympk.integrators.stepwise import IDLE, PARTS, follow_steps
-from asympk.integrators.watch import Look, near
+from asympk.integrators.watch import GuardSample, near
 from asympk.symbolic.branches import all_phases
 from asympk.symbolic.lowering import NoFunction
 from asympk.symbolic.removable import SMALL
@@ -117,7 +117,7 @@ def _compiled(modes, coefficients):
     term = diffrax.ODETerm(lambda t, w, args: field(t, w, *args))
 
     def look(t, w, args):
-        return Look(t, guards(t, w, *args), rates(t, w, *args)), sides(t, w, *args)
+        return GuardSample(t, guards(t, w, *args), rates(t, w, *args)), sides(t, w, *args)
 
     @jax.jit
     def run(first, carry, due, most, until, longest, p, index, narrow, rtol, atol):

@@ -122,7 +122,7 @@ class ScipySteps:
         """
         try:
             return self.solver.step()
-        except GaveUp as why:
+        except StepFailure as why:
             self.solver.status = "failed"
             return str(why)
         except (ArithmeticError, ValueError):
@@ -147,16 +147,16 @@ def _is_lowest(solver):
     return work[13] == work[18] == 1  # the order, and 1 for an explicit method
 
 
-class GaveUp(Exception):
+class StepFailure(Exception):
     """LSODA gives up; SciPy would print the reason as a warning."""
 
 
 class Reasons(dict):
-    """SciPy's messages for the failures of LSODA; looking one up, as SciPy does on failure, raises ``GaveUp``."""
+    """SciPy's messages for the failures of LSODA; looking one up, as SciPy does on failure, raises ``StepFailure``."""
 
     def get(self, number: int, unknown: Any = "") -> Any:
-        """Raise ``GaveUp``."""
-        raise GaveUp(super().get(number, unknown).partition(" (")[0])
+        """Raise ``StepFailure``."""
+        raise StepFailure(super().get(number, unknown).partition(" (")[0])
 
 
 @cache

@@ -20,7 +20,7 @@ from asympk.automaton.loop import Segment, lost_with
 from asympk.automaton.numericmode import LONG, NumericMode
 from asympk.errors import AsympkError
 from asympk.integrators.integrate import COMPILED, LEFT, Settings, Work
-from asympk.integrators.watch import BESIDE_BUMPS, ROUNDED, Look, dips, first_lost, passed_wholes, suspects
+from asympk.integrators.watch import BESIDE_BUMPS, ROUNDED, GuardSample, dips, first_lost, passed_wholes, suspects
 
 STEP_LIMIT = "step limit reached"
 PATIENCE = 500  # steps near a zero of a divisor after which a run that has gained no time of ``LONG`` is given up
@@ -148,7 +148,7 @@ class Watch:
         self.floors = [v * UNBOUNDED * (kind == "unbounded") for v, (kind, _) in zip(values, mode.kinds, strict=True)]
         self.floored = any(self.floors)
         values += [max(v, 0.0) for v in found[guards:]]
-        self.before = self.last = Look(t, self._above(values), mode.watched_rates(t, state))
+        self.before = self.last = GuardSample(t, self._above(values), mode.watched_rates(t, state))
         self.start, self.phases = t, mode.middle_values(t, state)
         self.earlier = self.phases  # before the last step
         # the longest way past, from or to a middle, of a wave by the quarter of its turn, and how often trusted
@@ -161,7 +161,7 @@ class Watch:
         self.before = before = self.last
         begin = solver.t_old
         now = self._without_rounding(self._values(t, state), t, state)
-        self.last = Look(t, now, self.mode.watched_rates(t, state))
+        self.last = GuardSample(t, now, self.mode.watched_rates(t, state))
         one_step = before.t == begin
         if one_step and not suspects(before, self.last):
             return None
@@ -174,7 +174,7 @@ class Watch:
             return self.mode.watched_rates(at, within()(at)[: self.size].tolist())
 
         if not one_step:
-            before = Look(begin, values(begin), rates(begin))
+            before = GuardSample(begin, values(begin), rates(begin))
         return first_lost(before, self.last, values, rates, bracketed)
 
     def back(self) -> None:

@@ -17,7 +17,7 @@ DEEP = 2.0**-10  # part of its value at the begin of a step by which a guard mus
 STEEPER = 16  # largest ratio of a guard's rate within a step to its rates at the ends, if the guard turns within
 
 
-class Look(NamedTuple):
+class GuardSample(NamedTuple):
     """The values of the guards and their rates at one time."""
 
     t: Any
@@ -25,7 +25,7 @@ class Look(NamedTuple):
     rates: Any
 
 
-def near(before: Look, after: Look, k: int) -> Any:
+def near(before: GuardSample, after: GuardSample, k: int) -> Any:
     """Tell whether guard ``k`` may reach zero between two looks.
 
     It may if the sum of its two values is below its change over the span at one of its two rates; or, if it falls at
@@ -38,8 +38,8 @@ def near(before: Look, after: Look, k: int) -> Any:
 
 
 def first_lost(
-    before: Look, after: Look, values: Callable, rates: Callable, root: Callable, parts: Iterable[Any] = PARTS,
-    touch: Any = 0,
+    before: GuardSample, after: GuardSample, values: Callable, rates: Callable, root: Callable,
+    parts: Iterable[Any] = PARTS, touch: Any = 0,
 ) -> tuple | None:
     """Return (time, guard) of the first guard lost between two looks, or None.
 
@@ -49,10 +49,10 @@ def first_lost(
     A guard that comes closer to zero than ``touch`` and turns is lost where it turns.
     """
     found: list[tuple[Any, int]] = []
-    looks: list[Look] = []
+    looks: list[GuardSample] = []
     for k in suspects(before, after):
         times = (t for part in parts if before.t < (t := before.t + (after.t - before.t) * part) < after.t)
-        looks = looks or [before, *(Look(t, values(t), rates(t)) for t in times), after]
+        looks = looks or [before, *(GuardSample(t, values(t), rates(t)) for t in times), after]
         if (t := _falls(looks, k, values, rates, root, _crosses(before, after, k), touch)) is not None:
             found.append((t, k))
     return min(found, default=None)
@@ -76,13 +76,13 @@ def passed_wholes(every: bool, before: Any, after: Any) -> list[int]:
     return [*range(first, min(last, first + TURNS) + 1)] if slack else []
 
 
-def suspects(before: Look, after: Look) -> list[int]:
+def suspects(before: GuardSample, after: GuardSample) -> list[int]:
     """Return the guards that may be lost between two looks."""
     return [k for k in range(len(after.values))
             if _crosses(before, after, k) or (before.values[k] > 0 and near(before, after, k))]
 
 
-def _crosses(before: Look, after: Look, k: int) -> bool:
+def _crosses(before: GuardSample, after: GuardSample, k: int) -> bool:
     start, end = before.values[k], after.values[k]
     if start < 0:
         return end <= 0 and before.rates[k] > 0 > after.rates[k]
@@ -90,7 +90,7 @@ def _crosses(before: Look, after: Look, k: int) -> bool:
 
 
 def _falls(
-    looks: list[Look], k: int, values: Callable, rates: Callable, root: Callable, crosses: bool, touch: Any
+    looks: list[GuardSample], k: int, values: Callable, rates: Callable, root: Callable, crosses: bool, touch: Any
 ) -> Any:
     """Return the first time at which guard ``k`` falls through zero between two successive looks, or None."""
     for a, b in pairwise(looks):

@@ -126,7 +126,7 @@ class Described:
 
     @property
     def _gamma(self):
-        return self.mechanism.plain.spare("gamma", real=True)
+        return self.mechanism.plain.unused_symbol("gamma", real=True)
 
     def closed(self, at: Any, friction: Any) -> dict[str, Any]:
         """Return the numbers with the contact closed, on arrays of ``turn`` and friction.

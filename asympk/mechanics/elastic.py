@@ -24,7 +24,7 @@ from asympk.mechanics.kinetics import Kinetics, slope_in_powers
 from asympk.mechanics.tidy import tidy, vanishes
 from asympk.numbers import number, short
 from asympk.symbolic.long import replaced
-from asympk.symbolic.reading import exact_constant, expression, real_expression, spare
+from asympk.symbolic.reading import exact_constant, expression, real_expression, unused_symbol
 from asympk.symbolic.system import Friction, System
 
 
@@ -198,7 +198,7 @@ def names_of_contact(letters: str, contacts: Sequence[Kinetics], k: int, *others
     Those of the second contact have a 2, and so on; a name that is taken gets an underscore.
     """
     taken = [*others, *(s for kinetics in contacts for s in kinetics.symbols)]
-    return tuple(spare(f"{letter}{k + 1 if k else ''}", taken, real=True) for letter in letters)
+    return tuple(unused_symbol(f"{letter}{k + 1 if k else ''}", taken, real=True) for letter in letters)
 
 
 @dataclass(frozen=True)

@@ -82,7 +82,7 @@ def jump_law(
     if kinetics.unilateral:
         condition = sp.And(condition, kinetics.slip * kinetics.delassus[0, 1] > 0)
     if ratio is None:
-        damping = kinetics.spare("h", positive=True) if damping is None else real_expression("damping", damping)
+        damping = kinetics.unused_symbol("h", positive=True) if damping is None else real_expression("damping", damping)
         if damping.is_nonpositive or damping.has(*NOT_FINITE):
             raise InputError(f"damping = {damping!s:.60}: it must be a positive time; the law needs some damping")
         _require_steady(kinetics, "damping", damping)

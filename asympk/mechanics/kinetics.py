@@ -27,7 +27,7 @@ from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.inverses import InverseForm
 from asympk.symbolic.long import atoms, is_longer, replaced, symbols_in
 from asympk.symbolic.penetration import RootSlope
-from asympk.symbolic.reading import spare
+from asympk.symbolic.reading import unused_symbol
 
 
 @dataclass(frozen=True)
@@ -175,9 +175,9 @@ class Kinetics:
         terms += [slope_in_powers(expr, u) * rate for u, rate in (accelerations or {}).items()]
         return sp.Add(*terms, slope_in_powers(expr, self.time))
 
-    def spare(self, name: str, *others: sp.Symbol, **assumptions: bool) -> sp.Symbol:
+    def unused_symbol(self, name: str, *others: sp.Symbol, **assumptions: bool) -> sp.Symbol:
         """Return a Symbol ``name``, with underscores if the mechanism or ``others`` have a symbol of this name."""
-        return spare(name, (*self.symbols, *others), **assumptions)
+        return unused_symbol(name, (*self.symbols, *others), **assumptions)
 
     @property
     def symbols(self) -> tuple[sp.Symbol, ...]:

@@ -231,7 +231,7 @@ def jump_lines(described: Described) -> list[str]:
     rates = [float(_value(described, law.velocities[own])) for own in rod.velocities]
     after = ", ".join(f"{name} = {_short(rate if abs(rate) > least else 0)}"
                       for name, rate in zip(rod.plain.velocities, rates, strict=True))
-    c, h = rod.plain.spare("c"), rod.plain.spare("h")
+    c, h = rod.plain.unused_symbol("c"), rod.plain.unused_symbol("h")
     moves = replace(rod, others=()).motions(described.numbers)  # the law is that of the contact alone
     beyond = "from beyond the divide of the two motions, " if moves else ""
     lines = [f"jump            {beyond}impulses P_N = {_short(normal)}, P_T = {_short(tangential)} stop the contact",
@@ -250,7 +250,7 @@ def _rebounds(described):
     if _value(described, rod.free[0]) >= 0 or bound.has(*rod.plain.velocities):
         return []
     rates = [(b, _value(described, rod.own(rebound(rod.plain, sp.Integer(b))))) for b in _DAMPINGS]
-    c, h = rod.plain.spare("c"), rod.plain.spare("h")
+    c, h = rod.plain.unused_symbol("c"), rod.plain.unused_symbol("h")
     shown = ", ".join(f"g' = {_short(rate)} for {h} = {sp.Integer(b) * sp.sqrt(c)}" for b, rate in rates)
     return [f"rebound         {shown}"]
 

@@ -23,7 +23,7 @@ from asympk.errors import AsympkError, OutOfRange, Undecided, Unfinished
 from asympk.integrators.stepped import UNBOUNDED
 from asympk.many import require_mappings
 from asympk.methods import solve
-from asympk.numbers import common_shape, unread
+from asympk.numbers import common_shape, raw_entries
 from asympk.scene import Scene
 from asympk.studies.bench import median_seconds
 
@@ -116,7 +116,7 @@ def least_places(
     """Return the index of the least model on the ladder, for values, starts and horizons that broadcast."""
     require_mappings(values=values, start=start)
     named = [*values.items(), *start.items(), ("until", until)]
-    columns = [unread(str(name), column) for name, column in named]
+    columns = [raw_entries(str(name), column) for name, column in named]
     shape = common_shape((name for name, _ in named), columns)
     flat = [np.broadcast_to(column, shape).ravel().tolist() for column in columns]
     found = np.empty(int(np.prod(shape)), dtype=np.int8)

@@ -25,7 +25,7 @@ import numpy as np
 from asympk.errors import AsympkError, InputError, WorkersLost
 from asympk.storage.files import named_file, write_bytes, write_text
 from asympk.sweep import chunks
-from asympk.sweep.executors import Here
+from asympk.sweep.executors import InProcess
 from asympk.sweep.lock import locked
 from asympk.sweep.sweepfile import Sweep, from_description
 
@@ -54,7 +54,7 @@ def run_sweep(
         _sweep_up(out)
         _declare(sweep, out)
         missing = (index for index in range(sweep.chunks) if not _kept(sweep, out, index, progress))
-        return _drive(sweep, out, missing, executor or Here(), progress)
+        return _drive(sweep, out, missing, executor or InProcess(), progress)
 
 
 def _sweep_up(out):
@@ -114,7 +114,7 @@ def _kept(sweep, out, index, progress):
 def _drive(sweep, out, missing, executor, progress):
     """Keep chunks under way until all are written, and return their number; chunks of dead workers are repeated."""
     under_way, again, losses, done = {}, deque(), 0, 0
-    ahead = 1 if isinstance(executor, Here) else _AHEAD
+    ahead = 1 if isinstance(executor, InProcess) else _AHEAD
     try:
         while True:
             while len(under_way) < ahead and (index := again.popleft() if again else next(missing, None)) is not None:

@@ -21,7 +21,7 @@ _ADDRESS = re.compile(r"(?:(?:tcp|tls|ws|wss|ucx)://)?([^/\s:]+|\[[0-9a-fA-F:.]+
 
 
 @contextmanager
-def deaf_children() -> Iterator[None]:
+def uninterrupted_children() -> Iterator[None]:
     """Keep Ctrl-C, where signals can be masked, from the processes that the block starts: also while they import."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
@@ -36,7 +36,7 @@ def deaf_children() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-class Here(Executor):
+class InProcess(Executor):
     """An executor that computes in this process, during ``submit``."""
 
     def submit(self, function: Callable, /, *arguments: Any, **named: Any) -> Future:
@@ -64,7 +64,7 @@ class Processes(Executor):
             self._held.close()
         self.shutdown(cancel_futures=True)
 
-    @deaf_children()
+    @uninterrupted_children()
     def submit(self, function: Callable, /, *arguments: Any, **named: Any) -> Future:
         """Return the ``Future`` of a call in a worker; it ends in ``BrokenProcessPool`` when a worker is killed."""
         try:
@@ -131,7 +131,7 @@ def executor(workers: int | None = None, dask: str | None = None) -> Iterator[Ex
         return
     if workers is not None and not 1 <= workers <= 1024:
         raise InputError(f"workers = {workers}: it must be from 1 to 1024")
-    with Processes(workers) if workers else Here() as pool:
+    with Processes(workers) if workers else InProcess() as pool:
         yield pool
 
 

@@ -67,7 +67,7 @@ OPEN, SMOOTH = Phase(0, 0), Phase(1, 1, smooth=True)
 Branch = tuple[Phase, ...]
 
 
-def awake(branch: Branch) -> Branch:
+def without_idle(branch: Branch) -> Branch:
     """Return a branch without its record of idle guards: a guard may be idle on one side of a switch only."""
     return tuple(phase._replace(idle=()) for phase in branch)
 
@@ -185,7 +185,7 @@ def is_pushed(system: "System", k: int) -> bool:
 
 
 @lru_cache(maxsize=64)
-def rubbed(system: "System") -> dict[int, set[int]]:
+def ambiguous_contacts(system: "System") -> dict[int, set[int]]:
     """Return the contacts that may have two motions, with the frictions whose loads contain the reaction.
 
     These are rigid contacts that may open or have friction, and frictions whose forces act on their own loads.

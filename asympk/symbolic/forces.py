@@ -22,7 +22,6 @@ from asympk.symbolic.branches import (
     Guard,
     Phase,
     at_rest,
-    awake,
     bare,
     is_joint,
     mode_name,
@@ -31,6 +30,7 @@ from asympk.symbolic.branches import (
     still_rows,
     with_direction,
     with_signs,
+    without_idle,
 )
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.long import entries_named, has_no_inverse, heavy, is_regular, replaced, symbols_in, tidied
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 def forces(system: "System", branch: Branch) -> dict[sp.Symbol, sp.Expr]:
     """Solve the linear equations of a branch for the forces; raises ``InputError`` where they are singular."""
-    return _forces(system, awake(branch))
+    return _forces(system, without_idle(branch))
 
 
 @lru_cache(maxsize=256)

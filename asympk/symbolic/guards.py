@@ -16,20 +16,20 @@ from asympk.symbolic.branches import (
     Branch,
     Guard,
     all_phases,
+    ambiguous_contacts,
     at_rest,
-    awake,
     drive,
     held,
     is_pushed,
     lifts,
     never_negative,
     one_per_mode,
-    rubbed,
     stands,
     still_rows,
     with_direction,
     with_powers,
     with_signs,
+    without_idle,
 )
 from asympk.symbolic.forces import borne, determined, edges_of_stick, force_equations, forces, standing_rows
 from asympk.symbolic.inverses import InverseForm
@@ -59,7 +59,7 @@ def _asks_for_signs(system: "System") -> bool:
     return bool(atoms(sp.Tuple(*system.rates.values(), *bounds), sp.Abs, sp.sign))
 
 
-def telling(system: "System") -> Iterator[Branch]:
+def sample_branches(system: "System") -> Iterator[Branch]:
     """Yield branches that show every mode of every contact: one in which all slip, and those with one other phase.
 
     One phase of a mode suffices unless a formula contains a sign or an absolute value. Where the equations of rigid
@@ -82,7 +82,7 @@ def telling(system: "System") -> Iterator[Branch]:
 
 def fields(system: "System", branch: Branch) -> tuple[Rates, Rates]:
     """Return the slow field and the fast field of the mode; the fast field is ``small`` times the rates."""
-    return _fields(system, awake(branch))
+    return _fields(system, without_idle(branch))
 
 
 @lru_cache(maxsize=256)
@@ -110,7 +110,7 @@ def where(system: "System", branch: Branch) -> sp.Basic:
     for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
         v, load = friction.velocity, friction.load
         if not friction.rigid and is_pushed(system, k):
-            load = _put(system, branch, load, forces(system, awake(branch)))
+            load = _put(system, branch, load, forces(system, without_idle(branch)))
         if phase == OPEN:
             conditions.append(friction.gap > 0)
             continue
@@ -149,7 +149,7 @@ def fixed_guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
 
 
 def _placed_guards(system: "System", branch: Branch) -> list[Guard]:
-    found = _every_guard(system, awake(branch))
+    found = _every_guard(system, without_idle(branch))
     return [g for g in found if g.kind in NEVER_IDLE or g.kind not in branch[g.friction].idle]
 
 
@@ -204,7 +204,7 @@ def _unambiguous(system: "System", branch: Branch) -> list[Guard]:
     do not count, nor joints without such a friction. With several contacts p is the determinant of their equations;
     second motions are then sought by ``asympk.automaton.uniqueness``.
     """
-    closed = {k: rubs for k, rubs in rubbed(system).items() if branch[k] != OPEN}
+    closed = {k: rubs for k, rubs in ambiguous_contacts(system).items() if branch[k] != OPEN}
     sliding = [k for k, rubs in closed.items() if any(branch[j].slips for j in rubs)]
     if not sliding:
         return []

@@ -31,7 +31,7 @@ from asympk.symbolic.inverses import in_order, without_inverses
 from asympk.symbolic.long import atoms, symbols_in
 from asympk.symbolic.penetration import computed
 from asympk.symbolic.printers import PRINTERS, printer_of
-from asympk.symbolic.reading import entries_of, expression, spare
+from asympk.symbolic.reading import entries_of, expression, unused_symbol
 from asympk.symbolic.removable import limits_on_floats
 from asympk.symbolic.tables import as_tree, without_tables
 
@@ -153,7 +153,7 @@ def plain_names_of(symbols: Iterable[sp.Symbol]) -> dict[sp.Symbol, sp.Symbol]:
     for given in named:
         plain = "".join(map(_plain_letter, normalize("NFKD", given.name.replace("'", "_rate"))))
         if plain != given.name:
-            put[given] = spare(plain, (*named, *put.values()), **given.assumptions0)
+            put[given] = unused_symbol(plain, (*named, *put.values()), **given.assumptions0)
     return put
 
 
@@ -213,13 +213,13 @@ def _parts(lowered):
     """Return the shared subexpressions and the outputs, the same for all targets, and whether they eliminate."""
     if lowered.definitions:
         return *_renamed(lowered), False
-    spare = _spare(lowered, **({"real": True} if lowered.directions else {}))
-    shared, found, steps, forms = _shared((*lowered.outputs, *chain(*lowered.directions)), spare)
+    unused_symbol = _spare(lowered, **({"real": True} if lowered.directions else {}))
+    shared, found, steps, forms = _shared((*lowered.outputs, *chain(*lowered.directions)), unused_symbol)
     if lowered.directions:
         count, n = len(lowered.outputs), len(lowered.args)
         rows = (found[k : k + n] for k in range(count, len(found), n))
         directions = [{a: r for a, r in zip(lowered.args, row, strict=True) if r != 0} for row in rows]
-        shared, found = directional_derivatives(shared, found[:count], directions, spare, steps, forms)
+        shared, found = directional_derivatives(shared, found[:count], directions, unused_symbol, steps, forms)
     return _contained(found, shared) if steps else shared, found, bool(steps)
 
 
@@ -233,11 +233,11 @@ def _contained(outputs, shared):
     return kept
 
 
-def _shared(outputs, spare):
+def _shared(outputs, unused_symbol):
     """Return the shared subexpressions, the outputs in terms of these, and the steps and forms of eliminations."""
-    tables, outputs = without_tables(map(computed, outputs), spare)
-    entries, steps, outputs, forms = without_inverses(outputs, spare)
-    shared, found = sp.cse([*(e for _, e in entries), *outputs], symbols=spare, order="canonical")
+    tables, outputs = without_tables(map(computed, outputs), unused_symbol)
+    entries, steps, outputs, forms = without_inverses(outputs, unused_symbol)
+    shared, found = sp.cse([*(e for _, e in entries), *outputs], symbols=unused_symbol, order="canonical")
     named = [(symbol, e) for (symbol, _), e in zip(entries, found, strict=False)]
     parts = [*tables, *shared, *named, *steps]
     return in_order(parts) if steps else parts, found[len(entries) :], {t for t, _ in steps}, forms

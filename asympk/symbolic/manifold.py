@@ -43,7 +43,7 @@ from asympk.symbolic.expansion import (
     zero_at_places,
 )
 from asympk.symbolic.long import inverse_of
-from asympk.symbolic.reading import spare
+from asympk.symbolic.reading import unused_symbol
 from asympk.symbolic.roots import fractional_powers, heights, is_unreadable, solutions_of
 from asympk.symbolic.system import Mode, System, of_system
 from asympk.symbolic.values import in_words
@@ -235,7 +235,7 @@ def integral_curves(manifold: SlowManifold) -> sp.Dict:
         raise NotDerivable(f"{name}: rates depend on {in_words(coupled)}; curves are known for rates in {x} alone")
     curves = {z: [_integral(q, x) for q in _quotient(rates, run, x)] for z, rates in flow.items()}
     found = {z: _polynomial(terms, manifold.small) for z, terms in curves.items()}
-    constant = spare(C.name, sp.Tuple(mode.slow, mode.fast, *found.values()).free_symbols, real=True)
+    constant = unused_symbol(C.name, sp.Tuple(mode.slow, mode.fast, *found.values()).free_symbols, real=True)
     return sp.Dict({z: curve + constant for z, curve in found.items()})
 
 

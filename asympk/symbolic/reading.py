@@ -9,7 +9,7 @@ import sympy as sp
 
 from asympk.errors import InputError
 from asympk.formulas import UNEVALUATED, fractional_part
-from asympk.numbers import as_fraction, number, numbers, require_finite, require_sizes, short, unread
+from asympk.numbers import as_fraction, number, numbers, raw_entries, require_finite, require_sizes, short
 from asympk.symbolic.long import DIGITS, atoms
 
 _PLAIN = (sp.Function, sp.Pow, sp.Symbol, sp.Number, sp.NumberSymbol, type(sp.I), type(sp.zoo))
@@ -30,7 +30,7 @@ def require_names(symbols: Iterable[sp.Symbol]) -> None:
             raise InputError(f"{short(name)} cannot name a quantity; give letters, digits and underscores")
 
 
-def spare(name: str, taken: Iterable[sp.Symbol], **assumptions: bool) -> sp.Symbol:
+def unused_symbol(name: str, taken: Iterable[sp.Symbol], **assumptions: bool) -> sp.Symbol:
     """Return a Symbol of this ``name``, with underscores added if a symbol in ``taken`` has the name."""
     names = {*map(str, taken)}
     while name in names:
@@ -51,7 +51,7 @@ def exact_constant(name: str, value: Any) -> sp.Expr:
 
 def as_floats(name: str, value: Any) -> Any:
     """Return a number or an array of numbers in floating point; raises ``InputError`` for anything else."""
-    if not unread(name, value).ndim:
+    if not raw_entries(name, value).ndim:
         return float(number(name, value))
     found = numbers(name, value).astype(float)
     require_finite(name, found)

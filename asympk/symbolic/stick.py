@@ -25,7 +25,7 @@ from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.branches import is_pushed, rate_along, with_direction
 from asympk.symbolic.conditions import with_implied_bounds
 from asympk.symbolic.long import heavy
-from asympk.symbolic.reading import spare
+from asympk.symbolic.reading import unused_symbol
 from asympk.symbolic.regions import Plane, Region, RegionCell, Span
 from asympk.symbolic.sides import on_side
 from asympk.symbolic.signs import conjunction, known_sign, nonzero
@@ -227,7 +227,7 @@ def _require_order(friction, assumptions):
 
 def _in_load(cone, moving):
     """Return the cone with a symbol s for the load in place of one state, or None if the load determines no state."""
-    load = spare("s", {*cone.used, *cone.load.free_symbols, *moving}, real=True)
+    load = unused_symbol("s", {*cone.used, *cone.load.free_symbols, *moving}, real=True)
     states = sorted(cone.load.free_symbols & moving, key=str)
     state = next((s for s in states if cone.load.is_polynomial(s) and _is_determined(s, cone.load, moving)), None)
     if state is None:

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 
 import asympk as ap
 from asympk.asymptotics import frictional, impact, matched
-from asympk.asymptotics.impact import Creep
+from asympk.asymptotics.impact import LayerVelocity
 from asympk.asymptotics.nonstiff import steps
 from asympk.asymptotics.watching import watched
 from asympk.automaton import modes
@@ -871,15 +871,15 @@ def test_the_limit_sees_a_velocity_that_comes_back_within_its_layer(mu, part):
 
 def test_a_creeping_velocity_returns_where_its_integral_says():
     for start, rate, at_rest, growth in ((0, 1, -1, -2), (0, 1, 1.5, 0.5), (0.5, -2, 1, -1), (0.1, 1, -3, -0.3)):
-        creep = Creep(start, rate, at_rest, growth)
+        creep = LayerVelocity(start, rate, at_rest, growth)
         back = creep.returns(1e3)
         speed = solve_ivp(lambda t, _, c=creep: [c.rate_at_rest + (c.rate - c.rate_at_rest) * math.exp(c.growth * t)],
                           (0, back), [start], rtol=1e-11, atol=1e-13).y[0]
         assert abs(speed[-1]) < 1e-8
         assert min(speed[1:-1]) > 0
-    assert Creep(0, 1.7e-9, 2456.1, 2.2).returns(16) < 1e-9  # it has hardly left 0
-    assert Creep(0, 1, 1, -1).returns(1e3) is None
-    assert Creep(1, -1, 0, -2).returns(1e3) is None
+    assert LayerVelocity(0, 1.7e-9, 2456.1, 2.2).returns(16) < 1e-9  # it has hardly left 0
+    assert LayerVelocity(0, 1, 1, -1).returns(1e3) is None
+    assert LayerVelocity(1, -1, 0, -2).returns(1e3) is None
 
 
 def _on_cubic(values, start, until):

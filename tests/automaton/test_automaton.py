@@ -32,7 +32,7 @@ from asympk.errors import (
     UnboundedReaction,
     Unfinished,
 )
-from asympk.symbolic.branches import Phase, rubbed, with_signs
+from asympk.symbolic.branches import Phase, ambiguous_contacts, with_signs
 from asympk.symbolic.guards import named_branches
 
 x, v, u, w, q, t = sp.symbols("x v u w q t", real=True)
@@ -310,7 +310,7 @@ def test_a_load_that_rises_with_its_friction_has_a_second_motion_beyond_its_crit
         follow(pair, {"v": 1, "w": 1}, 3)
     assert stop.value.t == pytest.approx(1.25, rel=1e-6)
     chain = replace(shoe, load=1), replace(other, load=4 + F)
-    assert not rubbed(ap.System.with_frictions({v: 1 + F, w: 3 + G}, {}, chain, time=t))
+    assert not ambiguous_contacts(ap.System.with_frictions({v: 1 + F, w: 3 + G}, {}, chain, time=t))
 
 
 def test_a_second_motion_comes_up_also_at_a_contact_that_may_open():

@@ -32,7 +32,7 @@ from asympk.explore.knobs import knobs_of
 from asympk.explore.motion import motion
 from asympk.explore.server import LARGEST, Server
 from asympk.explore.surroundings import surroundings
-from asympk.explore.worker import Broken, Late, Worker
+from asympk.explore.worker import Broken, TimedOut, Worker
 from asympk.scenes.scenefile import changed_scene
 from asympk.scenes.turned import turned
 
@@ -476,7 +476,7 @@ def test_an_answer_that_takes_too_long_is_ended_and_the_next_question_is_answere
     try:
         assert worker.ask(0) == "given"
         worker._seconds = 0.2
-        with pytest.raises(Late, match="ended"):
+        with pytest.raises(TimedOut, match="ended"):
             worker.ask(60)
         worker._seconds = START
         assert worker.ask(0) == "given"
@@ -491,7 +491,7 @@ def test_a_question_that_nobody_waits_for_any_more_is_dropped_and_the_next_one_i
     try:
         assert worker.ask(0) == "given"
         began, turns = time.monotonic(), iter((True, False))
-        with pytest.raises(Late, match="nobody waits"):
+        with pytest.raises(TimedOut, match="nobody waits"):
             worker.ask(START, lambda: next(turns))
         assert time.monotonic() - began < START / 4
         assert worker.ask(0) == "given"

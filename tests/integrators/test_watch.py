@@ -9,12 +9,12 @@ import asympk as ap
 from asympk.automaton.automaton import Automaton
 from asympk.integrators.collocation import _root
 from asympk.integrators.stepwise import Watch, bracketed
-from asympk.integrators.watch import Look, first_lost
+from asympk.integrators.watch import GuardSample, first_lost
 from asympk.symbolic.branches import Phase
 
 
 def lost(value, rate, low, high, asked=None, touch=0):
-    looks = (Look(t, [value(t)], [rate(t)]) for t in (low, high))
+    looks = (GuardSample(t, [value(t)], [rate(t)]) for t in (low, high))
 
     def values(t):
         assert asked is None or asked.append(t) is None
@@ -51,7 +51,7 @@ def test_a_function_that_vanishes_at_an_end_has_its_root_there(root, low, high, 
 def test_a_guard_that_grows_from_zero_is_not_lost_within_a_step_of_the_rounding_of_its_time():
     # steps too short for the time to move have come before: the polynomial begins at another value
     begin, end = 1.0, math.nextafter(1, 2)
-    looks = Look(begin, [1e-4], [1e20]), Look(end, [1e4], [1e20])
+    looks = GuardSample(begin, [1e-4], [1e20]), GuardSample(end, [1e4], [1e20])
     assert first_lost(*looks, lambda t: [-3.5 + 1e20 * (t - begin)], lambda t: [1e20], bracketed) is None
 
 

@@ -14,7 +14,7 @@ from asympk.errors import AsympkError, InputError
 from asympk.many import OUTCOMES
 from asympk.sweep import MANIFEST, chunks, files, results, run_sweep, stored
 from asympk.sweep.directory import _drive
-from asympk.sweep.executors import Here
+from asympk.sweep.executors import InProcess
 from asympk.sweep.summary import summarise
 
 SWEEP = parse_sweep("""
@@ -171,6 +171,6 @@ def test_the_chunks_of_a_huge_sweep_are_counted_one_at_a_time(tmp_path, monkeypa
             raise InterruptedError
 
     with pytest.raises(InterruptedError):
-        _drive(SimpleNamespace(rows=lambda index: (index, index + 1)), tmp_path, huge, Here(), progress)
+        _drive(SimpleNamespace(rows=lambda index: (index, index + 1)), tmp_path, huge, InProcess(), progress)
     assert taken == [0, 1, 2, 3, 4]
     assert next(huge) == 5

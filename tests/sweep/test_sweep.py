@@ -23,7 +23,7 @@ from asympk.many import PHASES
 from asympk.output.terminal import sweep_as_text
 from asympk.path import MODES
 from asympk.sweep import chunks, directory, files, results, rods, run_sweep, summary
-from asympk.sweep.executors import Here, Processes
+from asympk.sweep.executors import InProcess, Processes
 from asympk.sweep.lock import locked
 from asympk.sweep.rods import RodFamily, first_phases
 
@@ -204,7 +204,7 @@ class FirstAlone(Executor):
         self.given_out = []
 
     def submit(self, function, /, *arguments):
-        self.given_out.append(Future() if self.given_out else Here().submit(function, *arguments))
+        self.given_out.append(Future() if self.given_out else InProcess().submit(function, *arguments))
         return self.given_out[-1]
 
 
@@ -236,7 +236,7 @@ def test_workers_that_keep_dying_are_given_up(tmp_path):
         run_sweep(_sweep(), tmp_path, Hopeless())
 
 
-class LosesEach(Here):
+class LosesEach(InProcess):
     """An executor whose worker dies once at every chunk."""
 
     def __init__(self):
@@ -265,7 +265,7 @@ class DaskFuture:
         return self.result
 
 
-class LosesOne(Here):
+class LosesOne(InProcess):
     """The first result is gathered while its worker dies: dask takes it for an error, and raises one of its own."""
 
     lost = 0

@@ -32,7 +32,7 @@ def inverse_edges(sigma0: Any, s: Any) -> tuple[Any, Any]:
     return low * (low < 0) * (s < 0) + high * (s >= 0), low * (low > 0) * (s > 0)
 
 
-def grip(sigma0: Any, s: Any) -> Any:
+def stick_margin(sigma0: Any, s: Any) -> Any:
     """Return ``(sigma0 + 2)|s| - |1 - s|``, the largest static friction less the friction needed; > 0 in the cone."""
     return (sigma0 + 2) * abs(s) - abs(1 - s)
 
@@ -59,7 +59,7 @@ def first_signs(sign: Callable[[Any, Any], int], sigma0: Any, mu: Any, s: Any, y
     s_sign = sign_of(s) or sign(1 + mu * y, 1) or 1
     if z:
         return s_sign, sign_of(z), False
-    held = sign(grip(sigma0, s), 1 + abs(s))
+    held = sign(stick_margin(sigma0, s), 1 + abs(s))
     if held:
         return s_sign, leaving(s) if held < 0 else 0, False
     widening = (sigma0 + 2) * s_sign + leaving(s)

@@ -15,7 +15,7 @@ import sympy as sp
 
 from asympk.errors import InputError
 from asympk.multiprecision import private_context
-from asympk.numbers import KEPT_DIGITS, Number, number, short, unread
+from asympk.numbers import KEPT_DIGITS, Number, number, raw_entries, short
 from asympk.path import Path, times_within
 from asympk.scene import Scene, triple
 from asympk.shown import Card, ShownAsTable
@@ -240,7 +240,7 @@ def _states(path, units, t):
     if not hasattr(path.final[0], "_mpf_"):
         return np.stack(units.state(*path(np.minimum(times / float(units.time), float(path.end)))))
     end = number("end", path.end)
-    moments = [min(number("t", time) / units.time, end) for time in unread("t", t).ravel()]
+    moments = [min(number("t", time) / units.time, end) for time in raw_entries("t", t).ravel()]
     states = [units.state(*state) for state in path(moments).T]
     size = len(path.final)
     return np.array(states, dtype=object).reshape(times.size, size).T.reshape(size, *times.shape)

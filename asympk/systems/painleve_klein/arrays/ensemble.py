@@ -182,7 +182,7 @@ def _common(arguments, start, stop, result):
     setting = Setting(sigma, sigma0, mu)
     others, misfits = itineraries.follow_itineraries(
         setting, x, y, z, until, result.final[:, own], result.n_events[own], result.note(start))
-    alone = np.full(misfits.shape, *pick(misfits, setting.seldom_misfits))
+    alone = np.full(misfits.shape, *pick(misfits, setting.has_rare_misfits))
     _one_by_one(arguments, misfits[alone] + start, result)
     return np.concatenate([others, misfits[~alone]]) + start
 

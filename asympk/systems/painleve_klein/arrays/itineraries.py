@@ -96,7 +96,7 @@ class Setting:
         return np.greater(cone(self.sigma0)[1], -self.sigma)
 
     @cached_property
-    def seldom_misfits(self) -> Number:
+    def has_rare_misfits(self) -> Number:
         """Whether among starts of size one misfits are so rare that each is followed by the scalar flow."""
         return self.mu <= SELDOM * np.minimum(self.sigma * self.sigma, 1.0)
 
@@ -115,12 +115,12 @@ class Setting:
         return np.minimum(most, 1e3 * apart)
 
 
-# the itineraries, in the order in which the rows of a ``_Bundle`` lie
+# the itineraries, in the order in which the rows of ``_SortedRows`` lie
 RAISED, THROWN, LIFTED, TURNED, DRIFTED, TURNED_DRIFTED, TURNED_PASSED, PASSED, DIRECT = ITINERARIES = range(9)
 EVENTS = np.array([1, 3, 2, 3, 2, 3, 2, 1, 0], dtype=np.int32)  # the number of events of each itinerary
 
 
-class _Bundle:
+class _SortedRows:
     """Trajectories sorted by itinerary while they are followed: states at the times ``t``, and which of them fit.
 
     ``ends`` are the rows where each itinerary begins, and where the last ends; ``events`` are (kind, rows, t, x, y, z)
@@ -281,7 +281,7 @@ def follow_itineraries(
         stop = min(start + BLOCK, ends[-1])
         rows = slice(start, stop) if order is None else order[start:stop]
         local = [min(max(end, start), stop) - start for end in ends]
-        b = _Bundle(p.rows(rows), local, bool(note), *pick(rows, x, y, z, until))
+        b = _SortedRows(p.rows(rows), local, bool(note), *pick(rows, x, y, z, until))
         for axis, values in zip(final, _followed(b), strict=True):
             axis[rows] = values
         count[rows] = EVENTS.repeat([last - first for first, last in pairwise(local)])

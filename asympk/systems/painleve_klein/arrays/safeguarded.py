@@ -15,7 +15,7 @@ from asympk.numbers import Number
 from asympk.path import KINDS
 from asympk.systems.painleve_klein.arrays.motions import Segments, SeparateSegments, SmoothSegments
 from asympk.systems.painleve_klein.flow.segments import MOST_EVENTS
-from asympk.systems.painleve_klein.modes import MODES, coefficients, grip, inverse_edges, leaving, signs_after
+from asympk.systems.painleve_klein.modes import MODES, coefficients, inverse_edges, leaving, signs_after, stick_margin
 
 FORCE_ZERO, VELOCITY_ZERO, SLIP_ONSET, NOTHING = range(4)
 Ends: TypeAlias = tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]  # (kind, time, state, doubt) of each row
@@ -82,7 +82,7 @@ def follow_arrays(
     """Follow trajectories, given as arrays of one length; ``coarse`` are their results in coarser numbers."""
     s = x + y
     s_sign, z_sign, doubtful = starting_signs(sigma0, mu, y, s, z)
-    flight = _Flight(sigma, sigma0, mu, until, [x.copy(), y.copy(), s, z.copy()], s_sign, z_sign, doubtful)
+    flight = _FollowedRows(sigma, sigma0, mu, until, [x.copy(), y.copy(), s, z.copy()], s_sign, z_sign, doubtful)
     rounds: list[tuple] = []
     live = np.flatnonzero(~(doubtful if coarse is None else coarse.doubtful))
     while live.size:
@@ -103,14 +103,14 @@ def starting_signs(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the signs of s and z just after the start, as ``modes.first_signs`` does, and where they are doubtful."""
     rate = 1 + mu * y
-    held = grip(sigma0, s)
+    held = stick_margin(sigma0, s)
     s_sign = np.where(s == 0, np.sign(rate), np.sign(s))
     z_sign = np.where(z != 0, np.sign(z), np.where(held > 0, 0, leaving(s)))
     doubtful = (s == 0) & ~(np.abs(rate) > MARGIN) | (z == 0) & ~(np.abs(held) > MARGIN * (1 + np.abs(s)))
     return s_sign, z_sign, doubtful
 
 
-class _Flight:
+class _FollowedRows:
     """Trajectories while they are followed: ``state`` (x, y, s, z) at the time ``t`` of each, and the events so far."""
 
     def __init__(self, sigma, sigma0, mu, until, state, s_sign, z_sign, doubtful):

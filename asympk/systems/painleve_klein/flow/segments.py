@@ -19,7 +19,14 @@ from asympk.numbers import Arithmetic, Number, sign_of
 from asympk.systems.painleve_klein.flow import shortcut
 from asympk.systems.painleve_klein.flow.fastslow import FastSlow, FastSlowSegment
 from asympk.systems.painleve_klein.flow.superposition import SmoothMode, SmoothSegment, slope
-from asympk.systems.painleve_klein.modes import MODES, coefficients, first_signs, grip, inverse_edges, signs_after
+from asympk.systems.painleve_klein.modes import (
+    MODES,
+    coefficients,
+    first_signs,
+    inverse_edges,
+    signs_after,
+    stick_margin,
+)
 
 RodMode: TypeAlias = FastSlow | SmoothMode
 RodSegment: TypeAlias = FastSlowSegment | SmoothSegment
@@ -150,7 +157,7 @@ def _after(flow, kind, s_sign, z_sign, s, y, size):
         return s, *signs_after(kind, s_sign, z_sign, s, False)
     m = flow.m
     s = 0 * s if vanishing(m, s, size) else s
-    if not m.margin and (not s or vanishing(m, grip(flow.sigma0, s), 1 + size)):
+    if not m.margin and (not s or vanishing(m, stick_margin(flow.sigma0, s), 1 + size)):
         s_sign, z_sign, _ = first_signs(partial(_sign, m), flow.sigma0, flow.mu, s, y, 0 * s)
         return s, s_sign, z_sign
     return s, *signs_after(kind, s_sign, z_sign, s, flow.sticks(s, size))
