@@ -14,6 +14,7 @@ from asympk import multiprecision
 from asympk.errors import TooLarge
 
 LEAST = 15  # digits with which a carrier of fewer digits computes
+SHOWN_OF_ERRORS = 3  # digits of an error
 GUARD_BITS = 16  # bits of a vector in fixed point beyond the precision of its numbers
 _REFLECTED = ("__radd__", "__rsub__", "__rmul__", "__rtruediv__", "__rpow__", "__rmod__")
 

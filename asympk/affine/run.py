@@ -32,7 +32,7 @@ from asympk.arithmetic import (
 from asympk.automaton import loop
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import GuardedMode, mode_of, on_all_sides, phases_of
-from asympk.digits import carried, double
+from asympk.digits import SHOWN_OF_ERRORS, carried, double
 from asympk.errors import NegativeFriction, NoMotion, OutOfRange, TooLarge, TooManyEvents, TwoMotions, Undecided
 from asympk.numbers import MOST_DIGITS, Number, whole
 from asympk.path import ClosedForm, Path, times_within
@@ -42,9 +42,8 @@ from asympk.symbolic.system import System
 from asympk.systems.automata import automaton_of
 
 MOST_SPARE = 300  # digits beyond four times those asked for, up to which a run is repeated
-SHOWN_OF_ERRORS = 3
 TRUSTED = 5e-14  # the largest estimated error of a run in doubles that is returned as it is
-TOLD = 1e-8  # the largest estimated error of a run in doubles whose sequence of events is trusted
+TRUSTED_EVENTS = 1e-8  # the largest estimated error of a run in doubles whose sequence of events is trusted
 
 
 class TimedSegment(NamedTuple):
@@ -151,20 +150,20 @@ def _in_doubles(task):
         raise
     if worst <= TRUSTED:
         return _path(task, None, joined, float, error)
-    return _rounded(task._replace(known=joined if worst <= TOLD else None))
+    return _rounded(task._replace(known=joined if worst <= TRUSTED_EVENTS else None))
 
 
 def _rounded(task):
     """Return the path that is computed in more digits than doubles have, and rounded to doubles.
 
-    Runs amplify their rounding errors alike (Lemma 8). A known run in doubles is off by at most ``TOLD``, and a run of
-    30 digits more, in which no sign is undecided, by less than any double shows: it needs no other to agree with.
+    Runs amplify their rounding errors alike (Lemma 8). A known run in doubles is off by at most ``TRUSTED_EVENTS``, and
+    one of 30 digits more, in which no sign is undecided, by less than any double shows: no other needs to agree.
     """
     if task.known:
         with suppress(Undecided):
             joined = _with_digits(task, DIGITS_FOR_DOUBLES, LARGEST_DOUBLE)
             apart = _distance(task.known, joined)
-            if apart is not None and apart <= TOLD:
+            if apart is not None and apart <= TRUSTED_EVENTS:
                 return _path(task, None, joined, double, UNIT)
     joined, _ = _certified(task._replace(known=None), DIGITS_OF_DOUBLES, LARGEST_DOUBLE)
     return _path(task, None, joined, double, UNIT)
@@ -203,7 +202,7 @@ def _known(task):
         joined, worst, _ = _estimated(task)
     except (TooLarge, NegativeFriction, NoMotion, TwoMotions):
         return None
-    return joined if worst <= TOLD else None
+    return joined if worst <= TRUSTED_EVENTS else None
 
 
 class Flows:

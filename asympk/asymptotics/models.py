@@ -22,7 +22,7 @@ from asympk.asymptotics.compiledlayers import coefficient, model
 from asympk.asymptotics.itinerary import LoadLine, itinerary
 from asympk.asymptotics.linear import SLIP
 from asympk.asymptotics.validity import validity_conditions
-from asympk.digits import carried, carrier_context
+from asympk.digits import SHOWN_OF_ERRORS, carried, carrier_context
 from asympk.errors import NoManifold, NoMotion, OutOfRange, TwoMotions
 from asympk.numbers import MOST_DIGITS, known_order, number, raw_entries, sign_of, whole
 from asympk.path import Event, Path, require_within, times_within
@@ -131,7 +131,7 @@ def _path(scene, method, motion, error, until, m, digits):
     turns = [turn for turn in motion.turns if turn.t < until]
     events = tuple(Event(t.kind, m.out(t[1]), tuple(map(m.out, t[2:5]))) for t in turns)
     modes = tuple(segment.mode for segment in motion.segments[: len(turns) + 1])
-    error = float(error) if digits is None else carried(error, 3)
+    error = float(error) if digits is None else carried(error, SHOWN_OF_ERRORS)
     dense = partial(_states, motion, until, digits)
     return Path(scene, method, tuple(map(m.out, final)), events, modes, dense, error)
 

@@ -201,7 +201,7 @@ class _Modes(Candidates):
 
         Of these, each one whose exact time is known stands for all that fall through 0 exactly when it does.
         """
-        zero, alone = Zero(left, Fraction(self.until), []), list[AffineGuard]()
+        zero, alone = Zero(left, self.until, []), list[AffineGuard]()
         for guard in guards:
             for found in self._touches(guard, segment, since):
                 if found.span.numbers()[0] > 0 and (zero.span - found.span).numbers()[0] > 0:

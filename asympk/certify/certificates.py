@@ -35,7 +35,6 @@ from asympk.symbolic.placing import with_numbers_in_exponents
 from asympk.systems.catalogue import is_off_contact
 
 COORDINATES = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
-MOST_EVENTS = 200
 MOST_DIGITS, MOST_PIECES = 300, 100_000
 _BITS = (96, 192, 384, 768, 1536, 3072)
 WORK = 200_000  # pieces of time that one certificate may examine, a box a tenth of them: about ten seconds
@@ -344,8 +343,8 @@ def _follow(balls, budget):
         state, s_sign, z_sign, touching = _after(balls, guard, mode.at(guard, dt), s_sign, z_sign)
         deviation, t = None, t + dt
         events.append(Event(guard.kind, t, (state.x, state.y, state.z)))
-        if len(events) > MOST_EVENTS:
-            raise Refused(f"too many: more than {MOST_EVENTS} events by t = {float(t.mid()):.6g}")
+        if len(events) > affine.MOST_EVENTS:
+            raise Refused(f"too many: more than {affine.MOST_EVENTS} events by t = {float(t.mid()):.6g}")
 
 
 def _mode(balls, name, state, deviation):

@@ -27,7 +27,7 @@ from asympk.automaton.decide import is_of_numbers, without_value_soon
 from asympk.automaton.kept import without_asymmetry
 from asympk.automaton.loop import Run, Segment, follow, lost_with
 from asympk.automaton.numericmode import NumericMode
-from asympk.digits import FixedPoint, carried, carrier_context, dot, fixed_point
+from asympk.digits import SHOWN_OF_ERRORS, FixedPoint, carried, carrier_context, dot, fixed_point
 from asympk.errors import AsympkError, OutOfRange, TooManyEvents, Unfinished
 from asympk.integrators.growth import LOST, grown, growth, largest_part, linearised
 from asympk.integrators.integrate import AT_REST
@@ -109,9 +109,9 @@ def run(scene: Any, method: str = "collocation", *, digits: int = 30, events: in
         if needed > MOST_DIGITS:
             raise grown(lost, fine.last.t)
         carried_digits = needed
-    final = _rounded(fine.last.state, digits)
+    final, dense = _rounded(fine.last.state, digits), CollocationDense(fine, digits)
     found = tuple(e._replace(t=carried(e.t, digits), state=_rounded(e.state, digits)) for e in fine.events)
-    return Path(scene, method, final, found, fine.modes, CollocationDense(fine, digits), carried(error, 3))
+    return Path(scene, method, final, found, fine.modes, dense, carried(error, SHOWN_OF_ERRORS))
 
 
 def _references(scene: Scene, digits: int, events: int, deadline: float) -> tuple[Run, Any]:

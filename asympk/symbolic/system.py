@@ -167,6 +167,7 @@ class System(ShownAsFormulas):
         read = {name: with_factors(rates, pushes) for name, rates in read.items()}  # forces are solved for as factors
         read["states"] = _states(self.states, (*read["slow"], *read["fast"]))
         read["frictions"] = tuple(friction.with_factors(pushes) for friction in self.frictions)
+        read["assumptions"] = expression("assumptions", self.assumptions)
         read["dependent"] = sp.Dict(_by_state("dependent", self.dependent, "value"))
         for name, value in read.items():
             object.__setattr__(self, name, value)
@@ -203,8 +204,7 @@ class System(ShownAsFormulas):
         slow, fast = _by_state("slow", slow), _by_state("fast", fast)
         if not fast and small is not None:
             raise InputError(f"there is no fast state; give fast={{y: g}} with {small} y' = g, or small=None")
-        assumed = expression("assumptions", assumptions)
-        return cls(slow, fast, (*slow, *fast), small, (), time, assumed)
+        return cls(slow, fast, (*slow, *fast), small, (), time, assumptions)
 
     @classmethod
     def with_friction(
@@ -227,8 +227,7 @@ class System(ShownAsFormulas):
             raise InputError(f"the velocity {z} has a rate of its own; leave it out of slow and fast")
         friction = Friction(z, force, load, kinetic, static, gap, normal)
         _require_friction((friction,))
-        assumed = expression("assumptions", assumptions)
-        return cls({**slow, z: rate}, fast, (*slow, *fast, z), small, (friction,), time, assumed)
+        return cls({**slow, z: rate}, fast, (*slow, *fast, z), small, (friction,), time, assumptions)
 
     @classmethod
     def with_frictions(
@@ -245,9 +244,8 @@ class System(ShownAsFormulas):
         ['slip_same', 'slip_opposite', 'stick']
         """
         slow, fast, given = _by_state("slow", slow), _by_state("fast", fast), _frictions(frictions)
-        assumed = expression("assumptions", assumptions)
         _require_friction(given)
-        found = cls(slow, fast, (*slow, *fast), small, given, time, assumed)
+        found = cls(slow, fast, (*slow, *fast), small, given, time, assumptions)
         for friction in given:
             branches.check_constraint(found, friction)
         return found

@@ -117,6 +117,13 @@ def test_what_is_no_system_is_refused_by_name(make, match):
         make()
 
 
+def test_a_system_reads_its_assumptions_as_its_class_methods_do():
+    assert System({x: -x}, {}, (x,), None, assumptions=True) == System.smooth({x: -x}, {}, None, assumptions=True)
+    for make in (System.smooth, lambda slow, fast, small, assumed: System(slow, fast, (x,), small, assumptions=assumed)):
+        with pytest.raises(InputError, match="assumptions = 'k > 0': it must be a SymPy expression"):
+            make({x: -k * x}, {}, None, "k > 0")
+
+
 LAWS = {
     "falls with the speed": ("k/(1 + Abs(z))", 1),
     "falls with the speed, the load negative": ("k/(1 + Abs(z))", -1),

@@ -22,7 +22,6 @@ from asympk.systems.painleve_klein.flow.starts import beginning
 
 MOST_SPARE = 1200  # digits at work beyond four times those asked for
 BEFORE_ROUNDING = 20  # digits of a run that is rounded to doubles: its own error does not add to that of rounding
-SHOWN_OF_ERRORS = 3  # digits of an error
 TRUSTED = 2e-15  # estimated error up to which a run in doubles is the result
 SAFETY = 4  # factor on an error that is estimated to first order
 REFINABLE = 2e-14  # estimated error up to which events may be refined: doubles decide signs at a larger margin
@@ -54,7 +53,7 @@ def run(
     """
     if digits is None:
         return _path(scene, None, *followed_in_doubles(_rod_of(scene)))
-    from asympk.digits import carried
+    from asympk.digits import SHOWN_OF_ERRORS, carried
 
     digits = whole("digits", digits, 1, MOST_DIGITS)
     solved, error = _certified(_rod_of(scene), digits, progress=progress)
