@@ -93,8 +93,12 @@ def _parted(pieces, whole, denominator, rounded):
             max(abs(decay - blocks[i].decay), abs(turn - blocks[i].turn)) <= max(moves[k], moves[i])
             for i in places)]
         sets = [*(places for places in sets if places not in near), [k, *chain(*near)]]
-    candidates = [(places, min(2 * blocks[k].turn for k in places) <= max(moves[k] for k in places)) for places in sets]
-    return [(places, real) for places, real in candidates if len(places) > 1 or (real and blocks[places[0]].turn)]
+    found = []
+    for places in sets:
+        real = min(2 * blocks[k].turn for k in places) <= max(moves[k] for k in places)
+        if len(places) > 1 or (real and blocks[places[0]].turn):
+            found.append((places, real))
+    return found
 
 
 def _exponential(pieces, bits):

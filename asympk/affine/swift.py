@@ -154,8 +154,7 @@ def _begun(table, state):
     alone = (table.rows[0] != 0).sum(axis=1) == 1
     surfaces = [kind[0] in ("velocity_zero", "force_zero") for kind in table.kinds]
     zero = (values == 0) & (alone | (sizes == 0)) & surfaces
-    still = [k for k, kind in enumerate(table.kinds) if kind[0] == "velocity_zero" and values[k] == 0]
-    resting = {table.kinds[k][1] for k in still}
+    resting = {k for (kind, k), v in zip(table.kinds, values, strict=True) if kind == "velocity_zero" and v == 0}
     possible = [all((phase.velocity != 0) or k in resting for k, phase in enumerate(b)) for b in table.branches]
     return _decided(table._replace(vanishing=tuple(zero)), 0.0, state, _EXACT_ORDERS, possible)
 

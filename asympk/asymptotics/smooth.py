@@ -362,7 +362,7 @@ def _expected(motion, layered, t, slow, layer, units, ends=None, least=STEADY):
     if not decisive:  # terms may be small by chance, or far larger than what is left
         layer = np.zeros_like(layer)
     slow, layer, misses = slow * units, layer * units, misses * scales[fast]
-    judged = [slow + layer, *[slow] * (not _falls(slow, STALLED))]
+    judged = [slow + layer] if _falls(slow, STALLED) else [slow + layer, slow]
     if ends is not None:
         judged = [np.vstack([judged[0][:1], ends * units])]
     grown = (motion.errors * scales).max()

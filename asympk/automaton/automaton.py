@@ -152,7 +152,7 @@ def _follow_on(
                 return branch
             found.setdefault((max(ranks), sum(ranks)), set()).add(branch)
             leads.add(lead := tuple(mode.departure(edge.quantity, t, state, slack) for edge in edges))
-            choices += [lead] * (len(edges) > EDGES and lead not in choices)
+            choices += [lead] if len(edges) > EDGES and lead not in choices else []
         except (NoMotion, TwoMotions) as error:
             refused[choice] = error
         except (Undecided, InputError):

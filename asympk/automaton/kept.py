@@ -86,7 +86,8 @@ def _without_fading(mode: GuardedMode, marks: tuple[Mark, ...], exprs: tuple[sp.
     found = filter(_may_fade, atoms(sp.Tuple(*apart, *exprs), sp.Function, sp.Pow))
     kinds, waves = list[type](), dict[sp.Expr, sp.Expr]()
     for part in sorted(found, key=lambda part: (part.count_ops(), sp.default_sort_key(part))):  # inner ones first
-        kinds += [part.func] * (part.func not in kinds)
+        if part.func not in kinds:
+            kinds.append(part.func)
         phase = sum(k * replaced(arg, waves) for k, arg in enumerate(part.args, 1))
         waves[part] = sp.cos(phase) + 2 + kinds.index(part.func)
     return tuple(replaced(expr, waves) for expr in (*apart, *exprs))

@@ -213,7 +213,7 @@ def mode_after(
     before, leaping, halted, (crossed, left) = mode, set[tuple](), list[tuple](), _crossed(mode, hits)
     switches, doubt, start = bool(crossed), slack, t if since is None else since
     if since is not None:  # the guards of a side that has ended are those of no motion
-        crossed, left, doubt = [*automaton.edges_at(t, state, mode.beside)], left * (not switches), mode.beside
+        crossed, left, doubt = [*automaton.edges_at(t, state, mode.beside)], [] if switches else left, mode.beside
     later, entered, stops = (t, state), tuple[Any, ...](), _stops(left)
     if switches and (mode.mode.jumping or not stops):
         mode = mode_on_sides(automaton, without_idle(mode.branch), digits, t, state, crossed, fixed)

@@ -79,13 +79,9 @@ class Family:
         return Family((*heads, *(each(lambda a, b: a * b, mean, s) for s in self.parts[2:])), self.spans)
 
     def exponential(self) -> "Family":
-        """Return the exponential of the matrix A; that of [[A, A_i], [0, A(c)]] has its slope above the diagonal."""
-        size, acb_mat = range(self.whole.nrows()), flint().acb_mat
+        """Return the exponential of the matrix."""
         heads = [part.exp() for part in self.parts[:2]]
-        upper, lower = (part.tolist() for part in (self.parts * 2)[:2])
-        both = [acb_mat([[*a, *b] for a, b in zip(upper, s.tolist(), strict=True)]
-                        + [[*(0 for _ in size), *a] for a in lower]) for s in self.parts[2:]]
-        slopes = [acb_mat([row[len(size):] for row in found.exp().tolist()[:len(size)]]) for found in both]
+        slopes = (_slope_of_exponential(self.whole, self.parts[1], slope) for slope in self.parts[2:])
         return Family((*heads, *slopes), self.spans)
 
     def tight(self) -> "Family":
@@ -164,6 +160,14 @@ def each(function: Callable, *matrices: Matrix) -> Matrix:
 def shared(first: Matrix, second: Matrix) -> Matrix:
     """Return the intersection of two enclosures of one matrix; raises ``Refused`` if there is none."""
     return each(lambda a, b: flint().acb(common(a.real, b.real), common(a.imag, b.imag)), first, second)
+
+
+def _slope_of_exponential(whole, centre, slope):
+    """Return the slope of an exponential: above the diagonal in that of [[A, A_i], [0, A(c)]]."""
+    size = whole.nrows()
+    upper = [[*a, *b] for a, b in zip(whole.tolist(), slope.tolist(), strict=True)]
+    lower = [[*[0] * size, *a] for a in centre.tolist()]
+    return flint().acb_mat([row[size:] for row in flint().acb_mat(upper + lower).exp().tolist()[:size]])
 
 
 def _mean_exponential(at, centre, whole, central):

@@ -42,7 +42,7 @@ class Claim(ShownAsTable):
     finding: str = ""
 
     def _card(self) -> Card:
-        rows = [("says", self.statement)] + [("but", self.finding)] * bool(self.finding)
+        rows = [("says", self.statement), *([("but", self.finding)] if self.finding else [])]
         rows += [(f"{check.role}, {check.kind}", f"{'holds' if check.holds else 'fails'}: {check.what}")
                  for check in self.evidence]
         return Card(f"Claim {self.id} (section {self.where}): {self.verdict}", tuple(rows))

@@ -78,11 +78,11 @@ def cost_picture(rows: StoredRows, only: str | None = None) -> "Figure | None":
 
 def options_note(methods: Collection[str], plan: Mapping[str, Any]) -> str:
     """Return the options of the integrators in words; heyoka, CVODE and Kvaerno5 are named only if in ``methods``."""
-    analytic = ["Radau", "BDF", "LSODA (scipy)", *["CVODE (SUNDIALS, BDF)"] * ("cvode" in methods)]
+    analytic = ["Radau", "BDF", "LSODA (scipy)", *(["CVODE (SUNDIALS, BDF)"] if "cvode" in methods else [])]
     compiled = [words for method, words in IN_WORDS.items() if method in methods]
     verb = "are" if compiled[1:] else "is"
     once = f"{in_a_sentence(compiled)} {verb} compiled, and compiling is not counted; the others" if compiled else "all"
-    more = f" (heyoka {COMPILED} times as many)" * ("heyoka" in methods)
+    more = f" (heyoka {COMPILED} times as many)" if "heyoka" in methods else ""
     steps = plan["step_sizes"]
     return (
         "All integrators: one smooth piece at a time, directed events, snapped states, atol = rtol. "

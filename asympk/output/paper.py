@@ -103,7 +103,7 @@ def typeset_pdf(paper: Path, name: str = "main") -> Path:
     fixed = {"SOURCE_DATE_EPOCH": "0", "FORCE_SOURCE_DATE": "1", "TZ": "UTC"}
     source, log = Path(paper) / f"{name}.tex", Path(paper) / "build" / f"{name}.log"
     for again in range(MOST_RUNS):
-        command = [*LATEXMK, *["-g"] * (again > 0), source.name]
+        command = [*LATEXMK, *(["-g"] if again else []), source.name]
         run = subprocess.run(command, cwd=paper, env={**os.environ, **fixed}, capture_output=True, text=True,
                              errors="replace")
         if run.returncode:

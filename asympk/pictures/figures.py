@@ -61,7 +61,9 @@ def sheet(
 def outcome(status: str) -> str:
     """Return the key of ``OUTCOMES`` for a status sentence."""
     word = status.split()[0]
-    return status if status in OUTCOMES else "limit" if word in LIMITS else "stalled" if word == "stalled" else "other"
+    if status in OUTCOMES:
+        return status
+    return "limit" if word in LIMITS else "stalled" if word == "stalled" else "other"
 
 
 def work_precision(rows: Sequence[Row], scene: str, mus: Sequence[float]) -> "Figure":

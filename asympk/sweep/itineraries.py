@@ -77,7 +77,8 @@ class Alphabet:
             raise ValueError("an itinerary does not begin with what every friction does")
         phases = "+".join(PHASES[k] for k in letters[:self.frictions]) or "smooth"
         events = [*map(self._event, letters[self.frictions:])]
-        events += ["..."] * (len(events) == self.longest)
+        if len(events) == self.longest:
+            events.append("...")
         return f"{phases}: {', '.join(events)}" if events else phases
 
     def _event(self, letter):

@@ -305,10 +305,13 @@ def with_signs(system: "System", branch: Branch, expr: sp.Expr) -> sp.Expr:
 def _without_pieces(expr: sp.Expr, signs: set[sp.Expr]) -> sp.Expr:
     """Return ((1 + s) a + (1 - s) b)/2 for what chooses by a sign s, and is a where s is 1, and b where s is -1."""
     for s in signs:
-        laws = (law for law in atoms(expr, sp.Piecewise, sp.Max, sp.Min, sp.Abs)
-                if any(by.has(s) for by in ([c for _, c in law.args] if law.is_Piecewise else law.args)))
-        ways = {law: [law.xreplace({s: way}) for way in (sp.S.One, sp.S.NegativeOne)] for law in laws}
-        expr = expr.xreplace({law: ((1 + s) * up + (1 - s) * down) / 2 for law, (up, down) in ways.items()})
+        halves = {}
+        for law in atoms(expr, sp.Piecewise, sp.Max, sp.Min, sp.Abs):
+            deciding = [condition for _, condition in law.args] if law.is_Piecewise else law.args
+            if any(part.has(s) for part in deciding):
+                forward, backward = law.xreplace({s: sp.S.One}), law.xreplace({s: sp.S.NegativeOne})
+                halves[law] = ((1 + s) * forward + (1 - s) * backward) / 2
+        expr = expr.xreplace(halves)
     return expr
 
 

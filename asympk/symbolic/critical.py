@@ -360,7 +360,7 @@ def _branches(mode, small):
     complete = [form for s in complete for form in real_forms(s)
                 if (rational and form is s) or all(is_zero_on(g, form) for g in equal_zero)]
     branches = [sp.Dict({y: by_powers(h, tuple(mode.slow)) for y, h in s.items()}) for s in complete]
-    return branches + [_implicit(mode)] * _has_further_turns(mode, equal_zero)
+    return [*branches, _implicit(mode)] if _has_further_turns(mode, equal_zero) else branches
 
 
 def _implicit(mode):
@@ -385,14 +385,14 @@ def _by_value(mode, small, equal_zero):
     alone = choices == [tuple(equal_zero)]
     found = [implicit] if alone else [branch for part in parts for branch in _branches(part, small)]
     closed = [b for b in dict.fromkeys(found) if b != implicit and all(is_zero_on(g, b) for g in equal_zero)]
-    return [*closed, *[implicit] * (implicit in found or _has_further_turns(mode, equal_zero))]
+    return [*closed, implicit] if implicit in found or _has_further_turns(mode, equal_zero) else closed
 
 
 def _free(branch):
     """Return words on the fast states that g = 0 leaves free on a branch, or "" where there are none."""
     found = {y: h for y, h in branch.items() if y != h}
     left = in_words(y for y in branch if y not in found)
-    return f"g = 0 for all {left}{' on ' * bool(found)}{equations(found)}" if len(found) < len(branch) else ""
+    return f"g = 0 for all {left}{' on ' if found else ''}{equations(found)}" if len(found) < len(branch) else ""
 
 
 def _put(rates, given):

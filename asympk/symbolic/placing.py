@@ -94,10 +94,12 @@ def _with_numbers(system: "System", numbers: sp.Dict) -> "System":
 @lru_cache(maxsize=64)
 def _divided(system: "System") -> tuple[tuple[str, sp.Expr, tuple[sp.Expr, ...]], ...]:
     """Return (name, expression, divisors) of the rates and parts of frictions that divide by parameters alone."""
-    powers = ((name, expr, atoms(expr, sp.Pow)) for name, expr in named_parts(system).items())
-    found = ((name, expr, {p.base for p in own if p.exp.is_negative}) for name, expr, own in powers)
-    return tuple((name, expr, own) for name, expr, bases in found
-                 if (own := tuple(b for b in bases if b.free_symbols and b.free_symbols <= {*system.parameters})))
+    found = []
+    for name, expr in named_parts(system).items():
+        divisors = {power.base for power in atoms(expr, sp.Pow) if power.exp.is_negative}
+        if fixed := tuple(d for d in divisors if d.free_symbols and d.free_symbols <= {*system.parameters}):
+            found.append((name, expr, fixed))
+    return tuple(found)
 
 
 def named_parts(system: "System") -> dict[str, sp.Expr]:

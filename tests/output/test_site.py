@@ -361,3 +361,11 @@ def test_the_places_that_the_architecture_names_are_there():
     for module in re.findall(r"`asympk\.([\w.]+)`", text):
         place = ROOT / "asympk" / module.replace(".", "/")
         assert place.is_dir() or place.with_suffix(".py").is_file(), module
+    named = re.findall(r"`(\w+)`(?: and `(\w+)`)? of `asympk\.([\w.]+)`", text)
+    for *names, module in named:
+        place = ROOT / "asympk" / module.replace(".", "/")
+        code = "" if place.is_dir() else place.with_suffix(".py").read_text(encoding="utf-8")
+        for name in filter(None, names):
+            defined = re.search(rf"(def|class) {name}\b|^{name} = ", code, re.MULTILINE)
+            assert defined or (place / f"{name}.py").is_file(), f"{module}.{name}"
+    assert len(named) > 5
