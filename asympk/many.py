@@ -73,13 +73,13 @@ class Many(ShownAsTable):
     names: tuple[str, ...]
     final: Any
     n_events: Any
-    _left: dict[int, int]
+    _omitted: dict[int, int]
 
     @cached_property
     def outcome(self) -> Any:
         """The outcome of each trajectory, an index of ``outcomes``."""
         found = np.zeros(self.n_events.size, dtype=np.uint8)
-        found[list(self._left)] = list(self._left.values())
+        found[list(self._omitted)] = list(self._omitted.values())
         return found.reshape(self.n_events.shape)
 
     @abstractmethod

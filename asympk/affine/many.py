@@ -58,7 +58,7 @@ class AffineEnsemble(Many):
     n_events: np.ndarray
     first: np.ndarray
     alone: int
-    _left: dict = field(repr=False)
+    _omitted: dict = field(repr=False)
     _events: SystemEvents = field(repr=False)
     _given: dict = field(repr=False)
 
@@ -118,7 +118,7 @@ def one_by_one(follow: Any, system: Any, values: Any, start: Any, until: Any) ->
 class _Result(NamedTuple):
     """The results by the index of the trajectory; ``notes`` are blocks of events, ``alone`` the rows followed alone.
 
-    ``left`` maps each trajectory that cannot be followed to its outcome.
+    ``omitted`` maps each trajectory that cannot be followed to its outcome.
     """
 
     final: np.ndarray
@@ -126,7 +126,7 @@ class _Result(NamedTuple):
     first: np.ndarray
     notes: list
     alone: list
-    left: dict
+    omitted: dict
     strict: bool
 
     def leave(self, row, reason):
@@ -134,7 +134,7 @@ class _Result(NamedTuple):
         if self.strict:
             reason.args = (f"trajectory {row}: {reason}", *reason.args[1:])
             raise reason
-        self.final[:, row], self.left[int(row)] = np.nan, outcome_of(reason)
+        self.final[:, row], self.omitted[int(row)] = np.nan, outcome_of(reason)
 
 
 def _blank(system, total, strict=False):
@@ -147,7 +147,7 @@ def _ensemble(system, result, shape, given):
     none = number, np.zeros(0, "U16"), np.zeros(0), np.zeros((len(names), 0)), number
     final, first = (part.reshape(len(part), *shape) for part in (result.final, result.first))
     given = {str(key): value for key, value in given.items()}
-    return AffineEnsemble(names, final, result.n_events.reshape(shape), first, len(result.alone), result.left,
+    return AffineEnsemble(names, final, result.n_events.reshape(shape), first, len(result.alone), result.omitted,
                           SystemEvents(*by_trajectory(none, result.notes)), given)
 
 

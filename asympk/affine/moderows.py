@@ -91,38 +91,38 @@ def _judged(rows: Rows, known: FunctionTable, first: np.ndarray) -> Verdicts:
     return verdicts._replace(positive=verdicts.positive | (touching & (known.h <= rows.reach[:, None, :])))
 
 
-def follow_rows(flow: AffineFlow, mesh: Mesh, whole: np.ndarray, left: np.ndarray, covariance: np.ndarray) -> Ends:
-    """Return the ``Ends`` of rows from starts ``whole`` (rows, n + 1), after at most ``left``.
+def follow_rows(flow: AffineFlow, mesh: Mesh, whole: np.ndarray, remaining: np.ndarray, covariance: np.ndarray) -> Ends:
+    """Return the ``Ends`` of rows from starts ``whole`` (rows, n + 1), after at most ``remaining``.
 
     ``covariance`` (rows, n, n) is that of the rounding errors of the starts, as if these were independent.
     """
     rows = rows_of(flow, whole)
     with np.errstate(all="ignore"):
-        span, hit, undone = _first_roots(rows, mesh, left)
+        span, hit, undone = _first_roots(rows, mesh, remaining)
         state, covariance = _end(rows, span, hit, whole, covariance)
         undone |= flow.rate.diagonal().max(initial=0.0) * span > MOST_EXPONENT  # functions are cut there
     return Ends(span, hit, state, covariance, undone | ~np.isfinite(state).all(axis=1))
 
 
-def may_fall(flow: AffineFlow, mesh: Mesh, whole: np.ndarray, left: np.ndarray) -> np.ndarray:
-    """Return a mask of the rows from starts ``whole`` in which a guard may fall through 0 before ``left``."""
+def may_fall(flow: AffineFlow, mesh: Mesh, whole: np.ndarray, remaining: np.ndarray) -> np.ndarray:
+    """Return a mask of the rows from starts ``whole`` in which a guard may fall through 0 before ``remaining``."""
     with np.errstate(all="ignore"):
-        _, hit, undone = _first_roots(rows_of(flow, whole), mesh, left)
+        _, hit, undone = _first_roots(rows_of(flow, whole), mesh, remaining)
     return undone | (hit >= 0)
 
 
-def _first_roots(rows, mesh, left):
+def _first_roots(rows, mesh, remaining):
     """Return (duration, guard or -1, mask of undecided rows)."""
-    span, hit = left.copy(), np.full(left.shape, -1)
+    span, hit = remaining.copy(), np.full(remaining.shape, -1)
     undone = ~(rows.reach >= 0).all(axis=1)
     pending = np.flatnonzero(~undone) if rows.zero.shape[1] else np.zeros(0, dtype=int)
     for window in _pieces(mesh):
         if not pending.size:
             return span, hit, undone
-        at, found, doubtful = _in_window(rows.of(pending), window, left[pending])
+        at, found, doubtful = _in_window(rows.of(pending), window, remaining[pending])
         span[pending], hit[pending] = np.where(found >= 0, at, span[pending]), found
         undone[pending] |= doubtful
-        pending = pending[(found < 0) & ~doubtful & (left[pending] > window.t[-1])]
+        pending = pending[(found < 0) & ~doubtful & (remaining[pending] > window.t[-1])]
     undone[pending] = True
     return span, hit, undone
 
@@ -135,17 +135,17 @@ def _pieces(mesh):
             yield FunctionTable(*(part[points] for part in window[:5]), *(part[intervals] for part in window[5:]))
 
 
-def _in_window(rows, window, left):
+def _in_window(rows, window, remaining):
     """Return (time, guard or -1, doubtful) of the first root of each row within a window."""
     first = np.zeros((1, len(window.h)), dtype=bool)
     first[0, 0] = window.t[0] == 0
     verdicts = _judged(rows, window, first)
-    suspect, single = ~verdicts.clear & (window.t[:-1] < left[:, None]), verdicts.single
-    at, found, doubtful = np.zeros(left.shape), np.full(left.shape, -1), np.zeros(left.shape, dtype=bool)
+    suspect, single = ~verdicts.clear & (window.t[:-1] < remaining[:, None]), verdicts.single
+    at, found, doubtful = np.zeros(remaining.shape), np.full(remaining.shape, -1), np.zeros(remaining.shape, dtype=bool)
     todo = np.flatnonzero(suspect.any(axis=1))
     while todo.size:
         k = suspect[todo].argmax(axis=1)
-        lo, hi = window.t[k], np.minimum(window.t[k + 1], left[todo])
+        lo, hi = window.t[k], np.minimum(window.t[k + 1], remaining[todo])
         one = single[todo, k] & (hi == window.t[k + 1])
         certain, others = todo[one], todo[~one]
         found[certain] = guard = verdicts.falls[certain, k[one]].argmax(axis=1)

@@ -319,22 +319,22 @@ def _standing(joined, automaton, digits, advance):
     return joined._replace(last=only, segments=(only,))
 
 
-def _span(task, m, mode, segment, left, k):
+def _span(task, m, mode, segment, remaining, k):
     """Return (duration, guards lost together) of segment number k, refined from the known run if there is one."""
     if task.known:
         if k >= len(task.known.segments):
-            return left, ()
+            return remaining, ()
         known = task.known.segments[k]
         if (known.branch, known.sides) != (mode.branch, mode.mode.sides):
             raise Undecided
         timed = known.work
         if timed.guard is None:
-            return left, ()
+            return remaining, ()
         span = segment.refined(m.number(timed.span), timed.guard)
-        if span > left * (1 + m.root_tol):
+        if span > remaining * (1 + m.root_tol):
             raise Undecided
         return span, (timed.guard,)
-    return segment.first_event(left) or (left, ())
+    return segment.first_event(remaining) or (remaining, ())
 
 
 def _certified(task, digits, largest=None):

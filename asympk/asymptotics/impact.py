@@ -234,9 +234,9 @@ class LimitLayers:
 
         Raises ``NoLaw`` where static friction does not hold there.
         """
-        far = 1e9 * max(1.0, *map(abs, state))
+        bound = 1e9 * max(1.0, *map(abs, state))
         values, slopes = self._guards(mode, t, self._with(state, 0.0))
-        if (values + side * far * slopes).min() <= 0:
+        if (values + side * bound * slopes).min() <= 0:
             raise NoLaw
         roots = [abs(v / s) for v, s in zip(values, slopes, strict=True) if s != 0]
         return side * 2 * (1 + float(max([*roots, *map(abs, state)])))

@@ -80,7 +80,7 @@ def land(
 
 def _in_closed_form(rate, table, y):
     order, (branch,) = len(table) - 1, table[0, -1:, 0, 0].tolist()
-    far = max(1.0, abs(y[0] - branch) / max(1.0, abs(branch)))
+    extent = max(1.0, abs(y[0] - branch) / max(1.0, abs(branch)))
     fading = table.copy()
     fading[:, :, 0] = 0
 
@@ -88,12 +88,12 @@ def _in_closed_form(rate, table, y):
         p, j = (np.arange(size).reshape(-1, *[1] * tau.ndim) for size in table.shape[2:])
         return np.einsum("ksij,i...,j...->ks...", fading, np.exp(rate * tau * p), tau**j)
 
-    return Landing(order, (branch,), _over(order, far) / -rate, table[:, :-1, 0, 0], table[:, -1:, 0, 0], during)
+    return Landing(order, (branch,), _over(order, extent) / -rate, table[:, :-1, 0, 0], table[:, -1:, 0, 0], during)
 
 
-def _over(order, far=1.0, fading=OVER):
+def _over(order, extent=1.0, fading=OVER):
     """Return the time, times the rate of decay, after which a layer to ``order`` has decayed by exp(-``fading``)."""
-    return fading + math.log(far) + (order + 1) * math.log1p(fading)
+    return fading + math.log(extent) + (order + 1) * math.log1p(fading)
 
 
 def _followed(formulas, order, x, y, values, fine, coarse):

@@ -275,13 +275,13 @@ def _in_mode(
     slowly there, the mode is followed again with errors of ``rtol``.
     """
     ahead, size = _watched_steps(task, mode, slow, path, off), len(path.state)
-    left, mu, rtol = task.until - path.t, task.mu, task.rtol
+    remaining, mu, rtol = task.until - path.t, task.mu, task.rtol
     found, span, state, over = list[Any](), 0.0, path.state, math.inf
     far = FAR * reach(slow.formulas, *slow.point(path.t, state), slow.values)
     most = far * max(1.0, _fastest(slow, path.t, state)) / mu  # for y in a jump
     while len(found) < STEPS:
         over = span + _over(task, slow, path.t + span, state, off) if over == math.inf else over
-        if span >= min(max(over, least), left):
+        if span >= min(max(over, least), remaining):
             soon = mode.moved_on(path.t + span, state, mu * OVER / _fastest(slow, path.t + span, state))
             if off > rtol and min(mode.guard_values(*soon), default=0.0) < 0:
                 break
@@ -347,8 +347,8 @@ def _over(task: Task, slow: Slow, t: float, state: tuple, off: float) -> float:
     branch = root(slow.formulas, x, y, slow.values)
     if branch is None or not (rate := attraction(slow.formulas, x, branch, slow.values)) > 0:
         return math.inf
-    left = slow.distance(_known(task.order), x, y, branch, task.mu) / scale
-    return task.mu * math.log(max(1.0, left / off)) / rate if left < NEAR else math.inf
+    distance = slow.distance(_known(task.order), x, y, branch, task.mu) / scale
+    return task.mu * math.log(max(1.0, distance / off)) / rate if distance < NEAR else math.inf
 
 
 def _timed(mode):
@@ -373,9 +373,9 @@ def slowly(task: Task, path: MatchedPath, limit: bool = False) -> MatchedPath:
     orders = [0 if limit and kind == "slip_onset" else known for kind, _ in mode.kinds]
     orders += [known for _ in mode.mode.laws]
     guards = partial(_guards, path, slow, orders, mu)
-    start, left, within = _begin(task, slow, path)
+    start, remaining, within = _begin(task, slow, path)
     found = reduced.follow_reduced_flow(
-        slow.formulas, order, start, mu, slow.values, left, task.rtol, guards, path.t, within, task.whole
+        slow.formulas, order, start, mu, slow.values, remaining, task.rtol, guards, path.t, within, task.whole
     )
     point = found.trajectory.state_at(found.end)
     stretch = Stretch(path.t, mode, lambda u: found.states(u)[0, slow.places], found)
@@ -432,9 +432,9 @@ def require_no_pole(path: MatchedPath, along: Iterable[tuple[float, tuple]]) -> 
 
 def _begin(task: Task, slow: Slow, path: MatchedPath) -> tuple[np.ndarray, float, float]:
     """Return the point (x, b) at which slow motion begins, the time that is left, and the longest step."""
-    left = task.until - path.t
+    remaining = task.until - path.t
     start = reduced.branch_at(slow.formulas, *slow.point(path.t, path.state), slow.values)
-    return start, left, left / LOOKS if path.mode.timed else math.inf
+    return start, remaining, remaining / LOOKS if path.mode.timed else math.inf
 
 
 def begun(automaton: Automaton, start: tuple) -> MatchedPath:
@@ -483,8 +483,8 @@ def followed_to(order: int, task: Task, landed: MatchedPath, path: MatchedPath) 
     finely = replace(task, order=order, whole=True)
     if len(path.stretches) != len(landed.stretches) + 1 or slowly is None:
         return onward(finely, landed)
-    start, left, within = _begin(task, slow, landed)
-    found = reduced.side_by_side(slow.formulas, (task.order, order), (start, start), task.mu, slow.values, left,
+    start, remaining, within = _begin(task, slow, landed)
+    found = reduced.side_by_side(slow.formulas, (task.order, order), (start, start), task.mu, slow.values, remaining,
                                  task.rtol, landed.t, within, growth=slowly.grown.most)
     first, second = found.states(found.end)[:, list(slow.places)]
     state = tuple((np.array(path.state) + second - first).tolist())

@@ -91,7 +91,7 @@ class LayeredMotion:
             return tau < over
         return (_falls(layer * units, STALLED) and self._fell(tau, units)) or tau < self.arrives(units)
 
-    def left(self, units: Any) -> float:
+    def layer_size(self, units: Any) -> float:
         """Return the size, times ``units``, of what is left of the layer at the end, after its first part.
 
         The layer begins as its term 0, taken back from where it is near the branch, and the others, there or at the
@@ -358,7 +358,7 @@ def _expected(motion, layered, t, slow, layer, units, ends=None, least=STEADY):
     fast = slice(len(scales) - misses.shape[1], None)
     _, recalled = motion.reduced.remembered(t, motion.beside.orders[ends is not None : -1])
     decisive, taken = motion.tells(layer, units), np.abs(layer[0] * units).max()
-    left = (0.0 if decisive else motion.left(units)) + (taken if layered is not decisive else 0.0)
+    layer_size = (0.0 if decisive else motion.layer_size(units)) + (taken if layered is not decisive else 0.0)
     if not decisive:  # terms may be small by chance, or far larger than what is left
         layer = np.zeros_like(layer)
     slow, layer, misses = slow * units, layer * units, misses * scales[fast]
@@ -369,7 +369,7 @@ def _expected(motion, layered, t, slow, layer, units, ends=None, least=STEADY):
     rounding = max(ROUNDING * motion.rtol * scales.max(), float(grown / max(1.0, np.abs(slow[0] + layer[0]).max())))
     lately = _terms(judged[0])[0] + float((recalled * scales[fast]).max(axis=1).sum())
     kept = motion.departure_share(t / motion.reduced.mu)
-    return max(predicted_error(terms, left, rounding, misses, lately, least, kept) for terms in judged), rounding
+    return max(predicted_error(terms, layer_size, rounding, misses, lately, least, kept) for terms in judged), rounding
 
 
 def tolerance(mu: float, order: int, finer: float = FINER) -> float:
@@ -378,12 +378,12 @@ def tolerance(mu: float, order: int, finer: float = FINER) -> float:
 
 
 def predicted_error(
-    composites: np.ndarray, left: float = 0.0, rounding: float = 0.0, misses: np.ndarray | None = None,
+    composites: np.ndarray, layer_size: float = 0.0, rounding: float = 0.0, misses: np.ndarray | None = None,
     lately: float = 0.0, least: float = STEADY, kept: float = 0.0,
 ) -> float:
     """Return the predicted error of the first of three composites, relative to the largest of 1 and the true states.
 
-    The composites are of successive orders. ``left`` is the size of the layer where the first leaves it out,
+    The composites are of successive orders. ``layer_size`` is the size of the layer where the first leaves it out,
     ``rounding`` the relative error of the integrations, ``misses`` the difference of each composite from the start, if
     known, and ``lately`` what the error remembers of terms omitted until then: those at the end may be small by chance,
     as where what drives the fast states comes to rest smoothly. The misses cover terms that do not decrease.
@@ -392,7 +392,7 @@ def predicted_error(
     """
     first, second = _terms(composites)
     ratio = min(STALLED, max(least, second / first)) if first > 0 else STALLED
-    error = max(lately, (first + 2 * second / (1 - ratio)) / (1 - ratio)) + left
+    error = max(lately, (first + 2 * second / (1 - ratio)) / (1 - ratio)) + layer_size
     if misses is not None:
         error += _beyond(max(first, second), misses, kept)
     scale = max(1.0, np.abs(composites[0]).max() - error)  # of the true states, which the error leaves uncertain

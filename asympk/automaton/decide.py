@@ -39,7 +39,7 @@ from asympk.automaton.contacts import DOUBLES, Numbers, Unclear, clear_sign, pla
 from asympk.automaton.exact import MOST_WORKING
 from asympk.automaton.junction import Junction, junction_at
 from asympk.automaton.kept import vanish_on_plane
-from asympk.automaton.modes import mode_of
+from asympk.automaton.modes import GuardedMode, mode_of
 from asympk.automaton.rest import has_forces, moves_in_several_ways, standing_branch
 from asympk.digits import carrier_context
 from asympk.errors import AsympkError, NegativeFriction, NoMotion, OutOfRange, TwoMotions, UnboundedReaction, Undecided
@@ -95,8 +95,8 @@ def all_motions(automaton: "Automaton", t: Any, state: tuple, slack: Any) -> dic
         for doubt in doubts.values():
             raise doubt
         _require_determined(here, tried)
-        apart = _distinct(here, {branch: consistent[branch] for branch in _firm(here, consistent)})
-        return {branch: here.forces(branch) for branch in apart.values()}
+        firm = {branch: consistent[branch] for branch in _firm(here, consistent)}
+        return {branch: here.forces(branch) for branch in _distinct(firm, _modes(here, firm)).values()}
 
 
 def _in_digits(state: tuple) -> tuple[tuple, Numbers]:
@@ -219,14 +219,14 @@ def _going_on(here: Junction, tried: Tried) -> Branch:
     consistent, doubts = _consistent(here, tried)
     firm = _firm(here, consistent)
     held = branches.at_rest(here.before or ()) - {k for _, k in here.lost}
-    left = branches.most_at_rest(branches.most_at_rest([*firm, *doubts], held))
+    preferred = branches.most_at_rest(branches.most_at_rest([*firm, *doubts], held))
     for branch, doubt in doubts.items():
-        if branch in left or _presses_otherwise(here, branch, left):
+        if branch in preferred or _presses_otherwise(here, branch, preferred):
             raise doubt
-    if len(left) > 1 and all(stands_still(here, mode_of(here.system, branch)) for branch in left):
-        return _idle(here, left[0], consistent[left[0]])
-    others = [branch for branch in firm if _presses_otherwise(here, branch, left)]
-    branch = _chosen(here, {branch: consistent[branch] for branch in [*left, *others]})
+    if len(preferred) > 1 and all(stands_still(here, mode_of(here.system, branch)) for branch in preferred):
+        return _idle(here, preferred[0], consistent[preferred[0]])
+    others = [branch for branch in firm if _presses_otherwise(here, branch, preferred)]
+    branch = _chosen(here, {branch: consistent[branch] for branch in [*preferred, *others]})
     _require_one_way(here, branch, tried)
     _require_shared(here, branch, consistent[branch])
     _require_uncritical(here, branch, tried)
@@ -253,8 +253,8 @@ def _firm(here: Junction, consistent: dict[Branch, list[int]]) -> list[Branch]:
     return firm or [*consistent]
 
 
-def _presses_otherwise(here: Junction, branch: Branch, left: list[Branch]) -> bool:
-    return all(branches.presses_otherwise(here.system, branch, other) for other in left)
+def _presses_otherwise(here: Junction, branch: Branch, preferred: list[Branch]) -> bool:
+    return all(branches.presses_otherwise(here.system, branch, other) for other in preferred)
 
 
 def _idle(here: Junction, branch: Branch, still: list[int]) -> Branch:
@@ -380,22 +380,26 @@ def _require_shared(here: Junction, branch: Branch, still: list[int]) -> None:
                 "compliance between them", here.at.t, here.at.state)
 
 
-def _chosen(here: Junction, left: dict[Branch, list[int]]) -> Branch:
-    if len(left) == 1:
-        return next(iter(left))
-    distinct, first = _distinct(here, left), next((_loaded(here.system, *item) for item in left.items()), ())
-    mode = mode_of(here.system, first)
-    apart = tuple(a - b for rates in distinct for a, b in zip(mode.rates, rates, strict=True))
-    if len(distinct) == 1 or (distinct and vanish_on_plane(here, mode, apart)):
-        return next(iter(left))
+def _chosen(here: Junction, consistent: dict[Branch, list[int]]) -> Branch:
+    if len(consistent) == 1:
+        return next(iter(consistent))
+    modes = _modes(here, consistent)
+    distinct = _distinct(consistent, modes)
+    apart = tuple(a - b for rates in distinct for a, b in zip(modes[0].rates, rates, strict=True))
+    if len(distinct) == 1 or (distinct and vanish_on_plane(here, modes[0], apart)):
+        return next(iter(consistent))
     if not distinct:
         raise NoMotion(f"no motion goes on {here.in_words}: {_why_none(here)}", here.at.t, here.at.state)
     raise _several(here, distinct.values())
 
 
-def _distinct(here: Junction, left: dict[Branch, list[int]]) -> dict[tuple, Branch]:
+def _modes(here: Junction, consistent: dict[Branch, list[int]]) -> list[GuardedMode]:
+    return [mode_of(here.system, _loaded(here.system, *item)) for item in consistent.items()]
+
+
+def _distinct(consistent: Iterable[Branch], modes: list[GuardedMode]) -> dict[tuple, Branch]:
     """Return the first of the branches of each motion, by the rates of its mode."""
-    return {mode_of(here.system, _loaded(here.system, *item)).rates: item[0] for item in reversed(left.items())}
+    return {mode.rates: branch for mode, branch in reversed([*zip(modes, consistent, strict=True)])}
 
 
 def _several(here: Junction, consistent: Iterable[Branch]) -> TwoMotions:

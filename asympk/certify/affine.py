@@ -66,12 +66,12 @@ def enclose(
     t, size, touched, names, events = modes.field.family([[0]]), len(system.states), 0, [mode.mode.name], list[Event]()
     while max(touched, len(events)) <= MOST_EVENTS:
         segment = EnclosedSegment(mode, state)
-        left = (modes.field.family([[Fraction(until)]]) - t).tight()
-        zero, groups = modes.ahead(guards, segment, left, t)
+        remaining = (modes.field.family([[Fraction(until)]]) - t).tight()
+        zero, groups = modes.ahead(guards, segment, remaining, t)
         found = first_event(segment, [*groups], end := zero.span.numbers()[0], budget)
         require_one_motion(modes, segment, guards, found[1] if found else end, budget)
         if not found and not zero.lost:
-            return names, events, tuple(segment.at(None, left).numbers()[:size])
+            return names, events, tuple(segment.at(None, remaining).numbers()[:size])
         lost, dt = (groups[found[0]], segment.moment(*found)) if found else (zero.lost, zero.span)
         guard = _together(lost)
         if found and not (zero.span - dt).numbers()[0] > 0:
@@ -195,13 +195,13 @@ class _Modes(Candidates):
         return self.chosen([*first, self.every(state)], state, guard.kind, mode.branch, held)
 
     def ahead(
-        self, guards: Sequence[AffineGuard], segment: EnclosedSegment, left: Family, since: Family
+        self, guards: Sequence[AffineGuard], segment: EnclosedSegment, remaining: Family, since: Family
     ) -> tuple[Zero, dict[AffineGuard, list[AffineGuard]]]:
         """Return the first ``Zero`` that no sign shows, or the end, and groups of the guards that are not lost there.
 
         Of these, each one whose exact time is known stands for all that fall through 0 exactly when it does.
         """
-        zero, alone = Zero(left, self.until, []), list[AffineGuard]()
+        zero, alone = Zero(remaining, self.until, []), list[AffineGuard]()
         for guard in guards:
             for found in self._touches(guard, segment, since):
                 if found.span.numbers()[0] > 0 and (zero.span - found.span).numbers()[0] > 0:

@@ -332,13 +332,13 @@ def _follow(balls, budget):
         name = "stick" if not z_sign else "slip_same" if z_sign == s_sign else "slip_opposite"
         modes.append(name)
         mode = _mode(balls, name, state, deviation)
-        left = balls.until - t
-        found = first_event(mode, _guards(balls, state, s_sign, z_sign, touching), left, budget)
+        remaining = balls.until - t
+        found = first_event(mode, _guards(balls, state, s_sign, z_sign, touching), remaining, budget)
         if found is None:
-            end = mode.state(left)
+            end = mode.state(remaining)
             return modes, events, (end.x, end.y, end.z if z_sign else ball(0))
         guard, dt = found
-        if not dt < left:
+        if not dt < remaining:
             raise Refused(f"horizon: {guard.kind} at the end itself, until = {float(balls.until.mid()):.10g}")
         state, s_sign, z_sign, touching = _after(balls, guard, mode.at(guard, dt), s_sign, z_sign)
         deviation, t = None, t + dt

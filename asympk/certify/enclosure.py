@@ -36,7 +36,7 @@ class Budget:
     """The work allowed for a certificate, of a point or a ``wide`` box, in pieces of time examined with few bits."""
 
     def __init__(self, pieces: int, wide: bool):
-        self.pieces = self.left = pieces
+        self.pieces = self.remaining = pieces
         self.wide = wide
 
     @property
@@ -46,8 +46,8 @@ class Budget:
 
     def spend(self, segment: Any) -> None:
         """Subtract one piece, weighted by the segment's work and the precision; raises ``Refused`` below zero."""
-        self.left -= segment.work * max(1, flint().ctx.prec / _CHEAP_BITS)
-        if self.left < 0:
+        self.remaining -= segment.work * max(1, flint().ctx.prec / _CHEAP_BITS)
+        if self.remaining < 0:
             raise Refused(f"undecided: {self.pieces} pieces of work are spent; take a smaller box, or a smaller until")
 
 
@@ -192,14 +192,14 @@ class Exponentials(MatrixExponential):
         return self._joined(t, common(p, fast * (l1 * t).exp()), q)
 
 
-def first_event(segment: Any, guards: Sequence[Any], left: Ball, budget: Budget) -> tuple[Any, Ball] | None:
-    """Return (guard, time ball) of the first guard to vanish in (0, upper end of ``left``], or None if none vanishes.
+def first_event(segment: Any, guards: Sequence[Any], remaining: Ball, budget: Budget) -> tuple[Any, Ball] | None:
+    """Return (guard, time ball) of the first guard to vanish in (0, upper end of ``remaining``], or None.
 
     Raises ``Refused`` where a piece of time would have to be shorter than ``budget.finest`` times its end, or to end
     before the smallest double, and when the ``budget`` is spent.
     """
     arb, finest = flint().arb, budget.finest
-    pieces, lo = [left.upper().mid()] if left.upper() > 0 else [], arb(0)
+    pieces, lo = [remaining.upper().mid()] if remaining.upper() > 0 else [], arb(0)
     while pieces:
         budget.spend(segment)
         hi = pieces[-1]
@@ -212,7 +212,7 @@ def first_event(segment: Any, guards: Sequence[Any], left: Ball, budget: Budget)
             return unproven[first], roots[first]
         elif {*verdicts} <= {"positive", "ends"} or not (hi - lo > hi * finest and hi > _SOONEST) or (
                 roots and all(root.rad() < hi * finest for root in roots)):
-            raise _refused(segment, unproven, roots[0].upper() if roots else hi, left)
+            raise _refused(segment, unproven, roots[0].upper() if roots else hi, remaining)
         else:
             pieces.append(_cut(segment, guards, lo, hi))
     return None
@@ -261,11 +261,11 @@ def root_in(segment: Any, guard: Any, lo: Ball, hi: Ball) -> Ball:
     return found
 
 
-def _refused(segment, guards, hi, left):
+def _refused(segment, guards, hi, remaining):
     near = float(hi)
     if segment.unstable:
         return Refused(f"unstable plane: the start of this mode cannot be told from Pi2 with {flint().ctx.prec} bits")
-    if not hi < left.lower():
+    if not hi < remaining.lower():
         return Refused(f"horizon: an event at the end itself, t = {near:.10g} of this mode")
     kinds = " and ".join(sorted(guard.kind for guard in guards))
     when = f"{near:.10g} after this mode began" if hi > _SOONEST else "as soon as this mode begins"

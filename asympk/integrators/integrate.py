@@ -133,7 +133,7 @@ def _trace(scene, method, options, times=(), keep=False):
     deadline = float("inf") if times else monotonic() + options["seconds"]
 
     def on(mode, t, state, segments):
-        left = options["steps"] - sum(s.work.steps for s in segments)
+        remaining = options["steps"] - sum(s.work.steps for s in segments)
         end = mode.steps_until(t, until)
         last = end if mode.after_switch(end) >= until else until
         later = [min(max(v, t), last) for v in times[sum(len(s.samples) for s in segments) :]]
@@ -142,7 +142,7 @@ def _trace(scene, method, options, times=(), keep=False):
         rounded = method in COMPILED and mode.is_beside_limit(t, state)
         own, end = (BESIDE_LIMITS, min(end, t + until / PIECES)) if rounded else (method, end)
         advance: Advance = import_module(f"asympk.integrators.{FAMILIES[own]}").advance
-        settings = Settings(own, options["rtol"], options["atol"], left, deadline, later, kept, longest)
+        settings = Settings(own, options["rtol"], options["atol"], remaining, deadline, later, kept, longest)
         return in_range(t, state, lambda: _settled(mode, later, without_asymmetry(mode, t, state, followed(
             mode, t, state, end, lambda end: advance(mode, t, state, end, settings)))))
 

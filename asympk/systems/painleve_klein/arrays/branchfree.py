@@ -127,16 +127,16 @@ def _parts(m, x, y, known=()):
     return w, off
 
 
-def slide(m: ModeConstants, x: Number, y: Number, left: Number) -> tuple[Number, Number, Number]:
-    """Return (x, y) at the end of the time ``left`` in a stable mode, and the change of z until then."""
+def slide(m: ModeConstants, x: Number, y: Number, remaining: Number) -> tuple[Number, Number, Number]:
+    """Return (x, y) at the end of the time ``remaining`` in a stable mode, and the change of z until then."""
     off = x - m.rest
     slow_x = off * (1 + m.to_x * m.slow)
     slow_x -= m.to_x * y
-    end_y = np.exp(m.slow * left)
+    end_y = np.exp(m.slow * remaining)
     end_y *= slow_x
     end_x = end_y + m.rest
     end_y *= m.slow
-    exponent = m.fast * left
+    exponent = m.fast * remaining
     if not np.max(exponent) <= VANISHED:
         late = np.flatnonzero(np.broadcast_to(exponent > VANISHED, x.shape))
         off, slow_x, fast, exponent = pick(late, off, slow_x, m.fast, exponent)
@@ -145,7 +145,7 @@ def slide(m: ModeConstants, x: Number, y: Number, left: Number) -> tuple[Number,
         end_y[late] += fast * fast_x
     gone = end_y - y
     gone *= m.bend
-    gone += m.rest * left
+    gone += m.rest * remaining
     return end_x, end_y, gone
 
 

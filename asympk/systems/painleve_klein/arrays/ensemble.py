@@ -56,7 +56,7 @@ class RodEnsemble(Many):
 
     final: np.ndarray
     n_events: np.ndarray
-    _left: dict = field(repr=False)
+    _omitted: dict = field(repr=False)
     _arguments: Any = field(repr=False)
     _events: Events | None = field(repr=False)
     names: tuple[str, ...] = ("x", "y", "z")
@@ -120,7 +120,7 @@ def solve_many(
     found = _follow(arguments, 0, prod(shape), [] if events else None, strict, progress)
     kept = _in_order(found.notes) if events else None
     final, n_events = found.final.reshape(3, *shape), found.n_events.reshape(shape)
-    return RodEnsemble(final, n_events, found.left, (shape, arguments), kept)
+    return RodEnsemble(final, n_events, found.omitted, (shape, arguments), kept)
 
 
 def _follow(arguments, first, last, notes, strict=False, progress=None):
@@ -143,13 +143,13 @@ def _follow(arguments, first, last, notes, strict=False, progress=None):
 class _Result(NamedTuple):
     """The arrays of results, by flat index less ``first``; ``notes`` are blocks (trajectory, kind, t, x, y, z) or None.
 
-    ``left`` maps the trajectories that are left out to their outcomes.
+    ``omitted`` maps the trajectories that are left out to their outcomes.
     """
 
     first: int
     final: np.ndarray
     n_events: np.ndarray
-    left: dict
+    omitted: dict
     notes: list | None
     strict: bool
 
@@ -170,7 +170,7 @@ class _Result(NamedTuple):
             raise type(reason)(f"trajectory {row}: {reason}") from None
         at = row - self.first
         self.final[:, at], self.n_events[at] = np.nan, 0
-        self.left[row] = outcome_of(reason)
+        self.omitted[row] = outcome_of(reason)
 
 
 def _common(arguments, start, stop, result):

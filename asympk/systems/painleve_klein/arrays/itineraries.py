@@ -257,9 +257,9 @@ def _slip(b):
     direct, m = b.of(DIRECT), b.p.same
     x, y, z = b.at(direct)
     b.fits[direct] &= z > deepest_fall(m.rows(direct), x, y)
-    left = b.until - b.t
-    b.fits &= left > SAFE * b.until
-    x, y, gone = slide(m, b.x, b.y, left)
+    remaining = b.until - b.t
+    b.fits &= remaining > SAFE * b.until
+    x, y, gone = slide(m, b.x, b.y, remaining)
     gone += b.z
     return x, y, gone
 

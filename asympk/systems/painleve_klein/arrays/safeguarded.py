@@ -135,26 +135,26 @@ class _FollowedRows:
 
     def advance(self, rows, motion, known):
         """Move the rows to their next event, or to their end; return its kind and the time until then."""
-        left = self.until[rows] - self.t[rows]
+        remaining = self.until[rows] - self.t[rows]
         if known:
             before, kinds, spans = known
             at = np.searchsorted(before, rows)
-            found = settled_ends(motion, self.sigma0[rows], left, kinds[at], spans[at])
+            found = settled_ends(motion, self.sigma0[rows], remaining, kinds[at], spans[at])
         elif motion.a:
-            found = slip_ends(motion, self.s_sign[rows], self.z_sign[rows], left)
+            found = slip_ends(motion, self.s_sign[rows], self.z_sign[rows], remaining)
         else:
-            found = stick_ends(motion, self.sigma0[rows], self.s_sign[rows], left)
+            found = stick_ends(motion, self.sigma0[rows], self.s_sign[rows], remaining)
         kind, span, state, doubtful = found
         self.t[rows] += span
         for axis, values in zip(self.state, state, strict=True):
             axis[rows] = values
         self.doubtful[rows] |= doubtful
-        self._watch_end(rows[kind == NOTHING], motion.rows(kind == NOTHING), left[kind == NOTHING])
+        self._watch_end(rows[kind == NOTHING], motion.rows(kind == NOTHING), remaining[kind == NOTHING])
         self._note(rows[kind != NOTHING], kind[kind != NOTHING])
         self._cross(rows, kind)
         return kind, span
 
-    def _watch_end(self, rows, motion, left):
+    def _watch_end(self, rows, motion, remaining):
         """Mark as doubtful the rows in which an error of the final time, by rounding, may change the events."""
         late, slips = MARGIN * self.until[rows], self.z_sign[rows] != 0
         _, y, s, z = (v[rows] for v in self.state)
@@ -162,7 +162,7 @@ class _FollowedRows:
         near, far = edges(self.sigma0[rows], s)
         off = np.where(slips, np.abs(s), np.minimum(np.abs(s - near), np.abs(far - s)))
         clear = (moved <= off) & (~slips | (late * np.abs(motion.a + motion.fall * s) <= np.abs(z)))
-        self.doubtful[rows] |= ~clear | ((self.n_events[rows] > 0) & (left < late))
+        self.doubtful[rows] |= ~clear | ((self.n_events[rows] > 0) & (remaining < late))
 
     def _note(self, rows, kind):
         x, y, _, z = (v[rows] for v in self.state)
@@ -197,10 +197,10 @@ def _sticks(sigma0, s):
     return (above >= 0) & (below >= 0), doubtful
 
 
-def slip_ends(motion: Segments, s_sign: np.ndarray, z_sign: np.ndarray, left: Number) -> Ends:
+def slip_ends(motion: Segments, s_sign: np.ndarray, z_sign: np.ndarray, remaining: Number) -> Ends:
     """Return the ``Ends`` at the event that ends a slip within the time left, or at the end."""
-    end = motion.horizon(left)
-    search = _Search(motion, left)
+    end = motion.horizon(remaining)
+    search = _Search(motion, remaining)
     opening = search.opening(z_sign)
     for rows, lo, hi in search.stretches(end):
         part, own, side = motion.rows(rows), s_sign[rows], z_sign[rows]
@@ -216,7 +216,7 @@ def slip_ends(motion: Segments, s_sign: np.ndarray, z_sign: np.ndarray, left: Nu
             search.found(rows[turned], FORCE_ZERO, at, some.on_level(np.zeros_like(at), at))
         search.passed(rows, state)
         opening[rows] = opens
-    search.doubtful |= (search.kind == NOTHING) & (end < left)
+    search.doubtful |= (search.kind == NOTHING) & (end < remaining)
     return search.kind, search.time, search.state, search.doubtful
 
 
@@ -261,11 +261,11 @@ def _leaving(search, rows, part, side, lo, hi, s, leaves):
     return start
 
 
-def stick_ends(motion: Segments, sigma0: Number, s_sign: np.ndarray, left: Number) -> Ends:
+def stick_ends(motion: Segments, sigma0: Number, s_sign: np.ndarray, remaining: Number) -> Ends:
     """Return the ``Ends`` at the slip onset within the time left, or at the end."""
-    search = _Search(motion, left)
+    search = _Search(motion, remaining)
     near, far = edges(sigma0, motion.s0)
-    for rows, lo, hi in search.stretches(left):
+    for rows, lo, hi in search.stretches(remaining):
         part = motion.rows(rows)
         state = part.state(hi)
         for edge, side in ((near[rows], -s_sign[rows]), (far[rows], np.ones_like(hi))):
@@ -282,10 +282,10 @@ def stick_ends(motion: Segments, sigma0: Number, s_sign: np.ndarray, left: Numbe
     return search.kind, search.time, search.state, search.doubtful
 
 
-def settled_ends(motion: Segments, sigma0: Number, left: Number, kind: np.ndarray, span: np.ndarray) -> Ends:
+def settled_ends(motion: Segments, sigma0: Number, remaining: Number, kind: np.ndarray, span: np.ndarray) -> Ends:
     """Return the ``Ends`` at events, or ends, whose kinds and approximate times are known."""
     near, far = edges(sigma0, motion.s0)
-    time, state = np.where(kind == NOTHING, left, span), [np.zeros_like(left) for _ in range(4)]
+    time, state = np.where(kind == NOTHING, remaining, span), [np.zeros_like(remaining) for _ in range(4)]
     for which in (FORCE_ZERO, VELOCITY_ZERO, SLIP_ONSET, NOTHING):
         rows = np.flatnonzero(kind == which)
         if not rows.size:
@@ -303,7 +303,7 @@ def settled_ends(motion: Segments, sigma0: Number, left: Number, kind: np.ndarra
         time[rows] = t
         for axis, values in zip(state, found, strict=True):
             axis[rows] = values
-    return kind, time, state, np.zeros(left.size, bool)
+    return kind, time, state, np.zeros(remaining.size, bool)
 
 
 def _nearest(part, t, near, far):
@@ -315,12 +315,12 @@ def _nearest(part, t, near, far):
 class _Search:
     """The search for the event that ends each of some motions, stretch by stretch on which s is monotone."""
 
-    def __init__(self, motion, left):
+    def __init__(self, motion, remaining):
         self.motion = motion
-        self.kind = np.full(left.size, NOTHING)
-        self.time = left.copy()
-        self.state = [np.zeros_like(left) for _ in range(4)]
-        self.doubtful = np.zeros(left.size, bool)
+        self.kind = np.full(remaining.size, NOTHING)
+        self.time = remaining.copy()
+        self.state = [np.zeros_like(remaining) for _ in range(4)]
+        self.doubtful = np.zeros(remaining.size, bool)
 
     def stretches(self, end):
         """Yield (rows without an event so far, start, end) of the stretches between three extrema, and to the end."""

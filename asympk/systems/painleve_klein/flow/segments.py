@@ -30,7 +30,7 @@ from asympk.systems.painleve_klein.modes import (
 
 RodMode: TypeAlias = FastSlow | SmoothMode
 RodSegment: TypeAlias = FastSlowSegment | SmoothSegment
-Ended: TypeAlias = tuple[str, Number, tuple[Number, ...]]  # (kind, time, state) of an event, or ("", left, state)
+Ended: TypeAlias = tuple[str, Number, tuple[Number, ...]]  # (kind, time, state) of an event, or ("", remaining, state)
 MOST_EVENTS = 1000  # of one run
 WIDEST = 1e100  # of mu/|b|, whose square must be a double
 MOST_STEPS = 60  # of Newton's method onto an event
@@ -131,11 +131,11 @@ def follow_rod(
             segment = flow.mode(name).start(x, y, s, z)
         else:
             segment, deviation = flow.split(name).start(x, y, s, z, deviation), None
-        left = max(0 * until, until - t)
+        remaining = max(0 * until, until - t)
         if known:
-            kind, span, state = refined_event(flow, segment, _counterpart(known, done, name), s_sign, left)
+            kind, span, state = refined_event(flow, segment, _counterpart(known, done, name), s_sign, remaining)
         else:
-            kind, span, state = _next_event(flow, segment, s_sign, z_sign, left)
+            kind, span, state = _next_event(flow, segment, s_sign, z_sign, remaining)
         done.append(SolvedSegment(name, t, segment, kind, span, state))
         if not kind:
             _require_clear_end(flow, segment, state, s_sign, z_sign, m.margin * until, span if t else None)
@@ -167,13 +167,13 @@ def _sign(m, value, size):
     return 0 if vanishing(m, value, size) else decided(m, value, size)
 
 
-def _next_event(flow, segment, s_sign, z_sign, left):
+def _next_event(flow, segment, s_sign, z_sign, remaining):
     """Return (kind, time, state) of the event that ends a segment, in doubles by ``shortcut`` where that gives one."""
     if z_sign:
-        quick = flow.m is Doubles and shortcut.slip_end(segment, s_sign, z_sign, left)
-        return quick or slip_event(flow, segment, s_sign, z_sign, left)
-    quick = flow.m is Doubles and shortcut.stick_end(segment, *flow.edges(s_sign), s_sign, left)
-    return quick or stick_event(flow, segment, s_sign, left)
+        quick = flow.m is Doubles and shortcut.slip_end(segment, s_sign, z_sign, remaining)
+        return quick or slip_event(flow, segment, s_sign, z_sign, remaining)
+    quick = flow.m is Doubles and shortcut.stick_end(segment, *flow.edges(s_sign), s_sign, remaining)
+    return quick or stick_event(flow, segment, s_sign, remaining)
 
 
 def _require_clear_end(flow, segment, state, s_sign, z_sign, late, since):
@@ -188,15 +188,15 @@ def _require_clear_end(flow, segment, state, s_sign, z_sign, late, since):
         raise Undecided
 
 
-def slip_event(flow: RodFlow, segment: RodSegment, s_sign: int, z_sign: int, left: Number) -> Ended:
-    """Return (kind, time, state) of the event that ends a slip, or ("", left, state) when the time ends first.
+def slip_event(flow: RodFlow, segment: RodSegment, s_sign: int, z_sign: int, remaining: Number) -> Ended:
+    """Return (kind, time, state) of the event that ends a slip, or ("", remaining, state) when the time ends first.
 
     A load that only touches zero keeps its sign. A velocity that only touches zero ends the slip if static friction
     exceeds kinetic friction.
     """
     mode = segment.mode
     a, fall = mode.a, mode.fall
-    end = segment.horizon(left)
+    end = segment.horizon(remaining)
     lo, opening = 0, not segment.z0 or _opening(segment, z_sign)
     for hi in stretches(segment, end):
         s, z = segment.probe(hi)
@@ -207,21 +207,21 @@ def slip_event(flow: RodFlow, segment: RodSegment, s_sign: int, z_sign: int, lef
         if event:
             return event
         lo, opening = hi, opens
-    if end < left:
+    if end < remaining:
         raise Undecided
-    return _slip_end(flow, segment, s_sign, z_sign, left)
+    return _slip_end(flow, segment, s_sign, z_sign, remaining)
 
 
-def _slip_end(flow, segment, s_sign, z_sign, left):
-    """Return the event that a slip meets exactly at the end of the time, or ("", left, state)."""
-    mode, (x, y, s, z, thrust) = segment.mode, segment.state(left)
+def _slip_end(flow, segment, s_sign, z_sign, remaining):
+    """Return the event that a slip meets exactly at the end of the time, or ("", remaining, state)."""
+    mode, (x, y, s, z, thrust) = segment.mode, segment.state(remaining)
     if mode.m.margin:
-        return "", left, (x, y, s, z, thrust)
-    if _vanishes(segment, left, z) and _side(mode.m, z_sign, mode.a, mode.fall * s) < (flow.sigma0 > flow.sigma):
-        return "velocity_zero", *on_plane(segment, left)
-    if vanishing(mode.m, s, segment.size(2, left)) and _side(mode.m, s_sign, y, thrust / mode.mu) < 0:
-        return "force_zero", *on_level(segment, 0 * left, left)
-    return "", left, (x, y, s, z, thrust)
+        return "", remaining, (x, y, s, z, thrust)
+    if _vanishes(segment, remaining, z) and _side(mode.m, z_sign, mode.a, mode.fall * s) < (flow.sigma0 > flow.sigma):
+        return "velocity_zero", *on_plane(segment, remaining)
+    if vanishing(mode.m, s, segment.size(2, remaining)) and _side(mode.m, s_sign, y, thrust / mode.mu) < 0:
+        return "force_zero", *on_level(segment, 0 * remaining, remaining)
+    return "", remaining, (x, y, s, z, thrust)
 
 
 def _side(m, side, one, other):
@@ -293,35 +293,35 @@ def _dip(flow, segment, z_sign, lo, hi):
     return least if flow.sigma0 > flow.sigma and _vanishes(segment, least, z) else None
 
 
-def stick_event(flow: RodFlow, segment: RodSegment, s_sign: int, left: Number) -> Ended:
-    """Return (kind, time, state) of the slip onset, or ("", left, state) when the time ends first."""
+def stick_event(flow: RodFlow, segment: RodSegment, s_sign: int, remaining: Number) -> Ended:
+    """Return (kind, time, state) of the slip onset, or ("", remaining, state) when the time ends first."""
     near, far = flow.edges(s_sign)
     lo = 0
-    for hi in stretches(segment, left):
+    for hi in stretches(segment, remaining):
         s, size = segment.probe(hi)[0], segment.size(2, hi)
         for edge, side in ((near, -s_sign), (far, 1)):
             if edge is not None and lost(flow.m, side * (edge - s), abs(edge) + size):
                 _require_off(lo or segment.s0 - edge)
                 return "slip_onset", *on_level(segment, edge, segment.root(2, edge, lo, hi, side))
         lo = hi
-    return _stick_end(flow, segment, s_sign, left)
+    return _stick_end(flow, segment, s_sign, remaining)
 
 
-def _stick_end(flow, segment, s_sign, left):
-    """Return the slip onset that stick meets exactly at the end of the time, or ("", left, state)."""
-    mode, (x, y, s, z, thrust) = segment.mode, segment.state(left)
+def _stick_end(flow, segment, s_sign, remaining):
+    """Return the slip onset that stick meets exactly at the end of the time, or ("", remaining, state)."""
+    mode, (x, y, s, z, thrust) = segment.mode, segment.state(remaining)
     near, far = (None, None) if mode.m.margin else flow.edges(s_sign)
     for edge, side in ((near, -s_sign), (far, 1)):
-        met = edge is not None and vanishing(mode.m, s - edge, abs(edge) + segment.size(2, left))
+        met = edge is not None and vanishing(mode.m, s - edge, abs(edge) + segment.size(2, remaining))
         if met and _side(mode.m, side, y, thrust / mode.mu) > 0:
-            return "slip_onset", *on_level(segment, edge, left)
-    return "", left, (x, y, s, z, thrust)
+            return "slip_onset", *on_level(segment, edge, remaining)
+    return "", remaining, (x, y, s, z, thrust)
 
 
-def refined_event(flow: RodFlow, segment: RodSegment, known: SolvedSegment, s_sign: int, left: Number) -> Ended:
+def refined_event(flow: RodFlow, segment: RodSegment, known: SolvedSegment, s_sign: int, remaining: Number) -> Ended:
     """Return (kind, time, state) of the event or end of a segment, refined from ``known`` in coarser numbers."""
     if not known.kind:
-        return "", left, segment.state(left)
+        return "", remaining, segment.state(remaining)
     t = flow.m.number(known.span)
     if known.kind == "velocity_zero":
         return known.kind, *on_plane(segment, t)

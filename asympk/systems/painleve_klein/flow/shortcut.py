@@ -21,12 +21,12 @@ STEPS = 5  # of Newton's method
 LEAST = 0.05  # change of the fast exponent until the event
 
 
-def slip_end(segment: "RodSegment", s_sign: int, z_sign: int, left: Number) -> "Ended | None":
+def slip_end(segment: "RodSegment", s_sign: int, z_sign: int, remaining: Number) -> "Ended | None":
     """Return (kind, time, state) as ``slip_event`` does, or None."""
     if segment.short or not segment.fast:
         return None
     mode, turn = segment.mode, segment.turning()
-    end = left if turn is None or turn > left else turn
+    end = remaining if turn is None or turn > remaining else turn
     opening = not segment.z0
     if not opening:
         leaving = z_sign * (1.0 + mode.fall * segment.s0)
@@ -41,23 +41,25 @@ def slip_end(segment: "RodSegment", s_sign: int, z_sign: int, left: Number) -> "
     if ended:
         z = z_sign * ended[1][3]
         return ("force_zero", *ended) if z > MARGIN * segment.size(3, end) and (opening or z_sign < 0) else None
-    return _nothing(segment, s_sign, z_sign, turn if end is turn else None, left, opening)
+    return _nothing(segment, s_sign, z_sign, turn if end is turn else None, remaining, opening)
 
 
-def stick_end(segment: "RodSegment", edge: Number, far: Number | None, s_sign: int, left: Number) -> "Ended | None":
+def stick_end(
+    segment: "RodSegment", edge: Number, far: Number | None, s_sign: int, remaining: Number
+) -> "Ended | None":
     """Return (kind, time, state) as ``stick_event`` does where the cone has one edge on this side, or None."""
     if far is not None or segment.short or not segment.fast or not s_sign * (segment.s0 - edge) > 0:
         return None
     turn = segment.turning()
-    ended = _level(segment, edge, left if turn is None or turn > left else turn)
+    ended = _level(segment, edge, remaining if turn is None or turn > remaining else turn)
     return ("slip_onset", *ended) if ended else None
 
 
-def _nothing(segment, s_sign, z_sign, turn, left, opening):
+def _nothing(segment, s_sign, z_sign, turn, remaining, opening):
     mode = segment.mode
-    if mode.fast_rate * left > 600:
+    if mode.fast_rate * remaining > 600:
         return None
-    for t in (left,) if turn is None else (turn, left):
+    for t in (remaining,) if turn is None else (turn, remaining):
         state = segment.state(t)
         _, _, s, z, _ = state
         opens = z_sign * (1.0 + mode.fall * s) > 0
@@ -65,7 +67,7 @@ def _nothing(segment, s_sign, z_sign, turn, left, opening):
         if not clear or (opens and not opening and not _above(segment, z_sign)):
             return None
         opening = opens
-    return "", left, state
+    return "", remaining, state
 
 
 def _above(segment, z_sign):
