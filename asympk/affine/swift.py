@@ -139,7 +139,7 @@ def _beginning(system):
     """
     opens = any(f.gap is not None for f in system.frictions)
     smooth = any(is_smooth(system, k) for k in range(len(system.frictions)))
-    if opens or smooth or _is_left(system) or not 0 < len(system.frictions) <= _MOST:
+    if opens or smooth or _is_for_automaton(system) or not 0 < len(system.frictions) <= _MOST:
         return []
     return list(product([Phase(load, v) for load in (1, -1) for v in (0, 1, -1)], repeat=len(system.frictions)))
 
@@ -167,7 +167,7 @@ def _following(system, branch, event):
     rest may slip instead, where they feel the direction of sliding, and where loads contain forces.
     """
     kind, k = event
-    if kind not in _AT_EVENT or stands(branch) or _is_left(system):
+    if kind not in _AT_EVENT or stands(branch) or _is_for_automaton(system):
         return []
     group = next(group for group in coupled(system) if k in group)
     if len(group) > 1 and any(system.frictions[j].static != system.frictions[j].kinetic for j in group):
@@ -188,7 +188,7 @@ def _may_hold(system, k):
     return bool(symbols_in(rate_along(system, system.frictions[k].velocity)) & {*system.pushes})
 
 
-def _is_left(system):
+def _is_for_automaton(system):
     """Tell whether all decisions are left to the automaton: contacts feel the direction of sliding, or loads forces.
 
     Such a load may have either sign, or none, in several modes that may follow.

@@ -66,7 +66,7 @@ def composite_motions(
         onward = second(sigma, sigma0, mu, large, slowly.x, 0, 0, m.log)[k].landing
         segments = [p._replace(began=p.began + t) for p in later.segments]
         turns = [turn._replace(t=turn.t + t) for turn in later.turns]
-        trace = _left(layer.segments[-1], t, left)
+        trace = _residual(layer.segments[-1], t, left)
         found.append((
             CompositeMotion((*layer.segments, *segments), (*layer.turns, there, *turns), trace),
             CompositeMotion((layer.landing, onward._replace(began=slow_t)), (slowly,), trace),
@@ -74,7 +74,7 @@ def composite_motions(
     return found
 
 
-def _left(last, t, part):
+def _residual(last, t, part):
     lasting = part * (abs(last.x[3]) + abs(last.z[3]) * (1 + 1 / abs(last.z[1])))
     return Residual(t, 40 / abs(last.fast), lasting, part * abs(last.y[3]))
 

@@ -6,8 +6,8 @@ dx/dJ = sign(y) dx'/dy, and likewise mu y, until sliding stops; in stick J conti
 
     velocity -> 0,    mu y -> 0,    x -> x + (impulses),    errors O(mu log(1/mu)),
 
-the jump law of a mechanism with a stiff damped contact. If mu y returns to 0 before the stop there is no law (Lemma
-18). ``LimitLayers.arrive`` follows a layer; ``_ahead`` decides how a mode ends, ``_stop`` carries the impulse.
+the jump law of a mechanism with a stiff damped contact. If mu y returns to 0 before the stop, there is no law
+(Lemma 18). ``LimitLayers.arrive`` follows a layer; ``_ahead`` decides how a mode ends, ``_stop`` carries the impulse.
 """
 
 import math

@@ -1,17 +1,14 @@
-r"""The jump map: where the fast layers carry a start, as series in mu and L = log(1/mu).
+"""The jump map: where the fast layers carry a start, as series in mu and L = log(1/mu).
 
 The motion from a start (x, y, z) off the slow manifolds passes through a few modes within a time O(mu L) and lands on a
-slow manifold. The slow motion on which it lands, extended back to t = 0, has the values (x, z) there that the map
-gives. The jump is thus instantaneous: after the layers the trajectory at t is the slow motion from this (x, z) after
-the time t. One linear combination of the states changes slowly in every mode,
+slow manifold. Extended back to t = 0, the slow motion there has the (x, z) that the map gives: it is as if the start
+jumped at once. One combination of the states changes slowly in every mode and fixes the limit (Lemma 3),
 
-    I = z - mu y - x,    I' = x      (Painlevé-Klein),
+    I = z - mu y - x,    I' = x      (Painlevé-Klein):
 
-and fixes the limit (Lemma 3): as mu -> 0 the change of I over the layer vanishes and mu y returns to 0, so that z -> 0
-implies x -> x - z.
-
-``jump_map`` takes a sample point, finds the itinerary from it (``itinerary``), expands the layers (``layers``), and
-collects in the domain of the map the signs on which the itinerary depends.
+as mu -> 0 it does not change over the layer, and mu y returns to 0, so that z -> 0 implies x -> x - z. ``jump_map``
+takes a sample point, finds the ``itinerary`` from it, expands the ``layers``, and collects in the domain of the map the
+signs on which the itinerary depends.
 """
 
 from collections.abc import Mapping

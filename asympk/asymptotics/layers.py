@@ -1,17 +1,16 @@
-r"""Fast layers of a linear system with dry friction, as series in mu and L = log(1/mu).
+"""Fast layers of a linear system with dry friction, as series in mu and L = log(1/mu).
 
 In a mode x' = f, mu y' = g, z' = h, affine in x and y, the motion from a start is
 
     x = x* + A e^(slow t) + B e^(fast t),    y likewise,    z = c + rate t + ... ,
 
-with fast = O(1/mu), slow = O(1). A mode ends where an affine function of (x, y, z) vanishes. In the unknown
-E = e^(fast t), with t = log(E)/fast = O(mu L), this equation is
+with fast = O(1/mu), slow = O(1). A mode ends where an affine function of (x, y, z) vanishes. For E = e^(fast t), with
+t = log(E)/fast = O(mu L), the last term of this equation balances the others:
 
-    c + rate t + ks e^(slow t) + kf E = 0.
+    c + rate t + ks e^(slow t) + kf E = 0,    so E = -(c + rate t + ks e^(slow t))/kf contracts by mu (``balance``).
 
-The last term balances the others: E = -(c + rate t + ks e^(slow t))/kf is a contraction by mu, which ``series.balance``
-iterates. ``expand_layers`` follows an itinerary; the hard function is ``_turn``, which solves this equation. The
-same code serves coefficients that are symbols, numbers, or arrays of numbers.
+``expand_layers`` follows an itinerary; the hard function is ``_turn``, which solves this equation. Coefficients are
+symbols, numbers, or arrays of numbers.
 """
 
 from collections.abc import Callable

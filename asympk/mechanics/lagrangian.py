@@ -1,4 +1,7 @@
-"""Mass matrix and forces from a Lagrangian, a ``LagrangesMethod`` or a ``KanesMethod`` of sympy.physics.mechanics."""
+"""Mass matrix and forces from a Lagrangian, a ``LagrangesMethod`` or a ``KanesMethod`` of sympy.physics.mechanics.
+
+    M q'' = Q,    M = d^2 L/dq'^2,    Q = dL/dq - (d/dt dL/dq' without q'') + generalised forces
+"""
 
 from collections.abc import Mapping
 from types import MappingProxyType
