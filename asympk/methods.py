@@ -10,7 +10,7 @@ from typing import Any
 
 from asympk.errors import InputError, UnknownName
 from asympk.naming import named
-from asympk.numbers import short
+from asympk.numbers import flag, require_callback, short
 from asympk.path import Path
 from asympk.scene import Scene, require_scene
 from asympk.systems.kernels import FOR_ARRAYS, FOR_SCENES, kernel_scene
@@ -116,10 +116,14 @@ def _found(module: str, name: str) -> Any:
 
 def _require_known(method: str, run: Any, options: dict[str, Any]) -> None:
     known = _options(run)
-    unknown = [name for name in options if name not in known]
-    if unknown:
-        shown = (f"{name} (in Python)" if "Callable" in str(kind) else name for name, kind in known.items())
-        raise InputError(f"method {method!r} has no option {unknown[0]!r}; it has {', '.join(shown)}")
+    for name, value in options.items():
+        if name not in known:
+            shown = (f"{name} (in Python)" if "Callable" in str(kind) else name for name, kind in known.items())
+            raise InputError(f"method {method!r} has no option {name!r}; it has {', '.join(shown)}")
+        if known[name] is bool:
+            flag(name, value)
+        if "Callable" in str(known[name]):
+            require_callback(name, value)
 
 
 @cache

@@ -20,7 +20,7 @@ def named(kind: str, word: Any, known: Collection[str], beyond: str = "") -> str
     folded = {name.lower(): name for name in known}
     if isinstance(word, str) and word.lower() in folded:
         return folded[word.lower()]
-    near = nearest(str(word).lower(), folded)
+    near = nearest(word.lower(), folded) if isinstance(word, str) else ""
     hint = f"did you mean {folded[near]!r}? " if near else ""
     raise UnknownName(f"{kind} {short(word)} is unknown; {hint}choose one of {', '.join(known)}{beyond}")
 

@@ -116,6 +116,19 @@ def whole(name: str, value: Any, least: int, most: int) -> int:
     return int(value)
 
 
+def flag(name: str, value: Any) -> bool:
+    """Return ``value``, True or False of Python or NumPy, as a bool; raises ``InputError`` for anything else."""
+    if not isinstance(value, bool) and type(value).__name__ not in ("bool_", "bool"):
+        raise InputError(f"{name} = {short(value)}: it must be True or False")
+    return bool(value)
+
+
+def require_callback(name: str, value: Any, hint: str = "") -> None:
+    """Raise ``InputError``, with a ``hint`` at its end, unless ``value`` is None or can be called."""
+    if value is not None and not callable(value):
+        raise InputError(f"{name} = {short(value)}: it must be a function{hint}")
+
+
 def known_order(order: Any, highest: int | None = None, what: str = "") -> int:
     """Return the order of an expansion as an int from 0 to ``highest``; raises ``OrderError``, worded with ``what``."""
     counts = _is_whole(order)

@@ -17,9 +17,9 @@ from sweeptext import parse_sweep
 from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
-from asympk.certify.certificates import certify
+from asympk.certify.certificates import certify, cover
 from asympk.errors import AsympkError, InputError
-from asympk.numbers import spells_number
+from asympk.numbers import short, spells_number
 from asympk.output.export import export
 from asympk.sweep import run_sweep
 
@@ -43,12 +43,16 @@ ENDLESS.append(ENDLESS)
 
 
 CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
+    "solve": (ap.solve, {"scene": SCENE, "method": "exact"}),
     "slow_manifolds": (ap.slow_manifolds, {"system": PK}),
     "slow_manifold": (ap.slow_manifold, {"system": SMOOTH, "branch": {y: x}, "order": 1}),
     "critical_manifolds": (ap.critical_manifolds, {"system": PK}),
     "eigenvalues": (ap.eigenvalues, {"system": PK}),
+    "eigenvalues of a mode": (lambda mode: ap.eigenvalues(PK, mode=mode), {"mode": "stick"}),
     "stick_regions": (ap.stick_regions, {"system": PK}),
-    "jump_map": (ap.jump_map, {"system": PK}),
+    "jump_map": (ap.jump_map, {"system": PK, "near": "slip_opposite", "arrival": None}),
+    "atlas": (ap.atlas, {"system": SMOOTH, "values": {"mu": 1e-3}, "start": {x: 1, y: 1}, "until": 1}),
+    "phase": (ap.phase, {"what": SCENE, "x": "x"}),
     "System.smooth": (ap.System.smooth, {"slow": {x: -x}, "fast": {y: x - y}, "small": mu, "time": t}),
     "System.with_frictions": (ap.System.with_frictions, {**BLOCK, "time": t}),
     "Friction": (ap.Friction, FRICTION),
@@ -76,7 +80,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
                                                        contact=ap.Contact(**{**GROUND, "slip": slip})), {"slip": X}),
     "a branch": (lambda h: ap.slow_manifold(SMOOTH, branch={y: h}, order=1), {"h": x}),
     "a place": (lambda at: ap.eigenvalues(SMOOTH, at={x: at, y: at}), {"at": 0}),
-    "a key": (lambda key: ROD.motions({**AT, str(key): 1}), {"key": "f"}),
+    "a key": (lambda key: ROD.motions({**AT, short(key): 1}), {"key": "f"}),
     "motions": (lambda f: ROD.motions({**AT, "f": f}), {"f": 2}),
     "jump_law ratio": (ROD.jump_law, {"ratio": 1}),
     "jump_law damping": (ROD.jump_law, {"damping": 1}),
@@ -93,6 +97,8 @@ WRONG = {
     "no number of numpy": np.float32("nan"), "an interval": mpmath.iv.mpf([0, 1]),
     "a decimal of many digits": Decimal("1e99999"), "an integer symbol": sp.Symbol("q", integer=True),
     "a unit": sp.physics.units.meter, "a vector": sp.vector.CoordSys3D("C").i, "a root": sp.CRootOf(x**5 - x - 1, 0),
+    "an array of nothing": np.zeros(0), "a condition": x < 1,
+    "an integer of very many digits": 10**5000,
     "a function of sympy": sp.S.IdentityFunction, "a list in itself": ENDLESS,
     "a tiny fraction": Fraction(1, 10**400), "a range of sympy": sp.Range(3), "a set of sympy": sp.Interval(0, 1),
 }
@@ -136,6 +142,25 @@ def test_what_is_no_real_number_is_refused_wherever_a_number_stands(value):
     ):
         with pytest.raises(AsympkError):
             call()
+
+
+@pytest.mark.parametrize("value", [np.zeros(0), x < 1, "yes", 1, [True]], ids=repr)
+def test_a_flag_is_true_or_false_and_progress_is_a_function(value):
+    rod, block = (1, 1e-3, 0, 0.2, -1, 1), {"system": SMOOTH, "values": {"mu": 1}, "start": {x: 1, y: 0}, "until": 1}
+    for name, call in {
+        "unilateral": lambda v: ap.Contact(**GROUND, unilateral=v),
+        "branching": lambda v: ap.lower((x,), x, branching=v),
+        "events": lambda v: ap.solve_many(*rod, events=v),
+        "strict": lambda v: ap.solve_many(**block, strict=v),
+    }.items():
+        call(np.True_)
+        with pytest.raises(InputError, match=rf"{name} = .*: it must be True or False"):
+            call(value)
+    for call in (lambda v: ap.solve_many(*rod, progress=v), lambda v: ap.solve_many(**block, progress=v),
+                 lambda v: ap.solve(SCENE, digits=20, progress=v), lambda v: ap.atlas(*rod, progress=v),
+                 lambda v: cover(SCENE, {}, progress=v), lambda v: run_sweep(SWEEP, "here", progress=v)):
+        with pytest.raises(InputError, match=r"progress = .*: it must be a function"):
+            call(value)
 
 
 def test_an_integral_is_to_be_worked_out_first():

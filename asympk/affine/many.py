@@ -6,6 +6,7 @@ Rows for which this decision remains open, or which rounding may affect too much
 flow. ``_together`` and ``_advanced`` are the loop; ``asympk.affine.choice`` decides the first and each next mode.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -71,7 +72,8 @@ class AffineEnsemble(Many):
 
 
 def solve_many(
-    *, system: Any, values: Any, start: Any, until: Any, progress: Any = None, strict: bool = False
+    *, system: Any, values: Any, start: Any, until: Any, progress: Callable[[int, int], None] | None = None,
+    strict: bool = False,
 ) -> AffineEnsemble:
     """Follow trajectories of an affine system; ``values``, ``start`` and ``until`` hold arrays that broadcast.
 

@@ -149,7 +149,7 @@ def jump_map(
     order = known_order(order, HIGHEST_ORDER, "solve(scene, method='jump', order=n) takes higher orders in numbers; "
                         "in symbols the jump map is derived to orders")
     model = linear(system)
-    for mode in filter(None, (arrival, near)):
+    for mode in (mode for mode in (arrival, near) if mode is not None):
         system.mode(mode)
     if near and OFFSET.name in map(str, (*model.states, *model.parameters)):
         raise InputError(f"near: the system has a {OFFSET} already, as the offset is called; give it another name")

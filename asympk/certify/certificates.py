@@ -27,7 +27,7 @@ from asympk.certify import affine
 from asympk.certify.balls import Refused, ball, ball_of, certain_sign, common, flint, hull, precision
 from asympk.certify.enclosure import Budget, LevelGuard, RodBalls, first_event, segment
 from asympk.errors import InputError
-from asympk.numbers import LARGEST, number, short, sign_of, whole
+from asympk.numbers import LARGEST, number, require_callback, short, sign_of, whole
 from asympk.path import Event
 from asympk.scene import MANIFOLDS, Scene, require_scene
 from asympk.shown import Card, ShownAsTable
@@ -136,6 +136,7 @@ def cover(
     ``progress(proven, cut)`` is called with the number of pieces proven and of all before a piece is halved.
     """
     require_scene(scene, "cover")
+    require_callback("progress", progress)
     pieces = whole("pieces", pieces, 1, MOST_PIECES)
     done: list[Certificate] = []
     undecided: list[tuple] = []

@@ -9,17 +9,16 @@ from collections.abc import Callable
 from functools import cache
 from importlib import import_module
 
-from asympk.errors import InputError, UnknownName
+from asympk.errors import UnknownName
 from asympk.ledger.verdicts import Claim, Claims
-from asympk.numbers import short
+from asympk.numbers import require_callback
 
 _SECTIONS = ("rigid", "elastic", "geometry", "motion", "jumps", "predecessors", "remarks")
 
 
 def claims(progress: Callable[[str], None] | None = None) -> Claims:
     """Check every claim of the paper and return them in order; ``progress`` is called with each claim's id."""
-    if progress is not None and not callable(progress):
-        raise InputError(f"progress = {short(progress)}: it must be a function; of all claims choose one by its .id")
+    require_callback("progress", progress, "; of all claims choose one by its .id")
     found = []
     for identifier in _functions():
         if progress:

@@ -26,7 +26,7 @@ from asympk.mechanics.names import keyed, plain_name, plainly
 from asympk.mechanics.paradox import LeastFriction
 from asympk.mechanics.paradoxset import ParadoxSet, paradox_set
 from asympk.mechanics.rigid import Motion, MotionMap
-from asympk.numbers import short
+from asympk.numbers import flag, short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.long import atoms, replaced, symbols_in
 from asympk.symbolic.reading import entries_of, exact_constant, expression
@@ -60,8 +60,7 @@ class Contact(ShownAsFormulas):
         for name, value in (("gap", self.gap), ("slip", self.slip), ("friction", self.friction), ("static", static),
                             ("load", self.load)):
             object.__setattr__(self, name, _finite(f"contact: {name}", value))
-        if not isinstance(self.unilateral, bool):
-            raise InputError(f"contact: unilateral = {short(self.unilateral)}: it must be True or False")
+        object.__setattr__(self, "unilateral", flag("contact: unilateral", self.unilateral))
         check_bounds(self)
 
     @property

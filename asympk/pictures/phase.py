@@ -62,9 +62,10 @@ def _names(system: System) -> tuple[str, ...]:
 
 def _pair(names: tuple[str, ...], states: tuple[str, ...], x: Any, y: Any) -> tuple[str, str]:
     default = states[0] if names == states else names[-1], states[-1]  # a combination of states is last
-    chosen = tuple(name if given is None else str(given) for given, name in zip((x, y), default, strict=True))
+    given = (getattr(state, "name", state) for state in (x, y))
+    chosen = tuple(name if state is None else state for state, name in zip(given, default, strict=True))
     for name in chosen:
-        if name not in names:
+        if not isinstance(name, str) or name not in names:
             raise UnknownName(f"{short(name)} is no state; choose two of {', '.join(names)}")
     if chosen[0] == chosen[1]:
         raise InputError(f"x and y are both {chosen[0]}; choose two of {', '.join(names)}")

@@ -14,7 +14,7 @@ import numpy as np
 from asympk.errors import InputError
 from asympk.integrators.stepped import UNBOUNDED
 from asympk.methods import require_rod_or_system, solve_many
-from asympk.numbers import number, short
+from asympk.numbers import number, require_callback, short
 from asympk.scene import require_scene
 from asympk.shown import Card, ShownAsTable
 from asympk.studies import ladder
@@ -79,9 +79,11 @@ def atlas(
     ``least_model`` does, and for arguments that are not numbers or do not broadcast.
     """
     rtol = _tolerance(rtol)
+    require_callback("progress", progress)
     require_rod_or_system((sigma, mu, x, y, z, sigma0), system, values, start)
     if system is not None:
-        return ladder.least_places(system, values or {}, start or {}, until, rtol, progress)
+        values, start = {} if values is None else values, {} if start is None else start
+        return ladder.least_places(system, values, start, until, rtol, progress)
     return _least_places(*scene_columns(sigma, mu, x, y, z, until, sigma0), rtol, progress)
 
 

@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from asympk.errors import AsympkError, InputError, WorkersLost
+from asympk.numbers import require_callback
 from asympk.storage.files import named_file, write_bytes, write_text
 from asympk.sweep import chunks
 from asympk.sweep.executors import InProcess
@@ -49,6 +50,7 @@ def run_sweep(
     """
     if not isinstance(sweep, Sweep):
         raise InputError(f"run_sweep takes a Sweep, not {type(sweep).__name__}; read one with read_sweep")
+    require_callback("progress", progress)
     out, progress = named_file(out), progress or (lambda units, fresh: None)
     with locked(out):
         _sweep_up(out)

@@ -24,7 +24,7 @@ from asympk.errors import InputError, OutOfRange
 from asympk.formulas import NOT_FINITE, UNEVALUATED
 from asympk.multiprecision import as_mpf, in_context, private_context
 from asympk.naming import named
-from asympk.numbers import Number, common_shape, number, numbers, short
+from asympk.numbers import Number, common_shape, flag, number, numbers, short
 from asympk.shown import Card, ShownAsFormulas, cut
 from asympk.symbolic.derivatives import directional_derivatives
 from asympk.symbolic.inverses import in_order, without_inverses
@@ -126,7 +126,7 @@ def lower(
     Raises ``InputError`` for symbols that are not arguments, for floats, for constants that are not finite and real,
     and, unless ``branching``, for functions that branch, such as a Piecewise.
     """
-    target = named("target", target, PRINTERS)
+    target, branching = named("target", target, PRINTERS), flag("branching", branching)
     (args, put), (outputs, keys, single) = _arguments(args), _outputs(expr)
     definitions, known = _definitions(definitions), {*args}
     for symbol, e in definitions:

@@ -133,7 +133,7 @@ def eigenvalues(
         raise InputError("on= and at= are both given; give a branch or a rest state")
     if on is not None:
         return Several([_on_branch(system, on, mode)])
-    modes = (system.mode(mode),) if mode else system.modes
+    modes = system.modes if mode is None else (system.mode(mode),)
     if at is not None:
         return _at_rest(system, modes, at)
     for m in modes:
