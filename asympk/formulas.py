@@ -33,8 +33,16 @@ def cube_root(of: sp.Expr) -> sp.Expr:
     return sp.cbrt(of) if of.is_nonnegative else sp.sign(of) * sp.cbrt(sp.Abs(of))
 
 
-def with_cube_roots(expr: sp.Expr) -> sp.Expr:
-    """Return ``expr`` for print, with a function ``cbrt`` where it has the product that ``cube_root`` returns."""
+def as_printed(expr: sp.Basic) -> sp.Basic:
+    """Return ``expr`` for print, with a function ``cbrt`` where it has the product that ``cube_root`` returns.
+
+    An exact number of hundreds of digits is written with ten; Python spells none of some thousands. SymPy leaves
+    Abs(Abs(x)) where the argument had a factor.
+    """
+    if long := [n for n in expr.atoms(sp.Rational) if max(abs(n.p), n.q) > _LONGEST_EXACT]:
+        expr = expr.xreplace({n: n.evalf(10) for n in long})
+    if expr.has(sp.Abs):
+        expr = expr.xreplace({e: e.args[0] for e in expr.atoms(sp.Abs) if isinstance(e.args[0], sp.Abs)})
     return expr.replace(lambda e: e.is_Mul and bool(_rooted(e)), _as_roots) if expr.has(sp.sign) else expr
 
 
@@ -80,7 +88,7 @@ def formula_in_words(expr: object) -> str:
     """Return a formula as a person reads it: relations with = and !=, real cube roots as ``cbrt``."""
     if isinstance(expr, sp.Piecewise) and all(value.is_Symbol for value, _ in expr.args):
         return _Words().choice(expr)  # within a formula a sentence would have no end
-    return str(_Words().doprint(with_cube_roots(expr) if isinstance(expr, sp.Basic) else expr))
+    return str(_Words().doprint(as_printed(expr) if isinstance(expr, sp.Basic) else expr))
 
 
 FUNCTIONS = {"frac": fractional_part, "cbrt": cube_root} | {
@@ -91,12 +99,14 @@ FUNCTIONS = {"frac": fractional_part, "cbrt": cube_root} | {
 } | {name: getattr(sp, name.capitalize()) for name in ("abs", "Abs", "max", "Max", "min", "Min", "mod", "Mod")}
 TWO = (sp.Max, sp.Min, sp.Mod, sp.atan2)  # functions that take two arguments
 CONSTANTS = {"pi": sp.pi}
-UNEVALUATED = (sp.Derivative, sp.Subs, sp.Sum, sp.Product, sp.Integral, sp.Limit)  # .doit() works them out
+WITH_OWN_SYMBOLS = (sp.Sum, sp.Product, sp.Integral, sp.Limit)
+UNEVALUATED = (sp.Derivative, sp.Subs, *WITH_OWN_SYMBOLS)  # .doit() works them out
 NOT_FINITE = (sp.nan, sp.zoo, sp.oo, -sp.oo)  # what an expression has in it that has no finite value
 LONGEST = 4000  # most characters of a formula
 DEEPEST = 60  # most levels of the syntax tree
 LARGEST_DEGREE = 64
 _FEW = 3  # digits of a size
+_LONGEST_EXACT = 10**100  # the largest numerator or denominator that is written in full
 _LARGEST_NUMBER = 1000  # most digits of a power of numbers
 _OPERATORS = {ast.Add: add, ast.Sub: sub, ast.Mult: mul}
 _RELATIONS = {ast.Lt: sp.Lt, ast.LtE: sp.Le, ast.Gt: sp.Gt, ast.GtE: sp.Ge}

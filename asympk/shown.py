@@ -141,6 +141,9 @@ def latex_of(value: Any) -> str:
     """Return LaTeX of a formula; a rate in plain symbols, such as theta', is a Greek letter with a prime."""
     import sympy as sp
 
+    from asympk.formulas import as_printed
+
+    value = as_printed(value) if isinstance(value, sp.Basic) else value
     rates = [s for s in getattr(value, "free_symbols", ()) if str(s).endswith("'")]
     return sp.latex(value, symbol_names={s: f"{sp.latex(sp.Symbol(str(s)[:-1]))}'" for s in rates})
 
@@ -172,15 +175,6 @@ def _spelt(value: Any) -> str:
     return formula_in_words(value)
 
 
-def _as_written(value: Any) -> Any:
-    """Return a formula of SymPy with its real cube roots as they are written, and any other value as it is."""
-    if not hasattr(value, "xreplace"):  # without SymPy, which takes its time
-        return value
-    from asympk.formulas import with_cube_roots
-
-    return with_cube_roots(value)
-
-
 def _html(value: Any) -> str:
     from html import escape
 
@@ -190,7 +184,7 @@ def _html(value: Any) -> str:
 def _formula(value: Any) -> str:
     if not is_formula(value):
         return _text(_words(value))
-    formula = latex_of(_as_written(value))
+    formula = latex_of(value)
     return formula if len(formula) <= LATEX else _text(cut(_words(value)))
 
 

@@ -589,3 +589,9 @@ def test_one_interval_is_told_as_one():
     found = (rod.paradox_set({"theta": ends}, {"f": 2, "m": 1}) for ends in ((0, 1.5), (0, 3), (0, 0.1)))
     told = [repr(one).splitlines()[0] for one in found]
     assert told == [f"Paradox over theta: {words}" for words in ("1 interval", "2 intervals", "0 intervals")]
+
+
+def test_an_exact_number_of_thousands_of_digits_is_shown_with_ten():
+    system = ap.System.smooth({x: -(sp.Integer(10) ** 5000) * x + sp.Rational(10**200 + 1, 3 * 10**200)}, {}, None)
+    assert "x'  0.3333333333 - 1.0e+5000*x" in repr(system)
+    assert r"10^{5000} x" in system._repr_latex_()

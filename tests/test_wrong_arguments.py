@@ -56,6 +56,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "System.smooth": (ap.System.smooth, {"slow": {x: -x}, "fast": {y: x - y}, "small": mu, "time": t}),
     "System.with_frictions": (ap.System.with_frictions, {**BLOCK, "time": t}),
     "Friction": (ap.Friction, FRICTION),
+    "lowered": (lambda at: ap.lower((x,), x**2, "math")(at), {"at": 1}),
     "System.mode": (PK.mode, {"name": "stick"}),
     "lower": (ap.lower, {"args": (x,)}),
     "Path.plot": (PATH.plot, {"file": "plot.svg"}),
@@ -126,6 +127,31 @@ def test_a_wrong_argument_is_refused_in_one_line(name, argument, tmp_path, monke
 def test_nothing_where_something_is_needed_is_refused(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert refusal(name, next(iter(CALLS[name][1])), [None])
+
+
+@pytest.mark.parametrize(("rate", "said"), [
+    (sp.Limit(sp.sin(k * x) / k, k, 0), "is to be worked out first; give Limit"),
+    (sp.Sum(k * x, (k, 0, 3)), "is to be worked out first; give Sum"),
+    (sp.MatrixSymbol("M", 2, 2)[0, 0] * x, "is neither a plain number nor a Symbol"), (sp.O(x), "is neither a plain"),
+    (sp.IndexedBase("a")[1] - x, "is neither a plain"), (sp.AccumBounds(0, 1), "is neither a plain"),
+    (sp.fibonacci(x), r"of fibonacci\(x\) no numbers can be computed; write its formula"),
+])
+def test_what_has_no_numbers_is_refused_as_a_rate(rate, said):
+    with pytest.raises(InputError, match=said):
+        ap.solve(ap.Scene(system=ap.System.smooth({x: rate}, {}, None), start={x: 1}, until=1))
+
+
+def test_a_friction_that_sympy_refuses_at_a_number_is_refused_with_its_reason():
+    block = ap.System.with_frictions({x: z, z: -x + F}, {}, [ap.Friction(z, F, 1, sp.factorial2(k))])
+    with pytest.raises(InputError, match=r"friction .*factorial2\(k\).* has no value at k = 2.5: argument"):
+        ap.Scene(system=block, values={k: "5/2"}, start={x: 1, z: 1}, until=1)
+
+
+def test_a_mode_has_a_name_and_mappings():
+    assert ap.Mode("free", {x: -x}, {}).slow == sp.Dict({x: -x})
+    for given, said in ((("free", 3, {}), "mode: slow = 3"), ((3, {}, {}), "mode: name = 3")):
+        with pytest.raises(InputError, match=said):
+            ap.Mode(*given)
 
 
 @pytest.mark.parametrize("value", [sp.I, sp.zoo, np.timedelta64(5, "ms"), gmpy2.mpc(1)], ids=repr)

@@ -17,8 +17,7 @@ from asympk.automaton.compiled import function
 from asympk.automaton.loop import Segment
 from asympk.automaton.modes import mode_of
 from asympk.automaton.numericmode import NumericMode, on_hermite
-from asympk.errors import InputError
-from asympk.integrators.integrate import Settings, missing
+from asympk.integrators.integrate import Settings, lacking, missing
 from asympk.integrators.stepwise import IDLE, PARTS, follow_steps
 from asympk.integrators.watch import GuardSample, near
 from asympk.symbolic.branches import all_phases
@@ -38,8 +37,7 @@ def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float,
     try:
         return follow_steps(KvaernoSteps(mode, t, state, until, settings), mode, t, state, settings)
     except (AttributeError, TypeError, NoFunction) as reason:
-        words = str(reason).splitlines()[0].partition(";")[0]
-        raise InputError(f"method {settings.method!r}: the system has a function that JAX lacks ({words})") from None
+        raise lacking(settings.method, "JAX", reason) from None
 
 
 class KvaernoSteps:

@@ -14,12 +14,12 @@ import sympy as sp
 from asympk.automaton.compiled import function, namespace
 from asympk.automaton.loop import Segment, lost_with
 from asympk.automaton.numericmode import NumericMode
-from asympk.errors import InputError
-from asympk.integrators.integrate import Settings, Work, missing
+from asympk.integrators.integrate import Settings, Work, lacking, missing
 from asympk.integrators.stepwise import PARTS, Divisors, allowed_error, is_missed
 from asympk.integrators.watch import BESIDE_BUMPS
 from asympk.symbolic.derivatives import is_bent
 from asympk.symbolic.long import symbols_in
+from asympk.symbolic.lowering import NoFunction
 from asympk.symbolic.removable import SMALL
 
 COARSE = 100  # multiple of its allowed error by which a step may miss the rates
@@ -317,8 +317,8 @@ def _compiled(method, mode, coefficients, tol):
     try:
         rates, guards = (function(system, outputs, "math", _functions(), (), True, coefficients)(*arguments)
                          for outputs in (mode.rates, mode.watched))
-    except (AttributeError, TypeError) as reason:
-        raise InputError(f"method {method!r}: the system has a function that heyoka lacks ({reason})") from None
+    except (AttributeError, TypeError, NoFunction) as reason:
+        raise lacking(method, "heyoka", reason) from None
     events = [hy.t_event(g + hy.par[count + k], direction=hy.event_direction.negative) for k, g in enumerate(guards)]
     field = list(zip(states, (hy.expression(0.0) + r for r in rates), strict=True))
     return hy.taylor_adaptive(field, [0.0] * len(states), tol=tol, t_events=events)

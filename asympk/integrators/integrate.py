@@ -5,6 +5,7 @@ one mode as the protocol ``Advance`` requires. ``run`` joins the modes by the lo
 work is bounded in steps, seconds and events, and a run that does not reach the end reports why and where.
 """
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -254,3 +255,10 @@ def missing(method: str) -> MissingPackage:
     """Return the error for the package of a peer that is not installed."""
     package = PEERS[method][1]
     return MissingPackage(f"method {method!r} needs {package}, which is missing: pip install '{package}'")
+
+
+def lacking(method: str, peer: str, reason: Exception) -> InputError:
+    """Return the error for a function of the system that a peer has not, whose name ``reason`` tells."""
+    found = re.search(r"has no (?:attribute )?'?(\w+)", str(reason))
+    name = f", {found[1]}" if found else ""
+    return InputError(f"method {method!r}: the system has a function that {peer} lacks{name}; use method 'exact'")

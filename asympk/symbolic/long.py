@@ -1,7 +1,7 @@
 """Long expressions, which contain the same part many times: each part is visited once, and none is expanded."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from functools import lru_cache, reduce
 from itertools import islice
 from operator import add, or_
@@ -60,12 +60,17 @@ def modulus(expr: sp.Expr) -> sp.Expr:
 
 def atoms(expr: sp.Basic, *types: type) -> set[Any]:
     """Return ``expr.atoms(*types)``; each part is visited once, however often it occurs."""
+    return {part for part in parts_of(expr) if isinstance(part, types)}
+
+
+def parts_of(expr: sp.Basic) -> Collection[sp.Basic]:
+    """Return an expression and all parts of it; each is visited once, however often it occurs."""
     seen, left = dict[int, sp.Basic](), [expr]  # by identity, as in ``replaced``
     while left:
         if id(part := left.pop()) not in seen:
             seen[id(part)] = part
             left += part.args
-    return {part for part in seen.values() if isinstance(part, types)}
+    return seen.values()
 
 
 def parts_with(expr: sp.Basic, symbol: sp.Symbol) -> set[sp.Basic]:

@@ -343,7 +343,14 @@ def _numpy(lowered, values):
 
 
 def _math(lowered, values):
-    return _finite(lowered, values, float, float, math.isfinite)
+    return _finite(lowered, values, _as_double, float, math.isfinite)
+
+
+def _as_double(value):
+    try:
+        return float(value)
+    except OverflowError:
+        raise InputError(f"{short(value)} is beyond the range of doubles; use target 'mpmath'") from None
 
 
 def _mpmath(lowered, values, bits=None):

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 from sympy.core.function import AppliedUndef
+from sympy.printing.codeprinter import PrintMethodNotImplementedError
 
 from asympk.errors import InputError
 from asympk.formulas import NOT_FINITE, UNEVALUATED, formula_in_words
-from asympk.numbers import LARGEST, number, short
+from asympk.numbers import LARGEST, number, reason_of, short
 from asympk.symbolic.long import atoms, symbols_in
+from asympk.symbolic.printers import printer_of
 from asympk.symbolic.reading import entries_of, rational
 from asympk.symbolic.values import by_symbol, require_all, require_declared
 
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
     from asympk.symbolic.system import System
 
 LARGEST_EXPONENT = 30
+_OF_COMPLEX = (sp.re, sp.im, sp.arg, sp.conjugate)
 _FEW = 3  # digits of a size
 _DOUBLE = 53  # bits; a SymPy Float of at most this precision is read as a float, a longer one keeps its digits
 
@@ -117,11 +120,31 @@ def _require_formulas(system: "System") -> None:
         if unknown := sorted(map(short, atoms(expr, AppliedUndef))):
             raise InputError(f"{name} = {short(expr)} has no value: {unknown[0]} is a function without a formula; "
                              "write its formula there")
-        if parts := sorted(short(e) for e in atoms(expr, sp.re, sp.im, sp.arg, sp.conjugate) if symbols_in(e) & moving):
+        if parts := sorted(short(e) for e in atoms(expr, *_OF_COMPLEX) if symbols_in(e) & moving):
             raise InputError(f"{name} = {short(expr)}: {parts[0]} is that of a number which may be complex; declare "
                              "its symbols real, as sp.Symbol('x', real=True), or write what is real")
-        if found := sorted(map(short, atoms(expr, *UNEVALUATED))):
-            raise InputError(f"{name} = {short(expr)}: {found[0]} is to be worked out first; give {found[0]}.doit()")
+        require_worked_out(name, expr, UNEVALUATED)
+        functions = atoms(expr, sp.Function) - atoms(expr, sp.Piecewise, *_OF_COMPLEX)
+        if unknown := sorted(short(f) for f in functions if not _is_computed(f.func, len(f.args))):
+            raise InputError(f"{name} = {short(expr)}: of {unknown[0]} no numbers can be computed; write its formula")
+
+
+@lru_cache(maxsize=256)
+def _is_computed(function: Any, count: int) -> bool:
+    """Tell whether a function of SymPy with this number of arguments has a function of numbers."""
+    try:
+        printer_of("mpmath").doprint(function(*sp.symbols(f"q:{count}"), evaluate=False))
+    except PrintMethodNotImplementedError:
+        return False
+    except (TypeError, ValueError, RecursionError):  # of a function of other arguments
+        pass
+    return True
+
+
+def require_worked_out(name: str, expr: sp.Expr, kinds: tuple[type, ...]) -> None:
+    """Raise ``InputError`` for a part of an expression that is one of ``kinds``, such as an integral."""
+    if found := sorted(map(short, atoms(expr, *kinds))):
+        raise InputError(f"{name} = {short(expr)}: {found[0]} is to be worked out first; give {found[0]}.doit()")
 
 
 @lru_cache(maxsize=64)
@@ -176,13 +199,21 @@ def require_opposing(
     values = numbers if values is None else values
     for friction in system.frictions:
         bounds = sp.sympify((friction.kinetic, friction.static), strict=True)
-        kinetic, static = (bound.subs(numbers) for bound in bounds)
+        kinetic, static = (_value(bound, numbers, values) for bound in bounds)
         if kinetic.is_negative:
             raise InputError(f"values: kinetic friction {short(bounds[0])} is negative"
                              f"{_given(values, bounds[0], ' at ')}; friction opposes the velocity")
         if (static - kinetic).is_negative:
             raise InputError(f"values: static friction {short(bounds[1])} is below the kinetic one, {short(bounds[0])}"
                              f"{_given(values, bounds, ', at ')}; make it at least that")
+
+
+def _value(bound: sp.Expr, numbers: dict[sp.Symbol, sp.Expr], values: dict[sp.Symbol, Any]) -> sp.Expr:
+    try:
+        return bound.subs(numbers)
+    except (TypeError, ValueError) as reason:  # of SymPy's functions of integers
+        raise InputError(f"values: friction {short(bound)} has no value{_given(values, bound, ' at ')}: "
+                         f"{reason_of(reason)}") from None
 
 
 def _given(values: dict[sp.Symbol, Any], parts: sp.Basic, before: str = "") -> str:

@@ -6,13 +6,17 @@ from fractions import Fraction
 from typing import Any
 
 import sympy as sp
+from sympy.core.function import Application
 
 from asympk.errors import InputError
 from asympk.formulas import UNEVALUATED, fractional_part
 from asympk.numbers import as_fraction, number, numbers, raw_entries, require_finite, require_sizes, short
-from asympk.symbolic.long import DIGITS, atoms
+from asympk.symbolic.long import DIGITS, parts_of
 
-_PLAIN = (sp.Function, sp.Pow, sp.Symbol, sp.Number, sp.NumberSymbol, type(sp.I), type(sp.zoo))
+_PLAIN = (
+    sp.Add, sp.Mul, sp.Pow, Application, sp.Symbol, sp.Number, sp.NumberSymbol, type(sp.I), type(sp.zoo), *UNEVALUATED,
+    sp.UnevaluatedExpr,
+)
 WRITTEN_OTHERWISE: dict[type, Callable] = {  # Python's factorial takes no fractions
     sp.frac: fractional_part, sp.factorial: lambda n: sp.gamma(n + 1),
 }
@@ -71,8 +75,8 @@ def entries_of(name: str, value: Any, entries: str) -> tuple:
 def expression(name: str, value: Any) -> sp.Basic:
     """Return a SymPy object, or a number as one, with other functions for those of ``WRITTEN_OTHERWISE``.
 
-    Raises ``InputError`` for a string or a container, and for a unit, a vector, a ``CRootOf`` or a function of a
-    constant beyond doubles in it.
+    Raises ``InputError`` for a string or a container, and for a unit, a vector, a ``CRootOf``, an entry of a matrix or
+    a function of a constant beyond doubles in it.
     """
     if isinstance(value, Decimal):
         number(name, value)  # refuses one of too many digits
@@ -82,12 +86,12 @@ def expression(name: str, value: Any) -> sp.Basic:
         found = sp.sympify(value, strict=True)
     except (sp.SympifyError, TypeError, ValueError, NotImplementedError):
         raise InputError(f"{name} = {short(value)}: it must be a SymPy expression or a number") from None
-    parts = atoms(found, sp.Function, sp.Pow, sp.AtomicExpr, sp.CRootOf)
+    parts = parts_of(found)
     for part in parts:
-        if not isinstance(part, _PLAIN):
+        if isinstance(part, sp.Expr) and not isinstance(part, _PLAIN):
             raise InputError(f"{name} = {short(value)}: {short(part)} is neither a plain number nor a "
                              "Symbol; write one of these, of a root its .evalf(20)")
-        if part.is_number:
+        if isinstance(part, sp.Function | sp.Pow) and part.is_number:
             require_sizes(f"{name}: its constant", part, part)  # SymPy evaluates it to write a sum with it
     for kind, other in WRITTEN_OTHERWISE.items():
         found = found.replace(kind, other) if any(isinstance(part, kind) for part in parts) else found

@@ -22,7 +22,7 @@ import sympy as sp
 from sympy.logic.boolalg import BooleanAtom, BooleanFunction
 
 from asympk.errors import InputError
-from asympk.formulas import NOT_FINITE
+from asympk.formulas import NOT_FINITE, WITH_OWN_SYMBOLS
 from asympk.numbers import short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic import branches, guards
@@ -30,7 +30,7 @@ from asympk.symbolic.forces import force_equations
 from asympk.symbolic.inverses import with_factors
 from asympk.symbolic.long import atoms, symbols_in
 from asympk.symbolic.penetration import with_penetration
-from asympk.symbolic.placing import place
+from asympk.symbolic.placing import named_parts, place, require_worked_out
 from asympk.symbolic.reading import entries_of, expression, real_expression, require_names
 
 
@@ -47,6 +47,13 @@ class Mode(ShownAsFormulas):
     fast: sp.Dict
     where: sp.Basic = sp.true
     signed: tuple[sp.Expr, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str):
+            raise InputError(f"mode: name = {short(self.name)}: it must be a text")
+        for name in ("slow", "fast"):
+            if not isinstance(rates := getattr(self, name), sp.Dict):
+                object.__setattr__(self, name, sp.Dict(_by_state(f"mode: {name}", rates)))
 
     def _card(self) -> Card:
         rates = [(f"{s}'", rate) for s, rate in self.slow.items()]
@@ -421,6 +428,8 @@ def _check(system: System) -> None:
         raise InputError(f"{small} is the small parameter and a state; give one of them another name")
     if stray := sorted(map(str, system.assumptions.free_symbols - {*system.parameters})):
         raise InputError(f"assumptions: {stray[0]} is no parameter; assumptions are not enforced along a motion")
+    for name, expr in named_parts(system).items():
+        require_worked_out(name, expr, WITH_OWN_SYMBOLS)  # their symbols are no parameters
     require_names((*states, *system.parameters))
     _require_one_symbol_each(system)
     for s, rate in system.rates.items():

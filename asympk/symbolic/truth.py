@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from functools import lru_cache
 from operator import eq, ge, gt, le, lt, ne
+from sys import float_info
 from typing import Any
 
 import sympy as sp
@@ -11,7 +12,7 @@ from sympy.logic.boolalg import BooleanFunction
 from asympk.errors import InputError
 from asympk.numbers import common_shape
 from asympk.symbolic.long import replaced
-from asympk.symbolic.lowering import lower
+from asympk.symbolic.lowering import NoFunction, lower
 from asympk.symbolic.reading import as_floats
 
 
@@ -67,7 +68,22 @@ def require_relations(allowed: sp.Basic, numbers: Mapping) -> None:
 def array_function(expr: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Any:
     """Return ``expr`` as a function of arrays for ``symbols``, which may have any names, also with a prime."""
     plain = {symbol: sp.Symbol(f"q{k}", real=True) for k, symbol in enumerate(symbols)}
-    return lower(tuple(plain.values()), replaced(expr, plain), "numpy", branching=True)
+    args, put = tuple(plain.values()), replaced(expr, plain)
+    try:
+        return lower(args, put, "numpy", branching=True)
+    except NoFunction:
+        return _by_elements(lower(args, put, "mpmath", branching=True))
+
+
+def _by_elements(lowered):
+    """Return a function of arrays that is called for each element: NumPy has fewer functions than mpmath."""
+    import numpy as np
+
+    def at(*numbers):
+        found = lowered.to_digits(float_info.dig + 2, *numbers)
+        return found[0] if lowered.single else found
+
+    return np.vectorize(at, otypes=[float] * len(lowered.outputs))
 
 
 def _evaluated(condition, numbers):

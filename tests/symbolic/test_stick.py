@@ -256,3 +256,23 @@ def test_a_region_that_is_one_for_all_parameters_is_told_without_a_condition():
     s, v, force = sp.symbols("s v F", real=True)
     block = ap.System.with_friction(slow={s: v}, fast={}, velocity={v: force - 1}, force=force, load=s, kinetic=2)
     assert str(ap.stick_regions(block).stick) == "(-oo, -1/2] u [1/2, oo)"
+
+
+@pytest.mark.parametrize(("load", "gamma_at", "held"), [
+    ("0.36", sp.Rational(1, 2), False), ("0.37", "1/2", True), (0.36, 0.5, False), (np.array([0.37]), 0.5, True),
+])
+def test_a_place_is_in_the_region_at_numbers_of_a_function_that_numpy_lacks(load, gamma_at, held):
+    """Stick at |1 - s| <= gamma(g) |s|, where gamma(1/2)**2 = pi."""
+    x, y, z, F, g = sp.symbols("x y z F g", real=True)
+    drive = 1 - (x + y) + F
+    system = ap.System.with_friction({x: y}, {y: drive}, {z: drive}, F, x + y, sp.gamma(g), small=sp.Symbol("mu"))
+    assert bool(ap.stick_regions(system).stick.contains(load, g=gamma_at)) == held
+
+
+def test_no_modulus_of_a_modulus_is_shown():
+    """SymPy makes k Abs(Abs(x)) of Abs(k Abs(x))."""
+    x, v, F, k = *sp.symbols("x v F", real=True), sp.Symbol("k", positive=True)
+    regions = ap.stick_regions(ap.System.with_friction({x: v}, {}, {v: F - x}, F, k * sp.Abs(x), k))
+    assert "Abs(Abs(" not in repr(regions)
+    assert r"\left|{\left|" not in regions._repr_latex_()
+    assert "stick      Abs(x) <= k**2*Abs(x)" in repr(regions)
