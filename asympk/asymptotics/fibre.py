@@ -14,6 +14,7 @@ The second equation is linear in y_kj and gives it, so that no derivative of h i
 derives each compiled function once, on a ``Tape``; its hard method is ``_motion``, this recursion.
 """
 
+import cmath
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -262,7 +263,16 @@ class Formulas:
 def _functions(target):
     """Return {name: function or constant} of ``"math"``, ``"cmath"`` or ``"numpy"``."""
     module = import_module(target)
-    return {f: getattr(module, f) for f in FUNCTIONS} | {str(c): float(c) for c in CONSTANTS}
+    return {f: getattr(module, f, _OTHERWISE.get(f)) for f in FUNCTIONS} | {str(c): float(c) for c in CONSTANTS}
+
+
+def _erf(value):
+    from scipy.special import erf
+
+    return erf(value)
+
+
+_OTHERWISE = {"erf": _erf, "atan2": lambda y, x: -1j * cmath.log((x + 1j * y) / cmath.sqrt(x * x + y * y))}
 
 
 def _first(values):

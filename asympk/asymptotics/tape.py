@@ -77,11 +77,13 @@ class Tape:
             return self.write("/", self.write("*", a, q), self.write("*", b, p))
         return self.write("/", self.write(operation, self.write("*", a, q), self.write("*", b, p)), p * q)
 
-    def call(self, name: str, a: Any) -> Any:
-        """Return a node for ``name(a)``, or its value if ``a`` is a number and the value rational."""
-        if not isinstance(a, Node) and (exact := getattr(sp, name)(sp.Rational(a))).is_Rational:
-            return Fraction(int(exact.p), int(exact.q))
-        return self._line(f"{name}({_text(a)})")
+    def call(self, name: str, *args: Any) -> Any:
+        """Return a node for ``name(*args)``, or its value if all ``args`` are numbers and the value rational."""
+        if not any(isinstance(a, Node) for a in args):
+            exact = getattr(sp, name)(*map(sp.Rational, args))
+            if exact.is_Rational:
+                return Fraction(int(exact.p), int(exact.q))
+        return self._line(f"{name}({', '.join(map(_text, args))})")
 
     def _line(self, text, sign=1):
         return Node(self, self.lines.setdefault(text, f"t{len(self.lines)}"), sign)

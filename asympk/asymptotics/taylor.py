@@ -22,13 +22,14 @@ from asympk.symbolic.inverses import in_order, without_inverses
 from asympk.symbolic.penetration import Penetration
 
 FUNCTIONS = ("exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan", "asinh", "acosh",
-             "atanh", "sqrt")
+             "atanh", "sqrt", "erf", "atan2")
 CONSTANTS = (sp.pi, sp.E, sp.GoldenRatio, sp.TribonacciConstant, sp.EulerGamma, sp.Catalan)
 _QUOTIENTS = {
     sp.sec: lambda a: 1 / sp.cos(a), sp.csc: lambda a: 1 / sp.sin(a), sp.cot: lambda a: sp.cos(a) / sp.sin(a),
     sp.sech: lambda a: 1 / sp.cosh(a), sp.csch: lambda a: 1 / sp.sinh(a), sp.coth: lambda a: 1 / sp.tanh(a),
 }
 U = sp.Symbol("u", positive=True)
+A, B = sp.symbols("a b", real=True)
 
 
 @dataclass(frozen=True)
@@ -114,6 +115,8 @@ def _computed(expr, values, tape):
         return _evaluated(expr.args[0], values, tape)
     if type(expr) in _QUOTIENTS:
         return _evaluated(_QUOTIENTS[type(expr)](*expr.args), values, tape)
+    if isinstance(expr, sp.atan2):
+        return _angle(*(_evaluated(a, values, tape) for a in expr.args), tape)
     base, exponent = expr.as_base_exp() if expr.is_Pow else (expr, sp.S.One)
     if exponent.is_Integer and expr.is_Pow:
         of = _evaluated(base, values, tape)
@@ -149,6 +152,16 @@ def _function(expr, values, tape):
         _require_regular(expr, derivatives)
     return _geometric(rest, [at_number(d, at[0, 0], tape) * Fraction(1, factorial(i))
                              for i, d in enumerate(derivatives)])
+
+
+def _angle(y, x, tape):
+    """Return atan2(y, x): the angle at the first terms, and the arc tangent of what is added to it."""
+    at_y, at_x = (v[0, 0] if isinstance(v, Taylor) else v for v in (y, x))
+    angle = tape.call("atan2", at_y, at_x)
+    if at_y is y and at_x is x:
+        return angle
+    values = {A: at_x * y + -1 * at_y * x, B: at_x * x + at_y * y}
+    return angle + _evaluated(sp.atan(A / B), values, tape)
 
 
 def _require_regular(expr, derivatives):

@@ -5,6 +5,7 @@ from fractions import Fraction
 from functools import cache, partial
 from time import process_time
 
+import mpmath
 import numpy as np
 import pytest
 import sympy as sp
@@ -1392,3 +1393,21 @@ def test_a_number_beyond_floats_is_told_in_words_alone(begun, small, told):
     system = ap.System.smooth(slow={x: 1 - x * (1 + y) ** 2}, fast={y: x * (1 + y) ** 2 - y**3}, small=mu)
     with pytest.raises(OutOfRange, match=rf"no finite value \({told}\)"):
         ap.solve(ap.Scene(system=system, values={mu: small}, start={x: 1, y: begun}, until=1), "jump")
+
+
+@pytest.mark.parametrize(("drawn", "at"), [
+    (lambda x, z: sp.erf(x), lambda x, z: mpmath.erf(x)), (sp.atan2, mpmath.atan2),
+], ids=["erf", "atan2"])
+def test_models_with_the_error_function_and_with_an_angle_converge_with_their_order(drawn, at):
+    """A fast state relaxes to a function of exp(-t) and -exp(-t/2): an integral."""
+    x, y, z, mu = *sp.symbols("x y z", real=True), sp.Symbol("mu", positive=True)
+    system = ap.System.smooth({x: -x, z: -z / 2}, {y: drawn(x, z) - y}, mu)
+    end, errors = mpmath.mpf("0.8"), []
+    for small in (mpmath.mpf("0.01"), mpmath.mpf("0.005")):
+        drive = lambda s, m=small: at(mpmath.exp(m * s - end), -mpmath.exp((m * s - end) / 2))  # noqa: E731
+        eased = mpmath.quad(lambda s, drive=drive: mpmath.exp(-s) * drive(s), [0, 5, 20, end / small])
+        scene = ap.Scene(system=system, values={mu: small}, start={x: 1, z: -1, y: 0}, until=end)
+        reached = [ap.solve(scene, "jump", order=n).final[2] for n in (0, 1, 2)]
+        errors.append([abs(value - eased) for value in reached])
+    for n, (wide, fine) in enumerate(zip(*errors, strict=True)):
+        assert wide / fine == pytest.approx(2 ** (n + 1), rel=0.05)
