@@ -4,6 +4,7 @@ from math import ulp
 from sys import float_info
 from typing import Any
 
+from asympk.errors import InputError
 from asympk.scene import Scene
 from asympk.scenes.turned import in_own_units, scene_parameters, static_frictions
 from asympk.systems.painleve_klein.units import Degrees
@@ -48,7 +49,17 @@ def _range(scene: Scene, name: str, value: Any) -> dict[str, Any]:
     if float(value) > 0 and (scene.system is None or symbols[name].is_positive):
         is_small = name in ("mu", "k") if scene.system is None else symbols[name] == small
         return _logarithmic(name, float(value), DECADES_OF_SMALL if is_small else DECADES)
-    return _linear(name, float(value))
+    found = _linear(name, float(value))
+    return {**found, "low": 0.0} if found["low"] < 0 <= float(value) and _refused(scene, name, found["low"]) else found
+
+
+def _refused(scene: Scene, name: str, value: float) -> bool:
+    """Tell whether a system takes no such value, as no negative friction."""
+    try:
+        scene.system.placed({**scene.numbers, name: value}, scene.start)
+    except InputError:
+        return True
+    return False
 
 
 def _linear(name: str, value: float) -> dict[str, Any]:
