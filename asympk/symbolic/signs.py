@@ -16,7 +16,7 @@ from asympk.symbolic.inverses import InverseForm
 from asympk.symbolic.long import atoms, common_divisor, in_factors, named_exponentials
 
 HIGHEST = 24  # the highest degree of a polynomial in the sine and cosine of one angle whose roots are counted
-_WAVES = (sp.sin, sp.cos, sp.tanh)
+_WAVES = (sp.sin, sp.cos, sp.tanh, sp.sign, sp.erf)  # between -1 and 1
 
 
 def nonzero(expr: sp.Expr, assumptions: sp.Basic = sp.true) -> sp.Basic:
@@ -201,7 +201,7 @@ def _at_ends(expr, facts):
 
 
 def _without_waves(expr):
-    """Return a lower bound of ``expr``, from the bounds -1 and 1 of a sine, a cosine and a hyperbolic tangent.
+    """Return a lower bound of ``expr``, from the bounds -1 and 1 of waves, signs and error functions.
 
     These functions stay where the expression is not affine in them, or a slope has no known sign.
     """

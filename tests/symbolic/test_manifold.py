@@ -1625,3 +1625,14 @@ def test_a_long_series_is_shown_term_by_term_from_the_critical_manifold_on():
     assert sp.latex(line).count(r"\text{+ mu *}") == 1
     (line,) = ap.slow_manifolds(ap.System.smooth({x: -d}, {y: 1 - c * y + x}, mu))
     assert repr(line).splitlines()[1].split(maxsplit=1) == ["y", "x/c + 1/c + d*mu/c**2"]
+
+
+@pytest.mark.parametrize("within", [sp.sign(z), sp.erf(z)])
+def test_a_law_with_a_sign_or_an_error_function_in_it_is_stable_without_a_condition_on_these(within):
+    """Such a manifold was called stable where sign(z) > -22."""
+    F = sp.Symbol("F", real=True)
+    system = ap.System.with_friction({x: y}, {y: 1 - (22 + within) * (x + y) + F}, {z: 1 - (x + y) + F}, F, x + y, 0,
+                                     small=mu)
+    for plane in ap.critical_manifolds(system):
+        assert plane.exists == sp.true
+        assert repr(plane).endswith("stability   stable")
