@@ -19,8 +19,8 @@ import numpy as np
 import sympy as sp
 
 from asympk.asymptotics.fibre import Formulas
-from asympk.asymptotics.taylor import Polynomial, Taylor, as_taylor, evaluated
 from asympk.symbolic.system import Mode
+from asympk.symbolic.taylor import Polynomial, Taylor, as_taylor, evaluated
 
 
 @lru_cache(maxsize=64)

@@ -26,11 +26,11 @@ from typing import Any
 import sympy as sp
 
 from asympk.asymptotics.tape import Tape
-from asympk.asymptotics.taylor import CONSTANTS, FUNCTIONS, Taylor, as_taylor, evaluated
 from asympk.errors import InputError
 from asympk.symbolic.expansion import fast_jacobian, is_singular, regular, require_series
 from asympk.symbolic.sides import SWITCHING
 from asympk.symbolic.system import Mode
+from asympk.symbolic.taylor import CONSTANTS, FUNCTIONS, Taylor, as_taylor, evaluated
 
 
 class Formulas:

@@ -23,7 +23,6 @@ from asympk.asymptotics import matched
 from asympk.asymptotics.frictional import follow_stretches
 from asympk.asymptotics.reduced import NOISE
 from asympk.asymptotics.smooth import EXTRA, crosses_switch, follow_smooth
-from asympk.asymptotics.taylor import FUNCTIONS
 from asympk.automaton.automaton import ROUNDED, Automaton
 from asympk.automaton.exact import exact_values
 from asympk.errors import AsympkError, NotDerivable, OutOfRange
@@ -36,6 +35,7 @@ from asympk.symbolic.placing import with_numbers_in_exponents
 from asympk.symbolic.reading import rational, unused_symbol
 from asympk.symbolic.sides import SWITCHING
 from asympk.symbolic.system import System
+from asympk.symbolic.taylor import FUNCTIONS
 
 HIGHEST_ORDER = 4
 SMALL = 1e-4  # the size of a state, in its unit, below which the unit is made smaller

@@ -11,8 +11,9 @@ those that vanish: the first that is not 0 must be positive. ``decide`` chooses 
 
 import math
 from collections.abc import Collection, Iterator
+from contextlib import suppress
 from functools import lru_cache
-from itertools import chain, product
+from itertools import chain, islice, product
 from typing import Any
 
 import sympy as sp
@@ -31,6 +32,7 @@ from asympk.automaton.contacts import (
 from asympk.automaton.junction import Junction
 from asympk.automaton.kept import vanish_on_plane
 from asympk.automaton.modes import GuardedMode, mode_of
+from asympk.automaton.motionseries import derivatives_along
 from asympk.errors import InputError, Undecided
 from asympk.symbolic import branches
 from asympk.symbolic.branches import OPEN, Branch, Guard, Phase
@@ -39,8 +41,9 @@ from asympk.symbolic.long import replaced
 from asympk.symbolic.penetration import with_finite_powers
 from asympk.symbolic.system import System
 
-ORDERS = 5  # least number of derivatives by which it is decided whether what vanishes stays 0
-LONGEST = 5_000  # operations of the longest derivative of a guard that is differentiated once more
+ORDERS = 5  # least number of derivatives in symbols by which it is decided whether what vanishes stays 0
+LONGEST = 5_000  # operations of the longest derivative of a guard that is differentiated once more in symbols
+HIGHEST = 16  # order of the last derivative that is computed in numbers
 MOST = 8  # largest number of undecided frictions whose combinations of phases are all tried
 PIVOTS = 500  # of a group of frictions; about as many as there are frictions lead to the solution
 CLEARLY = 1e-6  # least eigenvalue of a symmetric part that counts as positive
@@ -337,19 +340,35 @@ def signs_of_derivatives(
     """Yield the signs of the derivatives of a vanishing guard along the field, as far as they are computed.
 
     Powers of the penetration are left out of each derivative (Lemma 11); one with infinite powers is first multiplied
-    by a power that makes them finite. ``slopes`` are the first derivatives at all places, where they are known. Raises
-    ``Undecided`` if a derivative is too long.
+    by a power that makes them finite. ``slopes`` are the first derivatives at all places, where they are known. The
+    derivatives after ``ORDERS``, or after a long one, are those of a series. Raises ``Undecided`` if all vanish and
+    one is long: that those of a pulse are 0 in numbers does not show that it is none.
     """
-    kind, first = mode.guards[guard].kind, _first_order(here, mode, guard)
-    moving = max(ORDERS, mode.order_in_time) if mode.system.time else min(len(mode.system.states), ORDERS)
-    for order in range(first, 2 + moving):
+    first, last = _first_order(here, mode, guard), max(ORDERS, mode.order_in_time if mode.system.time else 0)
+    for order in range(first, 2 + last):
         if order > first and _length(mode.derivative(guard, order - (1 if mode.pressed else 2))) > LONGEST:
-            raise Undecided(f"{kind} of {mode.name} vanishes at t = {float(here.at.t):.6g} with "
-                            f"its first {order - 1} derivatives; move the start a little, as an angle by 1e-6")
+            yield from _signs_in_series(here, mode, guard, order)
+            return
         values = [slopes] if slopes and order == 1 else _derivatives(here, mode, guard, order)
         yield from map(here.numbers.decided_sign, values)
         if order == first and stays(here, mode, guard):
-            break
+            return
+    with suppress(Undecided):
+        yield from _signs_in_series(here, mode, guard, 2 + last)
+
+
+def _signs_in_series(here: Junction, mode: GuardedMode, guard: int, first: int) -> Iterator[int]:
+    """Yield the signs of the derivatives of a guard from the order ``first`` to ``HIGHEST``, from its series.
+
+    One that is 0 as a double has the sign 0. Raises ``Undecided`` at the end, or if there is no series.
+    """
+    kind, _, value, *_ = mode.guards[guard]
+    rows = zip(*(derivatives_along(mode, place, value) for place in here.places), strict=True)
+    with suppress(InputError, ArithmeticError, ValueError):
+        for values in islice(rows, first, HIGHEST + 1):
+            yield here.numbers.decided_sign(values) if float(values[0]) else 0
+    raise Undecided(f"{kind} of {mode.name} vanishes at t = {float(here.at.t):.6g} with its first {first - 1} "
+                    "derivatives, or more; move the start a little, as an angle by 1e-6")
 
 
 def _derivatives(here: Junction, mode: GuardedMode, guard: int, order: int) -> Iterator[list]:

@@ -8,8 +8,8 @@ import mpmath
 import sympy as sp
 
 from asympk.asymptotics.tape import Tape
-from asympk.asymptotics.taylor import Taylor, evaluated
 from asympk.symbolic.inverses import InverseForm
+from asympk.symbolic.taylor import Taylor, evaluated
 
 THIRD = Fraction(1, 3)
 

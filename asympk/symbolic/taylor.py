@@ -73,7 +73,7 @@ class Taylor(Polynomial):
 
     def inverse(self) -> "Taylor":
         """Return 1/self."""
-        first = Fraction(1) / self[0, 0]
+        first = _reciprocal(self[0, 0])
         rest = Taylor({i: c for i, c in self.terms.items() if i != (0, 0)}, self.degree) * (-1 * first)
         return _geometric(rest, [1] * (self.degree + 1)) * first
 
@@ -189,7 +189,7 @@ def _geometric(rest, coefficients):
 
 def _power(value, exponent):
     if exponent < 0:
-        value, exponent = value.inverse() if isinstance(value, Taylor) else Fraction(1) / value, -exponent
+        value, exponent = value.inverse() if isinstance(value, Taylor) else _reciprocal(value), -exponent
     if exponent == 1:
         return value
     half = _power(value, exponent // 2)
@@ -199,6 +199,10 @@ def _power(value, exponent):
 def as_taylor(value: Any, degree: int) -> Taylor:
     """Return a node or number as a series."""
     return value if isinstance(value, Taylor) else Taylor({(0, 0): value}, degree)
+
+
+def _reciprocal(c):
+    return Fraction(1, c) if isinstance(c, int) else 1 / c
 
 
 def _is_zero(c):

@@ -1,0 +1,46 @@
+"""The Taylor series of a motion from a place on, in the numbers of this place.
+
+A derivative of high order is a long formula, and its value a short sum of products of earlier ones.
+"""
+
+from collections.abc import Iterator
+from fractions import Fraction
+from itertools import count
+from math import factorial
+from typing import Any, NamedTuple
+
+import sympy as sp
+
+from asympk.automaton.contacts import Place
+from asympk.automaton.modes import GuardedMode
+from asympk.symbolic.long import atoms
+from asympk.symbolic.taylor import Taylor, as_taylor, evaluated
+
+
+class _Functions(NamedTuple):
+    """What computes functions of numbers at once, where a tape writes them down."""
+
+    own: Any
+
+    def call(self, name: str, value: Any) -> Any:
+        """Return a function of a number."""
+        return getattr(self.own, name)(value)
+
+
+def derivatives_along(mode: GuardedMode, place: Place, expr: sp.Expr) -> Iterator[Any]:
+    """Yield an expression, its rate, and its further derivatives by the time, along the motion of a mode from a place.
+
+    Raises ``InputError`` for a function that has no series, and ``ArithmeticError`` or ``ValueError`` where it is
+    singular.
+    """
+    system, call = mode.system, _Functions(place.numbers.functions)
+    constants = tuple(atoms(sp.Tuple(expr, *mode.rates), sp.NumberSymbol))
+    numbers = (*place.p[: len(system.parameters)], *place.values(system, constants))
+    known = dict(zip((*system.parameters, *constants), numbers, strict=True))
+    known |= {s: Taylor({(0, 0): w}, 0) for s, w in zip(system.states, place.state, strict=True)}
+    for n in count():
+        known |= {system.time: Taylor({(0, 0): place.t, (0, 1): 1}, n)} if system.time else {}
+        found, *rates = (as_taylor(part, n)[0, n] for part in evaluated((expr, *mode.rates), known, call))
+        yield found * factorial(n)
+        for s, rate in zip(system.states, rates, strict=True):
+            known[s] = Taylor(known[s].terms | {(0, n + 1): rate * Fraction(1, n + 1)}, n + 1)
