@@ -152,8 +152,9 @@ def _friction(
 ) -> Friction:
     normal, force = names
     kinetic, static = (put(tidy(part * kinetics.load)) for part in (kinetics.friction, kinetics.static))
-    opening = {"gap": -reaction, "normal": normal} if kinetics.unilateral else {}
-    return Friction(slip, force, reaction, kinetic, static, **opening)
+    opening = {"gap": -reaction} if kinetics.unilateral else {}
+    pushed = {"normal": normal} if opening or kinetic == static == 0 else {}  # which makes the latter ``SMOOTH``
+    return Friction(slip, force, reaction, kinetic, static, **opening, **pushed)
 
 
 def pressed(

@@ -45,7 +45,7 @@ class Contact(ShownAsFormulas):
     the point that touches, also beside the contact. Friction obeys |F| = friction load |R| in slip and
     |F| <= static load |R| in stick. ``static`` is ``friction`` by default. ``load`` is the factor by which |R| is
     multiplied to give the load of friction. A ``unilateral`` contact only pushes, R >= 0; any other is bilateral.
-    With ``friction`` 0 a rigid contact neither slips nor sticks in name: its mode is ``closed``.
+    With ``friction`` 0 a contact neither slips nor sticks in name: its mode is ``closed``.
     """
 
     gap: Any

@@ -505,3 +505,15 @@ def test_the_speed_of_a_belt_is_a_parameter_of_an_elastic_contact_where_z_alone_
     moved = {s: value + (s.name == "z") for s, value in zip(scene.system.states, scene.start, strict=True)}
     with pytest.raises(InputError, match="which follows from the other states"):
         ap.solve(replace(scene, start=moved))
+
+
+@pytest.mark.parametrize("damping", [eps / 2, 0])
+def test_an_elastic_guide_without_friction_is_closed_whatever_the_signs_of_its_load_and_slip(damping):
+    """Zeros of the load, of x + y/2 without a force by it, were events, and so were those of the slip."""
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2
+    block = ap.Mechanism.from_lagrangian(energy, (X, Y), contact=ap.Contact(Y, X, 0), forces={X: -X, Y: sp.sin(9 * T)})
+    system = block.elastic(compliance=eps**2, damping=damping)
+    start = block.start(system, {"X": 0, "Y": 0, "X'": 1, "Y'": 0})
+    path = ap.solve(ap.Scene(system=system, values={"eps": "1/10"}, start=start, until=4))
+    assert (path.modes, path.events) == (("closed",), ())
+    assert path.final[0] == pytest.approx(math.sin(4))
