@@ -370,7 +370,7 @@ def _inflated(box, real):
     tiny = arb(2) ** (-flint().ctx.prec + 16)
 
     def larger(part):
-        return part + arb(0, float((part.abs_upper() * 3 / 2 + tiny).upper()))
+        return part + arb(0, (part.abs_upper() * 3 / 2 + tiny).upper())
 
     return flint().acb_mat([[acb(larger(entry.real), 0 if real else larger(entry.imag))] for entry in box.entries()])
 

@@ -634,6 +634,14 @@ def falling(height, velocity, lift):
     return until_two(0, start, load=-9 * y - w, gap=y, normal=N, lift=lift)
 
 
+def test_irrational_rates_are_enclosed_to_three_hundred_digits_whose_radii_no_double_holds():
+    slider = ap.System.with_frictions({v: sp.sin(sp.sqrt(2) * t) + F}, {}, [ap.Friction(v, F, 1, 1)], time=t)
+    (final,) = certify(ap.Scene(system=slider, start=[9], until=3), digits=300).final
+    with mpmath.workdps(320):
+        off = mpmath.mpf(final.mid().str(320, radius=False)) - 6 - (1 - mpmath.cos(3 * mpmath.sqrt(2))) / mpmath.sqrt(2)
+        assert abs(off) < mpmath.mpf(10) ** -299
+
+
 @pytest.mark.parametrize(
     "scene",
     [
