@@ -84,7 +84,7 @@ def follow_on(automaton: "Automaton", before: Branch | None, hits: tuple, t: Any
 def all_motions(automaton: "Automaton", t: Any, state: tuple, slack: Any) -> dict[Branch, dict[sp.Symbol, Any]]:
     """Return every branch that may begin at ``state``, no two of the same rates, and its forces.
 
-    None is preferred for its rest; but a contact that static friction holds, if all others rest, does not slip. Raises
+    None is preferred for its rest. A contact begins to slip if it does so with its static friction, too. Raises
     ``UnboundedReaction`` where forces are not determined, ``Undecided``, ``OutOfRange`` and ``InputError``.
     """
     state, numbers = _in_digits(state)
@@ -92,11 +92,12 @@ def all_motions(automaton: "Automaton", t: Any, state: tuple, slack: Any) -> dic
         here = junction_at(automaton, None, (), t, state, slack, numbers)
         tried = admissible(here)
         consistent, doubts = _consistent(here, tried)
+        onsets, _ = _consistent(here.of_onsets, admissible(here.of_onsets))
         for doubt in doubts.values():
             raise doubt
         _require_determined(here, tried)
-        firm = {branch: consistent[branch] for branch in _firm(here, consistent)}
-        return {branch: here.forces(branch) for branch in _distinct(firm, _modes(here, firm)).values()}
+        begun = {branch: still for branch, still in consistent.items() if branch in onsets}
+        return {branch: here.forces(branch) for branch in _distinct(begun, _modes(here, begun)).values()}
 
 
 def _in_digits(state: tuple) -> tuple[tuple, Numbers]:
@@ -217,7 +218,7 @@ def _follow_on(
 def _going_on(here: Junction, tried: Tried) -> Branch:
     """Return the one branch that follows; raises ``NoMotion``, ``TwoMotions``, ``Undecided``, ``UnboundedReaction``."""
     consistent, doubts = _consistent(here, tried)
-    firm = _firm(here, consistent)
+    firm = [branch for branch in consistent if len(consistent) == 1 or not breaks_loose(here, branch)] or [*consistent]
     held = branches.at_rest(here.before or ()) - {k for _, k in here.lost}
     preferred = branches.most_at_rest(branches.most_at_rest([*firm, *doubts], held))
     for branch, doubt in doubts.items():
@@ -245,12 +246,6 @@ def _consistent(here: Junction, tried: Tried) -> tuple[dict[Branch, list[int]], 
         if still is not None:
             consistent[branch] = still
     return consistent, doubts
-
-
-def _firm(here: Junction, consistent: dict[Branch, list[int]]) -> list[Branch]:
-    """Return the consistent branches in which no contact slips that static friction would hold, or all of them."""
-    firm = [branch for branch in consistent if len(consistent) == 1 or not breaks_loose(here, branch)]
-    return firm or [*consistent]
 
 
 def _presses_otherwise(here: Junction, branch: Branch, preferred: list[Branch]) -> bool:

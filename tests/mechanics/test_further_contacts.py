@@ -604,34 +604,56 @@ def test_motions_have_all_contacts_only_where_these_are_closed():
     assert [name for name, _ in _ladder(WALL).motions({**values, "X": -1})] == ["slip"]
 
 
-def _counted(M, Q, W, T, velocity, friction, unilateral):
-    """Return the reactions of all rigid motions: every choice of open contacts and signs of reactions is tried."""
-    inverse, sign = np.linalg.inv(M), np.sign(T @ velocity)
-    found = []
-    for choice in itertools.product(*((1, 0 if one_sided else -1) for one_sided in unilateral)):
-        closed = np.flatnonzero(choice)
-        pushes = (W - (sign * friction * choice)[:, None] * T)[closed].T
-        reaction = np.zeros(len(W))
-        reaction[closed] = np.linalg.solve(W[closed] @ inverse @ pushes, -W[closed] @ inverse @ Q)
-        opens = W @ inverse @ (Q + pushes @ reaction[closed])
-        if all(r * s > 0 if s else g > 0 for r, s, g in zip(reaction, choice, opens, strict=True)):
-            found.append(tuple(reaction))
-    return sorted(found)
+def _reactions(choice, G, free, kinetic, static, resting):
+    """Return the reactions of one choice of (sign of the reaction, sign of sliding) by contact, None if it fails.
+
+    ``G`` and ``free`` are those of the gap and the slip of every contact in turn. An open contact has the signs 0, one
+    at rest the second sign 0. A contact may slip from rest with the bound ``kinetic``.
+    """
+    rows, right = np.array(G), -np.array(free)
+    for k, (sign, sliding) in enumerate(choice):
+        if not sign:
+            rows[2 * k : 2 * k + 2], right[2 * k : 2 * k + 2] = np.eye(4)[2 * k : 2 * k + 2], 0
+        elif sliding:
+            rows[2 * k + 1], right[2 * k + 1] = np.eye(4)[2 * k + 1] + sliding * sign * kinetic[k] * np.eye(4)[2 * k], 0
+    forces = np.linalg.solve(rows, right)
+    rates = G @ forces + free
+    for k, (sign, sliding) in enumerate(choice):
+        reaction, friction = forces[2 * k : 2 * k + 2]
+        pushes = sign * reaction > 0 if sign else rates[2 * k] > 0
+        moves = not sliding or k not in resting or sliding * rates[2 * k + 1] > 0
+        if not (pushes and moves and (sliding or abs(friction) <= static[k] * abs(reaction) + 1e-12)):
+            return None
+    return tuple(forces[::2])
+
+
+def _choices(sliding, unilateral, rests):
+    signs = (1,) if unilateral else (1, -1)
+    return [*itertools.product(signs, (1, -1, 0) if rests else (sliding,)), *[(0, 0)] * int(unilateral)]
 
 
 @pytest.mark.parametrize("seed", range(24))
 @pytest.mark.slow
-def test_motions_of_several_contacts_are_those_of_all_choices_of_open_contacts_and_signs(seed):
+def test_motions_of_two_contacts_are_the_choices_of_signs_that_hold_and_begin_with_static_friction(seed):
+    """Every choice of open contacts, of contacts at rest, and of signs of reactions and of sliding is tried."""
     rng = np.random.default_rng(seed)
-    size, count = int(rng.integers(3, 6)), 2
-    draw = lambda *shape: np.round(8 * rng.normal(size=shape)) / 8  # noqa: E731
-    root, W, along, Q = draw(size, size), draw(count, size), draw(count, size), draw(size)
-    M, friction, unilateral = root @ root.T + np.eye(size), np.abs(draw(count)) + 1 / 8, rng.random(count) < 1 / 2
-    velocity = sp.Matrix(W).applyfunc(sp.nsimplify).nullspace()[0]
-    q, u = sp.symbols(f"q1:{size + 1}"), sp.symbols(f"u1:{size + 1}")
-    contacts = [ap.Contact(row @ np.array(q), slip @ np.array(q), sp.nsimplify(part), unilateral=bool(one_sided))
-                for row, slip, part, one_sided in zip(W, along, friction, unilateral, strict=True)]
-    body = ap.Mechanism(q, u, M, Q, contacts[0], others=contacts[1:])
+    root, W, forces = (np.round(8 * rng.normal(size=shape)) / 8 for shape in ((5, 5), (4, 5), 5))
+    M, kinetic, unilateral = root @ root.T + np.eye(5), 1 / 8 + rng.integers(0, 16, 2) / 8, rng.random(2) < 1 / 2
+    static, resting = kinetic + rng.integers(0, 4, 2) / 8, [0] * (seed % 2)
+    directions = sp.Matrix(W).applyfunc(sp.nsimplify)
+    kept = directions.extract([0, 2, *(1 for _ in resting)], range(5)).nullspace()
+    velocity = sum((k * part for k, part in enumerate(kept, 1)), sp.zeros(5, 1))
+    gamma = np.sign(np.array(directions @ velocity, dtype=float).ravel()[1::2])
+    q, u = sp.symbols("q1:6"), sp.symbols("u1:6")
+    gaps = directions @ sp.Matrix(q)
+    bounds = [map(sp.Rational, map(float, pair)) for pair in zip(kinetic, static, strict=True)]
+    contacts = [ap.Contact(gaps[2 * k], gaps[2 * k + 1], *bounds[k], unilateral=bool(unilateral[k])) for k in (0, 1)]
+    body = ap.Mechanism(q, u, M, forces, contacts[0], others=contacts[1:])
     found = body.motions(dict.fromkeys(q, 0) | dict(zip(u, velocity, strict=True)))
-    expected = _counted(M, Q, W, along, np.array(velocity, dtype=float).ravel(), friction, unilateral)
-    assert np.allclose(sorted(motion.reaction for motion in found), expected)
+    G, free = W @ np.linalg.solve(M, W.T), W @ np.linalg.solve(M, forces)
+    at_onset = [static[k] if k in resting else kinetic[k] for k in (0, 1)]
+    expected = []
+    for choice in itertools.product(*(_choices(gamma[k], unilateral[k], k in resting) for k in (0, 1))):
+        motion, onset = (_reactions(choice, G, free, bound, static, resting) for bound in (kinetic, at_onset))
+        expected += [motion] if motion and onset else []
+    assert np.allclose(sorted(motion.reaction for motion in found), sorted(expected))
