@@ -170,7 +170,7 @@ class Modes:
             return np.zeros(len(t), dtype=bool), np.ones(len(t), dtype=bool)
         rows = rows_of(self.flow(branch)[0], self.whole(branch, t, w))
         n = len(rows.flow.rate)
-        first, off = rows.parts.guards[:, n], rows.off.guards[:, n] * _CLEAR
+        first, off = rows.parts.guards[:, n], rows.term_sizes.guards[:, n] * _CLEAR
         positive = np.where(rows.zero, rows.reach > 0, first > off)
         negative = np.where(rows.zero, rows.reach < 0, first < -off)
         known = positive.all(axis=1) | negative.any(axis=1)
@@ -180,7 +180,7 @@ class Modes:
         """Tell in which rows a velocity that is 0 has no clear slope, or a margin of the contacts is 0 by rounding."""
         flow, _, kept, kinds = self.flow(branch)
         start, names = np.array(initial(flow.blocks)), np.array([kinds[k][0] for k in kept], dtype=object)
-        slope, size = start @ rows.parts.slopes, start @ rows.off.slopes
+        slope, size = start @ rows.parts.slopes, start @ rows.term_sizes.slopes
         level = (names == "velocity_zero") & (abs(slope) <= _CLEAR * size) & (size > 0)
         return (rows.zero & (level | ~np.isin(names, OF_STATES))).any(axis=1)
 

@@ -71,21 +71,21 @@ class Verdicts(NamedTuple):
 
 
 def judge(
-    known: "FunctionTable", parts: "Parts | ClosedSegment", off: "Parts", margin: float, touching: np.ndarray,
+    known: "FunctionTable", parts: "Parts | ClosedSegment", term_sizes: "Parts", margin: float, touching: np.ndarray,
     areas: np.ndarray | None = None,
 ) -> Verdicts:
     """Return the ``Verdicts`` on the intervals of a table, by the rules of ``_verdict`` on arrays.
 
-    ``off`` are the sizes of ``parts``; both may have an axis of rows before their others. ``touching`` marks the guards
-    that vanish at the beginning of an interval. ``areas`` may be closer bounds of the integrals of ``|g''|``.
+    ``term_sizes`` are the sizes of ``parts``; both may have an axis of rows before their others. ``touching`` marks the
+    guards that vanish at the beginning of an interval. ``areas`` may be closer bounds of the integrals of ``|g''|``.
     """
-    g, doubt = _on(known.sums, parts.guards), _on(known.off_sums, off.guards) * margin
-    low, high, unused_symbol = g - doubt, g + doubt, _on(known.areas, abs(parts.bends)) if areas is None else areas
-    above = np.minimum(low[..., :-1, :], low[..., 1:, :]) > unused_symbol * known.h / 4
+    g, doubt = _on(known.sums, parts.guards), _on(known.off_sums, term_sizes.guards) * margin
+    low, high, bending = g - doubt, g + doubt, _on(known.areas, abs(parts.bends)) if areas is None else areas
+    above = np.minimum(low[..., :-1, :], low[..., 1:, :]) > bending * known.h / 4
     if above.all():
         return Verdicts(above, ~above)
-    rise, doubt = _on(known.values, parts.slopes), _on(known.off_values, off.slopes) * margin
-    both, doubt = rise[..., :-1, :] + rise[..., 1:, :], unused_symbol + doubt[..., :-1, :] + doubt[..., 1:, :]
+    rise, doubt = _on(known.values, parts.slopes), _on(known.off_values, term_sizes.slopes) * margin
+    both, doubt = rise[..., :-1, :] + rise[..., 1:, :], bending + doubt[..., :-1, :] + doubt[..., 1:, :]
     clear, falling = low[..., :-1, :] > 0, (both < -doubt) & ~touching
     positive = above | ((both > doubt) & (clear | touching)) | (falling & (low[..., 1:, :] > 0))
     return Verdicts(positive, falling & clear & (high[..., 1:, :] < 0))
@@ -135,9 +135,9 @@ class Guards:
     @cached_property
     def lists(self) -> tuple[list, ...]:
         """Weights and sizes as lists: per guard for sums, slopes and bends, per number of started blocks for bases."""
-        s, functions = self.segment, self.segment.functions
-        columns = [table[:functions].T.tolist() for table in (s.guards, s.off.guards, s.slopes, s.off.slopes)]
-        return *columns, abs(s.bends).T.tolist(), s.guards[functions:].tolist(), s.off.guards[functions:].tolist()
+        s, doubts, functions = self.segment, self.segment.term_sizes, self.segment.functions
+        columns = [table[:functions].T.tolist() for table in (s.guards, doubts.guards, s.slopes, doubts.slopes)]
+        return *columns, abs(s.bends).T.tolist(), s.guards[functions:].tolist(), doubts.guards[functions:].tolist()
 
     def at(self, t: Number, margin: Number | None = None) -> GuardValues:
         """Return the ``GuardValues`` at t; doubts are the sizes of the terms times ``margin``, by default ``m.margin``.
@@ -263,7 +263,7 @@ class Guards:
 
         A pair is at least minus its amplitude; an exponential and a power of the time are least at an end.
         """
-        weights, off, margin = self.segment.guards, self.segment.off.guards, self.m.margin
+        weights, off, margin = self.segment.guards, self.segment.term_sizes.guards, self.m.margin
         ends = [functions(Arrays, self.blocks, t)[0] for t in (lo, hi)]
         most, least, at = sizes(Arrays, self.blocks, lo, hi), weights[-1] - margin * off[-1], 0
         for decay, turn, count in self.blocks:
@@ -312,7 +312,7 @@ class Guards:
         s, starts = self.segment, not window.t[0]
         touching = np.zeros((len(window.h), len(self.every)), dtype=bool)
         touching[0, s.zero] = starts
-        verdicts = judge(window, s, s.off, self.m.margin, touching)
+        verdicts = judge(window, s, s.term_sizes, self.m.margin, touching)
         for guard in s.zero if starts else ():
             if not verdicts.positive[0, guard]:
                 verdicts.positive[:, guard] |= window.t[1:] <= self.reach(guard)
@@ -333,7 +333,7 @@ class Guards:
         open_ = np.flatnonzero(~(verdicts.clear | verdicts.single)[:before])
         if open_.size > _PATIENCE:
             bent = self.bending(window.t[open_], window.t[open_ + 1]).area.T[:, None]
-            closer = judge(window.intervals(open_), s, s.off, self.m.margin, touching[open_, None], bent)
+            closer = judge(window.intervals(open_), s, s.term_sizes, self.m.margin, touching[open_, None], bent)
             for known, found in zip(verdicts, closer, strict=True):
                 known[open_] |= found[:, 0]
 
@@ -351,7 +351,7 @@ def _reach(segment, guard):
     ``|g^(p+1)|`` up to h is below v. Raises ``Undecided`` where v is negative or no such derivative or h is found.
     """
     m, flow = segment.m, segment.flow
-    weights, off = segment.slopes[:, guard], segment.off.slopes[:, guard]
+    weights, off = segment.slopes[:, guard], segment.term_sizes.slopes[:, guard]
     margin, start, rate_sizes = max(m.margin, m.slack), np.array(initial(flow.blocks)), abs(flow.rate)
     for _ in weights:
         value, doubt = start @ weights, margin * (start @ off)
@@ -498,11 +498,11 @@ def _verdict(guards, q, left, right, area):
     if min(a - off_a, b - off_b) > area * h / 4:
         return "positive"
     both = left.slopes[q] + right.slopes[q]
-    unused_symbol = area + left.slope_doubts[q] + right.slope_doubts[q]
+    slack = area + left.slope_doubts[q] + right.slope_doubts[q]
     touching = not left.t and q in guards.segment.zero
-    if (both > unused_symbol and (touching or a > off_a)) or (touching and h <= guards.reach(q)):
+    if (both > slack and (touching or a > off_a)) or (touching and h <= guards.reach(q)):
         return "positive"
-    if both < -unused_symbol and not touching:
+    if both < -slack and not touching:
         return "positive" if b > off_b else "falls" if a > off_a else "unknown"
     return "unknown"
 

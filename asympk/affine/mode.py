@@ -239,7 +239,7 @@ class ClosedSegment:
         return len(waves) == 1 and waves[0] >= 0 and self.bends[waves[0], guard] > 0
 
     @cached_property
-    def off(self) -> Parts:
+    def term_sizes(self) -> Parts:
         """The ``Parts`` of the sizes of the terms, to which rounding errors are proportional."""
         found = self.flow.parts(self.flow.times(self.flow.table_sizes, self.size))
         found.guards[self.functions][self.zero] = self.m.number(0)
@@ -305,4 +305,4 @@ class ClosedSegment:
     def _terms(self, t):
         """Return the sizes of the terms of the states at t, to which rounding errors are proportional."""
         gained, _ = rounding_sizes(self.m, self.flow.blocks, t)
-        return self._sum(self.off.sums, gained, functions(self.m, self.flow.blocks, t)[2])
+        return self._sum(self.term_sizes.sums, gained, functions(self.m, self.flow.blocks, t)[2])

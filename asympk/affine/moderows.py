@@ -35,14 +35,14 @@ class Rows(NamedTuple):
 
     flow: Any
     parts: Parts
-    off: Parts
+    term_sizes: Parts
     zero: np.ndarray
     reach: np.ndarray
 
     def of(self, rows: np.ndarray) -> "Rows":
         """Return some of the rows."""
-        parts, off = (Parts(*(part[rows] for part in both)) for both in (self.parts, self.off))
-        return Rows(self.flow, parts, off, self.zero[rows], self.reach[rows])
+        parts, term_sizes = (Parts(*(part[rows] for part in both)) for both in (self.parts, self.term_sizes))
+        return Rows(self.flow, parts, term_sizes, self.zero[rows], self.reach[rows])
 
 
 class Ends(NamedTuple):
@@ -58,14 +58,14 @@ class Ends(NamedTuple):
 def rows_of(flow: AffineFlow, whole: np.ndarray) -> Rows:
     """Return the ``Rows`` of starts ``(w, 1)``, an array (rows, n + 1)."""
     parts = Parts(*map(np.copy, flow.parts(whole @ flow.tables.T)))
-    off = Parts(*map(np.copy, flow.parts(abs(whole) @ flow.table_sizes.T)))
+    term_sizes = Parts(*map(np.copy, flow.parts(abs(whole) @ flow.table_sizes.T)))
     n = len(flow.rate)
-    zero = abs(parts.guards[:, n]) <= _ULPS * Doubles.eps * off.guards[:, n]
-    parts.guards[:, n][zero] = off.guards[:, n][zero] = 0.0
-    return Rows(flow, parts, off, zero, np.where(zero, _reach(flow, parts, off), 0.0))
+    zero = abs(parts.guards[:, n]) <= _ULPS * Doubles.eps * term_sizes.guards[:, n]
+    parts.guards[:, n][zero] = term_sizes.guards[:, n][zero] = 0.0
+    return Rows(flow, parts, term_sizes, zero, np.where(zero, _reach(flow, parts, term_sizes), 0.0))
 
 
-def _reach(flow, parts, off):
+def _reach(flow, parts, term_sizes):
     """Return v/(3 B), v the first of g'(0) and g''(0) that does not vanish and B a bound of the next derivative.
 
     -1 stands for v < 0, NaN for an unknown sign of v, and inf for a guard that is constant.
@@ -75,7 +75,7 @@ def _reach(flow, parts, off):
     third = np.matmul(size, abs(parts.bends)).sum(axis=1)
     found = np.full(parts.slopes[:, 0].shape, np.nan)
     second = abs(parts.bends).sum(axis=1)
-    for weights, sizes, bound in ((parts.bends, off.bends, third), (parts.slopes, off.slopes, second)):
+    for weights, sizes, bound in ((parts.bends, term_sizes.bends, third), (parts.slopes, term_sizes.slopes, second)):
         value, doubt = start @ weights, _MARGIN * (start @ sizes)
         reach = np.minimum(most, value / np.maximum(3 * bound, 1e-300))
         clear = abs(value) > doubt
@@ -87,7 +87,7 @@ def _reach(flow, parts, off):
 def _judged(rows: Rows, known: FunctionTable, first: np.ndarray) -> Verdicts:
     """Return the ``Verdicts`` on the intervals of a table; ``first`` marks the intervals that begin at the start."""
     touching = first[..., None] & rows.zero[:, None, :]
-    verdicts = judge(known, rows.parts, rows.off, _MARGIN, touching)
+    verdicts = judge(known, rows.parts, rows.term_sizes, _MARGIN, touching)
     return verdicts._replace(positive=verdicts.positive | (touching & (known.h <= rows.reach[:, None, :])))
 
 
@@ -219,7 +219,7 @@ def _end(rows, span, hit, whole, covariance):
     off = np.array(np.broadcast_arrays(*rounding_sizes(Arrays, flow.blocks, span)[0])).T
     values, gained = (np.array(np.broadcast_arrays(*part), dtype=float).T for part in (values, gained))
     state = np.einsum("mr,mrn->mn", gained, rows.parts.sums[:, :n]) + rows.parts.sums[every, n + begun]
-    lost = np.einsum("mr,mrn->mn", off, rows.off.sums[:, :n]) + rows.off.sums[every, n + begun]
+    lost = np.einsum("mr,mrn->mn", off, rows.term_sizes.sums[:, :n]) + rows.term_sizes.sums[every, n + begun]
     spread = (values @ flow.flat).reshape(len(span), state.shape[1], -1)
     covariance = carried_on(spread, with_rounding(covariance, whole[:, :-1]))
     covariance = with_rounding(covariance, lost + abs(state))

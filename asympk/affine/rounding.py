@@ -58,8 +58,8 @@ def _rounding(timed, gained, begun, end):
     """
     segment, n = timed.segment, timed.segment.functions
     off, _ = rounding_sizes(Doubles, segment.flow.blocks, timed.span)
-    parts = segment.off.sums[:n].T * gained, segment.sums[:n].T * off
-    return _root([*parts, segment.off.sums[n + begun, :, None], end[:, None]])
+    parts = segment.term_sizes.sums[:n].T * gained, segment.sums[:n].T * off
+    return _root([*parts, segment.term_sizes.sums[n + begun, :, None], end[:, None]])
 
 
 def _root(parts):

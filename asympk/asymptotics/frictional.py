@@ -223,8 +223,8 @@ def _of_layers(task: Task, path: MatchedPath, recent: tuple[Remembered, ...], sc
         left += np.abs(kept).sum(axis=1) if stretch.slowly else 0.0
     if not path.stretches[-1].slowly:
         left += 1.0
-        late = ROUNDING * task.late * np.abs(np.array(path.mode.rhs(path.t, path.state)) * units).max()
-    return float(SEVERAL * task.off * (left * scales).max() + late / scale)
+        late = ROUNDING * task.time_error * np.abs(np.array(path.mode.rhs(path.t, path.state)) * units).max()
+    return float(SEVERAL * task.fast_error * (left * scales).max() + late / scale)
 
 
 @dataclass(frozen=True)

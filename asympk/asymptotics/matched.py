@@ -76,12 +76,12 @@ class Task:
         return cls(Automaton(scene.system, scene.values), float(scene.until), small_number(scene), order, rtol)
 
     @property
-    def late(self) -> float:
+    def time_error(self) -> float:
         """Return the allowed error in time of one step of a layer: slow states change by less than ``rtol`` in it."""
         return min(LATE * self.rtol * min(1.0, self.until), ROUGHEST * self.mu)
 
     @property
-    def off(self) -> float:
+    def fast_error(self) -> float:
         """Return the allowed error of the fast states in one step of a layer."""
         return min(IN_FAST * self.rtol / self.mu, ROUGHEST)
 
@@ -129,7 +129,7 @@ class MatchedPath:
             raise TooManyEvents(f"more than {STRETCHES} layers and slow motions by t = {t:.6g}, at "
                                 f"{listed(automaton.system.states, state)}", t, state)
         at, seen = place or (t, state)
-        hits = (guard, *lost_with(self.mode, guard, at, seen, task.late))
+        hits = (guard, *lost_with(self.mode, guard, at, seen, task.time_error))
         seen = on_zeros(self.mode, hits, at, seen)
         mode, seen, event = mode_after(automaton, self.mode, at, seen, hits, fixed=True)
         require_begun(mode, at, seen)
@@ -221,7 +221,7 @@ def through_layer(task: Task, path: MatchedPath, least: float = 0.0) -> MatchedP
     """
     while True:
         mode = path.mode
-        found, lost = _in_mode(task, mode, slow_of(mode), path, task.off, least)
+        found, lost = _in_mode(task, mode, slow_of(mode), path, task.fast_error, least)
         if not found:
             return path
         last, size = found[-1], len(path.state)
@@ -310,7 +310,7 @@ def _watched_steps(
     atol = tuple(least if s in system.fast else rtol for s in system.states)
     if system.time is not None:
         flow, now = _timed(mode), (*path.state, path.t)
-    along = steps((flow,), mode.p, now, task.until - path.t, rtol, (*atol, rtol)[: len(now)], late=task.late,
+    along = steps((flow,), mode.p, now, task.until - path.t, rtol, (*atol, rtol)[: len(now)], late=task.time_error,
                   longest=task.mu / _fastest(slow, path.t, path.state), within=mode.longest_step(task.until),
                   slopes=partial(_slopes, mode))
     return watched(along, lambda span, state: mode.watched_values(faded, path.t + span, state), len(atol))

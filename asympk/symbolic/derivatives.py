@@ -23,11 +23,11 @@ _STANDING = (sp.sign, sp.Heaviside, sp.floor, sp.ceiling, sp.logic.boolalg.Boole
 
 def directional_derivatives(
     parts: Parts, outputs: Sequence[sp.Expr], directions: Sequence[Mapping[sp.Symbol, sp.Expr]],
-    unused_symbol: Iterator[sp.Symbol], steps: Collection[sp.Symbol], forms: Forms,
+    unused_symbols: Iterator[sp.Symbol], steps: Collection[sp.Symbol], forms: Forms,
 ) -> tuple[Parts, list[sp.Expr]]:
     """Return (parts, the derivatives of every output along every direction, output by output).
 
-    A direction maps the arguments that move to their rates. New parts take their symbols from ``unused_symbol``. The
+    A direction maps the arguments that move to their rates. New parts take their symbols from ``unused_symbols``. The
     ``steps`` of eliminations are not differentiated: the rates of ``forms`` follow from solutions.
     """
     found = [*parts]
@@ -35,12 +35,12 @@ def directional_derivatives(
     slopes = {}
     for symbol, expr in parts:
         if symbol not in steps:
-            slopes[symbol] = _slopes(expr, moving, found, unused_symbol)
+            slopes[symbol] = _slopes(expr, moving, found, unused_symbols)
             moving |= {symbol} if slopes[symbol] else set()
-    last = [_slopes(output, moving, found, unused_symbol) for output in outputs]
+    last = [_slopes(output, moving, found, unused_symbols) for output in outputs]
 
     def step(value: sp.Expr, pairs: Iterable[tuple[sp.Expr, sp.Expr]]) -> sp.Expr:
-        return _named(less(value, pairs), found, unused_symbol)
+        return _named(less(value, pairs), found, unused_symbols)
 
     asked = {*chain(*slopes.values(), *last)}
     weights = _weights([form for symbol, form in forms.items() if symbol in asked], len(directions), step)
@@ -48,7 +48,7 @@ def directional_derivatives(
     for direction in directions:
         rates = _Rates(direction, forms, weights, step)
         for symbol, partials in slopes.items():
-            rates[symbol] = _named(_moved(partials, rates), found, unused_symbol)
+            rates[symbol] = _named(_moved(partials, rates), found, unused_symbols)
         columns.append([_moved(partials, rates) for partials in last])
     return found, [column[k] for k in range(len(outputs)) for column in columns]
 
@@ -94,14 +94,14 @@ def _weights(forms: Iterable[tuple[tuple, Solution]], directions: int, less: Les
 
 
 def _slopes(
-    expr: sp.Expr, moving: set[sp.Symbol], found: Parts, unused_symbol: Iterator[sp.Symbol]
+    expr: sp.Expr, moving: set[sp.Symbol], found: Parts, unused_symbols: Iterator[sp.Symbol]
 ) -> dict[sp.Symbol, sp.Expr]:
     """Return the partial derivatives by the ``moving`` symbols, each as a new part in ``found``."""
     slopes: dict[sp.Symbol, list[sp.Expr]] = {}
     for term in sp.Add.make_args(expr):
         for s in term.free_symbols & moving:
             slopes.setdefault(s, []).append(slope_by(term, s))
-    return {s: _named(sp.Add(*slopes[s]), found, unused_symbol) for s in sorted(slopes, key=str)}
+    return {s: _named(sp.Add(*slopes[s]), found, unused_symbols) for s in sorted(slopes, key=str)}
 
 
 def slope_by(expr: sp.Expr, s: sp.Symbol) -> sp.Expr:
@@ -158,9 +158,9 @@ def _moved(partials: dict[sp.Symbol, sp.Expr], rates: _Rates) -> sp.Expr:
     return total(product(partial, rates[s]) for s, partial in partials.items() if rates[s] != 0)
 
 
-def _named(expr: sp.Expr, found: Parts, unused_symbol: Iterator[sp.Symbol]) -> sp.Expr:
+def _named(expr: sp.Expr, found: Parts, unused_symbols: Iterator[sp.Symbol]) -> sp.Expr:
     if expr.is_Atom or (expr.is_Mul and (-expr).is_Atom):
         return expr
-    symbol = next(unused_symbol)
+    symbol = next(unused_symbols)
     found.append((symbol, expr))
     return symbol

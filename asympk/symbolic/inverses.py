@@ -134,10 +134,10 @@ class Eliminated(NamedTuple):
     forms: dict[sp.Symbol, tuple[tuple, Solution]]
 
 
-def without_inverses(exprs: Iterable[sp.Expr], unused_symbol: Iterator[sp.Symbol]) -> Eliminated:
-    """Return ``exprs`` with a symbol from ``unused_symbol`` in place of every ``InverseForm``."""
+def without_inverses(exprs: Iterable[sp.Expr], unused_symbols: Iterator[sp.Symbol]) -> Eliminated:
+    """Return ``exprs`` with a symbol from ``unused_symbols`` in place of every ``InverseForm``."""
     exprs = list(exprs)
-    entries, steps = _Named(unused_symbol), _Named(unused_symbol)
+    entries, steps = _Named(unused_symbols), _Named(unused_symbols)
     factors: dict[tuple, Any] = {}
     solutions: dict[tuple, Solution] = {}
     forms: dict[sp.Symbol, tuple[tuple, Solution]] = {}
@@ -179,14 +179,14 @@ def in_order(parts: Parts) -> Parts:
 class _Named:
     """Gives every expression that is no atom a symbol, the same one each time."""
 
-    def __init__(self, unused_symbol: Iterator[sp.Symbol]) -> None:
-        self.unused_symbol, self.names = unused_symbol, dict[sp.Expr, sp.Symbol]()
+    def __init__(self, unused_symbols: Iterator[sp.Symbol]) -> None:
+        self.unused_symbols, self.names = unused_symbols, dict[sp.Expr, sp.Symbol]()
 
     def __call__(self, expr: sp.Expr) -> sp.Expr:
         if expr.is_Atom:
             return expr
         if expr not in self.names:
-            self.names[expr] = next(self.unused_symbol)
+            self.names[expr] = next(self.unused_symbols)
         return self.names[expr]
 
     def less(self, value: sp.Expr, pairs: Iterable[tuple[sp.Expr, sp.Expr]]) -> sp.Expr:

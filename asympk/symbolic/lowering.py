@@ -213,13 +213,13 @@ def _parts(lowered):
     """Return the shared subexpressions and the outputs, the same for all targets, and whether they eliminate."""
     if lowered.definitions:
         return *_renamed(lowered), False
-    unused_symbol = _spare(lowered, **({"real": True} if lowered.directions else {}))
-    shared, found, steps, forms = _shared((*lowered.outputs, *chain(*lowered.directions)), unused_symbol)
+    unused_symbols = _spare(lowered, **({"real": True} if lowered.directions else {}))
+    shared, found, steps, forms = _shared((*lowered.outputs, *chain(*lowered.directions)), unused_symbols)
     if lowered.directions:
         count, n = len(lowered.outputs), len(lowered.args)
         rows = (found[k : k + n] for k in range(count, len(found), n))
         directions = [{a: r for a, r in zip(lowered.args, row, strict=True) if r != 0} for row in rows]
-        shared, found = directional_derivatives(shared, found[:count], directions, unused_symbol, steps, forms)
+        shared, found = directional_derivatives(shared, found[:count], directions, unused_symbols, steps, forms)
     return _contained(found, shared) if steps else shared, found, bool(steps)
 
 
@@ -233,11 +233,11 @@ def _contained(outputs, shared):
     return kept
 
 
-def _shared(outputs, unused_symbol):
+def _shared(outputs, unused_symbols):
     """Return the shared subexpressions, the outputs in terms of these, and the steps and forms of eliminations."""
-    tables, outputs = without_tables(map(computed, outputs), unused_symbol)
-    entries, steps, outputs, forms = without_inverses(outputs, unused_symbol)
-    shared, found = sp.cse([*(e for _, e in entries), *outputs], symbols=unused_symbol, order="canonical")
+    tables, outputs = without_tables(map(computed, outputs), unused_symbols)
+    entries, steps, outputs, forms = without_inverses(outputs, unused_symbols)
+    shared, found = sp.cse([*(e for _, e in entries), *outputs], symbols=unused_symbols, order="canonical")
     named = [(symbol, e) for (symbol, _), e in zip(entries, found, strict=False)]
     parts = [*tables, *shared, *named, *steps]
     return in_order(parts) if steps else parts, found[len(entries) :], {t for t, _ in steps}, forms

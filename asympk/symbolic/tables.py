@@ -17,14 +17,14 @@ SHORTEST = 8  # pieces of a table that is worth a tree
 
 
 def without_tables(
-    exprs: Iterable[sp.Expr], unused_symbol: Iterator[sp.Symbol]
+    exprs: Iterable[sp.Expr], unused_symbols: Iterator[sp.Symbol]
 ) -> tuple[list[tuple[sp.Symbol, sp.Expr]], list[sp.Expr]]:
-    """Return the tables in ``exprs``, each with a symbol from ``unused_symbol``, and ``exprs`` with these symbols."""
+    """Return the tables in ``exprs``, each with a symbol from ``unused_symbols``, and ``exprs`` with these symbols."""
     exprs = list(exprs)
     symbols: dict[sp.Basic, sp.Symbol] = {}
     for expr in exprs:
         for table in _outermost(expr):
-            symbols[table] = symbols.get(table) or next(unused_symbol)
+            symbols[table] = symbols.get(table) or next(unused_symbols)
     return [(symbol, table) for table, symbol in symbols.items()], [expr.xreplace(symbols) for expr in exprs]
 
 
