@@ -1,14 +1,13 @@
-r"""The spectral parts ``v u^T`` of an exact matrix whose eigenvalues other than 0 are simple, in whole numbers.
+"""The spectral parts ``v u^T`` of an exact matrix whose eigenvalues other than 0 are simple, in whole numbers.
 
 LAPACK's eigenpairs are refined by Newton's method. The residual r of ``M v = l v`` is computed in fixed point: whole
 numbers in units of 2^-bits. The correction (dv, dl) solves ``(M - l) dv - v dl = -r`` with the largest component of v
 fixed, by an inverse in doubles that is computed once. A step gains some 40 bits at the cost of two products of small
 matrices. ``_newton`` is the hard function.
 
-The eigenvalue 0 may have any multiplicity; its part is the unit matrix less the other parts. The multiplicity modulo a
-prime is found much sooner than the exact one, and is at least as large. Where it is larger, powers of the matrix times
-this part do not vanish; where another eigenvalue is multiple, the correction matrix is singular, and Newton's method
-does not converge. In both cases ``eigenpairs`` returns None, and ``polynomial`` finds the spectrum.
+The eigenvalue 0 may have any multiplicity; its part is the unit matrix less the other parts. Its multiplicity modulo a
+prime is soon found and at least as large: if larger, powers of the matrix times this part do not vanish. If another
+eigenvalue is multiple, Newton's method does not converge. Either way ``eigenpairs`` returns None: see ``polynomial``.
 """
 
 from typing import NamedTuple

@@ -1,16 +1,15 @@
-r"""The first root of any guard of an affine mode, isolated by bounds (Lemma 6): no guard is sampled.
+"""The first root of any guard of an affine mode, isolated by bounds (Lemma 6): no guard is sampled.
 
 On [lo, hi] of length h let the integral of ``|g''|`` be at most S. Then g stays above ``min(g(lo), g(hi)) - S h/4``,
-and its slope lies between ``(g'(lo) + g'(hi) -+ S)/2``. Where g'' keeps its sign, the least value of g decides.
-Therefore an interval has no root, or one guard falls through zero once while the others stay positive, or the interval
-is cut. ``Guards.suspects`` bounds the guards in doubles on a mesh kept per mode, and yields the intervals that may have
-a root, also for a run in digits. ``_isolated``, the hard function, cuts such an interval until the first root is found.
-The mesh is left where the sizes of the parts of all guards show that these have no root later.
+and its slope lies between ``(g'(lo) + g'(hi) -+ S)/2``. Where g'' keeps its sign, the least value of g decides. So an
+interval has no root, or one guard falls through zero once while the others stay positive, or the interval is cut.
+``Guards.suspects`` bounds the guards in doubles on a mesh kept per mode, and yields the intervals that may have a root;
+``_isolated``, the hard function, cuts them. The mesh is left where the sizes of all parts exclude later roots.
 
-A value within its rounding error has no sign. Cuts avoid times with such values, and ``Undecided`` is raised where no
-other time is left. At ``until`` a guard with such a value counts as lost, because a motion that ends at an event meets
-this event, unless it falls so slowly that it would be 0 much later only, as one that decays. Where ``m.margin`` is 0, a
-guard whose least value is within its rounding error touches zero and also counts as lost; the same mode may follow.
+A value within its rounding error has no sign. Cuts avoid times with such values; ``Undecided`` is raised where no other
+time is left. At ``until`` a guard with such a value is lost, as a motion that ends at an event meets it, unless it
+falls so slowly that it would be 0 much later only. Where ``m.margin`` is 0, a guard whose least value is within its
+rounding error touches zero and is lost, too; the same mode may follow.
 """
 
 from collections.abc import Iterator

@@ -1,14 +1,12 @@
-r"""The asymptotic model of any system with friction or switching surfaces: layers, and slow motion to order n.
+"""The asymptotic model of any system with friction or switching surfaces: layers, and slow motion to order n.
 
 A layer lasts a time O(mu log(1/mu)), and over so short a time its equations are not stiff. ``through_layer`` integrates
-the full equations at the given mu, and therefore all powers of mu and log(1/mu), until the remaining fast motion moves
-the slow states by less than the tolerance. Its step control lets an error along the flow pass: such an error is one in
-time, which the slow motion after the layer hardly feels.
-``slowly`` follows the slow motion from the end of the layer, on the manifold to order n, until a guard of its mode
-vanishes, where the next layer begins. ``onward`` alternates the two. The omitted terms are O(mu^(n + 1)).
-``followed_to`` gives the motion to order n + 1, which tells their size, and to n + 2 where successive terms fall slowly
-(``decay``).
-The hard functions are ``_in_mode``, which integrates a layer through one mode, and ``_over``, which predicts its end.
+the full equations at the given mu, and so all powers of mu and log(1/mu), until the remaining fast motion moves the
+slow states by less than the tolerance; an error in time passes its step control, as slow motion hardly feels it.
+``slowly`` follows the slow motion on the manifold to order n until a guard of its mode vanishes, where the next layer
+begins; ``onward`` alternates the two. The omitted terms are O(mu^(n + 1)): the motion to order n + 1 tells their size,
+and that to n + 2 where successive terms fall slowly (``followed_to``, ``decay``). The hard functions are ``_in_mode``,
+which integrates a layer through one mode, and ``_over``, which predicts its end.
 """
 
 import math

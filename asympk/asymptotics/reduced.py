@@ -8,9 +8,9 @@ The manifold is lost where ``margin`` <= 0. With r the largest real part of an e
 
     r >= 0,    mu |d log|det g_y| / dt| >= |r|,    4 mu |h_x f_y| >= |r|    or    mu sqrt(27 |h_x f_x f_y| / 4) >= |r|.
 
-The first is a loss of attraction. In the second g_y changes within its own relaxation time, as it does at a distance of
-order mu^(2/3) before a fold. In the last two the fast and the slow rates meet, as where a node turns into a focus. The
-size of a matrix is sqrt(sum |m_ij m_ji|), so that no condition depends on the units of the states.
+The first is a loss of attraction. In the second g_y changes within its own relaxation time, as at a distance of order
+mu^(2/3) before a fold. In the last two fast and slow rates meet, as where a node turns into a focus. The size of a
+matrix is sqrt(sum |m_ij m_ji|), so that no condition depends on the units of the states.
 """
 
 import math

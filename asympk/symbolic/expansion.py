@@ -5,12 +5,11 @@ mu^k in mu h_x f = g is linear in h_k:
 
     g_y h_k = [mu^(k-1)] h_x f - [mu^k] (g - g_y delta),
 
-and the right-hand side is known from h_0 .. h_(k-1). Here f and g are Taylor polynomials in delta and mu, whose
-coefficients are functions of x in one ``DifferentialRing``. A branch that is rational in x and in the functions
-that f and g contain is substituted. Any other branch (a root, an inverse function) is a generator y of the ring, with
-dy/dx = -g_y^-1 g_x, which ``Expansion.expr`` replaces by its formula. For an implicit branch, ``{y: y}``, the generator
-stays: the coefficients are rational in x and y, or in y alone where g = 0 is x = phi(y). ``expand`` is the entry,
-``_Recurrence`` the hard part.
+and the right-hand side is known from h_0 .. h_(k-1). The coefficients of f and g, as Taylor polynomials in delta and
+mu, are functions of x in one ``DifferentialRing``. A branch that is rational in x and in the functions of f and g is
+substituted. Any other (a root, an inverse function) is a generator y of the ring, with dy/dx = -g_y^-1 g_x, which
+``Expansion.expr`` replaces by its formula; of an implicit branch, ``{y: y}``, the generator stays, and is alone where
+g = 0 is x = phi(y). ``expand`` is the entry, ``_Recurrence`` the hard part.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
