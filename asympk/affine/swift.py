@@ -213,8 +213,8 @@ def _decided(table, t, state, orders, possible=None):
         if 0 in mine:
             return None
         holding.append(branch)
-    left = most_at_rest(holding)
-    return left[0] if len(left) == 1 and len(holding) <= 2 else None
+    resting = most_at_rest(holding)
+    return resting[0] if len(resting) == 1 and len(holding) <= 2 else None
 
 
 def _signs(values, sizes, vanishing, orders):

@@ -83,8 +83,8 @@ def _fitting(here: Junction, group: tuple[int, ...]) -> list[tuple[dict[int, Pha
     if len(undecided) > 1 and _has_one_solution(here, group, undecided) and (solution := _pivoted(here, group, rest)):
         own, tied = solution
         choices |= {k: [own[k]] for k in undecided if k not in tied}
-    left = [choice for choice in choices.values() if len(choice) > 1]
-    _require_few(3 ** len(left), len(left))
+    open_choices = [choice for choice in choices.values() if len(choice) > 1]
+    _require_few(3 ** len(open_choices), len(open_choices))
     found = []
     for phases in product(*choices.values()):
         own = dict(zip(group, phases, strict=True))
@@ -303,13 +303,13 @@ def staying(here: Junction, mode: GuardedMode, keys: list[tuple]) -> list[int] |
     ties = [k for k, guard in enumerate(all_guards(mode)) if guard.key in keys]
     if mode.pressed and any(v < 0 for v in here.at.values(mode.system, mode.conditions)):
         return None  # a condition is a margin divided by the penetration: the margin is negative once there is one
-    left, grown = _signs_by_guard(here, mode, [k for k in ties if k < len(mode.guards)]), set[int]()
-    while left:  # one derivative of each at a time: those of a guard that stays 0 grow long
-        signs = {k: next(growth, None) for k, growth in left.items()}
+    pending, grown = _signs_by_guard(here, mode, [k for k in ties if k < len(mode.guards)]), set[int]()
+    while pending:  # one derivative of each at a time: those of a guard that stays 0 grow long
+        signs = {k: next(growth, None) for k, growth in pending.items()}
         if -1 in signs.values():
             return None
         grown |= {k for k, sign in signs.items() if sign == 1}
-        left = {k: growth for k, growth in left.items() if signs[k] == 0}
+        pending = {k: growth for k, growth in pending.items() if signs[k] == 0}
     return [k for k in ties if k not in grown]
 
 

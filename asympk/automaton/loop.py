@@ -210,22 +210,22 @@ def mode_after(
     contact changes. ``since`` is None, or the time at which ``mode`` ended just before a switch by the time, with ``t``
     just after this switch. ``fixed`` and the errors are those of ``mode_on_sides``; ``Automaton.next`` raises, too.
     """
-    before, leaping, halted, (crossed, left) = mode, set[tuple](), list[tuple](), _crossed(mode, hits)
+    before, leaping, halted, (crossed, lost) = mode, set[tuple](), list[tuple](), _crossed(mode, hits)
     switches, doubt, start = bool(crossed), slack, t if since is None else since
     if since is not None:  # the guards of a side that has ended are those of no motion
-        crossed, left, doubt = [*automaton.edges_at(t, state, mode.beside)], [] if switches else left, mode.beside
-    later, entered, stops = (t, state), tuple[Any, ...](), _stops(left)
+        crossed, lost, doubt = [*automaton.edges_at(t, state, mode.beside)], [] if switches else lost, mode.beside
+    later, entered, stops = (t, state), tuple[Any, ...](), _stops(lost)
     if switches and (mode.mode.jumping or not stops):
         mode = mode_on_sides(automaton, without_idle(mode.branch), digits, t, state, crossed, fixed)
         leaping = {("velocity_zero", k) for k in mode.mode.jumping if _leaps(k, ((before, start), (mode, t)), state)}
-        left, stops = [key for key in left if key[:2] not in leaping], stops and _may_rest(mode, left, leaping, crossed)
+        lost, stops = [key for key in lost if key[:2] not in leaping], stops and _may_rest(mode, lost, leaping, crossed)
     if switches and stops:  # what stops or lands on an edge may rest there
         mode, hits = before, tuple(hit for hit in hits if before.kinds[hit][0] != SWITCH)
     elif switches:
         later = mode.moved_on(t, state, SHORTLY * doubt * t)
         entered = tuple(side for side in mode.mode.sides if {phase_of(edge)[0] for edge in inside(*side)} & {*crossed})
         halted = _halted(mode, leaping, t, state, doubt)
-        hits = _lost_beyond(mode, [*left, *halted], (t, state), later)
+        hits = _lost_beyond(mode, [*lost, *halted], (t, state), later)
     event = _left_by_ground(before, start, mode, t, state) or _velocity_jump(((before, start), (mode, t)), state)
     if event is None and (switches or not hits):  # a velocity at rest whose slope jumps is 0 on the new side, too
         state = mode.settled(t, state)
@@ -331,10 +331,10 @@ def _crossed(mode: NumericMode, hits: tuple[int, ...]) -> tuple[list[sp.Expr], l
     return phases, [guard.key for k, guard in enumerate(mode.mode.guards) if k in hits and k not in switched]
 
 
-def _lost_beyond(mode: NumericMode, left: list[tuple], place: tuple, later: tuple) -> tuple[int, ...]:
-    """Return the lost guards of ``mode`` on its new side: those ``left`` from the old one, and those that fall."""
+def _lost_beyond(mode: NumericMode, keys: list[tuple], place: tuple, later: tuple) -> tuple[int, ...]:
+    """Return the lost guards of ``mode`` on its new side: those of ``keys``, from the old one, and those that fall."""
     values = zip(mode.guard_values(*place), mode.guard_values(*later), mode.mode.guards, strict=True)
-    lost = (guard.key in left or ((value or after) < 0 and guard.kind != SWITCH) for value, after, guard in values)
+    lost = (guard.key in keys or ((value or after) < 0 and guard.kind != SWITCH) for value, after, guard in values)
     return tuple(k for k, falls in enumerate(lost) if falls)
 
 

@@ -112,8 +112,8 @@ def _corner(
         tables, found = _without(tables, rows, [j for j in columns if j not in solved], numbers)
         solved |= found
     free = [row[0] for row in zeros[0]]
-    left = [i for i in equations if i not in solved.values()]
-    if any(_sign(tables, i, 0, numbers) and not numbers.is_singular(tables[0][i][0], free) for i in left):
+    unsolved = [i for i in equations if i not in solved.values()]
+    if any(_sign(tables, i, 0, numbers) and not numbers.is_singular(tables[0][i][0], free) for i in unsolved):
         return None
     tables, corner = _without(tables, cone, [j for j in columns if j not in solved], numbers)
     basic = {i: i for i in cone if i not in corner.values()}  # rows and columns to inequalities, exchanged below
@@ -139,8 +139,8 @@ def _without(
     """Return the tables with as many rows as possible exchanged for columns, and {column: row} of these exchanges."""
     found: dict[int, int] = {}
     for j in columns:
-        left = [i for i in rows if i not in found.values()]
-        pivot = max(left, key=lambda i: abs(tables[0][i][j]), default=None)
+        free = [i for i in rows if i not in found.values()]
+        pivot = max(free, key=lambda i: abs(tables[0][i][j]), default=None)
         if pivot is None or is_open([table[pivot][j] for table in tables]):
             continue
         if not numbers.is_singular(tables[0][pivot][j], tables[0][pivot][1:]):

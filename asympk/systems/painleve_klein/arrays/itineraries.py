@@ -11,9 +11,8 @@ The sign of sigma and, at the start, the signs of z and s = x + y and the side o
     z < 0 > s       turned: slip_same, and then as for z < 0 < s
 
 These are the claims C23-C26 and C30. They hold because the slow part of every s is small (``Setting.reach``).
-``follow_itineraries`` sorts the trajectories by itinerary, in an order in which those that meet the same kind of event
-are adjacent, so that each kernel runs once for all of them. Every stage (``_turn``, ``_land``, ...) also tests whether
-its trajectories fit their itinerary. The results of those that do not are undefined; their rows are returned.
+``follow_itineraries`` sorts the trajectories so that those that meet the same kind of event are adjacent, and each
+kernel runs once. Every stage (``_turn``, ``_land``, ...) also finds the rows that do not fit, which are returned.
 """
 
 from collections.abc import Callable
