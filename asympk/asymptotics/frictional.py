@@ -65,9 +65,10 @@ def _to_order(scene: Any, method: str, order: int, units: Any) -> Path:
 
     ``path.info["omitted"]`` is the change of the states at ``until`` by the next order.
     """
-    rtol = min(tolerance(matched.small_number(scene), order, FINER), COARSEST)
+    task = Task.of(scene, order, COARSEST)
+    begun, rtol = matched.begun(task.automaton, scene.start), min(tolerance(task.mu, order, FINER), COARSEST)
     while True:
-        path, rest, rounding, late, omitted = _followed(scene, method, order, units, rtol)
+        path, rest, rounding, late, omitted = _followed(replace(task, rtol=rtol), begun, method, units)
         error, least = rest + late, max(rest, ROUNDING * COARSEST * np.max(units))
         grown = ROUNDING * rtol * np.max(units) < rounding > error / 2
         if not (grown or late > COARSER * least) or rtol <= FINEST:
@@ -76,28 +77,26 @@ def _to_order(scene: Any, method: str, order: int, units: Any) -> Path:
     if not error < 1:
         raise OutOfRange(growth_message(rtol, path.t) if rounding > 1 / 2 else
                          f"the terms that order {order} omits amount to {error:.3g} of the states: "
-                         f"mu = {matched.small_number(scene):.3g} is not small here; use an exact method")
-    return Path(scene, method, path.state, path.events, path.modes, StretchedDense(path, float(scene.until)), error,
+                         f"mu = {task.mu:.3g} is not small here; use an exact method")
+    return Path(scene, method, path.state, path.events, path.modes, StretchedDense(path, task.until), error,
                 {"omitted": tuple(omitted.tolist())})
 
 
 def _followed(
-    scene: Any, method: str, order: int, units: Any, rtol: float
+    task: Task, begun: MatchedPath, method: str, units: Any
 ) -> tuple[MatchedPath, float, float, float, np.ndarray]:
     """Return a path, its predicted error without that of its last layers, and the part that the tolerance makes up.
 
     After these come the error of its last layers, and the first omitted terms.
     """
-    task = Task.of(scene, order, rtol)
-    begun = matched.begun(task.automaton, scene.start)
-    landed = _landed(task, begun)
+    order, rtol, landed = task.order, task.rtol, _landed(task, begun)
     matched.require_landed(method, landed)
     path = matched.onward(task, landed)
     next_ = matched.followed_to(order + 1, task, landed, path)
     final, beyond = np.array(path.state), np.array(next_.state)
     omitted, scale = beyond - final, max(1.0, np.abs(final * units).max())
     apart = order > 0 or len(path.stretches) == len(landed.stretches) + 1  # orders 0 and 1 meet guards by the same y
-    falls = apart and np.abs(omitted * units).max() < SLIGHT * scale and matched.decay(scene, path, order) <= FALLING
+    falls = apart and np.abs(omitted * units).max() < SLIGHT * scale and matched.decay(task, path) <= FALLING
     last = beyond + TAKEN * omitted if falls else matched.followed_to(order + 2, task, landed, path).state
     passed = _passed_on(task, begun, next_, units)
     rounding = max(np.max(units) * max(ROUNDING * rtol, _grown(path, rtol) / scale), passed / scale)

@@ -501,14 +501,14 @@ def _meets_guard(task: Task, slow: Slow, landed: MatchedPath, found: reduced.Red
     return any(lost for _, lost in along)
 
 
-def decay(scene: Any, path: MatchedPath, order: int) -> float:
-    """Return the second term of the slow motion that ``order`` omits over the first, the largest at ``points``."""
-    mu, worst = small_number(scene), 0.0
+def decay(task: Task, path: MatchedPath) -> float:
+    """Return the second term of the slow motion that the order omits over the first, the largest at ``points``."""
+    mu, worst = task.mu, 0.0
     for stretch in path.stretches:
         slow = slow_of(stretch.mode)
         for at in stretch.points:
             known = [(*slow.formulas.height(k)(*at, mu, *slow.values), *slow.formulas.flow(k)(*at, mu, *slow.values))
-                     for k in range(order, order + 3)]
+                     for k in range(task.order, task.order + 3)]
             first, second = (max(abs(a - b) for a, b in zip(*pair, strict=True)) for pair in pairwise(known))
             worst = max(worst, second / first if first > 0 else math.inf if second > 0 else 0.0)
     return worst
