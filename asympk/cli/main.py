@@ -8,8 +8,10 @@ import signal
 import sys
 import threading
 import traceback
-from collections.abc import Iterator, Sequence
+from _thread import interrupt_main
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from functools import partial
 from importlib import import_module
 from typing import Any, NoReturn
 
@@ -19,6 +21,7 @@ from asympk.errors import AsympkError, InputError, MissingPackage, OrderError, U
 
 _OF_ARGUMENTS = (InputError, MissingPackage, OrderError, UnknownName)  # of files these name the file themselves
 _NEGATIVE = re.compile(r"^-(\d|\.\d|\(|pi\b|[a-z]+\()")  # -1e-3 and -pi/4 are numbers too, where argparse sees options
+_AGAIN = 0.05  # seconds after which an interruption that was ignored is raised again
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -28,7 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     _open_streams()
     try:
-        with _hearing_sigterm():
+        with _hearing_signals():
             return _run(parser(), arguments)
     except KeyboardInterrupt as interruption:
         _complain("asympk: interrupted")
@@ -36,20 +39,37 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 @contextmanager
-def _hearing_sigterm() -> Iterator[None]:
-    """Raise ``KeyboardInterrupt`` where SIGTERM would end the process, which only the main thread can hear."""
+def _hearing_signals() -> Iterator[None]:
+    """Raise ``KeyboardInterrupt`` where SIGTERM would end the process, which only the main thread can hear.
+
+    An interruption that comes in the callback of a weak reference, where Python ignores it, is raised again.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.signal(signal.SIGTERM, _interrupt)
+    before, hook = signal.signal(signal.SIGTERM, _interrupt), sys.unraisablehook
+    sys.unraisablehook = partial(_raise_again, hook)
     try:
         yield
     finally:
+        sys.unraisablehook = hook
         signal.signal(signal.SIGTERM, before)
 
 
 def _interrupt(number: int, _: object) -> NoReturn:
     raise KeyboardInterrupt(number)
+
+
+def _raise_again(hook: Callable[[Any], Any], ignored: Any) -> None:
+    if not issubclass(ignored.exc_type, KeyboardInterrupt):
+        hook(ignored)
+        return
+    number = next(iter(ignored.exc_value.args), signal.SIGINT)
+    posix = hasattr(signal, "pthread_kill")  # which ends a wait, too
+    raised = partial(signal.pthread_kill, threading.get_ident()) if posix else interrupt_main
+    again = threading.Timer(_AGAIN, raised, (number,))
+    again.daemon = True
+    again.start()
 
 
 def _run(whole, arguments):

@@ -3,8 +3,11 @@
 import errno
 import os
 import re
+import signal
 import subprocess
 import sys
+import time
+import weakref
 from contextlib import chdir, redirect_stderr, redirect_stdout
 from io import StringIO
 from pathlib import Path
@@ -180,6 +183,29 @@ def test_an_interruption_while_the_command_line_is_loaded_is_one_line(capsys, mo
 
     monkeypatch.setitem(sys.modules, "asympk.cli.main", Interrupted())
     assert run(capsys, "scenes") == (130, "", "asympk: interrupted\n")
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_interruption_that_python_ignores_in_a_callback_ends_the_command_nevertheless(
+    number, status, capsys, monkeypatch
+):
+    """Ctrl-C during ``asympk paper`` was lost in a WeakKeyDictionary, with a traceback."""
+    class Gone:
+        pass
+
+    def long(_):
+        gone = Gone()
+        kept = weakref.ref(gone, lambda _: signal.raise_signal(number))
+        del gone
+        time.sleep(10)
+        return kept
+
+    monkeypatch.setattr("asympk.cli.scenes.run", long)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        assert run(capsys, "scenes") == (status, "", "asympk: interrupted\n")
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _full(*_, **__):
