@@ -464,9 +464,8 @@ def check_friction(system: "System", friction: "Friction", number: int) -> None:
         raise InputError(f"{which}: the velocity {short(v)} must be linear in what {friction.force} moves, "
                          f"{', '.join(map(str, moved))}, or a polynomial in it without a square factor; give one that "
                          "passes through 0")
-    if _pushes_on(system, friction, moved):
-        raise InputError(f"{which}: the rate of the velocity {short(v)} falls with the force {friction.force}, which "
-                         f"opposes it: that would push on; write + {friction.force} for - {friction.force}")
+    if own_coupling(system, friction).is_negative:
+        raise InputError(f"{which}: {pushing_on(friction)}")
     given = (v, friction.load, friction.kinetic, friction.static, friction.gap)
     if any(e is not None and atoms(e, sp.Float) for e in given):
         raise InputError(f"{which} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
@@ -481,12 +480,18 @@ def _passes_through_0(velocity: sp.Expr, moved: Collection[sp.Symbol]) -> bool:
     return velocity.is_polynomial(*used) and all(power == 1 for _, power in sp.sqf_list(velocity, *used)[1])
 
 
-def _pushes_on(system: "System", friction: "Friction", moved: dict[sp.Symbol, sp.Expr]) -> bool:
-    """Tell whether the force, under a load without forces, is known to act along its velocity, not against it."""
+def own_coupling(system: "System", friction: "Friction") -> sp.Expr:
+    """Return the slope of the rate of a velocity by its own force; 0 where the load contains forces."""
     if symbols_in(friction.load) & {*system.pushes}:
-        return False
-    slopes = (slope_by(friction.velocity, s) * slope_by(rate, friction.force) for s, rate in moved.items())
-    return sp.Add(*slopes).is_negative is True
+        return sp.S.Zero
+    slopes = (slope_by(friction.velocity, s) * slope_by(rate, friction.force) for s, rate in system.rates.items())
+    return sp.Add(*slopes)
+
+
+def pushing_on(friction: "Friction") -> str:
+    """Return the words that refuse a force with a negative ``own_coupling``."""
+    return (f"the rate of the velocity {short(friction.velocity)} falls with the force {friction.force}, which "
+            f"opposes it: that would push on; write + {friction.force} for - {friction.force}")
 
 
 def _has_square(system: "System", friction: "Friction", state: sp.Symbol, rate: sp.Expr) -> bool:

@@ -14,13 +14,14 @@ from sympy.printing.codeprinter import PrintMethodNotImplementedError
 from asympk.errors import InputError
 from asympk.formulas import NOT_FINITE, UNEVALUATED, formula_in_words
 from asympk.numbers import LARGEST, number, reason_of, short
+from asympk.symbolic.branches import own_coupling, pushing_on
 from asympk.symbolic.long import atoms, symbols_in
 from asympk.symbolic.printers import printer_of
 from asympk.symbolic.reading import entries_of, rational
 from asympk.symbolic.values import by_symbol, require_all, require_declared
 
 if TYPE_CHECKING:
-    from asympk.symbolic.system import System
+    from asympk.symbolic.system import Friction, System
 
 LARGEST_EXPONENT = 30
 _OF_COMPLEX = (sp.re, sp.im, sp.arg, sp.conjugate)
@@ -186,7 +187,17 @@ def _require_assumed(system: "System", values: dict[sp.Symbol, Any]) -> None:
         if assumption.subs(numbers) == sp.false:
             raise InputError(f"values: {_given(values, assumption)} is refused; the system assumes "
                              f"{formula_in_words(assumption)}")
+    for friction, coupling in _couplings(system):
+        if coupling.xreplace(numbers).is_negative:
+            raise InputError(f"values: with {_given(values, coupling)}, {pushing_on(friction)}")
     require_opposing(system, numbers, values)
+
+
+@lru_cache(maxsize=64)
+def _couplings(system: "System") -> tuple[tuple["Friction", sp.Expr], ...]:
+    """Return the frictions with the slopes of their velocities' rates by their forces, where parameters give these."""
+    moving, found = {*system.states, system.time}, [(f, own_coupling(system, f)) for f in system.frictions]
+    return tuple((f, coupling) for f, coupling in found if coupling.free_symbols and not coupling.free_symbols & moving)
 
 
 def require_opposing(

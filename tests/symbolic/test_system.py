@@ -286,3 +286,13 @@ def test_a_load_does_not_contain_the_symbol_that_stands_for_it():
     v, F, N = sp.symbols("v F N", real=True)
     with pytest.raises(InputError, match="normal = N stands for the load, which contains it"):
         ap.Friction(v, F, load=N, kinetic=1, normal=N)
+
+
+def test_a_force_that_pushes_on_at_the_values_is_refused_with_them():
+    """In a file no parameter is known to be positive: -F/m was followed, to several motions at rest."""
+    x, v, F, m = sp.symbols("x v F m", real=True)
+    block = ap.System.with_frictions({x: v, v: -(x + F) / m}, {}, [ap.Friction(v, F, 1, 1)])
+    start = {"x": 0, "v": 1}
+    with pytest.raises(InputError, match=r"with m = 2, the rate of the velocity v falls .*; write \+ F for - F"):
+        ap.Scene(system=block, values={"m": 2}, start=start, until=1)
+    assert ap.Scene(system=block, values={"m": -2}, start=start, until=1).values == (-2,)
