@@ -13,9 +13,9 @@ from asympk.formulas import UNEVALUATED, fractional_part
 from asympk.numbers import as_fraction, number, numbers, raw_entries, require_finite, require_sizes, short
 from asympk.symbolic.long import DIGITS, parts_of
 
-_PLAIN = (
-    sp.Add, sp.Mul, sp.Pow, Application, sp.Symbol, sp.Number, sp.NumberSymbol, type(sp.I), type(sp.zoo), *UNEVALUATED,
-    sp.UnevaluatedExpr,
+_PLAIN = (  # a Lambda is a law of friction within the condition of a jump law
+    sp.Add, sp.Mul, sp.Pow, Application, sp.Lambda, sp.Symbol, sp.Number, sp.NumberSymbol, type(sp.I), type(sp.zoo),
+    *UNEVALUATED, sp.UnevaluatedExpr,
 )
 WRITTEN_OTHERWISE: dict[type, Callable] = {  # Python's factorial takes no fractions
     sp.frac: fractional_part, sp.factorial: lambda n: sp.gamma(n + 1),
