@@ -75,8 +75,8 @@ def composite_motions(
 
 
 def _residual(last, t, part):
-    lasting = part * (abs(last.x[3]) + abs(last.z[3]) * (1 + 1 / abs(last.z[1])))
-    return Residual(t, 40 / abs(last.fast), lasting, part * abs(last.y[3]))
+    (*_, x, _), (*_, y, _), (_, rate, _, z, _) = last.x, last.y, last.z  # the fast parts, and the rate of z
+    return Residual(t, 40 / abs(last.fast), part * (abs(x) + abs(z) * (1 + 1 / abs(rate))), part * abs(y))
 
 
 def _arrival(layer, m):

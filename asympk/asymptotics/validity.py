@@ -49,7 +49,7 @@ def validity_conditions(
             unsure = m.where(near, 0, 2 * abs(of_series - rise)) * (at - segment.began)
             yield later | (step.side * z >= unsure - slack), f"the motion meets z = 0 in {step.mode} unexpectedly"
         if step.event is None:
-            s = sum(w[4] + w[2] for w in (segment.x, segment.y))
+            s = sum(centre + slow for _, _, slow, _, centre in (segment.x, segment.y))
             sign = step.side if step.mode == "slip_same" else -step.side
             yield later | (sign * s > 0), f"the slow motion does not lie in {step.mode}"
     final = m.pick(now, t, m)
@@ -60,7 +60,7 @@ def validity_conditions(
 def _apart(segment, step, line):
     """Tell whether a slow line is near its limit, compared with the distances of start and event from this limit."""
     rest = line.rest(step.mode)
-    moved = abs(sum(w[4] + w[2] for w in (segment.x, segment.y)) - rest)
+    moved = abs(sum(centre + slow for _, _, slow, _, centre in (segment.x, segment.y)) - rest)
     near = moved <= SPREAD * abs(segment.x[0] + segment.y[0] - rest)
     return near if step.event == "velocity_zero" else near & (moved <= SPREAD * abs(line.load_at(step.level) - rest))
 

@@ -79,6 +79,11 @@ class Numbers(NamedTuple):
     coarser: "Numbers | None" = None
     largest: Any = math.inf
 
+    @property
+    def digits(self) -> int | None:
+        """The digits of the numbers, None for doubles."""
+        return getattr(self.functions, "dps", None)
+
     def decided_sign(self, values: Sequence) -> int:
         """Return the sign of the first value, or 0 where it is open; raises ``Unclear`` up to the size ``least``."""
         first = values[0]
@@ -129,7 +134,7 @@ class Place(NamedTuple):
 
 def place_of(automaton: "Automaton", numbers: Numbers, t: Any, state: tuple) -> Place:
     """Return a time and a state of an automaton as a ``Place``."""
-    known = automaton.coefficients(getattr(numbers.functions, "dps", None))
+    known = automaton.coefficients(numbers.digits)
     own, p = (tuple(map(numbers.convert, values)) for values in (state, (*automaton.values, *known.values())))
     return Place(numbers, numbers.convert(t), own, p, (*known,))
 

@@ -212,9 +212,8 @@ def _settled(automaton: "Automaton", before: Branch | None, hits: tuple, place: 
     """
     if not before:
         return place
-    digits = getattr(place.numbers.functions, "dps", None)
+    digits, t, state = place.numbers.digits, place.t, place.state
     mode = automaton.mode(before, digits)
-    t, state = place.t, place.state
     for guard in hits if digits else ():
         t = mode.time_of_fall(guard, t, place.state, automaton.mode(before))
         if mode.kinds[guard][0] == "slip_onset":
