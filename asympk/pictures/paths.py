@@ -20,9 +20,10 @@ HUES = ((1, 1, 1), (0.62, 0.8, 1), (1, 0.82, 0.55), (0.66, 1, 0.8))  # tints by 
 PANEL, LEGEND, AXIS = 0.95, 0.3, 0.35  # inches
 LETTERS = 45  # characters that fit into a row of the legend
 MANY = 40  # the most events that are marked by dots on the curves
-TICKS = 6  # of a logarithmic axis of time, which gets fewer than twice as many
+TICKS = {"x": 6, "y": 5}  # of a logarithmic axis, which gets fewer than twice as many
 WHOLE = 12  # decades
-DECADES = 6  # the most of an axis, whose ticks then stand apart
+DECADES = 6  # the most of an axis of a state
+ROOM = 1.5  # decades of its linear part
 MARGIN = 0.12  # on each side of a motion, in units of its extent
 NOISE = 1e-12  # part of their size by which values vary that are equal but for rounding
 SHORTEST = 1e21 * float_info.min  # below it, matplotlib's axes are from -0.05 to 0.05, without a message
@@ -62,7 +63,7 @@ def figure(path: Path) -> Any:
             axis.plot(data[0], values, color=style.BLUE)
             _mark(axis, path, data[0], values)
             if limit := logarithmic_from(data[0], values):
-                _logarithmic(axis, "y", limit)
+                _logarithmic(axis, "y", limit, ROOM)
             elif is_constant(values):
                 axis.set_ylim(around(values))
             axis.set_ylabel(style.folded(label_of(path, name), PANEL))
@@ -146,10 +147,9 @@ def _time_axis(axis: Any, path: Path) -> None:
         begin = floor(log10(first))
         room = max(1, (log10(until) - begin) / WHOLE)  # of the linear part, whose tick stands apart from 0, in decades
         _logarithmic(axis, "x", 10.0**begin, room)
-        axis.xaxis.get_major_locator().set_params(numticks=TICKS)
 
 
-def _logarithmic(panel: Any, which: str, least: float, room: float = 1) -> None:
+def _logarithmic(panel: Any, which: str, least: float, room: float) -> None:
     """Scale the axis x or y by asinh, which has no corner where logarithms begin; its ticks are 0 and powers of ten.
 
     The part from 0 to the first power, ``least``, is as long as ``room`` decades.
@@ -159,6 +159,7 @@ def _logarithmic(panel: Any, which: str, least: float, room: float = 1) -> None:
     getattr(panel, f"set_{which}scale")("function", functions=_stretch(log(least) - log(sinh(room * log(10)))))
     axis = getattr(panel, f"{which}axis")
     axis.set_major_locator(SymmetricalLogLocator(base=10, linthresh=least * ABOVE))
+    axis.get_major_locator().set_params(numticks=TICKS[which])
     axis.set_major_formatter(LogFormatterSciNotation())
 
 

@@ -1,6 +1,7 @@
 """Portraits and maps show the geometry that the package derives, and can be read."""
 
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -97,6 +98,17 @@ def test_time_is_logarithmic_where_most_events_are_early_and_not_where_the_first
 @pytest.mark.few(1)
 def test_a_picture_of_a_jump_of_any_shortness_is_legible(mu):
     assert flaws(solve(Scene(sigma=1, mu=mu, start=(0, "0.2", -1), until=5)).plot()) == []
+
+
+def test_labels_of_powers_of_ten_stand_apart_by_more_than_their_size():
+    """Of six decades each had a label; with matplotlib 3.9 they overlapped."""
+    drawing = solve(Scene(sigma=1, mu="1e-9", start=(0, "0.2", -1), until=5)).plot()
+    axis = drawing.axes[1].yaxis
+    drawing.canvas.draw()
+    places = [axis.axes.transData.transform((0, at))[1] for at in axis.get_majorticklocs()]
+    size = axis.get_ticklabels()[0].get_fontsize() * drawing.dpi / 72
+    assert len(places) == 5
+    assert min(high - low for low, high in pairwise(places)) > 1.4 * size
 
 
 @pytest.mark.parametrize(("rate", "start", "until"), [
@@ -264,14 +276,14 @@ def test_a_number_stands_inside_the_part_it_counts():
     assert maps._inside(np.eye(9, dtype=bool)) is None
 
 
-def test_a_scale_of_a_path_has_no_corner_where_its_logarithms_begin_one_decade_from_zero():
+def test_a_scale_of_a_path_has_no_corner_where_its_logarithms_begin_a_decade_or_more_from_zero():
     panels = paths.figure(solve(read_scene("backward"))).axes
-    for axis, least in ((panels[1].yaxis, 1.0), (panels[1].xaxis, 1e-5)):
-        assert {0, least, 10 * least} <= {*axis.get_majorticklocs().round(9)}
+    for axis, least, step, room in ((panels[1].yaxis, 1.0, 100, paths.ROOM), (panels[1].xaxis, 1e-5, 10, 1)):
+        assert {0, least, step * least} <= {*axis.get_majorticklocs().round(9)}
         place = axis.get_transform().transform
         zero, before, first, after, tenth, hundredth = place(least * np.array([0, 0.999, 1, 1.001, 100, 1000]))
         assert after - first == pytest.approx(first - before, rel=1e-2)
-        assert first - zero == pytest.approx(hundredth - tenth, rel=1e-3)
+        assert first - zero == pytest.approx(room * (hundredth - tenth), rel=1e-3)
 
 
 def test_a_quantity_over_hundreds_of_decades_has_a_logarithmic_axis_without_a_warning():
