@@ -65,6 +65,8 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "from_lagrangian": (ap.Mechanism.from_lagrangian, {"lagrangian": LAGRANGIAN, "coordinates": (X, Y, theta)}),
     "elastic": (ROD.elastic, {"compliance": sp.Symbol("c", positive=True), "damping": 1}),
     "Mechanism.start": (ROD.start, {"system": ROD.rigid(), "values": AT}),
+    "Mechanism.own": (ROD.own, {"thing": x}),
+    "Mechanism.keyed": (ROD.keyed, {"values": AT, "others": ()}),
     "least_critical_friction": (ROD.least_critical_friction, {"coordinate": "theta", "values": {}}),
     "reduced_flow": (ap.reduced_flow, {"manifold": PLANE}),
     "integral_curves": (ap.integral_curves, {"manifold": PLANE}),

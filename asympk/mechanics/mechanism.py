@@ -348,6 +348,9 @@ class Mechanism(ShownAsFormulas):
 
     def own(self, thing: Any) -> Any:
         """Return an expression or matrix in plain symbols, translated to the mechanism's coordinates and velocities."""
+        if not isinstance(thing, sp.Basic | sp.MatrixBase):
+            raise InputError(f"{short(thing)} is neither an expression nor a matrix in plain symbols")
+        thing = thing.as_immutable() if isinstance(thing, sp.MatrixBase) else thing
         return replaced(thing, {plain: own for own, plain in self._names.items()})
 
     def keyed(self, values: dict[Any, Any], others: Iterable[sp.Symbol] = ()) -> dict[sp.Symbol, Any]:
@@ -355,6 +358,7 @@ class Mechanism(ShownAsFormulas):
 
         ``others`` are symbols that are known besides those of the mechanism.
         """
+        others = entries_of("others", others, "a sequence of Symbols")
         return keyed(values, self.plain, self._names, (*self.parameters, *others))
 
 
