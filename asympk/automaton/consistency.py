@@ -363,12 +363,31 @@ def _signs_in_series(here: Junction, mode: GuardedMode, guard: int, first: int) 
     One that is 0 as a double has the sign 0. Raises ``Undecided`` at the end, or if there is no series.
     """
     kind, _, value, *_ = mode.guards[guard]
-    rows = zip(*(derivatives_along(mode, place, value) for place in here.places), strict=True)
     with suppress(InputError, ArithmeticError, ValueError):
-        for values in islice(rows, first, HIGHEST + 1):
+        for (values,) in islice(_along(here, mode, (value,)), first, HIGHEST + 1):
             yield here.numbers.decided_sign(values) if float(values[0]) else 0
     raise Undecided(f"{kind} of {mode.name} vanishes at t = {float(here.at.t):.6g} with its first {first - 1} "
                     "derivatives, or more; move the start a little, as an angle by 1e-6")
+
+
+def _along(here: Junction, mode: GuardedMode, exprs: tuple[sp.Expr, ...]) -> Iterator[list[tuple]]:
+    """Yield the values, at all places, of expressions and of their derivatives along the motion of a mode."""
+    series = (derivatives_along(mode, place, exprs) for place in here.places)
+    return ([*zip(*rows, strict=True)] for rows in zip(*series, strict=True))
+
+
+def vanish_along(here: Junction, mode: GuardedMode, exprs: tuple[sp.Expr, ...]) -> bool:
+    """Tell whether expressions are 0 on the motion of a mode: on a plane that it keeps, or with all derivatives.
+
+    Derivatives are asked where a contact is rigid: how redundant contacts share a load may not matter to the motion,
+    as all of their friction acts along one line.
+    """
+    if not any(friction.rigid for friction in here.system.frictions):
+        return vanish_on_plane(here, mode, exprs)
+    with suppress(InputError, ArithmeticError, ValueError):
+        rows = islice(_along(here, mode, exprs), HIGHEST + 1)
+        return not any(map(here.numbers.decided_sign, chain.from_iterable(rows)))
+    return False
 
 
 def _derivatives(here: Junction, mode: GuardedMode, guard: int, order: int) -> Iterator[list]:

@@ -34,13 +34,13 @@ from asympk.automaton.consistency import (
     stands_still,
     staying,
     stays,
+    vanish_along,
 )
 from asympk.automaton.contacts import DOUBLES, Numbers, Unclear, clear_sign, place_of
 from asympk.automaton.exact import MOST_WORKING
 from asympk.automaton.junction import Junction, junction_at
-from asympk.automaton.kept import vanish_on_plane
 from asympk.automaton.modes import GuardedMode, mode_of
-from asympk.automaton.rest import has_forces, moves_in_several_ways, standing_branch
+from asympk.automaton.rest import has_forces, moves_in_several_ways, open_forces, standing_branch
 from asympk.digits import carrier_context
 from asympk.errors import AsympkError, NegativeFriction, NoMotion, OutOfRange, TwoMotions, UnboundedReaction, Undecided
 from asympk.multiprecision import in_context
@@ -321,9 +321,10 @@ def _require_uncritical(here: Junction, chosen: Branch, tried: Tried) -> None:
 
 
 def _undetermined(here: Junction, branch: Branch) -> UnboundedReaction:
-    why = "has more of them than equations; merge contacts, or put compliance between them"
-    if forces.determined(here.system, branch):
-        why = "has equations that are singular in this state only; move the start a little, as an angle by 1e-6"
+    why = "has equations that are singular in this state only; move the start a little, as an angle by 1e-6"
+    if not forces.determined(here.system, branch):
+        names = ", ".join(map(str, open_forces(here, branch)))
+        why = f"has more of them than equations, which leave {names} open; merge contacts, or add compliance to them"
     return UnboundedReaction(f"the forces of contacts are not determined {here.in_words}: "
                              f"{branches.mode_name(branch)} {why}", here.at.t, here.at.state)
 
@@ -381,7 +382,7 @@ def _chosen(here: Junction, consistent: dict[Branch, list[int]]) -> Branch:
     modes = _modes(here, consistent)
     distinct = _distinct(consistent, modes)
     apart = tuple(a - b for rates in distinct for a, b in zip(modes[0].rates, rates, strict=True))
-    if len(distinct) == 1 or (distinct and vanish_on_plane(here, modes[0], apart)):
+    if len(distinct) == 1 or (distinct and vanish_along(here, modes[0], apart)):
         return next(iter(consistent))
     if not distinct:
         raise NoMotion(f"no motion goes on {here.in_words}: {_why_none(here)}", here.at.t, here.at.state)

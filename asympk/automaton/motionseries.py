@@ -27,20 +27,20 @@ class _Functions(NamedTuple):
         return getattr(self.own, name)(value)
 
 
-def derivatives_along(mode: GuardedMode, place: Place, expr: sp.Expr) -> Iterator[Any]:
-    """Yield an expression, its rate, and its further derivatives by the time, along the motion of a mode from a place.
+def derivatives_along(mode: GuardedMode, place: Place, exprs: tuple[sp.Expr, ...]) -> Iterator[list[Any]]:
+    """Yield expressions, their rates, and their further derivatives by the time, along the motion of a mode.
 
     Raises ``InputError`` for a function that has no series, and ``ArithmeticError`` or ``ValueError`` where it is
     singular.
     """
     system, call = mode.system, _Functions(place.numbers.functions)
-    constants = tuple(atoms(sp.Tuple(expr, *mode.rates), sp.NumberSymbol))
+    constants = tuple(atoms(sp.Tuple(*exprs, *mode.rates), sp.NumberSymbol))
     numbers = (*place.p[: len(system.parameters)], *place.values(system, constants))
     known = dict(zip((*system.parameters, *constants), numbers, strict=True))
     known |= {s: Taylor({(0, 0): w}, 0) for s, w in zip(system.states, place.state, strict=True)}
     for n in count():
         known |= {system.time: Taylor({(0, 0): place.t, (0, 1): 1}, n)} if system.time else {}
-        found, *rates = (as_taylor(part, n)[0, n] for part in evaluated((expr, *mode.rates), known, call))
-        yield found * factorial(n)
-        for s, rate in zip(system.states, rates, strict=True):
+        found = [as_taylor(part, n)[0, n] for part in evaluated((*exprs, *mode.rates), known, call)]
+        yield [part * factorial(n) for part in found[: len(exprs)]]
+        for s, rate in zip(system.states, found[len(exprs) :], strict=True):
             known[s] = Taylor(known[s].terms | {(0, n + 1): rate * Fraction(1, n + 1)}, n + 1)

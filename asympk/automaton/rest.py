@@ -82,6 +82,20 @@ def moves_in_several_ways(here: Junction, branch: Branch) -> bool:
     return False
 
 
+def open_forces(here: Junction, branch: Branch) -> list[sp.Symbol]:
+    """Return the forces that the equations of a branch leave undetermined: some of them may change without the others.
+
+    After an exchange of as many rows for forces as possible, these are the forces left, and those that depend on them.
+    """
+    unknowns, every = contact_formulas(here.system)[1], range(len(branch))
+    tables = [contact_equations(here.system, branch, point, every) for point in here.points_in(branch)]
+    columns = range(1, 1 + len(unknowns))
+    tables, found = _without(tables, range(len(tables[0])), columns, here.numbers)
+    free = [j for j in columns if j not in found]
+    moved = (j for j, i in found.items() if any(_sign(tables, i, k, here.numbers) for k in free))
+    return [unknowns[j - 1] for j in sorted([*free, *moved])]
+
+
 def _doubled(table: Table) -> Table:
     """Return every row in (1, u) as two rows in (1, s, u, w), one for u and one for w, with its constant times s."""
     parts = [(e, row, [0] * len(row)) for e, *row in table]

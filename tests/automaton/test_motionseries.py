@@ -26,8 +26,8 @@ def test_derivatives_along_a_motion_are_those_of_its_closed_form(numbers):
     place = Place(numbers, numbers.convert(0), tuple(map(numbers.convert, (1, 0, 0))), (numbers.convert(2),))
     known = [sp.series(e, t, 0, 9).removeO() for e in (1 / (1 - 2 * t), sp.pi * sp.sin(t), sp.log(1 + t))]
     expected = [float(sum(e.coeff(t, k) for e in known) * sp.factorial(k)) for k in range(9)]
-    found = islice(derivatives_along(mode_of(system, ()), place, x + y + z), 9)
-    assert [*found] == pytest.approx(expected, rel=1e-14)
+    found = islice(derivatives_along(mode_of(system, ()), place, (x + y + z,)), 9)
+    assert [value for (value,) in found] == pytest.approx(expected, rel=1e-14)
 
 
 @pytest.mark.parametrize("order", [7, 14])

@@ -438,6 +438,35 @@ def test_a_table_without_friction_slides_on_three_feet_whose_reactions_no_equati
         assert path.final == pytest.approx((2 * velocity, 0, 0, velocity, 0, 0))
 
 
+def _on_feet(places, frictions, push=0):
+    """Return a table on rough feet, its middle at half its half width above them."""
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 + THETA.diff(T) ** 2 / 6 - Y
+    feet = [ap.Contact(Y + place * sp.sin(THETA) - sp.cos(THETA) / 2, X + place * sp.cos(THETA) + sp.sin(THETA) / 2,
+                       sp.Rational(share), unilateral=True) for place, share in zip(places, frictions, strict=True)]
+    return ap.Mechanism.from_lagrangian(energy, (X, Y, THETA), contact=feet[0], others=feet[1:], forces={X: push})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("places", [(-1, 0, 1), (-1, -1, 1, 1)])
+def test_a_table_slides_on_feet_of_one_friction_however_these_share_its_weight(places):
+    """It stops at v/f = 5/2, after v^2/(2 f); a push t/2 sets it off at t = 4/5, and moves it by (t - 4/5)^3/12."""
+    many = len(places)
+    for velocity, until, push, event, end in ((1, 3, 0, 2.5, 1.25), (0, 1, T / 2, 0.8, 0.2**3 / 12)):
+        table = _on_feet(places, ["2/5"] * many, push)
+        start = table.start(table.rigid(), FLAT | {"Y": "1/2", "X'": velocity})
+        path = ap.solve(ap.Scene(system=table.rigid(), start=start, until=until))
+        assert "+".join(["stick"] * many) in path.modes
+        assert [event.t for event in path.events] == pytest.approx([event])
+        assert path.final[:3] == pytest.approx((end, 0.5, 0), abs=1e-8)
+
+
+def test_forces_that_no_equation_shares_out_are_named_where_the_motion_depends_on_them():
+    table = _on_feet((-1, 0, 1), ["2/5", "1/5", "2/5"])
+    start = table.start(table.rigid(), FLAT | {"Y": "1/2"})
+    with pytest.raises(UnboundedReaction, match="which leave F, N, F2, N2, F3, N3 open; merge contacts"):
+        ap.solve(ap.Scene(system=table.rigid(), start=start, until=1))
+
+
 @pytest.mark.parametrize("method", ["exact", "dop853"])
 def test_a_weight_that_the_pull_takes_off_a_smooth_floor_lifts_off_and_its_motion_is_proven(method):
     """Pulled by t against the weight 1, it leaves at t = 1 and has then risen by (t - 1)^3 / 6."""
