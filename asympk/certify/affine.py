@@ -21,7 +21,7 @@ import sympy as sp
 
 from asympk.automaton.junction import ROUNDING
 from asympk.automaton.modes import NO_FRICTION, SWITCH, mode_of
-from asympk.certify.balls import Ball, Refused, flint
+from asympk.certify.balls import Ball, Refused, ball, flint
 from asympk.certify.candidates import Candidates, in_name_only, not_determined
 from asympk.certify.enclosure import Budget, first_event
 from asympk.certify.families import Family, constant, stacked
@@ -36,7 +36,7 @@ from asympk.certify.rows import (
     value_after,
 )
 from asympk.certify.segments import AffineGuard, EnclosedSegment
-from asympk.certify.zeros import Zero, derivatives, multiple_roots, order_at, span_of_wave
+from asympk.certify.zeros import Zero, derivatives, first_zero, order_at
 from asympk.numbers import Number
 from asympk.path import Event
 from asympk.symbolic import branches, forces
@@ -65,7 +65,7 @@ def enclose(
     mode, guards = modes.first(state := modes.begun(start))
     t, size, touched, names, events = modes.field.family([[0]]), len(system.states), 0, [mode.mode.name], list[Event]()
     while max(touched, len(events)) <= MOST_EVENTS:
-        segment = EnclosedSegment(mode, state)
+        modes.past.append(segment := EnclosedSegment(mode, state))
         remaining = (modes.field.family([[Fraction(until)]]) - t).tight()
         zero, groups = modes.ahead(guards, segment, remaining, t)
         found = first_event(segment, [*groups], end := zero.span.numbers()[0], budget)
@@ -76,7 +76,8 @@ def enclose(
         guard = _together(lost)
         if found and not (zero.span - dt).numbers()[0] > 0:
             raise Refused(f"horizon: {guard.kind} at the end itself, until = {float(until):.10g}")
-        time, t = modes.instant(found[0], segment) if found else zero.time, (t + dt).tight()
+        time, t = (modes.instant(found[0], segment), (t + dt).tight()) if found else (zero.time, zero.at)
+        t = t if time is None else modes.field.family([[time]])
         state = modes.state_at_event(segment.at(guard, dt), lost, segment, guards, time)
         mode, guards = modes.next(mode.mode, guard, state)
         if guard := modes.event(segment.mode.mode, mode.mode, lost, state):
@@ -154,8 +155,8 @@ class _Modes(Candidates):
         exact = (*start, *waves, Fraction(1))
         found = [self.field.family([[w]]) if w is not None else self.field.side(self.system.states[k].name)
                  for k, w in enumerate(exact)]
-        self.latest = EnclosedState(stacked(found), exact, self.field, (), Fraction(0))
-        return self.latest
+        self.past = list[EnclosedSegment]()
+        return EnclosedState(stacked(found), exact, self.field, (), Fraction(0))
 
     def first(self, state):
         """Return (mode, its guards) at the start; raises ``Refused`` where a run rounds a velocity or a gap to 0."""
@@ -201,14 +202,14 @@ class _Modes(Candidates):
 
         Of these, each one whose exact time is known stands for all that fall through 0 exactly when it does.
         """
-        zero, alone = Zero(remaining, self.until, []), list[AffineGuard]()
+        zero = Zero(since + remaining, remaining, Fraction(self.until), [])
         for guard in guards:
-            for found in self._touches(guard, segment, since):
-                if found.span.numbers()[0] > 0 and (zero.span - found.span).numbers()[0] > 0:
-                    zero, alone = found, [guard]
-        orders = {g: 2 if g in alone and zero.time is None else self._order(g, zero.time, segment) for g in guards}
-        lost = [g for guard, order in orders.items() for g in derivatives(guard, segment, order)]
-        groups, rest = dict[AffineGuard, list[AffineGuard]](), [guard for guard in guards if not orders[guard]]
+            if (found := self._touch(guard, segment, since)) and (zero.span - found.span).numbers()[0] > 0:
+                zero = found
+        orders = {guard: self._order(guard, zero.time, segment) for guard in guards}
+        lost = [g for guard in guards if guard not in zero.lost for g in derivatives(guard, segment, orders[guard])]
+        lost = [*zero.lost, *lost]
+        groups, rest = dict[AffineGuard, list[AffineGuard]](), [guard for guard in guards if guard not in lost]
         times = {guard: self.instant(guard, segment) for guard in rest}
         for guard in sorted(rest, key=lambda guard: times[guard] is None):
             if not any(guard in group for group in groups.values()):
@@ -216,15 +217,19 @@ class _Modes(Candidates):
                 groups[guard] = [g for g in rest if g is guard or self._order(g, time, segment) == 1]
         return zero._replace(lost=lost), groups
 
-    def _touches(self, guard, segment, since):
-        """Yield the zeros at which a guard that is positive before may touch 0 and rise again."""
-        span = span_of_wave(guard, segment)
-        if span is not None:
-            yield Zero(constant(flint().acb_mat([[span]]), since.spans), None, [])
-        begun, parts = self._polynomial(guard.row, segment)
-        for root in multiple_roots(parts):
-            if self._order(guard, begun + root, segment):
-                yield Zero((self.field.family([[begun + root]]) - since).tight(), begun + root, [])
+    def _touch(self, guard, segment, since):
+        """Return the ``Zero`` at which a guard vanishes with its rate before it falls through 0, or None."""
+        start = self._source(guard.row)
+        begun = since if start is segment.start else self.field.family([[start.time]])
+        elapsed = ball(0) if start is segment.start else (since - begun).numbers()[0]
+        with suppress(ValueError):
+            time, order, exact = first_zero(guard, segment, start, elapsed)
+            from_start = constant(flint().acb_mat([[time]]), since.spans)
+            at = begun + from_start
+            span = from_start if start is segment.start else (at - since).tight()
+            exact = None if None in (exact, start.time) else start.time + exact
+            return Zero(at, span, exact, derivatives(guard, segment, order)) if order > 1 else None
+        return None
 
     def _order(self, guard, time, segment):
         """Return the order of the zero of a guard at an exact time, 0 unless it is positive before (Lemma 16)."""
@@ -243,9 +248,24 @@ class _Modes(Candidates):
         return Fraction(found) if found.is_Rational and found.q.bit_length() <= flint().ctx.prec else None
 
     def _polynomial(self, row, segment):
-        """Return (exact time, Taylor coefficients from it) of a row; for what the time alone moves, the latest one."""
-        start = segment.start if any(row[: len(self.system.states)]) else self.latest
+        """Return (exact time, Taylor coefficients from it) of a row."""
+        start = self._source(row)
         return start.time, [] if start.time is None else segment.polynomial(row, start)
+
+    def _source(self, row):
+        """Return the latest state of an exact time, from which on a row has moved by one law, that is exact in it.
+
+        Blocks that have nothing to do with one another stop each at its own time. Without one it is the latest state.
+        """
+        matrix = self.past[-1].mode.matrix
+        for k in (found := [k for k, c in enumerate(row) if c]):
+            found += [j for j, c in enumerate(matrix[k]) if c and j not in found]
+        for segment in reversed(self.past):
+            if any(segment.mode.matrix[k] != matrix[k] for k in found):
+                break
+            if segment.start.time is not None and all(segment.start.exact[k] is not None for k in found):
+                return segment.start
+        return self.past[-1].start
 
     def state_at_event(self, family, lost, segment, guards, time):
         """Return the state at an event; what stands still, is alone in a lost guard, or a polynomial in time, is exact.
@@ -264,9 +284,7 @@ class _Modes(Candidates):
             exact[k], known[k] = value, self.field.family([[value]])
         null = (*(guard.row for guard in lost), *mode.kept, *(row for other in guards for row in other.null))
         whole = stacked([known.get(k) or family.entry(k) for k in range(size)])
-        state = EnclosedState(whole, tuple(exact), self.field, null, time)
-        self.latest = self.latest if time is None else state
-        return state
+        return EnclosedState(whole, tuple(exact), self.field, null, time)
 
     def chosen(self, tiers, state, what, before=(), held=frozenset()):
         """Return (mode, its guards from the state on) of the candidate that is proven to follow.

@@ -57,6 +57,7 @@ class ExactEntries:
         placed = (self._placed(entry) for entry in entries if not is_rational(entry) or entry.has(*_LARGEST))
         self.ranging = {atom: sp.Dummy() for atom in sorted({a for e in placed for a in _irrational(e)}, key=str)}
         self._symbols |= {symbol: self._family_of(atom) for atom, symbol in self.ranging.items()}
+        self._varying = {symbol for atom, symbol in self.ranging.items() if atom.free_symbols}
         self.field = sp.QQ.frac_field(*self._symbols) if self._symbols else None
         self._known: dict[Any, Family] = {}
         self._exact: dict[sp.Expr, Any] = {}
@@ -90,7 +91,10 @@ class ExactEntries:
         if expr.has(*NOT_FINITE):
             raise Refused("edge: a coefficient or a reaction is not finite at these parameters")
         expr = self._sided(expr)
-        return expr.rewrite(sp.Abs) if expr.has(*_LARGEST) else expr
+        expr = expr.rewrite(sp.Abs) if expr.has(*_LARGEST) else expr
+        # sine and cosine of a number are rational in one part, which makes the sum of their squares 1
+        turned = (e for e in expr.atoms(sp.sin, sp.cos) if not e.free_symbols)
+        return expr.xreplace({e: e.rewrite(sp.tan) for e in turned})
 
     def _sided(self, expr):
         """Return an expression on those sides of its switches on which the whole box certainly lies."""
@@ -129,6 +133,17 @@ class ExactEntries:
             found = constant(flint().acb_mat([[ball(entry)]]), self.spans) if number else None
             self._known[entry] = found or self._family_of(entry.as_expr())
         return self._known[entry]
+
+    def vanishes(self, entry: Any) -> bool:
+        """Tell whether an exact entry is known to be 0, also by powers of its parts that are not rational."""
+        if not entry or isinstance(entry, int | Fraction) or certain_sign(self.ball(entry)):
+            return not entry
+        parts = {symbol: atom for atom, symbol in self.ranging.items()}
+        return sp.expand(replaced(entry.numer.as_expr(), parts)) == 0
+
+    def is_constant(self, entry: Any) -> bool:
+        """Tell whether an exact entry is the same all over the box."""
+        return self.expression(entry).free_symbols <= {*self.ranging.values()} - self._varying
 
     def matrix(self, form: Form) -> tuple[tuple, ...]:
         """Return the rows of the matrix M of a form: ``(w, 1)' = M (w, 1)``."""

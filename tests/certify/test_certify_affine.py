@@ -742,6 +742,34 @@ def test_a_box_is_proven_all_over_which_a_block_touches_the_speed_of_its_belt():
     assert all(inside(proof, ap.solve(replace(scene, values={"k": end}))) for end in ("1/5", "3/10", "2/5"))
 
 
+@pytest.mark.parametrize("edge", [
+    1 - sp.cos(2 * t + sp.Rational(1, 3)), 1 - sp.sin(sp.sqrt(2) * t), 1 - sp.sin(sp.pi * t / 3),
+    (t**2 - 2) ** 2 / 49, (t**2 - 2) ** 2 * (t - 2) ** 2 / 80, (1 - 2 * sp.exp(-t)) ** 2, (1 - sp.sin(t)) ** 2 / 4,
+    (1 - sp.sin(t)) * (2 + sp.cos(2 * t)) / 4, sp.exp(-t / 3) * (1 - sp.sin(t)),
+])
+@pytest.mark.parametrize("below", [0, sp.Rational(1, 10**9)])
+@pytest.mark.few(4)
+def test_a_push_is_proven_to_touch_its_limit_or_to_exceed_it_after_a_stop_at_an_irrational_time(edge, below):
+    """The block w stops at 3 log 2; the push on the block v is 1 at a time that is not rational, or a little more."""
+    frictions = [ap.Friction(v, F, load=1, kinetic=1), ap.Friction(w, G, load=1, kinetic=sp.Rational(1, 3))]
+    pair = ap.System.with_frictions({v: F + 1 - edge + below, w: G - w / 3}, {}, frictions, time=t)
+    proof = certify(ap.Scene(system=pair, start={"v": 0, "w": 1}, until=3))
+    assert proven(proof)
+    assert [event.kind for event in proof.events if event.friction] == ["velocity_zero"]
+    begun = [event.t for event in proof.events if event.kind == "slip_onset"]
+    assert bool(begun) == bool(below)
+    with mpmath.workdps(60):
+        assert all(abs(edge.subs(t, sp.Float(time.mid().str(60, radius=False), 60)) - below) < 1e-15 for time in begun)
+
+
+def test_what_happens_to_one_block_at_the_very_end_is_proven_though_another_stopped_at_an_irrational_time():
+    frictions = [ap.Friction(v, F, load=1, kinetic=1), ap.Friction(w, G, load=1, kinetic=sp.Rational(1, 3))]
+    pair = ap.System.with_frictions({v: F, w: G - w / 3}, {}, frictions)
+    proof = proven_as_followed(ap.Scene(system=pair, start={"v": 3, "w": 1}, until=3))
+    assert [event.friction for event in proof.events] == [1, 0]
+    assert proof.events[1].t == 3
+
+
 @pytest.mark.slow
 def test_a_guard_that_touches_0_without_end_is_refused_in_a_moment():
     shaken = ap.System.with_frictions({x: v, v: F + sp.sin(t)}, {}, [ap.Friction(v, F, load=1, kinetic=1)], time=t)
