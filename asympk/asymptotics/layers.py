@@ -4,8 +4,9 @@ In a mode x' = f, mu y' = g, z' = h, affine in x and y, the motion from a start 
 
     x = x* + A e^(slow t) + B e^(fast t),    y likewise,    z = c + rate t + ... ,
 
-with fast = O(1/mu), slow = O(1). A mode ends where an affine function of (x, y, z) vanishes. For E = e^(fast t), with
-t = log(E)/fast = O(mu L), the last term of this equation balances the others:
+with fast = O(1/mu), slow = O(1). Where slow = 0 there is no equilibrium x*, and x and y have constant rates, too. A
+mode ends where an affine function of (x, y, z) vanishes. For E = e^(fast t), with t = log(E)/fast = O(mu L), the last
+term of this equation balances the others:
 
     c + rate t + ks e^(slow t) + kf E = 0,    so E = -(c + rate t + ks e^(slow t))/kf contracts by mu (``balance``).
 
@@ -99,9 +100,9 @@ def expand_layers(model: Any, steps: tuple[ItineraryStep, ...], start: tuple, or
 
 def on_slow_line(field: LinearField, x: Any, order: int) -> Series:
     """Return y on the slow line of a mode at ``x``."""
-    slow, _ = slow_and_fast_rate(field, order)
-    at_x, at_y = rest_of(field)
-    return series(at_y + slope_of(field, slow) * (x - at_x)).cut(order)
+    slow, fast = slow_and_fast_rate(field, order)
+    at_x, at_y, _ = _centre(field, slow, fast, x, 0)
+    return (at_y + slope_of(field, slow) * (x - at_x)).cut(order)
 
 
 def slow_motion(field: LinearField, layers: LayerSeries, order: int) -> LayerSegment:
@@ -112,19 +113,20 @@ def slow_motion(field: LinearField, layers: LayerSeries, order: int) -> LayerSeg
 
 def _segment(mode, field, state, began, order, b=None):
     slow, fast = slow_and_fast_rate(field, order)
-    at_x, at_y = rest_of(field)
     x, y, z = state
+    at_x, at_y, rate = _centre(field, slow, fast, x, y)
     up, down = slope_of(field, fast), slope_of(field, slow)
     if b is None:
         b = _relative((y - at_y - down * (x - at_x)) / (up - down), order)
     a = (x - at_x - b).cut(order)
     h0, hx, hy = field.h
-    za, zb = (hx + hy * down) / slow * a, _relative((hx + hy * up) / fast * b, order)
+    za = (hx + hy * down) / slow * a if slow.terms else slow  # h changes with g alone: not on a slow line with rate 0
+    zb = _relative((hx + hy * up) / fast * b, order)
     return LayerSegment(
         mode, began, slow, fast,
-        x=(x, series(0), a, b, series(at_x)),
-        y=(y, series(0), (down * a).cut(order), _relative(up * b, order), series(at_y)),
-        z=(z, series(h0 + hx * at_x + hy * at_y), za.cut(order), zb, (z - za - zb).cut(order)),
+        x=(x, rate, a, b, at_x),
+        y=(y, down * rate, (down * a).cut(order), _relative(up * b, order), at_y),
+        z=(z, h0 + hx * at_x + hy * at_y, za.cut(order), zb, (z - za - zb).cut(order)),
     )
 
 
@@ -146,7 +148,7 @@ def _turn(segment, event, level, order, log):
     x, y, z = (c + r * t + a * fade + b * growth for _, r, a, b, c in (segment.x, segment.y, segment.z))
     x, (constant, in_x, in_y, in_z) = x.cut(order), level  # which vanishes
     y, z = (y, series(0)) if in_z else (-(constant + in_x * x) / in_y, z)
-    return LayerEvent(event, segment.began + t, x, y.cut(order + min(0, y.size[0])), z, growth)
+    return LayerEvent(event, segment.began + t, x, y.cut(min([0, *(p for p, _ in y.terms)]) + order), z, growth)
 
 
 def _landing(segment, order):
@@ -159,9 +161,21 @@ def slow_and_fast_rate(field: LinearField, order: int) -> tuple[Series, Series]:
     """Return the slow and the fast root k of mu k^2 - (mu f_x + g_y) k + f_x g_y - f_y g_x = 0."""
     (_, fx, fy), (_, gx, gy) = field.f, field.g
     det = fx * gy - fy * gx
-    slow = balance(lambda k: (det + MU * k * (k - fx)) / gy, series(det / gy), order)
+    slow = series(det / gy)
+    if slow.terms:  # otherwise it is 0
+        slow = balance(lambda k: (det + MU * k * (k - fx)) / gy, slow, order)
     fast = balance(lambda m: gy + MU * (fx - det / m), series(gy), order)
     return slow, fast / MU
+
+
+def _centre(field, slow, fast, x, y):
+    """Return a point of the slow line, and the rate of x there: the equilibrium, or where the fast motion leads to."""
+    if slow.terms:
+        return *map(series, rest_of(field)), series(0)
+    (f0, fx, fy), (g0, _, gy) = field.f, field.g
+    rate = (gy * f0 - fy * g0) / (MU * fast)
+    at_x = x - (f0 + fx * x + fy * y - rate) / fast
+    return at_x, (rate - f0 - fx * at_x) / fy, rate
 
 
 def rest_of(field: LinearField) -> tuple[Any, Any]:

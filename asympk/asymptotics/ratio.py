@@ -9,6 +9,7 @@ division replaces the multivariate gcd of a fraction field, and a ratio is zero 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from numbers import Rational
 from typing import Any
 
 import sympy as sp
@@ -85,11 +86,10 @@ class Ratio:
     def _like(self, other):
         if isinstance(other, Ratio):
             return other
-        ring = self.numerator.ring
-        try:
-            return Ratio(ring(ring.domain.convert(sp.sympify(other, strict=True))))
-        except (sp.polys.polyerrors.CoercionFailed, sp.SympifyError):
+        if not isinstance(other, Rational):
             return NotImplemented
+        ring = self.numerator.ring
+        return Ratio(ring(ring.domain.convert(other)))
 
     def _over(self, common):
         result = self.numerator

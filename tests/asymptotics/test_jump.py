@@ -69,6 +69,34 @@ def test_a_layer_has_its_law_in_every_range_of_parameters_that_the_assumptions_a
     assert sp.cancel(limit(range_).x.expr - limit(sigma > 0).x.expr) == 0
 
 
+def layer_of_a_load_without_the_slow_state(back, start):
+    """The load y of mu y' = 1 - 2 y + F decays to 1/3 as exp(-3 t/mu) where it pushes, and grows as 1 - y before."""
+    viscous = System.with_friction({x: y - back * x}, {y: 1 - 2 * y + F}, velocity={z: 2 - y + F}, force=F, load=y,
+                                   kinetic=1, small=mu)
+    return jump_map(viscous, 2, start)
+
+
+@pytest.mark.parametrize("back", [0, 1])
+def test_a_load_that_the_slow_state_does_not_change_has_its_layer_though_a_slow_rate_is_zero_or_exact(back):
+    layer = layer_of_a_load_without_the_slow_state(back, {x: 0, y: 2, z: 1})
+    decayed = y - sp.Rational(1, 3)  # x loses decayed/(fast + back), fast = -3/mu
+    assert layer.itinerary == ("slip_same",)
+    assert [sp.expand(layer.x.coefficient(k)) for k in range(3)] == [
+        x, sp.expand(decayed / 3), sp.expand(back * decayed / 9)]
+    assert sp.expand(layer.z.expr - (z - 2 * mu * decayed / 3)) == 0
+
+
+def test_a_load_that_is_the_fast_state_alone_vanishes_where_this_state_does():
+    layer = layer_of_a_load_without_the_slow_state(0, {x: 0, y: -1, z: 1})
+    assert layer.itinerary == ("slip_opposite", "slip_same")
+    assert layer.events[0].y.expr == 0
+    until, at = sp.log(1 - y), {x: sp.S(3), y: sp.S(-1), z: sp.S(1)}  # 1 - y is 1 after mu until
+    ahead = layer.x - x - mu * (2 * until / 3 + y - sp.Rational(1, 9))
+    faster = layer.z - z - mu * (2 * until / 3 + sp.Rational(2, 9))
+    assert all(abs(in_numbers(series, at, "1/7")) < 1e-60 for series in (ahead, faster))
+
+
+
 @cache
 def derived(s, start, order, static=None):
     return jump_map(SYSTEM, order, values(s, start, static))
