@@ -74,7 +74,7 @@ def itinerary(line: LoadLine, load: Any, velocity: Any, sign: Callable[[Any], in
 
     ``sign`` returns the sign of an expression, and may record it. Raises ``OutOfRange`` for a start on the repelling
     manifold, which divides two itineraries, for a mode without fast motion and for a load that settles at 0. Raises
-    ``NotDerivable`` where no critical manifold is reached, or an event has a time that is no series in mu and L.
+    ``NotDerivable`` where no critical manifold is reached.
     """
     steps: list[ItineraryStep] = []
     side, far = sign(velocity), 0
@@ -90,11 +90,25 @@ def itinerary(line: LoadLine, load: Any, velocity: Any, sign: Callable[[Any], in
             side = side or _direction(line, load, sign)
             step, load, far = _slip(line, load, side, sign)
             side = 0 if far else side
-            if far and any(earlier.event == "velocity_zero" for earlier in steps):
-                raise NotDerivable(f"{step.mode}: the velocity, of order mu since it left rest, vanishes again at a "
-                                   "time that is no series in mu and log(1/mu)")
         steps.append(step)
     return tuple(steps)
+
+
+def require_no_return(
+    line: LoadLine, steps: tuple[ItineraryStep, ...], velocity: Any, sign: Callable[[Any], int]
+) -> None:
+    """Raise ``NotDerivable`` where a velocity that has left rest may vanish again at a time that is no series.
+
+    This velocity is of order mu. Its rate is affine in the load, which is monotonic in a mode: the velocity may return
+    where its rate opposes it at the end of the mode.
+    """
+    rested = sign(velocity) == 0
+    for mode, side, event, _ in steps:
+        last = line.rate[mode][0] if event else line.acceleration(mode)  # at no load, or on the critical manifold
+        if rested and side and (event == "velocity_zero" or sign(last) * side < 0):
+            raise NotDerivable(f"{mode}: the velocity, of order mu since it left rest, vanishes again at a time that "
+                               "is no series in mu and log(1/mu)")
+        rested = rested or event == "velocity_zero"
 
 
 def _slip(line, load, side, sign):

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import sympy as sp
 
 from asympk.asymptotics.base import base_point
-from asympk.asymptotics.itinerary import itinerary
+from asympk.asymptotics.itinerary import itinerary, require_no_return
 from asympk.asymptotics.layers import LayerEvent, expand_layers, on_slow_line
 from asympk.asymptotics.linear import Linear, linear
 from asympk.asymptotics.ratio import Ratios
@@ -159,6 +159,7 @@ def jump_map(
     begins = Beginning(arrival, near, velocity)
     signs = _Signs({**values, LOAD: _load(model).subs(values)})
     steps = itinerary(model.line, begins.load(model), velocity, signs)
+    require_no_return(model.line, steps, velocity, signs)
     x, z, events = _expansion(system, steps, order, begins)
     domain = _domain((*signs.asked, *_opposing(system, model)), system.assumptions).subs(LOAD, _load(model))
     rest = sp.cancel(model.line.rest(steps[-1].mode))

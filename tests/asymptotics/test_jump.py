@@ -97,6 +97,15 @@ def test_a_load_that_is_the_fast_state_alone_vanishes_where_this_state_does():
 
 
 
+@pytest.mark.parametrize("begun", [{x: 0, y: 4, z: 0, sigma: "-3/2"}, {x: 0, y: "9/2", z: 0, sigma: "-3/2"}])
+def test_a_velocity_that_returns_to_rest_within_the_layer_in_which_it_left_rest_is_refused(begun):
+    """The map led to Pi_2, and was wrong by order mu: the exact rod stops at once and slides forward."""
+    path = ap.solve(ap.Scene(sigma="-3/2", mu="1e-6", start=tuple(begun[v] for v in (x, y, z)), until="1/2"))
+    assert path.modes[:2] == ("slip_opposite", "stick")
+    with pytest.raises(NotDerivable, match="slip_opposite: the velocity, of order mu since it left rest, vanishes"):
+        jump_map(SYSTEM, 1, begun)
+
+
 @cache
 def derived(s, start, order, static=None):
     return jump_map(SYSTEM, order, values(s, start, static))
