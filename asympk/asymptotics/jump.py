@@ -130,14 +130,13 @@ def jump_map(
 ) -> Any:
     """Derive the jump map of the layer that contains ``start``, to ``order`` in mu with all powers of L.
 
-    ``start`` maps states and parameters, by symbol or name, to the numbers of a sample point inside the layer. Values
-    that are missing are chosen (velocity -1, load 1/5), and the first lines of the printed result name the region of
-    the sample. With ``arrival`` the layer begins where the slow motion in the mode of that name reaches z = 0, and the
-    map depends on x alone. With ``near`` the load at the start is that of the slow line of the mode of that name plus
-    ``OFFSET``, and the map holds for any small offset. For a system without friction, ``base_point(system, order)`` is
-    returned. Raises ``OrderError``, ``InputError`` for a start that is no mapping to numbers, violates the assumptions,
-    or has negative kinetic friction or less static friction, ``OutOfRange`` for a sample on the boundary between two
-    itineraries, and ``NotDerivable``.
+    ``start`` maps states and parameters, by symbol or name, to the numbers of a sample point inside the layer. Missing
+    values are chosen (velocity -1, load 1/5), and the first lines of the printed result name the region of the sample.
+    With ``arrival`` the layer begins where the slow motion in that mode reaches z = 0, and the map depends on x alone.
+    With ``near`` the load at the start is that of the slow line of that mode plus ``OFFSET``, and the map holds for any
+    small offset. Without friction it is ``base_point(system, order)``. Raises ``OrderError``, ``InputError`` for a
+    start that is no mapping to numbers, violates the assumptions, or has negative kinetic friction or less static
+    friction, ``OutOfRange`` for a sample on the boundary between two itineraries, and ``NotDerivable``.
 
     >>> from asympk.systems import painleve_klein
     >>> jump = jump_map(painleve_klein.system(), order=0)
