@@ -51,7 +51,7 @@ def _forces(system: "System", branch: Branch) -> dict[sp.Symbol, sp.Expr]:
         return {}
     if heavy(sp.Tuple(*matrix)):
         return _by_elimination(branch, matrix, right, unknowns)
-    if not stands(branch) and sp.cancel(matrix.det()) == 0:
+    if not stands(branch) and _is_singular(matrix):
         raise _undetermined(branch)
     if matrix.is_lower:
         return dict(zip(unknowns, map(tidied, matrix.lower_triangular_solve(right)), strict=True))
@@ -63,9 +63,13 @@ def _forces(system: "System", branch: Branch) -> dict[sp.Symbol, sp.Expr]:
 def determined(system: "System", branch: Branch) -> bool:
     """Tell whether the equations of a branch have one solution for its forces, not everywhere singular."""
     unknowns, matrix, _ = force_equations(system, branch)
-    if not unknowns or is_regular(matrix):
-        return True
-    return not has_no_inverse(matrix) if heavy(sp.Tuple(*matrix)) else sp.cancel(matrix.det()) != 0
+    return not unknowns or not _is_singular(matrix)
+
+
+def _is_singular(matrix: sp.Matrix) -> bool:
+    if is_regular(matrix):
+        return False
+    return has_no_inverse(matrix) if heavy(sp.Tuple(*matrix)) else sp.cancel(matrix.det()) == 0
 
 
 def _undetermined(branch: Branch) -> InputError:

@@ -10,7 +10,7 @@ from asympk.automaton.modes import mode_of
 from asympk.symbolic import long
 from asympk.symbolic.branches import Phase
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.forces import determined
+from asympk.symbolic.forces import determined, forces
 from asympk.symbolic.long import (
     atoms,
     carried_out,
@@ -162,6 +162,21 @@ def test_no_determinant_in_symbols_tells_whether_slip_determines_the_forces_on_t
     table = ap.Mechanism.from_lagrangian(energy, (x, y, turn), contact=first, others=others).rigid()
     monkeypatch.setattr(sp.MatrixBase, "det", None)
     assert not determined(table, (Phase(1, 1),) * 3)
+
+
+def test_forces_of_contacts_in_any_directions_are_solved_for_without_an_expanded_determinant(monkeypatch):
+    """Its terms are products of the entries of both contacts: with four coordinates it took minutes."""
+    q, u, Q, *rows = ([sp.Symbol(f"{name}{k}", real=True) for k in range(3)] for name in ("q", "u", "Q", *"nNsS"))
+    gaps, slips = ([sp.Add(*(r * x for r, x in zip(row, by, strict=True))) for row in pair]
+                   for pair, by in ((rows[:2], q), (rows[2:], u)))
+    first, other = (ap.Contact(gap, slip, c**2, unilateral=True) for gap, slip in zip(gaps, slips, strict=True))
+    feet = ap.Mechanism(q, u, sp.eye(3), Q, first, None, (other,)).rigid()
+    det = sp.MatrixBase.det
+    monkeypatch.setattr(sp.MatrixBase, "det", lambda matrix, method: det(matrix, method))
+    solved = forces(feet, (Phase(1, 1),) * 2)
+    place = {x: sp.Rational(k + 2, 7 - k % 3) for k, x in enumerate(sorted({*feet.parameters, *feet.states}, key=str))}
+    at = {force: value.subs(place) for force, value in solved.items()}
+    assert all(f.constraint.subs(at).subs(place) == 0 for f in feet.frictions)
 
 
 def test_a_body_of_three_freedoms_and_many_parameters_sticks_in_formulas_of_thousands_of_operations():
