@@ -14,7 +14,7 @@ from asympk.mechanics.evaluation import ROUNDING, evaluate
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import vanishes
 from asympk.numbers import short
-from asympk.symbolic.long import has_no_inverse, is_regular, symbols_in
+from asympk.symbolic.long import has_no_inverse, symbols_in
 from asympk.symbolic.reading import as_floats, require_names
 from asympk.symbolic.sides import MOST, measured, on_sides, phases, switching_symbols
 
@@ -149,7 +149,7 @@ def _check_mass(mass: sp.ImmutableMatrix, coordinates: tuple[sp.Symbol, ...]) ->
                     f"mass is not symmetric: entry ({i + 1}, {j + 1}) is {mass[i, j]!s:.40}, "
                     f"entry ({j + 1}, {i + 1}) is {mass[j, i]!s:.40}"
                 )
-    if not is_regular(mass) and has_no_inverse(mass):
+    if has_no_inverse(mass):
         raise InputError(f"mass is singular, its determinant is 0: {_without_inertia(mass, coordinates)}; give every "
                          "coordinate inertia, or eliminate it")
     diagonal = any(mass[k, k].is_nonpositive for k in range(mass.rows))

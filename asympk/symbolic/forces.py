@@ -67,9 +67,9 @@ def determined(system: "System", branch: Branch) -> bool:
 
 
 def _is_singular(matrix: sp.Matrix) -> bool:
-    if is_regular(matrix):
-        return False
-    return has_no_inverse(matrix) if heavy(sp.Tuple(*matrix)) else sp.cancel(matrix.det()) == 0
+    if heavy(sp.Tuple(*matrix)):
+        return has_no_inverse(matrix)
+    return not is_regular(matrix) and sp.cancel(matrix.det()) == 0
 
 
 def _undetermined(branch: Branch) -> InputError:

@@ -19,7 +19,6 @@ ROUGH = 1e-6  # a difference of values, relative to their size, that is not roun
 CLEAR = 1e-9  # size above which a value of DIGITS digits is certainly not 0
 DIGITS = 50
 SPARE = 10  # digits that the entries of a matrix have beyond those in which it is found singular
-REGULAR = 1e9  # a condition number clearly below that of a singular matrix in fifteen digits
 
 
 def replaced(expr: sp.Basic, rule: Mapping[sp.Basic, sp.Basic]) -> sp.Basic:
@@ -286,13 +285,8 @@ def is_clearly_nonzero(expr: sp.Expr) -> bool:
 
 
 def is_regular(matrix: sp.Matrix) -> bool:
-    """Tell whether a matrix is clearly regular at one generic place, in fifteen digits; else it may be singular."""
-    import numpy as np
-
-    place = generic_place(sp.Tuple(*matrix))
-    found = matrix.applyfunc(lambda entry: valued(entry, place, 15))
-    known = all(e.is_Number and e.is_finite for e in found)
-    return known and bool(np.linalg.cond(np.array(found, dtype=float)) < REGULAR)
+    """Tell whether a matrix is regular at one generic place, in many digits; else it may be singular."""
+    return _singular_at_one_place(matrix) is False
 
 
 def has_no_inverse(matrix: sp.Matrix) -> bool:
@@ -300,10 +294,14 @@ def has_no_inverse(matrix: sp.Matrix) -> bool:
 
     Units do not matter. A matrix without a value at this place counts as regular.
     """
+    return _singular_at_one_place(matrix) is True
+
+
+def _singular_at_one_place(matrix: sp.Matrix) -> bool | None:
     place = generic_place(sp.Tuple(*matrix))
     found = matrix.applyfunc(lambda entry: valued(entry, place, DIGITS))
     if not all(e.is_number and e.is_finite for e in found):
-        return False
+        return None
     m = private_context(DIGITS - SPARE)
     rows = [[m.convert(e._to_mpmath(m.prec)) for e in row] for row in found.tolist()]
     for _ in range(2):  # the rows, then the columns, are divided by their largest entries
