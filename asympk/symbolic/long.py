@@ -298,6 +298,7 @@ def has_no_inverse(matrix: sp.Matrix) -> bool:
 
 
 def _singular_at_one_place(matrix: sp.Matrix) -> bool | None:
+    """Tell whether a matrix is singular at one generic place, or None where it has no value there."""
     place = generic_place(sp.Tuple(*matrix))
     found = matrix.applyfunc(lambda entry: valued(entry, place, DIGITS))
     if not all(e.is_number and e.is_finite for e in found):
@@ -311,6 +312,6 @@ def _singular_at_one_place(matrix: sp.Matrix) -> bool | None:
         rows = [[*column] for column in zip(*scaled, strict=True)]
     try:
         m.LU_decomp(m.matrix(rows))
-    except ZeroDivisionError:
+    except (ZeroDivisionError, TypeError):  # a TypeError if a column is 0
         return True
     return False

@@ -225,10 +225,9 @@ def test_a_function_without_a_formula_makes_a_system_but_no_scene(push, law, tol
 @pytest.mark.parametrize("unevaluated", [sp.Integral, sp.Sum])
 def test_what_sympy_has_left_unevaluated_is_refused_by_name_and_its_bound_symbol_is_no_parameter(unevaluated):
     x, s = sp.symbols("x s", real=True)
-    decay = ap.System.smooth({x: -unevaluated(s * x, (s, 0, 2))}, {}, None)
     given = f"{unevaluated.__name__}(s*x, (s, 0, 2))"
     with pytest.raises(InputError, match=re.escape(f"{given} is to be worked out first; give {given}.doit()")):
-        ap.Scene(system=decay, values={}, start=[1], until=1)
+        ap.System.smooth({x: -unevaluated(s * x, (s, 0, 2))}, {}, None)
 
 
 @pytest.mark.parametrize("part", [sp.re, sp.im, sp.arg, sp.conjugate])

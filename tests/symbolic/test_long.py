@@ -139,6 +139,7 @@ def test_a_matrix_is_regular_at_a_place_where_its_determinant_is_not_zero_for_al
     assert is_regular(turned)
     rows = sp.Matrix(4, 4, [sp.Symbol(f"{row}{k}") for row in "abcd" for k in range(4)])
     assert is_regular(rows * rows.T)  # with numbers that are nearly dependent, as those of neighbours are alike
+    assert not is_regular(sp.Matrix([[0, 1], [0, c]]))
     assert not is_regular(sp.Matrix([[sp.cos(a) ** 2, 1 - sp.sin(a) ** 2], [c, c]]))
     for unknown in (sp.sqrt(-1 - a**2), sp.log(a - a), 1 / (sp.sin(a) ** 2 + sp.cos(a) ** 2 - 1)):
         assert not is_regular(sp.Matrix([[unknown, 1], [0, 1]]))
