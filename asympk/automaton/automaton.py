@@ -78,13 +78,21 @@ class Automaton:
     def motions(self, t: Any, start: State) -> dict[Branch, dict[sp.Symbol, Any]]:
         """Return every branch that may begin at exact numbers, and its forces: of a paradox, none or several.
 
-        On an edge its own law decides. Raises as ``decide.all_motions`` does.
+        An edge that is left at a rate without forces has the side on which it is left, another its own law. Raises as
+        ``decide.all_motions`` does.
         """
         context = carrier_context(decide.DIGITS)
         slack, (t, *state) = context.mpf(10) ** -decide.EXACT, _exact((t, *start), context)
         clear, edges = self.sides_at(t, tuple(state), slack)
-        sides = (*turning(self.system, clear), *_beyond(edges, _choices_of_sides(self, edges)[0]))
-        return decide.all_motions(_on_sides(self, sides), t, tuple(state), slack)
+        if (sided := _on_sides(self, _sides_known(self, clear, edges, t, tuple(state), slack))) != self:
+            return sided.motions(t, tuple(state))
+        own = _on_sides(self, _beyond(edges, _choices_of_sides(self, edges)[0]))
+        return decide.all_motions(own, t, tuple(state), slack)
+
+    def of(self, system: System) -> "Automaton":
+        """Return the automaton of another system, with no further parameters, at the same numbers."""
+        numbers = dict(zip(self.system.parameters, self.values, strict=True))
+        return Automaton(system, tuple(numbers[p] for p in system.parameters))
 
     def next(
         self, branch: Branch | None, hits: tuple[int, ...], t: Any, state: State, slack: Any = ROUNDED,
@@ -253,8 +261,7 @@ def _led_to(automaton: Automaton, edges: tuple[Edge, ...], t: Any, state: State,
 def _on_sides(automaton: Automaton, sides: Sides) -> Automaton:
     if (system := system_on_sides(automaton.system, sides)) is automaton.system:
         return automaton
-    numbers = dict(zip(automaton.system.parameters, automaton.values, strict=True))
-    return Automaton(system, tuple(numbers[p] for p in system.parameters))
+    return automaton.of(system)
 
 
 def _same(automaton: Automaton, sided: Automaton, branch: Branch | None, hits: tuple[int, ...]) -> tuple[int, ...]:

@@ -15,6 +15,7 @@ of it (``rest``). ``follow_on`` is the entry, ``_going_on`` the rules; doubles d
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from itertools import product
@@ -92,12 +93,22 @@ def all_motions(automaton: "Automaton", t: Any, state: tuple, slack: Any) -> dic
         here = junction_at(automaton, None, (), t, state, slack, numbers)
         tried = admissible(here)
         consistent, doubts = _consistent(here, tried)
-        onsets, _ = _consistent(here.of_onsets, admissible(here.of_onsets))
+        there = junction_at(_with_static(automaton, here.resting), None, (), t, state, slack, numbers)
+        onsets, _ = _consistent(there, admissible(there))
         for doubt in doubts.values():
             raise doubt
         _require_determined(here, tried)
-        begun = {branch: still for branch, still in consistent.items() if branch in onsets}
+        begun = {branch: still for branch, still in consistent.items()
+                 if branch in onsets
+                 and not here.resting & (_named(here, branch, still) | _named(there, branch, onsets[branch]))}
         return {branch: here.forces(branch) for branch in _distinct(begun, _modes(here, begun)).values()}
+
+
+def _with_static(automaton: "Automaton", resting: set[int]) -> "Automaton":
+    """Return the automaton as if static friction were the kinetic one of the contacts that might rest."""
+    frictions = (replace(friction, kinetic=friction.static) if k in resting else friction
+                 for k, friction in enumerate(automaton.system.frictions))
+    return automaton.of(replace(automaton.system, frictions=(*frictions,)))
 
 
 def _in_digits(state: tuple) -> tuple[tuple, Numbers]:
@@ -352,10 +363,10 @@ def _leaves_rest(here: Junction, branch: Branch, keys: list[tuple] | None, k: in
 
     A branch whose consistency is undecided is not said to leave.
     """
-    mode, still = mode_of(here.system, branch), None
+    still = None
     with suppress(Undecided):
-        still = staying(here, mode, keys or [])
-    return still is not None and ("velocity_zero", k, False) not in {all_guards(mode)[j].key for j in still}
+        still = staying(here, mode_of(here.system, branch), keys or [])
+    return still is not None and k not in _named(here, branch, still)
 
 
 def _require_shared(here: Junction, branch: Branch, still: list[int]) -> None:
@@ -365,15 +376,19 @@ def _require_shared(here: Junction, branch: Branch, still: list[int]) -> None:
     determined. One consistent branch has every undetermined force at its bound (Lemma 10). Unless the velocity is a
     combination of velocities at rest, this bound is kinetic friction: too small if static friction is larger.
     """
-    guards = all_guards(mode_of(here.system, branch)) if still else ()
-    named = {guards[j].friction for j in still if guards[j].kind == "velocity_zero"}
-    for k in (k for k in named if not forces.rests_in_all_but_name(here.system, branch, k)):
+    for k in (k for k in _named(here, branch, still) if not forces.rests_in_all_but_name(here.system, branch, k)):
         _, kinetic, static, *_ = here.points_in(branch)[0].contacts[k]
         if static - kinetic > SAME * static:
             raise UnboundedReaction(
                 f"the forces of contacts at rest are not determined {here.in_words}: friction {k} rests where others "
                 "do, and what its static friction adds is not known; merge frictions of the same velocity, or put "
                 "compliance between them", here.at.t, here.at.state)
+
+
+def _named(here: Junction, branch: Branch, still: list[int]) -> set[int]:
+    """Return the contacts that slip in name only, as their velocities are among the guards that stay 0."""
+    guards = all_guards(mode_of(here.system, branch)) if still else ()
+    return {guards[j].friction for j in still if guards[j].kind == "velocity_zero"}
 
 
 def _chosen(here: Junction, consistent: dict[Branch, list[int]]) -> Branch:

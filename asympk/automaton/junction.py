@@ -5,7 +5,7 @@ sign, |q| <= 4 max |q(displaced) - q|. One whose zero is the event is set to 0 a
 makes the ``Junction``.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -89,17 +89,6 @@ class Junction:
     def resting(self) -> set[int]:
         """The frictions that might rest: their velocities vanish."""
         return {k for k, choice in enumerate(self.phases) if any(phase.mode == "stick" for phase in choice)}
-
-    @property
-    def of_onsets(self) -> "Junction":
-        """The same junction as if static friction were the kinetic one of every contact that might rest."""
-        points = [
-            point._replace(contacts=tuple(
-                contact._replace(kinetic=contact.static) if k in self.resting else contact
-                for k, contact in enumerate(point.contacts)))
-            for point in self.points
-        ]
-        return replace(self, points=points)
 
     @cached_property
     def _known(self) -> dict[tuple, Solved | None]:

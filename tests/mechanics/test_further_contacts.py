@@ -686,3 +686,26 @@ def test_motions_of_two_contacts_are_the_choices_of_signs_that_hold_and_begin_wi
         motion, onset = (_reactions(choice, G, free, bound, static, resting) for bound in (kinetic, at_onset))
         expected += [motion] if motion and onset else []
     assert np.allclose(sorted(motion.reaction for motion in found), sorted(expected))
+
+
+WAYS = sp.sign(X.diff(T)) / 10
+
+
+@pytest.mark.parametrize(("push", "load", "kinetic", "static", "rate"), [
+    (1, 1, sp.Rational(4, 5), 1, 0),
+    (sp.Rational(19, 20), 1, WAYS + sp.Rational(4, 5), WAYS + 1, 0),
+    (sp.Rational(-4, 5), 1, WAYS + sp.Rational(4, 5), WAYS + 1, 0),
+    (2, 1 + sp.Heaviside(X), 1, 1, -1),
+    (2, 1 + sp.Heaviside(X), 1, 1, 1),
+    (2, 1 + sp.Heaviside(T), 1, 1, 1),
+])
+def test_motions_of_a_contact_are_as_if_alone_beside_a_closed_one_apart_from_it(push, load, kinetic, static, rate):
+    """A push may be as strong as static friction, and a place or a time that of an edge."""
+    z, w, P = *dynamicsymbols("z w"), sp.Symbol("P")
+    energy = sum(q.diff(T) ** 2 for q in (X, Y, z, w)) / 2
+    own, other = ap.Contact(Y, X, kinetic, static, unilateral=True), ap.Contact(w, z, 1, unilateral=True)
+    block = ap.Mechanism.from_lagrangian(energy, (X, Y, z, w), contact=own, forces={X: P, Y: -load, w: -1})
+    values = {"X": 0, "Y": 0, "z": 0, "w": 0, "X'": rate, "Y'": 0, "z'": 1, "w'": 0, "P": push}
+    alone = [(name.split("_")[0], reaction) for name, reaction in block.motions(values)]
+    both = replace(block, others=(other,)).motions(values)
+    assert [(name.replace("+", "_").split("_")[0], reaction) for name, (reaction, _) in both] == alone
