@@ -26,7 +26,7 @@ from asympk.mechanics.names import keyed, plain_name, plainly
 from asympk.mechanics.paradox import LeastFriction
 from asympk.mechanics.paradoxset import ParadoxSet, paradox_set
 from asympk.mechanics.rigid import Motion, MotionMap
-from asympk.numbers import flag, short
+from asympk.numbers import flag, raw_entries, short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.long import atoms, replaced, symbols_in
 from asympk.symbolic.reading import entries_of, exact_constant, expression
@@ -234,11 +234,20 @@ class Mechanism(ShownAsFormulas):
         reaction is not determined.
         """
         given = {self.plain.time: 0} | self.keyed(values)
+        if shaped := [key for key, value in given.items() if raw_entries(str(key), value).ndim]:
+            raise InputError(f"{shaped[0]} is an array; motion_map counts the motions on arrays")
         held, *others = (is_held(contact, given) for contact in self.equations)
         if not (held and any(others)):
             return rigid.motions(self._alone, given)
         system = self.rigid()
-        return rigid_system.motions_of_all(system, given, self.start(system, values), given[self.plain.time])
+        idle = self._idle(system) - given.keys()
+        start = self.start(system, dict.fromkeys(idle, 0) | values)
+        return rigid_system.motions_of_all(system, given, start, given[self.plain.time])
+
+    def _idle(self, system: System) -> set[sp.Symbol]:
+        """Return the states that neither a contact nor the rate of a velocity contains, whose numbers do not matter."""
+        parts = (part for friction in system.frictions for part in friction.parts.values())
+        return {*system.states} - symbols_in(sp.Tuple(*parts, *(system.rates[u] for u in self.plain.velocities)))
 
     def motion_map(self, values: dict[Any, Any]) -> MotionMap:
         """Return the map of rigid motions on arrays that broadcast: ``.count``, ``.count_of("slip")``."""

@@ -20,7 +20,7 @@ from asympk.mechanics.checks import require_positive_mass
 from asympk.mechanics.evaluation import ROUNDING, evaluate_ahead
 from asympk.mechanics.kinetics import Kinetics
 from asympk.naming import named
-from asympk.numbers import common_shape, raw_entries
+from asympk.numbers import common_shape
 from asympk.symbolic.branches import by_direction, with_direction
 
 MOTIONS = ("slip", "stick", "lift_off")
@@ -70,8 +70,6 @@ def motions(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> tuple[Motion, .
     error counts as 0. Raises ``InputError`` for missing values, ``Undecided`` if the reaction is not determined:
     p = a_N = 0, or G is singular.
     """
-    if shaped := [key for key, value in values.items() if raw_entries(str(key), value).ndim]:
-        raise InputError(f"{shaped[0]} is an array; motion_map counts the motions on arrays")
     found = motion_map(kinetics, values)
     return tuple(Motion(b.name, float(b.reaction)) for b in found.branches if b.exists)
 

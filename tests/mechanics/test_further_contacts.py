@@ -709,3 +709,14 @@ def test_motions_of_a_contact_are_as_if_alone_beside_a_closed_one_apart_from_it(
     alone = [(name.split("_")[0], reaction) for name, reaction in block.motions(values)]
     both = replace(block, others=(other,)).motions(values)
     assert [(name.replace("+", "_").split("_")[0], reaction) for name, (reaction, _) in both] == alone
+
+
+def test_motions_of_several_contacts_miss_no_coordinate_that_does_not_matter_and_refuse_arrays():
+    """A drawer may be anywhere along its guides."""
+    moving = {**PULLED, "f": 3}
+    anywhere = {name: value for name, value in moving.items() if name != "X"}
+    assert _drawer().motions(anywhere) == _drawer().motions(moving)
+    with pytest.raises(InputError, match="no value for theta'"):
+        _drawer().motions({name: value for name, value in moving.items() if name != "theta'"})
+    with pytest.raises(InputError, match="Y is an array; motion_map counts"):
+        _ladder(WALL).motions({**LEANT, "Y": [0, 1], "f": 1})
