@@ -37,7 +37,7 @@ from asympk.errors import InputError, Undecided
 from asympk.symbolic import branches
 from asympk.symbolic.branches import OPEN, Branch, Guard, Phase
 from asympk.symbolic.forces import is_carried
-from asympk.symbolic.long import replaced
+from asympk.symbolic.long import replaced, symbols_in
 from asympk.symbolic.penetration import with_finite_powers
 from asympk.symbolic.system import System
 
@@ -380,14 +380,22 @@ def vanish_along(here: Junction, mode: GuardedMode, exprs: tuple[sp.Expr, ...]) 
     """Tell whether expressions are 0 on the motion of a mode: on a plane that it keeps, or with all derivatives.
 
     Derivatives are asked where a contact is rigid: how redundant contacts share a load may not matter to the motion,
-    as all of their friction acts along one line.
+    as all of their friction acts along one line. Laws of friction that come to differ may not do so in derivatives.
     """
     if not any(friction.rigid for friction in here.system.frictions):
         return vanish_on_plane(here, mode, exprs)
+    if not _have_one_law(here.system):
+        return False
     with suppress(InputError, ArithmeticError, ValueError):
         rows = islice(_along(here, mode, exprs), HIGHEST + 1)
         return not any(map(here.numbers.decided_sign, chain.from_iterable(rows)))
     return False
+
+
+def _have_one_law(system: System) -> bool:
+    """Tell whether all kinetic friction is by one formula of the reaction, or by numbers alone."""
+    laws = {f.kinetic * replaced(f.load, {f.normal: sp.S.One}) for f in system.frictions} - {sp.S.Zero}
+    return len(laws) == 1 or symbols_in(sp.Tuple(*laws)) <= {*system.parameters}
 
 
 def _derivatives(here: Junction, mode: GuardedMode, guard: int, order: int) -> Iterator[list]:

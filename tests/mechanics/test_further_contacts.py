@@ -460,6 +460,17 @@ def test_a_table_slides_on_feet_of_one_friction_however_these_share_its_weight(p
         assert path.final[:3] == pytest.approx((end, 0.5, 0), abs=1e-8)
 
 
+def test_feet_whose_friction_comes_to_differ_share_no_load_at_will_where_it_does_not_yet():
+    """Under the middle foot the ground becomes rougher, which no derivative that is computed shows at the start."""
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2 + THETA.diff(T) ** 2) / 2 - Y
+    feet = [ap.Contact(Y + place * THETA, X + THETA / 2, sp.Rational(1, 4) + share, unilateral=True)
+            for place, share in ((-1, 0), (0, X**17), (1, 0))]
+    table = ap.Mechanism.from_lagrangian(energy, (X, Y, THETA), contact=feet[0], others=feet[1:])
+    start = table.start(table.rigid(), FLAT)
+    with pytest.raises(UnboundedReaction, match="leave F, N, F2, N2, F3, N3 open"):
+        ap.solve(ap.Scene(system=table.rigid(), start=start, until=1))
+
+
 def test_forces_that_no_equation_shares_out_are_named_where_the_motion_depends_on_them():
     table = _on_feet((-1, 0, 1), ["2/5", "1/5", "2/5"])
     start = table.start(table.rigid(), FLAT | {"Y": "1/2"})
