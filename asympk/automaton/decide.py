@@ -95,9 +95,9 @@ def all_motions(automaton: "Automaton", t: Any, state: tuple, slack: Any) -> dic
         consistent, doubts = _consistent(here, tried)
         there = junction_at(_with_static(automaton, here.resting), None, (), t, state, slack, numbers)
         onsets, _ = _consistent(there, admissible(there))
+        _require_determined(here, tried)
         for doubt in doubts.values():
             raise doubt
-        _require_determined(here, tried)
         begun = {branch: still for branch, still in consistent.items()
                  if branch in onsets
                  and not here.resting & (_named(here, branch, still) | _named(there, branch, onsets[branch]))}

@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 import sympy as sp
 
-from asympk.errors import InputError, NotDerivable, UnboundedReaction
+from asympk.errors import InputError, NotDerivable, UnboundedReaction, Undecided
 from asympk.mechanics import evaluation, paradox
 from asympk.mechanics.checks import departures
 from asympk.mechanics.described import Described, mechanism_of_table
@@ -197,7 +197,7 @@ def motion_lines(described: Described) -> list[str]:
     """Return a line with the rigid motions at the numbers and the reactions R, R2, ... of each, or why it has none."""
     try:
         found = described.mechanism.motions(described.numbers)
-    except UnboundedReaction as reason:  # as of a table at rest on four legs
+    except (UnboundedReaction, Undecided) as reason:  # as of a table at rest on four legs
         return [f"rigid motions   {reason}"]
     words = ", ".join(f"{name} with {_reactions(R)}" for name, R in found) or "none"
     return [f"rigid motions   {words}"]

@@ -442,6 +442,21 @@ def test_the_screen_has_the_rigid_motions_of_all_contacts_where_others_hold_both
     assert "rigid motions   the forces of contacts are not determined" in jammed
 
 
+def test_the_screen_says_that_at_the_critical_friction_any_reaction_would_do_where_the_contact_is_not_pushed(screen):
+    """It has all other lines, where it ended in an error."""
+    text = screen("""
+        coordinates = ["x", "y"]
+        mass = [[1, 0.5], [0.5, 1]]
+        forces = {x = 1, y = 0.5}
+        gap = "y"
+        slip = "x"
+        friction = 2
+        state = {x = 0, y = 0, "x'" = 1, "y'" = 0}
+    """)
+    assert "rigid motions   a_N = 0 where G_NN = friction load |G_NT|: any reaction would do" in text
+    assert "jump            not determined at exactly the critical friction" in text
+
+
 def test_a_coordinate_without_a_number_that_does_not_matter_is_not_missed(screen):
     assert "off the contact" not in screen(ROD.replace("Y = 0.8912, ", ""))
 
