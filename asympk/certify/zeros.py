@@ -137,8 +137,10 @@ def _harmonics(exponents):
 
     They are found in doubles, and confirmed by the recurrence. Raises ``ValueError`` where there are none so small.
     """
-    middle, size = (max(e.real for e in exponents) + min(e.real for e in exponents)) / 2, max(map(abs, exponents))
-    squares = [square for e in exponents if abs(square := (e - middle) ** 2) > _NEAR * size**2]
+    size = max(max(abs(e.real), abs(e.imag)) for e in exponents) or 1  # whose square may be beyond doubles
+    exponents = [e / size for e in exponents]
+    middle = (max(e.real for e in exponents) + min(e.real for e in exponents)) / 2
+    squares = [square for e in exponents if abs(square := (e - middle) ** 2) > _NEAR]
     ratios = [(square / squares[0]) ** 0.5 for square in squares]
     near = {Fraction(ratio.real).limit_denominator(_HARMONICS) for ratio in ratios}
     if 0 in near or any(min(abs(ratio - r) for r in near) > _NEAR for ratio in ratios):

@@ -762,6 +762,14 @@ def test_a_push_is_proven_to_touch_its_limit_or_to_exceed_it_after_a_stop_at_an_
         assert all(abs(edge.subs(t, sp.Float(time.mid().str(60, radius=False), 60)) - below) < 1e-15 for time in begun)
 
 
+@pytest.mark.parametrize("push", [sp.sin(t * 10**200) / 2, sp.exp(-t * 10**200)])
+def test_a_push_is_proven_whose_rate_has_a_square_beyond_doubles(push):
+    pushed = ap.System.with_frictions({v: F + push}, {}, [ap.Friction(v, F, load=1, kinetic=1)], time=t)
+    proof = certify(ap.Scene(system=pushed, start={"v": 0}, until=3))
+    assert proven(proof)
+    assert proof.modes == ("stick",)
+
+
 def test_what_happens_to_one_block_at_the_very_end_is_proven_though_another_stopped_at_an_irrational_time():
     frictions = [ap.Friction(v, F, load=1, kinetic=1), ap.Friction(w, G, load=1, kinetic=sp.Rational(1, 3))]
     pair = ap.System.with_frictions({v: F, w: G - w / 3}, {}, frictions)
