@@ -13,18 +13,22 @@ import sympy as sp
 
 from asympk.automaton.contacts import Place
 from asympk.automaton.modes import GuardedMode
-from asympk.symbolic.long import atoms
-from asympk.symbolic.taylor import Taylor, as_taylor, evaluated
+from asympk.symbolic.taylor import CONSTANTS, Taylor, as_taylor, evaluated
 
 
 class _Functions(NamedTuple):
     """What computes functions of numbers at once, where a tape writes them down."""
 
     own: Any
+    constants: dict[str, Any]
 
-    def call(self, name: str, value: Any) -> Any:
-        """Return a function of a number."""
-        return getattr(self.own, name)(value)
+    def call(self, name: str, *values: Any) -> Any:
+        """Return a function of numbers."""
+        return getattr(self.own, name)(*values)
+
+    def node(self, name: str) -> Any:
+        """Return a constant, such as pi."""
+        return self.constants[name]
 
 
 def derivatives_along(mode: GuardedMode, place: Place, exprs: tuple[sp.Expr, ...]) -> Iterator[list[Any]]:
@@ -33,10 +37,9 @@ def derivatives_along(mode: GuardedMode, place: Place, exprs: tuple[sp.Expr, ...
     Raises ``InputError`` for a function that has no series, and ``ArithmeticError`` or ``ValueError`` where it is
     singular.
     """
-    system, call = mode.system, _Functions(place.numbers.functions)
-    constants = tuple(atoms(sp.Tuple(*exprs, *mode.rates), sp.NumberSymbol))
-    numbers = (*place.p[: len(system.parameters)], *place.values(system, constants))
-    known = dict(zip((*system.parameters, *constants), numbers, strict=True))
+    system, constants = mode.system, place.values(mode.system, CONSTANTS)
+    call = _Functions(place.numbers.functions, dict(zip(map(str, CONSTANTS), constants, strict=True)))
+    known = dict(zip(system.parameters, place.p[: len(system.parameters)], strict=True))
     known |= {s: Taylor({(0, 0): w}, 0) for s, w in zip(system.states, place.state, strict=True)}
     for n in count():
         known |= {system.time: Taylor({(0, 0): place.t, (0, 1): 1}, n)} if system.time else {}

@@ -30,6 +30,17 @@ def test_derivatives_along_a_motion_are_those_of_its_closed_form(numbers):
     assert [value for (value,) in found] == pytest.approx(expected, rel=1e-14)
 
 
+@pytest.mark.parametrize("numbers", [DOUBLES, MPMATH])
+def test_derivatives_along_a_motion_of_functions_with_constants_or_two_arguments_are_known(numbers):
+    """The slope of erf has a pi that the formula has not, and atan2 takes two numbers: both were raw errors."""
+    x = sp.Symbol("x", real=True)
+    exprs, system = (sp.erf(x), sp.atan2(x, 1 - x)), ap.System.with_frictions({x: 1}, {}, [])
+    place = Place(numbers, numbers.convert(0), (numbers.convert(0),), ())
+    for k, values in enumerate(islice(derivatives_along(mode_of(system, ()), place, exprs), 8)):
+        known = [float(e.diff(x, k).subs(x, 0)) for e in exprs]
+        assert list(map(float, values)) == pytest.approx(known, rel=1e-12, abs=1e-12)
+
+
 @pytest.mark.parametrize("order", [7, 14])
 def test_rest_ends_at_whatever_order_a_push_leaves_the_bound_of_friction(order):
     """A push 1 + t^n/n! against friction 1 moves a block by t^(n + 1)/(n + 1)!; from n = 7 on it was refused."""
