@@ -106,7 +106,7 @@ function between(low, high) {
 }
 
 // The scale of a linear axis and its inverse or, with `stretch`, of one that is logarithmic where |value| exceeds
-// `stretch`: asinh(value / width), scaled as in figures, so that the part from 0 to `stretch` is as long as a decade.
+// `stretch`: asinh(value / width), scaled as times in figures, so that the part from 0 to `stretch` is as long as a decade.
 // The width and the quotient may lie beyond the doubles.
 function scale(stretch) {
   if (!stretch) return [v => v, v => v];
