@@ -50,7 +50,7 @@ def _range(scene: Scene, name: str, value: Any) -> dict[str, Any]:
         is_small = name in ("mu", "k") if scene.system is None else symbols[name] == small
         return _logarithmic(name, float(value), DECADES_OF_SMALL if is_small else DECADES)
     found = _linear(name, float(value))
-    return {**found, "low": 0.0} if found["low"] < 0 <= float(value) and _refused(scene, name, found["low"]) else found
+    return {**found, "low": 0.0} if found["low"] < 0 <= float(value) and _refused(scene, name, -LEAST) else found
 
 
 def _refused(scene: Scene, name: str, value: float) -> bool:

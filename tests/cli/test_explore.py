@@ -136,10 +136,10 @@ def test_a_physical_rod_is_turned_and_drawn_in_its_own_units():
 
 def test_the_knob_of_a_friction_ends_at_0_and_that_of_a_force_does_not():
     x, v, F, k, P = sp.symbols("x v F k P", real=True)
-    block = ap.System.with_frictions({x: v, v: P - x + F}, {}, [ap.Friction(v, F, 1, k / 2)])
+    block = ap.System.with_frictions({x: v, v: P - x + F}, {}, [ap.Friction(v, F, 1, k / 2)],
+                                       assumptions=P > -1)  # which holds at some negative ones
     scene = ap.Scene(system=block, values={k: 1, P: 1}, start={x: 0, v: 1}, until=1)
     assert {knob["name"]: knob["low"] for knob in knobs_of(scene)["parameters"]} == {"k": 0, "P": -2}
-
 
 
 def test_an_angle_is_turned_in_the_spelling_of_files_too():
