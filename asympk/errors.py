@@ -7,7 +7,7 @@ from typing import Any
 
 
 class AsympkError(Exception):
-    """Any error that asympk raises on purpose; ``t``, ``state`` are where a run ended, None where that is not told."""
+    """Any error that asympk raises on purpose; ``t``, ``state`` are where a run ended, None where that is not known."""
 
     def __init__(self, message: str = "", t: Any = None, state: Any = None):
         super().__init__(message)

@@ -36,8 +36,8 @@ def cube_root(of: sp.Expr) -> sp.Expr:
 def as_printed(expr: sp.Basic) -> sp.Basic:
     """Return ``expr`` for print, with a function ``cbrt`` where it has the product that ``cube_root`` returns.
 
-    An exact number of hundreds of digits is written with ten; Python spells none of some thousands. SymPy leaves
-    Abs(Abs(x)) where the argument had a factor.
+    An exact number of hundreds of digits is written with ten: Python refuses to write thousands. SymPy leaves
+    Abs(Abs(x)) where the argument had a factor, which is written as Abs(x).
     """
     if long := [n for n in expr.atoms(sp.Rational) if max(abs(n.p), n.q) > _LONGEST_EXACT]:
         expr = expr.xreplace({n: n.evalf(10) for n in long})

@@ -231,43 +231,43 @@ def _together(modes, w, until, rows, result):
         result.first[:, mine] = np.reshape([PHASES.index(phase.mode) for phase in modes.branches[k]], (-1, 1))
     count, notes = np.zeros(len(w), dtype=np.int32), []
     none = np.zeros((*w.shape, w.shape[1]))
-    flock = _ActiveRows(rows, until, t, w, none, abs(w), branch, count, lost, ~lost)
+    active = _ActiveRows(rows, until, t, w, none, abs(w), branch, count, lost, ~lost)
     rounds = crowded = 0
-    while many := flock.alive.sum():
+    while many := active.alive.sum():
         rounds, crowded = rounds + 1, crowded + (many > FEW)
-        for k in np.unique(branch[flock.alive]):
-            notes += _advanced(modes, flock, k)
-        lost |= (count > MOST_EVENTS) | (flock.alive & (rounds > LATE * crowded))
-        flock.alive[lost] = False
-    error = np.sqrt(np.einsum("mii->mi", flock.covariance))
-    lost |= ~(error <= TRUSTED * np.where(flock.size > 0, flock.size, 1.0)).all(axis=1)
+        for k in np.unique(branch[active.alive]):
+            notes += _advanced(modes, active, k)
+        lost |= (count > MOST_EVENTS) | (active.alive & (rounds > LATE * crowded))
+        active.alive[lost] = False
+    error = np.sqrt(np.einsum("mii->mi", active.covariance))
+    lost |= ~(error <= TRUSTED * np.where(active.size > 0, active.size, 1.0)).all(axis=1)
     result.final[:, rows], result.n_events[rows] = w.T, count
     result.notes.extend(_kept(notes, rows[lost]) if lost.any() else notes)
     return lost
 
 
-def _advanced(modes, flock, k):
+def _advanced(modes, active, k):
     """Follow the rows in branch number k to the ends of their segments; return notes of their events."""
-    mine = np.flatnonzero(flock.alive & (flock.branch == k))
-    begun = flock.t[mine]
+    mine = np.flatnonzero(active.alive & (active.branch == k))
+    begun = active.t[mine]
     flow, _, kept, kinds = modes.flow(modes.branches[k])
-    states, whole = flock.w.shape[1], modes.whole(modes.branches[k], flock.t[mine], flock.w[mine])
+    states, whole = active.w.shape[1], modes.whole(modes.branches[k], active.t[mine], active.w[mine])
     covariance = np.zeros((len(mine), *[whole.shape[1] - 1] * 2))  # of the forcing, too, which has no error as yet
-    covariance[:, :states, :states] = flock.covariance[mine]
-    ends = follow_rows(flow, flow.mode.mesh, whole, flock.until[mine] - flock.t[mine], covariance)
-    flock.lost[mine] |= ends.open | _pushed_on(modes, k, begun, flock.w[mine], ends.span)
-    flock.w[mine], flock.covariance[mine] = ends.state[:, :states], ends.covariance[:, :states, :states]
-    flock.t[mine] = np.where(ends.hit < 0, flock.until[mine], flock.t[mine] + ends.span)
-    flock.alive[mine] = (ends.hit >= 0) & ~flock.lost[mine]
+    covariance[:, :states, :states] = active.covariance[mine]
+    ends = follow_rows(flow, flow.mode.mesh, whole, active.until[mine] - active.t[mine], covariance)
+    active.lost[mine] |= ends.open | _pushed_on(modes, k, begun, active.w[mine], ends.span)
+    active.w[mine], active.covariance[mine] = ends.state[:, :states], ends.covariance[:, :states, :states]
+    active.t[mine] = np.where(ends.hit < 0, active.until[mine], active.t[mine] + ends.span)
+    active.alive[mine] = (ends.hit >= 0) & ~active.lost[mine]
     notes = []
-    for hit in np.unique(ends.hit[flock.alive[mine]]):
-        at = flock.alive[mine] & (ends.hit == hit)
-        rates = modes.rates(modes.branches[k], flock.t[mine[at]], flock.w[mine[at]])
-        notes.append(_after(modes, k, kinds[kept[hit]], flow.rows[hit], rates, flock, mine[at]))
-        flock.covariance[mine[at]] = _covariance(modes, flow.rows[hit], rates, flock, mine[at], ends.covariance[at])
-    flock.size[mine] = np.maximum(flock.size[mine], abs(flock.w[mine]))
+    for hit in np.unique(ends.hit[active.alive[mine]]):
+        at = active.alive[mine] & (ends.hit == hit)
+        rates = modes.rates(modes.branches[k], active.t[mine[at]], active.w[mine[at]])
+        notes.append(_after(modes, k, kinds[kept[hit]], flow.rows[hit], rates, active, mine[at]))
+        active.covariance[mine[at]] = _covariance(modes, flow.rows[hit], rates, active, mine[at], ends.covariance[at])
+    active.size[mine] = np.maximum(active.size[mine], abs(active.w[mine]))
     # a row that begins its mode again at the same time would do so endlessly
-    flock.lost[mine] |= flock.alive[mine] & (flock.t[mine] == begun) & (flock.branch[mine] == k)
+    active.lost[mine] |= active.alive[mine] & (active.t[mine] == begun) & (active.branch[mine] == k)
     return notes
 
 
@@ -287,33 +287,33 @@ def _kept(notes, lost):
     return [tuple(part[..., keep] for part in note) for note, keep in picked]
 
 
-def _after(modes, k, event, row, rates, flock, ended):
+def _after(modes, k, event, row, rates, active, ended):
     """Move ``ended`` rows onto the guard that they lost and find the next branch; return a note of the events.
 
     ``rates`` are those of the states and the waves before the event.
     """
-    (kind, friction), before, w, t = event, modes.branches[k], flock.w, flock.t[ended]
+    (kind, friction), before, w, t = event, modes.branches[k], active.w, active.t[ended]
     movable = np.array(modes.automaton.mode(before).movable)
     w[ended] = _snapped(modes.whole(before, t, w[ended]), rates, row, movable, kind in OF_STATES)
-    flock.branch[ended], left = modes.following(k, event, t, w[ended])
-    flock.lost[ended] |= left
-    changed = ended[flock.branch[ended] != k]
-    flock.n_events[changed] += 1
+    active.branch[ended], left = modes.following(k, event, t, w[ended])
+    active.lost[ended] |= left
+    changed = ended[active.branch[ended] != k]
+    active.n_events[changed] += 1
     # at the tip of the friction cone the load vanishes and stick continues
-    sticks = [modes.branches[k][friction].mode == "stick" for k in flock.branch[changed].tolist()]
+    sticks = [modes.branches[k][friction].mode == "stick" for k in active.branch[changed].tolist()]
     kinds = np.where(np.array(sticks, dtype=bool) & (kind == "slip_onset"), "force_zero", kind)
-    return flock.rows[changed], kinds, flock.t[changed], w[changed].T.copy(), np.full(len(changed), friction)
+    return active.rows[changed], kinds, active.t[changed], w[changed].T.copy(), np.full(len(changed), friction)
 
 
-def _covariance(modes, row, before, flock, ended, covariance):
+def _covariance(modes, row, before, active, ended, covariance):
     """Return the covariance after events, which the matrix of Lemma 8 carries on, with that of their times.
 
     ``before`` are the rates of the states and the waves before the event.
     """
-    t, w, gradient = flock.t[ended], flock.w[ended], row[:-1]
+    t, w, gradient = active.t[ended], active.w[ended], row[:-1]
     after = np.full(w.shape, np.nan)  # NaN where no branch is known
-    for b in np.unique(flock.branch[ended][~flock.lost[ended]]):
-        mine = flock.branch[ended] == b
+    for b in np.unique(active.branch[ended][~active.lost[ended]]):
+        mine = active.branch[ended] == b
         after[mine] = modes.rates(modes.branches[b], t[mine], w[mine])[:, : w.shape[1]]
     with np.errstate(all="ignore"):
         turned = (after - before[:, : w.shape[1]])[:, :, None] * (gradient / (before @ gradient)[:, None])[:, None]

@@ -136,9 +136,9 @@ class LimitLayers:
             return target, guard, 0.0
         at_start, at_rest = (mode.guard_rates(t, self._with(state, v))[sliding] for v in (y, rest))
         end = OVER / abs(slope) if guard is None else math.log((target - rest) / (y - rest)) / slope
-        creep = LayerVelocity(speed, at_start, at_rest, slope)
-        if (back := creep.returns(end)) is None:
-            return target, guard, creep(end)
+        velocity = LayerVelocity(speed, at_start, at_rest, slope)
+        if (back := velocity.returns(end)) is None:
+            return target, guard, velocity(end)
         return rest + (y - rest) * math.exp(slope * back), sliding, 0.0
 
     def _meets(self, entries: Any) -> bool:

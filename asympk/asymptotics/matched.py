@@ -119,7 +119,7 @@ class MatchedPath:
     ) -> "MatchedPath":
         """Return the path continued into the mode that follows when ``guard`` vanishes at (t, state).
 
-        Guards that vanish within the time ``late`` of it vanish with it. The mode is that which follows at the time
+        Guards that vanish within ``task.time_error`` of it vanish with it. The mode is that which follows at the time
         and the state ``place``, if given.
         """
         automaton = task.automaton

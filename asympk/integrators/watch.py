@@ -26,10 +26,10 @@ class GuardSample(NamedTuple):
 
 
 def near(before: GuardSample, after: GuardSample, k: int) -> Any:
-    """Tell whether guard ``k`` may reach zero between two looks.
+    """Tell whether guard ``k`` may reach zero between two samples.
 
     It may if the sum of its two values is below its change over the span at one of its two rates; or, if it falls at
-    the first look and rises at the second, below ``STEEPER`` times such a change.
+    the first sample and rises at the second, below ``STEEPER`` times such a change.
     """
     start, end, span = before.rates[k], after.rates[k], after.t - before.t
     above, fall, rise = before.values[k] + after.values[k], span * abs(start), span * abs(end)
@@ -41,7 +41,7 @@ def first_lost(
     before: GuardSample, after: GuardSample, values: Callable, rates: Callable, root: Callable,
     parts: Iterable[Any] = PARTS, touch: Any = 0,
 ) -> tuple | None:
-    """Return (time, guard) of the first guard lost between two looks, or None.
+    """Return (time, guard) of the first guard lost between two samples, or None.
 
     ``values(t)`` and ``rates(t)`` are those of the guards on the polynomial of the step, and
     ``root(function, low, high)`` returns where a function changes its sign. A guard that starts at zero, or below zero
@@ -49,11 +49,11 @@ def first_lost(
     A guard that comes closer to zero than ``touch`` and turns is lost where it turns.
     """
     found: list[tuple[Any, int]] = []
-    looks: list[GuardSample] = []
+    samples: list[GuardSample] = []
     for k in suspects(before, after):
         times = (t for part in parts if before.t < (t := before.t + (after.t - before.t) * part) < after.t)
-        looks = looks or [before, *(GuardSample(t, values(t), rates(t)) for t in times), after]
-        if (t := _falls(looks, k, values, rates, root, _crosses(before, after, k), touch)) is not None:
+        samples = samples or [before, *(GuardSample(t, values(t), rates(t)) for t in times), after]
+        if (t := _falls(samples, k, values, rates, root, _crosses(before, after, k), touch)) is not None:
             found.append((t, k))
     return min(found, default=None)
 
@@ -77,7 +77,7 @@ def passed_wholes(every: bool, before: Any, after: Any) -> list[int]:
 
 
 def suspects(before: GuardSample, after: GuardSample) -> list[int]:
-    """Return the guards that may be lost between two looks."""
+    """Return the guards that may be lost between two samples."""
     return [k for k in range(len(after.values))
             if _crosses(before, after, k) or (before.values[k] > 0 and near(before, after, k))]
 
@@ -90,12 +90,12 @@ def _crosses(before: GuardSample, after: GuardSample, k: int) -> bool:
 
 
 def _falls(
-    looks: list[GuardSample], k: int, values: Callable, rates: Callable, root: Callable, crosses: bool, touch: Any
+    samples: list[GuardSample], k: int, values: Callable, rates: Callable, root: Callable, crosses: bool, touch: Any
 ) -> Any:
-    """Return the first time at which guard ``k`` falls through zero between two successive looks, or None."""
-    for a, b in pairwise(looks):
+    """Return the first time at which guard ``k`` falls through zero between two successive samples, or None."""
+    for a, b in pairwise(samples):
         low = root(lambda t: rates(t)[k], a.t, b.t) if a.values[k] <= 0 and a.rates[k] > 0 > b.rates[k] else a.t
-        if (b.values[k] < 0 and (a.values[k] > 0 or b.rates[k] < 0)) or (crosses and b is looks[-1]):
+        if (b.values[k] < 0 and (a.values[k] > 0 or b.rates[k] < 0)) or (crosses and b is samples[-1]):
             return root(lambda t: values(t)[k], low, b.t)
         if a.values[k] > 0 and a.rates[k] < 0 < b.rates[k]:
             least = root(lambda t: rates(t)[k], a.t, b.t)

@@ -203,7 +203,7 @@ def _emission(lowered):
     return arguments, shared, outputs
 
 
-def _spare(lowered, **assumptions):
+def _unused_symbols(lowered, **assumptions):
     taken = {a.name for a in lowered.args}
     return (t for t in sp.numbered_symbols("t", **assumptions) if t.name not in taken)
 
@@ -213,7 +213,7 @@ def _parts(lowered):
     """Return the shared subexpressions and the outputs, the same for all targets, and whether they eliminate."""
     if lowered.definitions:
         return *_renamed(lowered), False
-    unused_symbols = _spare(lowered, **({"real": True} if lowered.directions else {}))
+    unused_symbols = _unused_symbols(lowered, **({"real": True} if lowered.directions else {}))
     shared, found, steps, forms = _shared((*lowered.outputs, *chain(*lowered.directions)), unused_symbols)
     if lowered.directions:
         count, n = len(lowered.outputs), len(lowered.args)
@@ -245,7 +245,7 @@ def _shared(outputs, unused_symbols):
 
 def _renamed(lowered):
     """Return the definitions and the outputs, with the defined symbols renamed so that no argument has their names."""
-    names = dict(zip((t for t, _ in lowered.definitions), _spare(lowered), strict=False))
+    names = dict(zip((t for t, _ in lowered.definitions), _unused_symbols(lowered), strict=False))
     return [(names[t], e.xreplace(names)) for t, e in lowered.definitions], [o.xreplace(names) for o in lowered.outputs]
 
 
