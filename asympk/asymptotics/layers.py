@@ -5,15 +5,12 @@ In a mode x' = f, mu y' = g, z' = h, affine in x and y, the motion from a start 
     x = x* + A e^(slow t) + B e^(fast t),    y likewise,    z = c + rate t + ... ,
 
 with fast = O(1/mu), slow = O(1). Where slow = 0 there is no equilibrium x*, and x and y have constant rates, too. A
-mode ends where an affine function of (x, y, z) vanishes. With E = e^(fast t), t = log(E)/fast = O(mu L), this equation
-and its solution are
+mode ends where an affine function of (x, y, z) vanishes: in E = e^(fast t), with t = log(E)/fast = O(mu L), where
 
-    c + rate t + ks e^(slow t) + kf E = 0,    E = -(c + rate t + ks e^(slow t))/kf,
+    c + rate t + ks e^(slow t) + kf E = 0,    or    E = -(c + rate t + ks e^(slow t))/kf,
 
-in which the right side contracts by mu, so that ``balance`` iterates it.
-
-``expand_layers`` follows an itinerary; the hard function is ``_turn``, which solves this equation. Coefficients are
-symbols, numbers, or arrays of numbers.
+whose right side contracts by mu, so that ``balance`` iterates it. ``_turn``, the hard function, does this;
+``expand_layers`` follows an itinerary. Coefficients are symbols, numbers, or arrays of numbers.
 """
 
 from collections.abc import Callable
