@@ -15,6 +15,8 @@ from asympk.asymptotics.layers import ItineraryStep
 from asympk.errors import NotDerivable, OutOfRange
 
 LONGEST = 8  # the most modes of a layer
+IN_NUMBERS = "solve(scene, method='jump', order=n) follows any slow-fast system in numbers"
+UNBOUNDED = "follow it by solve(scene) for a time of order mu log(1/mu)"
 EDGES = {"upper": 1, "lower": -1}
 
 
@@ -107,7 +109,7 @@ def require_no_return(
         last = line.rate[mode][0] if event else line.acceleration(mode)  # at no load, or on the critical manifold
         if rested and side and (event == "velocity_zero" or sign(last) * side < 0):
             raise NotDerivable(f"{mode}: the velocity, of order mu since it left rest, vanishes again at a time that "
-                               "is no series in mu and log(1/mu)")
+                               f"is no series in mu and log(1/mu); {IN_NUMBERS}")
         rested = rested or event == "velocity_zero"
 
 
@@ -131,9 +133,10 @@ def _slip(line, load, side, sign):
     if away != of_load:
         return ItineraryStep(mode, side, "force_zero", "load"), 0 * p, 0
     if sign(line.rate[mode][1]) * away != -side:
-        raise NotDerivable(f"{mode}: the load grows without bound and the velocity with it")
+        raise NotDerivable(f"{mode}: the load grows without bound and the velocity with it; {UNBOUNDED}")
     if sign(line.static - abs(line.drive[1])) <= 0:
-        raise NotDerivable(f"{mode}: at an unbounded load friction does not hold, and the motion crosses the plane")
+        raise NotDerivable(f"{mode}: at an unbounded load friction does not hold, and the motion crosses the plane; "
+                           f"{IN_NUMBERS}")
     return ItineraryStep(mode, side, "velocity_zero", "velocity"), load, away
 
 
@@ -141,7 +144,7 @@ def _stick(line, load, far, sign):
     """Return the stick step and the load at its end; None for the step where the load leaves the cone immediately."""
     rest = line.rest("stick")
     if sign(line.fast["stick"][1]) >= 0:
-        raise NotDerivable("stick: the load does not settle")
+        raise NotDerivable(f"stick: the load does not settle; {UNBOUNDED}")
     way = -far or sign(rest - load)
     ahead = [
         (name, edge) for name, edge in line.edges(sign)

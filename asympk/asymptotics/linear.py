@@ -12,7 +12,7 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.asymptotics.itinerary import EDGES, LoadLine
+from asympk.asymptotics.itinerary import EDGES, IN_NUMBERS, LoadLine
 from asympk.asymptotics.layers import LinearField
 from asympk.errors import NotDerivable
 from asympk.formulas import NOT_FINITE
@@ -20,7 +20,6 @@ from asympk.numbers import short
 from asympk.symbolic.branches import is_pushed
 from asympk.symbolic.system import System
 
-IN_NUMBERS = "solve(scene, method='jump', order=n) follows any slow-fast system in numbers"
 SLIP = ("slip_same", "slip_opposite")
 
 

@@ -393,8 +393,8 @@ def test_systems_without_a_jump_are_refused():
 @pytest.mark.parametrize("start", [{x: "1/3", y: "3/2", z: -1}, {x: "1/3", y: -2, z: 1}])
 @pytest.mark.parametrize(
     ("pull", "static", "words"),
-    [(5, "7/2", "at an unbounded load friction does not hold"), (5, 6, None), (1, "7/2", None),
-     (-5, 6, "the load grows without bound and the velocity with it")],
+    [(5, "7/2", r"at an unbounded load friction does not hold, .*; solve\(scene, method='jump'"), (5, 6, None),
+     (1, "7/2", None), (-5, 6, r"the load grows without bound and the velocity with it; follow it by solve\(scene\)")],
 )
 @pytest.mark.few(2)
 def test_a_load_without_bound_must_stop_the_mass_and_hold_it(pull, static, words, start):
@@ -552,7 +552,7 @@ def test_a_load_that_settles_where_it_vanishes_is_refused_and_not_said_to_pass()
 @pytest.mark.parametrize("order", [0, 1])
 def test_a_velocity_that_leaves_rest_and_vanishes_again_within_the_layer_has_no_series(order):
     system = _contact(F - sp.Rational(5, 3) * (x + y) + sp.S.Half, 2 * F + 2 * (x + y) - 1, sp.Rational(7, 3), 4)
-    with pytest.raises(NotDerivable, match=r"slip_opposite: .* vanishes again at a time that is no series"):
+    with pytest.raises(NotDerivable, match=r"slip_opposite: .* vanishes again at a time .*; solve\(scene,"):
         jump_map(system, order, start={x: -3, y: "1/3", z: 1})
 
 
