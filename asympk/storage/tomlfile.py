@@ -46,7 +46,7 @@ def parse_table(raw: bytes, where: str | Path) -> dict[str, Any]:
 def refuse_unknown(
     table: Mapping[str, Any], known: Iterable[str], where: str | Path, above: Iterable[str] = ()
 ) -> None:
-    """Raise ``InputError`` for the first key of ``table`` that is not ``known``, naming the nearest known key.
+    """Raise ``InputError`` for the first key of ``table`` that is not ``known``, naming those that may be meant.
 
     Of a key of ``above`` it tells that it belongs above the head of this table, which is one of several in ``where``.
     """
@@ -56,8 +56,9 @@ def refuse_unknown(
                 head = str(where).rstrip("[] 0123456789")
                 below = f", below [{outer}]" if (outer := head.rpartition(".")[0]) else ""
                 raise InputError(f"{where}: {key} is below [[{head}]] and must be above it{below}")
-            near = nearest(key.lower(), known, 0)
-            raise InputError(f"{where}: key {key!r:.60} is unknown; the nearest known one is {near!r}")
+            near = nearest(key.lower(), known)
+            meant = f"the nearest known one is {near!r}" if near else f"choose one of {', '.join(known)}"
+            raise InputError(f"{where}: key {key!r:.60} is unknown; {meant}")
 
 
 def require_keys(table: Mapping[str, Any], keys: Iterable[str], where: str | Path = "") -> None:
