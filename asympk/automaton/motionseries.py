@@ -35,7 +35,7 @@ def derivatives_along(mode: GuardedMode, place: Place, exprs: tuple[sp.Expr, ...
     """Yield expressions, their rates, and their further derivatives by the time, along the motion of a mode.
 
     Raises ``InputError`` for a function that has no series, and ``ArithmeticError`` or ``ValueError`` where it is
-    singular.
+    singular, as s^(16/3) at 0 is in its derivative of order 6.
     """
     system, constants = mode.system, place.values(mode.system, CONSTANTS)
     call = _Functions(place.numbers.functions, dict(zip(map(str, CONSTANTS), constants, strict=True)))
@@ -44,6 +44,8 @@ def derivatives_along(mode: GuardedMode, place: Place, exprs: tuple[sp.Expr, ...
     for n in count():
         known |= {system.time: Taylor({(0, 0): place.t, (0, 1): 1}, n)} if system.time else {}
         found = [as_taylor(part, n)[0, n] for part in evaluated((*exprs, *mode.rates), known, call)]
+        if any(part - part for part in found):  # of what is not finite
+            raise OverflowError
         yield [part * factorial(n) for part in found[: len(exprs)]]
         for s, rate in zip(system.states, found[len(exprs) :], strict=True):
             known[s] = Taylor(known[s].terms | {(0, n + 1): rate * Fraction(1, n + 1)}, n + 1)

@@ -41,6 +41,17 @@ def test_derivatives_along_a_motion_of_functions_with_constants_or_two_arguments
         assert list(map(float, values)) == pytest.approx(known, rel=1e-12, abs=1e-12)
 
 
+@pytest.mark.parametrize("numbers", [DOUBLES, MPMATH])
+def test_a_series_of_a_motion_ends_before_a_derivative_that_is_not_finite(numbers):
+    """The sign of a NaN was taken for -1: friction against s^(17/3) - s^(16/3) had no motion."""
+    x = sp.Symbol("x", real=True)
+    system = ap.System.with_frictions({x: 1}, {}, [])
+    place = Place(numbers, numbers.convert(0), (numbers.convert(0),), ())
+    found = derivatives_along(mode_of(system, ()), place, (x ** sp.Rational(17, 3) - x ** sp.Rational(16, 3),))
+    with pytest.raises((ArithmeticError, ValueError)):
+        assert all(value == 0 for (value,) in islice(found, 9))
+
+
 @pytest.mark.parametrize("order", [7, 14])
 def test_rest_ends_at_whatever_order_a_push_leaves_the_bound_of_friction(order):
     """A push 1 + t^n/n! against friction 1 moves a block by t^(n + 1)/(n + 1)!; from n = 7 on it was refused."""

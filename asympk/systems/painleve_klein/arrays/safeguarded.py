@@ -82,20 +82,20 @@ def follow_arrays(
     """Follow trajectories, given as arrays of one length; ``coarse`` are their results in coarser numbers."""
     s = x + y
     s_sign, z_sign, doubtful = starting_signs(sigma0, mu, y, s, z)
-    flight = _FollowedRows(sigma, sigma0, mu, until, [x.copy(), y.copy(), s, z.copy()], s_sign, z_sign, doubtful)
+    moving = _FollowedRows(sigma, sigma0, mu, until, [x.copy(), y.copy(), s, z.copy()], s_sign, z_sign, doubtful)
     rounds: list[tuple] = []
     live = np.flatnonzero(~(doubtful if coarse is None else coarse.doubtful))
     while live.size:
         known = coarse and coarse.rounds[len(rounds)]
         kind, span = np.empty(live.size, np.intp), np.empty_like(until[live])
-        for at, form, a, b in flight.groups(live):
+        for at, form, a, b in moving.groups(live):
             rows = live[at]
-            motion = form(a, b, mu[rows], *(v[rows] for v in flight.state))
-            kind[at], span[at] = flight.advance(rows, motion, known)
+            motion = form(a, b, mu[rows], *(v[rows] for v in moving.state))
+            kind[at], span[at] = moving.advance(rows, motion, known)
         rounds.append((live, kind, span))
-        live = live[(kind != NOTHING) & ~flight.doubtful[live] & (flight.n_events[live] <= MOST_EVENTS)]
-    x, y, _, z = flight.state
-    return FollowedArrays((x, y, z), flight.t, flight.n_events, flight.doubtful, flight.events(), rounds)
+        live = live[(kind != NOTHING) & ~moving.doubtful[live] & (moving.n_events[live] <= MOST_EVENTS)]
+    x, y, _, z = moving.state
+    return FollowedArrays((x, y, z), moving.t, moving.n_events, moving.doubtful, moving.events(), rounds)
 
 
 def starting_signs(
