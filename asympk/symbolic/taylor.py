@@ -1,9 +1,9 @@
-r"""Taylor arithmetic in two variables, mu and t, on a tape: expressions of series whose coefficients are not known yet.
+r"""Taylor arithmetic in two variables, mu and t: expressions of series, on a tape or in numbers.
 
-A ``Taylor`` is sum c_kj mu^k t^j, k + j <= degree. Coefficients are nodes of a ``Tape``, whole numbers or fractions,
-so that every computation becomes straight-line code. A function phi of a series is evaluated by its derivatives,
-phi(u_0 + w) = sum phi^(i)(u_0) w^i / i!  (Griewank and Walther, Evaluating Derivatives, chapter 13). ``evaluated`` is
-the entry, and ``_computed`` treats each kind of expression.
+A ``Taylor`` is sum c_kj mu^k t^j, k + j <= degree. Coefficients are whole numbers, fractions, and either numbers or
+nodes of a ``Tape``, on which every computation becomes straight-line code. A function phi of a series is evaluated by
+its derivatives, phi(u_0 + w) = sum phi^(i)(u_0) w^i / i!  (Griewank and Walther, Evaluating Derivatives, chapter 13).
+``evaluated`` is the entry, and ``_computed`` treats each kind of expression.
 """
 
 from collections.abc import Iterable
@@ -82,7 +82,7 @@ def evaluated(exprs: Iterable[sp.Expr], values: dict, tape: Any) -> list:
     """Return ``exprs`` at ``values``, {symbol: Taylor, node or number}; common subexpressions are evaluated once.
 
     Forms through an inverse are evaluated by their eliminations.
-    Calls of functions are written on ``tape``. Raises ``InputError`` for a function that has no series here.
+    Calls of functions are made by ``tape``. Raises ``InputError`` for a function that has no series here.
     """
     known = dict(values)
     parts, plain = _eliminated(tuple(sp.sympify(expr, strict=True) for expr in exprs))
