@@ -303,15 +303,19 @@ def _singular_at_one_place(matrix: sp.Matrix) -> bool | None:
     found = matrix.applyfunc(lambda entry: valued(entry, place, DIGITS))
     if not all(e.is_number and e.is_finite for e in found):
         return None
-    m = private_context(DIGITS - SPARE)
+    m, least = private_context(DIGITS), 10.0 ** (SPARE - DIGITS)
     rows = [[m.convert(e._to_mpmath(m.prec)) for e in row] for row in found.tolist()]
     for _ in range(2):  # the rows, then the columns, are divided by their largest entries
         sizes = [max(map(abs, row)) for row in rows]
-        sizes = [size if size > m.eps * max(sizes) else m.one for size in sizes]  # a small one may be rounding
+        sizes = [size if size > least * max(sizes) else m.one for size in sizes]  # a small one may be rounding
         scaled = [[e / size for e in row] for row, size in zip(rows, sizes, strict=True)]
         rows = [[*column] for column in zip(*scaled, strict=True)]
-    try:
-        m.LU_decomp(m.matrix(rows))
-    except (ZeroDivisionError, TypeError):  # a TypeError if a column is 0
-        return True
+    while rows:  # the largest entry is the next pivot
+        size, i, j = max((abs(e), i, j) for i, row in enumerate(rows) for j, e in enumerate(row))
+        if size <= least:
+            return True
+        pivot = rows.pop(i)
+        factors = [row[j] / pivot[j] for row in rows]
+        rows = [[e - factor * p for k, (e, p) in enumerate(zip(row, pivot, strict=True)) if k != j]
+                for row, factor in zip(rows, factors, strict=True)]
     return False

@@ -241,3 +241,13 @@ def test_an_exponential_of_a_sum_is_the_product_of_those_beside_it():
     """With a name of its own it hid the factors, and that the second expression is 0."""
     assert in_factors(sp.exp(a + b) + sp.exp(b) - sp.exp(a) - 1) == (sp.exp(a) + 1) * (sp.exp(b) - 1)
     assert in_factors(sp.exp(a - b) * sp.exp(b - c) - sp.exp(a - c)) == 0
+
+
+def test_a_matrix_that_is_singular_everywhere_has_no_inverse_where_rounding_leaves_a_pivot_or_a_column_has_none():
+    """The first is that of a drawer which jams in its guides."""
+    square = sp.cos(a) ** 2
+    half = sp.Matrix([[square, -2 * square], [-2 * square, 4 * square]])
+    jammed = sp.Matrix(sp.BlockMatrix([[sp.eye(2) + half, sp.eye(2) - half], [sp.eye(2) - half, sp.eye(2) + half]]))
+    for singular in (jammed, sp.Matrix([[0, 0, a], [0, 0, b], [0, 0, 1]])):
+        assert has_no_inverse(singular)
+        assert is_regular(singular + sp.eye(singular.rows))
