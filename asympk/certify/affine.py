@@ -24,7 +24,7 @@ from asympk.automaton.modes import NO_FRICTION, SWITCH, mode_of
 from asympk.certify.balls import Ball, Refused, ball, flint
 from asympk.certify.candidates import Candidates, in_name_only, not_determined
 from asympk.certify.enclosure import Budget, first_event
-from asympk.certify.families import Family, constant, stacked
+from asympk.certify.families import constant, stacked
 from asympk.certify.rivals import require_one_motion
 from asympk.certify.rows import (
     EnclosedState,
@@ -45,6 +45,7 @@ from asympk.symbolic.sides import phase_of
 from asympk.symbolic.system import System
 
 MOST_EVENTS = 200
+_COARSE = 2.0**-8  # of its end is a piece of time that is not short
 
 
 def enclose(
@@ -67,9 +68,8 @@ def enclose(
     while max(touched, len(events)) <= MOST_EVENTS:
         modes.past.append(segment := EnclosedSegment(mode, state))
         remaining = (modes.field.family([[Fraction(until)]]) - t).tight()
-        zero, groups = modes.ahead(guards, segment, remaining, t)
-        found = first_event(segment, [*groups], end := zero.span.numbers()[0], budget)
-        require_one_motion(modes, segment, guards, found[1] if found else end, budget)
+        zero, groups, found = modes.ahead(guards, segment, remaining, t, budget)
+        require_one_motion(modes, segment, guards, found[1] if found else zero.span.numbers()[0], budget)
         if not found and not zero.lost:
             return names, events, tuple(segment.at(None, remaining).numbers()[:size])
         lost, dt = (groups[found[0]], segment.moment(*found)) if found else (zero.lost, zero.span)
@@ -195,17 +195,32 @@ class _Modes(Candidates):
         first = [] if in_name_only(mode.sided, mode.branch) else [_after(mode, guard)]
         return self.chosen([*first, self.every(state)], state, guard.kind, mode.branch, held)
 
-    def ahead(
-        self, guards: Sequence[AffineGuard], segment: EnclosedSegment, remaining: Family, since: Family
-    ) -> tuple[Zero, dict[AffineGuard, list[AffineGuard]]]:
-        """Return the first ``Zero`` that no sign shows, or the end, and groups of the guards that are not lost there.
+    def ahead(self, guards, segment, remaining, since, budget):
+        """Return what ``_cut`` does, and (guard, time ball) of the first event before the ``Zero``, or None.
 
-        Of these, each one whose exact time is known stands for all that fall through 0 exactly when it does.
+        A touch of 0 is sought first, unless exact entries are rational functions, whose divisions take time: then only
+        where signs on pieces of time that are not short leave the first event open.
         """
         zero = Zero(since + remaining, remaining, Fraction(self.until), [])
+        if self.field.field:
+            with suppress(Refused):
+                return self._until(zero, guards, segment, budget, _COARSE)
         for guard in guards:
             if (found := self._touch(guard, segment, since)) and (zero.span - found.span).numbers()[0] > 0:
                 zero = found
+        return self._until(zero, guards, segment, budget)
+
+    def _until(self, zero, guards, segment, budget, finest=0.0):
+        zero, groups = self._cut(guards, segment, zero)
+        return zero, groups, first_event(segment, [*groups], zero.span.numbers()[0], budget, finest)
+
+    def _cut(
+        self, guards: Sequence[AffineGuard], segment: EnclosedSegment, zero: Zero
+    ) -> tuple[Zero, dict[AffineGuard, list[AffineGuard]]]:
+        """Return a ``Zero``, a touch or the end, with all that is lost there, and groups of the guards that are not.
+
+        Of these, each one whose exact time is known stands for all that fall through 0 exactly when it does.
+        """
         orders = {guard: self._order(guard, zero.time, segment) for guard in guards}
         lost = [g for guard in guards if guard not in zero.lost for g in derivatives(guard, segment, orders[guard])]
         lost = [*zero.lost, *lost]

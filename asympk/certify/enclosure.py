@@ -192,13 +192,15 @@ class Exponentials(MatrixExponential):
         return self._joined(t, common(p, fast * (l1 * t).exp()), q)
 
 
-def first_event(segment: Any, guards: Sequence[Any], remaining: Ball, budget: Budget) -> tuple[Any, Ball] | None:
+def first_event(
+    segment: Any, guards: Sequence[Any], remaining: Ball, budget: Budget, finest: float = 0
+) -> tuple[Any, Ball] | None:
     """Return (guard, time ball) of the first guard to vanish in (0, upper end of ``remaining``], or None.
 
-    Raises ``Refused`` where a piece of time would have to be shorter than ``budget.finest`` times its end, or to end
-    before the smallest double, and when the ``budget`` is spent.
+    Raises ``Refused`` where a piece of time would have to be shorter than ``finest`` or ``budget.finest`` times its
+    end, or to end before the smallest double, and when the ``budget`` is spent.
     """
-    arb, finest = flint().arb, budget.finest
+    arb, finest = flint().arb, max(finest, budget.finest)
     pieces, lo = [remaining.upper().mid()] if remaining.upper() > 0 else [], arb(0)
     while pieces:
         budget.spend(segment)

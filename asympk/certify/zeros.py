@@ -18,6 +18,7 @@ from asympk.certify.rows import EnclosedState, ExactEntries, exact_value, quotie
 from asympk.certify.segments import AffineGuard, EnclosedSegment
 
 _HARMONICS, _NEAR = 16, 1e-6
+_LONGEST = 24  # terms of a numerator whose divisions take no time
 
 
 class Zero(NamedTuple):
@@ -76,7 +77,7 @@ def _shape(guard, segment, start):
     row, field, zero, unit, found = guard.row, start.field, (*segment.mode.kept, *start.null), None, list[Any]()
     while len(found) < 2 * len(row):
         value = exact_value(row, start)
-        if not unit and (value is None or not field.vanishes(value)):
+        if not unit and (value is None or not _vanishes(value, field)):
             unit = row, value
         if value is None or (unit and unit[1] is None):
             value = quotient(row, unit[0], zero, field)
@@ -97,7 +98,7 @@ def _in_one_wave(values, harmonics, field):
         values = [sum(w * comb(k, i) * (-mean) ** (k - i) for i, w in enumerate(values[:k])) + values[k]
                   for k in range(2 * len(law) - 2)]
         law = _recurrence(values, field)
-    if len(law) == 1 or not all(map(field.vanishes, law[1::2])):
+    if len(law) == 1 or not all(_vanishes(c, field) for c in law[1::2]):
         raise ValueError
     squares, size = _trimmed(law[::2], field), 2 * max(harmonics, default=0) or len(law) - 2
     if len(squares) != 1 + len(harmonics):
@@ -109,7 +110,7 @@ def _in_one_wave(values, harmonics, field):
     parts = list[Any]()
     for k, value in enumerate(values[: size + len(law)]):
         off = value - _rate(parts, square, size, k)
-        if k > size and not field.vanishes(off):
+        if k > size and not _vanishes(off, field):
             raise ValueError
         parts += [off * Fraction(2**k, factorial(k))] if k <= size else []
     return _trimmed(parts, field), square, size
@@ -120,7 +121,7 @@ def _recurrence(values, field):
     law, before, size, shift, last = [Fraction(1)], [Fraction(1)], 0, 1, Fraction(1)
     for n in range(len(values)):
         off = sum(c * values[n - i] for i, c in enumerate(law[: size + 1]))
-        if field.vanishes(off):
+        if _vanishes(off, field):
             shift += 1
             continue
         new = [*law, *(0,) * (shift + len(before) - len(law))]
@@ -130,6 +131,13 @@ def _recurrence(values, field):
             size, before, last, shift = n + 1 - size, law, off, 0
         law, shift = new, shift + 1
     return [*law, *(0,) * size][: size + 1]
+
+
+def _vanishes(entry, field):
+    """Tell whether an exact entry is known to be 0; raises ``ValueError`` for one too long to compute with."""
+    if not isinstance(entry, int | Fraction) and max(len(entry.numer), len(entry.denom)) > _LONGEST:
+        raise ValueError
+    return field.vanishes(entry)
 
 
 def _harmonics(exponents):
@@ -245,5 +253,5 @@ def _divided(parts, divisor, field):
 
 def _trimmed(parts, field):
     """Return a polynomial without its highest powers that vanish."""
-    size = next((k for k in reversed(range(len(parts))) if not field.vanishes(parts[k])), -1) + 1
+    size = next((k for k in reversed(range(len(parts))) if not _vanishes(parts[k], field)), -1) + 1
     return parts[:size]

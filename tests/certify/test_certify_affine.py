@@ -5,6 +5,7 @@ import re
 from dataclasses import replace
 from fractions import Fraction
 from itertools import product
+from time import process_time
 
 import mpmath
 import numpy as np
@@ -35,6 +36,7 @@ from asympk.certify.zeros import order_at
 F, G, H, N, t = sp.symbols("F G H N t", real=True)
 x, v, y, w, c = sp.symbols("x v y w c", real=True)
 mu, k = sp.symbols("mu k", positive=True)
+ROOT = sp.sqrt(2)
 
 CHAIN = ap.System.with_frictions(
     {x: v, v: y - 2 * x + F + sp.cos(2 * t) / 2, w: x - w / 4}, {y: w - y},
@@ -760,6 +762,19 @@ def test_a_push_is_proven_to_touch_its_limit_or_to_exceed_it_after_a_stop_at_an_
     assert bool(begun) == bool(below)
     with mpmath.workdps(60):
         assert all(abs(edge.subs(t, sp.Float(time.mid().str(60, radius=False), 60)) - below) < 1e-15 for time in begun)
+
+
+@pytest.mark.parametrize("push", [
+    sp.sin(ROOT * t + sp.Rational(1, 3)) / 2 + sp.sin(2 * ROOT * t + sp.Rational(1, 4)) / 4,
+    1 - (1 - sp.sin(ROOT * t + sp.Rational(1, 3))) * (2 + sp.cos(ROOT * t + sp.Rational(1, 5))) / 4 - sp.S(10) ** -12,
+])
+def test_waves_of_irrational_phases_are_proven_within_a_limit_also_near_it_in_a_moment(push):
+    """Their exact zeros would take minutes, and signs prove that there is none."""
+    pushed, since = ap.System.with_frictions({v: F + push}, {}, [ap.Friction(v, F, 1, 1)], time=t), process_time()
+    proof = certify(ap.Scene(system=pushed, start={"v": 0}, until=2))
+    assert proven(proof)
+    assert proof.modes == ("stick",)
+    assert process_time() - since < 4
 
 
 @pytest.mark.parametrize("push", [sp.sin(t * 10**200) / 2, sp.exp(-t * 10**200)])
