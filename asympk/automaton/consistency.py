@@ -344,7 +344,8 @@ def signs_of_derivatives(
     derivatives after ``ORDERS``, or after a long one, are those of a series. Raises ``Undecided`` if all vanish and
     one is long: that those of a pulse are 0 in numbers does not show that it is none.
     """
-    first, last = _first_order(here, mode, guard), max(ORDERS, mode.order_in_time if mode.system.time else 0)
+    first, system = _first_order(here, mode, guard), mode.system
+    last = max(ORDERS, mode.order_in_time) if system.time else min(len(system.states), ORDERS)
     for order in range(first, 2 + last):
         if order > first and _length(mode.derivative(guard, order - (1 if mode.pressed else 2))) > LONGEST:
             yield from _signs_in_series(here, mode, guard, order)
