@@ -23,7 +23,7 @@ from asympk.symbolic.values import by_symbol, require_all, require_declared
 if TYPE_CHECKING:
     from asympk.symbolic.system import Friction, System
 
-LARGEST_EXPONENT = 30
+LARGEST_EXPONENT, LARGEST_ANGLE = 30, 2**10
 _OF_COMPLEX = (sp.re, sp.im, sp.arg, sp.conjugate)
 _FEW = 3  # digits of a size
 _DOUBLE = 53  # bits; a SymPy Float of at most this precision is read as a float, a longer one keeps its digits
@@ -67,10 +67,13 @@ def with_numbers_in_exponents(system: "System", values: tuple) -> tuple["System"
     """Return the system with numbers for the parameters in exponents of what moves, and the values of the others.
 
     The symbol n hides whether x**n is affine, has a slope or a Taylor series where x = 0, and a value where x < 0.
-    A number beyond ``LARGEST_EXPONENT`` stays a parameter, since its power could be multiplied out.
+    A number beyond ``LARGEST_EXPONENT`` stays a parameter, since its power could be multiplied out. Numbers also stand
+    in sin(n) if n is beyond ``LARGEST_ANGLE``: its rounding would be one of the angle.
     """
     known = dict(zip(system.parameters, values, strict=True))
-    found = {s: rational(s.name, v) for s in _in_exponents(system) if abs(v := known[s]) <= LARGEST_EXPONENT}
+    inside = {s for s in _in_exponents(system) if abs(known[s]) <= LARGEST_EXPONENT}
+    inside |= {s for angle in _angles(system) for s in angle if any(abs(known[n]) > LARGEST_ANGLE for n in angle)}
+    found = {s: rational(s.name, known[s]) for s in inside}
     if not found:
         return system, values
     lowered = _with_numbers(system, sp.Dict(found))
@@ -83,6 +86,14 @@ def _in_exponents(system: "System") -> frozenset[sp.Symbol]:
     moving, own = {*system.states, system.time}, {*system.parameters} - {system.small}
     powers = (p for e in named_parts(system).values() for p in atoms(e, sp.Pow) if symbols_in(p.base) & moving)
     return frozenset(own & {s for power in powers for s in symbols_in(power.exp)})
+
+
+@lru_cache(maxsize=64)
+def _angles(system: "System") -> frozenset[frozenset[sp.Symbol]]:
+    """Return the parameters of each angle that consists of parameters other than the small one alone."""
+    own = {*system.parameters} - {system.small}
+    turned = (p for e in named_parts(system).values() for p in atoms(e, sp.sin, sp.cos, sp.tan))
+    return frozenset(frozenset(symbols) for p in turned if (symbols := symbols_in(p.args[0])) <= own)
 
 
 @lru_cache(maxsize=64)

@@ -2,6 +2,7 @@
 
 from math import ulp
 
+import mpmath
 import numpy as np
 import pytest
 import sympy as sp
@@ -104,3 +105,15 @@ def test_no_state_takes_on_the_rounding_of_a_forcing_that_ends_rest_on_a_belt():
         scene = ap.Scene(system=system, start={"x": begun, "v": 0.3}, until=20)
         truth = float(ap.solve(scene, digits=30).final[0])
         assert all(abs(found - truth) <= 4 * ulp(truth) for found in (ap.solve(scene).final[0], many.final[0, k]))
+
+
+def test_a_parameter_turns_an_angle_by_all_of_its_number_however_large_it_is():
+    """x'' = a x - 1/2 from x = 1 at rest, a = -sin(10^300) > 1/2."""
+    x, v, F, n = sp.symbols("x v F n", real=True)
+    friction = ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational(1, 2))
+    pushed = ap.System.with_frictions({x: v, v: F - sp.sin(n) * x}, {}, [friction])
+    path = ap.solve(ap.Scene(system=pushed, values={n: 10**300}, start={x: 1, v: 0}, until=1))
+    with mpmath.workdps(340):
+        a = -mpmath.sin(mpmath.mpf(10) ** 300)
+        expected = float((1 - 1 / (2 * a)) * mpmath.cosh(mpmath.sqrt(a)) + 1 / (2 * a))
+    assert path.final[0] == pytest.approx(expected, abs=1e-14)
