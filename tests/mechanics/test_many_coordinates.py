@@ -92,6 +92,11 @@ def _followed(n, until):
     return state
 
 
+def test_a_scene_of_a_mechanism_whose_mass_matrix_is_not_inverted_in_symbols_has_numbers():
+    scene = _scene(4, 0.01)
+    assert any(rate.has(InverseForm) for rate in scene.system.rates.values())
+
+
 @pytest.mark.further
 def test_a_chain_of_six_links_slides_and_turns_back_as_by_newtons_law_in_numbers():
     path = ap.solve(_scene(6, 0.5))
