@@ -12,6 +12,7 @@ from asympk.mechanics import evaluation, paradox
 from asympk.mechanics.checks import departures
 from asympk.mechanics.described import Described, mechanism_of_table
 from asympk.mechanics.jump_law import keeps_gap, rebound
+from asympk.mechanics.rigid import motions
 from asympk.numbers import number
 from asympk.output.terminal import wrapped
 from asympk.scenes.scenefile import is_file, scene_of_table
@@ -232,8 +233,8 @@ def jump_lines(described: Described) -> list[str]:
     after = ", ".join(f"{name} = {_short(rate if abs(rate) > least else 0)}"
                       for name, rate in zip(rod.plain.velocities, rates, strict=True))
     c, h = rod.plain.unused_symbol("c"), rod.plain.unused_symbol("h")
-    moves = replace(rod, others=()).motions(described.numbers)  # the law is that of the contact alone
-    beyond = "from beyond the divide of the two motions, " if moves else ""
+    alone = motions(rod.plain, rod.keyed(described.numbers))  # the law is that of one contact
+    beyond = "from beyond the divide of the two motions, " if alone else ""
     lines = [f"jump            {beyond}impulses P_N = {_short(normal)}, P_T = {_short(tangential)} stop the contact",
              f"time            of order {c} log(1/{c}) with the compliance {c} of the contact",
              f"velocities      {after}",
