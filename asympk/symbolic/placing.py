@@ -17,7 +17,6 @@ from asympk.numbers import LARGEST, number, reason_of, short
 from asympk.symbolic.branches import own_coupling, pushing_on
 from asympk.symbolic.inverses import InverseForm
 from asympk.symbolic.long import atoms, symbols_in
-from asympk.symbolic.penetration import Penetration, PenetrationPower, RootSlope
 from asympk.symbolic.printers import printer_of
 from asympk.symbolic.reading import entries_of, rational
 from asympk.symbolic.values import by_symbol, require_all, require_declared
@@ -27,7 +26,6 @@ if TYPE_CHECKING:
 
 LARGEST_EXPONENT, LARGEST_ANGLE = 30, 2**10
 _OF_COMPLEX = (sp.re, sp.im, sp.arg, sp.conjugate)
-_LOWERED = (InverseForm, Penetration, PenetrationPower, RootSlope)  # functions of our own, which lowering writes out
 _FEW = 3  # digits of a size
 _DOUBLE = 53  # bits; a SymPy Float of at most this precision is read as a float, a longer one keeps its digits
 
@@ -139,7 +137,7 @@ def _require_formulas(system: "System") -> None:
             raise InputError(f"{name} = {short(expr)}: {parts[0]} is that of a number which may be complex; declare "
                              "its symbols real, as sp.Symbol('x', real=True), or write what is real")
         require_worked_out(name, expr, UNEVALUATED)
-        functions = atoms(expr, sp.Function) - atoms(expr, sp.Piecewise, *_OF_COMPLEX, *_LOWERED)
+        functions = atoms(expr, sp.Function) - atoms(expr, sp.Piecewise, InverseForm, *_OF_COMPLEX)
         if unknown := sorted(short(f) for f in functions if not _is_computed(f.func, len(f.args))):
             raise InputError(f"{name} = {short(expr)}: of {unknown[0]} no numbers can be computed; write its formula")
 
