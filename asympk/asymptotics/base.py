@@ -25,7 +25,7 @@ from asympk.numbers import known_order, listed, number, reason_of, short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.expansion import fast_jacobian, is_zero, require_series, require_short, to_degree
 from asympk.symbolic.long import atoms
-from asympk.symbolic.placing import place, with_numbers_in_exponents
+from asympk.symbolic.placing import place, with_numbers_inside
 from asympk.symbolic.sides import SWITCHING
 from asympk.symbolic.system import System
 
@@ -73,7 +73,7 @@ class BasePoint(ShownAsFormulas):
         small = self.system.small
         lacks_small = isinstance(values, Mapping) and str(small) not in map(str, values)
         placed, begins = place(self.system, {small: 1, **values} if lacks_small else values, start)
-        system, others = with_numbers_in_exponents(self.system, placed)
+        system, others = with_numbers_inside(self.system, placed)
         numbers = {s: float(v) for s, v in zip(system.parameters, others, strict=True) if s != small}
         slow, allowed = len(self.system.slow), f"from {LEAST:g} to {LARGEST:g}"
         tolerance = float(number("rtol", rtol, lambda v: LEAST <= v <= LARGEST, allowed))

@@ -31,7 +31,7 @@ from asympk.numbers import known_order, listed, reason_of, short
 from asympk.path import Path, RecomputedMotion
 from asympk.symbolic.expansion import is_singular, regular
 from asympk.symbolic.long import atoms, replaced
-from asympk.symbolic.placing import with_numbers_in_exponents
+from asympk.symbolic.placing import with_numbers_inside
 from asympk.symbolic.reading import rational, unused_symbol
 from asympk.symbolic.sides import SWITCHING
 from asympk.symbolic.system import System
@@ -57,7 +57,7 @@ def run(scene: Any, method: str = "jump", *, order: int | None = None) -> Path:
         raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
     try:
         with np.errstate(all="ignore"):
-            system, values = with_numbers_in_exponents(scene.system, scene.values)
+            system, values = with_numbers_inside(scene.system, scene.values)
             known = scene if system is scene.system else replace(scene, system=system, values=values)
             inside = _with_low_powers(known, order + EXTRA)
             follow = follow_smooth if smooth and not crosses_switch(inside, order) else follow_stretches

@@ -31,7 +31,7 @@ from asympk.numbers import LARGEST, number, require_callback, short, sign_of, wh
 from asympk.path import Event
 from asympk.scene import MANIFOLDS, Scene, require_scene
 from asympk.shown import Card, ShownAsTable
-from asympk.symbolic.placing import with_numbers_in_exponents
+from asympk.symbolic.placing import with_numbers_inside
 from asympk.systems.catalogue import is_off_contact
 
 COORDINATES = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
@@ -195,13 +195,13 @@ def _followed(scene, sides, budget):
     turned, corner = _ranging(sides), _corner(sides)
     begun = zip(scene.names, scene.start, strict=True)
     start = [None if name in turned else Fraction(corner.get(name, value)) for name, value in begun]
-    return affine.enclose(*_with_exponents(scene, sides), turned, start, scene.until, budget)
+    return affine.enclose(*_with_fixed_numbers(scene, sides), turned, start, scene.until, budget)
 
 
-def _with_exponents(scene, sides):
-    """Return the system and the values at a corner, with numbers in exponents unless one of them ranges."""
+def _with_fixed_numbers(scene, sides):
+    """Return the system and the values at a corner, with numbers inside of formulas unless one of them ranges."""
     given = scene.system, _values(scene, _corner(sides))
-    placed = with_numbers_in_exponents(*given)
+    placed = with_numbers_inside(*given)
     hidden = {*map(str, scene.system.parameters)} - {*map(str, placed[0].parameters)}
     return given if hidden & _ranging(sides).keys() else placed
 
@@ -225,7 +225,7 @@ def _sides_of_system(scene, box):
     """Return the sides of a box of an affine system; raises ``InputError`` where a corner of parameters is invalid."""
     known = (*scene.names, *(s.name for s in scene.system.parameters))
     sides = _exact_sides(box, known, "state and no parameter")
-    if found := obstacle(_with_exponents(scene, sides)[0]):
+    if found := obstacle(_with_fixed_numbers(scene, sides)[0]):
         raise InputError(f"a certificate is for the rod and for systems whose modes are all affine; {found}")
     turned = {name: ends for name, ends in sides.items() if name not in scene.names}
     if behind := _behind_start(scene, sides):

@@ -64,12 +64,12 @@ def _number(what: str, name: str, value: Any) -> Any:
     return number(f"{what}: {name}", value)
 
 
-def with_numbers_in_exponents(system: "System", values: tuple) -> tuple["System", tuple]:
-    """Return the system with numbers for the parameters in exponents of what moves, and the values of the others.
+def with_numbers_inside(system: "System", values: tuple) -> tuple["System", tuple]:
+    """Return the system with numbers for parameters inside of powers and angles, and the values of the others.
 
     The symbol n hides whether x**n is affine, has a slope or a Taylor series where x = 0, and a value where x < 0.
-    A number beyond ``LARGEST_EXPONENT`` stays a parameter, since its power could be multiplied out. Numbers also stand
-    in sin(n) if n is beyond ``LARGEST_ANGLE``: its rounding would be one of the angle.
+    A number beyond ``LARGEST_EXPONENT`` stays a parameter, since its power could be multiplied out. In sin(n) a number
+    stands if it is beyond ``LARGEST_ANGLE``: its rounding would be one of the angle.
     """
     known = dict(zip(system.parameters, values, strict=True))
     inside = {s for s in _in_exponents(system) if abs(known[s]) <= LARGEST_EXPONENT}

@@ -7,7 +7,7 @@ import sympy as sp
 import asympk as ap
 from asympk.certify import certify
 from asympk.errors import InputError
-from asympk.symbolic.placing import with_numbers_in_exponents
+from asympk.symbolic.placing import with_numbers_inside
 
 x, v, F, a, n = sp.symbols("x v F a n", real=True)
 X, V = sp.symbols("X V")
@@ -86,5 +86,5 @@ def test_arrays_and_certificates_take_an_exponent_that_makes_a_system_affine():
 
 def test_a_number_too_large_for_a_power_to_be_multiplied_out_stays_a_parameter():
     system = _hill(n)
-    assert with_numbers_in_exponents(system, (10**6,)) == (system, (10**6,))
-    assert with_numbers_in_exponents(system, (30,)) == (_hill(30), ())
+    assert with_numbers_inside(system, (10**6,)) == (system, (10**6,))
+    assert with_numbers_inside(system, (30,)) == (_hill(30), ())
