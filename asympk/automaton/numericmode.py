@@ -382,11 +382,11 @@ class NumericMode:
     def snapped(self, guard: int, t: Any, state: State) -> State:
         """Return ``state`` moved onto the zero of a guard, if the zero is near; otherwise ``settled(t, state)``.
 
-        A guard that the time changes as much as the motion keeps its rounding: a state that hardly changes it would
-        take on far more than an error in time. A zero may be far all the same. The velocity of a contact that sticks
+        A guard that the time changes keeps its rounding: the states would take on the rounding of the time, which the
+        exact flow carries beside it. A zero may be far all the same. The velocity of a contact that sticks
         stays 0, however strongly it changes the guard, and a closed rigid contact keeps g = g' = 0.
         """
-        if self._changes_with_time(guard, t, state):
+        if self._timed[guard]:
             return self.settled(t, state)
         moved = self._projected(t, state, guard) if self.kept else self._on_zero(guard, t, state)
         if self.kinds[guard][0] in OF_STATES:
@@ -431,12 +431,11 @@ class NumericMode:
             moved[k] -= value / slopes[k]
         return tuple(moved)
 
-    def _changes_with_time(self, guard: int, t: Any, state: State) -> bool:
-        """Tell whether the time by itself changes a guard as much as the motion of any state does."""
-        if self.mode.system.time is None or self.kinds[guard][0] in OF_STATES:
-            return False
-        parts = [a * rate for a, rate in zip(self.guard_gradient(guard, t, state), self.rhs(t, state), strict=True)]
-        return abs(self.guard_rates(t, state)[guard] - sum(parts)) >= max(map(abs, parts))
+    @cached_property
+    def _timed(self) -> tuple[bool, ...]:
+        """Whether the time by itself changes each guard."""
+        time, guards = self.mode.system.time, self.mode.guards
+        return tuple(guard.kind not in OF_STATES and time in symbols_in(guard.value) for guard in guards)
 
     def settled(self, t: Any, state: State) -> State:
         """Return ``state`` moved onto the zeros of all quantities that this mode keeps at 0, as a start has to be."""

@@ -107,6 +107,18 @@ def test_no_state_takes_on_the_rounding_of_a_forcing_that_ends_rest_on_a_belt():
         assert all(abs(found - truth) <= 4 * ulp(truth) for found in (ap.solve(scene).final[0], many.final[0, k]))
 
 
+def test_no_neighbour_of_a_block_takes_on_the_rounding_of_the_times_at_which_its_rest_ends():
+    x, v, y, w, F, G, t = sp.symbols("x v y w F G t", real=True)
+    forced = F - sp.Rational(1525, 144) * x + sp.Rational(325, 36) * y + 2 * sp.sin(5 * sp.sqrt(2) * t / 2 + 1)
+    neighbour = sp.Rational(4, 5) * G + sp.Rational(65, 9) * x - sp.Rational(269, 36) * y
+    belts = [ap.Friction(v + sp.Rational(5, 8), F, load=1, kinetic=1, static=sp.Rational(11, 8)),
+             ap.Friction(w, G, load=1, kinetic=sp.Rational(1, 4))]
+    system = ap.System.with_frictions({x: v, v: forced, y: w, w: neighbour}, {}, belts, time=t)
+    scene = ap.Scene(system=system, start={x: "9/8", v: "-1/4", y: "1/16", w: "-1/4"}, until=100)
+    estimated, true, _ = estimated_and_true(scene)
+    assert (true <= estimated).all()
+
+
 def test_a_parameter_turns_an_angle_by_all_of_its_number_however_large_it_is():
     """x'' = a x - 1/2 from x = 1 at rest, a = -sin(10^300) > 1/2."""
     x, v, F, n = sp.symbols("x v F n", real=True)
