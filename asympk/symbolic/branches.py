@@ -14,19 +14,7 @@ import sympy as sp
 from asympk.errors import InputError
 from asympk.numbers import short
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.long import (
-    LONG,
-    ROUGH,
-    atoms,
-    expanded,
-    expands,
-    generic_place,
-    heavy,
-    is_longer,
-    replaced,
-    symbols_in,
-    valued,
-)
+from asympk.symbolic.long import LONG, atoms, expanded, expands, heavy, is_longer, replaced, symbols_in
 from asympk.symbolic.penetration import without_penetration
 from asympk.symbolic.signs import waves_never_negative
 
@@ -499,26 +487,3 @@ def _has_square(system: "System", friction: "Friction", state: sp.Symbol, rate: 
     others = system.pushes if state in symbols_in(friction.velocity) else (friction.force,)
     slope = slope_by(rate, friction.force)
     return any(slope_by(slope, force) != 0 for force in others)
-
-
-def check_constraint(system: "System", friction: "Friction") -> None:
-    """Raise ``InputError`` where a constraint is clearly no multiple of the g'' of its gap, by values at a place.
-
-    The ratio of a multiple to g'' does not change with the forces.
-    """
-    if not friction.rigid or (friction.gap is None and friction.gap_rate is None):
-        return
-    name, given = ("gap_rate", friction.gap_rate) if friction.gap is None else ("gap", friction.gap)
-    rate = given if friction.gap is None else rate_along(system, given)
-    both = sp.Tuple(friction.constraint, rate_along(system, rate))
-    place = generic_place(both)
-    forces = [s for s in system.pushes if s in place]
-    pushed = place | {s: factor * place[s] for factor, s in enumerate(forces, 3)}
-    values = [valued(e, at, 30) for at in (place, pushed) for e in both]
-    if not all(v.is_number and v.is_finite and v.is_real for v in values):
-        return
-    first, second = values[0] * values[3], values[2] * values[1]
-    if abs(first - second) > ROUGH * (abs(first) + abs(second)):
-        words = f"the {'second ' * (name == 'gap')}rate of {name} = {short(given)}"
-        raise InputError(f"friction: {words} is {short(both[1])}, and the constraint {short(both[0])}; the constraint "
-                         "must be this rate")

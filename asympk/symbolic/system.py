@@ -28,7 +28,7 @@ from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic import branches, guards
 from asympk.symbolic.forces import force_equations
 from asympk.symbolic.inverses import with_factors
-from asympk.symbolic.long import atoms, symbols_in
+from asympk.symbolic.long import ROUGH, atoms, generic_place, symbols_in, valued
 from asympk.symbolic.penetration import with_penetration
 from asympk.symbolic.placing import named_parts, place, require_worked_out
 from asympk.symbolic.reading import entries_of, expression, real_expression, require_names
@@ -254,7 +254,7 @@ class System(ShownAsFormulas):
         _require_friction(given)
         found = cls(slow, fast, (*slow, *fast), small, given, time, assumptions)
         for friction in given:
-            branches.check_constraint(found, friction)
+            _check_constraint(found, friction)
         return found
 
     @property
@@ -444,6 +444,29 @@ def _check(system: System) -> None:
     if symbols_in(bounds) & {*system.pushes}:
         slipping = tuple(branches.one_per_mode(system, k)[0] for k in range(len(system.frictions)))
         force_equations(system, slipping)  # refuses what is not linear
+
+
+def _check_constraint(system: System, friction: Friction) -> None:
+    """Raise ``InputError`` where a constraint is clearly no multiple of the g'' of its gap, by values at a place.
+
+    The ratio of a multiple to g'' does not change with the forces.
+    """
+    if not friction.rigid or (friction.gap is None and friction.gap_rate is None):
+        return
+    name, given = ("gap_rate", friction.gap_rate) if friction.gap is None else ("gap", friction.gap)
+    rate = given if friction.gap is None else branches.rate_along(system, given)
+    both = sp.Tuple(friction.constraint, branches.rate_along(system, rate))
+    place = generic_place(both)
+    forces = [s for s in system.pushes if s in place]
+    pushed = place | {s: factor * place[s] for factor, s in enumerate(forces, 3)}
+    values = [valued(e, at, 30) for at in (place, pushed) for e in both]
+    if not all(v.is_number and v.is_finite and v.is_real for v in values):
+        return
+    first, second = values[0] * values[3], values[2] * values[1]
+    if abs(first - second) > ROUGH * (abs(first) + abs(second)):
+        words = f"the {'second ' * (name == 'gap')}rate of {name} = {short(given)}"
+        raise InputError(f"friction: {words} is {short(both[1])}, and the constraint {short(both[0])}; the constraint "
+                         "must be this rate")
 
 
 def _require_relations(assumed: sp.Basic) -> None:
