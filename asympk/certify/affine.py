@@ -26,15 +26,7 @@ from asympk.certify.candidates import Candidates, in_name_only, not_determined
 from asympk.certify.enclosure import Budget, first_event
 from asympk.certify.families import constant, stacked
 from asympk.certify.rivals import require_one_motion
-from asympk.certify.rows import (
-    EnclosedState,
-    affine_form,
-    ball_at,
-    leading_sign,
-    row_rate,
-    sign_at,
-    value_after,
-)
+from asympk.certify.rows import EnclosedState, affine_form, ball_at, leading_sign, row_rate, sign_at, value_after
 from asympk.certify.segments import AffineGuard, EnclosedSegment
 from asympk.certify.zeros import Zero, derivatives, first_zero, order_at
 from asympk.numbers import Number

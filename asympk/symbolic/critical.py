@@ -18,36 +18,14 @@ from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHype
 from asympk.formulas import NOT_FINITE, formula_in_words
 from asympk.numbers import short
 from asympk.shown import Card, Several, ShownAsFormulas
+from asympk.symbolic import expansion, roots
 from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.domains import positive_on
-from asympk.symbolic.expansion import (
-    by_powers,
-    fast_jacobian,
-    is_implicit,
-    is_zero,
-    jacobian_on_branch,
-    limit_of,
-    one_side,
-    over_fast,
-    require_factored,
-    require_series,
-    require_short,
-    zero_at_places,
-)
+from asympk.symbolic.expansion import by_powers, is_implicit, is_zero, limit_of, one_side, zero_at_places
 from asympk.symbolic.hurwitz import Spectra, attracting, off_axis, repelling, spectra, split
 from asympk.symbolic.long import atoms, entries_in_factors, in_factors, replaced
 from asympk.symbolic.reading import real_expression
-from asympk.symbolic.roots import (
-    factors_of,
-    fractional_powers,
-    heights,
-    is_complex,
-    is_unreadable,
-    is_zero_on,
-    real_forms,
-    solutions_of,
-    whole_turn,
-)
+from asympk.symbolic.roots import factors_of, fractional_powers, is_complex, is_zero_on, solutions_of, whole_turn
 from asympk.symbolic.sides import Sides, is_switched, is_whole, on_sides, phases
 from asympk.symbolic.signs import above, conjunction, factored, nonzero, with_known_lambert
 from asympk.symbolic.system import Mode, System, of_system
@@ -75,8 +53,8 @@ class CriticalManifold(ShownAsFormulas):
     @cached_property
     def jacobian(self) -> sp.Matrix:
         """The matrix dg/dy on the manifold."""
-        at = {**self.branch, **over_fast(self.dynamics, self.small, self.branch)}
-        return entries_in_factors(jacobian_on_branch(self.dynamics, self.small).subs(at, simultaneous=True))
+        at = {**self.branch, **expansion.over_fast(self.dynamics, self.small, self.branch)}
+        return entries_in_factors(expansion.jacobian_on_branch(self.dynamics, self.small).subs(at, simultaneous=True))
 
     @cached_property
     def characteristic(self) -> Spectra:
@@ -128,7 +106,7 @@ class CriticalManifold(ShownAsFormulas):
         """The condition under which branch and dg/dy are finite; ``real`` covers roots in denominators."""
         if sp.Tuple(*self.branch.values(), *self.jacobian).has(*NOT_FINITE):
             return sp.false
-        if not fast_jacobian(self.dynamics, self.small).has(*self.branch):  # only det dg/dy divides
+        if not expansion.fast_jacobian(self.dynamics, self.small).has(*self.branch):  # only det dg/dy divides
             return sp.true
         below = (sp.fraction(sp.together(h))[1] for h in self.branch.values())
         factors = (factor for expr in below for factor, _ in factored(expr)[1] if not fractional_powers(factor))
@@ -254,9 +232,9 @@ def critical_manifolds(system: System) -> Several[CriticalManifold]:
     count: dict[str, int] = {}
     modes = (with_held_slow(system.autonomous(m), system.small) for m in system.modes)
     for mode in (part for m in modes if m.fast for part in _smooth_parts(m, system.assumptions)):
-        require_short(mode)
-        require_factored(mode)
-        require_series(mode, system.small)
+        expansion.require_short(mode)
+        expansion.require_factored(mode)
+        expansion.require_series(mode, system.small)
         letter = "Lambda" if mode.name == "stick" else "Pi"
         for branch in _branches(mode, system.small):
             count[letter] = count.get(letter, 0) + 1
@@ -347,17 +325,17 @@ def _located(part, states, assumptions):
 def _branches(mode, small):
     equal_zero = [limit_of(g, small) for g in mode.fast.values()]
     solutions = solutions_of(equal_zero, list(mode.fast))
-    if solutions is None or any(map(is_unreadable, heights(solutions))):
+    if solutions is None or any(map(roots.is_unreadable, roots.heights(solutions))):
         return _by_value(mode, small, equal_zero)
     solutions = [{y: y for y in mode.fast} | s for s in solutions]  # a state that g = 0 leaves free stands for itself
     if solutions and all(map(_free, solutions)):
         raise NotNormallyHyperbolic(f"mode {mode.name!r}: {_free(solutions[0])}: a function of the fast states changes "
                                     "slowly; make it a slow state")
     complete = [s for s in solutions if not any(map(is_complex, s.values()))]
-    if any(h.has(sp.I) for h in heights(complete)):
+    if any(h.has(sp.I) for h in roots.heights(complete)):
         return _by_value(mode, small, equal_zero)
     rational = all(g.is_rational_function(*mode.fast) for g in equal_zero)  # SymPy finds false roots of exponentials
-    complete = [form for s in complete for form in real_forms(s)
+    complete = [form for s in complete for form in roots.real_forms(s)
                 if (rational and form is s) or all(is_zero_on(g, form) for g in equal_zero)]
     branches = [sp.Dict({y: by_powers(h, tuple(mode.slow)) for y, h in s.items()}) for s in complete]
     return [*branches, _implicit(mode)] if _has_further_turns(mode, equal_zero) else branches

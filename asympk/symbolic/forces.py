@@ -16,22 +16,8 @@ import sympy as sp
 from sympy.polys.matrices import DomainMatrix
 
 from asympk.errors import InputError
-from asympk.symbolic.branches import (
-    OPEN,
-    Branch,
-    Guard,
-    Phase,
-    at_rest,
-    bare,
-    is_joint,
-    mode_name,
-    rate_along,
-    stands,
-    still_rows,
-    with_direction,
-    with_signs,
-    without_idle,
-)
+from asympk.symbolic import branches
+from asympk.symbolic.branches import OPEN, Branch, Guard, Phase, mode_name, with_direction
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.long import entries_named, has_no_inverse, heavy, is_regular, replaced, symbols_in, tidied
 
@@ -41,7 +27,7 @@ if TYPE_CHECKING:
 
 def forces(system: "System", branch: Branch) -> dict[sp.Symbol, sp.Expr]:
     """Solve the linear equations of a branch for the forces; raises ``InputError`` where they are singular."""
-    return _forces(system, without_idle(branch))
+    return _forces(system, branches.without_idle(branch))
 
 
 @lru_cache(maxsize=256)
@@ -51,7 +37,7 @@ def _forces(system: "System", branch: Branch) -> dict[sp.Symbol, sp.Expr]:
         return {}
     if heavy(sp.Tuple(*matrix)):
         return _by_elimination(branch, matrix, right, unknowns)
-    if not stands(branch) and _is_singular(matrix):
+    if not branches.stands(branch) and _is_singular(matrix):
         raise _undetermined(branch)
     if matrix.is_lower:
         return dict(zip(unknowns, map(tidied, matrix.lower_triangular_solve(right)), strict=True))
@@ -86,11 +72,11 @@ def force_equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], 
         if friction.normal is not None:
             unknowns.append(friction.normal)
             equations.append(friction.normal if phase == OPEN else reaction_law(friction))
-    if stands(branch):
+    if branches.stands(branch):
         laws, margins = standing_rows(system, branch)
         rows = (*laws, *(margin.value for margin in margins))
-        equations = [rows[k] for k in still_rows(branch)]
-    equations = [with_signs(system, branch, e) for e in equations]
+        equations = [rows[k] for k in branches.still_rows(branch)]
+    equations = [branches.with_signs(system, branch, e) for e in equations]
     matrix = sp.Matrix(len(equations), len(unknowns), [slope_by(e, u) for e in equations for u in unknowns])
     if found := symbols_in(matrix.as_immutable()) & {*unknowns}:
         raise InputError(f"mode {mode_name(branch)}: the forces must enter rates, loads and bounds linearly, and "
@@ -108,7 +94,7 @@ def _friction_law(system: "System", branch: Branch, k: int) -> sp.Expr:
         bound = coefficient * friction.load
         bound = bound if phase.either else with_direction(friction.velocity, bound, phase.velocity)
         return friction.force + phase.load * phase.velocity * bound
-    return rate_along(system, friction.velocity)
+    return branches.rate_along(system, friction.velocity)
 
 
 def reaction_law(friction: "Friction") -> sp.Expr:
@@ -174,7 +160,7 @@ def standing_rows(system: "System", branch: Branch) -> tuple[tuple[sp.Expr, ...]
             continue
         zeros += [reaction_law(friction)] if friction.normal is not None else []
         zeros += [slope_by(friction.velocity, system.time)] if system.time else []
-        if friction.rigid and not is_joint(friction, phase):
+        if friction.rigid and not branches.is_joint(friction, phase):
             kind = "force_zero" if friction.gap is None else "lift_off"
             margins.append(Guard(kind, k, phase.load * friction.load))
         margins += edges_of_stick(friction, phase, k)
@@ -213,7 +199,7 @@ def rests_in_all_but_name(system: "System", branch: Branch, k: int) -> bool:
 
 def moving_as(system: "System", branch: Branch) -> Branch:
     """Return a branch without idle guards, in which contacts that others hold are at rest, whatever its name says."""
-    own = bare(branch)
+    own = branches.bare(branch)
     return tuple(phase._replace(velocity=0) if is_carried(system, own, k) else phase for k, phase in enumerate(own))
 
 
@@ -224,7 +210,7 @@ def moves_alike(system: "System", one: Branch, other: Branch) -> bool:
 
 def is_carried(system: "System", branch: Branch, k: int) -> bool:
     """Tell whether the velocity of a contact that slips in a branch is a combination of velocities that are 0 there."""
-    return branch[k].slips and k in _dependent(system) and bool(_is_combination(system, at_rest(branch), k))
+    return branch[k].slips and k in _dependent(system) and bool(_is_combination(system, branches.at_rest(branch), k))
 
 
 @lru_cache(maxsize=64)

@@ -11,26 +11,8 @@ from typing import TYPE_CHECKING
 
 import sympy as sp
 
-from asympk.symbolic.branches import (
-    OPEN,
-    Branch,
-    Guard,
-    all_phases,
-    ambiguous_contacts,
-    at_rest,
-    drive,
-    held,
-    is_pushed,
-    lifts,
-    never_negative,
-    one_per_mode,
-    stands,
-    still_rows,
-    with_direction,
-    with_powers,
-    with_signs,
-    without_idle,
-)
+from asympk.symbolic import branches
+from asympk.symbolic.branches import OPEN, Branch, Guard, all_phases, one_per_mode, with_direction
 from asympk.symbolic.forces import borne, determined, edges_of_stick, force_equations, forces, standing_rows
 from asympk.symbolic.inverses import InverseForm
 from asympk.symbolic.long import atoms, entries_named, heavy, replaced, symbols_in, tidied
@@ -82,20 +64,20 @@ def sample_branches(system: "System") -> Iterator[Branch]:
 
 def fields(system: "System", branch: Branch) -> tuple[Rates, Rates]:
     """Return the slow field and the fast field of the mode; the fast field is ``small`` times the rates."""
-    return _fields(system, without_idle(branch))
+    return _fields(system, branches.without_idle(branch))
 
 
 @lru_cache(maxsize=256)
 def _fields(system: "System", branch: Branch) -> tuple[Rates, Rates]:
     if not branch:
         return system.slow, system.fast
-    if stands(branch):
+    if branches.stands(branch):
         still = borne(system)
         slow, fast = ({s: sp.S.Zero if s in still else rate for s, rate in rates.items()}
                       for rates in (system.slow, system.fast))
         return slow, fast
     solved = forces(system, branch)
-    resting = held(system, branch)
+    resting = branches.held(system, branch)
     slow, fast = ({s: sp.S.Zero if s in resting else _put(system, branch, rate, solved) for s, rate in rates.items()}
                   for rates in (system.slow, system.fast))
     return slow, fast
@@ -109,8 +91,8 @@ def where(system: "System", branch: Branch) -> sp.Basic:
     conditions = []
     for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
         v, load = friction.velocity, friction.load
-        if not friction.rigid and is_pushed(system, k):
-            load = _put(system, branch, load, forces(system, without_idle(branch)))
+        if not friction.rigid and branches.is_pushed(system, k):
+            load = _put(system, branch, load, forces(system, branches.without_idle(branch)))
         if phase == OPEN:
             conditions.append(friction.gap > 0)
             continue
@@ -138,7 +120,7 @@ def _determinant(matrix: sp.Matrix) -> sp.Expr:
 
 def guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
     """Return the guards of the mode that depend on the states or the time, with the forces substituted."""
-    moving = {system.time} if stands(branch) else {*system.states, system.time}
+    moving = {system.time} if branches.stands(branch) else {*system.states, system.time}
     return tuple(g for g in _placed_guards(system, branch) if symbols_in(g.value) & moving)
 
 
@@ -149,13 +131,13 @@ def fixed_guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
 
 
 def _placed_guards(system: "System", branch: Branch) -> list[Guard]:
-    found = _every_guard(system, without_idle(branch))
+    found = _every_guard(system, branches.without_idle(branch))
     return [g for g in found if g.kind in NEVER_IDLE or g.kind not in branch[g.friction].idle]
 
 
 @lru_cache(maxsize=256)
 def _every_guard(system: "System", branch: Branch) -> tuple[Guard, ...]:
-    if stands(branch):
+    if branches.stands(branch):
         gaps = ((k, f.gap) for k, f in enumerate(system.frictions) if branch[k] == OPEN and f.gap is not None)
         touches = (Guard("touch_down", k, gap) for k, gap in gaps)
         return (*unused_rows(system, branch)[1], *touches) if system.time else ()
@@ -170,18 +152,18 @@ def _every_guard(system: "System", branch: Branch) -> tuple[Guard, ...]:
         if phase.smooth:
             continue
         if phase.velocity:
-            if not lifts(friction) and not never_negative(system, phase.load * load):
+            if not branches.lifts(friction) and not branches.never_negative(system, phase.load * load):
                 found.append(Guard("force_zero", k, phase.load * load))
             found.append(Guard("velocity_zero", k, phase.velocity * v))
         else:
             found += edges_of_stick(friction, phase, k)
     found += _unambiguous(system, branch) or _attracting(system, branch, solved)
-    return tuple(_divided(g._replace(value=with_powers(_put(system, branch, g.value, solved)))) for g in found)
+    return tuple(_divided(g._replace(value=branches.with_powers(_put(system, branch, g.value, solved)))) for g in found)
 
 
 def unused_rows(system: "System", branch: Branch) -> tuple[tuple[sp.Expr, ...], tuple[Guard, ...]]:
     """Return the ``standing_rows`` of a branch besides those that determine its forces, at these forces."""
-    solved, used = forces(system, branch), still_rows(branch)
+    solved, used = forces(system, branch), branches.still_rows(branch)
     zeros, margins = standing_rows(system, branch)
     left = tuple(_put(system, branch, row, solved) for k, row in enumerate(zeros) if k not in used)
     free = (margin for k, margin in enumerate(margins, start=len(zeros)) if k not in used)
@@ -204,14 +186,14 @@ def _unambiguous(system: "System", branch: Branch) -> list[Guard]:
     do not count, nor joints without such a friction. With several contacts p is the determinant of their equations;
     second motions are then sought by ``asympk.automaton.uniqueness``.
     """
-    closed = {k: rubs for k, rubs in ambiguous_contacts(system).items() if branch[k] != OPEN}
+    closed = {k: rubs for k, rubs in branches.ambiguous_contacts(system).items() if branch[k] != OPEN}
     sliding = [k for k, rubs in closed.items() if any(branch[j].slips for j in rubs)]
     if not sliding:
         return []
     k, *_ = sliding
     found = [Guard("unbounded", k, stiffness(system, branch))]
     contact = system.frictions[k]
-    if len(closed) == 1 and (contact.gap is None or not (contact.rigid or lifts(contact))):
+    if len(closed) == 1 and (contact.gap is None or not (contact.rigid or branches.lifts(contact))):
         other = tuple(p._replace(load=-p.load) if j in closed[k] else p for j, p in enumerate(branch))
         found.append(Guard("several", k, stiffness(system, other)))
     return found
@@ -224,7 +206,7 @@ def _attracting(system: "System", branch: Branch, solved: dict) -> list[Guard]:
     for motions to a place where the force is 0/0. These are watched where the equations are polynomials, not those of
     a mechanism in angles, whose guard is positive.
     """
-    resting, moving = sorted(at_rest(branch)), {*system.states, system.time} - {None}
+    resting, moving = sorted(branches.at_rest(branch)), {*system.states, system.time} - {None}
     values = sp.Tuple(*solved.values())
     divisors = {p.base for p in atoms(values, sp.Pow) if p.exp.is_negative} | atoms(values, InverseForm)
     divided = any(divisor.free_symbols & moving for divisor in divisors)
@@ -232,7 +214,7 @@ def _attracting(system: "System", branch: Branch, solved: dict) -> list[Guard]:
     if not resting or not all(entry.is_polynomial(*moving) for entry in entries):
         return []
     value = stiffness(system, branch)
-    varies = value.free_symbols & moving and not never_negative(system, value)
+    varies = value.free_symbols & moving and not branches.never_negative(system, value)
     return [Guard("several", resting[0], value)] if varies else []
 
 
@@ -248,9 +230,9 @@ def stiffness(system: "System", branch: Branch) -> sp.Expr:
 
 
 def _sliding(system: "System", friction: "Friction") -> tuple[sp.Expr, sp.Expr]:
-    found, coupling = drive(system, friction)
+    found, coupling = branches.drive(system, friction)
     return found.subs({f.force: 0 for f in system.frictions if f is not friction}), coupling
 
 
 def _put(system: "System", branch: Branch, expr: sp.Expr, solved: dict) -> sp.Expr:
-    return tidied(replaced(with_signs(system, branch, expr), solved))
+    return tidied(replaced(branches.with_signs(system, branch, expr), solved))

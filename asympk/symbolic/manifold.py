@@ -20,28 +20,10 @@ from sympy.integrals.rationaltools import ratint
 from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic, OrderError
 from asympk.numbers import known_order
 from asympk.shown import Several
-from asympk.symbolic.critical import (
-    CriticalManifold,
-    branch_in_words,
-    checked_branch,
-    critical_manifolds,
-    determinant,
-    equations,
-)
+from asympk.symbolic import critical, expansion
+from asympk.symbolic.critical import CriticalManifold, checked_branch, critical_manifolds, equations
 from asympk.symbolic.diffring import DifferentialRing
-from asympk.symbolic.expansion import (
-    STEEPEST,
-    expand,
-    fast_jacobian,
-    is_implicit,
-    is_zero,
-    limit_of,
-    over_fast,
-    require_factored,
-    require_series,
-    require_short,
-    zero_at_places,
-)
+from asympk.symbolic.expansion import expand, is_implicit, is_zero, limit_of, over_fast, zero_at_places
 from asympk.symbolic.long import inverse_of
 from asympk.symbolic.reading import unused_symbol
 from asympk.symbolic.roots import fractional_powers, heights, is_unreadable, solutions_of
@@ -98,8 +80,8 @@ class SlowManifold(CriticalManifold):
             raise OrderError(f"{self.name} is known to order {self.order} in {self.small}, not {k}; ask for order={k}")
         values = self.branch
         if k > 0:
-            expansion = expand(self.dynamics, self.small, self.branch, self.order)
-            values = sp.Dict({y: expansion.expr(height[k]) for y, height in expansion.height.items()})
+            found = expand(self.dynamics, self.small, self.branch, self.order)
+            values = sp.Dict({y: found.expr(height[k]) for y, height in found.height.items()})
         return values if len(values) > 1 else next(iter(values.values()))
 
 
@@ -131,18 +113,17 @@ def slow_manifold(
     """
     order = known_order(order)
     dynamics = system.autonomous(system.mode(mode))
-    require_factored(dynamics, STEEPEST)  # g may stay implicit
-    require_series(dynamics, system.small, order)
+    expansion.require_factored(dynamics, expansion.STEEPEST)  # g may stay implicit
+    expansion.require_series(dynamics, system.small, order)
     at = sp.Dict({y: y for y in dynamics.fast}) if branch is None else checked_branch(branch, dynamics, system.small)
     manifold = SlowManifold(name, dynamics, system.small, at, system.assumptions, order)
     if any(p[-1] == 0 for p in manifold.characteristic):
-        raise NotNormallyHyperbolic(
-            f"{determinant(at)} vanishes on {branch_in_words(at)}; no slow manifold continues this branch"
-        )
+        raise NotNormallyHyperbolic(f"{critical.determinant(at)} vanishes on {critical.branch_in_words(at)}; no slow "
+                                    "manifold continues this branch")
     if manifold.exists == sp.false:
         advice = ": give the fast states damping" * (manifold.real != sp.false)
         raise NotNormallyHyperbolic(f"{manifold.degeneracy(at)}; no slow manifold continues this branch{advice}")
-    require_short(dynamics, order, at)
+    expansion.require_short(dynamics, order, at)
     expand(dynamics, system.small, at, order)
     return manifold
 
@@ -156,8 +137,8 @@ def slow_manifolds(system: System, order: int = 1) -> Several[SlowManifold]:
     order = known_order(order)
     found = [c for c in critical_manifolds(system) if c.exists != sp.false and c.domain != sp.false]
     for c in found:
-        require_short(c.dynamics, order, c.branch)
-        require_series(c.dynamics, c.small, order)
+        expansion.require_short(c.dynamics, order, c.branch)
+        expansion.require_series(c.dynamics, c.small, order)
     return Several(SlowManifold(c.name, c.dynamics, c.small, c.branch, c.assumptions, order) for c in found)
 
 
@@ -208,7 +189,7 @@ def branch_slopes(manifold: SlowManifold) -> dict[sp.Symbol, dict[sp.Symbol, sp.
     """Return the slopes {y: {x: dy/dx}} of the branch, -g_y^-1 g_x at mu = 0, evaluated on the branch."""
     mode, small, over = manifold.dynamics, manifold.small, over_fast(manifold.dynamics, manifold.small, manifold.branch)
     g = sp.Matrix([limit_of(g, small) for g in mode.fast.values()])
-    slopes = -(inverse_of(fast_jacobian(mode, small)) * g.jacobian(list(mode.slow)))
+    slopes = -(inverse_of(expansion.fast_jacobian(mode, small)) * g.jacobian(list(mode.slow)))
     at = {**manifold.branch, **over}
     return {y: {x: sp.cancel(slopes[i, j].subs(at, simultaneous=True)) for j, x in enumerate(mode.slow)}
             for i, y in enumerate(mode.fast)}
@@ -291,8 +272,8 @@ def _rate(manifold, active, state):
 def _flow(manifold):
     """Return {x: the coefficients of x' on the manifold}."""
     order = manifold.order if isinstance(manifold, SlowManifold) else 0
-    expansion = expand(manifold.dynamics, manifold.small, manifold.branch, order)
-    return {x: [expansion.expr(c) for c in rates] for x, rates in expansion.flow.items()}
+    found = expand(manifold.dynamics, manifold.small, manifold.branch, order)
+    return {x: [found.expr(c) for c in rates] for x, rates in found.flow.items()}
 
 
 def _quotient(above, below, x):
