@@ -12,7 +12,6 @@ the leading one the largest key. The hard function is ``DifferentialRing.__init_
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import cmp_to_key
 from heapq import heapify, heappop, heappush
 from math import gcd, lcm, prod
 from typing import NamedTuple
@@ -24,7 +23,6 @@ from asympk.errors import InputError
 
 WIDTH = 32  # bits for one exponent; the highest bit is a guard that shows a borrow
 TRIAL = 1000  # larger primes of a denominator are not looked for: factoring a number of 400 digits never ends
-_CANONICAL = cmp_to_key(sp.Basic.compare)
 NOT_SMOOTH = (sp.Piecewise, sp.Abs, sp.sign, sp.Max, sp.Min, sp.Heaviside, sp.DiracDelta, sp.floor, sp.ceiling)
 
 
@@ -116,11 +114,11 @@ class DifferentialRing:
         content = gcd(*a.numerator.values())
         monomials = [_unpack(m, len(self.atoms)) for m in a.numerator]
         common = [min(column) for column in zip(*monomials, strict=True)]
-        terms = [self._term(c // content, map(int.__sub__, m, common))
+        terms = [sp.Mul(c // content, *self._factors(map(int.__sub__, m, common)))
                  for m, c in zip(monomials, a.numerator.values(), strict=True)]
         outer = sp.Rational(content, self._integer ** a.exponents[0])
         below = [d.as_expr() ** -e for d, e in zip(self._bases, a.exponents[1:], strict=True) if e]
-        return sp.Mul(outer, *self._factors(common), self._total(terms), *below)
+        return sp.Mul(outer, *self._factors(common), sp.Add(*terms), *below)
 
     @property
     def zero(self) -> Fraction:
@@ -147,20 +145,6 @@ class DifferentialRing:
 
     def _shift(self, atom):
         return WIDTH * (len(self.atoms) - 1 - self.atoms.index(atom))
-
-    def _term(self, coefficient, exponents):
-        """Return ``Mul(coefficient, *factors)``; powers of symbols are flat already and only need sorting."""
-        factors = self._factors(exponents)
-        if not all(atom.is_Symbol for atom in self.atoms):
-            return sp.Mul(coefficient, *factors)
-        factors.sort(key=_CANONICAL)
-        return sp.Mul._from_args(([] if coefficient == 1 else [sp.Integer(coefficient)]) + factors)
-
-    def _total(self, terms):
-        """Return ``Add(*terms)``; different monomials in symbols only need sorting, a number first."""
-        if not all(atom.is_Symbol for atom in self.atoms):
-            return sp.Add(*terms)
-        return sp.Add._from_args(sorted(terms, key=lambda term: (not term.is_Number, _CANONICAL(term))))
 
     def _factors(self, exponents):
         return [a**e for a, e in zip(self.atoms, exponents, strict=True) if e]
