@@ -12,12 +12,10 @@ from itertools import chain
 import sympy as sp
 
 from asympk.errors import InputError
-from asympk.symbolic.inverses import Less, Solution, less, product, total
+from asympk.symbolic.inverses import Forms, Less, Parts, Solution, less, product, total
 from asympk.symbolic.long import parts_with, symbols_in
 from asympk.symbolic.penetration import Penetration, RootSlope
 
-Parts = list[tuple[sp.Symbol, sp.Expr]]
-Forms = Mapping[sp.Symbol, tuple[tuple, Solution]]  # {the symbol of u' x: (u, x)}
 _STANDING = (sp.sign, sp.Heaviside, sp.floor, sp.ceiling, sp.logic.boolalg.Boolean)
 
 

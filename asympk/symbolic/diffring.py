@@ -33,14 +33,6 @@ class Fraction(NamedTuple):
     exponents: tuple
 
 
-class Relation(NamedTuple):
-    """An algebraic generator w, at bit ``shift`` of a monomial, obeys w**degree = value."""
-
-    shift: int
-    degree: int
-    value: Fraction
-
-
 class DifferentialRing:
     """The ring that contains ``exprs`` and, up to ``depth`` times, their derivatives.
 
@@ -65,8 +57,8 @@ class DifferentialRing:
         self._bases = _coprime(below)
         self._powers = [[{0: 1}, {0: self._integer}], *([{0: 1}, _pack(d)] for d in self._bases)]
         self._guard = sum(1 << WIDTH * (i + 1) - 1 for i in range(len(self.atoms)))
-        self._relations: tuple[Relation, ...] = ()
-        self._relations = tuple(Relation(self._shift(a), degree, self(v)) for a, degree, v in relations)
+        self._relations: tuple[tuple[int, int, Fraction], ...] = ()  # (s, n, v): w**n = v for w at bit s of a monomial
+        self._relations = tuple((self._shift(a), degree, self(v)) for a, degree, v in relations)
         self._rates = {name: [(self._shift(a), self(by[name])) for a, by in rates.items() if by.get(name, 0) != 0]
                        for name in derivations}
         bases = [Fraction(powers[1], self.one.exponents) for powers in self._powers]

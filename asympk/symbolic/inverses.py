@@ -39,6 +39,9 @@ class Solution(NamedTuple):
         return [less(rate(e), [pair for pair in row if pair[0] != 0]) for e, row in zip(self.right, terms, strict=True)]
 
 
+Forms = dict[sp.Symbol, tuple[tuple, Solution]]  # {the symbol of u' x: (u, x)}
+
+
 class InverseForm(sp.Function):
     """u' M^-1 v, a function of the entries of u, of the rows of M up to its diagonal, and of the entries of v."""
 
@@ -121,26 +124,19 @@ def _factor(expr: sp.Expr, s: sp.Symbol) -> sp.Expr:
     return sp.Add(*(term.diff(s) for term in sp.Add.make_args(expr) if s in symbols_in(term)))
 
 
-class Eliminated(NamedTuple):
-    """Expressions ``exprs`` in which a symbol stands for every ``InverseForm``, and what these symbols are.
+def without_inverses(
+    exprs: Iterable[sp.Expr], unused_symbols: Iterator[sp.Symbol]
+) -> tuple[Parts, Parts, list[sp.Expr], Forms]:
+    """Return (entries, steps, ``exprs`` with a symbol from ``unused_symbols`` for every ``InverseForm``, forms).
 
-    The ``entries`` of the matrices and vectors, and the ``steps`` of the eliminations up to the forms, are pairs of a
-    symbol and an expression. ``forms`` has u and the solution x for the symbol of every form u' x.
+    The entries of the matrices and vectors, and the steps of the eliminations up to the forms, are pairs of a symbol
+    and an expression. The forms have u and the solution x for the symbol of every form u' x.
     """
-
-    entries: Parts
-    steps: Parts
-    exprs: list[sp.Expr]
-    forms: dict[sp.Symbol, tuple[tuple, Solution]]
-
-
-def without_inverses(exprs: Iterable[sp.Expr], unused_symbols: Iterator[sp.Symbol]) -> Eliminated:
-    """Return ``exprs`` with a symbol from ``unused_symbols`` in place of every ``InverseForm``."""
     exprs = list(exprs)
     entries, steps = _Named(unused_symbols), _Named(unused_symbols)
     factors: dict[tuple, Any] = {}
     solutions: dict[tuple, Solution] = {}
-    forms: dict[sp.Symbol, tuple[tuple, Solution]] = {}
+    forms: Forms = {}
     known, named = dict[sp.Basic, sp.Basic](), dict[sp.Expr, sp.Expr]()
     for form in _innermost_first(exprs):
         for e in form.args:
@@ -158,7 +154,7 @@ def without_inverses(exprs: Iterable[sp.Expr], unused_symbols: Iterator[sp.Symbo
         known[form] = steps(total(product(a, b) for a, b in zip(u, solution.found, strict=True)))
         if known[form].is_Symbol and known[form] not in own:  # else its rate is that of an entry
             forms.setdefault(known[form], (u, solution))
-    return Eliminated(entries.parts, steps.parts, [replaced(e, known) for e in exprs], forms)
+    return entries.parts, steps.parts, [replaced(e, known) for e in exprs], forms
 
 
 def in_order(parts: Parts) -> Parts:
@@ -270,10 +266,7 @@ def _factors(rows: Sequence[Sequence[sp.Expr]], less: Less) -> tuple[list[list[s
     return lower, inverted
 
 
-@lru_cache(maxsize=16)
-def _factored(rows: tuple[tuple[sp.Number, ...], ...]) -> tuple[list[list[Any]], list[Any]]:
-    """Return (L, D^-1) of a matrix of numbers, which many forms share."""
-    return _factors(rows, _less)
+_factored = lru_cache(maxsize=16)(lambda rows: _factors(rows, _less))  # of numbers, which many forms share
 
 
 def _dot(u: Iterable[Any], x: Iterable[Any]) -> Any:
