@@ -26,7 +26,7 @@ from asympk.symbolic.guards import NEVER_IDLE
 from asympk.symbolic.long import symbols_in
 from asympk.symbolic.removable import SMALL, with_more_digits
 from asympk.symbolic.sides import on_sides
-from asympk.symbolic.switches import Middle, Switch, peaks_of, sideless_of, slopes_and_phases, switches_of
+from asympk.symbolic.switches import Middle, Switch, peaks_of, slopes_and_phases, switches_of
 
 DEPENDENT = 2.0**-60  # part of a gradient's square across earlier gradients below which this part is rounding
 FARTHEST = 1e-3  # largest move onto the zero of a guard of forces, by the largest state; beyond, gradients are rounding
@@ -258,7 +258,7 @@ class NumericMode:
 
     def past_switch(self, t: Any, slack: Any) -> Any:
         """Return the time just after a switch without sides that is within the relative error ``slack``, or None."""
-        near = self._switched_near(sideless_of(self.mode.system), t)
+        near = self._switched_near(switches_of(self.mode.system, sideless=True), t)
         ends = (switch + 2 * width for switch, width in near if abs(switch - t) <= max(2 * width, 2 * slack * t))
         return max((t, *found)) if (found := [*ends]) else None
 
@@ -269,7 +269,7 @@ class NumericMode:
     def after_start(self, until: Any) -> Any:
         """Return the time at which a run to ``until`` starts: 0, or just after 0 if there may be a switch at 0."""
         near, start = self.beside * until, 0 * until
-        found = self._switched_near(sideless_of(self.mode.system), start)
+        found = self._switched_near(switches_of(self.mode.system, sideless=True), start)
         return 3 * max((max(near, width) for switch, width in found if abs(switch) <= max(near, width)), default=start)
 
     @property

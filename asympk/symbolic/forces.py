@@ -19,7 +19,7 @@ from asympk.errors import InputError
 from asympk.symbolic import branches
 from asympk.symbolic.branches import OPEN, Branch, Guard, Phase, mode_name, with_direction
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.long import entries_named, has_no_inverse, heavy, is_regular, replaced, symbols_in, tidied
+from asympk.symbolic.long import entries_named, has_no_inverse, heavy, replaced, symbols_in, tidied
 
 if TYPE_CHECKING:
     from asympk.symbolic.system import Friction, System
@@ -53,9 +53,8 @@ def determined(system: "System", branch: Branch) -> bool:
 
 
 def _is_singular(matrix: sp.Matrix) -> bool:
-    if heavy(sp.Tuple(*matrix)):
-        return has_no_inverse(matrix)
-    return not is_regular(matrix) and sp.cancel(matrix.det()) == 0
+    found = has_no_inverse(matrix)
+    return bool(found) if heavy(sp.Tuple(*matrix)) else found is not False and sp.cancel(matrix.det()) == 0
 
 
 def _undetermined(branch: Branch) -> InputError:

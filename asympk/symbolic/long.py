@@ -284,21 +284,11 @@ def is_clearly_nonzero(expr: sp.Expr) -> bool:
     return isinstance(value, sp.Float) and abs(value) > CLEAR
 
 
-def is_regular(matrix: sp.Matrix) -> bool:
-    """Tell whether a matrix is regular at one generic place, in many digits; else it may be singular."""
-    return _singular_at_one_place(matrix) is False
+def has_no_inverse(matrix: sp.Matrix) -> bool | None:
+    """Tell whether a matrix is singular at one generic place, in many digits, and so everywhere, whatever its units.
 
-
-def has_no_inverse(matrix: sp.Matrix) -> bool:
-    """Tell whether a matrix is singular at one generic place, in many digits, and so everywhere.
-
-    Units do not matter. A matrix without a value at this place counts as regular.
+    None where it has no value at this place.
     """
-    return _singular_at_one_place(matrix) is True
-
-
-def _singular_at_one_place(matrix: sp.Matrix) -> bool | None:
-    """Tell whether a matrix is singular at one generic place, or None where it has no value there."""
     place = generic_place(sp.Tuple(*matrix))
     found = matrix.applyfunc(lambda entry: valued(entry, place, DIGITS))
     if not all(e.is_number and e.is_finite for e in found):

@@ -48,23 +48,16 @@ class Middle(NamedTuple):
 
 
 @lru_cache(maxsize=256)
-def switches_of(system: System) -> tuple[Switch, ...]:
-    """Return the switches of a system by the time alone."""
-    return tuple(switches(system.expressions, system.time, system.parameters))
+def switches_of(system: System, sideless: bool = False) -> tuple[Switch, ...]:
+    """Return the switches of a system by the time alone; if ``sideless``, those for whose sides a run has no modes."""
+    but = phases(system.expressions, (), system.time) if sideless else ()
+    return tuple(switches(system.expressions, system.time, system.parameters, but))
 
 
 @lru_cache(maxsize=256)
 def slopes_and_phases(known: tuple[Switch, ...], time: sp.Symbol) -> tuple[sp.Expr, ...]:
     """Return the slope in time and the phase of every switch, one after the other."""
     return tuple(e for switch in known for e in (switch.phase.diff(time), switch.phase))
-
-
-@lru_cache(maxsize=256)
-def sideless_of(system: System) -> tuple[Switch, ...]:
-    """Return the switches that are not among the ``phases`` of the system: a run has no modes for their sides."""
-    exprs = system.expressions
-    own = phases(exprs, (), system.time)
-    return tuple(switches(exprs, system.time, system.parameters, own))
 
 
 @lru_cache(maxsize=256)
