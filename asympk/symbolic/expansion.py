@@ -420,14 +420,12 @@ def _derivation(x, mode, small, inverse, value):
 
 def _inverse(jacobian, ties):
     """Return the inverse matrix; over an algebraic branch, with a denominator free of the generator y."""
-    if jacobian.shape != (1, 1):
-        names, own = named_exponentials(sp.Tuple(*jacobian))
-        return inverse_of(jacobian.xreplace(names)).applyfunc(sp.cancel).xreplace(own)
-    numerator, denominator = sp.fraction(sp.cancel(jacobian[0]))
-    if not ties:
-        return sp.Matrix([[denominator / numerator]])
-    ((y, degree, value),) = ties
-    return sp.Matrix([[denominator * sp.invert(numerator, y**degree - value, y)]])
+    if ties:
+        ((y, degree, value),) = ties
+        numerator, denominator = sp.fraction(sp.cancel(jacobian[0]))
+        return sp.Matrix([[denominator * sp.invert(numerator, y**degree - value, y)]])
+    names, own = named_exponentials(sp.Tuple(*jacobian))
+    return inverse_of(jacobian.xreplace(names)).applyfunc(sp.cancel).xreplace(own)
 
 
 def _ties(mode, small, branch):
