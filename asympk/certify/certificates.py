@@ -154,7 +154,9 @@ def cover(
             if progress:
                 progress(len(done), len(done) + len(undecided))
             *_, side, found = heappop(undecided)
-            fresh = [certify(scene, half) for half in _halves(found.box, side)]
+            low, high = found.box[side]
+            middle = (low + high) / 2
+            fresh = [certify(scene, {**found.box, side: half}) for half in ((low, middle), (middle, high))]
     return (*done, *(found for *_, found in undecided))
 
 
@@ -166,11 +168,6 @@ def _undecided(scene, found, box):
     alone = len(parts) == 1  # then the piece itself is what would be tried
     sides = [name for name in parts if alone or not certify(scene, {**middle, name: found.box[name]}).proven]
     return math.prod(parts.values()) / 4 ** len(sides), max(sides or parts, key=parts.get)
-
-
-def _halves(piece, name):
-    low, high = piece[name]
-    return tuple({**piece, name: half} for half in ((low, (low + high) / 2), ((low + high) / 2, high)))
 
 
 def _attempt(scene, sides, bits, budget):
@@ -332,7 +329,8 @@ def _follow(balls, budget):
     while True:
         name = "stick" if not z_sign else "slip_same" if z_sign == s_sign else "slip_opposite"
         modes.append(name)
-        mode = _mode(balls, name, state, deviation)
+        a, b = (0, ball(1)) if name == "stick" else (1, _slope(balls, name))
+        mode = segment(a, b, balls.mu, state, balls.until, deviation)
         remaining = balls.until - t
         found = first_event(mode, _guards(balls, state, s_sign, z_sign, touching), remaining, budget)
         if found is None:
@@ -348,9 +346,9 @@ def _follow(balls, budget):
             raise Refused(f"too many: more than {affine.MOST_EVENTS} events by t = {float(t.mid()):.6g}")
 
 
-def _mode(balls, name, state, deviation):
-    a, b = (0, ball(1)) if name == "stick" else (1, balls.sigma + 4 if name == "slip_same" else -balls.sigma)
-    return segment(a, b, balls.mu, state, balls.until, deviation)
+def _slope(balls, name):
+    """Return b of a mode of slip, mu y' = 1 - b s."""
+    return balls.sigma + 4 if name == "slip_same" else -balls.sigma
 
 
 def _guards(balls, state, s_sign, z_sign, touching):
@@ -418,9 +416,8 @@ def _sign_on(ends, constant, slope):
 
 def _beside_line(balls):
     manifold, offset = balls.near
-    name, _ = MANIFOLDS[manifold]
-    b = balls.sigma + 4 if name == "slip_same" else -balls.sigma
-    deviation, rho = ball(offset), (1 + (1 - 4 * balls.mu / b).sqrt()) / 2
+    b, deviation = _slope(balls, MANIFOLDS[manifold][0]), ball(offset)
+    rho = (1 + (1 - 4 * balls.mu / b).sqrt()) / 2
     y = -(balls.x - 1 / b) / rho + deviation
     signs = certain_sign(balls.x + y), certain_sign(balls.z)
     if not all(signs):

@@ -49,7 +49,7 @@ def inequalities() -> tuple[Inequality, ...]:
     """Return the claims that are inequalities in the parameters, as expressions of the derived system."""
     pk = system()
     spectrum = {e.mode: sp.Poly(e.polynomial, LAMBDA).all_coeffs() for e in eigenvalues(pk)}
-    load = {m.name: sp.cancel(sp.sympify(_load(pk, m), strict=True)) for m in slow_manifolds(pk, order=1)}
+    load = {m.name: sp.cancel(pk.frictions[0].load.subs(m.branch)) for m in slow_manifolds(pk, order=1)}
     s, _ = drive_of_load(pk)
     rate = {name: sp.cancel(_velocity_rate(pk, mode, s).subs(s, load[name])) for name, (mode, _) in MANIFOLDS.items()}
     inertia, damping, stiffness = spectrum["slip_opposite"]
@@ -72,11 +72,6 @@ def inequalities() -> tuple[Inequality, ...]:
         Inequality("C16", "for sigma0 < -1 it sticks between two positive edges", (-leading, high, low - high),
                    {sigma0: (-2 + _TINY, -1 - _TINY)}),
     )
-
-
-def _load(pk, manifold):
-    ((fast, branch),) = manifold.branch.items()
-    return pk.friction.load.subs(fast, branch)
 
 
 def _velocity_rate(pk, mode, s):

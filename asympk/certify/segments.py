@@ -92,7 +92,8 @@ class EnclosedSegment:
         fastest = max(growing, key=lambda root: float(root.whole[0, 0].real.mid()), default=None)
         self.rates, self.slowed, self.fastest = stacked(roots), stacked(roots), roots[0] * 0
         if fastest:
-            self.fastest, turn = fastest.linear(real), fastest.linear(_turning)
+            self.fastest = fastest.linear(real)
+            turn = fastest.linear(lambda matrix: flint().acb_mat(matrix.imag) * flint().acb(0, 1))
             self.slowed = stacked([turn if root is fastest else root - self.fastest for root in roots])
         self._known: dict[AffineGuard, Family] = {}
         self._expanded: dict[AffineGuard, tuple[Family, Family]] = {}
@@ -264,11 +265,6 @@ class EnclosedSegment:
                 row = row_rate(row, self.mode.matrix)
             self._begun[guard] = common(ball_at(row, self.start), ball_at(sharpened(row, self.start), self.start))
         return self._begun[guard]
-
-
-def _turning(matrix):
-    """Return a matrix without its real part."""
-    return flint().acb_mat(matrix.imag) * flint().acb(0, 1)
 
 
 def _first_row(matrix):

@@ -140,8 +140,8 @@ def lower(
         raise InputError(f"name {short(name)} cannot name a function; give letters, digits and underscores")
     if name in printer_of(target).reserved_words:
         raise InputError(f"name {name!r} has a meaning in the source for target {target!r}; give another")
-    if put:
-        args, outputs, definitions = _in_plain_letters(put, args, outputs, definitions)
+    args, outputs = (tuple(e.xreplace(put) for e in exprs) for exprs in (args, outputs))
+    definitions = tuple((t, e.xreplace(put)) for t, e in definitions)
     lowered = Lowered(args, outputs, target, keys, single, name, definitions=definitions)
     _emission(lowered)
     return _c_source(lowered) if target == "c" else lowered
@@ -161,11 +161,6 @@ def _plain_letter(letter):
     """Return a letter of ASCII as it is, one of another alphabet by its name, theta or Theta, and an accent as ""."""
     kind, _, name = unicode_name(letter, "").rpartition(" LETTER ")
     return letter if letter.isascii() else name.lower().capitalize() if kind.endswith("CAPITAL") else name.lower()
-
-
-def _in_plain_letters(put, args, outputs, definitions):
-    args, outputs = (tuple(e.xreplace(put) for e in exprs) for exprs in (args, outputs))
-    return args, outputs, tuple((t, e.xreplace(put)) for t, e in definitions)
 
 
 def _c_source(lowered):
@@ -342,10 +337,6 @@ def _numpy(lowered, values):
     return tuple(v.copy() if shape else float(v) for v in found)
 
 
-def _math(lowered, values):
-    return _finite(lowered, values, _as_double, float, math.isfinite)
-
-
 def _as_double(value):
     try:
         return float(value)
@@ -359,7 +350,8 @@ def _mpmath(lowered, values, bits=None):
     return tuple(map(as_mpf, _finite(lowered, values, lambda v: in_context(m, v), m.mpf, m.isfinite)))
 
 
-_RUN = {"numpy": _numpy, "math": _math, "mpmath": _mpmath}
+_RUN = {"numpy": _numpy, "math": lambda lowered, values: _finite(lowered, values, _as_double, float, math.isfinite),
+        "mpmath": _mpmath}
 
 
 def _finite(lowered, values, take, give, isfinite):
