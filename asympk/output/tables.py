@@ -7,8 +7,8 @@ from asympk.ledger import claims
 from asympk.output.tabular import Cell, Table, values_of, words
 from asympk.symbolic.manifold import rest_state, slow_manifolds
 from asympk.symbolic.regimes import regimes
-from asympk.symbolic.regions import RegionCell, latex_union, spans_in_words
 from asympk.symbolic.stability import Eigenvalues, eigenvalues
+from asympk.symbolic.stick import RegionCell, latex_union, spans_in_words
 from asympk.systems import painleve_klein as pk
 
 _MODE = {

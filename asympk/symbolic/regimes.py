@@ -14,8 +14,7 @@ import sympy as sp
 from asympk.errors import NotDerivable
 from asympk.symbolic.conditions import as_bound, assumed_range, points_in
 from asympk.symbolic.manifold import critical_manifolds
-from asympk.symbolic.regions import Span
-from asympk.symbolic.stick import drive_of_load, stick_regions
+from asympk.symbolic.stick import Span, drive_of_load, stick_regions
 from asympk.symbolic.system import System
 from asympk.symbolic.values import in_words
 

@@ -11,25 +11,27 @@ the signs are fixed; ``_cells``, the hard function, returns the cells. d_0, d_1 
 an elastic mechanism d_0 = a_T, d_1 = G_NT, c = G_TT. For another d the regions are the inequalities themselves.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cache
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
 from itertools import chain, groupby, pairwise, product, zip_longest
+from typing import Any
 
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
-from asympk.formulas import NOT_FINITE
+from asympk.formulas import NOT_FINITE, formula_in_words
 from asympk.numbers import short
-from asympk.shown import Card, ShownAsFormulas
+from asympk.shown import Card, ShownAsFormulas, latex_of
 from asympk.symbolic.branches import is_pushed, rate_along, with_direction
-from asympk.symbolic.conditions import with_implied_bounds
+from asympk.symbolic.conditions import assumed_range, with_implied_bounds
 from asympk.symbolic.long import heavy
 from asympk.symbolic.reading import unused_symbol
-from asympk.symbolic.regions import Plane, Region, RegionCell, Span
 from asympk.symbolic.sides import on_side
 from asympk.symbolic.signs import conjunction, known_sign, nonzero
 from asympk.symbolic.system import System, of_system
+from asympk.symbolic.truth import as_arrays, holds, require_relations, with_default
+from asympk.symbolic.values import as_exact, by_symbol, in_words, is_exact
 
 CONVENTION = (
     "at rest stays at rest: wherever static friction can hold (v = 0 and |d| <= static |s|) the motion sticks, on "
@@ -50,6 +52,182 @@ def _size(expr: sp.Expr) -> sp.Expr:
         return abs(expr)
     numerator, denominator = sp.fraction(sp.together(expr))
     return abs(numerator) / abs(denominator)
+
+
+@dataclass(frozen=True)
+class Span:
+    """An interval of loads with symbolic ends."""
+
+    start: sp.Expr
+    end: sp.Expr
+    closed_start: bool
+    closed_end: bool
+
+    def as_set(self) -> sp.Set:
+        """Return the interval as a SymPy set."""
+        return sp.Interval(self.start, self.end, not self.closed_start, not self.closed_end)
+
+    @property
+    def in_words(self) -> str:
+        """The interval as text, such as ``[1/4, oo)``."""
+        return f"{'[' if self.closed_start else '('}{self.start}, {self.end}{']' if self.closed_end else ')'}"
+
+
+@dataclass(frozen=True)
+class RegionCell:
+    """One cell of the parameters: where ``condition`` holds, the region is the union of ``spans``."""
+
+    condition: sp.Basic
+    spans: tuple[Span, ...]
+
+    def put(self, meaning: Mapping) -> "RegionCell":
+        """Return the cell with expressions in place of symbols."""
+        spans = (replace(s, start=s.start.xreplace(meaning), end=s.end.xreplace(meaning)) for s in self.spans)
+        return RegionCell(self.condition.xreplace(meaning), tuple(spans))
+
+    @cached_property
+    def box(self) -> sp.Dict:
+        """The range of every parameter that a relation of the condition restricts on its own."""
+        parts = sp.And.make_args(self.condition)
+        alone = {next(iter(p.free_symbols)) for p in parts if len(p.free_symbols) == 1}
+        return sp.Dict({parameter: assumed_range(parameter, self.condition) for parameter in sorted(alone, key=str)})
+
+
+@dataclass(frozen=True)
+class Plane:
+    """The plane on which the velocity vanishes, and the variables in which its regions are given.
+
+    ``load`` is the load in the states. ``symbol`` stands for the load where the load replaces one of the states, and is
+    None otherwise; ``alone`` says that the regions depend on no other state. ``allowed`` is the condition on the
+    parameters. ``default`` maps a parameter of static friction to the value at which static equals kinetic friction.
+    """
+
+    states: tuple[sp.Symbol, ...]
+    parameters: tuple[sp.Symbol, ...]
+    load: sp.Expr
+    symbol: sp.Symbol | None
+    alone: bool
+    allowed: sp.Basic
+    default: sp.Dict
+
+    def values(self, at: Any, values: Mapping | None, named: dict) -> dict:
+        """Return place and parameters as {symbol: value as given}; raises ``InputError`` for an unknown name."""
+        given = by_symbol({**(values or {}), **named}, self.parameters, "this system")
+        if isinstance(at, Mapping | sp.Dict):
+            return given | by_symbol(at, self.states, "this system", "state")
+        if not self.alone:
+            states = ", ".join(f"{s.name!r}: .." for s in self.states)
+            raise InputError(f"{short(at)} is no place: the region depends on more than the load; give {{{states}}}")
+        return given | {self.symbol: at}
+
+
+@dataclass(frozen=True, repr=False)
+class Region(ShownAsFormulas):
+    """A part of the switching plane: where ``condition`` holds, a relation in load (or states) and parameters.
+
+    Where the drive is linear in the load, ``cells`` give the condition as spans of the load, for each cell of the
+    parameters and of the other states; otherwise ``cells`` is empty.
+    """
+
+    name: str
+    condition: sp.Basic
+    plane: Plane = field(repr=False)
+    cells: tuple[RegionCell, ...] = field(default=(), repr=False)
+
+    @property
+    def load(self) -> sp.Symbol | None:
+        """The symbol that stands for the load, or None where the load replaces no state."""
+        return self.plane.symbol
+
+    def contains(self, at: Any, values: Mapping | None = None, /, **named: Any) -> Any:
+        """Tell whether a place on the plane is in the region: a load, or a mapping of the states; arrays broadcast.
+
+        Parameters are given by name, or in a mapping by name or symbol. Parameters that the region does not depend on
+        may be left out; without the parameter of static friction, static equals kinetic friction. Integers, fractions,
+        decimals and strings ("1/4") are compared exactly, floats as doubles. Raises ``InputError`` for a value that is
+        missing, not a number, or outside the assumptions.
+
+        >>> import asympk as ap
+        >>> stick = ap.stick_regions(ap.systems.painleve_klein.system()).stick
+        >>> [stick.contains(s, sigma=1) for s in ("1/5", "1/4", 0, "-1/2")]
+        [False, True, False, True]
+        >>> stick.contains({"x": "1/8", "y": "1/8"}, sigma=1)
+        True
+        """
+        given = self.plane.values(at, values, named)
+        needed, default = self.condition.free_symbols, dict(self.plane.default)
+        if self.load in needed - given.keys():
+            needed = needed - {self.load} | self.plane.load.free_symbols
+            default |= {self.load: self.plane.load}
+        wanted = self.condition.free_symbols | self.plane.allowed.free_symbols & given.keys()
+        if all(is_exact(value) for value in given.values()):
+            numbers = {s: as_exact(v, s) for s, v in given.items()}
+        else:
+            numbers = as_arrays(given)
+        known = with_default(numbers, wanted, default)
+        require_relations(self.plane.allowed, known)
+        if missing := needed - known.keys():
+            raise InputError(f"{in_words(missing)} is missing; the region {self.name!r} depends on {in_words(needed)}")
+        return holds(self.condition, known)
+
+    def spans(self, values: Mapping | None = None, /, **named: Any) -> tuple[Span, ...]:
+        """Return the spans, with symbolic ends, of the cell that holds the parameters, given as in ``contains``.
+
+        Where the cells depend on further states, the values of these are given with the parameters. Raises
+        ``NotDerivable`` where the region is no union of spans, ``InputError`` for a missing or forbidden value.
+        """
+        if not self.cells:
+            raise NotDerivable(f"{self.name}: {formula_in_words(self.condition)} is no union of intervals of the load; "
+                               "ask contains")
+        symbols = self.plane.parameters if self.plane.alone else (*self.plane.parameters, *self.plane.states)
+        given = by_symbol({**(values or {}), **named}, symbols, "this system")
+        wanted = set().union(*(cell.condition.free_symbols for cell in self.cells))
+        known = with_default({s: as_exact(v, s) for s, v in given.items()}, wanted, self.plane.default)
+        require_relations(self.plane.allowed, known)
+        for cell in self.cells:
+            if cell.condition.subs(known) == sp.true:
+                return cell.spans
+        raise InputError(f"{self.name}: {in_words(wanted - known.keys())} is missing; the spans depend on it")
+
+    @property
+    def _shown(self) -> tuple[RegionCell, ...]:
+        """The cells if they depend on the parameters alone; otherwise none, as the condition is then easier to read."""
+        return self.cells if self.plane.alone else ()
+
+    def latex(self) -> str:
+        """Return the region as LaTeX, one line for each cell of the parameters, or as its condition."""
+        if not self._shown:
+            return latex_of(self.condition)
+        lines = [rf"{latex_union(cell.spans)} & {_latex_condition(cell.condition)}" for cell in self._shown]
+        return r"\begin{cases} " + r" \\ ".join(lines) + r" \end{cases}"
+
+    def __str__(self) -> str:
+        parts = (spans_in_words(cell.spans) + f" for {formula_in_words(cell.condition)}" * (cell.condition != sp.true)
+                 for cell in self._shown if cell.spans)
+        return "; ".join(parts) or (formula_in_words(self.condition) if not self._shown else "nowhere")
+
+    def _card(self) -> Card:
+        rows = [(formula_in_words(cell.condition), spans_in_words(cell.spans)) for cell in self._shown]
+        rows = rows or [("where", self.condition)]
+        return Card(f"Region {self.name}, load {self.plane.load}", tuple(rows))
+
+    def _latex(self, printer: Any, **options: Any) -> str:
+        return self.latex()
+
+
+def spans_in_words(spans: tuple[Span, ...]) -> str:
+    """Return a union of spans as text."""
+    return " u ".join(span.in_words for span in spans) or "nowhere"
+
+
+def latex_union(spans: tuple[Span, ...]) -> str:
+    """Return a union of spans as LaTeX."""
+    return r" \cup ".join(latex_of(span.as_set()) for span in spans) or r"\emptyset"
+
+
+def _latex_condition(condition):
+    relations = sorted(sp.And.make_args(condition), key=sp.default_sort_key)
+    return r",\ ".join(latex_of(relation) for relation in relations)
 
 
 @dataclass(frozen=True, repr=False)
@@ -131,7 +309,8 @@ def stick_regions(system: System) -> StickRegions:
     shown = cone if reduced is None else reduced
     stick, up, down, ambiguous = (Region(name, shown.rule(name), plane, _cells(name, reduced, plane) if linear else ())
                                   for name in _RULES)
-    return StickRegions(stick, up, down, ambiguous, edges=_zeros(reduced, reduced.hold) if linear else ())
+    edges = [_zero(reduced, sign * reduced.hold) for sign in (1, -1)] if linear else []
+    return StickRegions(stick, up, down, ambiguous, tuple(edge for edge in edges if edge is not None))
 
 
 def friction_cone(system: System) -> Cone:
@@ -274,11 +453,6 @@ def _plane(system, cone, reduced, moving):
     return Plane(states, system.parameters, cone.load, symbol, alone, allowed, sp.Dict(values))
 
 
-def _zeros(cone, bound):
-    """Return the loads at which the drive is ``bound s`` and ``-bound s``."""
-    return tuple(zero for zero in (_zero(cone, sign * bound) for sign in (1, -1)) if zero is not None)
-
-
 def _zero(cone, slope):
     """Return the load at which the drive is ``slope s``, or None."""
     constant, rise = cone.line
@@ -359,10 +533,11 @@ def _spans(name, edges, sample, opens):
     borders = [-sp.oo, *(places[zero] for zero in zeros), sp.oo]
     spans = []
     loads = [max(load, sp.S.Zero) for load in walk] if opens else walk
-    for holds, run in groupby(range(len(walk)), key=lambda k: _holds(name, sample, loads[k])):
-        if holds:
+    for inside, run in groupby(range(len(walk)), key=lambda k: _holds(name, sample, loads[k])):
+        if inside:
             steps = [*run]
-            spans.append(_span(steps[0], steps[-1], borders))
+            first, last = steps[0], steps[-1]  # odd steps are the zeros
+            spans.append(Span(borders[(first + 1) // 2], borders[last // 2 + 1], first % 2 == 1, last % 2 == 1))
     # where static and kinetic friction are equal, the sample has a span between their edges that is in fact empty
     return tuple(s for s in spans if s.start != s.end or (s.closed_start and s.closed_end))
 
@@ -370,9 +545,3 @@ def _spans(name, edges, sample, opens):
 def _holds(name, sample, load):
     constant, slope, slip, hold = sample
     return _RULES[name](constant + slope * load, slip * abs(load), hold * abs(load)) == sp.true
-
-
-def _span(first, last, borders):
-    """Return the span from step ``first`` to step ``last`` of the walk of ``_spans``; odd steps are the zeros."""
-    start, end = borders[(first + 1) // 2], borders[last // 2 + 1]
-    return Span(start, end, first % 2 == 1, last % 2 == 1)
