@@ -9,8 +9,7 @@ import pytest
 import sympy as sp
 
 import asympk as ap
-from asympk.symbolic.lowering import lower
-from asympk.symbolic.tables import SHORTEST, as_tree, is_table
+from asympk.symbolic.lowering import SHORTEST, as_tree, is_table, lower
 
 t, v, F = sp.symbols("t v F", real=True)
 KNOTS = [sp.Rational(k, 3) for k in range(21)]
