@@ -41,12 +41,8 @@ _COARSE = 2.0**-8  # of its end is a piece of time that is not short
 
 
 def enclose(
-    system: System,
-    values: tuple[Number, ...],
-    sides: Mapping[str, tuple[Number, Number]],
-    start: Sequence[Fraction | None],
-    until: Number,
-    budget: Budget,
+    system: System, values: tuple[Number, ...], sides: Mapping[str, tuple[Number, Number]],
+    start: Sequence[Fraction | None], until: Number, budget: Budget,
 ) -> tuple[list[str], list[Event], tuple[Ball, ...]]:
     """Return (names of modes, events, final balls) of an affine system.
 
