@@ -22,11 +22,11 @@ import sympy as sp
 from asympk.automaton.junction import ROUNDING
 from asympk.automaton.modes import NO_FRICTION, SWITCH, mode_of
 from asympk.certify.balls import Ball, Refused, ball, flint
-from asympk.certify.candidates import Candidates, in_name_only, not_determined
+from asympk.certify.candidates import Candidates, affine_form, in_name_only, not_determined
 from asympk.certify.enclosure import Budget, first_event
 from asympk.certify.families import constant, stacked
 from asympk.certify.rivals import require_one_motion
-from asympk.certify.rows import EnclosedState, affine_form, ball_at, leading_sign, row_rate, sign_at, value_after
+from asympk.certify.rows import EnclosedState, ball_at, leading_sign, row_rate, sign_at
 from asympk.certify.segments import AffineGuard, EnclosedSegment
 from asympk.certify.zeros import Zero, derivatives, first_zero, order_at
 from asympk.numbers import Number
@@ -282,7 +282,7 @@ class _Modes(Candidates):
         found = {involved[0]: -row[-1] / row[involved[0]] for involved, row in alone if len(involved) == 1}
         for k in {*range(size)} - {*known} if time is not None else ():
             since, parts = self._polynomial(_unit(k, size), segment)
-            found |= {k: value_after(time - since, parts)} if parts else {}
+            found |= {k: sum(c * (time - since) ** n for n, c in enumerate(parts))} if parts else {}
         for k, value in found.items():
             exact[k], known[k] = value, self.field.family([[value]])
         null = (*(guard.row for guard in lost), *mode.kept, *(row for other in guards for row in other.null))

@@ -9,35 +9,61 @@ excludes a branch whose forces are not determined where every corner of these fo
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from fractions import Fraction
-from itertools import combinations, islice, product
+from functools import lru_cache
+from itertools import chain, combinations, islice, product
 
 import sympy as sp
 
-from asympk.automaton.modes import GuardedMode, mode_of, turning
+from asympk.affine.forcing import CONSTANT, Wave, with_derivatives
+from asympk.affine.form import Form, affine_parts, form_of, row_over
+from asympk.automaton.modes import GuardedMode, mode_of, on_all_sides, turning
 from asympk.certify.balls import Refused
-from asympk.certify.rows import (
-    EnclosedState,
-    ExactEntries,
-    Row,
-    affine_form,
-    ball_at,
-    forcing,
-    leading,
-    leading_sign,
-    row_of,
-    row_rate,
-    sign_at,
-    spanned,
-)
+from asympk.certify.rows import EnclosedState, ExactEntries, ball_at, leading, leading_sign, row_rate, sign_at, spanned
 from asympk.certify.segments import AffineGuard, EnclosedMode
 from asympk.numbers import Number
 from asympk.symbolic import branches, forces
 from asympk.symbolic.branches import OPEN, Branch, Phase, all_phases
-from asympk.symbolic.guards import NEVER_IDLE, unused_rows
+from asympk.symbolic.guards import NEVER_IDLE, sample_branches, unused_rows
 from asympk.symbolic.sides import inside, is_switched, is_whole, measured, on_sides, phases, system_on_sides
 from asympk.symbolic.system import System
 
 MOST_CORNERS = 200
+
+
+@lru_cache(maxsize=64)
+def forcing(system: System) -> tuple[tuple[Wave, ...], tuple[sp.Expr, ...]]:
+    """Return the waves that force the modes of a system or move edges of sides, and all entries of rows over them."""
+    modes = [side for branch in sample_branches(system) for side in on_all_sides(mode_of(system, branch))]
+    edges = [(mode, edge) for mode in modes for side in mode.sides for edge in inside(*side)]
+    moving = {wave for edge in edges for wave in _affine_parts(*edge)[1]}
+    waves = tuple(with_derivatives(moving.union(*(affine_form(mode).waves for mode in modes))))
+    forms = chain.from_iterable(affine_form(mode, waves).entries for mode in modes)
+    return waves, tuple(dict.fromkeys(chain(forms, *(row_of(*edge, waves) for edge in edges))))
+
+
+@lru_cache(maxsize=1024)
+def row_of(mode: GuardedMode, expr: sp.Expr, waves: tuple[Wave, ...]) -> tuple[sp.Expr, ...]:
+    """Return the row of an expression on the sides of a mode; raises ``Refused`` where the expression has none."""
+    slopes, forced = _affine_parts(mode, expr)
+    if not {*forced} <= {*waves, CONSTANT}:
+        raise Refused(f"forcing: {expr!s:.80} depends on functions of time that force no mode")
+    return row_over(waves, slopes, forced)
+
+
+def _affine_parts(mode: GuardedMode, expr: sp.Expr) -> tuple[tuple[sp.Expr, ...], dict[Wave, sp.Expr]]:
+    if (found := affine_parts(mode.system, on_sides(expr, mode.sides))) is None:
+        raise Refused(f"not affine: {expr!s:.80} is not linear in the states")
+    return found
+
+
+def affine_form(mode: GuardedMode, waves: tuple[Wave, ...] | None = None) -> Form:
+    """Return the affine form of a mode over ``waves``, or over the waves it needs; raises ``Refused`` without one."""
+    form = form_of(mode, waves or ())
+    if form is None:
+        raise Refused("not affine: a mode is not linear in the states")
+    if waves is not None and form.waves != waves:
+        raise Refused("forcing: a mode is forced by functions of time that force no mode of a single contact")
+    return form
 
 
 def _to_place(opened, mode):
@@ -141,7 +167,7 @@ class Candidates:
                 yield self.row(mode, friction.gap)
                 yield self.row(mode, branches.rate_along(self.system, friction.gap))
 
-    def row(self, mode: GuardedMode, expr: sp.Expr) -> Row:
+    def row(self, mode: GuardedMode, expr: sp.Expr) -> tuple:
         """Return the row of an expression on the sides of a mode."""
         return tuple(map(self.field.exact, row_of(mode, expr, self.waves)))
 

@@ -11,26 +11,22 @@ of a row shortly after a state.
 
 from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
-from functools import lru_cache, reduce
-from itertools import chain
+from functools import reduce
 from typing import Any, NamedTuple
 
 import numpy as np
 import sympy as sp
 from sympy.polys.matrices import DomainMatrix
 
-from asympk.affine.forcing import CONSTANT, Wave, with_derivatives
-from asympk.affine.form import Form, affine_parts, form_of, row_over
+from asympk.affine.form import Form
 from asympk.automaton.exact import is_rational
-from asympk.automaton.modes import GuardedMode, mode_of, on_all_sides
 from asympk.certify.balls import Ball, Refused, ball, ball_of, certain_sign, flint, hull
 from asympk.certify.families import Family, constant
 from asympk.certify.spectrum import Spectrum, core_of, of_balls, of_exact, seen_in
 from asympk.formulas import NOT_FINITE
 from asympk.numbers import Number
-from asympk.symbolic import guards
 from asympk.symbolic.long import replaced
-from asympk.symbolic.sides import inside, is_whole, measured, on_sides, phases
+from asympk.symbolic.sides import is_whole, measured, on_sides, phases
 from asympk.symbolic.system import System
 
 Row = tuple[Any, ...]
@@ -244,42 +240,6 @@ class EnclosedState(NamedTuple):
         return self.family.whole.real.entries()
 
 
-@lru_cache(maxsize=64)
-def forcing(system: System) -> tuple[tuple[Wave, ...], tuple[sp.Expr, ...]]:
-    """Return the waves that force the modes of a system or move edges of sides, and all entries of rows over them."""
-    modes = [side for branch in guards.sample_branches(system) for side in on_all_sides(mode_of(system, branch))]
-    edges = [(mode, edge) for mode in modes for side in mode.sides for edge in inside(*side)]
-    moving = {wave for edge in edges for wave in _affine_parts(*edge)[1]}
-    waves = tuple(with_derivatives(moving.union(*(affine_form(mode).waves for mode in modes))))
-    forms = chain.from_iterable(affine_form(mode, waves).entries for mode in modes)
-    return waves, tuple(dict.fromkeys(chain(forms, *(row_of(*edge, waves) for edge in edges))))
-
-
-@lru_cache(maxsize=1024)
-def row_of(mode: GuardedMode, expr: sp.Expr, waves: tuple[Wave, ...]) -> tuple[sp.Expr, ...]:
-    """Return the row of an expression on the sides of a mode; raises ``Refused`` where the expression has none."""
-    slopes, forced = _affine_parts(mode, expr)
-    if not {*forced} <= {*waves, CONSTANT}:
-        raise Refused(f"forcing: {expr!s:.80} depends on functions of time that force no mode")
-    return row_over(waves, slopes, forced)
-
-
-def _affine_parts(mode: GuardedMode, expr: sp.Expr) -> tuple[tuple[sp.Expr, ...], dict[Wave, sp.Expr]]:
-    if (found := affine_parts(mode.system, on_sides(expr, mode.sides))) is None:
-        raise Refused(f"not affine: {expr!s:.80} is not linear in the states")
-    return found
-
-
-def affine_form(mode: GuardedMode, waves: tuple[Wave, ...] | None = None) -> Form:
-    """Return the affine form of a mode over ``waves``, or over the waves it needs; raises ``Refused`` without one."""
-    form = form_of(mode, waves or ())
-    if form is None:
-        raise Refused("not affine: a mode is not linear in the states")
-    if waves is not None and form.waves != waves:
-        raise Refused("forcing: a mode is forced by functions of time that force no mode of a single contact")
-    return form
-
-
 def leading_sign(row: Row, matrix: tuple[Row, ...], state: EnclosedState) -> int | None:
     """Return the sign of a row just after a state, from its first nonvanishing derivative.
 
@@ -307,11 +267,6 @@ def sign_at(row: Row, state: EnclosedState) -> int | None:
     if spanned(row, state.null, state.field):
         return 0
     return certain_sign(ball_at(row, state)) or certain_sign(ball_at(sharpened(row, state), state)) or None
-
-
-def value_after(time: Number, coefficients: Iterable[Any]) -> Any:
-    """Return the value of a polynomial of the time."""
-    return sum(c * Fraction(time) ** k for k, c in enumerate(coefficients))
 
 
 def exact_value(row: Row, state: EnclosedState) -> Any:
