@@ -22,6 +22,7 @@ from asympk.numbers import known_order
 from asympk.shown import Several
 from asympk.symbolic import critical, expansion
 from asympk.symbolic.critical import CriticalManifold, checked_branch, critical_manifolds, equations
+from asympk.symbolic.diffring import DifferentialRing
 from asympk.symbolic.expansion import expand, is_implicit, is_zero, limit_of, over_fast, zero_at_places
 from asympk.symbolic.long import inverse_of
 from asympk.symbolic.reading import unused_symbol
@@ -213,7 +214,7 @@ def integral_curves(manifold: SlowManifold) -> sp.Dict:
         raise NotDerivable(f"{name}: {x} rests everywhere at {manifold.small} = 0; there are no curves over it")
     if coupled := set().union(*(rate.free_symbols for rates in flow.values() for rate in rates)) & {*flow}:
         raise NotDerivable(f"{name}: rates depend on {in_words(coupled)}; curves are known for rates in {x} alone")
-    curves = {z: [_integral(q, x) for q in _quotient(rates, run)] for z, rates in flow.items()}
+    curves = {z: [_integral(q, x) for q in _quotient(rates, run, x)] for z, rates in flow.items()}
     found = {z: _polynomial(terms, manifold.small) for z, terms in curves.items()}
     constant = unused_symbol(C.name, sp.Tuple(mode.slow, mode.fast, *found.values()).free_symbols, real=True)
     return sp.Dict({z: curve + constant for z, curve in found.items()})
@@ -275,13 +276,15 @@ def _flow(manifold):
     return {x: [found.expr(c) for c in rates] for x, rates in found.flow.items()}
 
 
-def _quotient(above, below):
+def _quotient(above, below, x):
     """Divide one series in mu by another."""
-    found = []
-    for k, rate in enumerate(above):
-        carried = sp.Add(*(q * b for q, b in zip(found, below[k:0:-1], strict=True)))
-        found.append(sp.cancel((rate - carried) / below[0]))
-    return found
+    ring = DifferentialRing([*above, *below, 1 / below[0]], {x: lambda e: e.diff(x)}, 0)
+    rest, inverse = [ring(b) for b in below[1:]], ring(1 / below[0])
+    result = []
+    for rate in above:
+        carried = ring.dot(zip(result, rest[: len(result)][::-1], strict=True))
+        result.append(ring.dot([(ring(rate), inverse), (ring.dot([(carried, ring(-1))]), inverse)]))
+    return [ring.expr(q) for q in result]
 
 
 def _integral(integrand, x):
