@@ -78,6 +78,8 @@ def _off_axis(coefficients, assumptions):
     last = coefficients[-1]
     if last == 0:
         return sp.false
+    if len(coefficients) == 2:
+        return nonzero(last, assumptions).xreplace(own)
     rising = coefficients[::-1]  # p(i w) = E(u) + i w O(u), u = -w^2
     even, odd = (sp.Poly(rising[start::2][::-1] or [0], _U) for start in (0, 1))
     shared, sequence = sp.Poly(1, _U), [even, odd]
