@@ -13,7 +13,6 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import sympy as sp
-from sympy.polys.matrices import DomainMatrix
 
 from asympk.errors import InputError
 from asympk.symbolic import branches
@@ -115,7 +114,7 @@ def _by_elimination(
     if (determinant := names.det(method="berkowitz")) == 0:
         raise _undetermined(branch)
     if all(entry.is_Rational for entry in names):
-        solved = DomainMatrix.from_Matrix(names).to_field().inv().to_Matrix() * known
+        solved = names.to_DM().to_field().inv().to_Matrix() * known
     else:
         solved = names.adjugate() * known / determinant
     found = dict(zip(columns, (replaced(value, meaning) for value in solved), strict=True))
