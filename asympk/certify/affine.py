@@ -184,7 +184,7 @@ class _Modes(Candidates):
         return self.chosen([*first, self.every(state)], state, guard.kind, mode.branch, held)
 
     def ahead(self, guards, segment, remaining, since, budget):
-        """Return what ``_cut`` does, and (guard, time ball) of the first event before the ``Zero``, or None.
+        """Return what ``_until`` does.
 
         A touch of 0 is sought first, unless exact entries are rational functions, whose divisions take time: then only
         where signs on pieces of time that are not short leave the first event open.
@@ -199,15 +199,10 @@ class _Modes(Candidates):
         return self._until(zero, guards, segment, budget)
 
     def _until(self, zero, guards, segment, budget, finest=0.0):
-        zero, groups = self._cut(guards, segment, zero)
-        return zero, groups, first_event(segment, [*groups], zero.span.numbers()[0], budget, finest)
-
-    def _cut(
-        self, guards: Sequence[AffineGuard], segment: EnclosedSegment, zero: Zero
-    ) -> tuple[Zero, dict[AffineGuard, list[AffineGuard]]]:
         """Return a ``Zero``, a touch or the end, with all that is lost there, and groups of the guards that are not.
 
-        Of these, each one whose exact time is known stands for all that fall through 0 exactly when it does.
+        Of these, each one whose exact time is known stands for all that fall through 0 exactly when it does. Return,
+        too, (guard, time ball) of the first event before the zero, or None.
         """
         orders = {guard: self._order(guard, zero.time, segment) for guard in guards}
         lost = [g for guard in guards if guard not in zero.lost for g in derivatives(guard, segment, orders[guard])]
@@ -218,7 +213,8 @@ class _Modes(Candidates):
             if not any(guard in group for group in groups.values()):
                 time = times[guard]
                 groups[guard] = [g for g in rest if g is guard or self._order(g, time, segment) == 1]
-        return zero._replace(lost=lost), groups
+        first = first_event(segment, [*groups], zero.span.numbers()[0], budget, finest)
+        return zero._replace(lost=lost), groups, first
 
     def _touch(self, guard, segment, since):
         """Return the ``Zero`` at which a guard vanishes with its rate before it falls through 0, or None."""

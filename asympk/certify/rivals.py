@@ -29,10 +29,6 @@ def require_one_motion(
     The ``guards`` of its mode are positive until ``end``.
     """
     _require_opposing(modes, segment, guards, end, budget)
-    _require_no_rival(modes, segment, guards, end, budget)
-
-
-def _require_no_rival(modes, segment, guards, end, budget):
     mode = segment.mode.mode
     if not is_watched(mode) or _has_always_one_motion(modes, mode):
         return
