@@ -14,7 +14,7 @@ rounding error touches zero and is lost, too; the same mode may follow.
 
 from collections.abc import Iterator
 from contextlib import suppress
-from functools import cached_property
+from functools import cache, cached_property, partial
 from itertools import repeat
 from operator import mul
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -129,7 +129,7 @@ class Guards:
     def __init__(self, segment: "ClosedSegment"):
         self.segment, self.m, self.blocks = segment, segment.m, segment.flow.blocks
         self.every = range(segment.slopes.shape[1])
-        self._reaches: dict[int, Number] = {}
+        self.reach = cache(partial(_reach, segment))
 
     @cached_property
     def lists(self) -> tuple[list, ...]:
@@ -208,18 +208,14 @@ class Guards:
         weights, _, slopes, _, _, bases, _ = self.lists
         return bases[begun][guard] + _dot(weights[guard], gained), _dot(slopes[guard], found)
 
-    def dip(self, guard: int, lo: Number, hi: Number) -> Number:
-        """Return the time in [lo, hi] at which a guard that is convex there is least."""
-        return max(lo, min(self.least(guard, (lo + hi) / 2, 0), hi))
+    def dip(self, guard: int, lo: Number, hi: Number, most: int = 0) -> Number:
+        """Return the time in [lo, hi] at which a convex guard is least, by Newton's method from the middle.
 
-    def least(self, guard: int, t: Number, most: int = _ORDER - 2) -> Number:
-        """Return the time at which the slope of a convex guard vanishes, by Newton's method from ``t``.
-
-        Where g'' vanishes at the same time, to part of the digits, the zero of the highest derivative that vanishes
-        there is taken instead, up to ``most`` orders beyond the first.
+        Its slope vanishes there. Where g'' vanishes at the same time, to part of the digits, the zero of the highest
+        derivative that vanishes there is taken instead, up to ``most`` orders beyond the first.
         """
         weights = [self.lists[2][guard], *self.derivatives[:, guard].tolist()]
-        order, before = 0, float("inf")
+        order, before, t = 0, float("inf"), (lo + hi) / 2
         for _ in range(_MOST_STEPS):
             found, *_ = functions(self.m, self.blocks, t)
             slope, bend = (_dot(row, found) for row in weights[order : order + 2])
@@ -231,7 +227,7 @@ class Guards:
                 break
             before = abs(slope / bend)
             t = t - slope / bend
-        return t
+        return max(lo, min(t, hi))
 
     def suspects(self, mesh: "Mesh", until: Number) -> Iterator[tuple[Number, Number, int | None]]:
         """Yield intervals (lo, hi, guard) of (0, until) in order, outside which no guard has a root.
@@ -336,12 +332,6 @@ class Guards:
             for known, found in zip(verdicts, closer, strict=True):
                 known[open_] |= found[:, 0]
 
-    def reach(self, guard: int) -> Number:
-        """Return a time up to which a guard that vanishes at the start is positive."""
-        if guard not in self._reaches:
-            self._reaches[guard] = _reach(self.segment, guard)
-        return self._reaches[guard]
-
 
 def _reach(segment, guard):
     """Return a time up to which a guard that vanishes at the start is positive.
@@ -382,15 +372,15 @@ def _isolated(guards, lo, hi, until):
     done, pieces = right, [right]
     for step in range(_MOST_STEPS):
         right = pieces[-1]
-        verdicts = _verdicts(guards, left, right, guards.bounds(left.t, right.t))
+        verdicts = [_verdict(guards, q, left, right, area) for q, area in enumerate(guards.bounds(left.t, right.t))]
         if "unknown" in verdicts:
             floors = guards.floors(left.t, right.t)
             verdicts = ["positive" if low > 0 else verdict for verdict, low in zip(verdicts, floors, strict=True)]
         if step > _PATIENCE and "unknown" in verdicts:
             verdicts = _closer_verdicts(guards, left, right)
-        verdicts = ["positive" if verdict == "falls" and _decays(guards, q, right) else verdict
-                    for q, verdict in zip(guards.every, verdicts, strict=True)]
-        fall = [q for q, verdict in zip(guards.every, verdicts, strict=True) if verdict == "falls"]
+        fall = [q for q, verdict in enumerate(verdicts) if verdict == "falls" and not _decays(guards, q, right)]
+        verdicts = ["positive" if verdict == "falls" and q not in fall else verdict
+                    for q, verdict in enumerate(verdicts)]
         if all(verdict == "positive" for verdict in verdicts):
             left = pieces.pop()
             if not pieces:
@@ -435,10 +425,9 @@ def _touch(guards, left, right, verdicts):
 
 def _low(guards, q, lo, hi, verdict):
     """Return the time at which a guard falls through zero, or else the time at which it is least."""
-    middle = (lo + hi) / 2
     if verdict == "falls":
-        return guard_root(guards, q, lo, hi, middle)
-    return guards.dip(q, lo, hi) if verdict == "dips" else max(lo, min(guards.least(q, middle), hi))
+        return guard_root(guards, q, lo, hi, (lo + hi) / 2)
+    return guards.dip(q, lo, hi, 0 if verdict == "dips" else _ORDER - 2)
 
 
 def _earliest(guards, fall, left, right):
@@ -487,10 +476,6 @@ def _cut(guards, left, right, verdicts):
     raise Undecided
 
 
-def _verdicts(guards, left, right, areas):
-    return [_verdict(guards, q, left, right, area) for q, area in zip(guards.every, areas, strict=True)]
-
-
 def _verdict(guards, q, left, right, area):
     h = right.t - left.t
     (a, off_a), (b, off_b) = ((p.values[q], p.doubts[q]) for p in (left, right))
@@ -509,9 +494,9 @@ def _verdict(guards, q, left, right, area):
 def _closer_verdicts(guards, left, right):
     """Return the verdicts by the bounds of ``bending``; a guard that "dips" is convex and may be negative inside."""
     bent = guards.bending(left.t, right.t)
-    verdicts = _verdicts(guards, left, right, bent.area)
+    verdicts = (_verdict(guards, q, left, right, area) for q, area in enumerate(bent.area))
     return [_bent_verdict(guards, q, left, right, bent) if verdict == "unknown" else verdict
-            for q, verdict in zip(guards.every, verdicts, strict=True)]
+            for q, verdict in enumerate(verdicts)]
 
 
 def _bent_verdict(guards, q, left, right, bending):

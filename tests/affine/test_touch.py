@@ -86,8 +86,8 @@ def test_a_touch_is_found_at_a_few_times_however_many_digits_decide_it(monkeypat
 
 
 def test_what_falls_all_the_way_to_a_triple_root_is_least_at_an_end(monkeypatch):
-    searches, least = [], Guards.least
-    monkeypatch.setattr(Guards, "least", lambda *arguments: searches.append(1) or least(*arguments))
+    searches, dip = [], Guards.dip
+    monkeypatch.setattr(Guards, "dip", lambda *arguments: searches.append(1) or dip(*arguments))
     friction = ap.Friction(velocity=v, force=F, load=(1 - t) ** 3, kinetic=1)
     block = ap.System.with_frictions({v: F}, {}, (friction,), time=t)
     path = ap.solve(ap.Scene(system=block, start=(5,), until=2))
