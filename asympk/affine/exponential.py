@@ -14,7 +14,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from itertools import chain, count, takewhile
+from itertools import combinations, count, takewhile
 from math import comb
 
 import numpy as np
@@ -87,14 +87,10 @@ def _parted(pieces, whole, denominator, rounded):
     """
     sizes, unit, blocks = abs(whole).T, denominator * 10 ** (rounded - 1), [block for block, _ in pieces]
     moves = [(abs(matrices[: 1 + bool(block.turn)]) * sizes).sum() // unit for block, matrices in pieces]
-    sets: list[list[int]] = []
-    for k, (decay, turn, _) in enumerate(blocks):
-        near = [places for places in sets if any(
-            max(abs(decay - blocks[i].decay), abs(turn - blocks[i].turn)) <= max(moves[k], moves[i])
-            for i in places)]
-        sets = [*(places for places in sets if places not in near), [k, *chain(*near)]]
-    found = []
-    for places in sets:
+    every, found = range(len(blocks)), []
+    near = [(i, k) for i, k in combinations(every, 2)
+            if max(abs(a - b) for a, b in zip(blocks[i][:2], blocks[k][:2], strict=True)) <= max(moves[i], moves[k])]
+    for places in connected_components((every, near)):
         real = min(2 * blocks[k].turn for k in places) <= max(moves[k] for k in places)
         if len(places) > 1 or (real and blocks[places[0]].turn):
             found.append((places, real))
