@@ -40,11 +40,10 @@ UNBOUNDED = "grows beyond bounds, or its rates do"
 class Landing:
     """A layer in numbers: by the fast time ``end`` it has settled on ``branch``, a root y of g(x_0, y, 0).
 
-    ``base[k]``, for k = 0 .. order, is the coefficient of mu**k in the base point, and ``rest[k]`` in the fast states
+    ``base[k]``, k = 0 .. order, is the coefficient of mu**k in the base point, and ``rest[k]`` in the fast states
     on the slow manifold there. ``during(tau)`` returns the ``corrections`` for tau < ``end``.
     """
 
-    order: int
     branch: tuple
     end: float
     base: Any
@@ -88,7 +87,7 @@ def _in_closed_form(rate, table, y):
         p, j = (np.arange(size).reshape(-1, *[1] * tau.ndim) for size in table.shape[2:])
         return np.einsum("ksij,i...,j...->ks...", fading, np.exp(rate * tau * p), tau**j)
 
-    return Landing(order, (branch,), _over(order, extent) / -rate, table[:, :-1, 0, 0], table[:, -1:, 0, 0], during)
+    return Landing((branch,), _over(order, extent) / -rate, table[:, :-1, 0, 0], table[:, -1:, 0, 0], during)
 
 
 def _over(order, extent=1.0, fading=OVER):
@@ -120,7 +119,7 @@ def _followed(formulas, order, x, y, values, fine, coarse):
         powers = tau ** np.arange(count).reshape(-1, *[1] * tau.ndim)
         return np.where(tau <= fine.steps[-1].after, series - np.tensordot(slowly, powers, 1), 0.0)
 
-    return Landing(order, branch, end, base, rest, during)
+    return Landing(branch, end, base, rest, during)
 
 
 def root(formulas: Formulas, x: Sequence, guess: Sequence, values: tuple) -> tuple | None:

@@ -35,12 +35,8 @@ UNBOUNDED = 1e-8  # part of the first value of p in R = -a / p at which R counts
 class Solver(Protocol):
     """The interface that the loop requires of an integrator: that of SciPy's solvers, and ``made``.
 
-    1. ``step()`` makes one step or several, ``made`` of them, and returns what stops it, or None.
-    2. The last step went from ``t_old`` to ``t``, where the state is ``y``.
-    3. ``status`` is "running", "finished" or "failed".
-    4. ``dense_output()`` returns the state as a function of the time within the last step.
-    5. ``nfev`` and ``njev`` count the calls of the field and of its Jacobian so far.
-    6. ``again()`` goes back to before the last step, to make it in ``PARTS`` or more.
+    The last step, or the last of ``made`` steps, went from ``t_old`` to ``t``, where the state is ``y``. ``status`` is
+    "running", "finished" or "failed"; ``nfev`` and ``njev`` count the calls of the field and of its Jacobian so far.
     """
 
     t_old: float
@@ -58,7 +54,7 @@ class Solver(Protocol):
         """Return the state as a function of the time within the last step."""
 
     def again(self) -> None:
-        """Go back to before the last step, to make it in shorter ones."""
+        """Go back to before the last step, to make it in ``PARTS`` or more."""
 
 
 @np.errstate(all="ignore")  # the step control of scipy divides by errors that may be zero
