@@ -92,11 +92,6 @@ class AffineFlow:
         return abs(self.tables)
 
     @cached_property
-    def row_sizes(self) -> np.ndarray:
-        """The sizes of the entries of ``rows``."""
-        return abs(self.rows)
-
-    @cached_property
     def flat(self) -> np.ndarray:
         """The matrices without their last column, one row per function."""
         return self.matrices[:, :, :-1].reshape(len(self.matrices), -1)
@@ -131,8 +126,9 @@ def _flow(m, mode, exact):
     states = exact.matrices[:, :-1]
     guards = np.stack([_weights(rows, matrix, exact.bits) for matrix in exact.matrices]) // denominator
     rate = rate_of(exact.blocks, unit)
-    if m is Doubles:
-        _require_weights(guards[rate.diagonal() > 0], unit)
+    growing = guards[rate.diagonal() > 0]
+    if m is Doubles and ((growing != 0) & (abs(growing / unit).astype(float) < float_info.min)).any():
+        raise OverflowError
     slopes = _derived(rate, guards, exact.bits)
     start = np.array(np.eye(width - 1, width, dtype=int), dtype=object) * unit
     sums = *_summed(exact.blocks, states, start), *_summed(exact.blocks, guards, rows * unit // denominator)
@@ -142,12 +138,6 @@ def _flow(m, mode, exact):
         tables, states = (_rounded(m, table, exact.bits) for table in (tables, states))
     rows = np.array([[m.number(v) for v in row] for row in mode.guards], dtype=tables.dtype).reshape(-1, width)
     return AffineFlow(m, mode, _blocks(m, exact), states, tables, exact.bits, rows, _rounded(m, rate, exact.bits))
-
-
-def _require_weights(growing, unit):
-    """Raise ``OverflowError`` where the weight of a part that grows is below the range of doubles."""
-    if ((growing != 0) & (abs(growing / unit).astype(float) < float_info.min)).any():
-        raise OverflowError
 
 
 def _blocks(m, exact):
@@ -218,7 +208,7 @@ class ClosedSegment:
         self.size = abs(whole) if sizes is None else np.array([*sizes, m.number(1)], dtype=whole.dtype)
         self.start = whole[:-1]
         self.sums, self.guards, self.slopes, self.bends = flow.parts(flow.times(flow.tables, whole))
-        first, off = self.guards[self.functions], flow.row_sizes @ self.size
+        first, off = self.guards[self.functions], abs(flow.rows) @ self.size
         vanishing, moves = abs(first) <= off * max(m.margin, m.slack), self.slopes.any(axis=0)
         vanishing[[*zeros]] = True
         self.returning = [*filter(self._returns, level)]

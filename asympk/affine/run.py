@@ -117,17 +117,15 @@ def run(scene: Any, method: str = "exact", *, digits: int | None = None, events:
     """
     task = SceneFlows(scene, flows(automaton_of(scene)), events)
     try:
-        return _in_doubles(task) if digits is None else _in_digits(task, digits)
+        if digits is None:
+            return _in_doubles(task)
+        digits = whole("digits", digits, 1, MOST_DIGITS)
+        joined, error = _certified(task._replace(known=_known(task)), digits)
+        return _path(task, digits, joined, partial(carried, digits=digits), carried(error, SHOWN_OF_ERRORS))
     except TooLarge:
         raise
     except (OverflowError, ZeroDivisionError):
         raise OutOfRange("a rate of the system is not a finite number at these parameters; give others") from None
-
-
-def _in_digits(task, digits):
-    digits = whole("digits", digits, 1, MOST_DIGITS)
-    joined, error = _certified(task._replace(known=_known(task)), digits)
-    return _path(task, digits, joined, partial(carried, digits=digits), carried(error, SHOWN_OF_ERRORS))
 
 
 class SceneFlows(NamedTuple):

@@ -254,7 +254,9 @@ class Formulas:
 
     def _inverse(self, values, tape):
         """Return g_y^-1 at the start, by cofactors: pivoting would compare numbers, which a tape cannot."""
-        minors = _minors(entries := _matrix(self.slopes, _first(values), tape))
+        found, size = evaluated(self.slopes, _first(values), tape), self.slopes.cols
+        entries = [found[k : k + size] for k in range(0, len(found), size)]
+        minors = _minors(entries)
         adjugate = [[minor * (-1) ** (i + j) for i, minor in enumerate(column)] for j, column in enumerate(minors)]
         determinant = sum(c * row[0] for c, row in zip(entries[0], adjugate, strict=True))
         return [[c * (Fraction(1) / determinant) for c in row] for row in adjugate]
@@ -266,13 +268,10 @@ def _functions(target):
     return {f: getattr(module, f, _OTHERWISE.get(f)) for f in FUNCTIONS} | {str(c): float(c) for c in CONSTANTS}
 
 
-def _erf(value):
-    from scipy.special import erf
-
-    return erf(value)
-
-
-_OTHERWISE = {"erf": _erf, "atan2": lambda y, x: -1j * cmath.log((x + 1j * y) / cmath.sqrt(x * x + y * y))}
+_OTHERWISE = {
+    "erf": lambda value: import_module("scipy.special").erf(value),
+    "atan2": lambda y, x: -1j * cmath.log((x + 1j * y) / cmath.sqrt(x * x + y * y)),
+}
 
 
 def _first(values):
@@ -290,12 +289,6 @@ def _polynomial(series, order, tape):
     for k in reversed(range(order)):
         total = total * tape.node("mu") + series[k, 0]
     return total
-
-
-def _matrix(matrix, values, tape):
-    """Return a matrix at ``values``, by rows."""
-    found = iter(evaluated(matrix, values, tape))
-    return [[next(found) for _ in range(matrix.cols)] for _ in range(matrix.rows)]
 
 
 def _minors(matrix):

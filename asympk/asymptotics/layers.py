@@ -94,7 +94,10 @@ def expand_layers(model: Any, steps: tuple[ItineraryStep, ...], start: tuple, or
         if event:
             turns.append(_turn(segments[-1], event, model.levels[level], order, log))
             began, state = turns[-1].t, turns[-1][2:5]
-    return LayerSeries(tuple(segments), tuple(turns), *_landing(segments[-1], order))
+    past = -began
+    fade = (segments[-1].slow * past).exp()
+    x, z = ((c + r * past + a * fade).cut(order) for _, r, a, _, c in (segments[-1].x, segments[-1].z))
+    return LayerSeries(tuple(segments), tuple(turns), x, z)
 
 
 def on_slow_line(field: LinearField, x: Any, order: int) -> Series:
@@ -148,12 +151,6 @@ def _turn(segment, event, level, order, log):
     x, (constant, in_x, in_y, in_z) = x.cut(order), level  # which vanishes
     y, z = (y, series(0)) if in_z else (-(constant + in_x * x) / in_y, z)
     return LayerEvent(event, segment.began + t, x, y.cut(min([0, *(p for p, _ in y.terms)]) + order), z, growth)
-
-
-def _landing(segment, order):
-    past = -segment.began
-    fade = (segment.slow * past).exp()
-    return ((c + r * past + a * fade).cut(order) for _, r, a, _, c in (segment.x, segment.z))
 
 
 def slow_and_fast_rate(field: LinearField, order: int) -> tuple[Series, Series]:

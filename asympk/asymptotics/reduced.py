@@ -224,7 +224,8 @@ class Reduced:
         if len(sizes) == 1 and _moves(steps):
             return _grown_singly(steps, sizes)
         moved = self._moved()
-        sizes = _beyond_rounding(sizes, moved)
+        terms = np.abs(moved).sum(axis=0) @ sizes  # of a rate, which may cancel: then the size of the state is rounding
+        sizes = np.where((sizes > 0) & (sizes < NOISE * terms), terms, sizes)
         kept, squares, most = self._on_branch(), np.diag(sizes**2), 1.0
         with np.errstate(all="ignore"):
             for part in exponentials(moved) if moved.size else moved:
@@ -256,12 +257,6 @@ class Reduced:
         """Return the points (x, b) of the motions to every order, of which ``motion`` consists."""
         width = len(motion) // len(self.orders)
         return [motion[k * width : (k + 1) * width] for k in range(len(self.orders))]
-
-
-def _beyond_rounding(sizes, moved):
-    """Return the sizes of states, that of mere rounding by the terms of its rate, which cancel; ``moved`` is J h."""
-    terms = np.abs(moved).sum(axis=0) @ sizes
-    return np.where((sizes > 0) & (sizes < NOISE * terms), terms, sizes)
 
 
 def _moves(steps):
@@ -345,11 +340,15 @@ def _steps(formulas, kinds, first, mu, values, until, rtol, within, span=None):
     """Yield the steps of the flows of all ``kinds``, side by side, as long as they are bounded."""
     if not first:  # no slow states, no slow motion
         return
-    flows, slopes = tuple(starmap(formulas.flow, kinds)), partial(_slopes, formulas, kinds, (mu, *values))
+    flows, parameters = tuple(starmap(formulas.flow, kinds)), (mu, *values)
+
+    def slopes(at):
+        return jacobian(partial(rates, tuple(starmap(formulas.complexes.flow, kinds)), parameters), at)
+
     within = until / LOOKS if any(rate == 1 for rate in formulas.mode.slow.values()) else within  # a clock may drive it
     far = FAR * max(1.0, *map(abs, first))
     atol, left = (rtol,) * len(first), STEPS
-    along = steps(flows, (mu, *values), first, until, rtol, atol, within=within, slopes=slopes, span=span)
+    along = steps(flows, parameters, first, until, rtol, atol, within=within, slopes=slopes, span=span)
     for step in along:
         if not max(map(abs, step.end)) < far or (left := left - cost_in_steps(step)) < 0:
             return
@@ -372,11 +371,6 @@ def _require_reached(formulas, order, first, found, mu, values, end, rtol, guard
 def _kinds(orders, whole):
     """Return the arguments of ``Formulas.flow`` and ``Formulas.height`` for every motion."""
     return tuple((order, whole and k == len(orders)) for k, order in enumerate(orders, 1))
-
-
-def _slopes(formulas, kinds, parameters, state):
-    """Return the Jacobian matrix of the flows to every order, side by side."""
-    return jacobian(partial(rates, tuple(starmap(formulas.complexes.flow, kinds)), parameters), state)
 
 
 def branch_at(
