@@ -74,10 +74,10 @@ def layer_coefficients(
     for k in range(max(orders) + 1):
         if 0 < k <= orders[0]:
             for s, rest in zip(slow, _rests(formulas.drift, formulas, values, known, tape, k - 1), strict=True):
-                known[s][k, 0] = _integral(rest, rate)
+                known[s][k, 0] = _solved(rest, rate, 0, 0)
         if k <= orders[1]:
             (rest,) = _rests(formulas.full_force, formulas, values, known, tape, k)
-            known[y][k, 0] = _solved(rest, rate, start[y] if k == 0 else 0)
+            known[y][k, 0] = _solved(rest, rate, 1, start[y] if k == 0 else 0)
     return known
 
 
@@ -94,20 +94,12 @@ def _powers(value):
     return value.terms if isinstance(value, LayerPolynomial) else {(0, 0): value}
 
 
-def _integral(rest, rate):
-    """Return the solution X of X' = ``rest``, X(0) = 0."""
-    found = {(0, j + 1): c * Fraction(1, j + 1) for (p, j), c in rest.terms.items() if p == 0}
-    for p in {p for p, _ in rest.terms} - {0}:
-        found |= _particular(rest.terms, p, rate, p)
-    return _begun(found, (0, 0), 0)
-
-
-def _solved(rest, rate, start):
-    """Return the solution Y of Y' = a Y + ``rest``, Y(0) = ``start``, where ``rate`` is a."""
-    found = {(1, j + 1): c * Fraction(1, j + 1) for (p, j), c in rest.terms.items() if p == 1}
-    for p in {p for p, _ in rest.terms} - {1}:
-        found |= _particular(rest.terms, p, rate, p - 1)
-    return _begun(found, (1, 0), start)
+def _solved(rest, rate, own, start):
+    """Return the solution of X' = n a X + ``rest``, X(0) = ``start``, where ``rate`` is a, and ``own`` is n, 0 or 1."""
+    found = {(own, j + 1): c * Fraction(1, j + 1) for (p, j), c in rest.terms.items() if p == own}
+    for p in {p for p, _ in rest.terms} - {own}:
+        found |= _particular(rest.terms, p, rate, p - own)
+    return LayerPolynomial({**found, (own, 0): start - sum((c for (_, j), c in found.items() if j == 0), 0)})
 
 
 def _particular(rest, p, rate, times):
@@ -117,11 +109,6 @@ def _particular(rest, p, rate, times):
         above = (rest.get((p, j), 0) - above * (j + 1)) * Fraction(1, times) / rate
         found[p, j] = above
     return found
-
-
-def _begun(found, place, start):
-    """Return the terms ``found`` and one at ``place``, whose coefficient makes their sum ``start`` at tau = 0."""
-    return LayerPolynomial({**found, place: start - sum((c for (_, j), c in found.items() if j == 0), 0)})
 
 
 class LayerPolynomial(Polynomial):
