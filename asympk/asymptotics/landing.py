@@ -18,7 +18,7 @@ import numpy as np
 
 from asympk.asymptotics import affinelayer
 from asympk.asymptotics.fibre import Formulas
-from asympk.asymptotics.nonstiff import Trajectory, cost_in_steps, steps
+from asympk.asymptotics.nonstiff import Trajectory, steps
 from asympk.asymptotics.stiff import jacobian
 from asympk.errors import OutOfRange
 from asympk.numbers import listed
@@ -213,7 +213,7 @@ def _settled(formulas, first, x, y, values, order, tolerances):
         if (last := next(ahead, None)) is None:
             break
         found.append(last)
-        now, spent = last.end[: len(y)], spent + cost_in_steps(last)
+        now, spent = last.end[: len(y)], spent + last.cost
     else:
         words = "does not settle on an attracting branch"
         if goal := known or (formulas.affine and root(formulas, x, now, values)):

@@ -95,13 +95,6 @@ class Stretch(NamedTuple):
     states: Callable
     slowly: reduced.Reduced | None = None
 
-    @property
-    def points(self) -> tuple[Sequence[float], ...]:
-        """Return the points (x, b) of a slow motion at its start, at its end, and shortly before; () for a layer."""
-        if (found := self.slowly) is None:
-            return ()
-        return found.trajectory.start, *found.recent[0][::2]  # without the middles of intervals
-
 
 @dataclass(frozen=True)
 class MatchedPath:
@@ -171,7 +164,7 @@ class Slow:
         """Yield the times and the states of the system at the ends of the steps of a slow motion."""
         for step in found.trajectory.steps:
             after = min(step.after, found.end)
-            yield after, self.state(found.orders[0], step.state_at(after), found.mu)
+            yield after, self.state(found.kinds[0][0], step.state_at(after), found.mu)
 
     def distance(self, order: int, x: tuple, y: tuple, branch: tuple, mu: float) -> float:
         """Return max |y - h(x, mu)| for the manifold to ``order``; ``branch`` is h(x, 0)."""
@@ -502,11 +495,16 @@ def _meets_guard(task: Task, slow: Slow, landed: MatchedPath, found: reduced.Red
 
 
 def decay(task: Task, path: MatchedPath) -> float:
-    """Return the second term of the slow motion that the order omits over the first, the largest at ``points``."""
+    """Return the second term that the order omits over the first, the largest in slow motions.
+
+    They are looked at where they begin, where they end, and shortly before.
+    """
     mu, worst = task.mu, 0.0
     for stretch in path.stretches:
+        if (found := stretch.slowly) is None:
+            continue
         slow = slow_of(stretch.mode)
-        for at in stretch.points:
+        for at in (found.trajectory.start, *found.recent[0][::2]):  # without the middles of intervals
             known = [(*slow.formulas.height(k)(*at, mu, *slow.values), *slow.formulas.flow(k)(*at, mu, *slow.values))
                      for k in range(task.order, task.order + 3)]
             first, second = (max(abs(a - b) for a, b in zip(*pair, strict=True)) for pair in pairwise(known))

@@ -14,19 +14,18 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, partial
 from operator import attrgetter
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.integrate import DOP853
 
-from asympk.asymptotics.stiff import Slopes, StiffStep, stiff_steps, succeeds
+from asympk.asymptotics.stiff import IMPLICIT, Slopes, StiffStep, stiff_steps, succeeds
 from asympk.automaton.numericmode import on_hermite
 
 SAFETY, SHRINK, GROW = 0.9, 0.2, 10.0
 EXPONENT = -1 / 8
 STAGES = 12
 PATIENCE = 100  # the number of steps between tests of whether an implicit step is the cheaper way
-IMPLICIT = 10  # the number of explicit steps that take as long as an implicit one
 LONG = 100  # for 0.01 in the estimate of the first step: order 8 has a far smaller error constant than low orders
 Flow = Callable[..., tuple]
 _END = attrgetter("after")
@@ -49,6 +48,7 @@ class ExplicitStep:
     stages: tuple = field(repr=False)
     rtol: float
     atol: tuple
+    cost: ClassVar[int] = 1
 
     def state_at(self, t: float) -> tuple:
         """Return the state at a time ``t`` within the step, to the accuracy of a step."""
@@ -195,11 +195,6 @@ def _tried(take, span, state, first, rtol, atol, late):
     except (ArithmeticError, ValueError):
         return math.inf, state, ()
     return (error if math.isfinite(error) else math.inf), new, stages
-
-
-def cost_in_steps(step: Step) -> int:
-    """Return the number of explicit steps that take as long as a step."""
-    return IMPLICIT if isinstance(step, StiffStep) else 1
 
 
 def _first_span(flows, parameters, state, first, longest, rtol, atol):

@@ -25,7 +25,7 @@ import numpy as np
 
 from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.landing import ROOT, newton, rightmost, root
-from asympk.asymptotics.nonstiff import EXPONENT, Trajectory, cost_in_steps, on_cubic, rates, steps
+from asympk.asymptotics.nonstiff import EXPONENT, Trajectory, on_cubic, rates, steps
 from asympk.asymptotics.stiff import jacobian
 from asympk.asymptotics.watching import watched
 from asympk.automaton.exponentials import exponentials
@@ -64,16 +64,15 @@ class ErrorGrowth(NamedTuple):
 
 @dataclass(frozen=True)
 class Reduced:
-    """The reduced flows to the orders ``orders``: ``trajectory`` holds the points (x, b) of each, one after the other.
+    """The reduced flows of all ``kinds``: ``trajectory`` holds the points (x, b) of each, one after the other.
 
-    ``guard`` is the index of the guard that is lost at the time ``end``, or None. With ``whole`` the last of the
-    motions has all powers of mu that the fast states bring into the rates. ``least`` is the least ``margin`` that was
-    looked at.
+    A kind is (order, whole): if ``whole``, a motion has all powers of mu that the fast states bring into the rates.
+    ``guard`` is the index of the guard that is lost at the time ``end``, or None. ``least`` is the least ``margin``
+    that was looked at.
     """
 
     formulas: Formulas
-    orders: tuple[int, ...]
-    whole: bool
+    kinds: tuple[tuple[int, bool], ...]
     mu: float
     values: tuple
     end: float
@@ -91,9 +90,9 @@ class Reduced:
         else:
             motion, known = self.trajectory(t.ravel()), self.formulas.arrays
             spread = partial(np.broadcast_to, shape=t.size)
-        slow, kinds = len(self.formulas.slow_states), _kinds(self.orders, self.whole)
+        slow = len(self.formulas.slow_states)
         found = [[*point[:slow], *map(spread, known.height(*kind)(*point, self.mu, *self.values))]
-                 for kind, point in zip(kinds, self.parts(motion), strict=True)]
+                 for kind, point in zip(self.kinds, self.parts(motion), strict=True)]
         return np.array(found).reshape(len(found), len(found[0]), *t.shape)
 
     def fading(self, t: float) -> np.ndarray:
@@ -206,8 +205,8 @@ class Reduced:
         It is 0 where these do not reach the end.
         """
         at, within = self.trajectory.state_at(self.end), 2 * max(step.after - step.t for step in self.trajectory.steps)
-        kinds, start, rough = _kinds(self.orders, self.whole), self.trajectory.start, rtol * TWICE
-        found = [*_steps(self.formulas, kinds, start, self.mu, self.values, self.end, rough, within)]
+        start, rough = self.trajectory.start, rtol * TWICE
+        found = [*_steps(self.formulas, self.kinds, start, self.mu, self.values, self.end, rough, within)]
         reached = found[-1].end if found and found[-1].after >= self.end else at
         return np.abs(np.subtract(reached, at)) / TWICE
 
@@ -245,7 +244,7 @@ class Reduced:
 
     def _moved(self):
         """Return J h for every step, or 0 where a rate has no derivative."""
-        flow, p = self.formulas.complexes.flow(*_kinds(self.orders, self.whole)[0]), (self.mu, *self.values)
+        flow, p = self.formulas.complexes.flow(*self.kinds[0]), (self.mu, *self.values)
         steps, width = self.trajectory.steps, len(self.trajectory.start)
         moved = np.zeros((len(steps), width, width))
         with suppress(ArithmeticError, ValueError):
@@ -255,8 +254,8 @@ class Reduced:
 
     def parts(self, motion: Any) -> list[Any]:
         """Return the points (x, b) of the motions to every order, of which ``motion`` consists."""
-        width = len(motion) // len(self.orders)
-        return [motion[k * width : (k + 1) * width] for k in range(len(self.orders))]
+        width = len(motion) // len(self.kinds)
+        return [motion[k * width : (k + 1) * width] for k in range(len(self.kinds))]
 
 
 def _moves(steps):
@@ -288,7 +287,8 @@ def follow_reduced_flow(
     left: list[float] = []
     check = partial(_check, formulas, mu, values, guards, began, left)
     check(None, 0.0, first)
-    along = _steps(formulas, ((order, whole),), first, mu, values, until, rtol, within)
+    kinds = ((order, whole),)
+    along = _steps(formulas, kinds, first, mu, values, until, rtol, within)
     for step, lost in watched(_held(along, check), guards, len(first)):
         found.append(step)
         if lost:
@@ -297,7 +297,7 @@ def follow_reduced_flow(
     _look_within(formulas, values, found, end, check)
     if first:
         _require_reached(formulas, order, first, found, mu, values, end, rtol, guards, began)
-    return Reduced(formulas, (order,), whole, mu, values, end, guard, Trajectory(first, tuple(found)), min(left))
+    return Reduced(formulas, kinds, mu, values, end, guard, Trajectory(first, tuple(found)), min(left))
 
 
 def side_by_side(
@@ -313,15 +313,16 @@ def side_by_side(
     Raises ``OutOfRange`` where the states grow beyond bounds.
     """
     first, size = tuple(float(v) for start in starts for v in start), len(starts[0])
+    kinds = (*((order, False) for order in orders[:-1]), (orders[-1], True))
     rough = max(rtol, SIDE_BY_SIDE / max(1.0, growth / ROUNDING))
     for fine in dict.fromkeys((rough, rtol)):
         longer = span and span * (rtol / fine) ** EXPONENT
-        found = [*_steps(formulas, _kinds(orders, True), first, mu, values, until, fine, within, longer)]
+        found = [*_steps(formulas, kinds, first, mu, values, until, fine, within, longer)]
         if not _comes_to_rest(found, size, fine, until):
             break
     if first:
         _require_reached(formulas, orders[0], first[:size], found, mu, values, until, fine, None, began)
-    return Reduced(formulas, orders, True, mu, values, until, None, Trajectory(first, tuple(found)))
+    return Reduced(formulas, kinds, mu, values, until, None, Trajectory(first, tuple(found)))
 
 
 def _comes_to_rest(steps, size, rtol, until):
@@ -350,7 +351,7 @@ def _steps(formulas, kinds, first, mu, values, until, rtol, within, span=None):
     atol, left = (rtol,) * len(first), STEPS
     along = steps(flows, parameters, first, until, rtol, atol, within=within, slopes=slopes, span=span)
     for step in along:
-        if not max(map(abs, step.end)) < far or (left := left - cost_in_steps(step)) < 0:
+        if not max(map(abs, step.end)) < far or (left := left - step.cost) < 0:
             return
         yield step
 
@@ -366,11 +367,6 @@ def _require_reached(formulas, order, first, found, mu, values, end, rtol, guard
     where = _place(formulas, last, formulas.height(0)(*last, mu, *values), began + t)
     raise OutOfRange(f"the reduced flow ends near {where}: its states grow beyond bounds, its steps become too small, "
                      "or it takes too many of them")
-
-
-def _kinds(orders, whole):
-    """Return the arguments of ``Formulas.flow`` and ``Formulas.height`` for every motion."""
-    return tuple((order, whole and k == len(orders)) for k, order in enumerate(orders, 1))
 
 
 def branch_at(

@@ -164,7 +164,7 @@ class LayeredMotion:
         """Return composite - start of the fast states at t = 0, for every order: (orders, fast states)."""
         flows, known = self.beside, self.beside.formulas
         begun = [known.height(order)(*start, flows.mu, *flows.values)
-                 for order, start in zip(flows.orders, flows.parts(flows.trajectory.start), strict=True)]
+                 for (order, _), start in zip(flows.kinds, flows.parts(flows.trajectory.start), strict=True)]
         return np.array(begun) - self.sums @ self.landing.rest
 
 
@@ -356,7 +356,7 @@ def _expected(motion, layered, t, slow, layer, units, ends=None, least=STEADY):
     # of the slow motion that do not decrease are judged on their own, too
     misses, scales = motion.misses(), units + np.zeros(len(motion.kept))
     fast = slice(len(scales) - misses.shape[1], None)
-    _, recalled = motion.reduced.remembered(t, motion.beside.orders[ends is not None : -1])
+    _, recalled = motion.reduced.remembered(t, [order for order, _ in motion.beside.kinds[ends is not None : -1]])
     decisive, taken = motion.tells(layer, units), np.abs(layer[0] * units).max()
     layer_size = (0.0 if decisive else motion.layer_size(units)) + (taken if layered is not decisive else 0.0)
     if not decisive:  # terms may be small by chance, or far larger than what is left

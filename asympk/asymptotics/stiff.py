@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -20,6 +20,7 @@ from numpy.polynomial import legendre
 from asympk import radau
 
 STAGES = 7
+IMPLICIT = 10  # the number of explicit steps that take as long as an implicit one
 SAFETY, SHRINK, GROW = 0.8, 0.2, 5.0
 SWEEPS, ENOUGH = 10, 0.02  # the most sweeps of Newton's method, and the last change in units of the allowed error
 ROUNDED = 0.2  # the last change, in the same units, where rounding lets the changes decrease no further
@@ -46,6 +47,7 @@ class StiffStep:
     end: tuple
     stages: tuple = field(repr=False)
     series: np.ndarray = field(repr=False)
+    cost: ClassVar[int] = IMPLICIT
 
     def state_at(self, t: float) -> tuple:
         """Return the state at a time ``t`` within the step."""
