@@ -10,12 +10,14 @@ The zero of a guard is found on the polynomial of the step.
 ``_segment`` follows one mode, and ``_step`` is one step; ``asympk.radau`` has the coefficients of the method.
 """
 
-from bisect import bisect, bisect_left
-from collections.abc import Callable, Sequence
+from bisect import bisect_left
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from itertools import groupby, pairwise
 from math import ceil, inf, log10
+from operator import attrgetter
 from sys import float_info
 from time import monotonic
 from typing import Any
@@ -196,11 +198,12 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
                 mode.require_one_side(mode.pole_values(t, state), t + at, end, begun=t)
             end, steps = _without_rounding(end, state, scheme.tolerance * SLACK), [*steps, step]
             together = lost_with(mode, hit, t + at, end, scheme.tolerance * SLACK)
-            return Segment(t + at, end, hit, None, "", tuple(steps), together, within=_within(scheme, steps))
+            within = partial(_state_at, scheme.tableau, steps)
+            return Segment(t + at, end, hit, None, "", tuple(steps), together, within=within)
         steps.append(step)
         t, state = (until if last else t + h), _at(scheme.tableau, step, h)
         if last:
-            return Segment(until, state, None, samples=tuple(steps), within=_within(scheme, steps))
+            return Segment(until, state, None, samples=tuple(steps), within=partial(_state_at, scheme.tableau, steps))
         before = mode.watched_values(faded, t, state)
         h *= min(grow, left_out ** (-1 / len(scheme.tableau.nodes))) if left_out > SWEPT else grow
         grow = GROW
@@ -223,12 +226,9 @@ def _tried(scheme: Scheme, t: Any, state: tuple, h: Any) -> tuple[list[FixedPoin
         return None, inf
 
 
-def _within(scheme: Scheme, steps: Sequence[CollocationStep]) -> Callable[[Any], tuple]:
-    def state_at(t: Any) -> tuple:
-        step = steps[max(bisect(steps, t, key=lambda own: own.t), 1) - 1]
-        return _at(scheme.tableau, step, t - step.t)
-
-    return state_at
+def _state_at(tableau: Tableau, steps: Sequence[CollocationStep], t: Any) -> tuple:
+    step = steps[max(bisect_left(steps, t, key=attrgetter("t")), 1) - 1]
+    return _at(tableau, step, t - step.t)
 
 
 def _left_out(scheme: Scheme, t: Any, state: tuple, slopes: list[FixedPoint], h: Any) -> float:
@@ -326,9 +326,7 @@ def _lost(scheme: Scheme, step: CollocationStep, before: tuple, faded: tuple) ->
     def rates(at: Any) -> tuple:
         return mode.watched_rates(step.t + at, state(at))
 
-    def root(function: Any, low: Any, high: Any) -> Any:
-        return _root(function, low, high, scheme.tolerance)
-
+    root = partial(_root, tolerance=scheme.tolerance)
     last = GuardSample(0 * h, before, mode.watched_rates(step.t, step.state))
     for end in (h * part for part in ((*PARTS, 1) if mode.timed else (1,))):
         now = GuardSample(end, values(end), rates(end))
@@ -468,6 +466,5 @@ class CollocationDense:
             raise OutOfRange(f"t = {float(t)} is outside the run; ask within [0, {float(until)}]")
         if not steps:
             return _rounded(self.joined.last.state, self.digits)
-        step = steps[max(0, bisect_left([s.t for s in steps], t) - 1)]
-        tableau = tableau_of(len(step.rates[0].multiples), self.digits + SPARE)
-        return _rounded(_at(tableau, step, t - step.t), self.digits)
+        tableau = tableau_of(len(steps[0].rates[0].multiples), self.digits + SPARE)
+        return _rounded(_state_at(tableau, steps, t), self.digits)

@@ -90,10 +90,10 @@ class _Taylor:
     def steps(self, until, most):
         """Make steps; return (guard lost or None, what stops them or "", their number, those to go by or None)."""
         solver, end, start = self.solver, min(self.due, until), (self.solver.time, self.solver.state.copy())
-        hit, short, made, found = (_one_by_one if self.kept else _at_once)(solver, end, most, self.longest)
+        hit, short, made, found = _propagated(solver, end, most, self.longest, self.kept)
         if short and not self.kept:  # the steps tell where
             _place(solver, *start)
-            hit, short, made, found = _one_by_one(solver, end, most, self.longest)
+            hit, short, made, found = _propagated(solver, end, most, self.longest, True)
         if found is not None and (cut := self._before_rounding(found, short)):
             hit, short, made, found = None, "", len(cut.series), cut
         missed, lost = None, None
@@ -150,14 +150,11 @@ def _summed(series, at):
     return found, slopes
 
 
-def _at_once(solver, end, most, longest):
-    """Propagate a solver; return (guard lost or None, what stops it or "", number of steps, the steps or None)."""
-    outcome, *_, made, _, _ = solver.propagate_until(end, max_steps=most, max_delta_t=longest)
-    return *_reason(int(outcome)), made, None
+def _propagated(solver, end, most, longest, keep):
+    """Propagate a solver; return (guard lost or None, what stops it or "", number of steps, the steps or None).
 
-
-def _one_by_one(solver, end, most, longest):
-    """Do the same, and keep the steps: heyoka's own output of them is compiled anew each time."""
+    With ``keep`` it keeps the steps: heyoka's own output of them is compiled anew each time.
+    """
     times, series = [float(solver.time)], []
 
     def kept(_=None):
@@ -165,11 +162,12 @@ def _one_by_one(solver, end, most, longest):
         series.append(solver.tc.copy())
         return True
 
-    outcome, *_, made, _, _ = solver.propagate_until(
-        end, max_steps=most, max_delta_t=longest, callback=kept, write_tc=True)
-    if made > len(series):  # none is told of a step that ends at an event
+    looks = {"callback": kept, "write_tc": True} if keep else {}
+    outcome, *_, made, _, _ = solver.propagate_until(end, max_steps=most, max_delta_t=longest, **looks)
+    if keep and made > len(series):  # none is told of a step that ends at an event
         kept()
-    return *_reason(int(outcome)), len(series), _Steps(times, np.array(series)) if series else None
+    steps = _Steps(times, np.array(series)) if series else None
+    return *_reason(int(outcome)), len(series) if keep else made, steps
 
 
 def _place(solver, t, state):

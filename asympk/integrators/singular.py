@@ -10,6 +10,7 @@ of p, before the point. ``approach`` is the hard function.
 
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from itertools import count
 from typing import Any
 
@@ -66,9 +67,12 @@ def approach(mode: NumericMode, guard: int, t: float, state: tuple, until: float
     def left(_, w):
         return until - w[0]
 
-    for end in (within, left):
-        vars(end).update(terminal=True, direction=-1)
-    levels = [_level(mode, guard, first * part, part == LEVELS[-1]) for part in LEVELS]
+    def above(_, w, level):
+        return mode.guards(*map(float, w), *mode.p)[guard] - level
+
+    levels = [partial(above, level=first * part) for part in LEVELS]
+    for end in (*levels, within, left):
+        vars(end).update(terminal=end not in levels[:-1], direction=-1)
     try:
         with np.errstate(all="ignore"):
             found = solve_ivp(field, (0, 1e6 / first), [t, *state], method="LSODA", rtol=1e-12, atol=1e-14,
@@ -80,16 +84,6 @@ def approach(mode: NumericMode, guard: int, t: float, state: tuple, until: float
         return None
     limit = _limit(*(states[-1] for states in last))
     return float(near[-1][0]), limit[0], tuple(limit[1:])
-
-
-def _level(mode, guard, value, terminal):
-    """Return the event function of a guard that falls to ``value``, as ``solve_ivp`` expects it."""
-
-    def reached(_, w):
-        return mode.guards(*map(float, w), *mode.p)[guard] - value
-
-    reached.terminal, reached.direction = terminal, -1
-    return reached
 
 
 def _limit(first, second, third):
