@@ -131,13 +131,6 @@ class _Result(NamedTuple):
     omitted: dict
     strict: bool
 
-    def leave(self, row, reason):
-        """Record ``reason`` as the outcome of a trajectory, or raise it if ``strict``."""
-        if self.strict:
-            reason.args = (f"trajectory {row}: {reason}", *reason.args[1:])
-            raise reason
-        self.final[:, row], self.omitted[int(row)] = np.nan, outcome_of(reason)
-
 
 def _blank(system, total, strict=False):
     first = np.zeros((len(system.frictions), total), dtype=np.uint8)
@@ -344,7 +337,10 @@ def _alone(follow, system, values, start, until, row, result):
     try:
         path = follow(Scene(system=system, values=values, start=start, until=float(until)))
     except tuple(REFUSALS) as reason:
-        result.leave(row, reason)
+        if result.strict:
+            reason.args = (f"trajectory {row}: {reason}", *reason.args[1:])
+            raise
+        result.final[:, row], result.omitted[int(row)] = np.nan, outcome_of(reason)
         return
     result.final[:, row], result.n_events[row] = path.final, len(path.events)
     result.first[:, row] = [PHASES.index(phase) for phase in path.modes[0].split("+")] if len(result.first) else []

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from asympk import arithmetic
 from asympk.affine import form
 from asympk.affine.exponential import DIGITS_FOR_DOUBLES
 from asympk.affine.forcing import amplitude, value
@@ -19,16 +20,7 @@ from asympk.affine.functions import Arrays, functions
 from asympk.affine.mode import ClosedSegment, in_digits
 from asympk.affine.rounding import estimate
 from asympk.affine.swift import Swift
-from asympk.arithmetic import (
-    DIGITS_OF_DOUBLES,
-    LARGEST_DOUBLE,
-    SPARE_DIGITS,
-    UNIT,
-    Doubles,
-    agreed,
-    flow_context,
-    set_digits,
-)
+from asympk.arithmetic import LARGEST_DOUBLE, UNIT, Doubles, agreed, flow_context, set_digits
 from asympk.automaton import loop
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import GuardedMode, mode_of, on_all_sides, phases_of
@@ -163,7 +155,7 @@ def _rounded(task):
             apart = _distance(task.known, joined)
             if apart is not None and apart <= TRUSTED_EVENTS:
                 return _path(task, None, joined, double, UNIT)
-    joined, _ = _certified(task._replace(known=None), DIGITS_OF_DOUBLES, LARGEST_DOUBLE)
+    joined, _ = _certified(task._replace(known=None), arithmetic.DIGITS_OF_DOUBLES, LARGEST_DOUBLE)
     return _path(task, None, joined, double, UNIT)
 
 
@@ -340,7 +332,7 @@ def _certified(task, digits, largest=None):
     most = 4 * digits + MOST_SPARE
 
     def follow(working, tie):
-        first = working < 2 * (digits + SPARE_DIGITS)
+        first = working < 2 * (digits + arithmetic.SPARE_DIGITS)
         return _with_digits(task if first else task._replace(known=None), working, largest or most, tie)
 
     return agreed(follow, _distance, digits, most)

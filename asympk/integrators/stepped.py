@@ -10,17 +10,7 @@ import numpy as np
 
 from asympk.automaton.numericmode import LONG
 from asympk.errors import InputError, OutOfRange, Pole, Unfinished
-from asympk.integrators import collocation, integrate
-from asympk.integrators.growth import (
-    LOST,
-    Linearised,
-    balances,
-    grown,
-    growth,
-    largest_part,
-    linearised,
-    without_rounding,
-)
+from asympk.integrators import collocation, growth, integrate
 from asympk.numbers import whole
 from asympk.path import Path
 from asympk.systems.automata import automaton_of
@@ -82,26 +72,26 @@ def _followed(scene: Any, tolerance: float = TOLERANCE, **limits: Any) -> Path:
         path, joined = traced(atol=tolerance)
     except OutOfRange:  # errors of a state that dies out may have passed a pole that the motion does not pass
         path, joined = traced(atol=tolerance * (scale := SMALL))
-    parts = linearised(automaton, without_rounding(automaton, joined.segments))
+    parts = growth.linearised(automaton, growth.without_rounding(automaton, joined.segments))
     scales, (found, sizes) = (scale,) * len(scene.start), _scales(parts)
     while True:
         fallen = min(new / old for old, new in zip(scales, found, strict=True))
         if fallen >= SMALL:
-            grows = growth(parts, scales, tolerance)
-            factor = largest_part(grows, sizes)
-            if factor * tolerance <= (GROWN if tolerance > LEAST_TOLERANCE else LOST):
+            grows = growth.growth(parts, scales, tolerance)
+            factor = growth.largest_part(grows, sizes)
+            if factor * tolerance <= (GROWN if tolerance > LEAST_TOLERANCE else growth.LOST):
                 size = max(1.0, *map(abs, path.final))
-                return replace(path, error=None if grows is None else tolerance * largest_part(grows, size))
+                return replace(path, error=None if grows is None else tolerance * growth.largest_part(grows, size))
             if fallen >= SMALLER:
-                if factor * LEAST_TOLERANCE <= LOST:
+                if factor * LEAST_TOLERANCE <= growth.LOST:
                     return _followed(scene, LEAST_TOLERANCE, **limits)
-                raise grown(factor, path.info["reached"])
+                raise growth.grown(factor, path.info["reached"])
         path, joined = traced(atol=tuple(tolerance * scale for scale in found))
-        parts = linearised(automaton, without_rounding(automaton, joined.segments))
+        parts = growth.linearised(automaton, growth.without_rounding(automaton, joined.segments))
         scales, (found, sizes) = found, _scales(parts)
 
 
-def _scales(parts: Sequence[Linearised]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _scales(parts: Sequence[growth.Linearised]) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return two tuples: for each state its scale, at most 1, and the size to which errors at the end are relative.
 
     The size is the state's largest on the run, and for a state that may be rounding, or that only such states move,
@@ -110,7 +100,7 @@ def _scales(parts: Sequence[Linearised]) -> tuple[tuple[float, ...], tuple[float
     """
     states = [state for part in parts for _, state in part.segment.steps] or [parts[-1].segment.state]
     own = [max(map(abs, column)) for column in zip(*states, strict=True)]
-    made, gains = balances(parts)
+    made, gains = growth.balances(parts)
     made = np.maximum(made, gains @ np.where(np.array(own) <= NOISE * made, made, 0))
     sizes = [(size if size > NOISE * most else most) or 1.0 for size, most in zip(own, made.tolist(), strict=True)]
     return tuple(min(1.0, size) for size in sizes), tuple(np.maximum(sizes, NOISE * (gains @ sizes)).tolist())
