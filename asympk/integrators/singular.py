@@ -67,10 +67,7 @@ def approach(mode: NumericMode, guard: int, t: float, state: tuple, until: float
     def left(_, w):
         return until - w[0]
 
-    def above(_, w, level):
-        return mode.guards(*map(float, w), *mode.p)[guard] - level
-
-    levels = [partial(above, level=first * part) for part in LEVELS]
+    levels = [partial(_above, mode, guard, first * part) for part in LEVELS]
     for end in (*levels, within, left):
         vars(end).update(terminal=end not in levels[:-1], direction=-1)
     try:
@@ -84,6 +81,10 @@ def approach(mode: NumericMode, guard: int, t: float, state: tuple, until: float
         return None
     limit = _limit(*(states[-1] for states in last))
     return float(near[-1][0]), limit[0], tuple(limit[1:])
+
+
+def _above(mode, guard, level, _, w):
+    return mode.guards(*map(float, w), *mode.p)[guard] - level
 
 
 def _limit(first, second, third):
