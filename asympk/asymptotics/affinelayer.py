@@ -51,12 +51,11 @@ class Terms:
 @lru_cache(maxsize=64)
 def terms(formulas: Formulas, order: int) -> Terms:
     """Derive the ``Terms`` to ``order``."""
-    states = (*formulas.slow_states, *formulas.fast_states)
-    tape, values = formulas.tape(*(f"v{i}_0" for i in range(len(states))))
-    start = {s: tape.node(f"v{i}_0") for i, s in enumerate(states)}
+    tape, values = formulas.tape(*(f"v{i}_0" for i in range(len(formulas.states))))
+    start = {s: tape.node(f"v{i}_0") for i, s in enumerate(formulas.states)}
     (rate,) = evaluated(formulas.slopes, {**values, **start}, tape)
     found = layer_coefficients(formulas, (order, order), tape, values, start, rate)
-    entries = [(k, i, *power, c) for i, s in enumerate(states) for k in range(order + 1)
+    entries = [(k, i, *power, c) for i, s in enumerate(formulas.states) for k in range(order + 1)
                for power, c in _powers(found[s].get((k, 0), 0)).items()]
     places = np.array([entry[:-1] for entry in entries])
     return Terms(places, tape.function((rate, *(entry[-1] for entry in entries)), formulas.functions))

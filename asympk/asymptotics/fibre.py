@@ -60,7 +60,7 @@ class Formulas:
 
     def __init__(self, mode: Mode, small: sp.Symbol, parameters: tuple[sp.Symbol, ...], target: str = "math"):
         self.mode, self.small, self.parameters = mode, small, parameters
-        self.slow_states, self.fast_states = tuple(mode.slow), tuple(mode.fast)
+        self.slow_states, self.fast_states, self.states = tuple(mode.slow), tuple(mode.fast), (*mode.slow, *mode.fast)
         self.drift, self.full_force = list(mode.slow.values()), list(mode.fast.values())
         for state, rate in (*mode.slow.items(), *mode.fast.items()):
             if switching := rate.atoms(sp.Piecewise, *SWITCHING):
@@ -74,7 +74,7 @@ class Formulas:
         self.limit_drift, self.limit = ([f.subs(small, 0) for f in rates] for rates in (drift, force))
         self.slopes = fast_jacobian(limit, small)
         self.affine = not any(e.has(*self.fast_states) for e in self.slopes)
-        self.turning = any(e.has(*self.slow_states, *self.fast_states) for e in self.slopes)
+        self.turning = any(e.has(*self.states) for e in self.slopes)
         self.names = {p: f"p{i}" for i, p in enumerate(parameters)}
         self.functions = _functions(target)
         self.layer, self.slow, self.series = map(cache, (self._layer, self._slow, self._series))
@@ -111,11 +111,9 @@ class Formulas:
         return [regular(e, self.small, degree) if e in self.formal else e for e in exprs]
 
     def _layer(self, order):
-        """Compile the rates of the layer's series."""
-        states = (*self.slow_states, *self.fast_states)
-        names = [[f"v{i}_{k}" for i in range(len(states))] for k in range(order + 1)]
+        names = [[f"v{i}_{k}" for i in range(len(self.states))] for k in range(order + 1)]
         tape, values = self.tape(*(name for level in names for name in level))
-        for i, s in enumerate(states):
+        for i, s in enumerate(self.states):
             values[s] = Taylor({(k, 0): tape.node(level[i]) for k, level in enumerate(names)}, order)
         values[self.small] = _small(order)
         drift, force = (self._along(rates, values, tape, order) for rates in (self.drift, self.full_force))
@@ -125,9 +123,8 @@ class Formulas:
         return tape.function(tuple(rates), self.functions)
 
     def _slow(self, order):
-        """Compile the slow motion in powers of mu at fixed tau, from the series of its initial slow states."""
         n = len(self.slow_states)
-        inputs = [f"v{i}_0" for i in range(n + len(self.fast_states))]
+        inputs = [f"v{i}_0" for i in range(len(self.states))]
         inputs += [f"v{i}_{k}" for k in range(1, order + 1) for i in range(n)]
         tape, values = self.tape(*inputs)
         start = [{(k, 0): tape.node(f"v{i}_{k}") for k in range(order + 1)} for i in range(n)]
@@ -159,7 +156,7 @@ class Formulas:
         """Return the definitions of auxiliary symbols, and the coefficients of the manifold in them."""
         tape, _, _, y = self._at_rest(order)
         functions = {f: getattr(sp, f) for f in (*FUNCTIONS, *map(str, CONSTANTS))}
-        states = self.slow_states if self.affine else (*self.slow_states, *self.fast_states)
+        states = self.slow_states if self.affine else self.states
         inputs = (*states, self.small, *self.names)
         return tape.definitions(tuple(c[k, 0] for k in range(order + 1) for c in y), functions, inputs)
 
@@ -195,10 +192,8 @@ class Formulas:
         return [_product(inverse, self._moved(self.limit, point, column, tape)) for column in columns]
 
     def _at_point(self, exprs):
-        """Compile expressions at (x, y)."""
-        states = (*self.slow_states, *self.fast_states)
-        tape, values = self.tape(*(f"v{i}_0" for i in range(len(states))))
-        values |= {s: tape.node(f"v{i}_0") for i, s in enumerate(states)}
+        tape, values = self.tape(*(f"v{i}_0" for i in range(len(self.states))))
+        values |= {s: tape.node(f"v{i}_0") for i, s in enumerate(self.states)}
         return tape.function(tuple(evaluated(exprs, values, tape)), self.functions)
 
     def _at_rest(self, order):
@@ -238,8 +233,7 @@ class Formulas:
         return [Taylor(c, order) for c in x], [Taylor(c, order) for c in y], drift
 
     def _put(self, values, x, y, order):
-        states = (*self.slow_states, *self.fast_states)
-        values |= {s: Taylor(dict(c), order) for s, c in zip(states, [*x, *y], strict=True)}
+        values |= {s: Taylor(dict(c), order) for s, c in zip(self.states, [*x, *y], strict=True)}
         values[self.small] = _small(order)
 
     def _along(self, exprs, values, tape, degree, formal=None):

@@ -174,7 +174,7 @@ class Reduced:
         They are 0 where errors never grow to more than ``ROUNDING`` times those of a step.
         """
         if self.grown.most <= ROUNDING:
-            return np.zeros(len(self.formulas.slow_states) + len(self.formulas.fast_states))
+            return np.zeros(len(self.formulas.states))
         return self.spread(self.made(rtol))
 
     def made(self, rtol: float) -> np.ndarray:
@@ -195,7 +195,7 @@ class Reduced:
             y = height(*at, *p)
             moved = [height(*at[:k], at[k] + w, *at[k + 1 :], *p) for k, w in enumerate(off.tolist())]
         except (ArithmeticError, ValueError):
-            return np.full(slow + len(self.formulas.fast_states), math.inf)
+            return np.full(len(self.formulas.states), math.inf)
         found = np.array([*off[:slow], *(sum(abs(v[i] - w) for v in moved) for i, w in enumerate(y))])
         return np.nan_to_num(found, nan=math.inf)
 
