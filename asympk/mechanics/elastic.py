@@ -223,12 +223,7 @@ class Basis:
     @property
     def determinant(self) -> sp.Expr:
         """The determinant of the basis, a minor of ``rows``."""
-        return self.parity * self.rows[:, self.others].det()
-
-    @property
-    def parity(self) -> int:
-        """The sign of the order in which the columns ``others`` come before all the rest."""
-        return (-1) ** (sum(self.others) - sum(range(self.rows.rows)))
+        return self.rows[:, self.others].det()
 
 
 def basis_of(contacts: Sequence[Kinetics]) -> Basis:
@@ -266,7 +261,7 @@ def velocities(kinetics: Kinetics, basis: Basis, known: Sequence[sp.Expr]) -> di
     given = [value - drift for value, drift in zip(known, basis.drifts, strict=True)]
     given += [kinetics.velocities[k] for k in basis.rest]
     columns = sp.Matrix.hstack(sp.eye(size), -basis.rows[:, list(basis.rest)])
-    minors = (basis.parity * basis.rows[:, others].adjugate() * columns).applyfunc(sp.expand)
+    minors = (basis.rows[:, others].adjugate() * columns).applyfunc(sp.expand)
     parts = [sp.Add(*(a * b for a, b in zip(minors[i, :], given, strict=True))) for i in range(size)]
     tidy = kinetics.tidy_if_short
     determinant = tidy(basis.determinant)
