@@ -1,5 +1,6 @@
 """Values of the expressions and conditions of a mechanism at numbers or arrays of numbers."""
 
+from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from itertools import compress
 from typing import Any
@@ -65,16 +66,15 @@ def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) ->
 
 def _first_out_of_range(function: Callable[..., Any], arrays: Sequence[Any]) -> int:
     """Return the first index into ``arrays`` of one dimension at which a function of them raises ``OutOfRange``."""
-    low, high = 0, next(map(len, arrays), 0)
-    while high - low > 1:
-        middle = (low + high) // 2
+
+    def fails_up_to(k: int) -> bool:
         try:
-            function(*(array[low:middle] for array in arrays))
+            function(*(array[: k + 1] for array in arrays))
         except OutOfRange:
-            high = middle
-        else:
-            low = middle
-    return low
+            return True
+        return False
+
+    return bisect_left(range(next(map(len, arrays), 1) - 1), True, key=fails_up_to)
 
 
 def exactly_at(expr: sp.Expr, values: dict[sp.Symbol, Any]) -> Any:
