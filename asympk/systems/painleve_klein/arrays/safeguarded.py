@@ -18,7 +18,7 @@ from asympk.systems.painleve_klein.flow.segments import MOST_EVENTS
 from asympk.systems.painleve_klein.modes import MODES, coefficients, inverse_edges, leaving, signs_after, stick_margin
 
 FORCE_ZERO, VELOCITY_ZERO, SLIP_ONSET, NOTHING = range(4)
-Ends: TypeAlias = tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]  # (kind, time, state, doubt) of each row
+Ends: TypeAlias = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]  # (kind, time, state, doubt) of each row
 AGREED = 2e-14  # relative distance between both precisions up to which the finer result is accepted
 MARGIN = 1e-12  # relative size below which a sign is doubtful
 EXTENDED = np.longdouble if np.finfo(np.longdouble).eps < 1e-18 else None  # None where the machine has only doubles
@@ -82,7 +82,7 @@ def follow_arrays(
     """Follow trajectories, given as arrays of one length; ``coarse`` are their results in coarser numbers."""
     s = x + y
     s_sign, z_sign, doubtful = starting_signs(sigma0, mu, y, s, z)
-    moving = _FollowedRows(sigma, sigma0, mu, until, [x.copy(), y.copy(), s, z.copy()], s_sign, z_sign, doubtful)
+    moving = _FollowedRows(sigma, sigma0, mu, until, np.array([x, y, s, z]), s_sign, z_sign, doubtful)
     rounds: list[tuple] = []
     live = np.flatnonzero(~(doubtful if coarse is None else coarse.doubtful))
     while live.size:
@@ -146,8 +146,7 @@ class _FollowedRows:
             found = stick_ends(motion, self.sigma0[rows], self.s_sign[rows], remaining)
         kind, span, state, doubtful = found
         self.t[rows] += span
-        for axis, values in zip(self.state, state, strict=True):
-            axis[rows] = values
+        self.state[:, rows] = state
         self.doubtful[rows] |= doubtful
         self._watch_end(rows[kind == NOTHING], motion.rows(kind == NOTHING), remaining[kind == NOTHING])
         self._note(rows[kind != NOTHING], kind[kind != NOTHING])
@@ -285,7 +284,7 @@ def stick_ends(motion: Segments, sigma0: Number, s_sign: np.ndarray, remaining: 
 def settled_ends(motion: Segments, sigma0: Number, remaining: Number, kind: np.ndarray, span: np.ndarray) -> Ends:
     """Return the ``Ends`` at events, or ends, whose kinds and approximate times are known."""
     near, far = edges(sigma0, motion.s0)
-    time, state = np.where(kind == NOTHING, remaining, span), [np.zeros_like(remaining) for _ in range(4)]
+    time, state = np.where(kind == NOTHING, remaining, span), np.zeros((4, *remaining.shape), remaining.dtype)
     for which in (FORCE_ZERO, VELOCITY_ZERO, SLIP_ONSET, NOTHING):
         rows = np.flatnonzero(kind == which)
         if not rows.size:
@@ -300,9 +299,7 @@ def settled_ends(motion: Segments, sigma0: Number, remaining: Number, kind: np.n
             level = np.zeros_like(t) if which == FORCE_ZERO else _nearest(part, t, near[rows], far[rows])
             t = part.refined(t, 2, level)
             found = part.on_level(level, t)
-        time[rows] = t
-        for axis, values in zip(state, found, strict=True):
-            axis[rows] = values
+        time[rows], state[:, rows] = t, found
     return kind, time, state, np.zeros(remaining.size, bool)
 
 
@@ -319,7 +316,7 @@ class _Search:
         self.motion = motion
         self.kind = np.full(remaining.size, NOTHING)
         self.time = remaining.copy()
-        self.state = [np.zeros_like(remaining) for _ in range(4)]
+        self.state = np.zeros((4, *remaining.shape), remaining.dtype)
         self.doubtful = np.zeros(remaining.size, bool)
 
     def stretches(self, end):
@@ -350,14 +347,9 @@ class _Search:
         self.doubtful[rows] |= ~off
 
     def found(self, rows, kind, time, state):
-        self.kind[rows], self.time[rows] = kind, time
-        self._put(rows, state)
+        self.kind[rows], self.time[rows], self.state[:, rows] = kind, time, state
 
     def passed(self, rows, state):
         """Keep the states at the end of a stretch of rows without event; after the last, these are the end states."""
         on = self.kind[rows] == NOTHING
-        self._put(rows[on], [v[on] for v in state])
-
-    def _put(self, rows, state):
-        for axis, values in zip(self.state, state, strict=True):
-            axis[rows] = values
+        self.state[:, rows[on]] = [v[on] for v in state]
