@@ -16,17 +16,10 @@ from typing import Any, NamedTuple, TypeAlias
 from asympk.arithmetic import Doubles
 from asympk.errors import TooLarge, TooManyEvents, Undecided
 from asympk.numbers import Arithmetic, Number, sign_of
+from asympk.systems.painleve_klein import modes
 from asympk.systems.painleve_klein.flow import shortcut
 from asympk.systems.painleve_klein.flow.fastslow import FastSlow, FastSlowSegment
 from asympk.systems.painleve_klein.flow.superposition import SmoothMode, SmoothSegment, slope
-from asympk.systems.painleve_klein.modes import (
-    MODES,
-    coefficients,
-    first_signs,
-    inverse_edges,
-    signs_after,
-    stick_margin,
-)
 
 RodMode: TypeAlias = FastSlow | SmoothMode
 RodSegment: TypeAlias = FastSlowSegment | SmoothSegment
@@ -42,12 +35,12 @@ class RodFlow:
     def __init__(self, m: Arithmetic, sigma: Number, sigma0: Number, mu: Number):
         self.m, self.sigma, self.sigma0, self.mu = m, sigma, sigma0, mu
         self._modes: dict[str, RodMode] = {}
-        self._edges: dict[int, Any] = {}
+        self._edges: dict[int, tuple[tuple[Number, int], ...]] = {}
 
     def mode(self, name: str) -> RodMode:
         """Return the closed form of the mode: two exponentials where mu/b is in [-2, 1/8], else ``SmoothMode``."""
         if name not in self._modes:
-            a, b = coefficients(name, self.sigma)
+            a, b = modes.coefficients(name, self.sigma)
             form = FastSlow if b and -2 <= self.mu / b <= 0.125 else SmoothMode
             self._modes[name] = form(self.m, a, b, self.mu)
         return self._modes[name]
@@ -60,27 +53,26 @@ class RodFlow:
         usual = self.mode(name)
         if type(usual) is FastSlow:
             return usual
-        a, b = coefficients(name, self.sigma)
+        a, b = modes.coefficients(name, self.sigma)
         if self.m is Doubles and (self.mu > WIDEST * abs(b) or 8 * self.mu > b > 0):
             raise Undecided
         return FastSlow(self.m, a, b, self.mu)
 
-    def edges(self, s_sign: int) -> tuple[Number | None, Number | None]:
-        """Return the edges (near zero, far from zero) of the static cone on one side of s = 0; None for no edge."""
+    def edges(self, s_sign: int) -> tuple[tuple[Number, int], ...]:
+        """Return the edges of the static cone on one side of s = 0, each with the sign of edge - s in the cone."""
         if s_sign not in self._edges:
-            self._edges[s_sign] = tuple(1 / end if end else None for end in inverse_edges(self.sigma0, s_sign))
+            ends = zip(modes.inverse_edges(self.sigma0, s_sign), (-s_sign, 1), strict=True)
+            self._edges[s_sign] = tuple((1 / end, side) for end, side in ends if end)
         return self._edges[s_sign]
 
     def nearest_edge(self, s_sign: int, s: Number) -> Number:
         """Return the edge of the static cone on one side of s = 0 that is nearest to s."""
-        return min((edge for edge in self.edges(s_sign) if edge is not None), key=lambda edge: abs(edge - s))
+        return min((edge for edge, _ in self.edges(s_sign)), key=lambda edge: abs(edge - s))
 
     def sticks(self, s: Number, size: Number) -> bool:
         """Tell whether s, a sum of terms up to ``size``, lies in the static cone |1 - s| <= (sigma0 + 2)|s|."""
-        near, far = self.edges(1 if s > 0 else -1)
-        if near is None or decided(self.m, abs(s) - abs(near), abs(near) + size) < 0:
-            return False
-        return far is None or decided(self.m, far - s, far + size) >= 0
+        edges = self.edges(1 if s > 0 else -1)
+        return bool(edges) and all(decided(self.m, side * (edge - s), abs(edge) + size) >= 0 for edge, side in edges)
 
 
 def decided(m: Arithmetic, value: Number, size: Number) -> int:
@@ -126,7 +118,7 @@ def follow_rod(
     m, t = flow.m, 0 * until
     done: list[SolvedSegment] = []
     while True:
-        name = MODES[s_sign * z_sign]
+        name = modes.MODES[s_sign * z_sign]
         if deviation is None:
             segment = flow.mode(name).start(x, y, s, z)
         else:
@@ -154,13 +146,13 @@ def follow_rod(
 def _after(flow, kind, s_sign, z_sign, s, y, size):
     """Return (s, sign of s, sign of z) just after an event at the load s, a sum of terms up to ``size``."""
     if kind != "velocity_zero":
-        return s, *signs_after(kind, s_sign, z_sign, s, False)
+        return s, *modes.signs_after(kind, s_sign, z_sign, s, False)
     m = flow.m
     s = 0 * s if vanishing(m, s, size) else s
-    if not m.margin and (not s or vanishing(m, stick_margin(flow.sigma0, s), 1 + size)):
-        s_sign, z_sign, _ = first_signs(partial(_sign, m), flow.sigma0, flow.mu, s, y, 0 * s)
+    if not m.margin and (not s or vanishing(m, modes.stick_margin(flow.sigma0, s), 1 + size)):
+        s_sign, z_sign, _ = modes.first_signs(partial(_sign, m), flow.sigma0, flow.mu, s, y, 0 * s)
         return s, s_sign, z_sign
-    return s, *signs_after(kind, s_sign, z_sign, s, flow.sticks(s, size))
+    return s, *modes.signs_after(kind, s_sign, z_sign, s, flow.sticks(s, size))
 
 
 def _sign(m, value, size):
@@ -172,7 +164,7 @@ def _next_event(flow, segment, s_sign, z_sign, remaining):
     if z_sign:
         quick = flow.m is Doubles and shortcut.slip_end(segment, s_sign, z_sign, remaining)
         return quick or slip_event(flow, segment, s_sign, z_sign, remaining)
-    quick = flow.m is Doubles and shortcut.stick_end(segment, *flow.edges(s_sign), s_sign, remaining)
+    quick = flow.m is Doubles and shortcut.stick_end(segment, flow.edges(s_sign), remaining)
     return quick or stick_event(flow, segment, s_sign, remaining)
 
 
@@ -183,7 +175,7 @@ def _require_clear_end(flow, segment, state, s_sign, z_sign, late, since):
     if z_sign:
         clear = moved <= abs(s) and late * abs(mode.a + mode.fall * s) <= abs(z)
     else:
-        clear = all(edge is None or moved <= abs(s - edge) for edge in flow.edges(s_sign))
+        clear = all(moved <= abs(s - edge) for edge, _ in flow.edges(s_sign))
     if not clear or (since is not None and since < late):
         raise Undecided
 
@@ -295,12 +287,11 @@ def _dip(flow, segment, z_sign, lo, hi):
 
 def stick_event(flow: RodFlow, segment: RodSegment, s_sign: int, remaining: Number) -> Ended:
     """Return (kind, time, state) of the slip onset, or ("", remaining, state) when the time ends first."""
-    near, far = flow.edges(s_sign)
     lo = 0
     for hi in stretches(segment, remaining):
         s, size = segment.probe(hi)[0], segment.size(2, hi)
-        for edge, side in ((near, -s_sign), (far, 1)):
-            if edge is not None and lost(flow.m, side * (edge - s), abs(edge) + size):
+        for edge, side in flow.edges(s_sign):
+            if lost(flow.m, side * (edge - s), abs(edge) + size):
                 _require_off(lo or segment.s0 - edge)
                 return "slip_onset", *on_level(segment, edge, segment.root(2, edge, lo, hi, side))
         lo = hi
@@ -310,9 +301,8 @@ def stick_event(flow: RodFlow, segment: RodSegment, s_sign: int, remaining: Numb
 def _stick_end(flow, segment, s_sign, remaining):
     """Return the slip onset that stick meets exactly at the end of the time, or ("", remaining, state)."""
     mode, (x, y, s, z, thrust) = segment.mode, segment.state(remaining)
-    near, far = (None, None) if mode.m.margin else flow.edges(s_sign)
-    for edge, side in ((near, -s_sign), (far, 1)):
-        met = edge is not None and vanishing(mode.m, s - edge, abs(edge) + segment.size(2, remaining))
+    for edge, side in () if mode.m.margin else flow.edges(s_sign):
+        met = vanishing(mode.m, s - edge, abs(edge) + segment.size(2, remaining))
         if met and _side(mode.m, side, y, thrust / mode.mu) > 0:
             return "slip_onset", *on_level(segment, edge, remaining)
     return "", remaining, (x, y, s, z, thrust)

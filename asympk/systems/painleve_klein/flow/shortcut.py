@@ -44,11 +44,10 @@ def slip_end(segment: "RodSegment", s_sign: int, z_sign: int, remaining: Number)
     return _nothing(segment, s_sign, z_sign, turn if end is turn else None, remaining, opening)
 
 
-def stick_end(
-    segment: "RodSegment", edge: Number, far: Number | None, s_sign: int, remaining: Number
-) -> "Ended | None":
+def stick_end(segment: "RodSegment", edges: tuple[tuple[Number, int], ...], remaining: Number) -> "Ended | None":
     """Return (kind, time, state) as ``stick_event`` does where the cone has one edge on this side, or None."""
-    if far is not None or segment.short or not segment.fast or not s_sign * (segment.s0 - edge) > 0:
+    (edge, side), *others = edges
+    if others or segment.short or not segment.fast or not side * (edge - segment.s0) > 0:
         return None
     turn = segment.turning()
     ended = _level(segment, edge, remaining if turn is None or turn > remaining else turn)
