@@ -24,18 +24,8 @@ from typing import Any
 import numpy as np
 
 from asympk.numbers import Number
-from asympk.systems.painleve_klein.arrays.branchfree import (
-    ModeConstants,
-    deepest_fall,
-    deviation,
-    force_zero,
-    mode_constants,
-    pick,
-    release,
-    slide,
-    velocity_zero,
-    velocity_zero_slowly,
-)
+from asympk.systems.painleve_klein.arrays import branchfree
+from asympk.systems.painleve_klein.arrays.branchfree import ModeConstants, deviation, mode_constants, pick
 from asympk.systems.painleve_klein.arrays.safeguarded import EXTENDED
 from asympk.systems.painleve_klein.modes import coefficients, cone
 
@@ -188,7 +178,7 @@ def _turn(b, rows):
 
 def _lose_load(b, rows, m, w=()):
     x, y, z = b.at(rows)
-    dt, x = force_zero(m, x, y, w)
+    dt, x = branchfree.force_zero(m, x, y, w)
     b.meet("force_zero", rows, dt, x, -x, z + m.rest * dt - m.bend * (x + y))
 
 
@@ -213,14 +203,14 @@ def _part(b, rows):
 def _land(b, rows):
     """Slip until the fast part brings z to 0."""
     x, y, z = b.at(rows)
-    dt, x, y = velocity_zero(b.p.opposite.rows(rows), x, y, z, b.w[b.of(THROWN)])
+    dt, x, y = branchfree.velocity_zero(b.p.opposite.rows(rows), x, y, z, b.w[b.of(THROWN)])
     b.meet("velocity_zero", rows, dt, x, y, 0.0)
 
 
 def _land_slowly(b, rows):
     """Slip along Pi2 until z = 0; rows that do not stick then must have a load clearly outside the static cone."""
     x, y, z = b.at(rows)
-    dt, x, y = velocity_zero_slowly(b.p.opposite.rows(rows), x, y, z)
+    dt, x, y = branchfree.velocity_zero_slowly(b.p.opposite.rows(rows), x, y, z)
     b.meet("velocity_zero", rows, dt, x, y, 0.0)
     passed = b.of(TURNED_PASSED, PASSED)
     x, y, edge = pick(passed, b.x, b.y, b.p.upper_edge)
@@ -234,7 +224,7 @@ def _stick(b, rows):
     if thrown.start < thrown.stop:
         edge = np.full(x.size, edge)
         (edge[: thrown.stop - thrown.start],) = pick(thrown, b.p.lower_edge)
-    dt, x = release(m, x, y, edge)
+    dt, x = branchfree.release(m, x, y, edge)
     b.fits[rows] &= dt > SAFE / abs(m.fast)
     b.meet("slip_onset", rows, dt, x, edge - x, 0.0)
 
@@ -255,10 +245,10 @@ def _slip(b):
     """Slip with s > 0 until the end; direct rows fit only if z first falls by less than its value."""
     direct, m = b.of(DIRECT), b.p.same
     x, y, z = b.at(direct)
-    b.fits[direct] &= z > deepest_fall(m.rows(direct), x, y)
+    b.fits[direct] &= z > branchfree.deepest_fall(m.rows(direct), x, y)
     remaining = b.until - b.t
     b.fits &= remaining > SAFE * b.until
-    x, y, gone = slide(m, b.x, b.y, remaining)
+    x, y, gone = branchfree.slide(m, b.x, b.y, remaining)
     gone += b.z
     return x, y, gone
 
