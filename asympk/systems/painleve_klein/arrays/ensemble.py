@@ -168,8 +168,7 @@ class _Result(NamedTuple):
         """Leave out a trajectory for a reason, or raise the reason if ``strict``."""
         if self.strict:
             raise type(reason)(f"trajectory {row}: {reason}") from None
-        at = row - self.first
-        self.final[:, at], self.n_events[at] = np.nan, 0
+        self.put(row, np.nan, 0)
         self.omitted[row] = outcome_of(reason)
 
 
@@ -223,9 +222,8 @@ def _one_by_one(arguments, rows, result):
 
 
 def _put(segments, row, result):
-    at = row - result.first
     x, y, _, z, _ = segments[-1].end
-    result.final[:, at], result.n_events[at] = (x, y, z), len(segments) - 1
+    result.put(row, (x, y, z), len(segments) - 1)
     if result.notes is not None and len(segments) > 1:
         kinds = np.array([KINDS.index(segment.kind) for segment in segments[:-1]])
         events = ((after.start, *segment.end) for segment, after in pairwise(segments))
