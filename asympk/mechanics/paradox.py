@@ -23,13 +23,10 @@ def critical_friction(kinetics: Kinetics) -> sp.Expr:
     return sp.oo if mixed == 0 else normal / (kinetics.load * mixed)
 
 
-def condition(kinetics: Kinetics, bound: sp.Expr | None = None) -> sp.Basic:
-    """Return ``bound`` |G_NT| > G_NN, the condition for a paradox, without common factors.
-
-    The ``bound`` is by default friction load.
-    """
+def condition(kinetics: Kinetics) -> sp.Basic:
+    """Return friction load |G_NT| > G_NN, the condition for a paradox, without common factors."""
     normal, mixed = ratio(kinetics)
-    return sp.Gt((kinetics.friction * kinetics.load if bound is None else bound) * mixed, normal)
+    return sp.Gt(kinetics.friction * kinetics.load * mixed, normal)
 
 
 def ratio(kinetics: Kinetics) -> tuple[sp.Expr, sp.Expr]:
