@@ -50,15 +50,14 @@ def elastic(contacts: Sequence[Kinetics], compliance: Any, damping: Any) -> Syst
 
 @dataclass(frozen=True)
 class Scaling:
-    """The elastic contact by the small parameter: R = x + ``ratio`` y, g' = -``closing`` y, x' = y / ``clock``.
+    """The elastic contact by the small parameter: R = x + ``ratio`` y, g' = -``small`` y, with a slow or ``fast`` x.
 
-    For a fixed b in h = b eps the clock is eps, and x is fast.
+    For a fixed b in h = b eps, x is fast, x' = y / eps.
     """
 
     small: sp.Symbol
     ratio: sp.Expr
-    closing: sp.Expr
-    clock: sp.Expr
+    fast: bool
 
 
 def scaling(compliance: Any, damping: Any) -> Scaling:
@@ -72,7 +71,7 @@ def scaling(compliance: Any, damping: Any) -> Scaling:
                 f"damping = {damping} with compliance = {compliance}: give a time that does not depend on it, or "
                 "compliance=eps**2 with damping=0 or a multiple of eps"
             )
-        return Scaling(compliance, damping, compliance, sp.S.One)
+        return Scaling(compliance, damping, fast=False)
     small = compliance.base if compliance.is_Pow and compliance.exp == 2 else None
     if not isinstance(small, sp.Symbol):
         raise InputError(f"compliance = {short(compliance)}: it must be a Symbol or the square of one, in a file its "
@@ -81,7 +80,7 @@ def scaling(compliance: Any, damping: Any) -> Scaling:
     if ratio.has(small) or ratio.is_negative:
         raise InputError(f"damping = {damping} with compliance = {compliance}: give 0 or a positive multiple of "
                          f"{small}")
-    return Scaling(small, ratio, small, small)
+    return Scaling(small, ratio, fast=True)
 
 
 def _multiple(damping: sp.Expr, small: sp.Symbol) -> sp.Expr:
@@ -110,12 +109,12 @@ def _elastic_system(contacts: Sequence[Kinetics], scaling: Scaling) -> System:
     states = [names_of_contact("xyz", contacts, k, *taken) for k in range(len(contacts))]
     z = states[0][2]
     closings = _closings(contacts, basis, [y for _, y, _ in states])
-    known = [-scaling.closing * states[k][1] for k in basis.held] + [z] * alone
+    known = [-scaling.small * states[k][1] for k in basis.held] + [z] * alone
     if _lasts(first, basis):
         rates, places, dependent = velocities(first, basis, known), basis.rest, {}
     else:
         rates, places, dependent = {}, tuple(range(len(first.velocities))), {z: first.slip} if alone else {}
-        dependent |= {states[k][1]: -contacts[k].gap_rate / scaling.closing for k in basis.held}
+        dependent |= {states[k][1]: -contacts[k].gap_rate / scaling.small for k in basis.held}
     put = lambda expr: first.tidy_if_short(replaced(expr, rates))  # noqa: E731
     frictions = []
     for k, (kinetics, (x, _, _), y) in enumerate(zip(contacts, states, closings, strict=True)):
@@ -126,7 +125,7 @@ def _elastic_system(contacts: Sequence[Kinetics], scaling: Scaling) -> System:
     slow = {q: put(u) for q, u in zip(first.coordinates, first.velocities, strict=True)}
     pressing = {x: y for (x, _, _), y in zip(states, closings, strict=True)}
     fast = {states[k][1]: -gaps[k] for k in basis.held}
-    slow, fast = (slow, pressing | fast) if scaling.clock == scaling.small else (slow | pressing, fast)
+    slow, fast = (slow, pressing | fast) if scaling.fast else (slow | pressing, fast)
     slow, last = slow | others, dict(zip([z] * alone, slips, strict=True))
     timed = any(k.timed for k in contacts) or scaling.ratio.has(first.time)
     found = System.with_frictions(slow | last, fast, frictions, scaling.small, first.time if timed else None)
