@@ -139,28 +139,28 @@ def scales() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
 
 def quantity(name: str, value: Any) -> Number:
     """Return a physical quantity as an exact number; an angle may be ``"60 deg"``. Raises ``InputError``."""
-    if name == "alpha" and isinstance(value, str) and value.strip().endswith("deg"):
-        return degrees("alpha", value)
-    if name == "alpha" and isinstance(value, str) and ((last := value.strip()[-1:]).isalpha() or last == "°"):
-        raise InputError(f"alpha = {short(value)}: it must be a number of radians, or of degrees, as '60 deg'")
     if name == "alpha":
-        steepest = Fraction("1.5707963267948966")
-        return number("alpha", value, lambda v: 0 < v < steepest, "between 0 and pi/2, or '60 deg'")
+        return _angle(value)
     if name in STATE:
         return number(name, value, None if name != "until" else lambda v: v >= 0, "zero or positive")
     return number(name, value, lambda v: v > 0, "positive")
+
+
+def _angle(value: Any) -> Number:
+    text = value.strip() if isinstance(value, str) else ""
+    if text.endswith("deg"):
+        bare = text.removesuffix("deg").strip()
+        return Degrees(Fraction(number("alpha", bare, lambda v: 0 < v < 90, "between 0 and 90 degrees")))
+    if text[-1:].isalpha() or text.endswith("°"):
+        raise InputError(f"alpha = {short(value)}: it must be a number of radians, or of degrees, as '60 deg'")
+    steepest = Fraction("1.5707963267948966")
+    return number("alpha", value, lambda v: 0 < v < steepest, "between 0 and pi/2, or '60 deg'")
 
 
 def in_radians(name: str, value: Any, digits: int = KEPT_DIGITS) -> Number:
     """Return a physical quantity as ``quantity`` does, an angle in radians right to ``digits``."""
     found = quantity(name, value)
     return number(name, found.radians(digits)) if isinstance(found, Degrees) else found
-
-
-def degrees(name: str, value: Any) -> Degrees:
-    """Return an angle that is given in degrees, as a number or as ``"60 deg"``; raises ``InputError``."""
-    bare = value.strip().removesuffix("deg").strip() if isinstance(value, str) else value
-    return Degrees(Fraction(number(name, bare, lambda v: 0 < v < 90, "between 0 and 90 degrees")))
 
 
 def nondimensional(quantities: Mapping[str, Number]) -> tuple[dict[str, Number], "Units"]:
