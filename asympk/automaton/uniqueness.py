@@ -14,33 +14,16 @@ from functools import lru_cache
 from itertools import islice, pairwise, product
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from asympk.automaton import contacts
 from asympk.automaton.automaton import ROUNDED, Automaton
 from asympk.automaton.consistency import margins_at_state, solved_without_friction
-from asympk.automaton.contacts import (
-    DOUBLES,
-    Unclear,
-    contact_point,
-    feels_directions,
-    keeps_coefficients,
-    place_of,
-    signs_at_rest,
-)
 from asympk.automaton.junction import Junction
 from asympk.automaton.modes import GuardedMode
 from asympk.automaton.numericmode import NumericMode, on_hermite
 from asympk.errors import AsympkError, NoMotion, UnboundedReaction, Undecided
 from asympk.numbers import sign_of
-from asympk.symbolic.branches import (
-    OPEN,
-    Branch,
-    Phase,
-    ambiguous_contacts,
-    at_rest,
-    is_pushed,
-    is_smooth,
-    presses_otherwise,
-    signs_of_load,
-)
+from asympk.symbolic import branches
+from asympk.symbolic.branches import OPEN, Branch, Phase, at_rest
 from asympk.symbolic.system import System
 
 if TYPE_CHECKING:
@@ -53,8 +36,8 @@ BESIDE = 2.0**-10  # part of a segment beside its ends, on which the decisions a
 LEAST = 2.0**-36  # part of the largest margin up to which another margin counts as 0
 MOST = 512  # choices of phases up to which they are compared: those of four contacts of which one moves
 Margins = dict[Branch, list[int]]
-_CLOSELY = DOUBLES._replace(least=0.0)
-_OPEN = (Unclear, AsympkError, ArithmeticError, ValueError)  # where doubles do not tell
+_CLOSELY = contacts.DOUBLES._replace(least=0.0)
+_OPEN = (contacts.Unclear, AsympkError, ArithmeticError, ValueError)  # where doubles do not tell
 
 
 class ModeInterval(NamedTuple):
@@ -85,9 +68,9 @@ def is_watched(mode: GuardedMode) -> bool:
 
     A contact alone has guards of its own, as long as no other one, now open, has kept it closed.
     """
-    branch, contacts = mode.branch, ambiguous_contacts(mode.system)
-    rubs = (branch[j].slips for k, frictions in contacts.items() if branch[k] != OPEN for j in frictions)
-    return len(contacts) > 1 and any(rubs)
+    branch, ambiguous = mode.branch, branches.ambiguous_contacts(mode.system)
+    rubs = (branch[j].slips for k, frictions in ambiguous.items() if branch[k] != OPEN for j in frictions)
+    return len(ambiguous) > 1 and any(rubs)
 
 
 def require_alone(automaton: Automaton, mode: NumericMode, begin: Any, segment: "Segment", slack: Any) -> None:
@@ -106,9 +89,9 @@ def require_alone(automaton: Automaton, mode: NumericMode, begin: Any, segment: 
         return
     dismissed = set[Branch]()
     for low, high in pairwise((part, stretch.others(part)) for part in parts):
-        for part, branches in _coming_up(stretch, low, high, HALVINGS):
-            if not branches <= dismissed:
-                dismissed |= branches
+        for part, found in _coming_up(stretch, low, high, HALVINGS):
+            if not found <= dismissed:
+                dismissed |= found
                 with suppress(NoMotion, UnboundedReaction, Undecided):
                     automaton.next(mode.branch, (), *stretch.at(part), slack)
 
@@ -131,7 +114,7 @@ def along_steps(mode: NumericMode, steps: Sequence[tuple[Any, tuple]]) -> Callab
 @lru_cache(maxsize=256)
 def has_always_one_motion(automaton: Automaton, branch: Branch) -> bool:
     """Tell whether the determinants are those of any state, and have the signs that they have without friction."""
-    fixed = keeps_coefficients(automaton.system)
+    fixed = contacts.keeps_coefficients(automaton.system)
     return fixed and _has_one_motion(automaton, branch, 1.0, (1.0,) * len(automaton.system.states))
 
 
@@ -145,9 +128,9 @@ def _has_one_motion(automaton: Automaton, branch: Branch, t: Any, state: tuple) 
 
 def _junction(automaton: Automaton, branch: Branch, t: Any, state: tuple) -> Junction:
     """Return the contacts in a branch, in doubles without their rounding: what they show is decided again."""
-    system, place = automaton.system, place_of(automaton, _CLOSELY, float(t), tuple(map(float, state)))
-    signs = signs_at_rest(system, [place, place], at_rest(branch))
-    point = contact_point(system, place, signs)
+    system, place = automaton.system, contacts.place_of(automaton, _CLOSELY, float(t), tuple(map(float, state)))
+    signs = contacts.signs_at_rest(system, [place, place], at_rest(branch))
+    point = contacts.contact_point(system, place, signs)
     touching = {k: False for k, f in enumerate(system.frictions) if f.unilateral and branch[k] != OPEN}
     return Junction(system, branch, set(), (place, place), [point, point], signs, touching, ROUNDED)
 
@@ -158,7 +141,9 @@ def distinct_branches(system: System, branch: Branch) -> list[Branch]:
     These contain the signs of load and velocity as a product, the mode, unless a formula asks for the direction.
     """
     found = _choices(system, branch)
-    return found if feels_directions(system) else [*{tuple(phase.mode for phase in b): b for b in found}.values()]
+    if contacts.feels_directions(system):
+        return found
+    return [*{tuple(phase.mode for phase in b): b for b in found}.values()]
 
 
 def rivals(system: System, branch: Branch) -> list[Branch]:
@@ -166,8 +151,8 @@ def rivals(system: System, branch: Branch) -> list[Branch]:
 
     In these a contact that moves presses otherwise, or a smooth one does and the same contacts rest.
     """
-    smooth = [k for k in range(len(branch)) if is_smooth(system, k)]
-    return [b for b in _choices(system, branch) if presses_otherwise(system, b, branch) or (
+    smooth = [k for k in range(len(branch)) if branches.is_smooth(system, k)]
+    return [b for b in _choices(system, branch) if branches.presses_otherwise(system, b, branch) or (
         at_rest(b) == at_rest(branch) and any(b[k].load != branch[k].load for k in smooth))]
 
 
@@ -178,11 +163,11 @@ def _choices(system: System, branch: Branch) -> list[Branch]:
 
 
 def _phases(system: System, k: int, phase: Phase) -> list[Phase]:
-    pushed = system.frictions[k].rigid or is_pushed(system, k)
+    pushed = system.frictions[k].rigid or branches.is_pushed(system, k)
     if phase == OPEN or not (pushed or phase.mode == "stick"):
         return [phase]
     velocities = (phase.velocity,) if phase.velocity else (0, 1, -1)
-    closed = [Phase(load, velocity) for load in signs_of_load(system, k) for velocity in velocities]
+    closed = [Phase(load, velocity) for load in branches.signs_of_load(system, k) for velocity in velocities]
     return ([phase] if phase.smooth else closed) + [OPEN] * system.frictions[k].unilateral
 
 
