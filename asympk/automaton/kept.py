@@ -52,7 +52,8 @@ def without_asymmetry(mode: "NumericMode", t: Any, state: tuple, segment: "Segme
 
     Errors of the flow leave the plane, and contacts that a symmetry makes slip at one time would slip in turn.
     """
-    if len(mode.branch) < 2 or (marks := _same(state)) == (apart := [(k, 1) for k in range(len(state))]):
+    apart = [(k, 1) for k in range(len(state))]
+    if len(mode.branch) < 2 or (marks := _alike([*zip(state)], None, lambda values: values[0] != 0)) == apart:
         return segment
     farthest = FARTHEST * max(map(abs, segment.state))
     marks = _alike([*zip(segment.state)], marks, lambda values: abs(values[0]) > farthest)
@@ -65,10 +66,6 @@ def without_asymmetry(mode: "NumericMode", t: Any, state: tuple, segment: "Segme
         if places and _is_exact(places, mode.mode, marks, clear_sign):
             return segment._replace(state=_on_plane(marks, segment.state))
     return segment
-
-
-def _same(values: Sequence) -> Marks:
-    return _alike([*zip(values)], None, lambda values: values[0] != 0)
 
 
 def _is_exact(places: tuple[Place, ...], mode: GuardedMode, marks: Marks, sign: Sign, exprs: tuple = ()) -> bool:
