@@ -18,17 +18,8 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.automaton.contacts import (
-    ContactPoint,
-    Place,
-    Solved,
-    coupled,
-    feels_directions,
-    gap_row,
-    is_open,
-    row_at,
-    solved_forces,
-)
+from asympk.automaton import contacts
+from asympk.automaton.contacts import ContactPoint, Place, Solved
 from asympk.automaton.junction import Junction
 from asympk.automaton.kept import vanish_on_plane
 from asympk.automaton.modes import GuardedMode, mode_of
@@ -56,7 +47,7 @@ def admissible(here: Junction) -> Tried:
     A branch has one of the choices of ``_fitting`` for each group of coupled frictions. A branch whose forces are not
     determined is kept, with None in place of the keys.
     """
-    fitting = [_fitting(here, group) for group in coupled(here.system)]
+    fitting = [_fitting(here, group) for group in contacts.coupled(here.system)]
     _require_few(math.prod(map(len, fitting)), sum(len(choices) > 1 for choices in fitting))
     found: Tried = {}
     for choice in product(*fitting):
@@ -109,7 +100,7 @@ def _has_one_solution(here: Junction, group: tuple[int, ...], undecided: list[in
     import numpy as np
 
     forced = (here.system.frictions[k].rigid or here.points[0].contacts[k].pushed for k in group)
-    if any(forced) or feels_directions(here.system):
+    if any(forced) or contacts.feels_directions(here.system):
         return False
     if any([(p.mode, p.load) for p in here.phases[k][:1]] != [("stick", here.phases[k][-1].load)] for k in undecided):
         return False
@@ -199,7 +190,7 @@ def _margins(here: Junction, branch: Branch, group: tuple[int, ...]) -> dict[tup
         if (own := here.solved(branch, group, k)) is None:
             return None
         found.append(own)
-    if is_open([own.determinant for own in found]):
+    if contacts.is_open([own.determinant for own in found]):
         return None
     jumped = here.jumped(branch)
     margins = [_margins_at(here, branch, jumped, group, n, solved) for n, solved in enumerate(found)]
@@ -228,7 +219,7 @@ def _margins_at(
         elif phase.slips:
             if not branches.lifts(friction):
                 found["force_zero", k, False] = phase.load * load
-            rate = row_at(point.rows[k], forces)
+            rate = contacts.row_at(point.rows[k], forces)
             vanishes = k in here.resting and k not in jumped
             found["velocity_zero", k, False] = phase.velocity * (rate if vanishes else contact.velocity)
     return found
@@ -240,7 +231,7 @@ def margins_at_state(here: Junction, branch: Branch) -> list[Any]:
     A load of reactions that are all of open contacts is 0 in the whole branch, and no margin.
     """
     found: list[Any] = []
-    for group in coupled(here.system):
+    for group in contacts.coupled(here.system):
         if (solved := here.solved(branch, group)) is None:
             return []
         margins = _margins_at(here, branch, here.jumped(branch), group, 0, solved)
@@ -264,7 +255,7 @@ def breaks_loose(here: Junction, branch: Branch) -> bool:
     resting = here.resting - here.jumped(branch).keys()
     rest = tuple(p._replace(velocity=0) if k in resting and p != OPEN else p for k, p in enumerate(branch))
     loose, signs = {k for kind, k in here.lost if kind == "slip_onset"}, dict[tuple, int]()
-    for group in coupled(here.system):
+    for group in contacts.coupled(here.system):
         if (margins := _margins(here, rest, group)) is None:
             loose |= {*group}
         else:
@@ -292,7 +283,9 @@ def _opening(here: Junction, k: int, point: ContactPoint, forces: tuple) -> Any:
         return point.contacts[k].gap
     if k not in here.touching:
         return abs(point.contacts[k].gap)
-    return 0 if here.touching[k] and not here.has_jumped(k) else row_at(gap_row(here.system, k, point), forces)
+    if here.touching[k] and not here.has_jumped(k):
+        return 0
+    return contacts.row_at(contacts.gap_row(here.system, k, point), forces)
 
 
 def staying(here: Junction, mode: GuardedMode, keys: list[tuple]) -> list[int] | None:
@@ -444,4 +437,4 @@ def solved_without_friction(here: Junction, branch: Branch, group: Collection[in
     point = here.points_in(branch)[0]
     smooth = point._replace(contacts=tuple(c._replace(kinetic=0, static=0) for c in point.contacts))
     sliding = tuple(phase if phase == OPEN else phase._replace(velocity=1) for phase in branch)
-    return solved_forces(here.system, sliding, smooth, here.numbers, group)
+    return contacts.solved_forces(here.system, sliding, smooth, here.numbers, group)

@@ -23,20 +23,8 @@ from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
-from asympk.automaton.consistency import (
-    ORDERS,
-    Tried,
-    admissible,
-    all_guards,
-    all_vanish,
-    breaks_loose,
-    signs_of_derivatives,
-    solved_without_friction,
-    stands_still,
-    staying,
-    stays,
-    vanish_along,
-)
+from asympk.automaton import consistency
+from asympk.automaton.consistency import Tried, all_guards, all_vanish, solved_without_friction, staying, stays
 from asympk.automaton.contacts import DOUBLES, Numbers, Unclear, clear_sign, place_of
 from asympk.automaton.exact import MOST_WORKING
 from asympk.automaton.junction import Junction, junction_at
@@ -91,10 +79,10 @@ def all_motions(automaton: "Automaton", t: Any, state: tuple, slack: Any) -> dic
     state, numbers = _in_digits(state)
     with finite(lambda: t, lambda: without_value(automaton.system, automaton.values, t, state)):
         here = junction_at(automaton, None, (), t, state, slack, numbers)
-        tried = admissible(here)
+        tried = consistency.admissible(here)
         consistent, doubts = _consistent(here, tried)
         there = junction_at(_with_static(automaton, here.resting), None, (), t, state, slack, numbers)
-        onsets, _ = _consistent(there, admissible(there))
+        onsets, _ = _consistent(there, consistency.admissible(there))
         _require_determined(here, tried)
         for doubt in doubts.values():
             raise doubt
@@ -216,7 +204,7 @@ def _follow_on(
     automaton: "Automaton", before: Branch | None, hits: tuple, t: Any, state: tuple, slack: Any, numbers: Numbers
 ) -> Branch:
     here = junction_at(automaton, before, hits, t, state, slack, numbers)
-    tried = admissible(here)
+    tried = consistency.admissible(here)
     if standing := _standing(here, tried):
         return standing
     try:
@@ -229,13 +217,13 @@ def _follow_on(
 def _going_on(here: Junction, tried: Tried) -> Branch:
     """Return the one branch that follows; raises ``NoMotion``, ``TwoMotions``, ``Undecided``, ``UnboundedReaction``."""
     consistent, doubts = _consistent(here, tried)
-    firm = [branch for branch in consistent if len(consistent) == 1 or not breaks_loose(here, branch)] or [*consistent]
+    firm = [b for b in consistent if len(consistent) == 1 or not consistency.breaks_loose(here, b)] or [*consistent]
     held = branches.at_rest(here.before or ()) - {k for _, k in here.lost}
     preferred = branches.most_at_rest(branches.most_at_rest([*firm, *doubts], held))
     for branch, doubt in doubts.items():
         if branch in preferred or _presses_otherwise(here, branch, preferred):
             raise doubt
-    if len(preferred) > 1 and all(stands_still(here, mode_of(here.system, branch)) for branch in preferred):
+    if len(preferred) > 1 and all(consistency.stands_still(here, mode_of(here.system, branch)) for branch in preferred):
         return _idle(here, preferred[0], consistent[preferred[0]])
     others = [branch for branch in firm if _presses_otherwise(here, branch, preferred)]
     branch = _chosen(here, {branch: consistent[branch] for branch in [*preferred, *others]})
@@ -291,7 +279,7 @@ def _margin_growth(here: Junction, branch: Branch, margin: Guard) -> int:
     """Return the sign with which a margin of a branch that stands leaves 0, or 0 if the margin stays 0."""
     mode = mode_of(here.system, branch)
     guard = next((k for k, guard in enumerate(mode.guards) if guard.key == margin.key), None)
-    return 0 if guard is None else next(filter(None, signs_of_derivatives(here, mode, guard)), 0)
+    return 0 if guard is None else next(filter(None, consistency.signs_of_derivatives(here, mode, guard)), 0)
 
 
 def _lasts(here: Junction, branch: Branch) -> bool:
@@ -302,7 +290,7 @@ def _lasts(here: Junction, branch: Branch) -> bool:
     mode, time = mode_of(here.system, branch), here.system.time
     rows = tuple(row for row in mode.standing if row.has(time))
     smooth = tuple(row for row in rows if not sides.is_switched(row, (time,)))
-    for _ in range(ORDERS):
+    for _ in range(consistency.ORDERS):
         rows = tuple(map(mode.drift, rows))
         if not all_vanish(here, rows):
             return False
@@ -397,7 +385,7 @@ def _chosen(here: Junction, consistent: dict[Branch, list[int]]) -> Branch:
     modes = _modes(here, consistent)
     distinct = _distinct(consistent, modes)
     apart = tuple(a - b for rates in distinct for a, b in zip(modes[0].rates, rates, strict=True))
-    if len(distinct) == 1 or (distinct and vanish_along(here, modes[0], apart)):
+    if len(distinct) == 1 or (distinct and consistency.vanish_along(here, modes[0], apart)):
         return next(iter(consistent))
     if not distinct:
         raise NoMotion(f"no motion goes on {here.in_words}: {_why_none(here)}", here.at.t, here.at.state)

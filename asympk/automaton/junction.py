@@ -9,24 +9,8 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
-from asympk.automaton.contacts import (
-    ContactNumbers,
-    ContactPoint,
-    Numbers,
-    Place,
-    Signs,
-    Solved,
-    clear_sign,
-    contact_point,
-    coupled,
-    gap_row,
-    is_open,
-    nudges,
-    place_of,
-    signs_at_rest,
-    solved_forces,
-    turned_by_others,
-)
+from asympk.automaton import contacts
+from asympk.automaton.contacts import ContactNumbers, ContactPoint, Numbers, Place, Signs, Solved, solved_forces
 from asympk.automaton.modes import mode_of
 from asympk.errors import InputError, NoMotion, UnboundedReaction
 from asympk.numbers import listed, short
@@ -100,7 +84,7 @@ class Junction:
             return self.points
         signs = self._signs_in(branch)
         if signs not in self._directed:
-            self._directed[signs] = [contact_point(self.system, place, signs) for place in self.places]
+            self._directed[signs] = [contacts.contact_point(self.system, place, signs) for place in self.places]
         return self._directed[signs]
 
     def _signs_in(self, branch: Branch) -> Signs:
@@ -114,7 +98,7 @@ class Junction:
 
     def jumped(self, branch: Branch) -> dict[int, int]:
         """Return the signs of sliding velocities that, in a branch, other contacts have made jump from 0 by turning."""
-        turned = self.resting & turned_by_others(self.system)
+        turned = self.resting & contacts.turned_by_others(self.system)
         points = self.points_in(branch) if turned else []
         signs = {k: self.numbers.decided_sign([point.contacts[k].velocity for point in points]) for k in turned}
         return {k: sign for k, sign in signs.items() if sign}
@@ -137,20 +121,20 @@ class Junction:
         """
         if not self.before:
             return False
-        group = next(group for group in coupled(self.system) if k in group)
-        points = (contact_point(self.system, place, self._signs_in(self.before))
+        group = next(group for group in contacts.coupled(self.system) if k in group)
+        points = (contacts.contact_point(self.system, place, self._signs_in(self.before))
                   for place in self.at.with_nudged(self.slack, self.slack))
         found = [solved_forces(self.system, self.before, point, self.numbers, group) for point in points]
         normal = self.system.frictions[k].normal
-        return all(found) and clear_sign([own.forces[normal] for own in found if own]) != 0
+        return all(found) and contacts.clear_sign([own.forces[normal] for own in found if own]) != 0
 
     def is_determined(self, branch: Branch) -> bool:
         """Tell whether the equations of a branch determine its forces."""
-        return all(self.solved(branch, group) is not None for group in coupled(self.system))
+        return all(self.solved(branch, group) is not None for group in contacts.coupled(self.system))
 
     def forces(self, branch: Branch) -> dict[Any, Any]:
         """Return all forces of a branch whose equations determine them."""
-        found = [own.forces for group in coupled(self.system) if (own := self.solved(branch, group))]
+        found = [own.forces for group in contacts.coupled(self.system) if (own := self.solved(branch, group))]
         return {force: sum(own[force] for own in found) for force in found[0]}
 
     @property
@@ -164,7 +148,7 @@ def junction_at(
 ) -> Junction:
     """Return the ``Junction`` where the branch ``before``, or None at a start, has lost its guards ``hits``."""
     system = automaton.system
-    at = place_of(automaton, numbers, t, state)
+    at = contacts.place_of(automaton, numbers, t, state)
     places = tuple(_settled(automaton, before, hits, place, slack) for place in at.with_nudged(slack))
     guards = mode_of(system, before).guards if before else ()
     lost = {(guards[k].kind, guards[k].friction) for k in hits}
@@ -172,8 +156,8 @@ def junction_at(
         _require_kept(system, at)
         lost |= _resting(system, at)
     still = branches.at_rest(before or ()) | {k for kind, k in lost if kind == "velocity_zero"}
-    signs = signs_at_rest(system, places, still)
-    points = [contact_point(system, place, signs) for place in places]
+    signs = contacts.signs_at_rest(system, places, still)
+    points = [contacts.contact_point(system, place, signs) for place in places]
     touching = _touching(system, before, lost, at)
     _require_directions(system, touching, points, at)
     return Junction(system, before, lost, places, points, signs, touching, slack)
@@ -184,8 +168,8 @@ def _require_directions(system: System, touching: dict[int, bool], points: list[
     for k, friction in enumerate(system.frictions):
         if not friction.rigid or (friction.unilateral and k not in touching):
             continue
-        _, *columns = zip(*(gap_row(system, k, point) for point in points), strict=True)
-        if all(map(is_open, columns)):
+        _, *columns = zip(*(contacts.gap_row(system, k, point) for point in points), strict=True)
+        if all(map(contacts.is_open, columns)):
             raise UnboundedReaction(f"the gap of friction {k} has no slope {_place_in_words(system, at)}, so that no "
                                     "reaction of its contact is determined; write it as a distance, which grows evenly",
                                     at.t, at.state)
@@ -312,7 +296,7 @@ def _signs(system: System, expressions: tuple, at: Place, rounding: float, least
         return signs
     plain = at._replace(p=at.p[: len(system.parameters)], coefficients=())
     fixed = sides.switching_symbols(*expressions)
-    for _, moved in nudges(at.t, plain.p, rounding):
+    for _, moved in contacts.nudges(at.t, plain.p, rounding):
         rounded = zip(system.parameters, plain.p, moved, strict=True)
         p = tuple(value if symbol in fixed else near for symbol, value, near in rounded)
         rows.append(plain._replace(p=p).values(system, expressions))
@@ -323,17 +307,17 @@ def _closed(here: Junction, k: int) -> list[Phase]:
     if branches.is_smooth(here.system, k):
         return [branches.SMOOTH]
     was = here.before[k] if here.before else None
-    contacts = [point.contacts[k] for point in here.points]
-    turned = k in turned_by_others(here.system)
+    own = [point.contacts[k] for point in here.points]
+    turned = k in contacts.turned_by_others(here.system)
     kept = was is not None and (was.mode == "stick" or "velocity_zero" in was.idle)
     resting = turned or kept or ("velocity_zero", k) in here.lost
-    velocity = 0 if resting else here.numbers.decided_sign([c.velocity for c in contacts])
+    velocity = 0 if resting else here.numbers.decided_sign([c.velocity for c in own])
     sign = (was.load if was else 0) or 1  # where both signs of the load go on alike, the first is taken
     loads: tuple[int, ...] = (sign, -sign)
     if len(signs := branches.signs_of_load(here.system, k)) == 1:
         loads = signs
-    elif ("force_zero", k) not in here.lost and not contacts[0].pushed:
-        load = here.numbers.decided_sign([c.load for c in contacts])
+    elif ("force_zero", k) not in here.lost and not own[0].pushed:
+        load = here.numbers.decided_sign([c.load for c in own])
         loads = (load,) if load else loads if _loads_move(here.system)[k] else (1,)
     return [Phase(load, v) for load in loads for v in ((velocity,) if velocity else (0, 1, -1))]
 

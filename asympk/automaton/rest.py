@@ -16,20 +16,8 @@ from functools import lru_cache
 
 import sympy as sp
 
-from asympk.automaton.contacts import (
-    ContactNumbers,
-    ContactPoint,
-    Numbers,
-    Place,
-    contact_equations,
-    contact_formulas,
-    gap_row,
-    in_forces,
-    is_open,
-    linear_rows,
-    plus_multiple,
-    unit_row,
-)
+from asympk.automaton import contacts
+from asympk.automaton.contacts import ContactNumbers, ContactPoint, Numbers, Place, plus_multiple, unit_row
 from asympk.automaton.junction import Junction
 from asympk.symbolic.branches import OPEN, Branch, Guard, is_joint
 from asympk.symbolic.forces import determined, standing_rows
@@ -87,8 +75,8 @@ def open_forces(here: Junction, branch: Branch) -> list[sp.Symbol]:
 
     After an exchange of as many rows for forces as possible, these are the forces left, and those that depend on them.
     """
-    unknowns, every = contact_formulas(here.system)[1], range(len(branch))
-    tables = [contact_equations(here.system, branch, point, every) for point in here.points_in(branch)]
+    unknowns, every = contacts.contact_formulas(here.system)[1], range(len(branch))
+    tables = [contacts.contact_equations(here.system, branch, point, every) for point in here.points_in(branch)]
     columns = range(1, 1 + len(unknowns))
     tables, found = _without(tables, range(len(tables[0])), columns, here.numbers)
     free = [j for j in columns if j not in found]
@@ -106,7 +94,7 @@ def _agreeing(here: Junction, branch: Branch) -> tuple[list[Table], list[Table]]
     """Return, for each point, the rows that are 0 and the rows that are not negative if forces agree with a branch."""
     points = here.points_in(branch)
     cones = [_cone(here, branch, n) + _parting(here, branch, p) for n, p in enumerate(points)]
-    return [contact_equations(here.system, branch, p, range(len(branch))) for p in points], cones
+    return [contacts.contact_equations(here.system, branch, p, range(len(branch))) for p in points], cones
 
 
 def _corner(
@@ -155,7 +143,7 @@ def _without(
     for j in columns:
         free = [i for i in rows if i not in found.values()]
         pivot = max(free, key=lambda i: abs(tables[0][i][j]), default=None)
-        if pivot is None or is_open([table[pivot][j] for table in tables]):
+        if pivot is None or contacts.is_open([table[pivot][j] for table in tables]):
             continue
         if not numbers.is_singular(tables[0][pivot][j], tables[0][pivot][1:]):
             tables, found[j] = [_exchanged(table, pivot, j) for table in tables], pivot
@@ -179,7 +167,7 @@ def _exchanged(table: Table, i: int, j: int) -> Table:
 
 def _cone(here: Junction, branch: Branch, n: int) -> list[tuple]:
     """Return the rows that must not be negative: loads of closed contacts that forces change, margins of stick."""
-    unknowns, found = contact_formulas(here.system)[1], []
+    unknowns, found = contacts.contact_formulas(here.system)[1], []
 
     def load(contact: ContactNumbers, sign: int) -> tuple:
         push = dict(contact.pushed)
@@ -200,21 +188,21 @@ def _parting(here: Junction, branch: Branch, point: ContactPoint) -> list[tuple]
     slipping = [k for k, phase in enumerate(branch) if phase.velocity and k in here.resting]
     opening = [k for k, phase in enumerate(branch) if phase == OPEN and k in here.touching]
     rows = [tuple(branch[k].velocity * a for a in point.rows[k]) for k in slipping]
-    return rows + [gap_row(here.system, k, point) for k in opening]
+    return rows + [contacts.gap_row(here.system, k, point) for k in opening]
 
 
 def _tables(here: Junction, rows: tuple[sp.Expr, ...], places: tuple[Place, ...]) -> list[Table]:
     """Return, for each place, the values of rows in the forces, in its numbers: quotients of integers are doubles."""
-    unknowns = contact_formulas(here.system)[1]
-    return [linear_rows([*map(p.numbers.convert, p.values(here.system, rows))], unknowns) for p in places]
+    unknowns = contacts.contact_formulas(here.system)[1]
+    return [contacts.linear_rows([*map(p.numbers.convert, p.values(here.system, rows))], unknowns) for p in places]
 
 
 @lru_cache(maxsize=64)
 def _rates(system: System) -> tuple[sp.Expr, ...]:
-    return in_forces(system, system.rates.values())
+    return contacts.in_forces(system, system.rates.values())
 
 
 @lru_cache(maxsize=64)
 def _standing_rows(system: System, branch: Branch) -> tuple[sp.Expr, ...]:
     zeros, margins = standing_rows(system, branch)
-    return in_forces(system, (*zeros, *(margin.value for margin in margins)))
+    return contacts.in_forces(system, (*zeros, *(margin.value for margin in margins)))
