@@ -76,9 +76,10 @@ def system(law: sp.Expr | None = None) -> System:
     scales = rod.find_scales(elastic)
     state = {rod.R1: scales.reaction * x, rod.dR1: scales.reaction * y / scales.time}
     load = sp.expand(elastic.law.subs(state, simultaneous=True) * sp.cos(rod.alpha) / rod.P)
-    return System.with_friction(slow={x: y}, fast={y: _fast(phi, elastic).subs(_LOAD, load)},
-                                velocity={z: _velocity(phi, elastic, scales).subs(_LOAD, load)}, force=phi, load=load,
-                                kinetic=sigma + 2, static=sigma0 + 2, small=mu, assumptions=ASSUMPTIONS)
+    drift = sp.expand(_nondimensional(elastic.acceleration, phi) * scales.time / scales.velocity).subs(_LOAD, load)
+    return System.with_friction(slow={x: y}, fast={y: _fast(phi, elastic).subs(_LOAD, load)}, velocity={z: drift},
+                                force=phi, load=load, kinetic=sigma + 2, static=sigma0 + 2, small=mu,
+                                assumptions=ASSUMPTIONS)
 
 
 VALUES = {"m": 1, "P": 1, "alpha": "6/5", "f": 2, "f_0": 2}
@@ -120,7 +121,3 @@ def _nondimensional(expr, phi):
 
 def _fast(phi, elastic=None):
     return sp.expand(-_nondimensional((elastic or rod.elastic_rod()).balance, phi) / rod.P)
-
-
-def _velocity(phi, elastic, scales):
-    return sp.expand(_nondimensional(elastic.acceleration, phi) * scales.time / scales.velocity)
