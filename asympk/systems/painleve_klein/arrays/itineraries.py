@@ -72,10 +72,6 @@ class Setting:
         return 1 / cone(self.sigma0)[1]
 
     @cached_property
-    def lower_edge(self) -> Number:
-        return 1 / cone(self.sigma0)[0]
-
-    @cached_property
     def steep(self) -> Number:
         return np.greater(self.sigma, 0)
 
@@ -223,7 +219,7 @@ def _stick(b, rows):
     (edge,), thrown = pick(rows, b.p.upper_edge), b.of(THROWN)
     if thrown.start < thrown.stop:
         edge = np.full(x.size, edge)
-        (edge[: thrown.stop - thrown.start],) = pick(thrown, b.p.lower_edge)
+        (edge[: thrown.stop - thrown.start],) = pick(thrown, 1 / cone(b.p.sigma0)[0])
     dt, x = branchfree.release(m, x, y, edge)
     b.fits[rows] &= dt > SAFE / abs(m.fast)
     b.meet("slip_onset", rows, dt, x, edge - x, 0.0)
