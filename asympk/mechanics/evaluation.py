@@ -10,7 +10,6 @@ import sympy as sp
 from asympk.automaton.junction import BY_HAND, OF_ZERO
 from asympk.errors import InputError, OutOfRange
 from asympk.mechanics.kinetics import Kinetics, slope_in_powers
-from asympk.mechanics.stops import bound_symbols
 from asympk.numbers import common_shape, short
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.long import atoms, symbols_in
@@ -31,7 +30,7 @@ def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) ->
     import numpy as np
 
     together = sp.Tuple(*expressions)
-    needed = sorted(symbols_in(together) - bound_symbols(together), key=str)
+    needed = sorted(symbols_in(together) - _arguments_of_functions(together), key=str)
     if missing := [str(symbol) for symbol in needed if symbol not in values]:
         alike = [name for name in missing if name in map(str, values)]
         what = (f"the Symbol {alike[0]} has other assumptions than the mechanism's" if alike
@@ -62,6 +61,11 @@ def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) ->
         raise OutOfRange(f"an equation of the contact is not finite at {place}, or beside it{named}; give other "
                          "numbers: a mass or a length by which it divides may be 0, or G_NT, by which the critical "
                          "friction divides") from None
+
+
+def _arguments_of_functions(expr: sp.Basic) -> set[sp.Symbol]:
+    """Return the symbols of an expression that only stand for the arguments of a Lambda."""
+    return symbols_in(sp.Tuple(*(law.signature for law in atoms(expr, sp.Lambda))))
 
 
 def _first_out_of_range(function: Callable[..., Any], arrays: Sequence[Any]) -> int:

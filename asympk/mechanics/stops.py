@@ -15,7 +15,6 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import NotDerivable
-from asympk.symbolic.long import atoms, symbols_in
 from asympk.symbolic.truth import Evaluated, array_function
 
 RTOL = 1e-10  # the error of u on a panel, relative to m |gamma| / G_TT, beyond which u never grows
@@ -44,11 +43,6 @@ class Stops(Evaluated):
         columns = values.reshape(len(values), -1)
         parts = (columns[:, k: k + BATCH] for k in range(0, columns.shape[1], BATCH))
         return np.array([stop for part in parts for stop in _stop(bound, part)], bool).reshape(values.shape[1:])
-
-
-def bound_symbols(expr: sp.Basic) -> set[sp.Symbol]:
-    """Return the symbols of an expression that only stand for the arguments of a Lambda."""
-    return symbols_in(sp.Tuple(*(law.signature for law in atoms(expr, sp.Lambda))))
 
 
 def _stop(bound: Callable[..., Any], columns: Any) -> list[bool]:
