@@ -80,7 +80,7 @@ def expanded_determinant(matrix: sp.Matrix) -> sp.Expr:
 
 def cofactors(matrix: sp.Matrix) -> tuple[sp.Matrix, sp.Expr]:
     """Return (adjugate, determinant) by nested minors, which are not expanded and are shared between the cofactors."""
-    every, minor = tuple(range(matrix.rows)), _minors(matrix, lambda found: found)
+    every, minor = tuple(range(matrix.rows)), _minors(matrix)
     but = [every[:k] + every[k + 1 :] for k in every]
     adjugate = sp.Matrix([[(-1) ** (i + j) * minor(but[j], but[i]) for j in every] for i in every])
     return adjugate, minor(every, every)
@@ -88,22 +88,16 @@ def cofactors(matrix: sp.Matrix) -> tuple[sp.Matrix, sp.Expr]:
 
 def has_long_minors(matrix: sp.Matrix) -> bool:
     """Tell whether the determinant by nested minors has more than ``LONG`` operations, by the first minor that has."""
-
-    def short(found: sp.Expr) -> sp.Expr:
-        if is_longer(found, LONG):
-            raise OverflowError
-        return found
-
     every = tuple(range(matrix.rows))
     try:
-        _minors(matrix, short)(every, every)
+        _minors(matrix, LONG)(every, every)
     except OverflowError:
         return True
     return False
 
 
-def _minors(matrix: sp.Matrix, checked: Callable[[sp.Expr], sp.Expr]) -> Callable[..., sp.Expr]:
-    """Return the function of rows and columns that gives their minor; every minor passes through ``checked``."""
+def _minors(matrix: sp.Matrix, longest: int | None = None) -> Callable[..., sp.Expr]:
+    """Return the function of rows and columns that gives their minor; raises ``OverflowError`` if one is longer."""
 
     @cache
     def minor(rows: tuple[int, ...], columns: tuple[int, ...]) -> sp.Expr:
@@ -111,7 +105,10 @@ def _minors(matrix: sp.Matrix, checked: Callable[[sp.Expr], sp.Expr]) -> Callabl
             return sp.S.One
         kept = [(k, matrix[rows[0], c]) for k, c in enumerate(columns) if matrix[rows[0], c] != 0]
         below = ((-1) ** k * e * minor(rows[1:], columns[:k] + columns[k + 1 :]) for k, e in kept)
-        return checked(sp.Add(*below))
+        found = sp.Add(*below)
+        if longest is not None and is_longer(found, longest):
+            raise OverflowError
+        return found
 
     return minor
 
