@@ -59,7 +59,7 @@ class Automaton:
         Others, and those without a real value, which belong to other sides of a switch, stay in the formulas.
         """
         right_to = digits or DIGITS_OF_DOUBLES
-        found = _cancelling(self, _at_contacts(self.system), right_to)
+        found = _cancelling(self, _scattered_over_contacts(self.system), right_to)
         for part in coefficients_of(self.system):
             with suppress(OutOfRange, TypeError):
                 found |= exact_values(self.system, (part,), self.values, right_to)
@@ -230,7 +230,6 @@ def _rank(mode: NumericMode, phase: sp.Expr, side: int, t: Any, state: State, sl
 def _by_law_of(
     automaton: Automaton, sides: Sides, before: Branch | None, hits: tuple[int, ...], t: Any, state: State, slack: Any
 ) -> Branch:
-    """Return the branch that follows by the laws on the given ``sides`` of edges."""
     sided = _on_sides(automaton, sides)
     if before is not None and _torn_off(automaton, sided, before, hits, t, state, slack):
         return decide.follow_on(sided, None, (), t, state, slack)
@@ -374,8 +373,7 @@ def _numeric(automaton: Automaton, branch: Branch, digits: int | None, sides: Si
 
 
 @lru_cache(maxsize=64)
-def _at_contacts(system: System) -> tuple[sp.Expr, ...]:
-    """Return the coefficients that are scattered over the equations of the contacts."""
+def _scattered_over_contacts(system: System) -> tuple[sp.Expr, ...]:
     return scattered(system, contact_formulas(system)[0])
 
 

@@ -124,7 +124,6 @@ def solve_many(
 
 
 def _follow(arguments, first, last, notes, strict=False, progress=None):
-    """Return the ``_Result`` of the trajectories from ``first`` to ``last``."""
     size = last - first
     result = _Result(first, np.empty((3, size)), np.empty(size, dtype=np.int32), {}, notes, strict)
     waiting = np.zeros(0, dtype=np.intp)

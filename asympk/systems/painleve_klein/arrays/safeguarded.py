@@ -296,15 +296,14 @@ def settled_ends(motion: Segments, sigma0: Number, remaining: Number, kind: np.n
             t = part.refined(t, 3, np.zeros_like(t))
             found = part.on_plane(t)
         else:
-            level = np.zeros_like(t) if which == FORCE_ZERO else _nearest(part, t, near[rows], far[rows])
+            level = np.zeros_like(t) if which == FORCE_ZERO else _nearest_edge(part, t, near[rows], far[rows])
             t = part.refined(t, 2, level)
             found = part.on_level(level, t)
         time[rows], state[:, rows] = t, found
     return kind, time, state, np.zeros(remaining.size, bool)
 
 
-def _nearest(part, t, near, far):
-    """Return the edge of the static cone that is nearest to s."""
+def _nearest_edge(part, t, near, far):
     s = part.state(t)[2]
     return np.where(np.abs(s - near) <= np.abs(s - far), near, far)
 
