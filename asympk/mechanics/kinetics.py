@@ -85,7 +85,7 @@ class Kinetics:
     def _through_mass(self, i: int, j: int) -> sp.Expr:
         if self.long:
             return InverseForm.of(self.directions[i, :], self._collected, self.directions[j, :])
-        return tidy(self._undivided[i, j] / self._inertia)
+        return tidy(self.undivided[i, j] / self._inertia)
 
     @cached_property
     def _collected(self) -> sp.ImmutableMatrix:
@@ -93,15 +93,8 @@ class Kinetics:
         return self.mass.applyfunc(collected)
 
     @cached_property
-    def undivided(self) -> tuple[sp.Expr, sp.Expr]:
-        """(G_NN, G_NT), times det M, without fractions where M, gap and slip have none, unless they are ``long``."""
-        if self.long:
-            return self.delassus[0, 0], self.delassus[0, 1]
-        return tidy(self._undivided[0, 0]), tidy(self._undivided[0, 1])
-
-    @cached_property
-    def _undivided(self) -> sp.Matrix:
-        """G times det M."""
+    def undivided(self) -> sp.Matrix:
+        """G times det M, without fractions where M, gap and slip have none."""
         return (self.directions * self.mass.adjugate() * self.directions.T).applyfunc(sp.expand)
 
     @cached_property

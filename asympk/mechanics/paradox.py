@@ -31,8 +31,9 @@ def condition(kinetics: Kinetics) -> sp.Basic:
 
 def ratio(kinetics: Kinetics) -> tuple[sp.Expr, sp.Expr]:
     """Return G_NN and |G_NT| divided by their common factors, among them 1 / det M."""
-    normal, mixed = kinetics.undivided
-    if mixed == 0 or kinetics.delassus[0, 1] == 0:
+    G = kinetics.delassus
+    normal, mixed = G[0, :] if kinetics.long else map(tidy, kinetics.undivided[0, :])
+    if mixed == 0 or G[0, 1] == 0:
         return sp.S.One, sp.S.Zero
     if kinetics.long:
         return normal, sp.Abs(mixed, evaluate=False)
