@@ -294,7 +294,7 @@ def staying(here: Junction, mode: GuardedMode, keys: list[tuple]) -> list[int] |
     ``keys`` are the keys of the guards that vanish.
     """
     ties = [k for k, guard in enumerate(all_guards(mode)) if guard.key in keys]
-    if mode.pressed and any(v < 0 for v in here.at.values(mode.system, tuple(g.value for g in mode.fixed_guards))):
+    if mode.pressed and any(v < 0 for v in here.at.values(mode.system, mode.conditions)):
         return None  # a condition is a margin divided by the penetration: the margin is negative once there is one
     pending, grown = _signs_by_guard(here, mode, [k for k in ties if k < len(mode.guards)]), set[int]()
     while pending:  # one derivative of each at a time: those of a guard that stays 0 grow long

@@ -200,7 +200,7 @@ class GuardedMode:
 
     @cached_property
     def fixed_guards(self) -> tuple[Guard, ...]:
-        """The guards that neither the state nor the time moves: positive, or the mode is not entered at all."""
+        """The guards that neither the state nor the time moves."""
         return guards.fixed_guards(self.system, self.branch)
 
     @cached_property
@@ -228,6 +228,11 @@ class GuardedMode:
 
     def _directed(self, velocity: sp.Expr) -> sp.Expr:
         return branches.with_signs(self.system, self.branch, velocity)
+
+    @property
+    def conditions(self) -> tuple[sp.Expr, ...]:
+        """The values of the fixed guards, which must be positive for the mode to be entered at all."""
+        return tuple(guard.value for guard in self.fixed_guards)
 
     @property
     def guard_values(self) -> tuple[sp.Expr, ...]:
