@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from asympk.output import gallery, macros, rowtables
 from asympk.output import tables as derived
@@ -16,12 +16,10 @@ from asympk.output.tabular import Table
 from asympk.pictures import anymechanism as mechanisms
 from asympk.pictures import decreasing as decrease
 from asympk.pictures import drawings, figures, maps, style
+from asympk.pictures.style import Figure
 from asympk.storage.rows import StoredRows, read_rows
 from asympk.studies import anymechanism, bench, chart, collisions, convergence, damping, decreasing, divide, leastmap
 from asympk.studies.least import LADDER
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -37,7 +35,7 @@ class Artefact:
 
     name: str
     compute: Callable[[], StoredRows] | None = None
-    draw: Mapping[str, Callable[..., "Figure | None"]] = field(default_factory=dict)
+    draw: Mapping[str, Callable[..., Figure | None]] = field(default_factory=dict)
     tabulate: Callable[..., Table] | None = None
     numbers: Callable[..., dict[str, str]] | None = None
     beside: tuple[str, ...] = ()
@@ -93,7 +91,7 @@ ARTEFACTS = (
 README = ("phase", "jump", "regimes", "chart-cost-ii")  # the pictures in README.md
 
 
-def pictures(kept: Path, among: Iterable[Artefact] = ARTEFACTS) -> "dict[str, Callable[[], Figure | None]]":
+def pictures(kept: Path, among: Iterable[Artefact] = ARTEFACTS) -> dict[str, Callable[[], Figure | None]]:
     """Return {name of a picture: function without arguments that draws it}.
 
     A picture of rows is included only if the folder ``kept`` has their file.

@@ -5,19 +5,17 @@ Each function takes rows, or no argument, and returns a ``Figure``, or None wher
 
 from collections.abc import Collection, Mapping, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from asympk.methods import solve
 from asympk.pictures import anymechanism, figures, portraits
 from asympk.pictures import damping as jam
+from asympk.pictures.style import Figure
 from asympk.scene import Scene
 from asympk.storage.rows import Row, StoredRows
 from asympk.studies.chart import COMPILED
 from asympk.studies.damping import TINY
 from asympk.systems.catalogue import described_mechanism
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 PHASE_MU, JUMP_MUS, JUMP_START, JUMP_UNTIL = "1/50", ("1/10", "1/100", "1/1000"), (0, "1/5", -1), 3
 STEEP, SHALLOW = 1, Fraction(-1, 2)
@@ -35,12 +33,12 @@ IN_WORDS = {  # the methods that compile the right-hand side, in the words of th
 }
 
 
-def mechanisms_picture() -> "Figure":
+def mechanisms_picture() -> Figure:
     """Draw four mechanisms of the catalogue over their maps of rigid motions."""
     return anymechanism.draw_mechanisms({name: described_mechanism(name) for name in DRAWN})
 
 
-def phase_picture() -> "Figure":
+def phase_picture() -> Figure:
     """Draw the phase space of the steep and the shallow rod with trajectories of the exact flow."""
     groups = []
     for sigma, words, starts in ((STEEP, "steep", STEEP_STARTS), (SHALLOW, "shallow", SHALLOW_STARTS)):
@@ -49,19 +47,19 @@ def phase_picture() -> "Figure":
     return portraits.phase_space(groups)
 
 
-def jump_picture() -> "Figure":
+def jump_picture() -> Figure:
     """Draw the jump from z < 0 for decreasing mu, beside the jump of the paper, which keeps x constant."""
     paths = [solve(Scene(STEEP, mu, JUMP_START, JUMP_UNTIL)) for mu in JUMP_MUS]
     return portraits.jump_beside_the_vertical_one(paths, portraits.with_x_held(STEEP, JUMP_START, JUMP_UNTIL))
 
 
-def damping_picture(rows: Sequence[Row]) -> "Figure":
+def damping_picture(rows: Sequence[Row]) -> Figure:
     """Draw the time of the jam over the damping ratio, and the phase plane of the rod without damping."""
     d = TINY * RINGING
     return jam.draw_damping(rows, solve(Scene(STEEP, (RINGING / d) ** 2, (0, 0, -1 / d), RINGS / d)))
 
 
-def work_precision_picture(rows: Sequence[Row], scene: str) -> "Figure | None":
+def work_precision_picture(rows: Sequence[Row], scene: str) -> Figure | None:
     """Draw work against precision on one scene, at four values of mu."""
     if scene not in {row["scene"] for row in rows}:
         return None
@@ -69,7 +67,7 @@ def work_precision_picture(rows: Sequence[Row], scene: str) -> "Figure | None":
     return figures.work_precision(rows, scene, mus if len(mus) < 5 else [mus[k] for k in (0, 2, 4, -1)])
 
 
-def cost_picture(rows: StoredRows, only: str | None = None) -> "Figure | None":
+def cost_picture(rows: StoredRows, only: str | None = None) -> Figure | None:
     """Draw the cost of ``ACCURACY`` over mu on all scenes, or on ``only`` one, with the methods' options in a note."""
     scenes = [scene for scene in dict.fromkeys(row["scene"] for row in rows) if only in (None, scene)]
     note = options_note({row["method"] for row in rows}, rows.provenance["plan"])
@@ -98,13 +96,13 @@ def in_a_sentence(names: Sequence[str]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}" if names else "none"
 
 
-def few_costs_picture(rows: Sequence[Row]) -> "Figure | None":
+def few_costs_picture(rows: Sequence[Row]) -> Figure | None:
     """Draw the cost of ``ACCURACY`` over mu for the methods that the paper compares in its text."""
     here = [row for row in rows if row["scene"] == SHOWN]
     return figures.few_costs(here, FEW, ACCURACY) if {row["method"] for row in here} >= {*FEW} else None
 
 
-def failures_picture(plane: Sequence[Row], work: Sequence[Row], contacts: Sequence[Row]) -> "Figure | None":
+def failures_picture(plane: Sequence[Row], work: Sequence[Row], contacts: Sequence[Row]) -> Figure | None:
     """Draw the failed runs in three parts: scene ``FAILING`` over mu, starts beside Pi_2, two contacts over mu."""
     failing = [row for row in work if row["scene"] == FAILING]
     parts = [(r"scene (iii), $\mu$", failing, "mu"), (r"deviation from $\Pi_2$", plane, "offset"),
@@ -114,7 +112,7 @@ def failures_picture(plane: Sequence[Row], work: Sequence[Row], contacts: Sequen
     return figures.failures(shown) if shown else None
 
 
-def nonlinear_work_picture(rows: Sequence[Row]) -> "Figure":
+def nonlinear_work_picture(rows: Sequence[Row]) -> Figure:
     """Draw work against precision for the geometrically nonlinear rod, at a moderate mu and at the least mu."""
     kept = [row for row in rows if row["kappa"] == 1]
     mus = sorted({row["mu"] for row in kept})

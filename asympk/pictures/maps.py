@@ -3,24 +3,21 @@
 from collections.abc import Sequence
 from fractions import Fraction
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 import sympy as sp
 
 from asympk.pictures import plate, style
 from asympk.pictures.portraits import HELD, LINEAR, LOADS, SLOW, UNSTABLE, level_formulas
+from asympk.pictures.style import Figure
 from asympk.storage.rows import Row
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.regimes import thresholds
 from asympk.symbolic.stick import stick_regions
 from asympk.systems import painleve_klein as pk
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
-
-def regime_map() -> "Figure":
+def regime_map() -> Figure:
     """Draw where the slow planes and the edges of the stick region lie over sigma, for sigma0 = sigma."""
     cuts, most = thresholds(pk.system()), 2
     with plate(2.3) as (figure, [[ax]]):
@@ -46,7 +43,7 @@ def regime_map() -> "Figure":
     return figure
 
 
-def stick_over_static_friction(sigmas: Sequence[str]) -> "Figure":
+def stick_over_static_friction(sigmas: Sequence[str]) -> Figure:
     """Draw the stick region over sigma0, hatched where crossing is consistent, too; a panel for each sigma."""
     regions, most = stick_regions(pk.system()), 4
     with plate(2.2, 1, len(sigmas), sharey=True) as (figure, axes):
@@ -110,7 +107,7 @@ def _fill(ax, cell, fixed, limits, **looks):
         ax.fill_between(at, *ends, **looks)
 
 
-def convergence(rows: Sequence[Row]) -> "Figure":
+def convergence(rows: Sequence[Row]) -> Figure:
     """Draw the largest |error / first omitted term - 1| of all quantities against mu, from convergence rows.
 
     One panel: a faint line for each expansion and sigma in the colour of its order, the median of them in marks.
@@ -137,7 +134,7 @@ def convergence(rows: Sequence[Row]) -> "Figure":
     return figure
 
 
-def least_models(rows: Sequence[Row], names: Sequence[str]) -> "Figure":
+def least_models(rows: Sequence[Row], names: Sequence[str]) -> Figure:
     """Draw the least model that suffices over mu and |z0|, from rows of the atlas; ``names`` are the rungs' names.
 
     There is a panel for each sigma and sign of z0. A model has a grey, and its number stands where its area is widest.
@@ -156,7 +153,7 @@ def _shade(rung):
     return str(1 - 0.17 * rung)
 
 
-def collisions(rows: Sequence[Row]) -> "Figure":
+def collisions(rows: Sequence[Row]) -> Figure:
     """Draw how often the rough mass comes to rest, over mu |x0| and |z0|, from collision rows.
 
     There is a panel for each mu and sign of z0. A number stands where the area with this number is widest.

@@ -7,7 +7,6 @@ comes from the symbolic side through ``lower``.
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 import sympy as sp
@@ -15,15 +14,12 @@ import sympy as sp
 from asympk.numbers import Number
 from asympk.path import Path
 from asympk.pictures import plate, style
+from asympk.pictures.style import Axes, Figure
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.manifold import C, integral_curves, rest_state, slow_manifolds
 from asympk.symbolic.reading import rational
 from asympk.symbolic.stick import stick_regions
 from asympk.systems import painleve_klein as pk
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 SLOW, UNSTABLE, HELD = {"color": style.BLACK, "lw": 1.6}, {"color": style.BLACK, "lw": 1.2, "ls": (0, (4, 2))}, "0.82"
 LINEAR = 0.1  # loads below it are drawn to scale, larger ones by their logarithm
@@ -56,7 +52,7 @@ def level_formulas() -> dict[str, sp.Expr]:
     return {**{name: planes[name] for name in ("Pi1", "Pi2")}, **edges}
 
 
-def phase_space(groups: Sequence[tuple[Number, str, Sequence[Path]]]) -> "Figure":
+def phase_space(groups: Sequence[tuple[Number, str, Sequence[Path]]]) -> Figure:
     """Draw fig. 5: the phase space over s = x + y and z, a panel for each (sigma, title, paths) of ``groups``."""
     with plate(2.25 * len(groups), len(groups), 1) as (figure, axes):
         for ax, (sigma, title, paths) in zip(axes.flat, groups, strict=True):
@@ -126,7 +122,7 @@ def _trajectory(ax, path, ink, name):
     arrows(ax, x + y, z, ink)
 
 
-def arrows(ax: "Axes", u: np.ndarray, v: np.ndarray, ink: str, every: float = 0.9) -> None:
+def arrows(ax: Axes, u: np.ndarray, v: np.ndarray, ink: str, every: float = 0.9) -> None:
     """Put an arrowhead on a curve every so many inches of its drawn length."""
     place = ax.transData.transform(np.column_stack((u, v))) / ax.figure.dpi
     length = np.concatenate(([0], np.cumsum(np.hypot(*np.diff(place, axis=0).T))))
@@ -137,7 +133,7 @@ def arrows(ax: "Axes", u: np.ndarray, v: np.ndarray, ink: str, every: float = 0.
                                 "mutation_scale": 6})
 
 
-def jump_beside_the_vertical_one(paths: Sequence[Path], paper: tuple[np.ndarray, np.ndarray]) -> "Figure":
+def jump_beside_the_vertical_one(paths: Sequence[Path], paper: tuple[np.ndarray, np.ndarray]) -> Figure:
     """Draw the jump from z < 0 over x, z and mu y: as computed for several mu, and as in the paper, with x constant.
 
     ``paper`` is the (x, z) of the paper's trajectory: up at constant x, then along Pi1.

@@ -5,7 +5,7 @@ Below the map of a mechanism whose contact has no damping stands its phase plane
 
 from collections.abc import Iterable
 from pathlib import Path as File
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -14,18 +14,13 @@ from asympk.errors import InputError
 from asympk.mechanics.described import Described
 from asympk.mechanics.paradoxset import ROWS, ParadoxSet
 from asympk.pictures import plate, reactions, sheets, style
+from asympk.pictures.style import Axes, Figure
 from asympk.symbolic.reading import as_floats
-
-if TYPE_CHECKING:
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
 
 LOOKS = {0: ("no", "0.25", ""), 1: ("one", "white", ""), 2: ("two", "0.8", "////"), 3: ("three", "0.6", "xx")}
 
 
-def motion_plot(described: Described) -> "Figure":
+def motion_plot(described: Described) -> Figure:
     """Draw the number of rigid motions over ``described.turn`` and the coefficient of friction; return the figure.
 
     The contact is closed and has the sliding velocity of the example, whose place is marked. Raises ``InputError``
@@ -44,7 +39,7 @@ def motion_plot(described: Described) -> "Figure":
     return figure
 
 
-def draw_motions(ax: "Axes", described: Described) -> set[int]:
+def draw_motions(ax: Axes, described: Described) -> set[int]:
     """Draw the map of a mechanism into ``ax``; return the set of numbers of rigid motions on the map."""
     rod, (name, first, last) = described.mechanism, described.turn or ()
     at = np.linspace(as_floats(name, first), as_floats(name, last), 241)
@@ -59,7 +54,7 @@ def draw_motions(ax: "Axes", described: Described) -> set[int]:
     return shown
 
 
-def _mark_example(ax: "Axes", described: Described) -> "list[Line2D]":
+def _mark_example(ax: Axes, described: Described) -> list[Any]:
     """Mark the place of the example on the map ``ax``, unless it has none there; return the entry of a legend."""
     (name, first, last), contact = described.turn or (), described.mechanism.contact.friction
     place = [float(as_floats(key, described.numbers[key])) for key in (name, str(contact)) if key in described.numbers]
@@ -78,14 +73,14 @@ def _most(described: Described, at: np.ndarray) -> float:
     return max(twice, float(1.5 / coupling)) if coupling > 0 else twice
 
 
-def motion_handles(shown: Iterable[int]) -> "list[Artist]":
+def motion_handles(shown: Iterable[int]) -> list[Any]:
     """Return the entries of a legend for numbers of rigid motions."""
     looks = [(number, *LOOKS[min(number, 3)]) for number in sorted(shown)]
     return [style.patch(colour, f"{word} rigid motion{'s' if number > 1 else ''}", hatch=hatch, edgecolor=style.BLACK,
                         linewidth=0.4) for number, word, colour, hatch in looks]
 
 
-def paradox_plot(found: ParadoxSet, file: str | File | None = None) -> "Figure":
+def paradox_plot(found: ParadoxSet, file: str | File | None = None) -> Figure:
     """Draw where a ``ParadoxSet`` has a paradox: bars over one quantity, an area over two; return the figure."""
     sheet = sheets(file)
     area = len(found.over) == 2

@@ -6,10 +6,16 @@ Colours are those of Okabe and Ito; no two things in one picture differ by colou
 from math import log10
 from textwrap import wrap
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from asympk.errors import InputError, MissingPackage
 from asympk.numbers import short
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes as Axes
+    from matplotlib.figure import Figure as Figure
+else:
+    Axes = Figure = Any  # matplotlib is loaded when something is drawn
 
 COLUMN, CHARACTER = 3.4, 0.06  # inches
 RC = {
