@@ -15,18 +15,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.asymptotics.jump import first_integral, jump_map
-from asympk.ledger.runs import (
-    MUS,
-    M,
-    distances_from,
-    event_of,
-    listing,
-    modes,
-    precise,
-    precise_path,
-    ratios,
-    tends_to_one,
-)
+from asympk.ledger.runs import MUS, M, approaches, event_of, listing, modes, precise, precise_path, trend
 from asympk.ledger.verdicts import Check, claim, instead, left_out, numeric, symbolic
 from asympk.symbolic.manifold import slow_manifolds
 from asympk.symbolic.regimes import regimes
@@ -60,7 +49,7 @@ def _over_first_terms(measure, start, expansion):
     def predicted(mu):
         return precise(mu) * (precise(with_log) * -M.log(precise(mu)) + precise(without))
 
-    return tends_to_one(ratios(error, predicted))
+    return trend(error, predicted)
 
 
 def _of_x(along_y, limit, gain, what):
@@ -90,8 +79,8 @@ def stick_ends_on_the_edge() -> Iterator[Check]:
         above = rises and all(event.kind == "slip_onset" for event in left)
         yield numeric(f"runs from s = {s} leave stick at {name} and rise", above)
         times, shifts = _stick_to_edge(start, s, edge)
-        yield numeric(f"time to {name} over mu log(s / edge)", *tends_to_one(times))
-        yield numeric("change of x on the way over mu (s - edge - x log(s / edge))", *tends_to_one(shifts))
+        yield numeric(f"time to {name} over mu log(s / edge)", *times)
+        yield numeric("change of x on the way over mu (s - edge - x log(s / edge))", *shifts)
     jump = _jump(_FROM_BELOW)
     landing, leaving = jump.events
     height = landing.y.coefficient(-1)
@@ -103,7 +92,7 @@ _IN_STICK = "from landing to Gamma1 x gains the limit of mu y on landing"
 
 
 def _stick_to_edge(start, s, edge):
-    """Return the ratios of time and of the change of x in stick to their first terms, mu y' = -s and x' = s - x."""
+    """Return the trends of time and of the change of x in stick to their first terms, mu y' = -s and x' = s - x."""
 
     def time(mu):
         return precise(mu) * M.log(precise(s / edge))
@@ -111,8 +100,8 @@ def _stick_to_edge(start, s, edge):
     def shift(mu):
         return precise(mu * (s - edge)) - precise(start[0]) * time(mu)
 
-    return (ratios(lambda mu: precise_path(start, mu).events[0].t, time),
-            ratios(lambda mu: precise_path(start, mu).events[0].x - precise(start[0]), shift))
+    return (trend(lambda mu: precise_path(start, mu).events[0].t, time),
+            trend(lambda mu: precise_path(start, mu).events[0].x - precise(start[0]), shift))
 
 
 def _gain_in_stick():
@@ -125,7 +114,7 @@ def _gain_in_stick():
     def predicted(mu):
         return precise(mu) * (precise(after + 1 - Fraction(1, 4)) - precise(after) * M.log(4 / precise(mu)))
 
-    return tends_to_one(ratios(error, predicted))
+    return trend(error, predicted)
 
 
 @claim(
@@ -219,8 +208,8 @@ def shallow_rod() -> Iterator[Check]:
     direct = sequences == [("slip_same", "slip_opposite", "slip_same")]
     yield numeric("runs from (0, -1, -4) at sigma = -1.7 do so", direct, listing(sequences))
     second = slow_manifolds(pk.system(), order=1)[1]
-    found = distances_from(second, -1, lambda mu: event_of(_from_far_below(mu), "velocity_zero").state)
-    yield numeric("distance from Pi2 on reaching z = 0 over the slow manifold's first term", *tends_to_one(found))
+    found = approaches(second, -1, lambda mu: event_of(_from_far_below(mu), "velocity_zero").state)
+    yield numeric("distance from Pi2 on reaching z = 0 over the slow manifold's first term", *found)
     reached = {str(condition): second.meets for condition, second in seconds.items()}
     yield left_out.symbolic(
         "for -3/2 < sigma < 0 it reaches z = 0 inside G1 and sticks before Pi1; below it crosses directly",
@@ -233,8 +222,8 @@ def shallow_rod() -> Iterator[Check]:
     sequences = modes((0, -1, -1), Fraction(-3, 2), until=3) + modes((3, -1, -1), Fraction(-3, 2), until=3)
     parts = ["stick" in sequence for sequence in sequences] == [True, False]
     yield left_out.numeric("runs at sigma = -3/2 stick from x = 0 and cross from x = 3", parts, listing(sequences))
-    times = ratios(_stick_duration, lambda mu: precise(mu) * M.log(2))
-    yield left_out.numeric("their time in stick over mu log((sigma + 3)/(-sigma))", *tends_to_one(times))
+    times = trend(_stick_duration, lambda mu: precise(mu) * M.log(2))
+    yield left_out.numeric("their time in stick over mu log((sigma + 3)/(-sigma))", *times)
 
 
 def _from_far_below(mu):

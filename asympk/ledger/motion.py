@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import sympy as sp
 
-from asympk.ledger.runs import MUS, M, listing, modes, precise, precise_path, ratios, tends_to_one
+from asympk.ledger.runs import MUS, M, listing, modes, precise, precise_path, trend
 from asympk.ledger.verdicts import Check, claim, left_out, numeric, symbolic
 from asympk.symbolic.manifold import slow_manifolds
 from asympk.symbolic.regimes import regimes
@@ -27,8 +27,8 @@ def jump_from_above_the_divide() -> Iterator[Check]:
     def error(mu):
         return precise_path((1, 2, 1), mu).final[0] - (1 + 4 * M.exp(-1)) / 5
 
-    found = ratios(error, lambda mu: precise(mu) * precise(first))
-    yield numeric("x at t = 1 less that of the vertical jump from (1, 2, 1), over its first term", *tends_to_one(found))
+    found = trend(error, lambda mu: precise(mu) * precise(first))
+    yield numeric("x at t = 1 less that of the vertical jump from (1, 2, 1), over its first term", *found)
     near = {precise_path((0, Fraction(-3, 4), mu / 100), mu).modes for mu in MUS}
     lands = near == {("slip_opposite", "stick", "slip_opposite", "slip_same")}  # s < 0 before and after stick: in G2
     yield left_out.numeric("with z = O(mu) it can land in G2: from s = -3/4, z = mu/100", lands, listing(near))

@@ -7,7 +7,7 @@ from fractions import Fraction
 import sympy as sp
 
 from asympk.ledger import undamped
-from asympk.ledger.runs import MUS, M, precise, precise_path, ratios, tends_to_one
+from asympk.ledger.runs import MUS, M, precise, precise_path, trend
 from asympk.ledger.verdicts import Check, claim, left_out, numeric, symbolic
 from asympk.methods import solve
 from asympk.symbolic.manifold import slow_manifolds
@@ -26,10 +26,10 @@ def reaction_without_bound() -> Iterator[Check]:
     yield symbolic("in z < 0 with R > 0 the load grows at the rate sqrt(sigma)/epsilon",
                    growing == {sp.sqrt(undamped.sigma), -sp.sqrt(undamped.sigma)}, sorted(map(str, growing)))
     stops = {small: undamped.precise_undamped_path(_BELOW, small, _past_the_stop(small)).events[0] for small in _SMALLS}
-    loads = ratios(lambda small: stops[small].state[0], lambda small: 1 / (2 * precise(small)), _SMALLS)
-    yield numeric("load at the stop over sqrt(sigma)/((sigma + 1) epsilon), from v = -1", *tends_to_one(loads))
-    times = ratios(lambda small: stops[small].t, lambda small: undamped.growth_time(small, 1 / precise(small)), _SMALLS)
-    yield numeric("time to the stop over epsilon log(2 sigma sqrt(sigma)/((sigma + 1) epsilon))", *tends_to_one(times))
+    loads = trend(lambda small: stops[small].state[0], lambda small: 1 / (2 * precise(small)), _SMALLS)
+    yield numeric("load at the stop over sqrt(sigma)/((sigma + 1) epsilon), from v = -1", *loads)
+    times = trend(lambda small: stops[small].t, lambda small: undamped.growth_time(small, 1 / precise(small)), _SMALLS)
+    yield numeric("time to the stop over epsilon log(2 sigma sqrt(sigma)/((sigma + 1) epsilon))", *times)
 
 
 def _past_the_stop(small):
@@ -48,9 +48,9 @@ def one_limit_is_unstable() -> Iterator[Check]:
     saddle, centre = (undamped.fast_eigenvalues(mode) for mode in ("slip_opposite", "slip_same"))
     yield symbolic("a saddle where s v < 0", {sp.sign(root.subs(undamped.sigma, 1)) for root in saddle} == {1, -1})
     tiny = Fraction(1, 10**20)
-    left = ratios(lambda small: undamped.precise_undamped_path((tiny - 1, 0, 1), small, 100 * small).events[0].t,
-                  lambda small: undamped.growth_time(small, 2 * 10**20), _SMALLS)
-    near = all(abs(ratio - 1) < M.mpf(10) ** -15 for ratio in left)
+    left = [undamped.precise_undamped_path((tiny - 1, 0, 1), small, 100 * small).events[0].t for small in _SMALLS]
+    expected = [undamped.growth_time(small, 2 * 10**20) for small in _SMALLS]
+    near = all(abs(t / time - 1) < M.mpf(10) ** -15 for t, time in zip(left, expected, strict=True))
     yield numeric("from s = -1 + 1e-20, v = 1 the load turns after epsilon log(2e20)", near)
     turning = {sp.re(root.subs(undamped.sigma, 1)) for root in centre} == {0}
     yield left_out.symbolic("a centre where s v > 0", turning, sorted(map(str, centre)))
@@ -69,8 +69,8 @@ def hypothesis_of_a_stop() -> Iterator[Check]:
     counts = [rod.count_motions(velocity, sp.Rational(1, 2)) for velocity in (0, 1)]
     yield symbolic("from rest the steep rigid rod has exactly one motion", counts[0] == 1, counts[0])
     start = (0, Fraction(1, 5), -1)
-    found = ratios(lambda mu: 5 * precise_path(start, mu).final[2], lambda mu: 1)
-    yield numeric("z of the damped rod at t = 1, from z = -1, over that of this motion", *tends_to_one(found))
+    found = trend(lambda mu: 5 * precise_path(start, mu).final[2], lambda mu: 1)
+    yield numeric("z of the damped rod at t = 1, from z = -1, over that of this motion", *found)
     yield left_out.symbolic("for x1' > 0 two motions remain", counts[1] == 2, counts[1])
     held = [solve(undamped.undamped_scene(_BELOW, small, 1)).events[-1] for small in _COARSE]
     waits = all(event.t > 0.8 and abs(event.state[2]) < 0.1 for event in held)

@@ -8,7 +8,7 @@ import sympy as sp
 
 from asympk.errors import NotDerivable
 from asympk.ledger import undamped
-from asympk.ledger.runs import MUS, M, decimals, event_of, negligible, precise, precise_path, ratios, tends_to_one
+from asympk.ledger.runs import MUS, M, decimals, event_of, negligible, precise, precise_path, trend
 from asympk.ledger.verdicts import Check, claim, instead, left_out, numeric, symbolic
 from asympk.symbolic.manifold import rest_state, slow_manifolds
 from asympk.symbolic.regimes import regimes
@@ -43,8 +43,8 @@ def sign_of_the_cosine() -> Iterator[Check]:
 def held_damping() -> Iterator[Check]:
     power = sp.expand(sp.diff(_energy(), pk.x) * pk.y + _power_of_forces())
     yield symbolic("in stick friction does no work and the energy falls by mu y^2", power == -pk.mu * pk.y**2, power)
-    found = ratios(lambda mu: _lost_in_stick(_BELOW, mu, 1), lambda mu: Fraction(1, 8))
-    yield numeric("what one stick takes of z0^2/2 over sigma^2/(sigma + 1)^2, h held", *tends_to_one(found))
+    found = trend(lambda mu: _lost_in_stick(_BELOW, mu, 1), lambda mu: Fraction(1, 8))
+    yield numeric("what one stick takes of z0^2/2 over sigma^2/(sigma + 1)^2, h held", *found)
     shares = [_share_at_fixed_ratio(small) for small in MUS[:3]]
     settles = abs(shares[2] - shares[1]) < abs(shares[1] - shares[0]) / 10 and shares[2] > 0.1
     yield left_out.numeric("its share settles for h ~ k^(-1/2) (damping ratio 1) as well", settles, decimals(shares))

@@ -8,7 +8,7 @@ from itertools import pairwise
 import sympy as sp
 
 from asympk.methods import solve
-from asympk.multiprecision import as_mpf, in_context, private_context
+from asympk.multiprecision import in_context, private_context
 from asympk.numbers import Number
 from asympk.path import Event, Path
 from asympk.scene import Scene
@@ -44,21 +44,23 @@ def escape_time(offset: Number, mu: Number) -> Number:
     return followed_precisely(Scene.near("Pi2", x=0, offset=offset, z=1, sigma=1, mu=mu, until=1)).events[0].t
 
 
-def ratios(
+def trend(
     measure: Callable[[Fraction], Number], predicted: Callable[[Fraction], Number], mus: Iterable[Fraction] = MUS
-) -> list[Number]:
-    """Return measure(mu) / predicted(mu) for each mu, in numbers of ``M``."""
-    return [precise(measure(mu)) / precise(predicted(mu)) for mu in mus]
+) -> tuple[bool, str]:
+    """Return ``tends_to_one`` of measure(mu) / predicted(mu) for falling mu."""
+    return tends_to_one([precise(measure(mu)) / precise(predicted(mu)) for mu in mus])
 
 
-def distances_from(plane: SlowManifold, sigma: Number, state: Callable[[Fraction], Sequence[Number]]) -> list[Number]:
-    """Return the distance in s of ``state(mu)`` from a slow plane at mu = 0, over its term of order mu, for each mu."""
+def approaches(
+    plane: SlowManifold, sigma: Number, state: Callable[[Fraction], Sequence[Number]]
+) -> tuple[bool, str]:
+    """Return the ``trend`` of a distance in s of ``state(mu)`` from a slow plane at mu = 0 to its term of order mu."""
     level, first = (expr.subs(pk.sigma, sigma) for expr in (pk.x + plane.coefficient(0), plane.coefficient(1)))
 
     def predicted(mu):
-        return precise(mu) * precise(first.subs(pk.x, symbolic_number(state(mu)[0])))
+        return precise(mu) * value_at(first, {pk.x: state(mu)[0]})
 
-    return ratios(lambda mu: state(mu)[0] + state(mu)[1] - precise(sp.cancel(level)), predicted)
+    return trend(lambda mu: state(mu)[0] + state(mu)[1] - precise(sp.cancel(level)), predicted)
 
 
 def precise(value: Number) -> Number:
@@ -69,12 +71,7 @@ def precise(value: Number) -> Number:
 def value_at(expr: sp.Expr, values: Mapping[sp.Symbol, Number]) -> Number:
     """Return an expression at ``values`` {symbol: number} as a number of ``M``."""
     here = sorted(expr.free_symbols, key=str)
-    return M.mpf(lower(here, expr, "mpmath").to_digits(M.dps, *(precise(sp.S(values[s])) for s in here))[0])
-
-
-def symbolic_number(value: Number) -> sp.Float:
-    """Return a number of ``M`` as a SymPy Float."""
-    return sp.Float(as_mpf(value), M.dps)
+    return M.mpf(lower(here, expr, "mpmath").to_digits(M.dps, *(precise(values[s]) for s in here))[0])
 
 
 def modes(start: Sequence[Number | str], sigma: Number = 1, until: Number = 1) -> list[tuple[str, ...]]:
