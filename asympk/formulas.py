@@ -10,6 +10,7 @@ import ast
 import re
 from collections.abc import Mapping
 from fractions import Fraction
+from functools import partialmethod
 from keyword import kwlist
 from operator import add, mul, sub
 from typing import Any
@@ -65,18 +66,14 @@ class _Words(StrPrinter):
         sign = {"==": "=", "!=": "!="}.get(expr.rel_op)
         return f"{self._print(expr.lhs)} {sign} {self._print(expr.rhs)}" if sign else super()._print_Relational(expr)
 
-    def _print_And(self, expr: sp.And) -> str:
-        return self._joined(" and ", expr)
-
-    def _print_Or(self, expr: sp.Or) -> str:
-        return self._joined(" or ", expr)
-
     def _print_Not(self, expr: sp.Not) -> str:
         return f"not ({self._print(expr.args[0])})"
 
-    def _joined(self, word: str, expr: sp.And | sp.Or) -> str:
+    def _print_And(self, expr: sp.And | sp.Or, word: str = " and ") -> str:
         return word.join(f"({self._print(part)})" if isinstance(part, sp.And | sp.Or) else self._print(part)
                          for part in expr.args)
+
+    _print_Or = partialmethod(_print_And, word=" or ")
 
     def choice(self, expr: sp.Piecewise) -> str:
         """Return "stable where ..., else unstable"."""

@@ -161,18 +161,12 @@ def shortened_rows(rows: Sequence[tuple[str, Any]], most: int = ROWS) -> list[tu
 
 
 def _words(value: Any) -> str:
-    if isinstance(value, str) or is_formula(value):
-        return " ".join(_spelt(value).split())
-    return number_as_text(value)
+    """Return a value in one line; formulas of SymPy, which takes its time to load, in words."""
+    if hasattr(value, "xreplace"):
+        from asympk.formulas import formula_in_words
 
-
-def _spelt(value: Any) -> str:
-    """Return a formula of SymPy in words, and any other value, or a word, as its text."""
-    if isinstance(value, str) or not hasattr(value, "xreplace"):  # without SymPy, which takes its time
-        return str(value)
-    from asympk.formulas import formula_in_words
-
-    return formula_in_words(value)
+        value = formula_in_words(value)
+    return " ".join(str(value).split()) if isinstance(value, str) or is_formula(value) else number_as_text(value)
 
 
 def _html(value: Any) -> str:
