@@ -71,25 +71,17 @@ def below_scene(scene: "Scene", *parts: str, physical: bool = False) -> str:
 
     ``physical`` tells that the result is in the units of the scene's file.
     """
-    return "\n".join(filter(None, (_scene_as_text(scene), _states_as_text(scene, physical), *parts)))
-
-
-def _scene_as_text(scene):
     from asympk.scenes.turned import scene_parameters
 
     read = ((name, number_as_text(value)) for name, value in scene_parameters(scene).items())
     numbers = ", ".join(map(" = ".join, scene.rod.rows if scene.rod is not None else read))
-    return "\n".join(wrapped("", ": ".join(filter(None, (scene.name, numbers)))))
-
-
-def _states_as_text(scene, physical):
-    lines = []
+    lines = wrapped("", ": ".join(filter(None, (scene.name, numbers))))
     if scene.rod is not None and not physical:
         words = "t, x, y and z are nondimensional; asympk solve --physical gives them in the units above"
         lines += wrapped("", words)
     for friction in scene.system.frictions if scene.system is not None else ():
         lines += wrapped("", f"sliding velocity {friction.velocity}, load {cut(str(friction.load))}")
-    return "\n".join(lines)
+    return "\n".join(filter(None, (*lines, *parts)))
 
 
 def path_as_text(path: Path, digits: int | None) -> str:
