@@ -5,7 +5,7 @@ A part may import only from itself and from parts above it. Imports are read fro
 
 import ast
 import tomllib
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,8 @@ def parts_in_order(root: Path) -> dict[str, str]:
 @cache
 def modules() -> dict[str, Path]:
     """Return the file of every module by its dotted name below ``asympk``."""
-    return {_name(file): file for file in sorted(PACKAGE.rglob("*.py")) if file != PACKAGE / "__init__.py"}
+    files = [file for file in sorted(PACKAGE.rglob("*.py")) if file != PACKAGE / "__init__.py"]
+    return {".".join(file.relative_to(PACKAGE).with_suffix("").parts).removesuffix(".__init__"): file for file in files}
 
 
 @cache
@@ -34,24 +35,14 @@ def imported_modules(file: Path) -> frozenset[str]:
 
     Imports inside functions count. Imports under ``if TYPE_CHECKING``, which serve annotations alone, do not.
     """
-    return frozenset(_imported(ast.parse(file.read_text(encoding="utf-8"))))
-
-
-def _imported(tree: ast.Module) -> Iterator[str]:
-    names = modules()
+    names, tree = modules(), ast.parse(file.read_text(encoding="utf-8"))
     for node in ast.walk(tree):
         if isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING":
             node.body = []
-    for node in ast.walk(tree):
-        found: list[str] = []
-        if isinstance(node, ast.Import):
-            found = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            found = [f"{node.module}.{alias.name}" for alias in node.names]
-        for name in found:
-            below = name.removeprefix("asympk.")
-            if name != below:
-                yield below if below in names else below.rpartition(".")[0]
+    found = [f"{getattr(node, 'module', '')}.{alias.name}".removeprefix(".") for node in ast.walk(tree)
+             if isinstance(node, ast.Import | ast.ImportFrom) for alias in node.names]
+    below = [name.removeprefix("asympk.") for name in found if name.startswith("asympk.")]
+    return frozenset(name if name in names else name.rpartition(".")[0] for name in below)
 
 
 def part_of(name: str, parts: Collection[str]) -> str:
@@ -83,8 +74,3 @@ def arrow_drawing(parts: list[str]) -> Any:
             ax.add_patch(Arc((names + MARGIN, (low + high) / 2), bulge, high - low, theta1=-90, theta2=90, lw=0.4,
                              color=style.BLUE))
     return figure
-
-
-def _name(file: Path) -> str:
-    parts = file.relative_to(PACKAGE).with_suffix("").parts
-    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
