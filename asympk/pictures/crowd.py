@@ -7,7 +7,7 @@ import numpy as np
 
 from asympk.many import OUTCOMES, Many
 from asympk.pictures import plate, sheets, style
-from asympk.shown import condensed
+from asympk.shown import condensed, cut
 
 INKS = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#0072B2", "#D55E00", "0.6")
 HEIGHT, PANEL, LINE = 2.6, 0.95, 0.16  # inches
@@ -58,7 +58,7 @@ def _legend(many: Many) -> tuple[Any, list[str], list[str]]:
     if lost.any():
         words.append(f"not followed: {', '.join(OUTCOMES[k] for k in np.unique(many.outcome[lost]))}")
         inks.append(style.BLACK)
-    return np.where(lost, len(words) - 1, place[found.index]), [style.abridged(word, LETTERS) for word in words], inks
+    return np.where(lost, len(words) - 1, place[found.index]), [cut(word, LETTERS) for word in words], inks
 
 
 def _cells(count: str, name: str, values: Any) -> tuple[str, Any, Any, str]:

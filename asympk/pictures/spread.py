@@ -5,7 +5,7 @@ from typing import Any
 
 from asympk.many import OUTCOMES
 from asympk.pictures import plate, sheets, style
-from asympk.shown import condensed
+from asympk.shown import condensed, cut
 
 ROW, MARGIN, SHOWN = 0.32, 0.9, 8  # inches, inches, itineraries
 _BARS = ((0, 1, 1), (0.05, 0.95, 4), (0.25, 0.75, 12))  # (lower, upper probability, width in points)
@@ -45,7 +45,7 @@ def _bars(panel: Any, rows: list[tuple[str, int, str]]) -> None:
     shown, counts, inks = zip(*rows, strict=True)
     panel.barh(range(len(rows)), counts, color=inks, alpha=0.3)
     for row, itinerary in enumerate(shown):
-        words = style.abridged(condensed(itinerary), 60)
+        words = cut(condensed(itinerary), 60)
         panel.annotate(words, (0, row), (2, 0), va="center", textcoords="offset points")
     panel.set(yticks=[], ylabel="itineraries", xlabel="trajectories")
     panel.locator_params(axis="x", integer=True)

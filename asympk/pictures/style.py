@@ -106,11 +106,6 @@ def folded(label: str, height: float) -> str:
     return "\n".join(wrap(label, int(height / CHARACTER)))
 
 
-def abridged(label: str, most: int) -> str:
-    """Return a label, or its beginning and three dots where it has more than ``most`` characters."""
-    return label if len(label) <= most else f"{label[: most - 3]}..."
-
-
 def power_of_ten(value: Any) -> str:
     """Return ``value`` in LaTeX, as a power of ten if it is one, else as a decimal."""
     exponent = log10(abs(value))
