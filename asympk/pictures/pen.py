@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from math import cos, pi, sin
 from typing import Any
 
-from asympk.pictures import style
+from asympk.pictures import sheets
 
 Point = tuple[float, float]
 THICK, THIN = 1.1, 0.6
@@ -15,10 +15,9 @@ GREY = "0.55"
 @contextmanager
 def canvas(width: float, height: float) -> Iterator[tuple[Any, Any]]:
     """Yield a figure of ``width`` x ``height`` inches and its axes, whose unit is the inch, in the common style."""
-    with style.matplotlib().rc_context(style.RC):
-        from matplotlib.figure import Figure
-
-        figure = Figure(figsize=(width, height))
+    sheet = sheets()
+    with sheet.in_style():
+        figure = sheet.Sheet(figsize=(width, height))
         ax = figure.add_axes((0, 0, 1, 1), xlim=(0, width), ylim=(0, height))
         ax.set_axis_off()
         yield figure, ax
