@@ -9,7 +9,7 @@ itinerary as a number (``itineraries.Alphabet``), and for the outcome. The outco
 import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,21 +18,19 @@ from asympk.errors import InputError, MissingPackage
 from asympk.many import OUTCOMES
 from asympk.numbers import short
 from asympk.sweep import stored
-
-if TYPE_CHECKING:
-    from asympk.sweep.sweepfile import Family, Sweep
+from asympk.sweep.sweepfile import Family, Sweep
 
 _NAME = re.compile(r"chunk-(\d{8,15})\.(?:npz|parquet)", re.ASCII)
 
 
-def chunk_provenance(sweep: "Sweep", index: int) -> dict[str, Any]:
+def chunk_provenance(sweep: Sweep, index: int) -> dict[str, Any]:
     """Return the provenance of a chunk: its sweep, its trajectories, and the versions that compute it."""
     start, stop = sweep.rows(index)
     return {"sweep": sweep.digest, "chunk": index, "start": start, "stop": stop, "asympk": __version__,
             "numpy": np.__version__}
 
 
-def compute(sweep: "Sweep", index: int) -> tuple[dict[str, Any], bytes]:
+def compute(sweep: Sweep, index: int) -> tuple[dict[str, Any], bytes]:
     """Follow the trajectories of one chunk and return the chunk as (provenance, bytes of its file)."""
     written = chunk_provenance(sweep, index)
     start, stop = sweep.rows(index)
@@ -41,7 +39,7 @@ def compute(sweep: "Sweep", index: int) -> tuple[dict[str, Any], bytes]:
 
 
 def chunk_columns(
-    family: "Family", columns: Mapping[str, Any], size: int, itineraries: bool = True
+    family: Family, columns: Mapping[str, Any], size: int, itineraries: bool = True
 ) -> dict[str, np.ndarray]:
     """Follow ``size`` trajectories of a family from {field: number or array} and return their columns {name: array}."""
     found = family.follow(columns, size, itineraries)
@@ -64,7 +62,7 @@ def _coded(alphabet, found):
     return hits, np.where(found.outcome == 0, alphabet.codes(found.first, count, found.kind, found.friction), 0)
 
 
-def file_name(sweep: "Sweep", index: int) -> str:
+def file_name(sweep: Sweep, index: int) -> str:
     """Return the file name of a chunk."""
     return f"chunk-{index:08d}.{sweep.format}"
 
@@ -76,7 +74,7 @@ def index_of(file: str) -> int | None:
 
 
 def read_chunk(
-    sweep: "Sweep", path: str | Path, only: Iterable[str] | None = None
+    sweep: Sweep, path: str | Path, only: Iterable[str] | None = None
 ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Return (provenance, {name: array}) of a chunk's file, all or ``only`` some; raises ``InputError`` if damaged."""
     path = Path(path)

@@ -192,7 +192,7 @@ def results(
         yield path.name, written, columns
 
 
-def read_manifest(out: str | Path) -> "tuple[Sweep, dict[str, Any]]":
+def read_manifest(out: str | Path) -> tuple[Sweep, dict[str, Any]]:
     """Return (the ``Sweep`` in ``out``, the contents of its manifest); raises ``InputError`` unless there is one."""
     path = Path(out) / MANIFEST
     if not path.is_file():
