@@ -228,17 +228,15 @@ def require_sizes(name: str, whole: Any, part: Any) -> None:
     SymPy takes as many digits of it as it has before its point: cos(exp(exp(20))). So it does of a power that has not
     been worked out, 2**(10**9).
     """
-    if part.is_Pow and all(inner.is_Rational for inner in part.args) and _bits(part.base) * abs(part.exp) > _WIDEST:
-        raise InputError(f"{name} = {short(whole)}: a number in it has very many digits")
+    if part.is_Pow and all(inner.is_Rational for inner in part.args):
+        bits = max(int(size).bit_length() for size in (part.base.p, part.base.q))
+        if bits * abs(part.exp) > _WIDEST:
+            raise InputError(f"{name} = {short(whole)}: a number in it has very many digits")
     for inner in part.args:
         if getattr(inner, "is_number", False):
             require_sizes(name, whole, inner)
             if (abs(inner.evalf(_FEW)) > LARGEST) == True:  # noqa: E712 - SymPy's truth
                 raise InputError(f"{name} = {short(whole)}: a number in it is beyond the range of doubles")
-
-
-def _bits(value):
-    return max(int(value.p).bit_length(), int(value.q).bit_length())
 
 
 def within_doubles(value: Any) -> bool:

@@ -74,16 +74,14 @@ def changed_scene(where: str, changes: dict[str, Any]) -> tuple[Scene, dict[str,
     scene = None if is_file(where) else read_scene(where)
     if scene is not None and (scene.origin is None or not changes):
         return scene, changes
-    table = read_table(where) if scene is None else _table_of(where, scene)
+    if scene is None:
+        table = read_table(where)
+    else:  # the file of an example of the catalogue has no name of its own
+        table = {"name": scene.name, **parse_table(scene_text(known_name(where)).encode(), where)}
     own = {name for key in NUMBERS & table.keys() if isinstance(table[key], dict) for name in table[key]}
     taken = {name: read_constant(name, value) for name, value in changes.items() if name in own}
     left = {name: value for name, value in changes.items() if name not in own}
     return scene_of_table(table, where, taken), left
-
-
-def _table_of(name: str, scene: Scene) -> dict[str, Any]:
-    """Return the table in the file of an example of the catalogue, which has no name of its own."""
-    return {"name": scene.name, **parse_table(scene_text(known_name(name)).encode(), name)}
 
 
 def is_file(where: str | Path) -> bool:

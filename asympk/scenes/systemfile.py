@@ -76,7 +76,8 @@ def system_of(entry: Any, parameters: Any) -> tuple[System, Mechanism | None]:
         return _catalogued(entry), None
     if isinstance(entry, dict) and "mechanism" in entry:
         mechanism = _mechanism(entry, parameters)
-        return _with_contact(mechanism, entry, parameters), mechanism
+        law = contact_law(entry, mechanism, parameters)
+        return mechanism.elastic(*law) if law else mechanism.rigid(), mechanism
     return read_system(entry, parameters), None
 
 
@@ -163,11 +164,6 @@ def _mechanism(table: dict, parameters: Any) -> Mechanism:
     refuse_unknown(table, MECHANISM, "system")
     entry = table["mechanism"]
     return (described_mechanism(entry) if isinstance(entry, str) else described_by(entry, parameters)).mechanism
-
-
-def _with_contact(mechanism: Mechanism, table: dict, parameters: Any) -> System:
-    law = contact_law(table, mechanism, parameters)
-    return mechanism.elastic(*law) if law else mechanism.rigid()
 
 
 def _catalogued(name: str) -> System:

@@ -56,7 +56,7 @@ def write(out: Path, kept: Path, quick: bool, tell: Callable[[str], None]) -> li
     if lacking and not quick:
         packages = " ".join(f"'{package}'" for package in lacking.values())
         raise MissingPackage(f"the full chart runs {', '.join(lacking)} too: pip install {packages}")
-    plan = QUICK if quick else FULL
+    plan: Mapping[str, Any] = QUICK if quick else FULL
     about, files = provenance(plan=plan, quick=quick, digits=30, seed=None), list[Path]()
 
     def store(name: str, rows: Iterable[Any], reference: str = "exact flow") -> None:
@@ -72,7 +72,9 @@ def write(out: Path, kept: Path, quick: bool, tell: Callable[[str], None]) -> li
     found = nonlinear_references(plan, kept, tell)
     store("nonlinear-reference", found, "collocation")
     store("nonlinear", nonlinear_rows(plan, found, tell), "collocation")
-    store("models", model_rows(plan, tell), "Radau 1e-13")
+    followers = [m for m in IMPLICIT if m in modelwork.METHODS and m not in lacking]
+    found = modelwork.rows(plan["model_mus"], followers, plan["model_tolerances"], plan["repeats"], tell)
+    store("models", found, "Radau 1e-13")
     if plan["contact_mus"]:
         store("contacts", contact_rows(plan, tell))
     return files
@@ -148,12 +150,6 @@ def _kept(kappa, scene):
     n, square = nonlinear_rod, 1 / Fraction(1 + SLOPE**2)
     values = {n.mu: scene.mu, n.sigma: scene.sigma, n.sigma0: scene.sigma0, n.kappa: kappa, n.c2: square}
     return Scene(system=n.system(), values=values, start=scene.start, until=scene.until, name=scene.name)
-
-
-def model_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Row]:
-    """Return the rows of models beside integrators on a nonlinear mechanism and on a reaction."""
-    return modelwork.rows(plan["model_mus"], [m for m in IMPLICIT if m in modelwork.METHODS and m not in absent()],
-                          plan["model_tolerances"], plan["repeats"], tell)
 
 
 def contact_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Row]:
