@@ -1,7 +1,7 @@
 """The ledger: the claims of Fufaev's 1991 paper, sentence by sentence, each with a verdict and its evidence.
 
 A claim is a function that yields checks, and its verdict follows from which checks hold, by the rule in ``verdicts``.
-The claims are in ``rigid``, ``elastic``, ``geometry``, ``motion`` and ``jumps``, in the order of the paper, and in
+The claims are in ``rigid``, ``elastic``, ``geometry`` and ``jumps``, in the order of the paper, and in
 ``predecessors`` and ``remarks``. ``runs`` has the numeric evidence.
 """
 
@@ -13,7 +13,7 @@ from asympk.errors import UnknownName
 from asympk.ledger.verdicts import Claim, Claims
 from asympk.numbers import require_callback
 
-_SECTIONS = ("rigid", "elastic", "geometry", "motion", "jumps", "predecessors", "remarks")
+_SECTIONS = ("rigid", "elastic", "geometry", "jumps", "predecessors", "remarks")
 
 
 def claims(progress: Callable[[str], None] | None = None) -> Claims:
