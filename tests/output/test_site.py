@@ -17,7 +17,7 @@ from browser import PRESENT, browser
 
 from asympk.errors import InputError, MissingPackage
 from asympk.output import article, site
-from asympk.output.publish import LIST, publish
+from asympk.output.site import LIST, publish
 from asympk.output.systempages import SCRIPT, system_equations, write_page
 from asympk.pictures.sketches import SKETCHES
 from asympk.systems import __all__ as SYSTEMS
