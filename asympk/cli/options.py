@@ -115,12 +115,15 @@ def _turned(scene: "Scene", given: dict, named: dict[str, str]) -> "Scene":
     return turned(scene, numbers, begun, until) if numbers or begun or until is not None else scene
 
 
-def require_other_file(written: str | None, read: str | None) -> None:
-    """Raise ``InputError`` where a file to be written is the one that is read."""
+def require_writable(options: Namespace) -> None:
+    """Raise, before any work is done, where --csv or --plot names the scene's own file, or no plot can be drawn."""
     from pathlib import Path
 
-    if written and read and Path(read).is_file() and Path(written).exists() and Path(written).samefile(read):
-        raise InputError(f"{written}: it is the scene's own file; give another to write")
+    read = scene_name(options)
+    for written in filter(None, (options.csv, options.plot)):
+        if read and Path(read).is_file() and Path(written).exists() and Path(written).samefile(read):
+            raise InputError(f"{written}: it is the scene's own file; give another to write")
+    require_drawable(options.plot)
 
 
 def require_drawable(file: str | None) -> None:

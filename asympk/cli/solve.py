@@ -3,17 +3,7 @@
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING, Any
 
-from asympk.cli.options import (
-    add_scene,
-    given_scene,
-    limits,
-    meter,
-    place_name,
-    require_drawable,
-    require_other_file,
-    scene_name,
-    whole_number,
-)
+from asympk.cli.options import add_scene, given_scene, limits, meter, place_name, require_writable, whole_number
 
 if TYPE_CHECKING:
     from asympk.scene import Scene
@@ -47,9 +37,7 @@ def run(options: Namespace) -> None:
     from asympk.output.terminal import below_scene, path_as_json, path_as_text
 
     given = limits(options, "digits", "order", "rtol", "atol", "steps", "seconds", "events")
-    for written in (options.csv, options.plot):
-        require_other_file(written, scene_name(options))
-    require_drawable(options.plot)
+    require_writable(options)
     scene = given_scene(options)
     with meter("following the scene", log=True) as shown, redirect_stdout(None):  # where scikit-sundae prints
         path = solve(scene, options.method, **given, **_reaching(scene, options, shown))
