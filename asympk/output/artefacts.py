@@ -14,9 +14,7 @@ from asympk.output import gallery, macros, rowtables
 from asympk.output import tables as derived
 from asympk.output.tabular import Table
 from asympk.pictures import anymechanism as mechanisms
-from asympk.pictures import decreasing as decrease
 from asympk.pictures import drawings, figures, maps, style
-from asympk.pictures.style import Figure
 from asympk.storage.rows import StoredRows, read_rows
 from asympk.studies import anymechanism, bench, chart, collisions, convergence, damping, decreasing, divide, leastmap
 from asympk.studies.least import LADDER
@@ -35,7 +33,7 @@ class Artefact:
 
     name: str
     compute: Callable[[], StoredRows] | None = None
-    draw: Mapping[str, Callable[..., Figure | None]] = field(default_factory=dict)
+    draw: Mapping[str, Callable[..., style.Figure | None]] = field(default_factory=dict)
     tabulate: Callable[..., Table] | None = None
     numbers: Callable[..., dict[str, str]] | None = None
     beside: tuple[str, ...] = ()
@@ -71,7 +69,7 @@ ARTEFACTS = (
     Artefact("collisions", collisions.rows, {"collisions": maps.collisions}, numbers=macros.of_collisions),
     Artefact("least", leastmap.rows, {"least": partial(maps.least_models, names=[*LADDER])},
              numbers=macros.of_least),
-    Artefact("decreasing", decreasing.rows, {"decreasing": decrease.decreasing}, rowtables.decreasing_table),
+    Artefact("decreasing", decreasing.rows, {"decreasing": maps.decreasing}, rowtables.decreasing_table),
     Artefact("peer", bench.peer_rows, numbers=macros.of_peer),
     Artefact("damping", damping.rows, {"damping": gallery.damping_picture}, rowtables.damping_table,
              macros.of_damping),
@@ -91,7 +89,7 @@ ARTEFACTS = (
 README = ("phase", "jump", "regimes", "chart-cost-ii")  # the pictures in README.md
 
 
-def pictures(kept: Path, among: Iterable[Artefact] = ARTEFACTS) -> dict[str, Callable[[], Figure | None]]:
+def pictures(kept: Path, among: Iterable[Artefact] = ARTEFACTS) -> dict[str, Callable[[], style.Figure | None]]:
     """Return {name of a picture: function without arguments that draws it}.
 
     A picture of rows is included only if the folder ``kept`` has their file.

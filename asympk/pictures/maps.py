@@ -1,4 +1,4 @@
-"""Maps over the parameters: regimes over sigma, stick over static friction, collisions, convergence in mu."""
+"""Maps over the parameters: regimes over sigma, stick over static friction, collisions, errors over mu."""
 
 from collections.abc import Sequence
 from fractions import Fraction
@@ -9,15 +9,17 @@ import sympy as sp
 
 from asympk.pictures import plate, style
 from asympk.pictures.portraits import HELD, LINEAR, LOADS, SLOW, UNSTABLE, level_formulas
-from asympk.pictures.style import Figure
 from asympk.storage.rows import Row
+from asympk.studies.decreasing import is_limit
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.regimes import thresholds
 from asympk.symbolic.stick import stick_regions
 from asympk.systems import painleve_klein as pk
 
+_MARKS = ("o", "s", "^", "D", "v")  # of the systems of ``decreasing``
 
-def regime_map() -> Figure:
+
+def regime_map() -> style.Figure:
     """Draw where the slow planes and the edges of the stick region lie over sigma, for sigma0 = sigma."""
     cuts, most = thresholds(pk.system()), 2
     with plate(2.3) as (figure, [[ax]]):
@@ -43,7 +45,7 @@ def regime_map() -> Figure:
     return figure
 
 
-def stick_over_static_friction(sigmas: Sequence[str]) -> Figure:
+def stick_over_static_friction(sigmas: Sequence[str]) -> style.Figure:
     """Draw the stick region over sigma0, hatched where crossing is consistent, too; a panel for each sigma."""
     regions, most = stick_regions(pk.system()), 4
     with plate(2.2, 1, len(sigmas), sharey=True) as (figure, axes):
@@ -77,9 +79,9 @@ def _load_axis(ax, label=True):
         ax.set_ylabel("$s$", labelpad=0)
 
 
-def _span(start, end, count=80):
+def _span(start, end):
     """Return numbers from start to end, without the ends and dense near them."""
-    half = np.geomspace(1e-6, 0.5, count)
+    half = np.geomspace(1e-6, 0.5, 80)
     return start + (end - start) * np.concatenate((half, 1 - half[-2::-1]))
 
 
@@ -107,34 +109,67 @@ def _fill(ax, cell, fixed, limits, **looks):
         ax.fill_between(at, *ends, **looks)
 
 
-def convergence(rows: Sequence[Row]) -> Figure:
+def convergence(rows: Sequence[Row]) -> style.Figure:
     """Draw the largest |error / first omitted term - 1| of all quantities against mu, from convergence rows.
 
     One panel: a faint line for each expansion and sigma in the colour of its order, the median of them in marks.
     """
     from statistics import median
 
-    largest: dict[tuple, float] = {}
+    largest: dict[tuple, dict[float, float]] = {}
     for row in rows:
-        key = tuple(row[name] for name in ("order", "expansion", "sigma", "mu"))
-        largest[key] = max(abs(row["excess"]), largest.get(key, 0))
+        line = largest.setdefault((row["order"], row["expansion"], row["sigma"]), {})
+        line[row["mu"]] = max(abs(row["excess"]), line.get(row["mu"], 0))
     with plate(2.3) as (figure, [[ax]]):
-        for order, (ink, mark) in zip(sorted({key[0] for key in largest}), style.MARKS, strict=True):
-            lines: dict[tuple, dict] = {}
-            for (n, expansion, sigma, mu), size in largest.items():
-                if n == order:
-                    lines.setdefault((expansion, sigma), {})[mu] = size
-            for line in lines.values():
+        for order, (ink, mark) in zip(sorted({n for n, *_ in largest}), style.MARKS, strict=True):
+            lines = [line for (n, *_), line in largest.items() if n == order]
+            for line in lines:
                 ax.plot(list(line), list(line.values()), color=ink, lw=0.3, alpha=0.5)
-            mus = sorted({mu for line in lines.values() for mu in line})
-            ax.plot(mus, [median(line[mu] for line in lines.values()) for mu in mus], mark, color=ink, ms=3,
+            mus = sorted({mu for line in lines for mu in line})
+            ax.plot(mus, [median(line[mu] for line in lines) for mu in mus], mark, color=ink, ms=3,
                     mfc="white", mew=0.7, label=f"order {order}")
         style.logarithmic(ax, xlabel=r"$\mu$", ylabel="|error / first omitted term \u2212 1|")
         ax.legend(loc="lower right")
     return figure
 
 
-def least_models(rows: Sequence[Row], names: Sequence[str]) -> Figure:
+def decreasing(rows: Sequence[Row]) -> style.Figure:
+    """Draw errors and their measures against mu: a panel for each order, one for limits with friction.
+
+    Marks are errors. Lines are the first omitted terms; in the panel of the limits with friction, "friction, 0", they
+    are mu log(1/mu) times a constant, error/(mu log(1/mu)) at the least mu.
+    """
+    panels = {_panel(row): None for row in sorted(rows, key=_panel)}
+    names = list(dict.fromkeys(row["system"] for row in rows))
+    with plate(2.2, 1, len(panels), sharex=True, sharey=True) as (figure, axes):
+        for ax, panel in zip(axes.flat, panels, strict=True):
+            for name in names:
+                here = [row for row in rows if row["system"] == name and _panel(row) == panel]
+                _errors(ax, sorted(here, key=lambda row: row["mu"]), _MARKS[names.index(name)], name)
+            limit, order = panel
+            title = "friction, 0" if limit else f"order {order}"
+            style.logarithmic(ax, xlabel=r"$\mu$", title=title)
+        axes.flat[0].set_ylabel("error")
+        handles = {h.get_label(): h for ax in axes.flat for h in ax.get_legend_handles_labels()[0]}
+        figure.legend(handles=[handles[name] for name in names], loc="outside lower center", ncols=2)
+    return figure
+
+
+def _panel(row):
+    return is_limit(row), row["order"]
+
+
+def _errors(ax, rows, mark, name):
+    if not rows:
+        return
+    mus, last = [row["mu"] for row in rows], rows[0]
+    factor = last["ratio"] if is_limit(last) else 1
+    ax.plot(mus, [abs(factor * row["measure"]) for row in rows], color=style.BLUE, lw=0.6)
+    ax.plot(mus, [abs(row["error"]) for row in rows], ls="", marker=mark, ms=3, color=style.BLUE,
+            markerfacecolor="white", markeredgewidth=0.6, label=name)
+
+
+def least_models(rows: Sequence[Row], names: Sequence[str]) -> style.Figure:
     """Draw the least model that suffices over mu and |z0|, from rows of the atlas; ``names`` are the rungs' names.
 
     There is a panel for each sigma and sign of z0. A model has a grey, and its number stands where its area is widest.
@@ -153,7 +188,7 @@ def _shade(rung):
     return str(1 - 0.17 * rung)
 
 
-def collisions(rows: Sequence[Row]) -> Figure:
+def collisions(rows: Sequence[Row]) -> style.Figure:
     """Draw how often the rough mass comes to rest, over mu |x0| and |z0|, from collision rows.
 
     There is a panel for each mu and sign of z0. A number stands where the area with this number is widest.
