@@ -18,16 +18,13 @@ from asympk.ledger.verdicts import VERDICTS
 from asympk.methods import solve
 from asympk.numbers import Number
 from asympk.output import gallery
-from asympk.output.gallery import in_a_sentence
 from asympk.pictures import style
 from asympk.pictures.anymechanism import limit
 from asympk.pictures.figures import ALONGSIDE, cheapest_by_method, outcome
 from asympk.pictures.portraits import level_formulas
 from asympk.scene import Scene
 from asympk.storage.rows import Row
-from asympk.studies import anymechanism, chart, collisions, convergence, damping, leastmap, modelwork, twoguides
-from asympk.studies import divide as escapes
-from asympk.studies.divide import DEPTH, divide
+from asympk.studies import anymechanism, chart, collisions, convergence, damping, divide, leastmap, modelwork, twoguides
 from asympk.studies.ladder import distance
 from asympk.studies.least import LADDER
 from asympk.symbolic.regimes import thresholds
@@ -123,15 +120,15 @@ def jump_macros() -> dict[str, str]:
 
 def escape_macros() -> dict[str, str]:
     """Return a start at the divide, and the times to leave the divide for load offsets delta and exp(-q/mu)."""
-    found = divide(pk.system())
+    found = divide.divide(pk.system())
     above, below = found.escape_above, found.escape_below
     return {
-        "escapeX": rf"\ensuremath{{{escapes.START[0]}}}",
-        "escapeZ": rf"\ensuremath{{{escapes.START[1]}}}",
+        "escapeX": rf"\ensuremath{{{divide.START[0]}}}",
+        "escapeZ": rf"\ensuremath{{{divide.START[1]}}}",
         "escapeAbove": inline_formula(above.coefficient(1)),
         "escapeBelowLog": inline_formula(below.coefficient(1, 1)),
         "escapeBelow": inline_formula(below.coefficient(1)),
-        "delayTime": inline_formula(found.delay.coefficient(0).subs(DEPTH, sp.Symbol("q"))),
+        "delayTime": inline_formula(found.delay.coefficient(0).subs(divide.DEPTH, sp.Symbol("q"))),
     }
 
 
@@ -200,7 +197,7 @@ def of_jump_law(rows: Sequence[Row]) -> dict[str, str]:
     several = [list(group) for _, group in groupby(rows, key=lambda row: row["mechanism"])]
     moved = max(abs(limit(group[:-1]) / limit(group) - 1) for group in several)
     found = {"jumpLawLayer": str(anymechanism.LAYER), "jumpLawAgreement": bound(moved)}
-    return found | _ends("jumpLaw", [row["compliance"] for row in rows], power)
+    return found | _least_and_most("jumpLaw", [row["compliance"] for row in rows], power)
 
 
 def of_rebound(rows: Sequence[Row]) -> dict[str, str]:
@@ -214,7 +211,7 @@ def of_contacts(rows: Sequence[Row]) -> dict[str, str]:
     integrated = [row for row in rows if row["method"] not in chart.CRUDE]
     short = [row for row in integrated if row["status"] != "finished"]
     return {
-        "contactRuns": str(len(integrated)), "contactRight": str(_count(integrated, "finished")),
+        "contactRuns": str(len(integrated)), "contactRight": str(len(integrated) - len(short)),
         "contactShortNames": _names(short), "contactKappa": rf"\ensuremath{{{twoguides.KAPPA}}}",
         "contactUntil": str(twoguides.UNTIL),
     }
@@ -224,21 +221,20 @@ def of_models(rows: Sequence[Row]) -> dict[str, str]:
     """Return the range over mu of the cost of the cheapest integrator per that of ``jump 1``, at the same error."""
     saved = modelwork.savings([*rows])
     found = {"modelNames": _names([row for row in rows if not row["method"].startswith("jump")])}
-    found |= _ends("modelMu", [mu for _, mu in saved], power)
+    found |= _least_and_most("modelMu", [mu for _, mu in saved], power)
     for name, system in (("Rod", "nonlinear rod"), ("Reaction", "enzyme reaction")):
         ratios = [min(cost for cost in costs.values() if cost) for (of, _), costs in saved.items() if of == system]
-        found |= _ends(f"model{name}", ratios, rounded)
+        found |= _least_and_most(f"model{name}", ratios, rounded)
     return found
 
 
 def of_peer(rows: Sequence[Row]) -> dict[str, str]:
     """Return the cost of the affine flow in units of the rod's kernel, and of LSODA in units of the affine flow."""
     affine, lsoda = ([row[column] for row in rows] for column in ("affine", "lsoda"))
-    return _ends("peer", affine, rounded) | _ends("peerLsoda", lsoda, rounded)
+    return _least_and_most("peer", affine, rounded) | _least_and_most("peerLsoda", lsoda, rounded)
 
 
-def _ends(name: str, numbers: Sequence[float], dress: Callable[[float], str]) -> dict[str, str]:
-    """Return the least and the largest of numbers as two macros."""
+def _least_and_most(name: str, numbers: Sequence[float], dress: Callable[[float], str]) -> dict[str, str]:
     return {f"{name}Least": dress(min(numbers)), f"{name}Most": dress(max(numbers))}
 
 
@@ -273,9 +269,9 @@ def of_damping(rows: Sequence[Row]) -> dict[str, str]:
         "dampingRuns": str(len(rows)), "dampingLeast": power(least), "dampingAbove": bound(above),
         "dampingBelow": bound(below), "lossPerPeriod": decimal(damping.loss_per_period(1), 4),
         "undampedFactor": decimal(damping.undamped_factor(1), 2), "dampingDrop": power(jams[0.99] / jams[1.01], 1),
-        "undampedTimes": in_a_sentence([f"{row['jam']:.0f}" for row in undamped]),
-        "undampedStops": in_a_sentence([str(row["sticks"]) for row in undamped]),
-        "undampedEpsilons": in_a_sentence([rf"$1/{round(1 / row['epsilon'])}$" for row in undamped]),
+        "undampedTimes": gallery.in_a_sentence([f"{row['jam']:.0f}" for row in undamped]),
+        "undampedStops": gallery.in_a_sentence([str(row["sticks"]) for row in undamped]),
+        "undampedEpsilons": gallery.in_a_sentence([rf"$1/{round(1 / row['epsilon'])}$" for row in undamped]),
     }
 
 
@@ -306,19 +302,16 @@ def of_work(rows: Sequence[Row]) -> dict[str, str]:
     steps = [row for row in here if row["method"] == "moreau"]
     longest = max(row["rtol"] for row in steps)
     return found | {
-        "stiffNames": _names(stiff), "stiffRuns": str(len(stiff)), "stiffRight": str(_count(stiff, "finished")),
+        "stiffNames": _names(stiff), "stiffRuns": str(len(stiff)), "stiffRight": str(len(stiff) - len(short)),
         "shortNames": _names(short), "shortTolerance": power(max((row["rtol"] for row in short), default=0)),
         "moreauLongest": power(longest),
         "moreauError": bound(max(row["final_error"] for row in steps if row["rtol"] == longest)),
     }
 
 
-def _count(rows, kind):
-    return sum(outcome(row["status"]) == kind for row in rows)
-
-
 def _names(rows):
-    return in_a_sentence([style.curve(method)["label"] for method in dict.fromkeys(row["method"] for row in rows)])
+    methods = dict.fromkeys(row["method"] for row in rows)
+    return gallery.in_a_sentence([style.curve(method)["label"] for method in methods])
 
 
 def of_plane(rows: Sequence[Row]) -> dict[str, str]:

@@ -7,7 +7,6 @@ from itertools import groupby
 from asympk.output.gallery import ACCURACY
 from asympk.output.tabular import Cell, Table, as_cell, words
 from asympk.pictures import anymechanism, figures, style
-from asympk.pictures.style import power_of_ten
 from asympk.storage.rows import Row
 from asympk.studies.convergence import by_quantity, monotone_from
 from asympk.studies.damping import BORDER
@@ -105,7 +104,7 @@ def escape_table(rows: Sequence[Row]) -> Table:
     header: tuple = (r"$\sigma$", r"$\delta$")
     for mu in MUS:
         at = f" at mu = {_power(mu).text}"
-        header += (Cell(rf"$T$ at $\mu={power_of_ten(float(mu))}$", f"T{at}"),
+        header += (Cell(rf"$T$ at $\mu={style.power_of_ten(float(mu))}$", f"T{at}"),
                    *(Cell(name, f"{name}{at}") for name in ("quotient", "motion")))
     return Table("escape", "ll" + "lll" * len(MUS), header, _grouped(body))
 
@@ -135,7 +134,7 @@ def damping_table(rows: Sequence[Row]) -> Table:
     header: tuple = ("damping", "$T$ to leading order")
     for epsilon in sorted({row["epsilon"] for row in rows if row["part"] == "ratio"}, reverse=True):
         at = f" at epsilon = {_power(epsilon).text}"
-        header += (Cell(rf"$\varepsilon={power_of_ten(epsilon)}$", f"times at rest{at}"),
+        header += (Cell(rf"$\varepsilon={style.power_of_ten(epsilon)}$", f"times at rest{at}"),
                    Cell("$T$/law", f"T over law{at}"))
     return Table("damping", "ll" + "rl" * 3, header, tuple(body))
 
@@ -173,20 +172,19 @@ def _formula(content):
 
 def _short(value):
     """Make a cell of a number to one digit, in a form that is narrow in print: 2e-12."""
-    mantissa, exponent = _parts(value, 1)
+    mantissa, exponent = _mantissa_and_exponent(value, 1)
     return Cell(f"{mantissa}e${exponent}$", f"{mantissa}e{exponent}")
 
 
 def _power(value, digits=1):
     """Make a cell, m x 10^k, of a number or of a string that spells a decimal."""
-    mantissa, exponent = _parts(value, digits)
+    mantissa, exponent = _mantissa_and_exponent(value, digits)
     front = {"1": "", "-1": "-"}.get(mantissa, rf"{mantissa}\times ")
     if not exponent:
         return Cell(f"${mantissa}$", mantissa)
     return Cell(f"${front}10^{{{exponent}}}$", f"{mantissa}e{exponent}")
 
 
-def _parts(value, digits):
-    """Return the mantissa as a string and the exponent as an integer."""
+def _mantissa_and_exponent(value, digits):
     mantissa, _, exponent = (value if isinstance(value, str) else f"{value:.{digits - 1}e}").partition("e")
     return mantissa, int(exponent or 0)

@@ -6,14 +6,13 @@ import numpy as np
 
 from asympk.path import Path
 from asympk.pictures import plate, style
-from asympk.pictures.style import Figure
 from asympk.storage.rows import Row
 from asympk.studies.damping import leading_law, stick_law, undamped_factor
 
 SLIPS = {"slip_opposite": style.RED, "slip_same": style.BLUE, "stick": "0.6"}
 
 
-def draw_damping(rows: Sequence[Row], path: Path) -> Figure:
+def draw_damping(rows: Sequence[Row], path: Path) -> style.Figure:
     """Draw jam time and sticks over the damping ratio, the phase plane of an undamped ``path``, and its jam time."""
     with plate(3.9, 2, 2) as (figure, axes):
         over_ratio = [row for row in rows if row["part"] == "ratio"]

@@ -4,13 +4,12 @@ from math import atan2, cos, pi, sin, tan
 
 from asympk.pictures import pen, style
 from asympk.pictures.pen import GREY, THICK, THIN
-from asympk.pictures.style import Axes, Figure
 
 WIDTH, HEIGHT = style.COLUMN, 3.2
 STEEP = 1.02  # the angle at which rods are drawn, radians
 
 
-def draw_system() -> Figure:
+def draw_system() -> style.Figure:
     """Draw the system in four panels: the masses on their guides, the elastic rod, the small turn, the friction law."""
     with pen.canvas(WIDTH, HEIGHT) as (figure, ax):
         half = WIDTH / 2
@@ -22,7 +21,7 @@ def draw_system() -> Figure:
     return figure
 
 
-def masses(ax: Axes, x: float, y: float) -> None:
+def masses(ax: style.Axes, x: float, y: float) -> None:
     """The two masses on parallel guides, the rod at the angle alpha, and the forces on the rough mass."""
     low, high = y + 0.32, y + 1.3
     first = (x + 0.62, low)
@@ -44,7 +43,7 @@ def masses(ax: Axes, x: float, y: float) -> None:
     ax.text(x + 1.62, low - 0.14, "rough: $f$, $f_0$", ha="right", va="top", fontsize=6)
 
 
-def rod(ax: Axes, x: float, y: float) -> None:
+def rod(ax: style.Axes, x: float, y: float) -> None:
     """The rod as a spring beside a damper (2.3)."""
     left, right, middle = x + 0.3, x + 1.4, y + 0.8
     pen.mass(ax, (left - 0.1, middle), "$M_1$", (-0.02, 0.17))
@@ -60,7 +59,7 @@ def rod(ax: Axes, x: float, y: float) -> None:
     ax.text(x + 0.85, middle - 0.42, damping, ha="center", va="top")
 
 
-def small_turn(ax: Axes, x: float, y: float) -> None:
+def small_turn(ax: style.Axes, x: float, y: float) -> None:
     """The rod after M_1 has gained on M_2: the rod has become shorter by Delta l and turned by beta (2.2)."""
     angle, length, gain = 0.95, 1.28, 0.3
     foot = (x + 0.22, y + 0.3)
@@ -90,7 +89,7 @@ def small_turn(ax: Axes, x: float, y: float) -> None:
     pen.angle(ax, moved, 0.42, 0, turned, r"$\alpha + \beta$", 0.62, lift=-0.05)
 
 
-def friction_law(ax: Axes, x: float, y: float) -> None:
+def friction_law(ax: style.Axes, x: float, y: float) -> None:
     """Coulomb's law: F against the velocity u, f in slip, up to f_0 at rest."""
     middle, centre, reach = y + 0.78, x + 0.86, 0.62
     kinetic, static = 0.34, 0.5

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from asympk.pictures import plate, sheets, style
-from asympk.pictures.style import Figure
 from asympk.storage.rows import Row
 from asympk.studies.modelwork import savings
 
@@ -30,7 +29,7 @@ ALONGSIDE_METHODS = {"lsoda": 2, "kvaerno5": -2}  # by how many points their nam
 GLYPH, NEAR = 3.6, (0.07, 0.06)  # width of a model's mark in points; distance of marks that touch, as part of each axis
 
 
-def save(figure: Figure, path: str | Path) -> Path:
+def save(figure: style.Figure, path: str | Path) -> Path:
     """Write ``figure`` to ``path``; the bytes depend on the figure alone, not on the day or the machine."""
     sheets(path).kept(figure, path, dpi=300)
     return Path(path)
@@ -39,7 +38,7 @@ def save(figure: Figure, path: str | Path) -> Path:
 @contextmanager
 def sheet(
     body: float, rows: int = 1, columns: int = 1, *, entries: int = 0, per_line: int = 3, note: str = "", **options: Any
-) -> Iterator[tuple[Figure, np.ndarray]]:
+) -> Iterator[tuple[style.Figure, np.ndarray]]:
     """Yield (figure, axes), a column wide: ``body`` inches of axes above a legend of ``entries`` entries and a note."""
     words = fill(note, NOTE_WIDTH)
     note_height = NOTE_LINE * (words.count("\n") + 1) + 0.05 if words else 0.0
@@ -64,7 +63,7 @@ def outcome(status: str) -> str:
     return "limit" if word in LIMITS else "stalled" if word == "stalled" else "other"
 
 
-def work_precision(rows: Sequence[Row], scene: str, mus: Sequence[float]) -> Figure:
+def work_precision(rows: Sequence[Row], scene: str, mus: Sequence[float]) -> style.Figure:
     """Work against precision on ``scene``, one panel for each of ``mus``.
 
     Runs that do not reach the end are drawn in the strip "no end"; models that refuse the scene, at its foot.
@@ -109,7 +108,7 @@ def _precision_panel(ax, rows, methods):
         ax.plot([place] * len(costs), costs, **{**style.curve(method), "linestyle": "none", "label": None})
 
 
-def cost_against_mu(rows: Sequence[Row], scenes: Sequence[str], accuracy: float, note: str = "") -> Figure:
+def cost_against_mu(rows: Sequence[Row], scenes: Sequence[str], accuracy: float, note: str = "") -> style.Figure:
     """The least cost of an error below ``accuracy`` against mu; methods without such a run are in the band."""
     methods = _methods(rows)
     with sheet(1.5 * len(scenes) + 0.6, len(scenes), entries=len(methods), note=note, sharex=True) as (figure, axes):
@@ -200,7 +199,7 @@ def cheapest_by_method(rows: Sequence[Row], methods: Iterable[str], accuracy: fl
     return {method: cheapest([row for row in rows if row["method"] == method], accuracy) for method in methods}
 
 
-def nonlinear(rows: Sequence[Row]) -> Figure:
+def nonlinear(rows: Sequence[Row]) -> style.Figure:
     """Draw the errors of small-angle models of the geometrically nonlinear rod over mu, for every kappa.
 
     A digit n marks the jump map of order n, at kappa = 1 only; there, two integrators of the nonlinear rod are drawn.
@@ -233,7 +232,7 @@ def _errors(rows, method):
                   and row["final_error"] is not None and (row["rtol"] or ALONGSIDE) == ALONGSIDE)
 
 
-def model_savings(rows: list[Row]) -> Figure | None:
+def model_savings(rows: list[Row]) -> style.Figure | None:
     """The cost of integrators at the error of ``jump 1``, in units of the cost of ``jump 1``: a panel for each system.
 
     Integrators that never reach this error are in the band. None where no integrator has a row.
@@ -262,7 +261,7 @@ def model_savings(rows: list[Row]) -> Figure | None:
     return figure
 
 
-def few_costs(rows: Sequence[Row], methods: Sequence[str], accuracy: float) -> Figure:
+def few_costs(rows: Sequence[Row], methods: Sequence[str], accuracy: float) -> style.Figure:
     """The least cost of an error below ``accuracy`` against mu for a few ``methods``, with names at the curves."""
     with plate(2.0) as (figure, [[ax]]):
         style.logarithmic(ax, xlabel=r"$\mu$", ylabel="CPU time / exact flow")
@@ -279,7 +278,7 @@ def few_costs(rows: Sequence[Row], methods: Sequence[str], accuracy: float) -> F
     return figure
 
 
-def failures(parts: Sequence[tuple[str, Sequence[Row], str]]) -> Figure:
+def failures(parts: Sequence[tuple[str, Sequence[Row], str]]) -> style.Figure:
     """Map of the outcomes of all runs: a line for each method, a block for each part (label, rows, column of abscissa).
 
     A cell holds the runs of all tolerances. A cell without failed runs is white; otherwise its number counts the failed

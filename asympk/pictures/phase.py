@@ -16,7 +16,6 @@ from asympk.path import Path
 from asympk.pictures import plate, sheets, style
 from asympk.pictures.paths import around, label_of
 from asympk.pictures.portraits import arrows
-from asympk.pictures.style import Figure
 from asympk.pictures.trace import column_names, trace
 from asympk.scene import Scene
 from asympk.symbolic.system import System
@@ -29,7 +28,7 @@ WINDOW = ((-2, 2), (-2, 2))
 def phase(
     what: Scene | Path | System, x: str | sp.Symbol | None = None, y: str | sp.Symbol | None = None, *,
     values: Any = None, window: tuple[tuple[Any, Any], tuple[Any, Any]] | None = None, file: str | File | None = None,
-) -> Figure:
+) -> style.Figure:
     """Draw the motion of a scene or a path over the two states ``x`` and ``y``, symbols or names; the rod's load is s.
 
     By default these are the first and the last state, and for the rod load and velocity, s and z or R and u. If the

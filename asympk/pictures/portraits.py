@@ -7,6 +7,7 @@ comes from the symbolic side through ``lower``.
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import cache
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -14,7 +15,6 @@ import sympy as sp
 from asympk.numbers import Number
 from asympk.path import Path
 from asympk.pictures import plate, style
-from asympk.pictures.style import Axes, Figure
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.manifold import C, integral_curves, rest_state, slow_manifolds
 from asympk.symbolic.reading import rational
@@ -52,7 +52,7 @@ def level_formulas() -> dict[str, sp.Expr]:
     return {**{name: planes[name] for name in ("Pi1", "Pi2")}, **edges}
 
 
-def phase_space(groups: Sequence[tuple[Number, str, Sequence[Path]]]) -> Figure:
+def phase_space(groups: Sequence[tuple[Number, str, Sequence[Path]]]) -> style.Figure:
     """Draw fig. 5: the phase space over s = x + y and z, a panel for each (sigma, title, paths) of ``groups``."""
     with plate(2.25 * len(groups), len(groups), 1) as (figure, axes):
         for ax, (sigma, title, paths) in zip(axes.flat, groups, strict=True):
@@ -122,7 +122,7 @@ def _trajectory(ax, path, ink, name):
     arrows(ax, x + y, z, ink)
 
 
-def arrows(ax: Axes, u: np.ndarray, v: np.ndarray, ink: str, every: float = 0.9) -> None:
+def arrows(ax: style.Axes, u: np.ndarray, v: np.ndarray, ink: str, every: float = 0.9) -> None:
     """Put an arrowhead on a curve every so many inches of its drawn length."""
     place = ax.transData.transform(np.column_stack((u, v))) / ax.figure.dpi
     length = np.concatenate(([0], np.cumsum(np.hypot(*np.diff(place, axis=0).T))))
@@ -133,7 +133,7 @@ def arrows(ax: Axes, u: np.ndarray, v: np.ndarray, ink: str, every: float = 0.9)
                                 "mutation_scale": 6})
 
 
-def jump_beside_the_vertical_one(paths: Sequence[Path], paper: tuple[np.ndarray, np.ndarray]) -> Figure:
+def jump_beside_the_vertical_one(paths: Sequence[Path], paper: tuple[np.ndarray, np.ndarray]) -> style.Figure:
     """Draw the jump from z < 0 over x, z and mu y: as computed for several mu, and as in the paper, with x constant.
 
     ``paper`` is the (x, z) of the paper's trajectory: up at constant x, then along Pi1.
@@ -158,15 +158,11 @@ def jump_beside_the_vertical_one(paths: Sequence[Path], paper: tuple[np.ndarray,
 
 def with_x_held(sigma: Number, start: Sequence[Number | str], until: Number) -> tuple[np.ndarray, np.ndarray]:
     """Return (x, z) of the jump in Fufaev's paper: up at constant x to z = 0, then along Pi1 for the time ``until``."""
-    curve, rest = _curves("Pi1", sigma)
+    plane = next(plane for plane in slow_manifolds(pk.system(), order=0) if plane.name == "Pi1")
+    at = {pk.sigma: rational("sigma", sigma), pk.mu: 0, C: 0}
+    curve = lower((pk.x,), integral_curves(plane)[pk.z].subs(at))
+    at_rest: Any = rest_state(plane)
+    rest = float(at_rest.state[pk.x].subs(at))
     x0, _, z0 = map(float, map(Fraction, start))
     x = rest + (x0 - rest) * np.exp(-np.linspace(0, until, 100))
     return np.concatenate(([x0, x0], x)), np.concatenate(([z0, 0], curve(x) - curve(np.array(x0))))
-
-
-def _curves(name, sigma):
-    """Return z(x) of the integral curve with C = 0 on a slow plane, as a callable, and x at rest."""
-    plane = next(plane for plane in slow_manifolds(pk.system(), order=0) if plane.name == name)
-    at = {pk.sigma: rational("sigma", sigma), pk.mu: 0, C: 0}
-    height = integral_curves(plane)[pk.z].subs(at)
-    return lower((pk.x,), height), float(rest_state(plane).state[pk.x].subs(at))

@@ -14,13 +14,12 @@ from asympk.errors import InputError
 from asympk.mechanics.described import Described
 from asympk.mechanics.paradoxset import ROWS, ParadoxSet
 from asympk.pictures import plate, reactions, sheets, style
-from asympk.pictures.style import Axes, Figure
 from asympk.symbolic.reading import as_floats
 
 LOOKS = {0: ("no", "0.25", ""), 1: ("one", "white", ""), 2: ("two", "0.8", "////"), 3: ("three", "0.6", "xx")}
 
 
-def motion_plot(described: Described) -> Figure:
+def motion_plot(described: Described) -> style.Figure:
     """Draw the number of rigid motions over ``described.turn`` and the coefficient of friction; return the figure.
 
     The contact is closed and has the sliding velocity of the example, whose place is marked. Raises ``InputError``
@@ -39,7 +38,7 @@ def motion_plot(described: Described) -> Figure:
     return figure
 
 
-def draw_motions(ax: Axes, described: Described) -> set[int]:
+def draw_motions(ax: style.Axes, described: Described) -> set[int]:
     """Draw the map of a mechanism into ``ax``; return the set of numbers of rigid motions on the map."""
     rod, (name, first, last) = described.mechanism, described.turn or ()
     at = np.linspace(as_floats(name, first), as_floats(name, last), 241)
@@ -54,7 +53,7 @@ def draw_motions(ax: Axes, described: Described) -> set[int]:
     return shown
 
 
-def _mark_example(ax: Axes, described: Described) -> list[Any]:
+def _mark_example(ax: style.Axes, described: Described) -> list[Any]:
     """Mark the place of the example on the map ``ax``, unless it has none there; return the entry of a legend."""
     (name, first, last), contact = described.turn or (), described.mechanism.contact.friction
     place = [float(as_floats(key, described.numbers[key])) for key in (name, str(contact)) if key in described.numbers]
@@ -80,7 +79,7 @@ def motion_handles(shown: Iterable[int]) -> list[Any]:
                         linewidth=0.4) for number, word, colour, hatch in looks]
 
 
-def paradox_plot(found: ParadoxSet, file: str | File | None = None) -> Figure:
+def paradox_plot(found: ParadoxSet, file: str | File | None = None) -> style.Figure:
     """Draw where a ``ParadoxSet`` has a paradox: bars over one quantity, an area over two; return the figure."""
     sheet = sheets(file)
     area = len(found.over) == 2

@@ -18,7 +18,6 @@ from asympk.numbers import number, require_callback, short
 from asympk.scene import require_scene
 from asympk.shown import Card, ShownAsTable
 from asympk.studies import ladder
-from asympk.studies.ladder import DOUBLES, Rung
 from asympk.systems.kernels import kernel_scene
 from asympk.systems.painleve_klein.arrays.inputs import scene_columns
 
@@ -32,7 +31,7 @@ class Ladder(ShownAsTable):
     model: str
     predicted: float
     rtol: float
-    rungs: tuple[Rung, ...]
+    rungs: tuple[ladder.Rung, ...]
 
     def _card(self) -> Card:
         return Card(f"Least model for an error below {self.rtol:g}: {self.model}",
@@ -104,7 +103,7 @@ def _least_places(shape, columns, rtol, progress):
 
 def _tolerance(rtol):
     value = float(number("rtol", rtol, lambda v: v > 0, "positive"))
-    if value <= DOUBLES:
-        raise InputError(f"rtol = {short(rtol)}: it must lie above {DOUBLES}, what doubles hold; "
+    if value <= ladder.DOUBLES:
+        raise InputError(f"rtol = {short(rtol)}: it must lie above {ladder.DOUBLES}, what doubles hold; "
                          "use solve(scene, digits=n)")
     return value
