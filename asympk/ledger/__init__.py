@@ -20,10 +20,10 @@ def claims(progress: Callable[[str], None] | None = None) -> Claims:
     """Check every claim of the paper and return them in order; ``progress`` is called with each claim's id."""
     require_callback("progress", progress, "; of all claims choose one by its .id")
     found = []
-    for identifier in _functions():
+    for identifier, judged in _functions().items():
         if progress:
             progress(identifier)
-        found.append(judged(identifier))
+        found.append(judged())
     return Claims(found)
 
 
@@ -33,12 +33,6 @@ def claim_called(identifier: str) -> Claim:
     if identifier not in _functions():
         ids = list(_functions())
         raise UnknownName(f"claim {identifier!r} is unknown; the ledger has {ids[0]} to {ids[-1]}")
-    return judged(identifier)
-
-
-@cache
-def judged(identifier: str) -> Claim:
-    """Run the checks of one claim, once per process."""
     return _functions()[identifier]()
 
 

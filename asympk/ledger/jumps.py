@@ -35,8 +35,8 @@ def _jump(start):
     return jump_map(pk.system(), order=1, start={pk.sigma: 1, **dict(zip(_STATES, start, strict=True))})
 
 
-def _limit(expansion, power=0):
-    return sp.cancel(expansion.coefficient(power))
+def _limit(expansion):
+    return sp.cancel(expansion.coefficient(0))
 
 
 def _over_first_terms(measure, start, expansion):

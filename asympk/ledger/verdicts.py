@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
-from functools import wraps
+from functools import cache, wraps
 from typing import Any
 
 from asympk.shown import Card, ShownAsTable
@@ -80,10 +80,11 @@ def claim(
 ) -> Callable[[Callable[[], Iterator[Check]]], Callable[[], Claim]]:
     """Return a decorator that turns a function that yields checks into one that returns a judged ``Claim``.
 
-    ``finding`` is the finding of the claim unless the verdict is "confirmed".
+    The checks are run once per process. ``finding`` is the finding of the claim unless the verdict is "confirmed".
     """
 
     def decorate(checks):
+        @cache
         @wraps(checks)
         def judged():
             evidence = tuple(checks())
