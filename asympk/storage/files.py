@@ -52,19 +52,15 @@ def write_bytes(path: str | Path, content: bytes) -> Path:
     if path.is_dir():
         raise InputError(f"{path}: it is a directory; give the name of a file")
     try:
-        _put(path, content)
+        if path.exists() and not path.is_file():
+            with os.fdopen(_opened(path, os.O_WRONLY), "wb") as stream:
+                stream.write(content)
+        else:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            _replace(Path(os.path.realpath(path)), content)
     except OSError as reason:  # which names the temporary file
         raise OSError(reason.errno, reason.strerror or str(reason), str(path)) from None
     return path
-
-
-def _put(path, content):
-    if path.exists() and not path.is_file():
-        with os.fdopen(_opened(path, os.O_WRONLY), "wb") as stream:
-            stream.write(content)
-        return
-    path.parent.mkdir(parents=True, exist_ok=True)
-    _replace(Path(os.path.realpath(path)), content)
 
 
 def _replace(path, content):

@@ -17,6 +17,7 @@ import traceback
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, wait
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -95,22 +96,16 @@ def _words(versions):
 
 def _kept(sweep, out, index, progress):
     """Tell whether the file of a chunk is there and whole; a directory or the like in its place is renamed."""
-    path = out / chunks.file_name(sweep, index)
-    if not os.path.lexists(path):
-        return False
-    try:
-        written, _ = chunks.read_chunk(sweep, path)
-        whole = written == chunks.chunk_provenance(sweep, index)
-    except InputError:
-        whole = False
-    if not whole:
-        if not path.is_file():
-            aside = (path.with_name(f"{path.name}.damaged{k or ''}") for k in itertools.count())
-            path.rename(next(name for name in aside if not os.path.lexists(name)))
-        return False
-    start, stop = sweep.rows(index)
-    progress(stop - start, False)
-    return True
+    path, whole = out / chunks.file_name(sweep, index), False
+    with suppress(InputError):
+        whole = chunks.read_chunk(sweep, path)[0] == chunks.chunk_provenance(sweep, index)
+    if whole:
+        start, stop = sweep.rows(index)
+        progress(stop - start, False)
+    elif os.path.lexists(path) and not path.is_file():
+        aside = (path.with_name(f"{path.name}.damaged{k or ''}") for k in itertools.count())
+        path.rename(next(name for name in aside if not os.path.lexists(name)))
+    return whole
 
 
 def _drive(sweep, out, missing, executor, progress):
@@ -149,11 +144,10 @@ def _lost(future):
     if future.cancelled():
         return True
     error = future.exception()
-    return isinstance(error, BrokenExecutor | CancelledError) or _raised_in(error) == "distributed.cfexecutor"
+    return isinstance(error, BrokenExecutor | CancelledError) or _module_that_raised(error) == "distributed.cfexecutor"
 
 
-def _raised_in(error):
-    """The name of the module that raised ``error``, None where that is not known."""
+def _module_that_raised(error):
     frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)] if error else []
     return frames[-1].f_globals.get("__name__") if frames else None
 
