@@ -68,20 +68,17 @@ def jammed(
     until = (PIECE * epsilon if undamped else UNTIL) / damping
     options: dict[str, Any] = {"digits": digits} if digits else {}
     state: tuple = (0, 0, -1 / damping)
-    began, amplitude = 0.0, 0.0
-    stops, leaves = list[Any](), list[Any]()
+    began, met = 0.0, list[Any]()
     while True:
         path = solve(Scene(sigma, mu, state, until), **options)
-        here = [(event, began + event.t) for event in path.events]
-        leaves += [t for event, t in here if event.kind == "slip_onset"]
-        stops += [t for event, t in here if event.kind == "velocity_zero"]
-        amplitude = amplitude or next(_amplitude(e, mu) for e, _ in here if e.kind == "velocity_zero")
-        if not (undamped and any(event.kind == "slip_onset" for event, _ in here)):
+        met += [(event, began + event.t) for event in path.events]
+        if not (undamped and any(event.kind == "slip_onset" for event in path.events)):
             break
         state, began = path.final, began + until
     if path.modes[-1] == "stick":
         raise InputError(f"epsilon = {epsilon}, damping = {damping}: the mass is jammed still at {UNTIL}")
-    return float(stops[0] * damping), float(leaves[-1] * damping), len(stops), amplitude
+    stops, leaves = ([(event, t) for event, t in met if event.kind == kind] for kind in ("velocity_zero", "slip_onset"))
+    return float(stops[0][1] * damping), float(leaves[-1][1] * damping), len(stops), _amplitude(stops[0][0], mu)
 
 
 def _amplitude(event, mu):
