@@ -146,7 +146,7 @@ def read_constant(what: str, value: Any, angles: bool = True, digits: int = KEPT
     """
     if not isinstance(value, str) or spells_number(value) or (in_degrees(value) and not angles):
         return value
-    found = _angle(what, value) if in_degrees(value) else read_formula(value, {}, what)
+    found = _in_radians(what, value) if in_degrees(value) else read_formula(value, {}, what)
     return as_fraction(what, found, digits)
 
 
@@ -174,8 +174,7 @@ def in_degrees(value: object) -> bool:
     return isinstance(value, str) and value.strip().endswith("deg")
 
 
-def _angle(what: str, text: str) -> sp.Expr:
-    """Return in radians the angle of a text in degrees."""
+def _in_radians(what: str, text: str) -> sp.Expr:
     bare = text.strip().removesuffix("deg")
     if not spells_number(bare):
         raise InputError(f"{what} = {short(text)}: degrees are a decimal or a ratio, such as '75 deg' or '1/3 deg'; "
@@ -189,9 +188,8 @@ def _no_number(what: str, text: object) -> InputError:
 
 
 def _no_formula(what: str, text: str, symbols: Mapping[str, sp.Expr]) -> InputError:
-    for sign in _SIGNS:
-        if sign in text:
-            return InputError(f"{what} = {short(text)}: the sign {sign} is not read; write {_SIGNS[sign]}")
+    if sign := next((sign for sign in _SIGNS if sign in text), None):
+        return InputError(f"{what} = {short(text)}: the sign {sign} is not read; write {_SIGNS[sign]}")
     if not symbols:
         return _no_number(what, text)
     return InputError(f"{what} = {short(text)}: it is not a formula; write one such as 'x + 2*y'")

@@ -96,8 +96,7 @@ def solve_many(
     if missing := [name for name, value in given.items() if value is None]:
         raise InputError(f"{', '.join(missing)} = None: give numbers or arrays, or system=, values=, start=, until=")
     run = _found(FOR_ARRAYS[method], "solve_many")
-    if options:
-        _require_known(method, run, options)
+    _require_known(method, run, options)
     return run(sigma, mu, x, y, z, until, sigma0, method, **options)
 
 

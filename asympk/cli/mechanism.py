@@ -30,7 +30,7 @@ def run(options: Namespace) -> None:
     given = settings(options)
     described = load_mechanism(options.name).changed(read_constants("--set", given))
     try:
-        print(_drawn(described, options.plot) if options.plot else _described(described, given))
+        print(_drawn(described, options.plot) if options.plot else _screen(described, given))
     except AsympkError as error:
         raise InputError(f"{options.name}: {error}") from None
 
@@ -45,8 +45,7 @@ def _drawn(described, place):
     return f"wrote {place}"
 
 
-def _described(described, given):
-    """Return the screen on a mechanism with the ``given`` settings."""
+def _screen(described, given):
     from asympk.output.mechanisms import mechanism_as_text
 
     with meter("looking for the paradox"):

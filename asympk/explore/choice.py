@@ -25,8 +25,7 @@ def chosen_scenes(word: str | None) -> Callable[[], tuple[Scene, ...]]:
         return lambda: tuple(map(read_scene, scene_names()))
     if is_file(word):
         table = read_table(word)
-        alone = describes_mechanism(table) and "until" not in table
-        if alone:
+        if describes_mechanism(table) and "until" not in table:
             return partial(_of_mechanism, mechanism_of_table(table, word))
         scene = scene_of_table(table, word)
         return lambda: (scene,)

@@ -44,10 +44,9 @@ def _range(scene: Scene, name: str, value: Any) -> dict[str, Any]:
         return {**_linear(name, given), "low": min(LEAST_DEGREES, given), "high": max(MOST_DEGREES, given)}
     if scene.system is None and name in ("sigma", "sigma0"):
         return {**_linear(name, float(value)), "low": min(-1.9, (float(value) - 2) / 2)}  # above -2
-    small = scene.system.small if scene.system is not None else None
-    symbols = {s.name: s for s in scene.system.parameters} if scene.system is not None else {}
-    if float(value) > 0 and (scene.system is None or symbols[name].is_positive):
-        is_small = name in ("mu", "k") if scene.system is None else symbols[name] == small
+    symbol = None if scene.system is None else next(s for s in scene.system.parameters if s.name == name)
+    if float(value) > 0 and (symbol is None or symbol.is_positive):
+        is_small = name in ("mu", "k") if symbol is None else symbol == scene.system.small
         return _logarithmic(name, float(value), DECADES_OF_SMALL if is_small else DECADES)
     found = _linear(name, float(value))
     return {**found, "low": 0.0} if found["low"] < 0 <= float(value) and _refused(scene, name, -LEAST) else found

@@ -1,6 +1,7 @@
 """The screen of ``asympk mechanism``: contact, paradox, rigid motions and jump of a mechanism in numbers."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from shlex import quote
 from types import MappingProxyType
@@ -59,8 +60,12 @@ def mechanism_as_text(described: Described, settings: Mapping[str, str] = Mappin
     over, mapped = _over_range(described) if alone else ([], False)
     rigid = [*here, *over, *motion_lines(described)]
     title = ": ".join(filter(None, (described.name, described.about)))
-    first, *others = _departures(described)
-    lines = [*wrapped("", title), *wrapped("at ", numbers), *_departure(first), *_others(alone, first, others), ""]
+    rod = described.mechanism
+    first, *others = (_departure(kinetics, rod.keyed(described.numbers)) for kinetics in rod.equations)
+    off = ", ".join(f"{name} = {_short(value)}" for name, value in (first or {}).items())
+    lines = [*wrapped("", title), *wrapped("at ", numbers)]
+    lines += [f"off the contact: {off}; the lines below hold for g = g' = 0"] if off else []
+    lines += [*_others(alone, first, others), ""]
     for labelled in (rigid, jump_lines(described)) if alone else (rigid,):
         lines += [*(part for line in labelled for part in wrapped(line[:_LABEL], line[_LABEL:])), ""]
     return "\n".join([*lines, *_further(described, settings, first, mapped)])
@@ -72,12 +77,6 @@ def _require_numbers(described):
     needed = symbols_in(sp.Tuple(*rod.delassus, *rod.free, rod.slip, rod.friction, rod.static, rod.load))
     if missing := sorted(map(str, needed - {*described.mechanism.keyed(described.numbers)})):
         raise InputError(f"no value for {', '.join(missing)}; give each a number under [state]")
-
-
-def _departure(off):
-    """Return a line on g and g' if they do not vanish at the numbers; none if a coordinate has no number."""
-    given = ", ".join(f"{name} = {_short(value)}" for name, value in (off or {}).items())
-    return [f"off the contact: {given}; the lines below hold for g = g' = 0"] if off else []
 
 
 def _others(alone, first, departed):
@@ -95,16 +94,10 @@ def _others(alone, first, departed):
     return wrapped("", words) if count else []
 
 
-def _departures(described):
-    """Return what ``departures`` tells of every contact at the numbers, None where a coordinate has no number."""
-    rod = described.mechanism
-    found = []
-    for kinetics in rod.equations:
-        try:
-            found.append(departures(kinetics, rod.keyed(described.numbers)))
-        except InputError:
-            found.append(None)
-    return found
+def _departure(kinetics, numbers):
+    """Return what ``departures`` tells of a contact at the numbers, None where a coordinate has no number."""
+    with suppress(InputError):
+        return departures(kinetics, numbers)
 
 
 def contact_lines(described: Described) -> list[str]:

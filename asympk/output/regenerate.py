@@ -35,13 +35,12 @@ def derive(root: Path, tell: Callable[[str], None] = silent) -> list[Path]:
     for script in sorted((root / "derivations").glob("*.py")):
         tell(f"deriving {script.stem}")
         results = {name: _symbolic(value) for name, value in runpy.run_path(str(script))["RESULTS"].items()}
-        written += [write_text(out / f"{script.stem}{suffix}", form) for suffix, form in _forms(results).items()]
+        written += [write_text(out / f"{script.stem}{suffix}", form) for suffix, form in _by_suffix(results).items()]
     tell("")
     return written
 
 
-def _forms(results):
-    """Return {suffix of a file: text} of results."""
+def _by_suffix(results):
     formulas = {name: {"text": str(value), "latex": latex_of(value)} for name, value in results.items()}
     lines = (rf"\[ \text{{{name.replace('_', ' ')}}}\colon\quad {one['latex']} \]" for name, one in formulas.items())
     return {

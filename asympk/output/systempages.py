@@ -151,7 +151,6 @@ def _motion(name: str, out: Path) -> list[str]:
 
 
 def _printed(script: str, folder: Path) -> str:
-    """Run a script in a folder and return what it prints."""
     screen = io.StringIO()
     with contextlib.chdir(folder), contextlib.redirect_stdout(screen):
         exec(compile(script, "<page>", "exec"), {})

@@ -200,8 +200,7 @@ def _nondimensional(entries):
     require_keys(entries, ("sigma", "mu", "until"))
     refuse_unknown(beside, _NEAR, "near")
     require_keys(beside, _NEAR)
-    manifold = {"manifold": beside.pop("manifold")}
-    return Scene.near(**manifold, **read_constants("near", beside, angles=False), **entries)
+    return Scene.near(beside.pop("manifold"), **read_constants("near", beside, angles=False), **entries)
 
 
 def _from_rod(entries):

@@ -131,7 +131,7 @@ def nonlinear_rows(plan: Mapping[str, Any], references: Iterable[Row], tell: Cal
     """Return rows for the rod with exact geometry, with a column ``kappa``; see ``systems.nonlinear_rod``."""
     rows = []
     for found in references:
-        scene, truth = _truth(found)
+        scene, truth = _scene_and_truth(found)
         measure = partial(workprec, scene, reference=truth, repeats=plan["repeats"])
         made = [row for method, options in _models() for row in measure(label=method, **options)]
         for method, options in _integrators(plan) if found["kappa"] == 1 else ():
@@ -142,11 +142,10 @@ def nonlinear_rows(plan: Mapping[str, Any], references: Iterable[Row], tell: Cal
 
 
 def _with_geometry(scene, method, **options):
-    return run(_kept(1, scene), method, **options)
+    return run(_with_exact_geometry(1, scene), method, **options)
 
 
-def _kept(kappa, scene):
-    """Return a scene of the rod as a scene of the rod with exact geometry."""
+def _with_exact_geometry(kappa, scene):
     n, square = nonlinear_rod, 1 / Fraction(1 + SLOPE**2)
     values = {n.mu: scene.mu, n.sigma: scene.sigma, n.sigma0: scene.sigma0, n.kappa: kappa, n.c2: square}
     return Scene(system=n.system(), values=values, start=scene.start, until=scene.until, name=scene.name)
@@ -184,15 +183,14 @@ def _reference_row(kappa, mu):
     from mpmath import nstr
 
     scene = Scene(1, mu, SCENES["ii"], UNTIL, name="ii")
-    path = collocation.run(_kept(Fraction(kappa), scene), digits=30)
+    path = collocation.run(_with_exact_geometry(Fraction(kappa), scene), digits=30)
     spelled = {name: nstr(value, 32) for name, value in zip(("x", "y", "z"), path.final, strict=True)}
     events = " ".join(f"{event.kind}:{nstr(event.t, 32)}" for event in path.events)
     return {"kappa": float(kappa), "mu": mu, **spelled, "events": events, "modes": " ".join(path.modes),
             "error": float(path.error)}
 
 
-def _truth(row):
-    """Return (scene, reference path) of a stored row."""
+def _scene_and_truth(row):
     scene = Scene(1, row["mu"], SCENES["ii"], UNTIL, name="ii")
     marks = [word.split(":") for word in row["events"].split()]
     events = tuple(Event(kind, Fraction(t), ()) for kind, t in marks)

@@ -74,14 +74,13 @@ def errors_of(path: Path, truth: Path, scene: Any) -> dict[str, Any]:
     """Return the four measures of ``path`` against the exact path ``truth``, or {} for a run that did not finish."""
     if path.info.get("status", "finished") != "finished":
         return {}
-    single = path.modes == ONE_FIELD
     kinds = [e.kind for e in path.events] == [e.kind for e in truth.events]
     times = [abs(float(a.t - b.t)) / float(scene.mu) for a, b in zip(path.events, truth.events, strict=False)]
     return {
         "final_error": _distance(path.final, truth.final),
         "time_error": max(times) if kinds and times else None,
         "path_error": path_distance(path, truth, scene),
-        "same_modes": None if single else path.modes == truth.modes,
+        "same_modes": None if path.modes == ONE_FIELD else path.modes == truth.modes,
     }
 
 

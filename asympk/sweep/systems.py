@@ -171,7 +171,6 @@ class SystemFamily:
         return ""
 
     def _in_states(self, values, start):
-        """Return a start as {state: value}."""
         system, mechanism = _system(self.text)
         return start_at(mechanism, system, values, start) if self.coordinates else start
 
