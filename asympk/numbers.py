@@ -131,11 +131,9 @@ def require_callback(name: str, value: Any, hint: str = "") -> None:
 
 def known_order(order: Any, highest: int | None = None, what: str = "") -> int:
     """Return the order of an expansion as an int from 0 to ``highest``; raises ``OrderError``, worded with ``what``."""
-    counts = _is_whole(order)
-    if highest is None and not (counts and 0 <= order <= HIGHEST):
-        raise OrderError(f"order = {short(order)} is not a whole number >= 0, or beyond {HIGHEST}")
-    if highest is not None and not (counts and 0 <= order <= highest):
-        raise OrderError(f"order = {short(order)}: {what} 0 .. {highest}")
+    if not (_is_whole(order) and 0 <= order <= (HIGHEST if highest is None else highest)):
+        rule = f" is not a whole number >= 0, or beyond {HIGHEST}" if highest is None else f": {what} 0 .. {highest}"
+        raise OrderError(f"order = {short(order)}{rule}")
     return int(order)
 
 

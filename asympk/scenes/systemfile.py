@@ -73,7 +73,10 @@ def system_of(entry: Any, parameters: Any) -> tuple[System, Mechanism | None]:
     Formulas may use the names of ``parameters``. Raises ``InputError``.
     """
     if isinstance(entry, str):
-        return _catalogued(entry), None
+        if entry not in systems.__all__:
+            near = nearest(entry.lower(), systems.__all__, 0)
+            raise InputError(f"system {entry!r:.60} is unknown; the nearest is {near!r}")
+        return import_module(f"asympk.systems.{entry}").system(), None
     if isinstance(entry, dict) and "mechanism" in entry:
         mechanism = _mechanism(entry, parameters)
         law = contact_law(entry, mechanism, parameters)
@@ -129,7 +132,9 @@ def read_system(table: Any, parameters: Any) -> System:
     slow_rates, fast_rates = ({symbols[s]: read_formula(rate, symbols, f"the rate of {s}") for s, rate in part.items()}
                               for part in (slow, fast))
     small, time = (symbols[table[key]] if key in table else None for key in ("small", "time"))
-    assumed = [read_relation(a, symbols) for a in _assumptions(table)]
+    if not isinstance(assumptions := table.get("assumptions", []), list):
+        raise InputError("system.assumptions must be a list of strings")
+    assumed = [read_relation(a, symbols) for a in assumptions]
     found = [_friction(f, symbols, k) for k, f in enumerate(frictions)]
     return System.with_frictions(slow_rates, fast_rates, found, small, time, sp.And(*assumed))
 
@@ -164,16 +169,3 @@ def _mechanism(table: dict, parameters: Any) -> Mechanism:
     refuse_unknown(table, MECHANISM, "system")
     entry = table["mechanism"]
     return (described_mechanism(entry) if isinstance(entry, str) else described_by(entry, parameters)).mechanism
-
-
-def _catalogued(name: str) -> System:
-    if name not in systems.__all__:
-        near = nearest(name.lower(), systems.__all__, 0)
-        raise InputError(f"system {name!r:.60} is unknown; the nearest is {near!r}")
-    return import_module(f"asympk.systems.{name}").system()
-
-
-def _assumptions(table: dict) -> list:
-    if not isinstance(given := table.get("assumptions", []), list):
-        raise InputError("system.assumptions must be a list of strings")
-    return given

@@ -68,11 +68,8 @@ class Alphabet:
 
         Three dots follow as many events as can be encoded, as there may be more.
         """
-        letters, code = [], int(code)
-        while code:
-            letters.append((code & (1 << self.bits) - 1) - 1)
-            code >>= self.bits
-        letters.reverse()
+        code, mask = int(code), (1 << self.bits) - 1
+        letters = [(code >> place & mask) - 1 for place in reversed(range(0, code.bit_length(), self.bits))]
         if len(letters) < self.frictions or -1 in letters:
             raise ValueError("an itinerary does not begin with what every friction does")
         phases = "+".join(PHASES[k] for k in letters[:self.frictions]) or "smooth"

@@ -43,11 +43,9 @@ class RodFamily:
 
     def check(self, axes: Mapping[str, Axis]) -> None:
         """Raise ``InputError`` where a range contains values that are not allowed."""
-        lowest = {field: min(axis.values) for field, axis in axes.items()}
         for field, bound in (("sigma", -2), ("mu", 0)):
-            if float(lowest[field]) <= bound:
-                reached = f"{field} reaches {short(lowest[field])}"
-                raise InputError(f"{reached}: it must be greater than {bound}, as a double, too")
+            if float(least := min(axes[field].values)) <= bound:
+                raise InputError(f"{field} reaches {short(least)}: it must be greater than {bound}, as a double, too")
         require_time("until", axes)
         require_static(self.static, self.kinetic, axes)
 
