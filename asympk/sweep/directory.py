@@ -144,12 +144,9 @@ def _lost(future):
     if future.cancelled():
         return True
     error = future.exception()
-    return isinstance(error, BrokenExecutor | CancelledError) or _module_that_raised(error) == "distributed.cfexecutor"
-
-
-def _module_that_raised(error):
-    frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)] if error else []
-    return frames[-1].f_globals.get("__name__") if frames else None
+    frames = [frame for frame, _ in traceback.walk_tb(error and error.__traceback__)]
+    within = frames[-1].f_globals.get("__name__") if frames else None
+    return isinstance(error, BrokenExecutor | CancelledError) or within == "distributed.cfexecutor"
 
 
 def _given_out(executor, sweep, index):
