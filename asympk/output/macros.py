@@ -18,10 +18,8 @@ from asympk.ledger.verdicts import VERDICTS
 from asympk.methods import solve
 from asympk.numbers import Number
 from asympk.output import gallery
-from asympk.pictures import style
+from asympk.pictures import figures, portraits, style
 from asympk.pictures.anymechanism import limit
-from asympk.pictures.figures import ALONGSIDE, cheapest_by_method, outcome
-from asympk.pictures.portraits import level_formulas
 from asympk.scene import Scene
 from asympk.storage.rows import Row
 from asympk.studies import anymechanism, chart, collisions, convergence, damping, divide, leastmap, modelwork, twoguides
@@ -88,7 +86,7 @@ def formula_macros() -> dict[str, str]:
     The formulas are the loads of planes and edges, the thresholds of sigma, and the integral of Lemma 3.
     """
     names = {"Pi1": "PiOne", "Pi2": "PiTwo", "Gamma1": "GammaOne", "Gamma2": "GammaTwo"}
-    levels = {f"load{names[name]}": inline_formula(expr) for name, expr in level_formulas().items()}
+    levels = {f"load{names[name]}": inline_formula(expr) for name, expr in portraits.level_formulas().items()}
     ordinals = ("thresholdOne", "thresholdTwo", "thresholdThree")
     cuts = dict(zip(ordinals, map(inline_formula, thresholds(pk.system())), strict=True))
     integral = inline_formula(first_integral(pk.system()).expr)
@@ -280,7 +278,7 @@ def of_work(rows: Sequence[Row]) -> dict[str, str]:
     here, accuracy = [row for row in rows if row["scene"] == gallery.SHOWN], gallery.ACCURACY
     mus = sorted({row["mu"] for row in here})
     methods = (*chart.EXPLICIT, *chart.IMPLICIT)
-    costs = cheapest_by_method(here, methods, accuracy)
+    costs = figures.cheapest_by_method(here, methods, accuracy)
     best, fast = (min((m for m in methods if costs[m].get(mu)), key=lambda m: costs[m][mu]) for mu in (mus[0], mus[-1]))
     (jump,) = (row for row in here if row["method"] == "jump 1" and row["mu"] == mus[0])
     found = {
@@ -293,7 +291,7 @@ def of_work(rows: Sequence[Row]) -> dict[str, str]:
     }
     for method, kind in (("sign", "stalled"), ("moreau", "wrong branch")):
         mine = [row for row in rows if row["method"] == method]
-        failed = [row for row in mine if outcome(row["status"]) == kind]
+        failed = [row for row in mine if figures.outcome(row["status"]) == kind]
         mine = [row for row in mine if row["scene"] in {failure["scene"] for failure in failed}]
         found |= {f"{method}Runs": str(len(mine)), f"{method}Failed": str(len(failed))}
     found["moreauCoarse"] = rounded(min(row["rtol"] / row["mu"] for row in failed))
@@ -317,7 +315,7 @@ def _names(rows):
 def of_plane(rows: Sequence[Row]) -> dict[str, str]:
     """Return the number of integrator runs from beside the unstable plane, of wrong ones, and their methods."""
     rows = [row for row in rows if row["method"] != "exact"]
-    wrong = [row for row in rows if outcome(row["status"]) == "wrong branch"]
+    wrong = [row for row in rows if figures.outcome(row["status"]) == "wrong branch"]
     failing = {row["method"] for row in wrong}
     (mu,) = {row["mu"] for row in rows}
     away = [abs(row["offset"]) for row in rows]
@@ -331,7 +329,8 @@ def of_plane(rows: Sequence[Row]) -> dict[str, str]:
 def of_nonlinear(rows: Sequence[Row]) -> dict[str, str]:
     """Return errors of small-angle models of the nonlinear rod at the least mu, for kappa = 1 and the largest kappa."""
     least, large = min(row["mu"] for row in rows if row["kappa"] == 1), max(row["kappa"] for row in rows)
-    found = {"nonlinearMu": power(least), "nonlinearLarge": f"{large:g}", "nonlinearTolerance": power(ALONGSIDE)}
+    found = {"nonlinearMu": power(least), "nonlinearLarge": f"{large:g}",
+             "nonlinearTolerance": power(figures.ALONGSIDE)}
     for name, method, value in (("Exact", "exact", 1), ("Zero", "jump 0", 1), ("One", "jump 1", 1),
                                 ("LargeZero", "jump 0", large), ("LargeOne", "jump 1", large)):
         (row,) = (r for r in rows if (r["kappa"], r["mu"], r["method"]) == (value, least, method))
