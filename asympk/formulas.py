@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from functools import partialmethod
 from keyword import kwlist
-from operator import add, mul, sub
+from operator import add, mul, sub, truediv
 from typing import Any
 from unicodedata import normalize
 
@@ -105,7 +105,7 @@ LARGEST_DEGREE = 64
 _FEW = 3  # digits of a size
 _LONGEST_EXACT = 10**100  # the largest numerator or denominator that is written in full
 _LARGEST_NUMBER = 1000  # most digits of a power of numbers
-_OPERATORS = {ast.Add: add, ast.Sub: sub, ast.Mult: mul}
+_OPERATORS = {ast.Add: add, ast.Sub: sub, ast.Mult: mul, ast.Div: truediv}
 _RELATIONS = {ast.Lt: sp.Lt, ast.LtE: sp.Le, ast.Gt: sp.Gt, ast.GtE: sp.Ge}
 # what to write for signs that documents have and formulas have not
 _SIGNS = {"−": "-", "–": "-", "‐": "-", "·": "*", "⋅": "*", "×": "*", "÷": "/", "∕": "/", "²": "^2", "³": "^3",
@@ -334,15 +334,13 @@ class _Reader:
         return value
 
     def _operation(self, node: ast.BinOp, left: sp.Expr, right: sp.Expr) -> sp.Expr:
-        if type(node.op) in _OPERATORS:
-            return _OPERATORS[type(node.op)](left, right)
-        if isinstance(node.op, ast.Div):
-            if right == 0:
-                raise self._refuse("it divides by zero")
-            return left / right
         if isinstance(node.op, ast.Pow):
             return self._power(left, right)
-        raise self._refuse("the operators are + - * / **")
+        if type(node.op) not in _OPERATORS:
+            raise self._refuse("the operators are + - * / **")
+        if isinstance(node.op, ast.Div) and right == 0:
+            raise self._refuse("it divides by zero")
+        return _OPERATORS[type(node.op)](left, right)
 
     def _power(self, base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
         if not base.is_number and exponent.is_number and not _degree(base) * abs(exponent) <= LARGEST_DEGREE:

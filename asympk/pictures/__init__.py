@@ -4,14 +4,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from asympk.pictures import style
-
-if TYPE_CHECKING:
-    from asympk.pictures.sheet import Sheet
 
 
 def sheets(file: str | Path | None = None) -> ModuleType:
@@ -30,7 +27,7 @@ def sheets(file: str | Path | None = None) -> ModuleType:
 @contextmanager
 def plate(
     height: float, rows: int = 1, columns: int = 1, width: float = style.COLUMN, **options: Any
-) -> "Iterator[tuple[Sheet, np.ndarray]]":
+) -> Iterator[tuple[style.Figure, np.ndarray]]:
     """Yield (figure, axes) of ``height`` inches and by default a column's width, in the common style."""
     sheet = sheets()
     with sheet.in_style():

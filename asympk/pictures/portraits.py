@@ -36,7 +36,6 @@ def sampled(path: Path) -> tuple[np.ndarray, np.ndarray]:
     return t, np.array([path(float(moment)) for moment in t], dtype=float).T
 
 
-@cache
 def levels(sigma: Number) -> dict[str, float]:
     """Return the loads of Pi1, Pi2, Gamma1 and Gamma2 at mu = 0 and sigma0 = sigma; those at infinity are left out."""
     value = rational("sigma", sigma)
@@ -49,7 +48,7 @@ def level_formulas() -> dict[str, sp.Expr]:
     """Return the loads of Pi1, Pi2, Gamma1 and Gamma2 as expressions in sigma and sigma0."""
     planes = {plane.name: sp.cancel(pk.x + plane.coefficient(0)) for plane in slow_manifolds(pk.system(), order=0)}
     edges = dict(zip(("Gamma1", "Gamma2"), stick_regions(pk.system()).edges, strict=True))
-    return {**{name: planes[name] for name in ("Pi1", "Pi2")}, **edges}
+    return planes | edges
 
 
 def phase_space(groups: Sequence[tuple[Number, str, Sequence[Path]]]) -> style.Figure:
