@@ -24,7 +24,7 @@ from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import mode_of
 from asympk.automaton.numericmode import OF_STATES
 from asympk.automaton.uniqueness import has_always_one_motion, is_watched
-from asympk.symbolic.branches import OPEN, Branch, Phase, all_phases, at_rest, is_pushed, rate_along
+from asympk.symbolic.branches import Branch, Phase, all_phases, at_rest, is_pushed, rate_along
 from asympk.symbolic.forces import determined
 from asympk.symbolic.guards import NEVER_IDLE
 
@@ -125,7 +125,7 @@ class Modes:
         velocities[[*at_rest(before)]] = 0.0
         phases: list[tuple[Phase, ...]] = [(phase,) for phase in before]
         if self.pushed.any():
-            phases = [(phase,) if phase == OPEN else all_phases(self.system, j) for j, phase in enumerate(before)]
+            phases = [(phase,) if phase.is_open else all_phases(self.system, j) for j, phase in enumerate(before)]
         phases[friction] = all_phases(self.system, friction)
         found, doubtful = self._chosen(product(*phases), t, w, velocities, loads)
         others = [_without(branch, friction) != _without(before, friction) for branch in self.branches]
@@ -157,7 +157,7 @@ class Modes:
         """Tell in which rows velocities and loads have the signs of a branch; forces give a load either sign."""
         found = np.ones(loads.shape[1], dtype=bool)
         for k, phase in enumerate(candidate):
-            if phase == OPEN or phase.smooth:
+            if phase.is_open or phase.smooth:
                 continue
             if not self.pushed[k]:
                 found &= (loads[k] == 0) | (np.sign(loads[k]) == phase.load)

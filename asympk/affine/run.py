@@ -29,7 +29,6 @@ from asympk.errors import NegativeFriction, NoMotion, OutOfRange, TooLarge, TooM
 from asympk.numbers import MOST_DIGITS, Number, whole
 from asympk.path import ClosedForm, Path, times_within
 from asympk.symbolic import guards
-from asympk.symbolic.branches import OPEN
 from asympk.symbolic.system import System
 from asympk.systems.automata import automaton_of
 
@@ -280,7 +279,7 @@ def _vanishing(mode, t, state, segments):
     """
     before, jumping = segments[-1].branch if segments else mode.branch, mode.mode.jumping
     turned = {k for k, (was, now) in enumerate(zip(before, mode.branch, strict=True))
-              if OPEN not in (was, now) and was.velocity != now.velocity
+              if not (was.is_open or now.is_open) and was.velocity != now.velocity
               and not (k in jumping and mode.signs((jumping[k],), t, state)[0])}
     return [k for k, (kind, friction) in enumerate(mode.kinds) if kind == "velocity_zero" and friction in turned]
 

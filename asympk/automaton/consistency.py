@@ -21,12 +21,12 @@ import sympy as sp
 from asympk.automaton import contacts
 from asympk.automaton.contacts import ContactPoint, Place, Solved
 from asympk.automaton.junction import Junction
-from asympk.automaton.kept import vanish_on_plane
+from asympk.automaton.kept import is_kept_gap, vanish_on_plane
 from asympk.automaton.modes import GuardedMode, mode_of
 from asympk.automaton.motionseries import derivatives_along
 from asympk.errors import InputError, Undecided
 from asympk.symbolic import branches
-from asympk.symbolic.branches import OPEN, Branch, Guard, Phase
+from asympk.symbolic.branches import Branch, Guard, Phase
 from asympk.symbolic.forces import is_carried
 from asympk.symbolic.long import replaced, symbols_in
 from asympk.symbolic.penetration import with_finite_powers
@@ -148,7 +148,7 @@ def _unloaded(here: Junction, branch: Branch) -> set[int]:
     Their reaction then vanishes in ``branch``, too. It is a force, and moving the state makes it 0 only to rounding. A
     reaction that has jumped away from 0 does not vanish.
     """
-    changed = {k for k, was in enumerate(here.before or ()) if was != branch[k]}
+    changed = {k for k, was in enumerate(branches.bare(here.before or ())) if was != branch[k]}
     unloaded = (k for kind, k in here.lost if kind == "force_zero" and changed <= {k})
     return {k for k in unloaded if here.system.frictions[k].rigid and not here.has_jumped(k)}
 
@@ -158,7 +158,7 @@ def _ties(here: Junction, branch: Branch, group: tuple[int, ...]) -> list[tuple]
 
     None also means that the forces are not determined.
     """
-    leapt = {k: sign for k, sign in here.jumped(branch).items() if k in group and branch[k] != OPEN}
+    leapt = {k: sign for k, sign in here.jumped(branch).items() if k in group and not branch[k].is_open}
     if any(branch[k].velocity != sign for k, sign in leapt.items()):
         return None
     if (margins := _margins(here, branch, group)) is None:
@@ -205,7 +205,7 @@ def _margins_at(
     found: dict[tuple[str, int, bool], Any] = {}
     for k in group:
         friction, phase, contact = here.system.frictions[k], branch[k], point.contacts[k]
-        if phase == OPEN:
+        if phase.is_open:
             found["touch_down", k, False] = _opening(here, k, point, forces)
             continue
         load = contact.load_under(forces)
@@ -242,7 +242,7 @@ def margins_at_state(here: Junction, branch: Branch) -> list[Any]:
 
 def _is_unloaded(system: System, branch: Branch, k: int) -> bool:
     """Tell whether the load of friction k consists of reactions of contacts that are open in a branch."""
-    absent = {f.normal: sp.S.Zero for f, phase in zip(system.frictions, branch, strict=True) if phase == OPEN}
+    absent = {f.normal: sp.S.Zero for f, phase in zip(system.frictions, branch, strict=True) if phase.is_open}
     return replaced(system.frictions[k].load, absent) == 0
 
 
@@ -253,7 +253,7 @@ def breaks_loose(here: Junction, branch: Branch) -> bool:
     group is held if then a load would have the other sign, or an open contact would close.
     """
     resting = here.resting - here.jumped(branch).keys()
-    rest = tuple(p._replace(velocity=0) if k in resting and p != OPEN else p for k, p in enumerate(branch))
+    rest = tuple(p._replace(velocity=0) if k in resting and not p.is_open else p for k, p in enumerate(branch))
     loose, signs = {k for kind, k in here.lost if kind == "slip_onset"}, dict[tuple, int]()
     for group in contacts.coupled(here.system):
         if (margins := _margins(here, rest, group)) is None:
@@ -411,7 +411,9 @@ def stays(here: Junction, mode: GuardedMode, guard: int) -> bool:
     """Tell whether a guard that vanishes stays 0: others carry it, all behind it rests, or the mode keeps its zeros."""
     if _is_carried(mode, guard):
         return True
-    value = mode.guards[guard].value
+    kind, friction, value, *_ = mode.guards[guard]
+    if kind == "touch_down" and friction in here.touching and is_kept_gap(here, mode, value):
+        return True
     rates = mode.rates_behind(value)
     still = (rates is not None and all_vanish(here, rates)) or mode.keeps(value)
     return still or vanish_on_plane(here, mode, (value,))
@@ -436,5 +438,5 @@ def solved_without_friction(here: Junction, branch: Branch, group: Collection[in
     """Return the reactions of a group at the state itself as if no contact had friction, or None if undetermined."""
     point = here.points_in(branch)[0]
     smooth = point._replace(contacts=tuple(c._replace(kinetic=0, static=0) for c in point.contacts))
-    sliding = tuple(phase if phase == OPEN else phase._replace(velocity=1) for phase in branch)
+    sliding = tuple(phase if phase.is_open else phase._replace(velocity=1) for phase in branch)
     return contacts.solved_forces(here.system, sliding, smooth, here.numbers, group)

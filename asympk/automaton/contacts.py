@@ -18,7 +18,7 @@ from sympy.utilities.iterables import connected_components
 from asympk.automaton.compiled import function
 from asympk.numbers import sign_of
 from asympk.symbolic import branches, forces
-from asympk.symbolic.branches import OPEN, Branch
+from asympk.symbolic.branches import Branch
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.long import atoms, replaced, symbols_in
 from asympk.symbolic.system import System
@@ -309,7 +309,7 @@ def contact_equations(system: System, branch: Branch, point: ContactPoint, group
     for row, k in enumerate(normals, start=len(branch)):
         normal = place[system.frictions[k].normal]
         if k in group:
-            rows.append(point.rows[row] if branch[k] != OPEN else unit_row(normal, len(unknowns)))
+            rows.append(point.rows[row] if not branch[k].is_open else unit_row(normal, len(unknowns)))
     return rows
 
 
@@ -319,7 +319,7 @@ def _law(system: System, branch: Branch, k: int, point: ContactPoint, place: dic
     if phase.mode == "stick":
         return point.rows[k]
     row = [*unit_row(place[friction.force], len(place))]
-    if phase != OPEN:
+    if not phase.is_open:
         resting = forces.rests_in_all_but_name(system, branch, k)
         factor = phase.load * phase.velocity * (contact.static if resting else contact.kinetic)
         row[0] = factor * contact.load

@@ -256,8 +256,7 @@ def _idle(here: Junction, branch: Branch, still: list[int]) -> Branch:
     mode = mode_of(here.system, branch)
     idle = [mode.guards[k] for k in still if k < len(mode.guards) and stays(here, mode, k)]
     kinds = (tuple(g.kind for g in idle if g.friction == k) for k in range(len(branch)))
-    return tuple(phase if phase == OPEN else phase._replace(idle=kind)
-                 for phase, kind in zip(branch, kinds, strict=True))
+    return tuple(phase._replace(idle=kind) for phase, kind in zip(branch, kinds, strict=True))
 
 
 def _standing(here: Junction, tried: Tried) -> Branch | None:

@@ -224,7 +224,7 @@ def _touching(system: System, before: Branch | None, lost: set, at: Place) -> di
     for k, friction in enumerate(system.frictions):
         if not friction.unilateral:
             continue
-        if before is not None and before[k] != OPEN:
+        if before is not None and not before[k].is_open:
             found[k] = ("lift_off", k) in lost
             continue
         expressions = (friction.gap, branches.rate_along(system, friction.gap))

@@ -4,20 +4,26 @@ A symmetric mechanism that begins symmetrically stays so, and what is 0 in all o
 of its derivatives. Two states may stay alike if their rates are alike at a generic place of the plane. Where they are
 not, the plane is widened until the rates agree: this is the smallest of such planes that the mode keeps. The rates must
 agree with waves for exponentials, too: numbers at one place do not show a pulse 1 + exp(-10^4 (t - 1)^2) elsewhere.
+
+A gap that is 0 wherever those of closed contacts are, as that of a third foot on the ground, stays 0 with them.
 """
 
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from functools import lru_cache, partial
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
-from asympk.automaton.contacts import Numbers, Place, clear_sign
+from asympk.automaton.contacts import Numbers, Place, clear_sign, linear_rows
 from asympk.automaton.modes import GuardedMode, has_switches
+from asympk.automaton.rest import with_exchanges
 from asympk.multiprecision import in_context
-from asympk.symbolic.long import atoms, replaced
+from asympk.symbolic.derivatives import slope_by
+from asympk.symbolic.long import atoms, replaced, symbols_in
+from asympk.symbolic.system import System
 
 if TYPE_CHECKING:
     from asympk.automaton.junction import Junction
@@ -28,6 +34,7 @@ Mark = tuple[int, int]
 Marks = list[Mark]  # of each state the first state that is alike and the sign to it; ``ZERO`` for 0
 Sign = Callable[[Sequence], int]  # of the first of some values, 0 where it may be 0
 ZERO = (-1, 0)
+NEWTON = 12  # steps that give all digits from a generic place on
 FARTHEST = 1e-3  # part of the largest state by which errors of a flow leave a plane at most
 APART = 64  # a generic place is about this part of the size of each state away from the state itself
 
@@ -45,6 +52,35 @@ def vanish_on_plane(here: "Junction", mode: GuardedMode, exprs: tuple[sp.Expr, .
         marks, places = _kept(here.at, mode, marks, here.numbers.decided_sign, 0)
         return bool(places) and _is_exact(places, mode, marks, here.numbers.decided_sign, exprs)
     return False
+
+
+def is_kept_gap(here: "Junction", mode: GuardedMode, gap: sp.Expr) -> bool:
+    """Tell whether a gap is 0 in all states near here in which the gaps of closed rigid contacts are.
+
+    It is where its slopes, by states and time, depend linearly on theirs in all of these states (rank theorem). They
+    are examined in one, which Newton's method finds from a generic place. False where that is not known.
+    """
+    gaps, system, numbers = _without_fading((*mode.kept_gaps.values(), gap)), mode.system, here.numbers
+    moving = tuple(s for s in (*system.states, system.time) if s in symbols_in(sp.Tuple(*gaps)))
+    rows = tuple(chain(*((g, *(slope_by(g, s) for s in moving)) for g in gaps)))
+    kept, columns = range(len(gaps) - 1), range(1, 1 + len(moving))
+    if has_switches(system):
+        return False
+    with suppress(ArithmeticError, TypeError, ValueError):
+        place, *_ = _generic(here.at, mode, [(k, 1) for k in range(len(system.states))], 0)  # a ValueError for none
+        for _ in range(NEWTON):
+            near = place.with_nudged(here.slack, here.slack)
+            tables = [linear_rows(place.values(system, rows), moving) for place in near]
+            tables, found = with_exchanges(tables, kept, columns, numbers)
+            place = _stepped(place, system, {moving[j - 1]: tables[0][i][0] for j, i in found.items()})
+        left = [*((i, 0) for i in range(len(gaps))), *((-1, j) for j in columns if j not in found)]
+        return not any(numbers.decided_sign([table[i][j] for table in tables]) for i, j in left)
+    return False
+
+
+def _stepped(place: Place, system: System, step: dict[sp.Symbol, Any]) -> Place:
+    state = tuple(w + step.get(s, 0) for s, w in zip(system.states, place.state, strict=True))
+    return place._replace(t=place.t + step.get(system.time, 0), state=state)
 
 
 def without_asymmetry(mode: "NumericMode", t: Any, state: tuple, segment: "Segment") -> "Segment":
@@ -70,24 +106,24 @@ def without_asymmetry(mode: "NumericMode", t: Any, state: tuple, segment: "Segme
 
 def _is_exact(places: tuple[Place, ...], mode: GuardedMode, marks: Marks, sign: Sign, exprs: tuple = ()) -> bool:
     """Tell whether rates agree with the marks of states, and ``exprs`` are 0, whatever functions that fade may be."""
-    return not any(map(sign, _values(mode, _without_fading(mode, (*marks,), exprs), places)))
+    apart = (rate - sign * mode.rates[first] for rate, (first, sign) in zip(mode.rates, marks, strict=True))
+    return not any(map(sign, _values(mode, _without_fading((*apart, *exprs)), places)))
 
 
 @lru_cache(maxsize=256)
-def _without_fading(mode: GuardedMode, marks: tuple[Mark, ...], exprs: tuple[sp.Expr, ...]) -> tuple[sp.Expr, ...]:
-    """Return what is 0 if rates agree with the marks of states, and ``exprs``, with waves for functions that fade.
+def _without_fading(exprs: tuple[sp.Expr, ...]) -> tuple[sp.Expr, ...]:
+    """Return expressions with waves for functions that fade.
 
-    For exp(p) stands cos(p) + 2: where both are 0 for such a function, they are so for any.
+    For exp(p) stands cos(p) + 2: where expressions are 0 for such a function, they are so for any.
     """
-    apart = [rate - sign * mode.rates[first] for rate, (first, sign) in zip(mode.rates, marks, strict=True)]
-    found = filter(_may_fade, atoms(sp.Tuple(*apart, *exprs), sp.Function, sp.Pow))
+    found = filter(_may_fade, atoms(sp.Tuple(*exprs), sp.Function, sp.Pow))
     kinds, waves = list[type](), dict[sp.Expr, sp.Expr]()
     for part in sorted(found, key=lambda part: (part.count_ops(), sp.default_sort_key(part))):  # inner ones first
         if part.func not in kinds:
             kinds.append(part.func)
         phase = sum(k * replaced(arg, waves) for k, arg in enumerate(part.args, 1))
         waves[part] = sp.cos(phase) + 2 + kinds.index(part.func)
-    return tuple(replaced(expr, waves) for expr in (*apart, *exprs))
+    return tuple(replaced(expr, waves) for expr in exprs)
 
 
 def _may_fade(part: sp.Expr) -> bool:

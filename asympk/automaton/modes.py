@@ -161,7 +161,7 @@ class GuardedMode:
     def closed(self) -> dict[int, Friction]:
         """The frictions that are not open, by their numbers."""
         contacts = enumerate(zip(self.system.frictions, self.branch, strict=True))
-        return {k: friction for k, (friction, phase) in contacts if phase != branches.OPEN}
+        return {k: friction for k, (friction, phase) in contacts if not phase.is_open}
 
     @property
     def kept_gaps(self) -> dict[int, sp.Expr]:

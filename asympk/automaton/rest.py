@@ -19,7 +19,7 @@ import sympy as sp
 from asympk.automaton import contacts
 from asympk.automaton.contacts import ContactNumbers, ContactPoint, Numbers, Place, plus_multiple, unit_row
 from asympk.automaton.junction import Junction
-from asympk.symbolic.branches import OPEN, Branch, Guard, is_joint
+from asympk.symbolic.branches import Branch, Guard, is_joint
 from asympk.symbolic.forces import determined, standing_rows
 from asympk.symbolic.system import System
 
@@ -36,7 +36,7 @@ def standing_branch(here: Junction, branch: Branch, growth: Growth) -> Branch | 
     tables = _tables(here, _standing_rows(here.system, branch), here.places_of_rest)
 
     def standing(rows: Iterable[int]) -> Branch:
-        return tuple(phase._replace(still=tuple(sorted(rows))) if phase != OPEN else phase for phase in branch)
+        return tuple(phase._replace(still=tuple(sorted(rows))) if not phase.is_open else phase for phase in branch)
 
     parts = ([table[: len(zeros)] for table in tables], [table[len(zeros) :] for table in tables])
     rows = _corner(*parts, here.numbers, len(here.system.states),
@@ -78,7 +78,7 @@ def open_forces(here: Junction, branch: Branch) -> list[sp.Symbol]:
     unknowns, every = contacts.contact_formulas(here.system)[1], range(len(branch))
     tables = [contacts.contact_equations(here.system, branch, point, every) for point in here.points_in(branch)]
     columns = range(1, 1 + len(unknowns))
-    tables, found = _without(tables, range(len(tables[0])), columns, here.numbers)
+    tables, found = with_exchanges(tables, range(len(tables[0])), columns, here.numbers)
     free = [j for j in columns if j not in found]
     moved = (j for j, i in found.items() if any(_sign(tables, i, k, here.numbers) for k in free))
     return [unknowns[j - 1] for j in sorted([*free, *moved])]
@@ -111,13 +111,13 @@ def _corner(
     equations, cone = range(len(zeros[0])), range(len(zeros[0]), len(tables[0]))
     columns, solved = range(1, len(tables[0][0])), dict[int, int]()
     for rows in (equations[:first], equations[first:]):
-        tables, found = _without(tables, rows, [j for j in columns if j not in solved], numbers)
+        tables, found = with_exchanges(tables, rows, [j for j in columns if j not in solved], numbers)
         solved |= found
     free = [row[0] for row in zeros[0]]
     unsolved = [i for i in equations if i not in solved.values()]
     if any(_sign(tables, i, 0, numbers) and not numbers.is_singular(tables[0][i][0], free) for i in unsolved):
         return None
-    tables, corner = _without(tables, cone, [j for j in columns if j not in solved], numbers)
+    tables, corner = with_exchanges(tables, cone, [j for j in columns if j not in solved], numbers)
     basic = {i: i for i in cone if i not in corner.values()}  # rows and columns to inequalities, exchanged below
     tried: set[frozenset] = set()
     while frozenset(corner.values()) not in tried:
@@ -135,7 +135,7 @@ def _corner(
     return None
 
 
-def _without(
+def with_exchanges(
     tables: list[Table], rows: Collection[int], columns: Collection[int], numbers: Numbers
 ) -> tuple[list[Table], dict[int, int]]:
     """Return the tables with as many rows as possible exchanged for columns, and {column: row} of these exchanges."""
@@ -174,7 +174,7 @@ def _cone(here: Junction, branch: Branch, n: int) -> list[tuple]:
         return (sign * contact.load, *(sign * push.get(j, 0) for j in range(1, 1 + len(unknowns))))
 
     for k, (phase, contact) in enumerate(zip(branch, here.points_in(branch)[n].contacts, strict=True)):
-        free = phase == OPEN or is_joint(here.system.frictions[k], phase)
+        free = phase.is_open or is_joint(here.system.frictions[k], phase)
         found += [load(contact, phase.load)] if contact.pushed and not free else []
         if phase.mode == "stick":
             force = unit_row(unknowns.index(here.system.frictions[k].force), len(unknowns))
@@ -186,7 +186,7 @@ def _cone(here: Junction, branch: Branch, n: int) -> list[tuple]:
 def _parting(here: Junction, branch: Branch, point: ContactPoint) -> list[tuple]:
     """Return the rows that must not be negative for rest to end: rates of velocities, and g'' of opening contacts."""
     slipping = [k for k, phase in enumerate(branch) if phase.velocity and k in here.resting]
-    opening = [k for k, phase in enumerate(branch) if phase == OPEN and k in here.touching]
+    opening = [k for k, phase in enumerate(branch) if phase.is_open and k in here.touching]
     rows = [tuple(branch[k].velocity * a for a in point.rows[k]) for k in slipping]
     return rows + [contacts.gap_row(here.system, k, point) for k in opening]
 

@@ -69,7 +69,7 @@ def is_watched(mode: GuardedMode) -> bool:
     A contact alone has guards of its own, as long as no other one, now open, has kept it closed.
     """
     branch, ambiguous = mode.branch, branches.ambiguous_contacts(mode.system)
-    rubs = (branch[j].slips for k, frictions in ambiguous.items() if branch[k] != OPEN for j in frictions)
+    rubs = (branch[j].slips for k, frictions in ambiguous.items() if not branch[k].is_open for j in frictions)
     return len(ambiguous) > 1 and any(rubs)
 
 
@@ -131,7 +131,7 @@ def _junction(automaton: Automaton, branch: Branch, t: Any, state: tuple) -> Jun
     system, place = automaton.system, contacts.place_of(automaton, _CLOSELY, float(t), tuple(map(float, state)))
     signs = contacts.signs_at_rest(system, [place, place], at_rest(branch))
     point = contacts.contact_point(system, place, signs)
-    touching = {k: False for k, f in enumerate(system.frictions) if f.unilateral and branch[k] != OPEN}
+    touching = {k: False for k, f in enumerate(system.frictions) if f.unilateral and not branch[k].is_open}
     return Junction(system, branch, set(), (place, place), [point, point], signs, touching, ROUNDED)
 
 
@@ -164,7 +164,7 @@ def _choices(system: System, branch: Branch) -> list[Branch]:
 
 def _phases(system: System, k: int, phase: Phase) -> list[Phase]:
     pushed = system.frictions[k].rigid or branches.is_pushed(system, k)
-    if phase == OPEN or not (pushed or phase.mode == "stick"):
+    if phase.is_open or not (pushed or phase.mode == "stick"):
         return [phase]
     velocities = (phase.velocity,) if phase.velocity else (0, 1, -1)
     closed = [Phase(load, velocity) for load in branches.signs_of_load(system, k) for velocity in velocities]

@@ -32,7 +32,7 @@ from asympk.certify.zeros import Zero, derivatives, first_zero, order_at
 from asympk.numbers import Number
 from asympk.path import Event
 from asympk.symbolic import branches, forces
-from asympk.symbolic.branches import OPEN, all_phases, rate_along
+from asympk.symbolic.branches import all_phases, rate_along
 from asympk.symbolic.sides import phase_of
 from asympk.symbolic.system import System
 
@@ -100,7 +100,7 @@ def _first(names, before, held):
     Each load keeps its sign if it can, the first contact rests rather than the second, and slips rather forward.
     """
     loads = [phase.load for phase in before] or [1] * len(names[0])
-    order = {b: [(p == OPEN, p.load != load, abs(p.velocity), -p.velocity) for p, load in zip(b, loads, strict=True)]
+    order = {b: [(p.is_open, p.load != load, abs(p.velocity), -p.velocity) for p, load in zip(b, loads, strict=True)]
              for b in branches.most_at_rest(names, held)}
     return min(order, key=order.get)
 

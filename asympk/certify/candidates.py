@@ -22,7 +22,7 @@ from asympk.certify.rows import EnclosedState, ExactEntries, ball_at, leading, l
 from asympk.certify.segments import AffineGuard, EnclosedMode
 from asympk.numbers import Number
 from asympk.symbolic import branches, forces
-from asympk.symbolic.branches import OPEN, Branch, Phase, all_phases
+from asympk.symbolic.branches import Branch, Phase, all_phases
 from asympk.symbolic.guards import NEVER_IDLE, sample_branches, unused_rows
 from asympk.symbolic.sides import inside, is_switched, is_whole, measured, on_sides, phases, system_on_sides
 from asympk.symbolic.system import System
@@ -163,7 +163,7 @@ class Candidates:
         for k, (friction, phase) in enumerate(zip(self.system.frictions, mode.branch, strict=True)):
             if phase.mode == "stick":
                 yield self.row(mode, mode.velocities[k])
-            if friction.unilateral and phase != OPEN:
+            if friction.unilateral and not phase.is_open:
                 yield self.row(mode, friction.gap)
                 yield self.row(mode, branches.rate_along(self.system, friction.gap))
 
@@ -180,7 +180,7 @@ class Candidates:
         friction = self.here.frictions[k]
         velocity = self._sign(friction.velocity, state)
         load = None if branches.is_pushed(self.here, k) else self._sign(friction.load, state)
-        return [phase for phase in all_phases(self.system, k) if phase == OPEN or phase.smooth or (
+        return [phase for phase in all_phases(self.system, k) if phase.is_open or phase.smooth or (
             velocity in (None, 0, phase.velocity) and load in (None, 0, phase.load))]
 
     def _sign(self, expr, state):
@@ -266,7 +266,7 @@ class Candidates:
         laws, margins = forces.standing_rows(self.here, branch)
         rows = sp.linear_eq_to_matrix([*laws, *(margin.value for margin in margins)], unknowns)[0]
         for chosen in _determining(rows.subs(self.field.numbers), len(laws), branch):
-            yield tuple(p if p == OPEN else p._replace(still=chosen) for p in branch)
+            yield tuple(p if p.is_open else p._replace(still=chosen) for p in branch)
 
     def _leaves(self, branch, state):
         """Tell whether what a branch keeps at 0 is not 0, on all sides of switches on which the state may lie."""
@@ -317,7 +317,7 @@ class Candidates:
     def _margins(self, branch, state):
         """Yield what forces of a branch must not make negative: loads, edges of stick, rates of slip that begins."""
         for k, (friction, phase) in enumerate(zip(self.here.frictions, branch, strict=True)):
-            if phase == OPEN or branches.is_joint(friction, phase):
+            if phase.is_open or branches.is_joint(friction, phase):
                 continue
             if friction.rigid or (phase.velocity and not branches.lifts(friction)):
                 yield phase.load * friction.load

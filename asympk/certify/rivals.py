@@ -17,7 +17,7 @@ from asympk.certify.enclosure import Budget
 from asympk.certify.rows import Row, is_multiple, leading, row_rate
 from asympk.certify.segments import AffineGuard, EnclosedSegment
 from asympk.symbolic import branches, forces
-from asympk.symbolic.branches import OPEN, Branch
+from asympk.symbolic.branches import Branch
 from asympk.symbolic.guards import NEVER_IDLE, stiffness
 
 
@@ -96,7 +96,7 @@ def _margin(guard: AffineGuard, branch: Branch, matrix: tuple[Row, ...]) -> Row 
     if guard.kind == "velocity_zero":
         return row_rate(guard.row, matrix) if phase.mode == "stick" else None
     if guard.kind == "touch_down":
-        return None if phase == OPEN else row_rate(row_rate(guard.row, matrix), matrix)
+        return None if phase.is_open else row_rate(row_rate(guard.row, matrix), matrix)
     return guard.row
 
 

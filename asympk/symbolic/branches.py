@@ -39,6 +39,11 @@ class Phase(NamedTuple):
     smooth: bool = False
 
     @property
+    def is_open(self) -> bool:
+        """Whether the contact is open."""
+        return self.load == 0
+
+    @property
     def slips(self) -> bool:
         """Whether the contact slips and friction acts on it."""
         return bool(self.velocity) and not self.smooth
@@ -46,7 +51,7 @@ class Phase(NamedTuple):
     @property
     def mode(self) -> str:
         """Return the name of the mode in which these signs hold."""
-        if self.load == 0:
+        if self.is_open:
             return "open"
         return "closed" if self.smooth else ("slip_opposite", "stick", "slip_same")[1 + self.load * self.velocity]
 
@@ -116,12 +121,12 @@ def event_between(before: Branch, after: Branch, kind: str, friction: int, still
     """
     if kind == "velocity_zero":
         turned = (k for k, (old, new) in enumerate(zip(before, after, strict=True))
-                  if old.velocity and new != OPEN and old.velocity != new.velocity and k not in still)
+                  if old.velocity and not new.is_open and old.velocity != new.velocity and k not in still)
         return kind, min(turned, default=friction)
     if kind != "slip_onset" or (after[friction].mode != "stick" and not stands(before)):
         return kind, friction
     freed = [k for k in sorted(at_rest(before)) if after[k].slips]
-    opened = [k for k in sorted(at_rest(before)) if after[k] == OPEN]
+    opened = [k for k in sorted(at_rest(before)) if after[k].is_open]
     return (kind, freed[0]) if freed else ("lift_off", opened[0]) if opened else ("force_zero", friction)
 
 
@@ -278,7 +283,7 @@ def with_signs(system: "System", branch: Branch, expr: sp.Expr) -> sp.Expr:
         if phase.smooth:
             continue
         if not phase.either:
-            known |= put_sign(friction.velocity, sp.Integer(phase.velocity)) if phase != OPEN else {}
+            known |= put_sign(friction.velocity, sp.Integer(phase.velocity)) if not phase.is_open else {}
             known |= put_sign(friction.load, sp.Integer(phase.load))
         elif phase.velocity:
             known |= put_sign(friction.load, phase.load * phase.velocity * sp.sign(friction.velocity))

@@ -16,7 +16,7 @@ import sympy as sp
 
 from asympk.errors import InputError
 from asympk.symbolic import branches
-from asympk.symbolic.branches import OPEN, Branch, Guard, Phase, mode_name, with_direction
+from asympk.symbolic.branches import Branch, Guard, Phase, mode_name, with_direction
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.long import entries_named, has_no_inverse, heavy, replaced, symbols_in, tidied
 
@@ -66,7 +66,7 @@ def force_equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], 
         equations.append(_friction_law(system, branch, k))
         if friction.normal is not None:
             unknowns.append(friction.normal)
-            equations.append(friction.normal if phase == OPEN else reaction_law(friction))
+            equations.append(friction.normal if phase.is_open else reaction_law(friction))
     if branches.stands(branch):
         laws, margins = standing_rows(system, branch)
         rows = (*laws, *(margin.value for margin in margins))
@@ -82,7 +82,7 @@ def force_equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], 
 
 def _friction_law(system: "System", branch: Branch, k: int) -> sp.Expr:
     friction, phase = system.frictions[k], branch[k]
-    if phase == OPEN:
+    if phase.is_open:
         return friction.force
     if phase.velocity:
         coefficient = friction.static if rests_in_all_but_name(system, branch, k) else friction.kinetic
@@ -150,7 +150,7 @@ def standing_rows(system: "System", branch: Branch) -> tuple[tuple[sp.Expr, ...]
     still = borne(system)  # other states keep their rows, as on a side of a switch fewer may be borne
     zeros, margins = [rate if s in still else sp.S.Zero for s, rate in system.rates.items()], list[Guard]()
     for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
-        if phase == OPEN:
+        if phase.is_open:
             zeros += [s for s in (friction.normal, friction.force) if s is not None]
             continue
         zeros += [reaction_law(friction)] if friction.normal is not None else []

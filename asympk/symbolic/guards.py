@@ -93,7 +93,7 @@ def where(system: "System", branch: Branch) -> sp.Basic:
         v, load = friction.velocity, friction.load
         if not friction.rigid and branches.is_pushed(system, k):
             load = _put(system, branch, load, forces(system, branches.without_idle(branch)))
-        if phase == OPEN:
+        if phase.is_open:
             conditions.append(friction.gap > 0)
             continue
         conditions += [friction.gap <= 0] if friction.gap is not None else []
@@ -138,13 +138,13 @@ def _placed_guards(system: "System", branch: Branch) -> list[Guard]:
 @lru_cache(maxsize=256)
 def _every_guard(system: "System", branch: Branch) -> tuple[Guard, ...]:
     if branches.stands(branch):
-        gaps = ((k, f.gap) for k, f in enumerate(system.frictions) if branch[k] == OPEN and f.gap is not None)
+        gaps = ((k, f.gap) for k, f in enumerate(system.frictions) if branch[k].is_open and f.gap is not None)
         touches = (Guard("touch_down", k, gap) for k, gap in gaps)
         return (*unused_rows(system, branch)[1], *touches) if system.time else ()
     solved, found = forces(system, branch), []
     for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
         v, load = friction.velocity, friction.load
-        if phase == OPEN:
+        if phase.is_open:
             found += [Guard("touch_down", k, friction.gap)] if friction.gap is not None else []
             continue
         if friction.gap is not None:
@@ -186,7 +186,7 @@ def _unambiguous(system: "System", branch: Branch) -> list[Guard]:
     do not count, nor joints without such a friction. With several contacts p is the determinant of their equations;
     second motions are then sought by ``asympk.automaton.uniqueness``.
     """
-    closed = {k: rubs for k, rubs in branches.ambiguous_contacts(system).items() if branch[k] != OPEN}
+    closed = {k: rubs for k, rubs in branches.ambiguous_contacts(system).items() if not branch[k].is_open}
     sliding = [k for k, rubs in closed.items() if any(branch[j].slips for j in rubs)]
     if not sliding:
         return []
@@ -223,7 +223,7 @@ def stiffness(system: "System", branch: Branch) -> sp.Expr:
     unknowns, matrix, _ = force_equations(system, branch)
     alone = matrix.as_mutable()
     for friction, phase in zip(system.frictions, branch, strict=True):
-        if phase != OPEN:
+        if not phase.is_open:
             row = unknowns.index(friction.force)
             alone[row, :] = sp.eye(len(unknowns))[row, :]
     return sp.Mul(*map(_determinant, (alone, matrix)))

@@ -6,7 +6,7 @@ import mpmath
 import pytest
 
 from asympk.automaton.contacts import Numbers
-from asympk.automaton.rest import _without
+from asympk.automaton.rest import with_exchanges
 
 
 @pytest.mark.parametrize(("other", "solved"), [(0, {}), (Fraction(9, 10), {1: 0})])
@@ -15,4 +15,4 @@ def test_an_equation_is_not_solved_for_a_force_whose_coefficient_rounding_may_ma
     numbers = Numbers("mpmath", mpmath, mpmath.mpf, -1.0)
     small = mpmath.mpf("1e-17")
     tables = [[(mpmath.mpf(1), small)], [(mpmath.mpf(1), small * mpmath.mpf(float(other)))]]
-    assert _without(tables, [0], [1], numbers)[1] == solved
+    assert with_exchanges(tables, [0], [1], numbers)[1] == solved

@@ -438,12 +438,14 @@ def test_a_table_without_friction_slides_on_three_feet_whose_reactions_no_equati
         assert path.final == pytest.approx((2 * velocity, 0, 0, velocity, 0, 0))
 
 
-def _on_feet(places, frictions, push=0):
-    """Return a table on rough feet, its middle at half its half width above them."""
+def _on_feet(places, frictions, push=0, torque=0, rises=(0, 0, 0, 0)):
+    """Return a table on rough feet, its middle at half its half width above them; the ground ``rises`` under each."""
     energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 + THETA.diff(T) ** 2 / 6 - Y
-    feet = [ap.Contact(Y + place * sp.sin(THETA) - sp.cos(THETA) / 2, X + place * sp.cos(THETA) + sp.sin(THETA) / 2,
-                       sp.sympify(share), unilateral=True) for place, share in zip(places, frictions, strict=True)]
-    return ap.Mechanism.from_lagrangian(energy, (X, Y, THETA), contact=feet[0], others=feet[1:], forces={X: push})
+    feet = [ap.Contact(Y + place * sp.sin(THETA) - sp.cos(THETA) / 2 - rise,
+                       X + place * sp.cos(THETA) + sp.sin(THETA) / 2, sp.sympify(share), unilateral=True)
+            for place, share, rise in zip(places, frictions, rises, strict=False)]
+    forces = {X: push, THETA: torque}
+    return ap.Mechanism.from_lagrangian(energy, (X, Y, THETA), contact=feet[0], others=feet[1:], forces=forces)
 
 
 @pytest.mark.slow
@@ -466,6 +468,32 @@ def test_a_table_slides_on_feet_of_one_friction_however_these_share_its_weight(p
         assert "+".join(["stick"] * many) in path.modes
         assert [event.t for event in path.events] == pytest.approx([event])
         assert path.final[:3] == pytest.approx((end, 0.5, 0), abs=1e-8)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("friction", "torque", "stop", "path"), [
+    (sp.Rational(2, 5) + X.diff(T) / 10, 0, 10 * math.log(5 / 4), 10 - 40 * math.log(5 / 4)),
+    (sp.Rational(2, 5), T / 10, 5 / 2, 5 / 4),
+])
+def test_a_table_slides_on_three_feet_if_friction_or_a_torque_varies_as_two_feet_keep_the_third_on_the_ground(
+    friction, torque, stop, path
+):
+    """v' = -(2/5 + v/10) from v = 1; the long derivatives of a gap that stays 0 did not show that it does."""
+    table = _on_feet((-1, 0, 1), [friction] * 3, torque=torque)
+    start = table.start(table.rigid(), FLAT | {"Y": "1/2", "X'": 1})
+    found = ap.solve(ap.Scene(system=table.rigid(), start=start, until=3))
+    assert found.modes[-1] == "stick+stick+stick"
+    assert [event.t for event in found.events] == pytest.approx([stop])
+    assert found.final[:3] == pytest.approx((path, 0.5, 0), abs=1e-8)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("rise", "mode"), [(-1, "slip_same+slip_same+open"), (1, "open+slip_same+slip_same")])
+def test_a_foot_over_a_hollow_that_begins_flat_opens_and_one_on_a_hump_bears(rise, mode):
+    """Friction pitches the table forward, onto the hump and the front foot."""
+    table = _on_feet((-1, 1, 0), ["2/5"] * 3, rises=(0, 0, rise * X**3 / 10))
+    start = table.start(table.rigid(), FLAT | {"Y": "1/2", "X'": 1})
+    assert ap.solve(ap.Scene(system=table.rigid(), start=start, until="1/2")).modes == (mode,)
 
 
 def test_feet_whose_friction_comes_to_differ_share_no_load_at_will_where_it_does_not_yet():
