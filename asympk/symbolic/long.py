@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
 from functools import lru_cache, reduce
 from itertools import islice
+from math import isqrt
 from operator import add, or_
 from typing import Any
 
@@ -247,8 +248,9 @@ def _is_rational(expr: sp.Basic) -> bool:
 
 
 def generic_place(expr: sp.Basic) -> dict[sp.Symbol, sp.Expr]:
-    """Return generic rational numbers for the symbols of an expression: hardly anything vanishes there."""
-    return {s: sp.Rational(2 * k + 5, k + 7) for k, s in enumerate(sorted(symbols_in(expr), key=str))}
+    """Return numbers near 1 for the symbols of an expression, by roots of primes: hardly anything vanishes there."""
+    parts = ((s, isqrt(sp.prime(k) << 104) % 2**52) for k, s in enumerate(sorted(symbols_in(expr), key=str), 1))
+    return {s: sp.Rational(2**51 + part, 2**52) for s, part in parts}
 
 
 def valued(expr: sp.Basic, place: Mapping[sp.Symbol, sp.Expr], digits: int, real: bool = True) -> sp.Basic:

@@ -133,6 +133,13 @@ def test_an_expression_is_clearly_nonzero_at_a_place_where_it_has_a_value_that_n
         assert not is_clearly_nonzero(unknown)
 
 
+def test_no_simple_relation_holds_at_a_generic_place():
+    """The third of all symbols was 1 there, and the first 5/7: inertia in these could be called singular."""
+    for relation in (7 * a - 5, a * b * (c - 1), a * b * sp.log(c), 8 * a * b - 5 * c**2):
+        assert is_clearly_nonzero(relation)
+    assert not has_no_inverse(a * b * sp.Matrix([[1, c], [c, 1]]))
+
+
 def test_a_matrix_is_regular_at_a_place_where_its_determinant_is_not_zero_for_all_values():
     turned = sp.Matrix([[sp.cos(a), -sp.sin(a)], [sp.sin(a), b * sp.cos(a)]])
     assert has_no_inverse(turned) is False
