@@ -21,7 +21,7 @@ from sympy.printing.str import StrPrinter
 
 from asympk.errors import InputError
 from asympk.naming import nearest
-from asympk.numbers import KEPT_DIGITS, LARGEST, as_fraction, beyond, number, short, spells_number, within_doubles
+from asympk.numbers import FEW, KEPT_DIGITS, LARGEST, as_fraction, beyond, number, short, spells_number, within_doubles
 
 
 def fractional_part(of: sp.Expr) -> sp.Expr:
@@ -102,7 +102,6 @@ NOT_FINITE = (sp.nan, sp.zoo, sp.oo, -sp.oo)  # what an expression has in it tha
 LONGEST = 4000  # most characters of a formula
 DEEPEST = 60  # most levels of the syntax tree
 LARGEST_DEGREE = 64
-_FEW = 3  # digits of a size
 _LONGEST_EXACT = 10**100  # the largest numerator or denominator that is written in full
 _LARGEST_NUMBER = 1000  # most digits of a power of numbers
 _OPERATORS = {ast.Add: add, ast.Sub: sub, ast.Mult: mul, ast.Div: truediv}
@@ -370,13 +369,13 @@ class _Reader:
                 raise self._refuse("it divides by zero")
             self._require_size(arguments[0] / arguments[1])
         found = FUNCTIONS[name](*arguments)
-        if found.is_number and (few := found.evalf(_FEW)).is_real and few and not within_doubles(few):
+        if found.is_number and (few := found.evalf(FEW)).is_real and few and not within_doubles(few):
             raise self._refuse(beyond("a number in it", few))  # a polynomial in it would have as high a degree
         return found
 
     def _require_size(self, argument: sp.Expr) -> None:
         """Refuse a constant whose function takes as many digits as it has before its point: cos(exp(exp(20)))."""
-        few = argument.evalf(_FEW) if argument.is_number else sp.S.Zero
+        few = argument.evalf(FEW) if argument.is_number else sp.S.Zero
         if few.is_real is False:
             raise self._refuse("a number in it is not real")
         if (abs(few) > LARGEST) == sp.true:

@@ -35,7 +35,7 @@ _SIZE = f"it must be finite, and its size at most {LARGEST:.3g}"
 _MOST_DIMENSIONS = 30  # NumPy iterates over 32, and a result has one or two more
 _ARRAY = "it must be a number or an array of numbers"
 _KINDS = "int, float, Fraction, Decimal, str, mpf or a SymPy constant"
-_FEW = 3  # digits of a size
+FEW = 3  # digits of a size
 
 
 def number(
@@ -233,7 +233,7 @@ def require_sizes(name: str, whole: Any, part: Any) -> None:
     for inner in part.args:
         if getattr(inner, "is_number", False):
             require_sizes(name, whole, inner)
-            if (abs(inner.evalf(_FEW)) > LARGEST) == True:  # noqa: E712 - SymPy's truth
+            if (abs(inner.evalf(FEW)) > LARGEST) == True:  # noqa: E712 - SymPy's truth
                 raise InputError(f"{name} = {short(whole)}: a number in it is beyond the range of doubles")
 
 

@@ -23,7 +23,6 @@ from asympk.errors import InputError, OutOfRange
 from asympk.many import PHASES, REFUSALS, Many, axes_of, by_trajectory, outcome_of, require_mappings
 from asympk.numbers import common_shape, numbers, raw_entries, require_finite, short
 from asympk.scene import Scene
-from asympk.symbolic.placing import with_numbers_inside
 
 CHUNK = 4096
 FEW = 3  # the number of rows up to which following them one by one costs less
@@ -90,7 +89,7 @@ def solve_many(
         _require_affine(system)
     for chosen, rows in _groups(parameters, total):
         exact, _ = system.placed(dict(zip(values, chosen, strict=True)), somewhere)
-        automaton = Automaton(*with_numbers_inside(system, exact))
+        automaton = Automaton.at(system, exact)
         _require_affine(automaton.system)
         modes = Modes(automaton)
         for at in range(0, rows.size, CHUNK):

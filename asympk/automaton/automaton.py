@@ -32,6 +32,7 @@ from asympk.numbers import sign_of
 from asympk.symbolic.branches import OPEN, Branch, at_rest, rate_along
 from asympk.symbolic.coefficients import coefficients_of, scattered
 from asympk.symbolic.long import atoms, replaced
+from asympk.symbolic.placing import with_numbers_inside
 from asympk.symbolic.sides import Edge, Sides, inside, is_switched, is_whole, measured, phase_of, system_on_sides
 from asympk.symbolic.system import System
 
@@ -47,6 +48,11 @@ class Automaton:
 
     system: System
     values: tuple[Any, ...]
+
+    @classmethod
+    def at(cls, system: System, values: tuple[Any, ...]) -> "Automaton":
+        """Return the automaton of a system at numbers, those inside of powers and large angles in its formulas."""
+        return cls(*with_numbers_inside(system, values))
 
     def mode(self, branch: Branch, digits: int | None = None, sides: Sides = ()) -> NumericMode:
         """Return a mode on doubles, or on mpmath numbers of ``digits`` digits."""

@@ -96,8 +96,7 @@ class KvaernoSteps:
 def _together(mode):
     """Return the modes that are compiled together with a mode: all modes of its system, or this mode alone."""
     system = mode.system
-    opens = any(f.gap is not None or f.rigid for f in system.frictions)
-    if mode.sides or len(system.frictions) != 1 or opens:
+    if mode.sides or len(system.frictions) != 1 or not system.frictions[0].permanent:
         return (mode,)
     return tuple(mode_of(system, (phase,)) for phase in all_phases(system, 0))
 

@@ -5,7 +5,6 @@ one mode as the protocol ``Advance`` requires. ``run`` joins the modes by the lo
 work is bounded in steps, seconds and events, and a run that does not reach the end reports why and where.
 """
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -258,7 +257,6 @@ def missing(method: str) -> MissingPackage:
 
 
 def lacking(method: str, peer: str, reason: Exception) -> InputError:
-    """Return the error for a function of the system that a peer has not, whose name ``reason`` tells."""
-    found = re.search(r"has no (?:attribute )?'?(\w+)", str(reason))
-    name = f", {found[1]}" if found else ""
+    """Return the error for a function of the system that a peer has not, which ``reason`` may name."""
+    name = f", {found}" if (found := getattr(reason, "name", "")) else ""
     return InputError(f"method {method!r}: the system has a function that {peer} lacks{name}; use method 'exact'")

@@ -110,7 +110,7 @@ def slipping_rates(system: System, direction: Callable[[sp.Expr], sp.Expr]) -> t
 
     Raises ``InputError`` for contacts that open or are rigid, and where a load contains its own force.
     """
-    if any(f.gap is not None or f.rigid for f in system.frictions):
+    if not all(friction.permanent for friction in system.frictions):
         raise InputError("one right-hand side has no contacts that open; use a method with events, such as 'lsoda'")
     forces = {f.force: -f.kinetic * sp.Abs(f.load) * direction(f.velocity) for f in system.frictions}
     forces |= {f.normal: f.load for f in system.frictions if f.normal is not None}

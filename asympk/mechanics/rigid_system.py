@@ -21,7 +21,6 @@ from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.rigid import Motion
 from asympk.scene import Scene
 from asympk.symbolic.branches import mode_name
-from asympk.symbolic.placing import with_numbers_inside
 from asympk.symbolic.system import Friction, System
 
 
@@ -51,6 +50,6 @@ def rigid_system(contacts: Sequence[Kinetics]) -> System:
 def motions_of_all(system: System, values: dict[sp.Symbol, Any], start: dict[str, Any], t: Any) -> tuple[Motion, ...]:
     """Return the motions of the rigid ``system`` from ``start``, by the names of its modes, with all reactions."""
     scene = Scene(system=system, values={s: values[s] for s in system.parameters if s in values}, start=start, until=1)
-    found = Automaton(*with_numbers_inside(system, scene.values)).motions(t, scene.start)
+    found = Automaton.at(system, scene.values).motions(t, scene.start)
     reactions = ([float(forces[friction.normal]) for friction in system.frictions] for forces in found.values())
     return tuple(Motion(mode_name(branch), (*own,)) for branch, own in zip(found, reactions, strict=True))

@@ -40,7 +40,11 @@ SHORTEST = 8  # pieces of a table that is worth a tree
 
 
 class NoFunction(InputError):
-    """The numbers of a target have no function that an expression contains."""
+    """The numbers of a target have no function, of this ``name``, that an expression contains."""
+
+    def __init__(self, message: str, name: str = "") -> None:
+        super().__init__(message)
+        self.name = name
 
 
 @dataclass(frozen=True, repr=False)
@@ -194,7 +198,7 @@ def _emission(lowered):
     except PrintMethodNotImplementedError as reason:
         unknown = str(reason).splitlines()[0].rpartition(" ")[2]
         others = "; target 'mpmath' has more functions" * (lowered.target != "mpmath")
-        raise NoFunction(f"target {lowered.target!r} has no {unknown}{others}") from None
+        raise NoFunction(f"target {lowered.target!r} has no {unknown}{others}", unknown) from None
     if foreign := set(getattr(printer, "module_imports", {})) - {lowered.target}:
         raise NoFunction(f"target {lowered.target!r} would need {', '.join(foreign)} here; use target 'mpmath'")
     return arguments, shared, outputs

@@ -13,7 +13,7 @@ from sympy.printing.codeprinter import PrintMethodNotImplementedError
 
 from asympk.errors import InputError
 from asympk.formulas import NOT_FINITE, UNEVALUATED, formula_in_words
-from asympk.numbers import LARGEST, number, reason_of, short
+from asympk.numbers import FEW, LARGEST, number, reason_of, short
 from asympk.symbolic.branches import own_coupling, pushing_on
 from asympk.symbolic.inverses import InverseForm
 from asympk.symbolic.long import atoms, symbols_in
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
 LARGEST_EXPONENT, LARGEST_ANGLE = 30, 2**10
 _OF_COMPLEX = (sp.re, sp.im, sp.arg, sp.conjugate)
-_FEW = 3  # digits of a size
 _DOUBLE = 53  # bits; a SymPy Float of at most this precision is read as a float, a longer one keeps its digits
 
 
@@ -174,7 +173,7 @@ def _towers(system: "System") -> tuple[tuple[str, sp.Expr, sp.Expr], ...]:
 def _require_low_towers(system: "System", values: dict[sp.Symbol, Any], numbers: dict[sp.Symbol, sp.Rational]) -> None:
     """Raise ``InputError`` for an argument beyond doubles, of which all digits would be worked out."""
     for name, expr, part in _towers(system):
-        size = abs(part.xreplace({s: sp.Float(numbers[s], _FEW) for s in part.free_symbols}).evalf(_FEW))
+        size = abs(part.xreplace({s: sp.Float(numbers[s], FEW) for s in part.free_symbols}).evalf(FEW))
         if size.is_finite and (size > LARGEST) == sp.true:  # one that divides by 0 is told as that
             raise InputError(f"values: {_given(values, part)} is refused; in {name} = {short(expr)}, {short(part)} is "
                              "beyond the range of doubles")

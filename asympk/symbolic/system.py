@@ -105,6 +105,11 @@ class Friction(ShownAsFormulas):
         return self.constraint is not None
 
     @property
+    def permanent(self) -> bool:
+        """Whether the contact neither opens nor has a reaction that a constraint determines."""
+        return self.gap is None and not self.rigid
+
+    @property
     def unilateral(self) -> bool:
         """Whether the contact is rigid and may open."""
         return self.rigid and self.gap is not None

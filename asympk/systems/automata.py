@@ -3,13 +3,12 @@
 from typing import Any
 
 from asympk.automaton.automaton import Automaton
-from asympk.symbolic.placing import with_numbers_inside
 
 
 def automaton_of(scene: Any) -> Automaton:
     """Return the ``Automaton`` of a scene, with numbers for its parameters, as they stand inside of powers, too."""
     if scene.system is not None:
-        return Automaton(*with_numbers_inside(scene.system, scene.values))
+        return Automaton.at(scene.system, scene.values)
     from asympk.systems import painleve_klein as pk
 
     system = pk.system()
