@@ -92,7 +92,7 @@ def test_a_centre_is_refused_as_one_though_rounding_gives_its_eigenvalues_a_nega
     first, second, third, last = map(sp.Rational, slopes)
     centre = ap.System.smooth({x: -x}, {u: first * u + second * v + x, v: third * u + last * v}, mu)
     scene = ap.Scene(system=centre, values={mu: "1e-3"}, start=[1, 0, 0], until=1)
-    with pytest.raises(OutOfRange, match="does not attract, so no layer fades there: the largest real part .* is 0 for"):
+    with pytest.raises(OutOfRange, match=r"does not attract, so no layer fades.*: the largest real part .* is 0 for"):
         ap.solve(scene, "jump")
 
 
