@@ -230,18 +230,18 @@ def _touching(system: System, before: Branch | None, lost: set, at: Place) -> di
         expressions = (friction.gap, branches.rate_along(system, friction.gap))
         gap, rate = _signs(system, expressions, at, rounding, OF_ZERO if before is None else None)
         if gap < 0 and ("touch_down", k) not in lost:
-            raise InputError(f"start: the gap {short(friction.gap)} of {_which(system, k)} is negative; a rigid one "
-                             "starts where its gap is 0 or positive")
+            raise InputError(f"start: the gap {short(friction.gap)} of {which_contact(system, k)} is negative; a "
+                             "rigid one starts where its gap is 0 or positive")
         if ("touch_down", k) in lost or gap == 0:
             if min(gap, rate) < 0:
-                raise NoMotion(f"the contact is hit {_place_in_words(system, at)}: the rigid model has no law of "
-                               "impact, the model needs compliance there", at.t, at.state)
+                raise NoMotion(f"{which_contact(system, k)} is hit {_place_in_words(system, at)}: the rigid model has "
+                               "no law of impact, the model needs compliance there", at.t, at.state)
             if rate == 0:
                 found[k] = False
     return found
 
 
-def _which(system: System, k: int) -> str:
+def which_contact(system: System, k: int) -> str:
     """Return words for a contact: its number counts where there are several."""
     return f"contact {k}" if len(system.frictions) > 1 else "the contact"
 
@@ -254,7 +254,7 @@ def _require_kept(system: System, at: Place) -> None:
     kept = {k: friction.gap_rate for k, friction in enumerate(system.frictions) if friction.gap_rate is not None}
     for k, sign in zip(kept, _signs(system, (*kept.values(),), at, BY_HAND, OF_ZERO), strict=True):
         if sign:
-            raise InputError(f"start: the gap rate {short(kept[k])} of {_which(system, k)} is not 0; one that "
+            raise InputError(f"start: the gap rate {short(kept[k])} of {which_contact(system, k)} is not 0; one that "
                              "holds both ways starts with 0")
     apart = tuple(s - value for s, value in system.dependent.items())
     for s, sign in zip(system.dependent, _signs(system, apart, at, BY_HAND, OF_ZERO), strict=True):

@@ -14,7 +14,7 @@ import sympy as sp
 from asympk.automaton.automaton import ROUNDED, Automaton, mode_on_sides, no_side_entered
 from asympk.automaton.contacts import nudges
 from asympk.automaton.decide import finite, without_value_soon
-from asympk.automaton.junction import BY_HAND
+from asympk.automaton.junction import BY_HAND, which_contact
 from asympk.automaton.modes import NO_FRICTION, SWITCH
 from asympk.automaton.numericmode import NumericMode
 from asympk.automaton.uniqueness import require_alone
@@ -286,8 +286,9 @@ def _left_by_ground(before: NumericMode, t0: Any, mode: NumericMode, t: Any, sta
         least = BY_HAND * max(1, *map(abs, state))
         leap = next((new - old for new, old in zip(now, then, strict=True) if abs(new - old) > least), 0)
         if leap < 0:
-            raise NoMotion(f"the contact is hit at t = {float(t):.6g} by a step or a kink of its ground: the rigid "
-                           "model has no law of impact, the model needs compliance there", t, state)
+            raise NoMotion(f"{which_contact(mode.mode.system, k)} is hit at t = {float(t):.6g} by a step or a kink of "
+                           "its ground: the rigid model has no law of impact, the model needs compliance there", t,
+                           state)
         if leap > 0:
             return Event("lift_off", t, state, k)
     return None
