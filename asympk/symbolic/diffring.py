@@ -164,16 +164,11 @@ class DifferentialRing:
             low, high = _split(total, shift, degree)
             if high:
                 return self.dot([(Fraction(low, top), self.one), (Fraction(high, top), value)])
-        return self._cancel(total, top)
-
-    def _cancel(self, n, exponents):
-        if not n:
-            return self.zero
-        exponents = list(exponents)
+        exponents = [*top] if total else [*self.zero.exponents]
         for i, powers in enumerate(self._powers):
-            while exponents[i] and (quotient := _quotient(n, powers[1], self._guard)) is not None:
-                n, exponents[i] = quotient, exponents[i] - 1
-        return Fraction(n, tuple(exponents))
+            while exponents[i] and (quotient := _quotient(total, powers[1], self._guard)) is not None:
+                total, exponents[i] = quotient, exponents[i] - 1
+        return Fraction(total, tuple(exponents))
 
 
 def _closure(exprs, derivations, depth):

@@ -212,8 +212,10 @@ def _unused_symbols(lowered, **assumptions):
 @lru_cache(maxsize=256)
 def _parts(lowered):
     """Return the shared subexpressions and the outputs, the same for all targets, and whether they eliminate."""
-    if lowered.definitions:
-        return *_renamed(lowered), False
+    if lowered.definitions:  # the defined symbols are renamed so that no argument has their names
+        names = dict(zip((t for t, _ in lowered.definitions), _unused_symbols(lowered), strict=False))
+        shared = [(names[t], e.xreplace(names)) for t, e in lowered.definitions]
+        return shared, [output.xreplace(names) for output in lowered.outputs], False
     unused_symbols = _unused_symbols(lowered, **({"real": True} if lowered.directions else {}))
     shared, found, steps, forms = _shared((*lowered.outputs, *chain(*lowered.directions)), unused_symbols)
     if lowered.directions:
@@ -242,12 +244,6 @@ def _shared(outputs, unused_symbols):
     named = [(symbol, e) for (symbol, _), e in zip(entries, found, strict=False)]
     parts = [*tables, *shared, *named, *steps]
     return in_order(parts) if steps else parts, found[len(entries) :], {t for t, _ in steps}, forms
-
-
-def _renamed(lowered):
-    """Return the definitions and the outputs, with the defined symbols renamed so that no argument has their names."""
-    names = dict(zip((t for t, _ in lowered.definitions), _unused_symbols(lowered), strict=False))
-    return [(names[t], e.xreplace(names)) for t, e in lowered.definitions], [o.xreplace(names) for o in lowered.outputs]
 
 
 def without_tables(
