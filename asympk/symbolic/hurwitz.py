@@ -12,7 +12,16 @@ from sympy.functions.elementary.hyperbolic import HyperbolicFunction
 
 from asympk.errors import NotDerivable
 from asympk.symbolic.conditions import reduce_under
-from asympk.symbolic.long import LONG, entries_named, in_factors, is_longer, named_exponentials, replaced
+from asympk.symbolic.long import (
+    LONG,
+    entries_named,
+    heavy,
+    in_factors,
+    is_clearly_nonzero,
+    is_longer,
+    named_exponentials,
+    replaced,
+)
 from asympk.symbolic.signs import conjunction, nonzero
 from asympk.symbolic.values import in_words
 
@@ -80,18 +89,38 @@ def _off_axis(coefficients, assumptions):
         return sp.false
     if len(coefficients) == 2:
         return nonzero(last, assumptions).xreplace(own)
-    rising = coefficients[::-1]  # p(i w) = E(u) + i w O(u), u = -w^2
-    even, odd = (sp.Poly(rising[start::2][::-1] or [0], _U) for start in (0, 1))
-    shared, sequence = sp.Poly(1, _U), [even, odd]
-    if odd.degree() != 0:  # a constant and E share no factor, which SymPy would seek long
-        shared = sp.gcd(even, odd)
-        sequence = sp.subresultants(*(sp.quo(part, shared) for part in (even, odd)))
+    shared, sequence = _in_names(coefficients) or _subresultants(coefficients)
     conditions = [nonzero(last, assumptions)]
     if shared.degree() > 0:
         conditions.append(_no_negative_root(shared, assumptions))
     if any(r.degree() > 0 for r in sequence):
         conditions.append(_no_common_negative_root(sequence, assumptions))
     return sp.And(*conditions).xreplace(own)
+
+
+def _subresultants(coefficients):
+    """Return (their greatest common divisor, the subresultants without it) of E and O, p(i w) = E(u) + i w O(u)."""
+    rising = coefficients[::-1]  # u = -w^2
+    even, odd = (sp.Poly(rising[start::2][::-1] or [0], _U) for start in (0, 1))
+    if odd.degree() == 0:  # a constant and E share no factor, which SymPy would seek long
+        return sp.Poly(1, _U), [even, odd]
+    shared = sp.gcd(even, odd)
+    return shared, sp.subresultants(*(sp.quo(part, shared) for part in (even, odd)))
+
+
+def _in_names(coefficients):
+    """Return ``_subresultants`` of heavy coefficients, computed with a name for each; () where these may be special.
+
+    They are those of the names where no leading coefficient vanishes at the coefficients.
+    """
+    if not heavy(coefficients):
+        return ()
+    names, meaning = entries_named(sp.Matrix([*coefficients]))
+    shared, sequence = _subresultants(sp.Tuple(*names))
+    found = [[replaced(c, meaning) for c in part.all_coeffs()] for part in sequence]
+    if shared.degree() > 0 or not all(is_clearly_nonzero(lead) for lead, *_ in found):
+        return ()
+    return shared, [sp.Poly(part, _U, domain="EX") for part in found]
 
 
 def _no_common_negative_root(sequence, assumptions):

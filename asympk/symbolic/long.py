@@ -171,14 +171,17 @@ def _product(powers: Counter[sp.Expr]) -> sp.Expr:
 
 
 def in_factors(expr: sp.Expr) -> sp.Expr:
-    """Return ``sp.factor(expr)``, with exponentials that would be high powers of one left as they are."""
+    """Return ``sp.factor(expr)``, with exponentials that would be high powers of one left as they are.
+
+    An expression of more than ``LONG`` operations is returned as it is.
+    """
     return entries_in_factors(sp.Matrix([expr]))[0]
 
 
 def entries_in_factors(matrix: sp.Matrix) -> sp.Matrix:
     """Return a matrix of entries in factors, as ``in_factors`` has them, with the same exponentials in all entries."""
     names, meaning = named_exponentials(sp.Tuple(*matrix))
-    return matrix.xreplace(names).applyfunc(sp.factor).xreplace(meaning)
+    return matrix.xreplace(names).applyfunc(lambda e: e if is_longer(e, LONG) else sp.factor(e)).xreplace(meaning)
 
 
 def entries_named(matrix: sp.Matrix) -> tuple[sp.Matrix, dict[sp.Symbol, sp.Expr]]:
@@ -283,7 +286,7 @@ def valued(expr: sp.Basic, place: Mapping[sp.Symbol, sp.Expr], digits: int, real
 def is_clearly_nonzero(expr: sp.Expr) -> bool:
     """Tell whether ``expr`` is clearly not 0 at one generic place, in many digits; else it may vanish everywhere."""
     value = valued(expr, generic_place(expr), DIGITS)
-    return isinstance(value, sp.Float) and abs(value) > CLEAR
+    return isinstance(value, sp.Float | sp.Rational) and bool(abs(value) > CLEAR)
 
 
 def has_no_inverse(matrix: sp.Matrix) -> bool | None:

@@ -1,6 +1,7 @@
 """Real parts of the fast rates: conditions on coefficients against the roots themselves."""
 
 import random
+from time import process_time
 
 import numpy as np
 import pytest
@@ -51,6 +52,19 @@ def test_pairs_on_the_imaginary_axis_are_found_beside_any_other_roots():
         for poly, expected in ((on, sp.false), (off, sp.true)):
             at = dict(zip(symbols, sp.Poly(poly, a).all_coeffs()[1:], strict=True))
             assert condition.subs(at) == expected
+
+
+@pytest.mark.slow
+def test_pairs_on_the_imaginary_axis_are_found_within_seconds_where_coefficients_are_long():
+    begun = process_time()
+    c3, c2, c1, c0 = (k + 1 + sum(sp.cos(i * p + k * q) * sp.sin(i * q) * (a + i * b) for i in range(1, 45))
+                      for k in range(4))
+    condition = off_axis(((1, c3, c2, c1 + c, c0 + d),))
+    at = {p: sp.S.Zero, q: sp.pi / 2, a: sp.S.One, b: sp.Integer(2)}
+    third, second, first, last = (coefficient.subs(at) for coefficient in (c3, c2, c1, c0))
+    for off, expected in ((0, sp.false), (1, sp.true)):  # s^2 + 1 divides s^4 + c3 s^3 + .. where off is 0
+        assert condition.xreplace({**at, c: third - first + off, d: second - 1 - last}) == expected
+    assert process_time() - begun < 10
 
 
 def test_two_pairs_of_opposite_real_rates_are_no_centre():
