@@ -135,11 +135,13 @@ def slow_manifolds(system: System, order: int = 1) -> Several[SlowManifold]:
     Raises what ``critical_manifolds`` and ``slow_manifold`` raise: ``NotDerivable``, ``OrderError``.
     """
     order = known_order(order)
-    found = [c for c in critical_manifolds(system) if c.exists != sp.false and c.domain != sp.false]
-    for c in found:
-        expansion.require_short(c.dynamics, order, c.branch)
-        expansion.require_series(c.dynamics, c.small, order)
-    return Several(SlowManifold(c.name, c.dynamics, c.small, c.branch, c.assumptions, order) for c in found)
+    found = []
+    for c in critical_manifolds(system):
+        if c.exists != sp.false and c.domain != sp.false:
+            expansion.require_short(c.dynamics, order, c.branch)
+            expansion.require_series(c.dynamics, c.small, order)
+            found.append(SlowManifold(c.name, c.dynamics, c.small, c.branch, c.assumptions, order))
+    return Several(found)
 
 
 def exact_slow_line(mode: Mode, small: sp.Symbol) -> sp.Expr | None:

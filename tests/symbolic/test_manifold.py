@@ -157,6 +157,17 @@ def test_the_critical_manifolds_of_a_long_mechanism_are_solved_for_and_its_serie
         ap.slow_manifolds(system, order=1)
 
 
+def test_a_mode_with_long_rates_is_refused_before_the_conditions_of_the_next_manifold_are_sought():
+    x, y, u, mu = *sp.symbols("x y u", real=True), sp.Symbol("mu", positive=True)
+    long = sum(sp.sin(k * x) * sp.cos(k * u) for k in range(1, 60))
+    system = ap.System.smooth({x: long, u: x}, {y: y * (y - 1 - x**2)}, mu)
+    with pytest.raises(NotDerivable, match="too long"):
+        ap.slow_manifolds(system, order=1)
+    first, second = (vars(manifold) for manifold in critical_manifolds(system))
+    assert "exists" in first
+    assert "exists" not in second
+
+
 @pytest.mark.parametrize(("slow", "fast", "branch"), [PAIR, ROOTS])
 @pytest.mark.few(1)
 def test_two_fast_variables_are_expanded_together(slow, fast, branch):
