@@ -85,8 +85,8 @@ def factored(expr: sp.Expr) -> tuple[sp.Expr, list[tuple[sp.Expr, int]]]:
         return sp.S.One, [(expr, 1)]
     if is_longer(expr, LONG):
         content, product = expr.as_coeff_Mul()
-        powers = [(part, *part.as_base_exp()) for part in sp.Mul.make_args(product)]
-        return content, [(base, abs(k)) if k.is_Integer else (part, 1) for part, base, k in powers]
+        parts = [(part, *part.as_base_exp()) for part in sp.Mul.make_args(product)]
+        return content, [(base, abs(k)) if k.is_Integer else (part, 1) for part, base, k in parts]
     names, meaning = named_exponentials(expr)  # before a denominator e^(-y) becomes a factor e^y, which has no name
     numerator, denominator = sp.fraction(sp.together(expr.xreplace(names)))
     powers = (p for p in expr.atoms(sp.Pow) if p.is_positive and p.free_symbols and not p.exp.is_Integer)
