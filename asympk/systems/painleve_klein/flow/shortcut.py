@@ -46,8 +46,8 @@ def slip_end(segment: "RodSegment", s_sign: int, z_sign: int, remaining: Number)
 
 def stick_end(segment: "RodSegment", edges: tuple[tuple[Number, int], ...], remaining: Number) -> "Ended | None":
     """Return (kind, time, state) as ``stick_event`` does where the cone has one edge on this side, or None."""
-    (edge, side), *others = edges
-    if others or segment.short or not segment.fast or not side * (edge - segment.s0) > 0:
+    edge, side = edges[0]
+    if len(edges) > 1 or segment.short or not segment.fast or not side * (edge - segment.s0) > 0:
         return None
     turn = segment.turning()
     ended = _level(segment, edge, remaining if turn is None or turn > remaining else turn)
