@@ -27,6 +27,7 @@ from asympk.automaton.uniqueness import has_always_one_motion, is_watched
 from asympk.symbolic.branches import Branch, Phase, all_phases, at_rest, is_pushed, rate_along
 from asympk.symbolic.forces import determined
 from asympk.symbolic.guards import NEVER_IDLE
+from asympk.symbolic.long import symbols_in
 
 _CLEAR = 1e-13  # the relative size below which a sign is not trusted
 _MOST = 2  # the number of frictions, where loads contain forces, up to which all combinations of phases are tried
@@ -101,7 +102,13 @@ class Modes:
         scale = _CLEAR * (1 + abs(w).max(axis=1, initial=0.0))
         tiny = ((velocities != 0) & (abs(velocities) < scale)) | (abs(loads) < scale)
         branch, doubtful = self._chosen(self._combinations(), t, w, velocities, loads, exact=True)
-        return branch, doubtful | tiny.any(axis=0) | self._are_apart(t, w)
+        return branch, doubtful | tiny.any(axis=0) | self._are_apart(t, w) | self._push_on(t, w)
+
+    def _push_on(self, t, w):
+        """Tell in which rows a bound of friction that varies with the states is negative, or below the kinetic one."""
+        bounds = [b for f in self.system.frictions for b in (f.kinetic, f.static - f.kinetic)]
+        varying = [b for b in bounds if symbols_in(b) & {*self.system.states}]
+        return (self.values(varying, t, w) < 0).any(axis=0)
 
     def _are_apart(self, t, w):
         """Tell in which rows a rigid contact is open, or its gap or gap rate is not exactly 0."""

@@ -1,5 +1,6 @@
 r"""``solve_many`` of affine systems: one decomposition per set of parameters, rows of starts followed mode by mode.
 
+Parameters in which the modes are affine are states at rest (``resting``), so that their numbers need only one.
 ``moderows`` follows all rows that are in the same mode together. The first mode and each next one are decided on arrays
 by the rules of ``automaton``: by the guards of all modes that may follow, and by the derivatives of guards that vanish.
 Rows for which this decision remains open, or which rounding may affect too much, are followed one by one by the scalar
@@ -7,6 +8,7 @@ flow. ``_together`` and ``_advanced`` are the loop; ``asympk.affine.choice`` dec
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -15,6 +17,7 @@ import numpy as np
 from asympk.affine.choice import Modes, with_waves
 from asympk.affine.form import form_of_laws
 from asympk.affine.moderows import carried_on, follow_rows, may_fall
+from asympk.affine.resting import with_resting
 from asympk.affine.run import affine, run
 from asympk.arithmetic import UNIT, Doubles
 from asympk.automaton.automaton import Automaton
@@ -23,6 +26,7 @@ from asympk.errors import InputError, OutOfRange
 from asympk.many import PHASES, REFUSALS, Many, axes_of, by_trajectory, outcome_of, require_mappings
 from asympk.numbers import common_shape, numbers, raw_entries, require_finite, short
 from asympk.scene import Scene
+from asympk.symbolic.values import by_symbol
 
 CHUNK = 4096
 FEW = 3  # the number of rows up to which following them one by one costs less
@@ -83,18 +87,28 @@ def solve_many(
     if not hasattr(system, "placed"):
         raise InputError(f"system = {short(system)}: it must be a System; build it with ap.System")
     parameters, states, horizon, shape = _broadcast(system, values, start, until)
-    total, result = horizon.size, _blank(system, horizon.size, strict)
-    done, somewhere = 0, {key: raw_entries(f"start: {key}", v).flat[0] for key, v in start.items()} if total else {}
+    total, names, result = horizon.size, [s.name for s in system.states], _blank(system, horizon.size, strict)
+    done = 0
     if not total:
         _require_affine(system)
-    for chosen, rows in _groups(parameters, total):
-        exact, _ = system.placed(dict(zip(values, chosen, strict=True)), somewhere)
-        automaton = Automaton.at(system, exact)
+    wider, resting = with_resting(system, parameters, FEW)
+    somewhere = {key: raw_entries(f"start: {key}", v).flat[0] for key, v in start.items()} if total else {}
+    if resting:
+        system.placed(_numbers_at(parameters, 0), somewhere)  # names what is missing as for ``system``
+        somewhere |= {symbol: column[0] for symbol, column in resting.items()}
+    fixed = {symbol: column for symbol, column in parameters.items() if symbol not in resting}
+    for chosen, rows in _groups(fixed, total):
+        exact, _ = wider.placed(dict(zip(fixed, chosen, strict=True)), somewhere)
+        automaton = Automaton.at(wider, exact)
         _require_affine(automaton.system)
         modes = Modes(automaton)
         for at in range(0, rows.size, CHUNK):
             mine = rows[at : at + CHUNK]
-            _follow(modes, states[mine], horizon[mine], mine, result)
+            w = np.column_stack([states[mine], *(column[mine] for column in resting.values())])
+            for row in mine[_follow(modes, w, horizon[mine], mine, result)]:
+                here, begin = _numbers_at(parameters, row), dict(zip(names, states[row].tolist(), strict=True))
+                system.placed(here, begin)
+                _alone(run, system, here, begin, horizon[row], row, result)
             done += mine.size
             if progress:
                 progress(done, total)
@@ -146,13 +160,13 @@ def _ensemble(system, result, shape, given):
 
 
 def _broadcast(system, values, start, until):
-    """Return parameters {key: (rows,)}, states (rows, n), horizon (rows,) and the common shape."""
+    """Return parameters {symbol: (rows,)}, states (rows, n), horizon (rows,) and the common shape."""
     require_mappings(values=values, start=start)
     states = [_floats(f"start: {key}", v) for key, v in start.items()]
     arrays = [*(raw_entries(f"values: {key}", v) for key, v in values.items()), *states, _floats("until", until)]
     shape = common_shape((*values, *start, "until"), arrays)
     flat = [np.broadcast_to(a, shape).ravel() for a in arrays]
-    parameters = dict(zip(values, flat, strict=False))
+    parameters = by_symbol(dict(zip(values, flat, strict=False)), system.parameters, "this system")
     order = {str(key): k + len(values) for k, key in enumerate(start)}
     given = [flat[order[s.name]] for s in system.states if s.name in order]
     horizon = flat[-1]
@@ -165,6 +179,11 @@ def _floats(name, value):
     found = numbers(name, value).astype(float)
     require_finite(name, found)
     return found
+
+
+def _numbers_at(parameters, row):
+    """Return the numbers of the parameters in one row, as they were given."""
+    return {symbol: column[row : row + 1].tolist()[0] for symbol, column in parameters.items()}
 
 
 def _groups(parameters, total):
@@ -201,22 +220,16 @@ class _ActiveRows(NamedTuple):
 
 
 def _follow(modes, w, until, rows, result):
-    """Follow rows of one set of parameters from the start to their ends."""
-    start, apart = w.copy(), len(w) <= FEW or modes.are_unclear
-    try:
-        lost = np.ones(len(w), dtype=bool) if apart else _together(modes, w, until, rows, result)
-    except (OutOfRange, OverflowError, ZeroDivisionError):  # no row has rates that doubles hold
-        lost = np.ones(len(w), dtype=bool)
-    system, names = modes.system, [s.name for s in modes.system.states]
-    values = dict(zip(system.parameters, modes.automaton.values, strict=True))
-    for i in np.flatnonzero(lost):
-        begin = dict(zip(names, start[i].tolist(), strict=True))
-        _alone(run, system, values, begin, until[i], rows[i], result)
+    """Follow rows of one set of parameters, and return a mask of the rows that are left to the scalar flow."""
+    if len(w) > FEW and not modes.are_unclear:
+        with suppress(OutOfRange, OverflowError, ZeroDivisionError):  # no row has rates that doubles hold
+            return _together(modes, w, until, rows, result)
+    return np.ones(len(w), dtype=bool)
 
 
 def _together(modes, w, until, rows, result):
     """Follow rows mode by mode, and return a mask of the rows that are left to the scalar flow."""
-    t = np.zeros(len(w))
+    t, states = np.zeros(len(w)), len(result.final)
     branch, lost = modes.beginning(t, w)
     for k in np.unique(branch[~lost]):
         mine = rows[(branch == k) & ~lost]
@@ -233,8 +246,9 @@ def _together(modes, w, until, rows, result):
         active.alive[lost] = False
     error = np.sqrt(np.einsum("mii->mi", active.covariance))
     lost |= ~(error <= TRUSTED * np.where(active.size > 0, active.size, 1.0)).all(axis=1)
-    result.final[:, rows], result.n_events[rows] = w.T, count
-    result.notes.extend(_kept(notes, rows[lost]) if lost.any() else notes)
+    result.final[:, rows], result.n_events[rows] = w.T[:states], count
+    kept = _kept(notes, rows[lost]) if lost.any() else notes
+    result.notes.extend((*marks, w[:states], friction) for *marks, w, friction in kept)
     return lost
 
 
@@ -316,16 +330,16 @@ def _covariance(modes, row, before, active, ended, covariance):
 def _snapped(whole, rates, row, movable, of_states):
     """Return states moved onto the zero of a guard, along the movable state whose motion, or size, changes it most.
 
-    Unless the guard is one ``of_states``, none is moved where the time changes the guard as much by itself.
+    Unless the guard is one ``of_states``, none is moved where the time changes the guard by itself.
     """
-    states, parts = len(movable), row[:-1] * rates
-    moved, size = abs(parts[:, :states]) * movable, abs(row[:states]) * (1 + abs(whole[:, :states])) * movable
-    place = np.where(moved.any(axis=1), moved.argmax(axis=1), size.argmax(axis=1))
-    timed = parts.shape[1] > states and not of_states
-    stays = timed & (abs(parts[:, states:].sum(axis=1)) >= moved.max(axis=1))
-    (mine,) = np.nonzero(~stays & (row[place] != 0) & movable[place])
-    for _ in range(2):
-        whole[mine, place[mine]] -= (whole[mine] @ row) / row[place[mine]]
+    states = len(movable)
+    if of_states or not row[states:-1].any():
+        moved, size = abs(row[:states] * rates[:, :states]), abs(row[:states]) * (1 + abs(whole[:, :states]))
+        moved, size = moved * movable, size * movable
+        place = np.where(moved.any(axis=1), moved.argmax(axis=1), size.argmax(axis=1))
+        (mine,) = np.nonzero((row[place] != 0) & movable[place])
+        for _ in range(2):
+            whole[mine, place[mine]] -= (whole[mine] @ row) / row[place[mine]]
     return whole[:, :states]
 
 

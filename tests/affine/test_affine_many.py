@@ -96,6 +96,36 @@ def test_parameters_may_be_arrays(starts):
         assert many.final[:, i] == pytest.approx(alone(values, starts, 3, i).final, rel=1e-11, abs=1e-12)
 
 
+def test_rows_that_differ_in_a_parameter_of_affine_modes_are_followed_together_as_alone():
+    a, b = sp.symbols("a b", real=True)
+    frictions = [ap.Friction(v - b, F, load=1, kinetic=k, static=k + b / 2), ap.Friction(u, G, load=1, kinetic=k)]
+    pushed = {x: v, v: F - x + a + sp.cos(t / 2), y: u, u: G + x - 2 * y}
+    block = ap.System.with_frictions(pushed, {}, frictions, time=t)
+    random, start = np.random.default_rng(7), {x: 1, v: 0.25, y: 0, u: 0}
+    values = {a: random.uniform(1, 3, 30), b: random.uniform(0.1, 1, 30), k: random.uniform(0.1, 0.5, 30)}
+    many = ap.solve_many(system=block, values=values, start=start, until=10)
+    assert many.alone < 3
+    assert many.final.shape == (4, 30)
+    for i in range(0, 30, 3):
+        here = {key: column[i] for key, column in values.items()}
+        path, events = ap.solve(ap.Scene(system=block, values=here, start=start, until=10)), many.events()
+        kinds, states = ([event[k] for event in path.events] for k in (0, 2))
+        mine = events.trajectory == i
+        assert many.final[:, i] == pytest.approx(path.final, abs=1e-13)
+        assert events.kind[mine].tolist() == kinds
+        assert abs(events.state[:, mine] - np.array(states).T).max() < 1e-12
+
+
+@pytest.mark.parametrize(("symbol", "words"), [
+    (sp.Symbol("k", real=True), "kinetic friction k is negative at k = -0.1"),
+    (sp.Symbol("k", positive=True), "k = -0.1 is refused; the symbol is declared positive"),
+])
+def test_one_number_of_many_that_no_scene_may_have_is_refused(symbol, words):
+    block = ap.System.with_frictions({x: v, v: F - x}, {}, [ap.Friction(v, F, load=1, kinetic=symbol)])
+    with pytest.raises(InputError, match=words):
+        ap.solve_many(system=block, values={"k": [0.1, 0.2, 0.3, 0.4, -0.1]}, start={x: 2, v: 0}, until=1)
+
+
 def test_a_velocity_of_several_states_that_rounding_leaves_beside_0_has_stopped():
     tenths = sp.Rational(1, 10)
     rubbing = ap.Friction(velocity=v - 7 * tenths * w + x / 3, force=F, load=1 + x / 3, kinetic=3 * tenths,
