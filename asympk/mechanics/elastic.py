@@ -21,7 +21,7 @@ from asympk.errors import InputError, NotDerivable
 from asympk.mechanics.checks import departures, require_continuous, require_own_symbols
 from asympk.mechanics.evaluation import exactly_at
 from asympk.mechanics.kinetics import Kinetics, slope_in_powers
-from asympk.mechanics.tidy import tidy, vanishes
+from asympk.mechanics.tidy import multiplied_out, tidy, vanishes
 from asympk.numbers import number, short
 from asympk.symbolic.long import replaced
 from asympk.symbolic.reading import exact_constant, expression, real_expression, unused_symbol
@@ -260,7 +260,7 @@ def velocities(kinetics: Kinetics, basis: Basis, known: Sequence[sp.Expr]) -> di
     given = [value - drift for value, drift in zip(known, basis.drifts, strict=True)]
     given += [kinetics.velocities[k] for k in basis.rest]
     columns = sp.Matrix.hstack(sp.eye(size), -basis.rows[:, list(basis.rest)])
-    minors = (basis.rows[:, others].adjugate() * columns).applyfunc(sp.expand)
+    minors = (basis.rows[:, others].adjugate() * columns).applyfunc(multiplied_out)
     parts = [sp.Add(*(a * b for a, b in zip(minors[i, :], given, strict=True))) for i in range(size)]
     tidy = kinetics.tidy_if_short
     determinant = tidy(basis.determinant)

@@ -21,6 +21,7 @@ from asympk.mechanics.tidy import (
     expanded_determinant,
     has_long_minors,
     in_sums_of_angles,
+    multiplied_out,
     tidy,
 )
 from asympk.symbolic.derivatives import slope_by
@@ -95,7 +96,7 @@ class Kinetics:
     @cached_property
     def undivided(self) -> sp.Matrix:
         """G times det M, without fractions where M, gap and slip have none."""
-        return (self.directions * self.mass.adjugate() * self.directions.T).applyfunc(sp.expand)
+        return (self.directions * self.mass.adjugate() * self.directions.T).applyfunc(multiplied_out)
 
     @cached_property
     def gap_rate(self) -> sp.Expr:

@@ -11,7 +11,7 @@ import sympy as sp
 from sympy.polys.matrices import DomainMatrix
 from sympy.simplify.fu import TR10i
 
-from asympk.symbolic.long import atoms, is_clearly_nonzero, is_longer, replaced
+from asympk.symbolic.long import HIGH, atoms, is_clearly_nonzero, is_longer, replaced
 
 LONG = 150  # operations beyond which a shorter form costs seconds and would not be readable
 
@@ -21,19 +21,23 @@ def tidy(expr: sp.Expr) -> sp.Expr:
     """Return the shortest of a few forms of ``expr``: unchanged, factored, or with squares of one function only.
 
     An expression of more than ``LONG`` operations is returned unchanged. Sines of sums are not expanded where the
-    expanded expression would be longer than that. An exponential of a sum stands as it is: SymPy takes the exponential
-    of each term to be a power of one with a common denominator, of a degree of thousands.
+    expanded expression would be longer than that. An exponential of a sum, or of a high multiple, stands as it is:
+    SymPy takes the exponential of each term to be a power of one with a common denominator, of a degree of thousands.
     """
     if is_longer(expr, LONG):
         return expr
     exponentials = sorted(atoms(expr, sp.exp), key=sp.default_sort_key)
-    if sums := {e: sp.Dummy(positive=True) for e in exponentials if sp.expand(e.exp).is_Add}:
-        return replaced(tidy(replaced(expr, sums)), {name: e for e, name in sums.items()})
+    if named := {e: sp.Dummy(positive=True) for e in exponentials if _is_high_power(sp.expand(e.exp))}:
+        return replaced(tidy(replaced(expr, named)), {name: e for e, name in named.items()})
     plain = sp.cancel(sp.together(expr))
     expanded = sp.expand_trig(plain)
     if not plain.has(sp.sin, sp.cos) or (expanded != plain and is_longer(expanded, LONG)):
         return shortest(expr, sp.factor(plain))
     return shortest(expr, plain, *map(sp.factor, dict.fromkeys(_normal_forms(plain, expanded))))
+
+
+def _is_high_power(exponent):
+    return exponent.is_Add or abs(sp.numer(exponent.as_coeff_Mul()[0])) > HIGH
 
 
 def contracted(expr: sp.Expr) -> sp.Expr:
@@ -56,7 +60,7 @@ def in_normal_form(expr: sp.Expr) -> sp.Expr:
     """Return the shortest normal form of a polynomial in sines and cosines, however long; any other as it stands."""
     if not is_polynomial(expr):
         return expr
-    expanded = sp.expand(sp.expand_trig(expr))
+    expanded = multiplied_out(sp.expand_trig(expr))
     return shortest(expr, *map(sp.factor_terms, _normal_forms(expanded, expanded)))
 
 
@@ -70,12 +74,18 @@ def collected(expr: sp.Expr) -> sp.Expr:
     return expr if is_longer(expr, LONG) and not is_polynomial(expr) else sp.factor_terms(sp.expand_mul(expr))
 
 
+def multiplied_out(expr: sp.Expr) -> sp.Expr:
+    """Return ``sp.expand(expr)`` with functions as they stand: parts into which it splits exp(-(x - 9)^2) overflow."""
+    functions = {f: sp.Dummy() for f in atoms(expr, sp.Function)}
+    return replaced(sp.expand(replaced(expr, functions)), {name: f for f, name in functions.items()})
+
+
 def expanded_determinant(matrix: sp.Matrix) -> sp.Expr:
     """Return the expanded determinant, computed with a symbol in place of every function, such as a sine."""
     functions = {f: sp.Dummy() for entry in matrix for f in entry.atoms(sp.Function)}
     polynomials = DomainMatrix.from_Matrix(matrix.xreplace(functions))
     found = polynomials.domain.to_sympy(polynomials.det())
-    return sp.expand(found.xreplace({name: f for f, name in functions.items()}))
+    return multiplied_out(found.xreplace({name: f for f, name in functions.items()}))
 
 
 def cofactors(matrix: sp.Matrix) -> tuple[sp.Matrix, sp.Expr]:

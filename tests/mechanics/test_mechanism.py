@@ -1,5 +1,6 @@
 """Mechanism and Contact: the same contact from every way to write it down, and one line for what is none."""
 
+import math
 import time
 import tomllib
 from fractions import Fraction
@@ -14,7 +15,7 @@ import asympk as ap
 from asympk.errors import InputError, OutOfRange, UnknownName
 from asympk.mechanics.described import mechanism_of_table
 from asympk.mechanics.evaluation import evaluate
-from asympk.mechanics.tidy import cofactors, expanded_determinant
+from asympk.mechanics.tidy import cofactors, expanded_determinant, tidy
 
 FREE = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2
 U, V = dynamicsymbols("U V")
@@ -31,6 +32,25 @@ def test_slender_rod_has_the_published_contact():
     assert _same(rod.delassus, sp.Matrix([[1 + 3 * c**2, -3 * s * c], [-3 * s * c, 1 + 3 * s**2]]) / m)
     assert _same(rod.free, (-g + l * s * THETA.diff(T) ** 2, l * c * THETA.diff(T) ** 2))
     assert sp.simplify(rod.critical_friction - (1 + 3 * c**2) / (3 * sp.Abs(s * c))) == 0
+
+
+def test_the_critical_friction_on_a_narrow_bump_of_the_ground_is_that_of_its_slope():
+    """n = (-h', 1, cos(theta)) and t = (1, 0, -sin(theta)) of a rod's tip on Y = h(X); SymPy splits the exponential."""
+    ground = sp.exp(-4000 * (X - sp.S.Half) ** 2) / 100
+    tip = ap.Contact(Y + sp.sin(THETA) - ground, X + sp.cos(THETA), friction=f, unilateral=True)
+    rod = ap.Mechanism.from_lagrangian(FREE + THETA.diff(T) ** 2 / 6 - Y, (X, Y, THETA), contact=tip)
+    slope, lean = -0.8 * math.exp(-0.4), 0.3
+    normal = slope**2 + 1 + 3 * math.cos(lean) ** 2
+    tangential = -slope - 3 * math.sin(lean) * math.cos(lean)
+    found = rod.evaluate(rod.critical_friction, {"X": 0.51, "theta": lean})
+    assert found == pytest.approx(normal / abs(tangential), rel=1e-13)
+
+
+def test_an_exponential_of_a_high_multiple_is_tidied_as_it_stands():
+    """SymPy takes it to be a power of degree 4000, and seeks factors of polynomials of that degree."""
+    x, y = sp.symbols("x y", real=True)
+    pulse = (x - 1) * sp.exp(4000 * x) * sp.exp(-4000 * x**2)
+    assert tidy(pulse + y) == pulse + y
 
 
 def _file(change, more):
