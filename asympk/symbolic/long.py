@@ -204,16 +204,17 @@ def named_exponentials(expr: sp.Basic) -> tuple[dict[sp.Expr, sp.Expr], dict[sp.
     """Return {exponential: power of a name} and {name: exponential} where SymPy seeks factors or divisors long.
 
     It does so where exponentials are high powers of one: exp(x/10) and exp(x/18) are w^9 and w^5 for w = exp(x/90), and
-    where it splits exp(x - y). Whole powers of one among them, products and quotients have no name of their own: with
-    v = exp(x/10) and w = exp(y), exp(-x/5) is v^-2, and exp(y - x/10) is w/v.
+    exp(-400 x) is w^400 for w = exp(-x). And it splits exp(x - y). Whole powers of one among them, products and
+    quotients have no name of their own: with v = exp(x/10) and w = exp(y), exp(-x/5) is v^-2, and exp(y - x/10) is w/v.
     """
     found = sorted(atoms(expr, sp.exp), key=str)
     exponents = [sp.expand(e.exp) for e in found]
     slopes = [exponent.as_coeff_Add()[1] for exponent in exponents]
     ratios = [sp.cancel(slope / first) for first in [*filter(None, slopes)][:1] for slope in slopes]
     alike = all(ratio.is_Rational for ratio in ratios)
-    if not ratios or not (any(slope.is_Add for slope in slopes) if not alike else
-                          max(map(abs, ratios)) > HIGH * common_divisor(ratios)):
+    multiples = [abs(slope.as_coeff_Mul(rational=True)[0]) for slope in slopes]
+    powers = (k * sp.ilcm(1, *(other.q for other in multiples)) for k in multiples)
+    if not any(slope.is_Add for slope in slopes) and all(power <= HIGH for power in powers):
         return {}, {}
     names, bases = dict[sp.Expr, sp.Expr](), dict[sp.Expr, sp.Expr]()
     sizes = map(abs, ratios) if alike else map(sp.count_ops, exponents)

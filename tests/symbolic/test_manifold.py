@@ -249,6 +249,16 @@ def test_a_part_of_the_critical_set_that_leaves_a_fast_state_free_is_named_besid
     assert found.stability == sp.Piecewise((sp.Symbol("stable"), u < 0), (sp.Symbol("unstable"), u > 0))
 
 
+def test_a_narrow_pulse_is_one_exponential_whose_powers_and_parts_are_not_expanded():
+    """0 = b (1 + v)/2 - v with b = exp(-400 (u - 1/2)^2), u' = 1: v = b/(2 - b) - mu 2 dv/du/(2 - b) + .."""
+    u, v = sp.symbols("u v", real=True)
+    bump = sp.exp(-400 * (u - sp.S.Half) ** 2)
+    (found,) = ap.slow_manifolds(ap.System.smooth(slow={u: 1}, fast={v: bump * (1 + v) / 2 - v}, small=mu), order=1)
+    branch = bump / (2 - bump)
+    for k, expected in enumerate((branch, -2 * branch.diff(u) / (2 - bump))):
+        assert (found.coefficient(k) - expected).subs(u, sp.Rational(11, 20)).evalf(30) == pytest.approx(0, abs=1e-28)
+
+
 def test_a_branch_that_is_solved_for_may_have_functions_that_the_rates_do_not_have():
     u, v = sp.symbols("u v", real=True)
     system = ap.System.smooth(slow={u: -u}, fast={v: sp.exp(2 * u) + sp.exp(-u) - v}, small=mu)
