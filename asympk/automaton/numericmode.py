@@ -382,11 +382,11 @@ class NumericMode:
     def snapped(self, guard: int, t: Any, state: State) -> State:
         """Return ``state`` moved onto the zero of a guard, if the zero is near; otherwise ``settled(t, state)``.
 
-        A guard that the time changes keeps its rounding: the states would take on the rounding of the time, which the
-        exact flow carries beside it. A zero may be far all the same. The velocity of a contact that sticks
-        stays 0, however strongly it changes the guard, and a closed rigid contact keeps g = g' = 0.
+        A guard that the time changes keeps what is rounding: the states would take on that of the time, which the exact
+        flow carries beside it. A zero may be far all the same. The velocity of a contact that sticks stays 0, however
+        strongly it changes the guard, and a closed rigid contact keeps g = g' = 0.
         """
-        if self._timed[guard]:
+        if self._timed[guard] and self._is_rounding(guard, t, state):
             return self.settled(t, state)
         moved = self._projected(t, state, guard) if self.kept else self._on_zero(guard, t, state)
         if self.kinds[guard][0] in OF_STATES:
@@ -436,6 +436,9 @@ class NumericMode:
         """Whether the time by itself changes each guard."""
         time, guards = self.mode.system.time, self.mode.guards
         return tuple(guard.kind not in OF_STATES and time in symbols_in(guard.value) for guard in guards)
+
+    def _is_rounding(self, guard: int, t: Any, state: State) -> bool:
+        return is_open([self.guard_values(*place)[guard] for place in ((t, state), *nudges(t, state, self.beside))])
 
     def settled(self, t: Any, state: State) -> State:
         """Return ``state`` moved onto the zeros of all quantities that this mode keeps at 0, as a start has to be."""

@@ -1,6 +1,7 @@
 """A mode in numbers: what its functions return, and the cubic between two states with their rates."""
 
 from fractions import Fraction
+from math import cos
 
 import pytest
 import sympy as sp
@@ -52,6 +53,18 @@ def test_a_velocity_that_no_error_in_time_explains_is_set_to_0_by_the_state_that
     moved = mode.snapped(guard, 0.5, (4e-10, -4e-10, 5e-13))
     assert moved[:2] == pytest.approx((4e-10, -4e-10), rel=1e-9)
     assert mode.guard_values(0.5, moved)[guard] == 0
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau"])
+def test_a_load_that_a_wave_in_time_moves_less_than_the_motion_does_changes_its_sign_at_each_zero(method):
+    """By the rounding that was left of cos(3 t) + cos(2 t)/30, the load was still positive after its fifth zero."""
+    w, v, F, t = sp.symbols("w v F t", real=True)
+    load = y + sp.cos(2 * t) / 30
+    rough = ap.Friction(v + 2, F, load=load, kinetic=sp.Rational(1, 2))
+    system = ap.System.with_frictions({x: v, v: F - x, y: w, w: -9 * y}, {}, [rough], time=t)
+    path = ap.solve(ap.Scene(system=system, start={x: 0, v: 0, y: 1, w: 0}, until=9), method)
+    assert [event.kind for event in path.events] == ["force_zero"] * 9
+    assert [cos(3 * event.t) + cos(2 * event.t) / 30 for event in path.events] == pytest.approx([0] * 9, abs=1e-6)
 
 
 def test_every_compiled_function_says_what_it_returns():
