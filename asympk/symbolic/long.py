@@ -3,8 +3,7 @@
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
 from functools import lru_cache, reduce
-from itertools import islice
-from math import isqrt
+from itertools import count, islice
 from operator import add, or_
 from typing import Any
 
@@ -252,9 +251,12 @@ def _is_rational(expr: sp.Basic) -> bool:
 
 
 def generic_place(expr: sp.Basic) -> dict[sp.Symbol, sp.Expr]:
-    """Return numbers near 1 for the symbols of an expression, by roots of primes: hardly anything vanishes there."""
-    parts = ((s, isqrt(sp.prime(k) << 104) % 2**52) for k, s in enumerate(sorted(symbols_in(expr), key=str), 1))
-    return {s: sp.Rational(2**51 + part, 2**52) for s, part in parts}
+    """Return short numbers below 1 for the symbols of an expression: hardly anything vanishes there.
+
+    They are quotients of neighbouring primes: no product of their powers and of numbers without these primes is 1.
+    """
+    return {s: sp.Rational(sp.prime(k), sp.prime(k + 1))
+            for s, k in zip(sorted(symbols_in(expr), key=str), count(5, 2), strict=False)}
 
 
 def valued(expr: sp.Basic, place: Mapping[sp.Symbol, sp.Expr], digits: int, real: bool = True) -> sp.Basic:
