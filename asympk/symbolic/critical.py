@@ -23,7 +23,7 @@ from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.domains import positive_on
 from asympk.symbolic.expansion import by_powers, is_implicit, is_zero, limit_of, one_side, zero_at_places
 from asympk.symbolic.hurwitz import Spectra, attracting, off_axis, repelling, spectra, split
-from asympk.symbolic.long import LONG, atoms, entries_in_factors, in_factors, is_longer, replaced
+from asympk.symbolic.long import atoms, entries_in_factors, factorises, in_factors, replaced
 from asympk.symbolic.reading import real_expression
 from asympk.symbolic.roots import factors_of, fractional_powers, is_complex, is_zero_on, solutions_of, whole_turn
 from asympk.symbolic.sides import Sides, is_switched, is_whole, on_sides, phases
@@ -315,7 +315,7 @@ def _located(part, states, assumptions):
     """Reduce one inequality on the manifold to the cases of signs of its factor in the parameters and of the rest."""
     if not isinstance(part, (sp.StrictGreaterThan, sp.StrictLessThan)):
         return part
-    if len(atoms(difference := part.gts - part.lts, sp.Function)) > MOST or is_longer(difference, LONG):
+    if len(atoms(difference := part.gts - part.lts, sp.Function)) > MOST or not factorises(difference):
         return part
     parameters, rest = in_factors(difference).as_independent(*states, as_Add=False)
     cases = (conjunction([(parameters, sign), (rest, sign)], assumptions) for sign in (1, -1))

@@ -118,6 +118,11 @@ def expands(expr: sp.Expr) -> bool:
     return not (squared and _divisors(sp.cancel(expr) if _is_rational(expr) else sp.expand(expr)))
 
 
+def factorises(expr: sp.Expr) -> bool:
+    """Tell whether an expression may be factored: it is rational, or has no more than ``LONG`` operations."""
+    return _is_rational(expr) or not is_longer(expr, LONG)
+
+
 def _divisors(expr: sp.Expr) -> set[sp.Expr]:
     """Return the sums that divide an expression or a part of it."""
     return {p.base for p in atoms(expr, sp.Pow) if p.exp.is_negative and p.base.is_Add}
@@ -172,7 +177,7 @@ def _product(powers: Counter[sp.Expr]) -> sp.Expr:
 def in_factors(expr: sp.Expr) -> sp.Expr:
     """Return ``sp.factor(expr)``, with exponentials that would be high powers of one left as they are.
 
-    An expression of more than ``LONG`` operations is returned as it is.
+    An expression that may not be factored (``factorises``) is returned as it is.
     """
     return entries_in_factors(sp.Matrix([expr]))[0]
 
@@ -180,7 +185,7 @@ def in_factors(expr: sp.Expr) -> sp.Expr:
 def entries_in_factors(matrix: sp.Matrix) -> sp.Matrix:
     """Return a matrix of entries in factors, as ``in_factors`` has them, with the same exponentials in all entries."""
     names, meaning = named_exponentials(sp.Tuple(*matrix))
-    return matrix.xreplace(names).applyfunc(lambda e: e if is_longer(e, LONG) else sp.factor(e)).xreplace(meaning)
+    return matrix.xreplace(names).applyfunc(lambda e: sp.factor(e) if factorises(e) else e).xreplace(meaning)
 
 
 def entries_named(matrix: sp.Matrix) -> tuple[sp.Matrix, dict[sp.Symbol, sp.Expr]]:

@@ -13,7 +13,7 @@ from sympy.functions.elementary.trigonometric import InverseTrigonometricFunctio
 
 from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.inverses import InverseForm
-from asympk.symbolic.long import LONG, atoms, common_divisor, in_factors, is_longer, named_exponentials
+from asympk.symbolic.long import atoms, common_divisor, factorises, in_factors, named_exponentials
 
 HIGHEST = 24  # the highest degree of a polynomial in the sine and cosine of one angle whose roots are counted
 _WAVES = (sp.sin, sp.cos, sp.tanh, sp.sign, sp.erf)  # between -1 and 1
@@ -79,11 +79,11 @@ def _vanishing(expr, known, assumptions):
 def factored(expr: sp.Expr) -> tuple[sp.Expr, list[tuple[sp.Expr, int]]]:
     """Return the content and the factors, with powers, of numerator times denominator: the sign is that of ``expr``.
 
-    One that is too long to be factored has those of the product as which it is written.
+    One that may not be factored (``factorises``) has those of the product as which it is written.
     """
     if expr.has(sp.I):
         return sp.S.One, [(expr, 1)]
-    if is_longer(expr, LONG):
+    if not factorises(expr):
         content, product = expr.as_coeff_Mul()
         parts = [(part, *part.as_base_exp()) for part in sp.Mul.make_args(product)]
         return content, [(base, abs(k)) if k.is_Integer else (part, 1) for part, base, k in parts]
@@ -142,9 +142,9 @@ def follows(relation: sp.Basic, facts: tuple[sp.Basic, ...]) -> bool:
 def _is_known(difference, facts, strict=False):
     """Tell whether ``difference`` is positive, or not negative, by some choice of one bound for each symbol.
 
-    Of one that is too long for factors this is not known.
+    Of one that may not be factored this is not known.
     """
-    if is_longer(difference, LONG):
+    if not factorises(difference):
         return False
     for bounds in _bounds(facts):
         moved = difference

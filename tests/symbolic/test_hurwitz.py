@@ -11,6 +11,7 @@ import asympk as ap
 from asympk.errors import NotDerivable, NotNormallyHyperbolic
 from asympk.symbolic.critical import critical_manifolds
 from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
+from asympk.symbolic.long import LONG, is_longer
 from asympk.symbolic.signs import conjunction, known_sign
 
 a, b, c, d = sp.symbols("a b c d", real=True)
@@ -143,6 +144,13 @@ def test_a_sign_that_bounds_imply_is_known():
     assert known_sign(a - b - 1, sp.And(b >= a)) == -1
     assert known_sign(a + b, a > 0) == 0
     assert known_sign(a * b, sp.And(a > 0, b < 0)) == -1
+
+
+def test_the_sign_of_an_expanded_product_is_that_of_its_factors_however_long_it_is():
+    p, q = sp.symbols("p q", positive=True)
+    product = sp.expand((p * q + p + 1) ** 5 * (q**2 + p + 2) ** 5 * (p - q))
+    assert is_longer(product, LONG)
+    assert conjunction([(product, 1)]) == (p - q > 0)
 
 
 def test_a_conjunction_never_contradicts_itself():
