@@ -31,7 +31,7 @@ STILL = 10  # the same distance in units of the tolerance, if that is more
 STEPS, SEARCHING = 20000, 4000  # the most steps of a layer in all, and before it is near one of several branches
 FAR = 1e6  # the size of the state, relative to its ``reach``, beyond which a layer counts as unbounded
 ROOT = 1e-12  # the error of a root, relative to the state
-ROUNDED = 2.0**-51  # the rounding error of g, relative to its terms, and of eigenvalues, relative to the largest
+ROUNDED = 2.0**-51  # the rounding error of g, relative to its terms, and of an eigenvalue, relative to its size
 LOOSEST, ROUGHEST = 1e-3, 1e-8  # the largest tolerances of the terms 1 .. n of a layer, and of its term 0
 UNBOUNDED = "grows beyond bounds, or its rates do"
 
@@ -158,12 +158,11 @@ def abscissa(formulas: Formulas, x: Any, y: Any, values: tuple) -> float:
 
 
 def rightmost(formulas: Formulas, x: Any, y: Any, values: tuple) -> complex:
-    """Return the eigenvalue of g_y with the largest real part, which is 0 if it is within rounding."""
+    """Return the eigenvalue of g_y with the largest real part, which is 0 if it is rounding of the other."""
     if len(y) == 1:
         return formulas.jacobian(*x, *y, *values)[0]
-    found = np.linalg.eigvals(_square(formulas, x, y, values)).tolist()
-    largest = max(found, key=attrgetter("real"))
-    return largest if abs(largest.real) > ROUNDED * max(map(abs, found)) else 1j * largest.imag
+    found = max(np.linalg.eigvals(_square(formulas, x, y, values)).tolist(), key=attrgetter("real"))
+    return found if abs(found.real) > ROUNDED * abs(found) else 1j * found.imag
 
 
 def attraction(formulas: Formulas, x: Sequence, branch: Sequence, values: tuple) -> float:

@@ -96,6 +96,13 @@ def test_a_centre_is_refused_as_one_though_rounding_gives_its_eigenvalues_a_nega
         ap.solve(scene, "jump")
 
 
+def test_a_branch_attracts_at_a_rate_that_is_less_than_the_rounding_of_a_faster_one():
+    """The slow manifold is v = x / (1 - mu)."""
+    decaying = ap.System.smooth({x: -x}, {u: -(10**16) * (u - x), v: x - v}, mu)
+    path = ap.solve(ap.Scene(system=decaying, values={mu: "1e-3"}, start=[1, 1, 1], until=1), "jump")
+    assert path.final == pytest.approx([math.exp(-1), math.exp(-1), math.exp(-1) / 0.999], rel=2e-6)
+
+
 def test_the_slow_motion_in_numbers_is_that_of_the_symbolic_expansion():
     known = formulas(FOUR.modes[0], mu, ())
     branch = root(known, (1.0, 0.5), (0.0, 0.0), ())
