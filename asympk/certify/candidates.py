@@ -4,6 +4,7 @@ A law that switches with the state or the time has a mode on each side of the sw
 more guard. ``Candidates`` makes the mode of a branch on every combination of sides on which a state may lie, and
 ``_verdict`` tells whether the mode holds from the state on (Lemma 12). The hard function is ``_has_no_forces``: it
 excludes a branch whose forces are not determined where every corner of these forces violates a law (Lemma 10).
+``forcing`` finds the waves that force any mode, over which all rows are.
 """
 
 from collections.abc import Iterator, Mapping

@@ -3,6 +3,7 @@ r"""The only door from symbols to numbers: expressions as a function of numbers,
 A rational constant stays exact until a number meets it: the ``mpmath`` target divides at the precision of the call,
 the others round p/q once. One emitter, ``_emission``, writes the text for every target and shares subexpressions, so
 the same expressions give the same source in every run. ``lower`` checks its input; ``_compiled`` executes the text.
+``without_tables`` finds each ``Piecewise`` of many pieces, such as a record, and ``as_tree`` makes it a binary tree.
 """
 
 import math

@@ -9,6 +9,8 @@ Where d = d_0 + d_1 s is linear in the load, the answer changes along the line o
 The signs of d_0 and of static |c| -+ d_1 fix the order of these zeros, so one exact sample decides each cell on which
 the signs are fixed; ``_cells``, the hard function, returns the cells. d_0, d_1 and c may depend on the other states: in
 an elastic mechanism d_0 = a_T, d_1 = G_NT, c = G_TT. For another d the regions are the inequalities themselves.
+
+A ``Region`` of a ``Plane`` has a condition and its cells, each a union of spans of the load.
 """
 
 from collections.abc import Callable, Mapping
