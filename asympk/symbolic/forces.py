@@ -34,11 +34,14 @@ def _forces(system: "System", branch: Branch) -> dict[sp.Symbol, sp.Expr]:
     unknowns, matrix, right = force_equations(system, branch)
     if not unknowns:
         return {}
-    long = heavy(sp.Tuple(*matrix))
-    if not (long or branches.stands(branch)) and _is_singular(matrix):
+    if heavy(sp.Tuple(*matrix)):
+        return _by_elimination(branch, matrix, right, unknowns)
+    if not branches.stands(branch) and _is_singular(matrix):
         raise _undetermined(branch)
+    if matrix.is_lower:
+        return dict(zip(unknowns, map(tidied, matrix.lower_triangular_solve(right)), strict=True))
     solved = _by_elimination(branch, matrix, right, unknowns)
-    return solved if long else {unknown: tidied(value) for unknown, value in solved.items()}
+    return {unknown: tidied(value) for unknown, value in solved.items()}
 
 
 @lru_cache(maxsize=1024)
