@@ -119,8 +119,8 @@ def expands(expr: sp.Expr) -> bool:
 
 
 def factorises(expr: sp.Expr) -> bool:
-    """Tell whether an expression may be factored: it is rational, or has no more than ``LONG`` operations."""
-    return _is_rational(expr) or not is_longer(expr, LONG)
+    """Tell whether an expression may be factored: it is rational, or has no more than twice ``LONG`` operations."""
+    return _is_rational(expr) or not is_longer(expr, 2 * LONG)
 
 
 def _divisors(expr: sp.Expr) -> set[sp.Expr]:

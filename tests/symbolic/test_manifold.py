@@ -16,10 +16,11 @@ from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHype
 from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.critical import CriticalManifold, critical_manifolds
 from asympk.symbolic.expansion import expand, is_zero_somewhere, zero_at_places
+from asympk.symbolic.long import LONG, is_longer
 from asympk.symbolic.manifold import C, integral_curves, reduced_flow, rest_state
 from asympk.symbolic.signs import conjunction
 from asympk.symbolic.system import Mode
-from asympk.systems import arm
+from asympk.systems import arm, crank_slider
 
 x, y, z = sp.symbols("x y z", real=True)
 u, v, w = sp.symbols("u v w")
@@ -155,6 +156,12 @@ def test_the_critical_manifolds_of_a_long_mechanism_are_solved_for_and_its_serie
         assert m.repelling.subs(place) == (slope > 0)
     with pytest.raises(NotDerivable, match=r"slip_same are too long .* export"):
         ap.slow_manifolds(system, order=1)
+
+
+@pytest.mark.slow
+def test_the_load_of_a_crank_slider_on_its_slow_manifold_is_in_factors():
+    first, *_ = critical_manifolds(crank_slider.system())
+    assert not is_longer(first.domain, LONG)
 
 
 def test_a_mode_with_long_rates_is_refused_before_the_conditions_of_the_next_manifold_are_sought():
