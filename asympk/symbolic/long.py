@@ -14,6 +14,7 @@ from asympk.multiprecision import private_context
 
 PARTS = 4  # a bound on the parts of a tree, without atoms, for one operation: -a/b in a sum has two and two
 LONG = 300  # operations; a rational expression divided by a sum is not expanded if it has more
+FEW_FUNCTIONS = 4  # functions as generators, such as sines and cosines of two angles, with which SymPy factors fast
 HIGH = 4  # the highest power of an exponential with which SymPy factors fast
 ROUGH = 1e-6  # a difference of values, relative to their size, that is not rounding
 CLEAR = 1e-9  # size above which a value of DIGITS digits is certainly not 0
@@ -119,8 +120,14 @@ def expands(expr: sp.Expr) -> bool:
 
 
 def factorises(expr: sp.Expr) -> bool:
-    """Tell whether an expression may be factored: it is rational, or has no more than twice ``LONG`` operations."""
-    return _is_rational(expr) or not is_longer(expr, 2 * LONG)
+    """Tell whether an expression may be factored, which takes SymPy long where it has many functions as generators.
+
+    With at most ``FEW_FUNCTIONS`` it may be if it is rational in these, or not much longer than ``LONG``.
+    """
+    functions = {f: sp.Dummy() for f in atoms(expr, sp.Function)}
+    if len(functions) > FEW_FUNCTIONS:
+        return not is_longer(expr, LONG)
+    return _is_rational(replaced(expr, functions)) or not is_longer(expr, 2 * LONG)
 
 
 def _divisors(expr: sp.Expr) -> set[sp.Expr]:

@@ -153,6 +153,12 @@ def test_the_sign_of_an_expanded_product_is_that_of_its_factors_however_long_it_
     assert conjunction([(product, 1)]) == (p - q > 0)
 
 
+@pytest.mark.parametrize("factor", [a - b, 2 + sp.cos(u)])
+def test_a_sign_is_known_however_long_the_product_is_that_has_been_expanded(factor):
+    long = sp.expand(factor * (1 + a**2 + b**2 + c**2 + d**2) ** 4)
+    assert [known_sign(sign * long, a > b) for sign in (1, -1)] == [1, -1]
+
+
 def test_a_conjunction_never_contradicts_itself():
     assert conjunction([(a + b, 1), (-3 * (a + b) * c**2, 1)]) == sp.false
     assert conjunction([(a * b, 1), (a, 1)]) == sp.And(a > 0, b > 0)
