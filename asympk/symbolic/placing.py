@@ -194,7 +194,7 @@ def _require_assumed(system: "System", values: dict[sp.Symbol, Any]) -> None:
                          "divides the rates of the fast states")
     _require_low_towers(system, values, numbers)
     _require_divisible(system, values, numbers)
-    for assumption in sp.And.make_args(system.assumptions):
+    for assumption in sp.ordered(sp.And.make_args(system.assumptions)):
         if assumption.subs(numbers) == sp.false:
             raise InputError(f"values: {_given(values, assumption)} is refused; the system assumes "
                              f"{formula_in_words(assumption)}")

@@ -54,7 +54,7 @@ def require_relations(allowed: sp.Basic, numbers: Mapping) -> None:
     """Raise ``InputError`` for the first relation of ``allowed`` between given symbols that does not hold."""
     import numpy as np
 
-    for relation in sp.And.make_args(allowed):
+    for relation in sp.ordered(sp.And.make_args(allowed)):
         used = sorted(relation.free_symbols, key=str)
         if not used or not {*used} <= numbers.keys():
             continue

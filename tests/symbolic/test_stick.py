@@ -252,6 +252,18 @@ def test_a_parameter_that_must_not_be_0_is_refused_at_0_in_doubles_too(stiffness
         ap.stick_regions(block).stick.contains({x: 1, v: 0}, k=stiffness)
 
 
+def test_of_several_assumptions_that_fail_the_same_one_is_named_in_every_process():
+    """Their order was that of hashes, which differ from one process to the next."""
+    x, v, force, *many = sp.symbols("x v F k1:40", real=True)
+    rates, friction = {x: v, v: force - sum(many) * x}, ap.Friction(v, force, 1, 1)
+    block = ap.System.with_frictions(rates, {}, [friction], assumptions=sp.And(*(k > 0 for k in many)))
+    values = dict.fromkeys(many, -1)
+    with pytest.raises(InputError, match=r"k1 = -1 is outside the range of this system, k1 > 0"):
+        ap.stick_regions(block).stick.contains({x: 1, v: 0}, values)
+    with pytest.raises(InputError, match=r"k1 = -1 is refused; the system assumes k1 > 0"):
+        ap.Scene(system=block, values=values, start={x: 1, v: 0}, until=1)
+
+
 def test_a_region_that_is_one_for_all_parameters_is_told_without_a_condition():
     s, v, force = sp.symbols("s v F", real=True)
     block = ap.System.with_friction(slow={s: v}, fast={}, velocity={v: force - 1}, force=force, load=s, kinetic=2)
