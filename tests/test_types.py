@@ -1,6 +1,7 @@
 """What a type checker and an editor see of the package."""
 
 import ast
+import inspect
 import subprocess
 import sys
 from pathlib import Path
@@ -74,6 +75,10 @@ def without_types(source):
 def test_every_public_function_says_what_it_takes_and_returns():
     found = {str(file.relative_to(ROOT)): without_types(file.read_text(encoding="utf-8")) for file in FILES}
     assert {file: missing for file, missing in found.items() if missing} == {}
+
+
+def test_help_says_that_a_picture_is_a_figure_before_matplotlib_is_loaded():
+    assert inspect.signature(ap.phase).return_annotation.__name__ == "Figure"
 
 
 def test_a_function_that_does_not_say_so_is_found():

@@ -6,7 +6,7 @@ Colours are those of Okabe and Ito; no two things in one picture differ by colou
 from math import log10
 from textwrap import wrap
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NewType
 
 from asympk.errors import InputError, MissingPackage
 from asympk.numbers import short
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes as Axes
     from matplotlib.figure import Figure as Figure
 else:
-    Axes = Figure = Any  # matplotlib is loaded when something is drawn
+    Axes, Figure = NewType("Axes", Any), NewType("Figure", Any)  # matplotlib is loaded when something is drawn
 
 COLUMN, CHARACTER = 3.4, 0.06  # inches
 RC = {
