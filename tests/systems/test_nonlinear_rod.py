@@ -82,8 +82,8 @@ def test_the_fields_do_not_cancel_as_the_strain_vanishes():
 @pytest.mark.parametrize("method", ["lsoda", "radau", "dop853"])
 def test_integrators_follow_the_kept_geometry_to_the_reference(method):
     row = stored()[1.0, "1e-2"]
-    where, truth = chart._truth(row)
-    path = integrate.run(chart._kept(1, where), method, rtol=1e-9)
+    where, truth = chart._scene_and_truth(row)
+    path = integrate.run(chart._with_exact_geometry(1, where), method, rtol=1e-9)
     assert path.info["status"] == integrate.FINISHED
     assert path.modes == truth.modes
     assert np.allclose([float(v) for v in path.final], [float(v) for v in truth.final], atol=1e-7)
