@@ -10,6 +10,7 @@ flow. ``_together`` and ``_advanced`` are the loop; ``asympk.affine.choice`` dec
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -107,8 +108,8 @@ def solve_many(
             w = np.column_stack([states[mine], *(column[mine] for column in resting.values())])
             for row in mine[_follow(modes, w, horizon[mine], mine, result)]:
                 here, begin = _numbers_at(parameters, row), dict(zip(names, states[row].tolist(), strict=True))
-                system.placed(here, begin)
-                _alone(run, system, here, begin, horizon[row], row, result)
+                scene = Scene(system=system, values=here, start=begin, until=float(horizon[row]))
+                _alone(partial(run, scene), row, result)
             done += mine.size
             if progress:
                 progress(done, total)
@@ -124,9 +125,13 @@ def _require_affine(system):
 def one_by_one(follow: Any, system: Any, values: Any, start: Any, until: Any) -> AffineEnsemble:
     """Follow the trajectories of any system by ``follow(scene)`` from columns of numbers by name, all of one length."""
     result = _blank(system, until.size)
-    for row in range(until.size):
+
+    def followed(row):
         here, begin = ({name: float(column[row]) for name, column in part.items()} for part in (values, start))
-        _alone(follow, system, here, begin, until[row], row, result)
+        return follow(Scene(system=system, values=here, start=begin, until=float(until[row])))
+
+    for row in range(until.size):
+        _alone(partial(followed, row), row, result)
     return _ensemble(system, result, until.shape, {})
 
 
@@ -192,7 +197,7 @@ def _groups(parameters, total):
         return
     columns = list(parameters.values())
     if all((column[1:] == column[:-1]).all() for column in columns):
-        yield tuple(column[:1].tolist()[0] for column in columns), np.arange(total)
+        yield tuple(_numbers_at(parameters, 0).values()), np.arange(total)
         return
     keys: dict = {}
     for row, chosen in enumerate(zip(*(column.tolist() for column in columns), strict=True)):
@@ -330,12 +335,13 @@ def _covariance(modes, row, before, active, ended, covariance):
 def _snapped(whole, rates, row, movable, of_states):
     """Return states moved onto the zero of a guard, along the movable state whose motion, or size, changes it most.
 
-    Unless the guard is one ``of_states``, none is moved where the time changes the guard by itself.
+    Unless the guard is one ``of_states``, none is moved where the time changes the guard by itself: the zero is found
+    to rounding, and the states would take on the rounding of its time.
     """
     states = len(movable)
     if of_states or not row[states:-1].any():
-        moved, size = abs(row[:states] * rates[:, :states]), abs(row[:states]) * (1 + abs(whole[:, :states]))
-        moved, size = moved * movable, size * movable
+        changes = rates[:, :states], 1 + abs(whole[:, :states])
+        moved, size = (abs(row[:states] * change) * movable for change in changes)
         place = np.where(moved.any(axis=1), moved.argmax(axis=1), size.argmax(axis=1))
         (mine,) = np.nonzero((row[place] != 0) & movable[place])
         for _ in range(2):
@@ -343,12 +349,12 @@ def _snapped(whole, rates, row, movable, of_states):
     return whole[:, :states]
 
 
-def _alone(follow, system, values, start, until, row, result):
-    """Follow one trajectory by ``follow(scene)``."""
+def _alone(follow, row, result):
+    """Put the ``Path`` that ``follow()`` returns as one trajectory, or why there is none."""
     result.alone.append(row)
     result.n_events[row] = 0
     try:
-        path = follow(Scene(system=system, values=values, start=start, until=float(until)))
+        path = follow()
     except tuple(REFUSALS) as reason:
         if result.strict:
             reason.args = (f"trajectory {row}: {reason}", *reason.args[1:])
