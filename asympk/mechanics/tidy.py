@@ -11,7 +11,7 @@ import sympy as sp
 from sympy.polys.matrices import DomainMatrix
 from sympy.simplify.fu import TR10i
 
-from asympk.symbolic.long import HIGH, atoms, is_clearly_nonzero, is_longer, replaced
+from asympk.symbolic.long import functions_named, is_clearly_nonzero, is_longer, named_exponentials, replaced
 
 LONG = 150  # operations beyond which a shorter form costs seconds and would not be readable
 
@@ -21,23 +21,19 @@ def tidy(expr: sp.Expr) -> sp.Expr:
     """Return the shortest of a few forms of ``expr``: unchanged, factored, or with squares of one function only.
 
     An expression of more than ``LONG`` operations is returned unchanged. Sines of sums are not expanded where the
-    expanded expression would be longer than that. An exponential of a sum, or of a high multiple, stands as it is:
-    SymPy takes the exponential of each term to be a power of one with a common denominator, of a degree of thousands.
+    expanded expression would be longer than that. Exponentials that SymPy would split, or take to be high powers of
+    one, have names meanwhile (``named_exponentials``).
     """
     if is_longer(expr, LONG):
         return expr
-    exponentials = sorted(atoms(expr, sp.exp), key=sp.default_sort_key)
-    if named := {e: sp.Dummy(positive=True) for e in exponentials if _is_high_power(sp.expand(e.exp))}:
-        return replaced(tidy(replaced(expr, named)), {name: e for e, name in named.items()})
+    names, meaning = named_exponentials(expr)
+    if names:
+        return replaced(tidy(replaced(expr, names)), meaning)
     plain = sp.cancel(sp.together(expr))
     expanded = sp.expand_trig(plain)
     if not plain.has(sp.sin, sp.cos) or (expanded != plain and is_longer(expanded, LONG)):
         return shortest(expr, sp.factor(plain))
     return shortest(expr, plain, *map(sp.factor, dict.fromkeys(_normal_forms(plain, expanded))))
-
-
-def _is_high_power(exponent):
-    return exponent.is_Add or abs(sp.numer(exponent.as_coeff_Mul()[0])) > HIGH
 
 
 def contracted(expr: sp.Expr) -> sp.Expr:
@@ -66,7 +62,7 @@ def in_normal_form(expr: sp.Expr) -> sp.Expr:
 
 def is_polynomial(expr: sp.Expr) -> bool:
     """Tell whether ``expr``, as it stands, is a polynomial in its symbols and functions."""
-    return bool(replaced(expr, {f: sp.Dummy() for f in atoms(expr, sp.Function)}).is_polynomial())
+    return bool(functions_named(expr)[0].is_polynomial())
 
 
 def collected(expr: sp.Expr) -> sp.Expr:
@@ -76,16 +72,15 @@ def collected(expr: sp.Expr) -> sp.Expr:
 
 def multiplied_out(expr: sp.Expr) -> sp.Expr:
     """Return ``sp.expand(expr)`` with functions as they stand: parts into which it splits exp(-(x - 9)^2) overflow."""
-    functions = {f: sp.Dummy() for f in atoms(expr, sp.Function)}
-    return replaced(sp.expand(replaced(expr, functions)), {name: f for f, name in functions.items()})
+    plain, meaning = functions_named(expr)
+    return replaced(sp.expand(plain), meaning)
 
 
 def expanded_determinant(matrix: sp.Matrix) -> sp.Expr:
     """Return the expanded determinant, computed with a symbol in place of every function, such as a sine."""
-    functions = {f: sp.Dummy() for entry in matrix for f in entry.atoms(sp.Function)}
-    polynomials = DomainMatrix.from_Matrix(matrix.xreplace(functions))
-    found = polynomials.domain.to_sympy(polynomials.det())
-    return multiplied_out(found.xreplace({name: f for f, name in functions.items()}))
+    plain, meaning = functions_named(sp.Matrix(matrix).as_immutable())
+    polynomials = DomainMatrix.from_Matrix(plain)
+    return replaced(sp.expand(polynomials.domain.to_sympy(polynomials.det())), meaning)
 
 
 def cofactors(matrix: sp.Matrix) -> tuple[sp.Matrix, sp.Expr]:

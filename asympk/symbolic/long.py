@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
 from functools import lru_cache, reduce
 from itertools import count, islice
+from math import lcm
 from operator import add, or_
 from typing import Any
 
@@ -124,10 +125,10 @@ def factorises(expr: sp.Expr) -> bool:
 
     With at most ``FEW_FUNCTIONS`` it may be if it is rational in these, or not much longer than ``LONG``.
     """
-    functions = {f: sp.Dummy() for f in atoms(expr, sp.Function)}
+    plain, functions = functions_named(expr)
     if len(functions) > FEW_FUNCTIONS:
         return not is_longer(expr, LONG)
-    return _is_rational(replaced(expr, functions)) or not is_longer(expr, 2 * LONG)
+    return _is_rational(plain) or not is_longer(expr, 2 * LONG)
 
 
 def _divisors(expr: sp.Expr) -> set[sp.Expr]:
@@ -211,6 +212,12 @@ def inverse_of(matrix: sp.Matrix) -> sp.Matrix:
     return inverse.applyfunc(lambda entry: replaced(entry, meaning))
 
 
+def functions_named(expr: sp.Basic) -> tuple[sp.Basic, dict[sp.Expr, sp.Expr]]:
+    """Return an expression with a name for each of its functions, such as a sine, and {name: function}."""
+    names = {f: sp.Dummy() for f in atoms(expr, sp.Function)}
+    return replaced(expr, names), {name: f for f, name in names.items()}
+
+
 def named_exponentials(expr: sp.Basic) -> tuple[dict[sp.Expr, sp.Expr], dict[sp.Expr, sp.Expr]]:
     """Return {exponential: power of a name} and {name: exponential} where SymPy seeks factors or divisors long.
 
@@ -224,18 +231,18 @@ def named_exponentials(expr: sp.Basic) -> tuple[dict[sp.Expr, sp.Expr], dict[sp.
     ratios = [sp.cancel(slope / first) for first in [*filter(None, slopes)][:1] for slope in slopes]
     alike = all(ratio.is_Rational for ratio in ratios)
     multiples = [abs(slope.as_coeff_Mul(rational=True)[0]) for slope in slopes]
-    powers = (k * sp.ilcm(1, *(other.q for other in multiples)) for k in multiples)
-    if not any(slope.is_Add for slope in slopes) and all(power <= HIGH for power in powers):
+    common = lcm(*(multiple.q for multiple in multiples))
+    if not any(slope.is_Add for slope in slopes) and all(multiple * common <= HIGH for multiple in multiples):
         return {}, {}
-    names, bases = dict[sp.Expr, sp.Expr](), dict[sp.Expr, sp.Expr]()
+    names, bases, meaning = dict[sp.Expr, sp.Expr](), dict[sp.Expr, sp.Expr](), dict[sp.Expr, sp.Expr]()
     sizes = map(abs, ratios) if alike else map(sp.count_ops, exponents)
     for _, e, exponent in sorted(zip(sizes, found, exponents, strict=True), key=lambda part: part[0]):
         powers = ((w, sp.cancel(exponent / base)) for w, base in bases.items())
         known = next((w**k for w, k in powers if k.is_Integer), None) or _as_product(exponent, bases)
         names[e] = known or sp.Dummy(positive=True)
         if known is None:
-            bases[names[e]] = exponent
-    return names, {w: sp.exp(base) for w, base in bases.items()}
+            bases[names[e]], meaning[names[e]] = exponent, e
+    return names, meaning
 
 
 def _as_product(exponent: sp.Expr, bases: Mapping[sp.Expr, sp.Expr]) -> sp.Expr | None:
