@@ -262,10 +262,13 @@ def _functions(target):
     return {f: getattr(module, f, _OTHERWISE.get(f)) for f in FUNCTIONS} | {str(c): float(c) for c in CONSTANTS}
 
 
-_OTHERWISE = {
-    "erf": lambda value: import_module("scipy.special").erf(value),
-    "atan2": lambda y, x: -1j * cmath.log((x + 1j * y) / cmath.sqrt(x * x + y * y)),
-}
+def _erf(value):
+    from scipy.special import erf
+
+    return erf(value)
+
+
+_OTHERWISE = {"erf": _erf, "atan2": lambda y, x: -1j * cmath.log((x + 1j * y) / cmath.sqrt(x * x + y * y))}
 
 
 def _first(values):

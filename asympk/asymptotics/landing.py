@@ -158,7 +158,7 @@ def abscissa(formulas: Formulas, x: Any, y: Any, values: tuple) -> float:
 
 
 def rightmost(formulas: Formulas, x: Any, y: Any, values: tuple) -> complex:
-    """Return the eigenvalue of g_y with the largest real part, which is 0 if it is rounding of the other."""
+    """Return the eigenvalue of g_y with the largest real part; a real part within its rounding counts as 0."""
     if len(y) == 1:
         return formulas.jacobian(*x, *y, *values)[0]
     found = max(np.linalg.eigvals(_square(formulas, x, y, values)).tolist(), key=attrgetter("real"))

@@ -19,7 +19,17 @@ from asympk.affine.forcing import CONSTANT, Wave, with_derivatives
 from asympk.affine.form import Form, affine_parts, form_of, row_over
 from asympk.automaton.modes import GuardedMode, mode_of, on_all_sides, turning
 from asympk.certify.balls import Refused
-from asympk.certify.rows import EnclosedState, ExactEntries, ball_at, leading, leading_sign, row_rate, sign_at, spanned
+from asympk.certify.rows import (
+    EnclosedState,
+    ExactEntries,
+    Row,
+    ball_at,
+    leading,
+    leading_sign,
+    row_rate,
+    sign_at,
+    spanned,
+)
 from asympk.certify.segments import AffineGuard, EnclosedMode
 from asympk.numbers import Number
 from asympk.symbolic import branches, forces
@@ -168,7 +178,7 @@ class Candidates:
                 yield self.row(mode, friction.gap)
                 yield self.row(mode, branches.rate_along(self.system, friction.gap))
 
-    def row(self, mode: GuardedMode, expr: sp.Expr) -> tuple:
+    def row(self, mode: GuardedMode, expr: sp.Expr) -> Row:
         """Return the row of an expression on the sides of a mode."""
         return tuple(map(self.field.exact, row_of(mode, expr, self.waves)))
 

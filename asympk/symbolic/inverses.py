@@ -266,7 +266,10 @@ def _factors(rows: Sequence[Sequence[sp.Expr]], less: Less) -> tuple[list[list[s
     return lower, inverted
 
 
-_factored = lru_cache(maxsize=16)(lambda rows: _factors(rows, _less))  # of numbers, which many forms share
+@lru_cache(maxsize=16)
+def _factored(rows: tuple[tuple[sp.Number, ...], ...]) -> tuple[list[list[Any]], list[Any]]:
+    """Return (L, D^-1) of a matrix of numbers, which many forms share."""
+    return _factors(rows, _less)
 
 
 def _dot(u: Iterable[Any], x: Iterable[Any]) -> Any:

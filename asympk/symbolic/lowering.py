@@ -430,6 +430,10 @@ def _numpy(lowered, values):
     return tuple(v.copy() if shape else float(v) for v in found)
 
 
+def _math(lowered, values):
+    return _finite(lowered, values, _as_double, float, math.isfinite)
+
+
 def _as_double(value):
     try:
         return float(value)
@@ -443,8 +447,7 @@ def _mpmath(lowered, values, bits=None):
     return tuple(map(as_mpf, _finite(lowered, values, lambda v: in_context(m, v), m.mpf, m.isfinite)))
 
 
-_RUN = {"numpy": _numpy, "math": lambda lowered, values: _finite(lowered, values, _as_double, float, math.isfinite),
-        "mpmath": _mpmath}
+_RUN = {"numpy": _numpy, "math": _math, "mpmath": _mpmath}
 
 
 def _finite(lowered, values, take, give, isfinite):
