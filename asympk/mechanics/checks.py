@@ -76,10 +76,10 @@ def departures(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> dict[str, fl
     return {name: row[0] for name, row in found.items() if not is_open(row)}
 
 
-def is_held(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> bool:
-    """Tell whether a contact holds both ways or, at numbers that give all of its gap, is closed: g = g' = 0."""
+def is_met(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> bool:
+    """Tell whether a contact holds both ways or, at numbers that give all of its gap, neither is open nor opens."""
     given = symbols_in(sp.Tuple(kinetics.gap, kinetics.gap_rate)) <= values.keys()
-    return not kinetics.unilateral or (given and not departures(kinetics, values))
+    return not kinetics.unilateral or (given and next(iter(departures(kinetics, values).values()), 0) <= 0)
 
 
 def require_positive_mass(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> None:

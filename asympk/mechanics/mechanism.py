@@ -17,7 +17,7 @@ import sympy as sp
 from asympk.errors import InputError, NotDerivable, OutOfRange
 from asympk.formulas import NOT_FINITE
 from asympk.mechanics import elastic, jump_law, paradox, rigid, rigid_system
-from asympk.mechanics.checks import check_bounds, check_mechanism, is_held, require_closed, require_positive_mass
+from asympk.mechanics.checks import check_bounds, check_mechanism, is_met, require_closed, require_positive_mass
 from asympk.mechanics.evaluation import evaluate_ahead, exactly_at
 from asympk.mechanics.jump_law import JumpLaw
 from asympk.mechanics.kinetics import Kinetics
@@ -228,16 +228,16 @@ class Mechanism(ShownAsFormulas):
     def motions(self, values: dict[Any, Any]) -> tuple[Motion, ...]:
         """Return the rigid motions at numbers: one, or where there is a paradox none or several.
 
-        Each is a pair (name, reaction) with the name ``"slip"``, ``"stick"`` or ``"lift_off"``. If some of ``others``
-        are closed here, too, the name is that of a mode of ``rigid()``, with the reactions of all contacts. The time is
-        0 unless it is given. Raises ``InputError`` for missing values, ``Undecided`` or ``UnboundedReaction`` where a
-        reaction is not determined.
+        Each is a pair (name, reaction) with the name ``"slip"``, ``"stick"`` or ``"lift_off"``; the contact counts as
+        closed. If some of ``others`` are closed here, the contact is closed only where its gap is 0, and the name is
+        that of a mode of ``rigid()``, with the reactions of all contacts. The time is 0 unless it is given. Raises
+        ``InputError`` for missing values, ``NoMotion`` where a contact is hit, ``Undecided`` or ``UnboundedReaction``
+        where a reaction is not determined.
         """
         given = {self.plain.time: 0} | self.keyed(values)
         if shaped := [key for key, value in given.items() if raw_entries(str(key), value).ndim]:
             raise InputError(f"{shaped[0]} is an array; motion_map counts the motions on arrays")
-        held, *others = (is_held(contact, given) for contact in self.equations)
-        if not (held and any(others)):
+        if not any(is_met(contact, given) for contact in self.equations[1:]):
             return rigid.motions(self._alone, given)
         system = self.rigid()
         idle = self._idle(system) - given.keys()

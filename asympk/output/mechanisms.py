@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 import sympy as sp
 
-from asympk.errors import InputError, NotDerivable, UnboundedReaction, Undecided
+from asympk.errors import InputError, NoMotion, NotDerivable, UnboundedReaction, Undecided
 from asympk.mechanics import evaluation, paradox
 from asympk.mechanics.checks import departures
 from asympk.mechanics.described import Described, mechanism_of_table
@@ -24,6 +24,7 @@ from asympk.symbolic.reading import as_floats
 from asympk.systems.catalogue import described_mechanism
 
 _LABEL = 16  # characters of a label on the left
+_HELD = "; the lines below hold for g = g' = 0"
 _DAMPINGS = (0, 1)  # the values of b in h = b sqrt(c) for which the rebound is given
 ROUNDING = 1e-13  # relative to the largest velocity before a jump: smaller velocities after it are rounding errors
 
@@ -58,13 +59,13 @@ def mechanism_as_text(described: Described, settings: Mapping[str, str] = Mappin
     alone = all(other.unilateral for other in described.mechanism.others)
     here = [*contact_lines(described), *([_critical(described)] if alone else [])]
     over, mapped = _over_range(described) if alone else ([], False)
-    rigid = [*here, *over, *motion_lines(described)]
-    title = ": ".join(filter(None, (described.name, described.about)))
     rod = described.mechanism
     first, *others = (_departure(kinetics, rod.keyed(described.numbers)) for kinetics in rod.equations)
+    rigid = [*here, *over, *motion_lines(described)]
+    title = ": ".join(filter(None, (described.name, described.about)))
     off = ", ".join(f"{name} = {_short(value)}" for name, value in (first or {}).items())
     lines = [*wrapped("", title), *wrapped("at ", numbers)]
-    lines += [f"off the contact: {off}; the lines below hold for g = g' = 0"] if off else []
+    lines += [f"off the contact: {off}{_HELD * alone}"] if off else []
     lines += [*_others(alone, first, others), ""]
     for labelled in (rigid, jump_lines(described)) if alone else (rigid,):
         lines += [*(part for line in labelled for part in wrapped(line[:_LABEL], line[_LABEL:])), ""]
@@ -188,10 +189,15 @@ def _least(rod, name):
 
 
 def motion_lines(described: Described) -> list[str]:
-    """Return a line with the rigid motions at the numbers and the reactions R, R2, ... of each, or why it has none."""
+    """Return a line with the rigid motions at the numbers and the reactions R, R2, ... of each, or why it has none.
+
+    Off a contact whose others may open, they are those of the contact alone, taken as closed, as is the whole screen.
+    """
+    rod, given = described.mechanism, described.mechanism.keyed(described.numbers)
+    alone = all(other.unilateral for other in rod.others) and _departure(rod.plain, given) != {}
     try:
-        found = described.mechanism.motions(described.numbers)
-    except (UnboundedReaction, Undecided) as reason:  # as of a table at rest on four legs
+        found = motions(rod.plain, given) if alone else rod.motions(described.numbers)
+    except (NoMotion, UnboundedReaction, Undecided) as reason:  # as of a contact that is hit, or a table on four legs
         return [f"rigid motions   {reason}"]
     words = ", ".join(f"{name} with {_reactions(R)}" for name, R in found) or "none"
     return [f"rigid motions   {words}"]

@@ -237,7 +237,7 @@ def test_a_start_that_breaks_a_further_constraint_is_refused(place, said):
 
 def test_motions_of_a_contact_alone_are_refused_beside_one_that_never_opens():
     """The upper end of the ladder runs in a guide, not on a wall: with the guide left out it would have one slip."""
-    sliding = {**LEANT, "X'": sp.Rational(1, 2), "Y'": 0, "f": 2}
+    sliding = {**LEANT, "X'": -sp.Rational(1, 2), "Y'": 0, "f": 2}  # off the wall, not onto it
     assert _ladder(WALL).motions(sliding) == _ladder().motions(sliding)
     held = _ladder(WALL, replace(WALL, unilateral=False))
     questions = [lambda: held.motion_map(sliding), lambda: held.critical_friction, lambda: held.paradox,
@@ -246,7 +246,7 @@ def test_motions_of_a_contact_alone_are_refused_beside_one_that_never_opens():
     for question in questions:
         with pytest.raises(NotDerivable, match=r"others\[1\] holds both ways and never opens"):
             question()
-    with pytest.raises(InputError, match=r"others\[1\]: the start is off the constraint: g' = -0.5"):
+    with pytest.raises(InputError, match=r"others\[1\]: the start is off the constraint: g' = 0.5"):
         held.motions(sliding)
 
 
@@ -642,6 +642,23 @@ def test_an_elastic_wheel_without_friction_is_closed_whichever_way_it_slips(how)
     assert path.modes == ("slip_same+closed", "stick+closed")
     assert [(event.kind, event.friction) for event in path.events] == [("velocity_zero", 0)]
     assert path.final[0] == pytest.approx(25 / 2 / (0.8 * 9 / 1.52), abs=1e-4)
+
+
+@pytest.mark.parametrize(("place", "found"), [
+    ({"Y": 1}, "open+slip_opposite"), ({"Y'": 1}, "open+slip_same"),
+    ({"Y'": -1}, NoMotion), ({"X'": -1}, NoMotion), ({"X": -1}, InputError), ({"Y": None}, InputError),
+])
+def test_motions_at_a_wall_are_those_of_the_wall_where_the_floor_is_open_and_none_where_either_is_hit(place, found):
+    """The floor was counted alone, as if it were closed and the wall open."""
+    floor, wall = (ap.Contact(*pair, sp.Rational(2, 5), unilateral=True) for pair in ((Y, X), (X, Y)))
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 - X - Y
+    block = ap.Mechanism.from_lagrangian(energy, (X, Y), contact=floor, others=[wall])
+    values = {k: v for k, v in ({"X": 0, "Y": 0, "X'": 0, "Y'": 0} | place).items() if v is not None}
+    if isinstance(found, str):
+        assert block.motions(values) == ((found, (0, 1)),)
+    else:
+        with pytest.raises(found):
+            block.motions(values)
 
 
 def _drawer():

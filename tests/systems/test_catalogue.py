@@ -414,6 +414,23 @@ def test_further_contacts_stand_in_the_file_and_are_said_to_be_open(screen, tmp_
         assert said in screen(f"{ROD}others = {others}", status=2)
 
 
+@pytest.mark.parametrize(("height", "said"), [(1, "slip with R = 1"), (0, "slip_same+open with R = 1 and R2 = 0")])
+def test_the_screen_of_an_open_contact_has_the_motions_of_this_contact_taken_as_closed(height, said, screen):
+    """A block that leaves a wall slides on the floor; as a state off the floor, it would fall along the wall."""
+    told = screen(f"""
+        coordinates = ["x", "y"]
+        lagrangian = "(x'^2 + y'^2)/2 - y"
+        gap = "y"
+        slip = "x"
+        friction = 0.4
+        unilateral = true
+        forces = {{x = 1}}
+        others = [{{gap = "x", slip = "y", friction = 0.4, unilateral = true}}]
+        state = {{x = 0, y = {height}, "x'" = 0, "y'" = 0}}
+    """)
+    assert f"rigid motions   {said}" in told
+
+
 @pytest.mark.parametrize(("place", "rate", "closed"), [(1, 0, False), (0, -1, False), (0, 0, True)])
 def test_a_further_contact_that_is_closed_where_the_screen_takes_it_as_open_is_said_to_be(place, rate, closed, screen):
     """The rigid motions are then those with one foot alone, not those of a block that stands on two."""
