@@ -6,7 +6,7 @@ from functools import lru_cache
 import sympy as sp
 from sympy.solvers.inequalities import reduce_rational_inequalities
 
-from asympk.symbolic.long import is_longer
+from asympk.symbolic.long import DEGREE, is_longer
 
 SHORT = 16  # operations in a condition that SymPy solves though its coefficients are not rational
 _ANYTHING = sp.Dummy(real=True)  # replaces a symbol whose own assumptions would exclude a part of the real line
@@ -157,5 +157,7 @@ def _is_short(condition, parts):
 
 def _has_short_roots(parts):
     """Tell whether all real roots of polynomials with rational coefficients are rational or roots of quadratics."""
-    factors = [factor for part in parts if part for factor, _ in part.factor_list()[1]]
+    simple = [factor for part in parts if part for factor, _ in part.sqf_list()[1]]
+    listed = ([(p, 1)] if p.degree() > DEGREE else p.factor_list()[1] for p in simple)
+    factors = [factor for factors in listed for factor, _ in factors]
     return all(factor.degree() <= 2 or factor.count_roots() == 0 for factor in factors)

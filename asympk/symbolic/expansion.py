@@ -25,14 +25,14 @@ from asympk.formulas import NOT_FINITE
 from asympk.numbers import short
 from asympk.symbolic.branches import put_sign, without_squares
 from asympk.symbolic.diffring import DifferentialRing, Fraction, atoms_of
-from asympk.symbolic.long import atoms, heavy, inverse_of, is_longer, named_exponentials, replaced, valued
+from asympk.symbolic.long import DEGREE, atoms, heavy, inverse_of, is_longer, named_exponentials, replaced, valued
 from asympk.symbolic.system import Mode
 
 _TINY = sp.Rational(1, 10**30)
 PLACES = 128  # at which an expression with roots is looked at
 FURTHEST = 10**6  # the largest number of which coordinates of places are ratios; of small ones some hit isolated zeros
 EXPANDED = 20_000  # terms of a power of a sum, times its exponent: with 10000 formulas take seconds, with 90000 minutes
-DEGREE, LARGEST = 160, 10**308  # of powers of fast states in g, and of numbers; SymPy factors larger ones for minutes
+LARGEST = 10**308  # of numbers; SymPy factors larger ones for minutes
 STEEPEST = 1000  # degree of what is not factored; at numbers larger powers have more digits than Python spells
 LONG = 200  # operations; from longer rates that are not rational come coefficients of a hundred thousand operations
 MANY = 8  # different exponentials in the rates, times the most fast states coupled; with more, formulas take minutes
@@ -255,12 +255,14 @@ def by_powers(expr: sp.Expr, slow: tuple[sp.Symbol, ...]) -> sp.Expr:
     """Collect powers of the slow variables that are in no denominator and no function: 1/(sigma + 4) - x."""
     if is_longer(expr, LONG) and not expr.is_rational_function(*slow):
         return expr
-    numerator, denominator = sp.fraction(sp.together(expr))
+    names, meaning = named_exponentials(expr)
+    numerator, denominator = sp.fraction(sp.together(expr.xreplace(names)))
     powers = [x for x in slow if numerator.is_polynomial(x) and not denominator.has(x)]
     if denominator.is_Rational or not powers:
         return expr
     terms = sp.Poly(numerator, *powers).terms()
-    return sp.Add(*(sp.factor(c / denominator) * sp.Poly.from_dict({m: 1}, *powers).as_expr() for m, c in terms))
+    found = (sp.factor(c / denominator) * sp.Poly.from_dict({m: 1}, *powers).as_expr() for m, c in terms)
+    return sp.Add(*found).xreplace(meaning)
 
 
 def is_zero(expr: sp.Expr) -> bool:

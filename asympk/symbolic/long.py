@@ -16,6 +16,7 @@ from asympk.multiprecision import private_context
 PARTS = 4  # a bound on the parts of a tree, without atoms, for one operation: -a/b in a sum has two and two
 LONG = 300  # operations; a rational expression divided by a sum is not expanded if it has more
 FEW_FUNCTIONS = 4  # functions as generators, such as sines and cosines of two angles, with which SymPy factors fast
+DEGREE = 160  # of powers; SymPy factors polynomials of a higher degree for minutes
 HIGH = 4  # the highest power of an exponential with which SymPy factors fast
 ROUGH = 1e-6  # a difference of values, relative to their size, that is not rounding
 CLEAR = 1e-9  # size above which a value of DIGITS digits is certainly not 0
@@ -123,8 +124,11 @@ def expands(expr: sp.Expr) -> bool:
 def factorises(expr: sp.Expr) -> bool:
     """Tell whether an expression may be factored, which takes SymPy long where it has many functions as generators.
 
-    With at most ``FEW_FUNCTIONS`` it may be if it is rational in these, or not much longer than ``LONG``.
+    With at most ``FEW_FUNCTIONS`` it may be if it is rational in these, or not much longer than ``LONG``. With a power
+    beyond ``DEGREE`` it may not.
     """
+    if any(p.exp.is_Integer and abs(p.exp) > DEGREE for p in atoms(expr, sp.Pow) if p.base.free_symbols):
+        return False
     plain, functions = functions_named(expr)
     if len(functions) > FEW_FUNCTIONS:
         return not is_longer(expr, LONG)

@@ -17,7 +17,17 @@ from sympy.simplify.fu import TR8
 from asympk.errors import InputError
 from asympk.formulas import NOT_FINITE
 from asympk.symbolic.expansion import is_zero, is_zero_somewhere
-from asympk.symbolic.long import CLEAR, ROUGH, common_divisor, entries_named, generic_place, heavy, replaced
+from asympk.symbolic.long import (
+    CLEAR,
+    ROUGH,
+    atoms,
+    common_divisor,
+    entries_named,
+    generic_place,
+    heavy,
+    named_exponentials,
+    replaced,
+)
 from asympk.symbolic.lowering import lower
 
 DEGREE = 20  # above it SymPy may take minutes to factor, and to find roots that are not readable
@@ -87,6 +97,11 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
     """Return the solutions that SymPy finds, or None where SymPy fails, would leave out roots or has no short ones."""
     if {*equal_zero} == {0}:
         return [{}]
+    given = (e for e in atoms(sp.Tuple(*equal_zero), sp.exp) if not e.has(*unknowns))
+    names, meaning = named_exponentials(sp.Tuple(*given))
+    if names:  # 1/(1 + exp(-x)) as exp(x)/(exp(x) + 1) would be inf/inf in doubles
+        found = solutions_of([g.xreplace(names) for g in equal_zero], unknowns)
+        return found and [{y: h.xreplace(meaning) for y, h in s.items()} for s in found]
     if heavy(sp.Tuple(*equal_zero)):
         matrix = (force := sp.Matrix(equal_zero)).jacobian(unknowns)
         if not matrix.has(*unknowns):

@@ -536,6 +536,7 @@ def test_a_branch_exists_where_it_is_real_and_is_not_told_to_repel_elsewhere():
     assert [(str(m.exists), m.stability) for m in found] == [("u > 0", "unstable"), ("u > 0", "stable")]
 
 
+@pytest.mark.slow
 def test_inverse_functions_are_of_what_theirs_give_and_complex_branches_are_none():
     """Of the sixth roots of u two are real, and of what SymPy finds for tanh v = u one is."""
     plain, fast = sp.symbols("u v")
@@ -1058,6 +1059,20 @@ def test_powers_of_fast_states_that_nobody_factors_have_manifolds():
     assert ap.slow_manifold(ap.System.smooth({u: -u + v}, {v: u - v - v**300}, mu), order=0).branch == {v: v}
     (critical,) = ap.critical_manifolds(ap.System.smooth({u: -u + v}, {v: u - v**90}, mu))
     assert critical.branch == {v: v}
+
+
+@pytest.mark.parametrize(("pulse", "divisor"), [
+    (sp.exp(-400 * (x - sp.Rational(1, 2))**2), 1 + sp.exp(-400 * (x - sp.Rational(1, 2))**2)),
+    (1 / (1 + sp.exp(-50 * (x - sp.Rational(1, 2)))), sp.S.One),
+])
+def test_a_slow_manifold_of_a_pulse_or_a_logistic_function_has_its_values_in_doubles_far_away(pulse, divisor):
+    """Exponentials of sums were split: exp(50 x)/(exp(50 x) + e^25) is inf/inf at x = 40."""
+    (found,) = ap.slow_manifolds(ap.System.smooth({x: sp.cos(x)}, {y: x + pulse - y * divisor}, mu), order=1)
+    values = sp.lambdify(x, [found.coefficient(0), found.coefficient(1)], "numpy")
+    base = (x + pulse) / divisor
+    exact = [base, -sp.diff(base, x) * sp.cos(x) / divisor]
+    for at in (-3, 2, 40):
+        assert values(float(at)) == pytest.approx([float(c.subs(x, at).evalf(30)) for c in exact], rel=1e-12, abs=0)
 
 
 def test_a_branch_of_a_state_exists_just_where_it_has_the_declared_sign_of_the_state():
