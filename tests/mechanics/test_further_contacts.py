@@ -268,6 +268,7 @@ def _beam():
     return ap.Mechanism.from_lagrangian(energy, (X, Y, THETA), contact=first, others=others)
 
 
+@pytest.mark.slow
 def test_slips_on_three_grounds_of_any_slope_are_compared_without_being_expanded():
     """Written out, the velocity of one of them has thousands of terms, whose expansion took minutes at each event."""
     contacts = []
