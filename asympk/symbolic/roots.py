@@ -1,6 +1,6 @@
 r"""All roots of g(x, y, 0) = 0 in closed form: SymPy's, without false ones and with those that SymPy leaves out.
 
-``solutions_of`` is the hard function. It brings equations into forms that SymPy solves fast and completely: products
+``_solutions`` is the hard function. It brings equations into forms that SymPy solves fast and completely: products
 are split, unknowns that others give are eliminated, sines are put in half angles, and exponentials lead to Lambert's
 W. It answers None where no short formula stands for every root.
 """
@@ -98,10 +98,13 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
     if {*equal_zero} == {0}:
         return [{}]
     given = (e for e in atoms(sp.Tuple(*equal_zero), sp.exp) if not e.has(*unknowns))
-    names, meaning = named_exponentials(sp.Tuple(*given))
-    if names:  # 1/(1 + exp(-x)) as exp(x)/(exp(x) + 1) would be inf/inf in doubles
-        found = solutions_of([g.xreplace(names) for g in equal_zero], unknowns)
-        return found and [{y: h.xreplace(meaning) for y, h in s.items()} for s in found]
+    names, meaning = named_exponentials(sp.Tuple(*given))  # split, 1/(1 + exp(a - x)) would be inf/inf in doubles
+    found = _solutions([g.xreplace(names) for g in equal_zero], unknowns)
+    return found and [{y: h.xreplace(meaning) for y, h in s.items()} for s in found]
+
+
+def _solutions(equal_zero, unknowns):
+    """Return the solutions of equations that are not all 0, as ``solutions_of`` does."""
     if heavy(sp.Tuple(*equal_zero)):
         matrix = (force := sp.Matrix(equal_zero)).jacobian(unknowns)
         if not matrix.has(*unknowns):
