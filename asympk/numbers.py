@@ -223,18 +223,27 @@ def as_fraction(name: str, value: Any, digits: int = KEPT_DIGITS) -> Fraction:
 def require_sizes(name: str, whole: Any, part: Any) -> None:
     """Raise ``InputError`` for a number among the arguments of a part of ``whole``, and of its parts, beyond doubles.
 
-    SymPy takes as many digits of it as it has before its point: cos(exp(exp(20))). So it does of a power that has not
-    been worked out, 2**(10**9).
+    SymPy takes as many digits of it as it has before its point: cos(exp(exp(20))). So it does of a number that has not
+    been worked out, 2**(10**9), and the part itself must not be as large.
     """
     if part.is_Pow and all(inner.is_Rational for inner in part.args):
         bits = max(int(size).bit_length() for size in (part.base.p, part.base.q))
-        if bits * abs(part.exp) > _WIDEST:
-            raise InputError(f"{name} = {short(whole)}: a number in it has very many digits")
+        _require_digits(name, whole, bits * abs(part.exp) <= _WIDEST)
     for inner in part.args:
         if getattr(inner, "is_number", False):
             require_sizes(name, whole, inner)
             if (abs(inner.evalf(FEW)) > LARGEST) == True:  # noqa: E712 - SymPy's truth
                 raise InputError(f"{name} = {short(whole)}: a number in it is beyond the range of doubles")
+    try:
+        size = abs(part.evalf(FEW))
+    except ValueError:  # at a pole, as gamma(-1)
+        raise InputError(f"{name} = {short(whole)}: {_RANGE}") from None
+    _require_digits(name, whole, not size.is_Float or size <= 2**_WIDEST)
+
+
+def _require_digits(name, whole, few):
+    if not few:
+        raise InputError(f"{name} = {short(whole)}: a number in it has very many digits")
 
 
 def within_doubles(value: Any) -> bool:

@@ -82,14 +82,14 @@ def require_short(mode: Mode, order: int = 0, branch: sp.Dict | None = None) -> 
 
 
 def require_factored(mode: Mode, degree: int = DEGREE) -> None:
-    """Raise ``NotDerivable`` where a power of a fast state, or a number, is too large to be factored or spelled.
+    """Raise ``NotDerivable`` where a power, or a number, is too large to be factored or spelled.
 
-    The fast rates may have powers up to ``degree``, the slow ones up to ``STEEPEST``.
+    The fast rates may have powers of fast states up to ``degree``; all other powers may go up to ``STEEPEST``.
     """
     slow, fast = (sp.Tuple(*rates.values()) for rates in (mode.slow, mode.fast))
     numbers = (n for n in atoms(sp.Tuple(slow, fast), sp.Rational) if max(abs(n.p), n.q) > LARGEST)
     powers = (p for rates, most in ((slow, STEEPEST), (fast, degree)) for p in atoms(rates, sp.Pow)
-              if p.exp.is_Rational and p.base.has(*mode.fast) and abs(p.exp) > most)
+              if abs(p.exp.as_coeff_Mul(rational=True)[0]) > (most if p.base.has(*mode.fast) else STEEPEST))
     if large := min(map(short, (*numbers, *powers)), default=None):
         raise NotDerivable(f"the rates of {mode.name} have {large}, which is too large for formulas: put a parameter "
                            "for the number")

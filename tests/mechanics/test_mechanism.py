@@ -425,6 +425,9 @@ TOWER, LONG = sp.sin(sp.exp(sp.exp(sp.exp(100)))), sp.Pow(2, 10**9, evaluate=Fal
     lambda: ap.System.smooth({l: TOWER * l}, {}, sp.Symbol("mu")),
     lambda: ap.slow_manifold(ap.System.smooth({l: -l}, {g: l - g}, sp.Symbol("mu")), branch={g: TOWER}),
     lambda: ap.slow_manifold(ap.System.smooth({l: -l}, {g: l - g}, sp.Symbol("mu")), branch={g: LONG}),
+    lambda: ap.Contact(gap=Y, slip=X, friction=sp.Pow(sp.pi, 10**9, evaluate=False)),
+    lambda: ap.Contact(gap=Y, slip=X, friction=sp.exp(10**8)),
+    lambda: ap.System.smooth({l: sp.factorial(10**8, evaluate=False) * l}, {}, sp.Symbol("mu")),
 ])
 def test_a_constant_in_a_formula_that_takes_long_to_work_out_is_refused_at_once(derive):
     with pytest.raises(InputError, match=r"its constant = .*: a number in it (is beyond|has very many digits)"):

@@ -1041,6 +1041,8 @@ def test_a_power_of_a_sum_with_too_many_terms_is_refused_by_name_at_once():
 @pytest.mark.parametrize(("slow", "fast", "told"), [
     (-u + v, u / 2 - v - v**1161, r"v\*\*1161"),
     (-u + v**100000, u / 2 - v, r"v\*\*100000"),
+    (-u, u**1000000000 - v, r"u\*\*1000000000"),
+    (-u, 2 ** (1000000000 * u) - v, r"2\*\*\(1000000000\*u\)"),
     (-u + v, u / 10**500 - v, "1e-500"),
     (-u + v + 10**5000, u - v, "Integer of very many digits"),
 ])
