@@ -211,7 +211,7 @@ def as_fraction(name: str, value: Any, digits: int = KEPT_DIGITS) -> Fraction:
     """
     if callable(value):  # as a function without symbols is
         raise InputError(f"{name} = {short(value)}: it must be a number: {_KINDS}")
-    require_sizes(name, value, value)
+    require_sizes(name, value)
     exact, imaginary = (value if value.is_Rational else value.evalf(digits)).as_real_imag()
     if not exact.is_finite or abs(imaginary) > abs(exact) / 10 ** (digits - 1):  # as of a root by Cardano's formula
         raise InputError(f"{name} = {short(value)}: it must be a finite real number")
@@ -220,25 +220,29 @@ def as_fraction(name: str, value: Any, digits: int = KEPT_DIGITS) -> Fraction:
     return Fraction(exact.p, exact.q) if exact.is_Rational else Fraction(str(exact))
 
 
-def require_sizes(name: str, whole: Any, part: Any) -> None:
-    """Raise ``InputError`` for a number among the arguments of a part of ``whole``, and of its parts, beyond doubles.
+def require_sizes(name: str, whole: Any) -> None:
+    """Raise ``InputError`` for a number among the arguments of a number, and of its parts, beyond doubles.
 
     SymPy takes as many digits of it as it has before its point: cos(exp(exp(20))). So it does of a number that has not
-    been worked out, 2**(10**9), and the part itself must not be as large.
+    been worked out, 2**(10**9), and the number itself must not be as large.
     """
+    _require_sizes_within(name, whole, whole)
+    try:
+        size = abs(whole.evalf(FEW))
+    except ValueError:  # at a pole, as gamma(-1)
+        raise InputError(f"{name} = {short(whole)}: {_RANGE}") from None
+    _require_digits(name, whole, not size.is_Float or size <= 2**_WIDEST)
+
+
+def _require_sizes_within(name, whole, part):
     if part.is_Pow and all(inner.is_Rational for inner in part.args):
         bits = max(int(size).bit_length() for size in (part.base.p, part.base.q))
         _require_digits(name, whole, bits * abs(part.exp) <= _WIDEST)
     for inner in part.args:
         if getattr(inner, "is_number", False):
-            require_sizes(name, whole, inner)
+            _require_sizes_within(name, whole, inner)
             if (abs(inner.evalf(FEW)) > LARGEST) == True:  # noqa: E712 - SymPy's truth
                 raise InputError(f"{name} = {short(whole)}: a number in it is beyond the range of doubles")
-    try:
-        size = abs(part.evalf(FEW))
-    except ValueError:  # at a pole, as gamma(-1)
-        raise InputError(f"{name} = {short(whole)}: {_RANGE}") from None
-    _require_digits(name, whole, not size.is_Float or size <= 2**_WIDEST)
 
 
 def _require_digits(name, whole, few):

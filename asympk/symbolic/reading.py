@@ -92,7 +92,7 @@ def expression(name: str, value: Any) -> sp.Basic:
             raise InputError(f"{name} = {short(value)}: {short(part)} is neither a plain number nor a "
                              "Symbol; write one of these, of a root its .evalf(20)")
         if isinstance(part, sp.Function | sp.Pow) and part.is_number:
-            require_sizes(f"{name}: its constant", part, part)  # SymPy evaluates it to write a sum with it
+            require_sizes(f"{name}: its constant", part)  # SymPy evaluates it to write a sum with it
     for kind, other in WRITTEN_OTHERWISE.items():
         found = found.replace(kind, other) if any(isinstance(part, kind) for part in parts) else found
     return found
