@@ -44,10 +44,12 @@ class Formulas:
     3. ``flow(n)(x, b, mu, p)`` returns x' and b' on the manifold to order n; ``height(n)`` of the same returns y. With
        ``whole`` these are f and the root of g near that y, with all powers of mu: terms beyond mu^n change as well.
        Quotients such as sin(mu)/mu, which are singular at mu = 0 by their form alone, are still expanded.
+       ``terms(n)`` of the same returns what mu^0, ..., mu^n each add to y, x' and b'.
     4. ``slow_rates(x, b, mu, p)`` returns d log|det g_y| / dt on the manifold to order 0, and the matrices -h_x f_y and
        -h_x f_x f_y by columns. ``departure`` of the same returns the matrix D = g_y - mu h_x f_y on the manifold to
        order 1, by rows: a small departure from the manifold changes by mu (y - h)' = D (y - h).
-    5. ``force(x, y, p)`` returns g at mu = 0, and ``jacobian(x, y, p)`` returns g_y at mu = 0 by rows.
+    5. ``force(x, y, p)`` returns g at mu = 0, and ``jacobian(x, y, p)`` returns g_y at mu = 0 by rows; ``attraction``
+       of the arguments of 3 returns g_y there on the manifold to order 0.
     6. ``series(n)`` is (definitions, coefficients): auxiliary symbols, each defined by those before it, and in them the
        coefficients of 1, mu, ..., mu^n of y on the manifold, order by order. The symbols of fast states stand for b.
 
@@ -77,7 +79,8 @@ class Formulas:
         self.turning = any(e.has(*self.states) for e in self.slopes)
         self.names = {p: f"p{i}" for i, p in enumerate(parameters)}
         self.functions = _functions(target)
-        self.layer, self.slow, self.series = map(cache, (self._layer, self._slow, self._series))
+        self.layer, self.slow, self.series, self.terms = map(
+            cache, (self._layer, self._slow, self._series, self._terms))
         manifold = cache(self._manifold)
         self.flow, self.height = (cache(lambda n, whole=False, k=k: manifold(n, whole)[k]) for k in (0, 1))
 
@@ -148,9 +151,19 @@ class Formulas:
             drift = self._along(self.drift, point, tape, order, 2 * order)
             rates = [_polynomial(f, order, tape) for f in drift]
         if not self.affine:
-            across = self._moved(self.limit, _first(values), rates, tape)
-            rates += [-1 * c for c in _product(self._inverse(values, tape), across)]
+            rates += self._followed(rates, values, tape)
         return [tape.function(tuple(result), self.functions) for result in (rates, height)]
+
+    def _terms(self, order):
+        tape, values, drift, y = self._at_rest(order)
+        found, power = [], 1
+        for k in range(order + 1):
+            rates = [f[k, 0] for f in drift]
+            if not self.affine:
+                rates += self._followed(rates, values, tape)
+            found.append(tuple(power * c for c in (*(c[k, 0] for c in y), *rates)))
+            power = power * tape.node("mu")
+        return tape.function(tuple(found), self.functions)
 
     def _series(self, order):
         """Return the definitions of auxiliary symbols, and the coefficients of the manifold in them."""
@@ -173,6 +186,11 @@ class Formulas:
         return tape.function((turning, tuple(chain(*once)), tuple(chain(*twice))), self.functions)
 
     @cached_property
+    def attraction(self) -> Callable[..., tuple]:
+        tape, values, _, _ = self._at_rest(0)
+        return tape.function(tuple(evaluated(self.slopes, _first(values), tape)), self.functions)
+
+    @cached_property
     def departure(self) -> Callable[..., tuple]:
         """Compile g_y - mu h_x f_y on the manifold to order 1."""
         tape, values, _, _ = self._at_rest(1)
@@ -190,6 +208,10 @@ class Formulas:
         """Return -h_x c at mu = 0 for columns c."""
         point, inverse = _first(values), self._inverse(values, tape)
         return [_product(inverse, self._moved(self.limit, point, column, tape)) for column in columns]
+
+    def _followed(self, rates, values, tape):
+        """Return the rates of the branch's value for ``rates`` of the slow states."""
+        return [-1 * c for column in self._across([rates], values, tape) for c in column]
 
     def _at_point(self, exprs):
         tape, values = self.tape(*(f"v{i}_0" for i in range(len(self.states))))

@@ -142,7 +142,7 @@ def newton(formulas: Formulas, x: Sequence, y: Sequence, values: tuple) -> Seque
         force = formulas.force(*x, *y, *values)
         if len(y) == 1:
             return (force[0] / formulas.jacobian(*x, *y, *values)[0],)
-        return np.linalg.solve(_square(formulas, x, y, values), force).tolist()
+        return np.linalg.solve(_square(formulas.jacobian(*x, *y, *values)), force).tolist()
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
         return None
 
@@ -154,14 +154,14 @@ def reach(formulas: Formulas, x: tuple, y: tuple, values: tuple) -> float:
 
 def abscissa(formulas: Formulas, x: Any, y: Any, values: tuple) -> float:
     """Return the largest real part of an eigenvalue of g_y: negative where the branch attracts."""
-    return rightmost(formulas, x, y, values).real
+    return rightmost(formulas.jacobian(*x, *y, *values)).real
 
 
-def rightmost(formulas: Formulas, x: Any, y: Any, values: tuple) -> complex:
-    """Return the eigenvalue of g_y with the largest real part; a real part within its rounding counts as 0."""
-    if len(y) == 1:
-        return formulas.jacobian(*x, *y, *values)[0]
-    found = max(np.linalg.eigvals(_square(formulas, x, y, values)).tolist(), key=attrgetter("real"))
+def rightmost(entries: tuple) -> complex:
+    """Return the eigenvalue with the largest real part of a matrix by rows; one within its rounding counts as 0."""
+    if len(entries) == 1:
+        return entries[0]
+    found = max(np.linalg.eigvals(_square(entries)).tolist(), key=attrgetter("real"))
     return found if abs(found.real) > ROUNDED * abs(found) else 1j * found.imag
 
 
@@ -179,8 +179,8 @@ def attraction(formulas: Formulas, x: Sequence, branch: Sequence, values: tuple)
     return rate if all(abs(other - rate) < abs(rate) for other in moved) else 0.0
 
 
-def _square(formulas, x, y, values):
-    return np.array(formulas.jacobian(*x, *y, *values), dtype=float).reshape(len(y), len(y))
+def _square(entries):
+    return np.array(entries, dtype=float).reshape([math.isqrt(len(entries))] * 2)
 
 
 def _tolerances(rtol, mu, order, slow, fast, first):

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
-from itertools import islice, pairwise
+from itertools import islice
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -505,9 +505,8 @@ def decay(task: Task, path: MatchedPath) -> float:
             continue
         slow = slow_of(stretch.mode)
         for at in (found.trajectory.start, *found.recent[0][::2]):  # without the middles of intervals
-            known = [(*slow.formulas.height(k)(*at, mu, *slow.values), *slow.formulas.flow(k)(*at, mu, *slow.values))
-                     for k in range(task.order, task.order + 3)]
-            first, second = (max(abs(a - b) for a, b in zip(*pair, strict=True)) for pair in pairwise(known))
+            omitted = slow.formulas.terms(task.order + 2)(*at, mu, *slow.values)[task.order + 1 :]
+            first, second = (max(map(abs, terms)) for terms in omitted)
             worst = max(worst, second / first if first > 0 else math.inf if second > 0 else 0.0)
     return worst
 

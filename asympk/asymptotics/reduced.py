@@ -125,36 +125,36 @@ class Reduced:
         A share is |K(b) - K(a)|, entry by entry, over an interval from a to b. Its points are those of the ends of the
         interval. The intervals are the halves of those that end 1, 2, 3, 5, 8, ... relaxation times before t, until
         less than ``FORGOTTEN`` is left of K, or at the start: what is left there is the last share. The shares are an
-        array (fast states, intervals times fast states).
+        array (intervals times fast states, fast states).
         """
         points, times, end, further = [self.trajectory.state_at(t)], [t], 1, 2
-        y, largest = _attraction(self.formulas, points[0], self.mu, self.values)
-        kept = [np.eye(len(y))]
+        slopes, p, size = self.formulas.attraction, (self.mu, *self.values), len(self.formulas.fast_states)
+        rates, kept = [slopes(*points[0], *p)], [np.eye(size)]
+        pace = self.mu / rightmost(rates[0]).real
         while times[-1] > 0 and np.abs(kept[-1]).max() > FORGOTTEN:
             times = times[-1:]
             while times[-1] > 0 and len(times) <= 2 * AT_ONCE:
-                before = max(0.0, t + end * self.mu / largest.real)
+                before = max(0.0, t + end * pace)
                 times += [(before + times[-1]) / 2, before]
                 end, further = further, end + further
             points += map(self.trajectory.near, times[1:])
-            halves = self._attraction_over(times, points[-len(times) :])
+            rates = [*rates[-1:], *(slopes(*at, *p) for at in points[1 - len(times) :])]
+            halves = self._attraction_over(times, np.array(rates).reshape(-1, size, size))
             kept += [*accumulate(exponentials(halves), np.matmul, initial=kept[-1])][1:]
-        shares = np.abs(np.diff([*kept, np.zeros_like(kept[0])], axis=0))
-        return [*points, points[-1]], np.hstack(shares)
+        left = np.array([*kept, np.zeros_like(kept[0])])
+        return [*points, points[-1]], np.abs(left[1:] - left[:-1]).transpose(0, 2, 1).reshape(-1, size)
 
-    def _attraction_over(self, times: list[float], points: list[tuple]) -> np.ndarray:
+    def _attraction_over(self, times: list[float], found: np.ndarray) -> np.ndarray:
         """Return the integrals of g_y/mu over the halves of intervals: (halves, fast states, fast states).
 
-        The ``times`` and ``points`` (x, b) alternate between ends and middles of the intervals, backward in time. In an
-        interval g_y is taken as a parabola.
+        The ``times``, and the matrices ``found`` there, alternate between ends and middles of the intervals, backward
+        in time. In an interval g_y is taken as a parabola.
         """
-        slow, size, p = len(self.formulas.slow_states), len(self.formulas.fast_states), (self.mu, *self.values)
-        height, entries = self.formulas.height(0), self.formulas.jacobian
-        found = np.array([entries(*at[:slow], *height(*at, *p), *self.values) for at in points]).reshape(-1, size, size)
         after, middle, before = found[:-2:2], found[1:-1:2], found[2::2]
         halves = np.stack([5 * after + 8 * middle - before, 5 * before + 8 * middle - after], axis=1)
-        lengths = -np.diff(times[::2]) / (24 * self.mu)
-        return (halves * lengths[:, None, None, None]).reshape(-1, size, size)
+        ends = np.array(times[::2])
+        lengths = (ends[:-1] - ends[1:]) / (24 * self.mu)
+        return (halves * lengths[:, None, None, None]).reshape(-1, *found.shape[1:])
 
     def remembered(self, t: float, orders: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
         """Return the first term of y that each order omits at ``t``, and what the error there remembers of its changes.
@@ -163,10 +163,11 @@ class Reduced:
         counts as the larger one of its ends.
         """
         (points, shares), p = self.recent if t == self.end else self.memory(t), (self.mu, *self.values)
-        heights = map(self.formulas.height, (*orders, orders[-1] + 1))
-        terms = np.diff([[height(*at, *p) for at in points] for height in heights], axis=0)
-        changes = np.abs(terms - terms[:, :1])
-        return np.abs(terms[:, 0]), np.maximum(changes[:, :-1], changes[:, 1:]).reshape(len(terms), -1) @ shares.T
+        first, known = orders[0] + 1, self.formulas.terms(orders[-1] + 1)
+        found = np.array([known(*at, *p)[first:] for at in points])[:, :, : shares.shape[1]]
+        changes = np.abs(found - found[0])
+        largest = np.maximum(changes[:-1], changes[1:]).transpose(1, 0, 2)
+        return np.abs(found[0]), largest.reshape(len(orders), -1) @ shares
 
     def errors(self, rtol: float) -> np.ndarray:
         """Return the errors of x and y at the end of a single motion whose start and steps are right to ``rtol``.
@@ -412,7 +413,7 @@ def margin(formulas: Formulas, state: Sequence[float], mu: float, values: tuple)
     """Return the rate of attraction of the manifold less its least admissible value, or -inf if undefined."""
     try:
         turning, once, twice = formulas.slow_rates(*state, mu, *values)
-        _, largest = _attraction(formulas, state, mu, values)
+        largest = rightmost(formulas.attraction(*state, mu, *values))
         meeting = max(abs(turning), MEETING * _size(once), AGAIN * math.sqrt(_size(twice)))
         return -largest.real - mu * meeting
     except (ArithmeticError, ValueError):
@@ -424,12 +425,6 @@ def _size(entries):
     size = math.isqrt(len(entries))
     meeting = (abs(v * entries[size * (k % size) + k // size]) for k, v in enumerate(entries))
     return math.sqrt(sum(meeting)) if size > 1 else abs(entries[0])
-
-
-def _attraction(formulas, state, mu, values):
-    """Return y on the branch, and the eigenvalue of g_y there with the largest real part."""
-    y = formulas.height(0)(*state, mu, *values)
-    return y, rightmost(formulas, state[: len(formulas.slow_states)], y, values)
 
 
 def _held(along, check):
@@ -480,7 +475,8 @@ def _check(formulas, mu, values, guards, began, left, step, high, state):
         state = step(low).tolist()
         if guards is not None and min(guards(low, state), default=0) < 0:
             return
-    y, largest = _attraction(formulas, state, mu, values)
+    p = (mu, *values)
+    y, largest = formulas.height(0)(*state, *p), rightmost(formulas.attraction(*state, *p))
     small, turns = formulas.small, "a Hopf point" if largest.imag else "a fold"
     why = (f"it attracts at the rate {-largest.real / mu:.6g}, and changes, or the motion on it does, about as fast, "
            f"as before {turns}, or where {small} is not small")

@@ -113,6 +113,23 @@ def test_the_slow_motion_in_numbers_is_that_of_the_symbolic_expansion():
     assert known.flow(2)(1.0, 0.5, *branch, 0.01) == pytest.approx([float(flow[s].subs(at)) for s in (x, w, u, v)])
 
 
+@pytest.mark.parametrize(("system", "point", "p"), [(FOUR, (1.0, 0.5), ()), (ENZYME, (1.0,), (1.0, 0.5))])
+def test_what_each_power_of_mu_adds_sums_up_to_the_slow_motion(system, point, p):
+    known = formulas(system.modes[0], mu, (kappa, lambda_)[: len(p)])
+    at = known.on_branch(point, root(known, point, (0.0,) * len(known.fast_states), p))
+    for order in range(4):
+        whole = known.height(order)(*at, 0.1, *p), known.flow(order)(*at, 0.1, *p)
+        assert np.sum(known.terms(order)(*at, 0.1, *p), axis=0) == pytest.approx([*whole[0], *whole[1]], rel=1e-13)
+
+
+@pytest.mark.parametrize(("system", "point", "p"), [(FOUR, (1.0, 0.5), ()), (ENZYME, (1.0,), (1.0, 0.5))])
+def test_attraction_is_the_jacobian_of_the_fast_rates_on_the_manifold_to_order_0(system, point, p):
+    known = formulas(system.modes[0], mu, (kappa, lambda_)[: len(p)])
+    branch = root(known, point, (0.0,) * len(known.fast_states), p)
+    found = known.attraction(*known.on_branch(point, branch), 0.1, *p)
+    assert found == pytest.approx(known.jacobian(*point, *branch, *p), rel=1e-13)
+
+
 @pytest.mark.few(0)
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("order", [0, 1, 2])
