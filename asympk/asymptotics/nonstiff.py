@@ -139,8 +139,8 @@ class Trajectory:
         return first if t < first else last if t > last else t
 
 
-def on_cubic(step: Step, share: Any) -> tuple:
-    """Return the states at a share of a step, a number or an array, by the cubic through both ends of the step."""
+def on_cubic(step: Step, share: float) -> tuple:
+    """Return the state at a share of a step, by the cubic through both ends of the step."""
     return on_hermite(share, step.after - step.t, (step.state, step.end), (step.stages[0], step.stages[-1]))
 
 

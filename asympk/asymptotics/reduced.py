@@ -29,7 +29,7 @@ from asympk.asymptotics.nonstiff import EXPONENT, Trajectory, on_cubic, rates, s
 from asympk.asymptotics.stiff import jacobian
 from asympk.asymptotics.watching import watched
 from asympk.automaton.exponentials import exponentials
-from asympk.automaton.numericmode import LOOKS
+from asympk.automaton.numericmode import LOOKS, on_hermite
 from asympk.errors import NotNormallyHyperbolic, OutOfRange
 from asympk.numbers import listed
 
@@ -42,6 +42,7 @@ FORGOTTEN = 1e-6  # the share of a term, as the error that it is at a later time
 AT_ONCE = 7  # the number of intervals of time after which, as a rule, the rest is forgotten
 LONG = 1 / 32  # the share of a run beyond which the manifold is looked at within a step
 SHARES = np.arange(1, 64) / 64  # of such a step, at which it is looked at there
+CUBIC = np.array(on_hermite(SHARES, 1.0, np.eye(4)[:2], np.eye(4)[2:]))  # what ends and slopes count for there
 LOST = 0.5  # the error relative to a state from which it does not fade as a small one does
 NOISE = 1e-12  # the size of a state, relative to that by the terms of its rate, below which it is rounding
 WITHIN = 65  # the number of times at which the attraction beside a layer is looked at
@@ -439,11 +440,12 @@ def _look_within(formulas, values, steps, end, check):
     long = [step for step in steps if step.after - step.t > LONG * end] if formulas.turning else ()
     if not long:
         return
-    known, point = formulas.arrays, [*np.hstack([on_cubic(step, SHARES) for step in long])]
-    if formulas.affine:  # g_y does not contain y
-        point += [0.0] * len(formulas.fast_states)
+    ends = np.array([(step.state, step.end, step.stages[0], step.stages[-1]) for step in long]).transpose(2, 0, 1)
+    ends[:, :, 2:] *= np.array([step.after - step.t for step in long])[:, None]
+    point = (ends @ CUBIC).reshape(len(ends), -1)
+    unseen = [0.0] * len(formulas.fast_states) if formulas.affine else ()  # g_y does not contain y
     with np.errstate(all="ignore"):
-        entries = known.jacobian(*point, *values)
+        entries = formulas.arrays.jacobian(*point, *unseen, *values)
     for k in np.flatnonzero(~(entries[0] < 0 if len(entries) == 1 else _stable(entries))).tolist():
         step, share = long[k // len(SHARES)], SHARES[k % len(SHARES)].item()
         if (t := step.t + share * (step.after - step.t)) < end:
