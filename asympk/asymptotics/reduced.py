@@ -227,12 +227,14 @@ class Reduced:
         moved = self._moved()
         terms = np.abs(moved).sum(axis=0) @ sizes  # of a rate, which may cancel: then the size of the state is rounding
         sizes = np.where((sizes > 0) & (sizes < NOISE * terms), terms, sizes)
-        kept, squares, most = self._on_branch(), np.diag(sizes**2), 1.0
+        kept, squares = self._on_branch(), [made := np.diag(sizes**2)]
         with np.errstate(all="ignore"):
             for part in exponentials(moved) if moved.size else moved:
-                kept, squares = part @ kept, part @ squares @ part.T + np.diag(sizes**2)
-                most = max(most, float((np.sqrt(np.diag(squares)) / sizes).max(initial=0.0, where=sizes > 0)))
-        return ErrorGrowth(kept, np.sqrt(np.diag(squares)), most, sizes)
+                kept = part @ kept
+                squares.append(part @ squares[-1] @ part.T + made)
+            errors = np.sqrt(np.diagonal(squares, axis1=1, axis2=2))
+            most = float(np.fmax.reduce(errors / sizes, axis=None, initial=1.0, where=sizes > 0))
+        return ErrorGrowth(kept, errors[-1], most, sizes)
 
     def _on_branch(self):
         """Return the derivatives of the point (x, b) by x at the start, on the branch: 1 and -g_y^-1 g_x."""
