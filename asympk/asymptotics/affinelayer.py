@@ -12,7 +12,7 @@ derived once for a system, and computed in numbers for every start.
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -43,9 +43,19 @@ class Terms:
     def at(self, start: tuple, values: tuple) -> tuple[float, np.ndarray]:
         """Return a and the coefficients as an array (k, state, power of E, power of tau)."""
         rate, *found = self.numbers(*start, *values)
-        table = np.zeros(self.places.max(axis=0) + 1)
-        table[tuple(self.places.T)] = found
+        table = np.zeros(self.shape)
+        table[self.index] = found
         return rate, table
+
+    @cached_property
+    def shape(self) -> tuple[int, ...]:
+        """The shape of the array of coefficients."""
+        return tuple((self.places.max(axis=0) + 1).tolist())
+
+    @cached_property
+    def index(self) -> tuple[np.ndarray, ...]:
+        """The index of the rows in that array."""
+        return tuple(self.places.T)
 
 
 @lru_cache(maxsize=64)

@@ -77,6 +77,7 @@ class Formulas:
         self.slopes = fast_jacobian(limit, small)
         self.affine = not any(e.has(*self.fast_states) for e in self.slopes)
         self.turning = any(e.has(*self.states) for e in self.slopes)
+        self.clocked = any(rate == 1 for rate in self.drift)  # a state that is a clock may drive the motion
         self.names = {p: f"p{i}" for i, p in enumerate(parameters)}
         self.functions = _functions(target)
         self.layer, self.slow, self.series, self.terms = map(

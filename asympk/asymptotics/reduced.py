@@ -18,7 +18,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property, partial, reduce
-from itertools import accumulate, starmap
+from itertools import starmap
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,7 +28,7 @@ from asympk.asymptotics.landing import ROOT, newton, rightmost, root
 from asympk.asymptotics.nonstiff import EXPONENT, Trajectory, on_cubic, rates, steps
 from asympk.asymptotics.stiff import jacobian
 from asympk.asymptotics.watching import watched
-from asympk.automaton.exponentials import exponentials
+from asympk.automaton.exponentials import exponentials, running_products
 from asympk.automaton.numericmode import LOOKS, on_hermite
 from asympk.errors import NotNormallyHyperbolic, OutOfRange
 from asympk.numbers import listed
@@ -130,9 +130,9 @@ class Reduced:
         """
         points, times, end, further = [self.trajectory.state_at(t)], [t], 1, 2
         slopes, p, size = self.formulas.attraction, (self.mu, *self.values), len(self.formulas.fast_states)
-        rates, kept = [slopes(*points[0], *p)], [np.eye(size)]
-        pace = self.mu / rightmost(rates[0]).real
-        while times[-1] > 0 and np.abs(kept[-1]).max() > FORGOTTEN:
+        rates, kept = [slopes(*points[0], *p)], np.eye(size)[None]
+        pace, left = self.mu / rightmost(rates[0]).real, 1.0
+        while times[-1] > 0 and left > FORGOTTEN:
             times = times[-1:]
             while times[-1] > 0 and len(times) <= 2 * AT_ONCE:
                 before = max(0.0, t + end * pace)
@@ -141,9 +141,10 @@ class Reduced:
             points += map(self.trajectory.near, times[1:])
             rates = [*rates[-1:], *(slopes(*at, *p) for at in points[1 - len(times) :])]
             halves = self._attraction_over(times, np.array(rates).reshape(-1, size, size))
-            kept += [*accumulate(exponentials(halves), np.matmul, initial=kept[-1])][1:]
-        left = np.array([*kept, np.zeros_like(kept[0])])
-        return [*points, points[-1]], np.abs(left[1:] - left[:-1]).transpose(0, 2, 1).reshape(-1, size)
+            kept = np.concatenate([kept[:-1], running_products(np.concatenate([kept[-1:], exponentials(halves)]))])
+            left = np.maximum.reduce(np.abs(kept[-1]), axis=None)
+        kept = np.concatenate([kept, np.zeros_like(kept[:1])])
+        return [*points, points[-1]], np.abs(kept[1:] - kept[:-1]).transpose(0, 2, 1).reshape(-1, size)
 
     def _attraction_over(self, times: list[float], found: np.ndarray) -> np.ndarray:
         """Return the integrals of g_y/mu over the halves of intervals: (halves, fast states, fast states).
@@ -152,10 +153,10 @@ class Reduced:
         in time. In an interval g_y is taken as a parabola.
         """
         after, middle, before = found[:-2:2], found[1:-1:2], found[2::2]
-        halves = np.stack([5 * after + 8 * middle - before, 5 * before + 8 * middle - after], axis=1)
-        ends = np.array(times[::2])
-        lengths = (ends[:-1] - ends[1:]) / (24 * self.mu)
-        return (halves * lengths[:, None, None, None]).reshape(-1, *found.shape[1:])
+        ends, halves = np.array(times[::2]), np.empty((len(middle), 2, *found.shape[1:]))
+        halves[:, 0], halves[:, 1] = 5 * after + 8 * middle - before, 5 * before + 8 * middle - after
+        halves *= ((ends[:-1] - ends[1:]) / (24 * self.mu))[:, None, None, None]
+        return halves.reshape(-1, *found.shape[1:])
 
     def remembered(self, t: float, orders: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
         """Return the first term of y that each order omits at ``t``, and what the error there remembers of its changes.
@@ -350,7 +351,7 @@ def _steps(formulas, kinds, first, mu, values, until, rtol, within, span=None):
     def slopes(at):
         return jacobian(partial(rates, tuple(starmap(formulas.complexes.flow, kinds)), parameters), at)
 
-    within = until / LOOKS if any(rate == 1 for rate in formulas.mode.slow.values()) else within  # a clock may drive it
+    within = until / LOOKS if formulas.clocked else within
     far = FAR * max(1.0, *map(abs, first))
     atol, left = (rtol,) * len(first), STEPS
     along = steps(flows, parameters, first, until, rtol, atol, within=within, slopes=slopes, span=span)

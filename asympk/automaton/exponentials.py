@@ -1,7 +1,9 @@
-"""The exponentials of many small matrices at once, by which errors grow over the steps of a run.
+"""The exponentials of many small matrices at once, by which errors grow over the steps of a run, and their products.
 
     e^M = (1 + P + P^2/2! + ... + P^12/12!)^(2^k),    P = M / 2^k,    by k squarings
 """
+
+from itertools import accumulate
 
 import numpy as np
 
@@ -31,3 +33,10 @@ def exponentials(matrices: np.ndarray) -> np.ndarray:
     for _ in range(halvings):
         total = total @ total
     return total * units[:, None] / units
+
+
+def running_products(factors: np.ndarray) -> np.ndarray:
+    """Return A_0, A_0 A_1, A_0 A_1 A_2, ... of square matrices A_k."""
+    if factors.shape[-1] == 1:
+        return np.multiply.accumulate(factors)
+    return np.array([*accumulate(factors, np.matmul)])
