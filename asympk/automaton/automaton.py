@@ -12,7 +12,7 @@ from collections.abc import Callable, Collection, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import chain, product
 from typing import Any
 
@@ -48,6 +48,13 @@ class Automaton:
 
     system: System
     values: tuple[Any, ...]
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
+        return hash((self.system, self.values))
 
     @classmethod
     def at(cls, system: System, values: tuple[Any, ...]) -> "Automaton":
