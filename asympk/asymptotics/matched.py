@@ -152,13 +152,13 @@ class Slow:
 
     def point(self, t: float, state: tuple) -> tuple[tuple, tuple]:
         """Return (x, y) of the mode."""
-        whole, slow = (*state, t), len(self.formulas.slow_states)
-        return tuple(whole[k] for k in self.sources[:slow]), tuple(whole[k] for k in self.sources[slow:])
+        slow, found = len(self.formulas.slow_states), tuple(map((*state, t).__getitem__, self.sources))
+        return found[:slow], found[slow:]
 
     def state(self, order: int, point: Sequence[float], mu: float) -> tuple:
         """Return the state of the system on the manifold to ``order`` at a point (x, b) of the slow motion."""
         whole = (*point[: len(self.formulas.slow_states)], *self.formulas.height(order)(*point, mu, *self.values))
-        return tuple(whole[k] for k in self.places)
+        return tuple(map(whole.__getitem__, self.places))
 
     def along(self, found: reduced.Reduced) -> Iterator[tuple[float, tuple]]:
         """Yield the times and the states of the system at the ends of the steps of a slow motion."""
@@ -175,7 +175,7 @@ class Slow:
 def slow_of(mode: NumericMode) -> Slow:
     """Return the slow motion of a mode with its formulas."""
     known, kept = _formulas(mode.mode, mode.coefficients)
-    return Slow(known, tuple(mode.p[k] for k in kept), *_places(mode.mode.system, known.mode))
+    return Slow(known, tuple(map(mode.p.__getitem__, kept)), *_places(mode.mode.system, known.mode))
 
 
 @lru_cache(maxsize=256)

@@ -124,11 +124,11 @@ class Trajectory:
         return self._step_at(t).state_at(self._within(t)) if self.steps else self.start
 
     def near(self, t: float) -> tuple:
-        """Return the state at a time ``t`` by the cubic through both ends of a step, soon but less accurate."""
+        """Return the state at a time ``t`` within the steps by a cubic through both ends, soon but less accurate."""
         if not self.steps:
             return self.start
         step = self._step_at(t)
-        return on_cubic(step, (self._within(t) - step.t) / (step.after - step.t))
+        return on_cubic(step, (t - step.t) / (step.after - step.t))
 
     def _step_at(self, t):
         steps = self.steps

@@ -1,6 +1,7 @@
 """Smooth slow-fast systems: base points, reduced flows and composites against exact solutions and stiff integrators."""
 
 import math
+import sys
 from fractions import Fraction
 from functools import cache, partial
 from time import process_time
@@ -128,6 +129,30 @@ def test_attraction_is_the_jacobian_of_the_fast_rates_on_the_manifold_to_order_0
     branch = root(known, point, (0.0,) * len(known.fast_states), p)
     found = known.attraction(*known.on_branch(point, branch), 0.1, *p)
     assert found == pytest.approx(known.jacobian(*point, *branch, *p), rel=1e-13)
+
+
+def _formulas_asked(call):
+    """Return how often compiled formulas are called."""
+    asked, before = [0], sys.getprofile()
+    sys.setprofile(lambda frame, event, _: asked.append(event == "call" and frame.f_code.co_name == "compiled"))
+    try:
+        call()
+    finally:
+        sys.setprofile(before)
+    return sum(asked)
+
+
+def test_what_an_error_remembers_takes_two_formulas_at_a_point():
+    known = formulas(ENZYME.modes[0], mu, (kappa, lambda_))
+    found = reduced.follow_reduced_flow(known, 1, np.array([1.0]), 1e-4, (1.0, 0.5), 1.0)
+    found.remembered(0.5, (1, 2))  # compiles
+    assert 0 < _formulas_asked(lambda: found.remembered(1.0, (1, 2))) <= 2 * len(found.recent[0])
+
+
+def test_a_jump_of_a_reaction_takes_few_formulas():
+    scene = ap.Scene(system=ENZYME, values={kappa: 1, lambda_: "1/2", mu: "1e-4"}, start={x: 1, y: 0}, until=1)
+    ap.solve(scene, "jump")  # compiles
+    assert 0 < _formulas_asked(lambda: ap.solve(scene, "jump")) < 150
 
 
 @pytest.mark.few(0)
