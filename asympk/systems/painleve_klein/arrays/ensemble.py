@@ -32,7 +32,6 @@ from asympk.systems.painleve_klein.flow.segments import MOST_EVENTS, too_many
 CHUNK = 131072  # rows that are read and sorted by itinerary together
 BATCH = 16384  # rows that the safeguarded flow follows together
 _KINDS = np.array(KINDS)
-_REFUSALS = (TooManyEvents, TooLarge, Undecided)
 np.empty(2**21)  # once allocated and freed, blocks of this size are reused by the C library, not mapped anew
 
 
@@ -214,7 +213,7 @@ def _one_by_one(arguments, rows, result):
     for row, *numbers in zip(rows.tolist(), *columns, strict=True):
         try:
             segments, *_ = exact.followed_in_doubles(exact.RodNumbers(*numbers, None))
-        except _REFUSALS as reason:
+        except (TooManyEvents, TooLarge, Undecided) as reason:
             result.leave(row, reason)
         else:
             _put(segments, row, result)

@@ -9,7 +9,7 @@ cannot be decided, or if doubles overflow, the flow is followed on mpmath number
 from collections.abc import Callable, Sequence
 from functools import lru_cache, partial
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 from asympk.arithmetic import LARGEST_DOUBLE, UNIT, Doubles, agreed, flow_context, set_digits
 from asympk.errors import Undecided
@@ -18,7 +18,7 @@ from asympk.path import ClosedForm, Event, Path
 from asympk.scene import Scene, in_doubles
 from asympk.systems.painleve_klein.flow.rounding import calm, estimated_error, largest_state
 from asympk.systems.painleve_klein.flow.segments import RodFlow, SolvedSegment, follow_rod
-from asympk.systems.painleve_klein.flow.starts import beginning
+from asympk.systems.painleve_klein.flow.starts import RodNumbers, beginning
 
 MOST_SPARE = 1200  # digits at work beyond four times those asked for
 BEFORE_ROUNDING = 20  # digits of a run that is rounded to doubles: its own error does not add to that of rounding
@@ -26,19 +26,6 @@ TRUSTED = 2e-15  # estimated error up to which a run in doubles is the result
 SAFETY = 4  # factor on an error that is estimated to first order
 REFINABLE = 2e-14  # estimated error up to which events may be refined: doubles decide signs at a larger margin
 REFINED_DIGITS = 34  # at work when events are refined
-
-
-class RodNumbers(NamedTuple):
-    """The numbers of a scene, each of them exact; ``near`` is (manifold, offset) for a start beside a slow line."""
-
-    sigma: Any
-    sigma0: Any
-    mu: Any
-    x: Any
-    y: Any
-    z: Any
-    until: Any
-    near: tuple | None
 
 
 def run(

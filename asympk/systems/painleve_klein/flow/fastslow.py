@@ -9,11 +9,11 @@ is ``s = a/(b rho) + (1 + l2) x``. Let F be the deviation of s from this line at
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeAlias
 
 from asympk.numbers import Arithmetic, Number
 from asympk.systems.painleve_klein.flow.roots import fast_slow_root
-from asympk.systems.painleve_klein.flow.superposition import SmoothSegment, short_time, slope
+from asympk.systems.painleve_klein.flow.superposition import SmoothMode, SmoothSegment, short_time, slope
 
 SOON = 2.0**-10
 
@@ -59,6 +59,7 @@ class FastSlowSegment(SmoothSegment):
     """
 
     __slots__ = ("fast", "known", "slow", "slow_s")
+    begin = (*SmoothSegment.begin, "fast")
 
     def __init__(self, mode: FastSlow, x: Number, y: Number, s: Number, z: Number, deviation: Number | None = None):
         self.mode, self.x0, self.y0, self.s0, self.z0 = mode, x, y, s, z
@@ -69,11 +70,6 @@ class FastSlowSegment(SmoothSegment):
         # at short times the two exponentials nearly cancel if a/b or the slow part is large, or s is small
         delicate = mode.delicate or abs(slow_s) > abs(s) + abs(mode.rest) or 0 < abs(s) < mode.slight
         self.short = mode.short if delicate and not self.known else 0
-
-    def rounded(self, m: Arithmetic) -> "FastSlowSegment":
-        mode, number = self.mode, m.number
-        state = self.x0, self.y0, self.s0, self.z0, self.fast
-        return FastSlow(m, mode.a, number(mode.b), number(mode.mu)).start(*map(number, state))
 
     def horizon(self, until: Number) -> Number:
         """Return ``until``, or the earlier time, at least 0, at which a growing fast part would overflow."""
@@ -109,16 +105,6 @@ class FastSlowSegment(SmoothSegment):
             -mode.b * off,
         )
 
-    def probe(self, t: Number) -> tuple[Number, Number]:
-        if t < self.short or not t:
-            return self.state(t)[2:4]
-        mode, fast = self.mode, self.fast
-        m, p, q = mode.m, mode.fast_rate * t if fast else 0 * t, mode.slow_rate * t
-        return (
-            mode.rest + mode.fast_s * (fast * m.exp(p)) + self.slow_s * m.exp(q),
-            self.z0 + mode.rest * t + mode.fast_z * (fast * m.expm1(p)) + mode.slow_z * (self.slow * m.expm1(q)),
-        )
-
     def size(self, axis: int, t: Number) -> Number:
         """Bound the terms that make up s (axis 2) or z (axis 3) where it is small."""
         mode = self.mode
@@ -142,3 +128,8 @@ class FastSlowSegment(SmoothSegment):
         guess = mode.m.guess(self, axis, level, lo, hi, sign_hi)
         return fast_slow_root(mode.m, start, base, drift, fast, mode.fast_rate, slow, mode.slow_rate, lo, hi, sign_hi,
                               guess)
+
+
+RodMode: TypeAlias = FastSlow | SmoothMode
+RodSegment: TypeAlias = FastSlowSegment | SmoothSegment
+Ended: TypeAlias = tuple[str, Number, tuple[Number, ...]]  # (kind, time, state) of an event, or ("", remaining, state)

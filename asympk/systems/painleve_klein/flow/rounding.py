@@ -7,19 +7,16 @@ error is weighted by its effect on the end: bounds carried forward would grow wi
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from asympk.arithmetic import UNIT
 from asympk.numbers import Number
-from asympk.systems.painleve_klein.flow.fastslow import FastSlowSegment
-
-if TYPE_CHECKING:
-    from asympk.systems.painleve_klein.flow.segments import RodMode, SolvedSegment
+from asympk.systems.painleve_klein.flow.fastslow import FastSlowSegment, RodMode
+from asympk.systems.painleve_klein.flow.segments import SolvedSegment
 
 CALM_SEGMENTS = 6  # a run with more is never taken as calm
 
 
-def calm(segments: "Sequence[SolvedSegment]", until: Number) -> bool:
+def calm(segments: Sequence[SolvedSegment], until: Number) -> bool:
     """Tell whether nothing in a run can amplify rounding: a quick test that makes ``estimated_error`` unnecessary.
 
     A calm run has few segments, each of two well separated exponentials; no growing part of it comes from a
@@ -44,7 +41,7 @@ def calm(segments: "Sequence[SolvedSegment]", until: Number) -> bool:
     return (abs(y) + abs(mode.a + mode.fall * s)) * until < 4.0 * size
 
 
-def largest_state(segments: "Sequence[SolvedSegment]") -> Number:
+def largest_state(segments: Sequence[SolvedSegment]) -> Number:
     """Return the largest of 1, |x|, |z| at the start, the events and the end."""
     first = segments[0].segment
     size = max(1, abs(first.x0), abs(first.z0))
@@ -54,7 +51,7 @@ def largest_state(segments: "Sequence[SolvedSegment]") -> Number:
     return size
 
 
-def rates_at(mode: "RodMode", state: tuple[Number, ...]) -> tuple[Number, Number, Number]:
+def rates_at(mode: RodMode, state: tuple[Number, ...]) -> tuple[Number, Number, Number]:
     """Return (x', s', z') at a state."""
     _, y, s, _, thrust = state
     return y, y + thrust / mode.mu, mode.a + mode.fall * s if mode.a else 0.0
@@ -80,7 +77,7 @@ def _rounded(segment, t, state):
     return UNIT * lx, UNIT * ls, UNIT * lz, UNIT * 3 * t
 
 
-def estimated_error(segments: "Sequence[SolvedSegment]") -> float:
+def estimated_error(segments: Sequence[SolvedSegment]) -> float:
     """Estimate the error of (x, z) at the end, relative to the largest of 1, |x|, |z|; NaN where doubles overflow."""
     dx, _, dz = rates_at(segments[-1].segment.mode, segments[-1].end)
     of_x, of_z = (_weighed(segments, row) for row in ((1.0, 0.0, 0.0, -dx), (0.0, 0.0, 1.0, -dz)))

@@ -11,19 +11,16 @@ numbers in use cannot decide raises ``Undecided``, and the caller follows the fl
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 from asympk.arithmetic import Doubles
 from asympk.errors import TooLarge, TooManyEvents, Undecided
 from asympk.numbers import Arithmetic, Number, sign_of
 from asympk.systems.painleve_klein import modes
 from asympk.systems.painleve_klein.flow import shortcut
-from asympk.systems.painleve_klein.flow.fastslow import FastSlow, FastSlowSegment
-from asympk.systems.painleve_klein.flow.superposition import SmoothMode, SmoothSegment, slope
+from asympk.systems.painleve_klein.flow.fastslow import Ended, FastSlow, RodMode, RodSegment
+from asympk.systems.painleve_klein.flow.superposition import SmoothMode, slope
 
-RodMode: TypeAlias = FastSlow | SmoothMode
-RodSegment: TypeAlias = FastSlowSegment | SmoothSegment
-Ended: TypeAlias = tuple[str, Number, tuple[Number, ...]]  # (kind, time, state) of an event, or ("", remaining, state)
 MOST_EVENTS = 1000  # of one run
 WIDEST = 1e100  # of mu/|b|, whose square must be a double
 MOST_STEPS = 60  # of Newton's method onto an event
@@ -191,7 +188,7 @@ def slip_event(flow: RodFlow, segment: RodSegment, s_sign: int, z_sign: int, rem
     end = segment.horizon(remaining)
     lo, opening = 0, not segment.z0 or _opening(segment, z_sign)
     for hi in stretches(segment, end):
-        s, z = segment.probe(hi)
+        _, _, s, z, _ = segment.state(hi)
         opens = _side(mode.m, z_sign, a, fall * s) > 0
         if hi < end and not opens and s_sign * s > 0 and _vanishes(segment, hi, z):
             return "velocity_zero", *on_plane(segment, hi)
@@ -289,7 +286,7 @@ def stick_event(flow: RodFlow, segment: RodSegment, s_sign: int, remaining: Numb
     """Return (kind, time, state) of the slip onset, or ("", remaining, state) when the time ends first."""
     lo = 0
     for hi in stretches(segment, remaining):
-        s, size = segment.probe(hi)[0], segment.size(2, hi)
+        s, size = segment.state(hi)[2], segment.size(2, hi)
         for edge, side in flow.edges(s_sign):
             if lost(flow.m, side * (edge - s), abs(edge) + size):
                 _require_off(lo or segment.s0 - edge)

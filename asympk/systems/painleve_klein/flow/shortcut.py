@@ -8,12 +8,9 @@ vanish has kept its sign.
 """
 
 from math import expm1, log
-from typing import TYPE_CHECKING
 
 from asympk.numbers import Number
-
-if TYPE_CHECKING:
-    from asympk.systems.painleve_klein.flow.segments import Ended, RodSegment
+from asympk.systems.painleve_klein.flow.fastslow import Ended, RodSegment
 
 MARGIN = 1e-13  # relative size below which a sign is not trusted
 SMALL = 1e-8  # a Newton step whose square is below rounding
@@ -21,7 +18,7 @@ STEPS = 5  # of Newton's method
 LEAST = 0.05  # change of the fast exponent until the event
 
 
-def slip_end(segment: "RodSegment", s_sign: int, z_sign: int, remaining: Number) -> "Ended | None":
+def slip_end(segment: RodSegment, s_sign: int, z_sign: int, remaining: Number) -> Ended | None:
     """Return (kind, time, state) as ``slip_event`` does, or None."""
     if segment.short or not segment.fast:
         return None
@@ -44,7 +41,7 @@ def slip_end(segment: "RodSegment", s_sign: int, z_sign: int, remaining: Number)
     return _nothing(segment, s_sign, z_sign, turn if end is turn else None, remaining, opening)
 
 
-def stick_end(segment: "RodSegment", edges: tuple[tuple[Number, int], ...], remaining: Number) -> "Ended | None":
+def stick_end(segment: RodSegment, edges: tuple[tuple[Number, int], ...], remaining: Number) -> Ended | None:
     """Return (kind, time, state) as ``stick_event`` does where the cone has one edge on this side, or None."""
     edge, side = edges[0]
     if len(edges) > 1 or segment.short or not segment.fast or not side * (edge - segment.s0) > 0:

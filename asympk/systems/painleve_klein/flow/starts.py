@@ -7,22 +7,31 @@ fractions do.
 from fractions import Fraction
 from functools import lru_cache, partial
 from math import isqrt
-from typing import TYPE_CHECKING
+from typing import Any, NamedTuple
 
 from asympk.arithmetic import Doubles
 from asympk.errors import Undecided
 from asympk.numbers import Number, sign_of
 from asympk.scene import MANIFOLDS
 from asympk.systems.painleve_klein.flow.fastslow import FastSlow
-from asympk.systems.painleve_klein.flow.segments import decided
+from asympk.systems.painleve_klein.flow.segments import RodFlow, decided
 from asympk.systems.painleve_klein.modes import MODES, first_signs
 
-if TYPE_CHECKING:
-    from asympk.systems.painleve_klein.flow.exact import RodNumbers
-    from asympk.systems.painleve_klein.flow.segments import RodFlow
+
+class RodNumbers(NamedTuple):
+    """The numbers of a scene, each of them exact; ``near`` is (manifold, offset) for a start beside a slow line."""
+
+    sigma: Any
+    sigma0: Any
+    mu: Any
+    x: Any
+    y: Any
+    z: Any
+    until: Any
+    near: tuple | None
 
 
-def beginning(flow: "RodFlow", rod: "RodNumbers") -> tuple[tuple[Number, ...], Number | None]:
+def beginning(flow: RodFlow, rod: RodNumbers) -> tuple[tuple[Number, ...], Number | None]:
     """Return ((x, y, s, z, sign of s, sign of z), deviation) just after the start of ``rod``.
 
     The deviation from the slow line is None where the state gives it accurately. For a ``near`` start the deviation
@@ -43,7 +52,7 @@ def beginning(flow: "RodFlow", rod: "RodNumbers") -> tuple[tuple[Number, ...], N
 
 
 def beside_line(
-    flow: "RodFlow", manifold: str, x: Number, z: Number, offset: Number
+    flow: RodFlow, manifold: str, x: Number, z: Number, offset: Number
 ) -> tuple[tuple[Number, ...], Number | None]:
     """Return the start at ``offset`` in s from the slow line of the manifold's mode, and the offset as deviation.
 

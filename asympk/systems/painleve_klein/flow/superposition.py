@@ -11,7 +11,7 @@ series give g, h and H without cancellation, for other times exponentials or sin
 ``fastslow`` is used instead.
 """
 
-from typing import Any
+from typing import Any, ClassVar
 
 from asympk.numbers import Arithmetic, Number
 from asympk.systems.painleve_klein.flow.roots import smooth_root
@@ -111,6 +111,7 @@ class SmoothSegment:
     __slots__ = ("mode", "s0", "short", "x0", "y0", "z0")
     mode: Any
     fast: Number = 0  # this form has no separate fast part
+    begin: ClassVar[tuple[str, ...]] = ("x0", "y0", "s0", "z0")  # by which the motion is made
 
     def __init__(self, mode: SmoothMode, x: Number, y: Number, s: Number, z: Number):
         self.mode, self.x0, self.y0, self.s0, self.z0 = mode, x, y, s, z
@@ -119,8 +120,8 @@ class SmoothSegment:
     def rounded(self, m: Arithmetic) -> "SmoothSegment":
         """Return the same motion in the numbers of ``m``."""
         mode, number = self.mode, m.number
-        state = self.x0, self.y0, self.s0, self.z0
-        return SmoothMode(m, mode.a, number(mode.b), number(mode.mu)).start(*map(number, state))
+        begin = (number(getattr(self, name)) for name in self.begin)
+        return type(mode)(m, mode.a, number(mode.b), number(mode.mu)).start(*begin)
 
     def horizon(self, until: Number) -> Number:
         return until
@@ -145,10 +146,6 @@ class SmoothSegment:
     def state(self, t: Number) -> tuple[Number, ...]:
         """Return (x, y, s, z, mu y') at t."""
         return superposed(self, t, self.responses(t))
-
-    def probe(self, t: Number) -> tuple[Number, Number]:
-        """Return (s, z) at t."""
-        return self.state(t)[2:4]
 
     def responses(self, t: Number) -> tuple[Number, ...]:
         """Return (g', g, h, h + H) at t."""
