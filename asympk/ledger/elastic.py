@@ -59,11 +59,8 @@ def dropped_term() -> Iterator[Check]:
     yield numeric("what is dropped over that term tends to 1 as k -> oo", *tends_to_one(ratios))
     groups = {group.symbol: group.definition for group in pk.groups()}
     share = sp.cancel(elastic.dropped.subs(rod.R1, rod.P * pk.x / sp.cos(rod.alpha)) / groups[pk.mu])
-    yield left_out.symbolic(
-        "its ratio to mu does not depend on k: it is of the order of the terms of order mu that are kept",
-        not share.has(rod.k) and share != 0,
-        share,
-    )
+    yield left_out.symbolic("its ratio to mu does not depend on k: it is of the order of the terms of order mu that "
+                            "are kept", not share.has(rod.k) and share != 0, share)
     yield left_out.symbolic("in (2.5) friction loses a term of that order too, sin(a + beta) = sin a (1 + R1 / k)",
                             sp.cancel(elastic.dropped_friction - rod.R1 / rod.k) == 0, elastic.dropped_friction)
 

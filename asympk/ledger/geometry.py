@@ -8,7 +8,7 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.ledger.runs import MUS, M, approaches, escape_time, listing, modes, precise, precise_path, trend, value_at
+from asympk.ledger.runs import MUS, M, approaches, escape_time, in_mu, listing, modes, precise_path, trend, value_at
 from asympk.ledger.verdicts import Check, claim, left_out, numeric, symbolic
 from asympk.symbolic.manifold import integral_curves, reduced_flow, rest_state, slow_manifolds
 from asympk.symbolic.regimes import regimes
@@ -116,7 +116,7 @@ def _drift_of_constant(plane):
     def term(state):
         return value_at(first, {pk.x: state[0]})
 
-    return trend(partial(change_of, constant), lambda mu: precise(mu) * change_of(term, mu))
+    return trend(partial(change_of, constant), lambda mu: in_mu(change_of(term, mu))(mu))
 
 
 @claim("C21", "3", "Motion on Pi1 approaches that half-line")
@@ -131,7 +131,7 @@ def approach_to_the_half_line() -> Iterator[Check]:
         return M.log(after / before) + 1
 
     yield numeric("the measured rate plus 1 over -mu/5, the slow eigenvalue's next term",
-                  *trend(rate, lambda mu: -precise(mu) / 5))
+                  *trend(rate, in_mu(Fraction(-1, 5))))
 
 
 @claim("C22", "3", "Pi2: x + y = -1, z > 0 is unstable and only divides the fast motions by direction")
@@ -147,7 +147,7 @@ def second_plane() -> Iterator[Check]:
     yield numeric("runs from either side part, up to Pi1 and down to z = 0", divided, listing(up + down))
 
     tiny = Fraction(1, 10**20)
-    found = trend(lambda mu: escape_time(tiny, mu), lambda mu: precise(mu) * 20 * M.log(10))
+    found = trend(lambda mu: escape_time(tiny, mu), in_mu(20 * M.log(10)))
     yield numeric("escape from 1e-20 off the plane over mu log(1e20)", *found)
 
 
@@ -165,11 +165,8 @@ def static_friction() -> Iterator[Check]:
     start = (0, Fraction(1, 5), -1)
     same = [precise_path(start, mu).modes == precise_path(start, mu, sigma0=3).modes for mu in MUS]
     yield numeric("runs with sigma0 = 3 and 1 have the same modes", all(same))
-    yield left_out.symbolic(
-        "between the cones the elastic model has two motions, resting and crossing: a convention must choose",
-        regions.ambiguous.contains("1/5", sigma=1, sigma0=3),
-        regions.convention,
-    )
+    yield left_out.symbolic("between the cones the elastic model has two motions, resting and crossing: a convention "
+                            "must choose", regions.ambiguous.contains("1/5", sigma=1, sigma0=3), regions.convention)
     jump = sp.cancel(pk.system().mode("slip_same").slow[pk.z].subs(pk.y, upper - pk.x))
     yield left_out.symbolic("leaving Gamma1 the acceleration then jumps from 0", jump != 0, jump)
 
@@ -224,12 +221,8 @@ def planes_and_rigid_motions() -> Iterator[Check]:
         path = precise_path((1, 2, 1), mu, until=3)
         return path.final[2] - path(2)[2] - M.mpf(1) / 5
 
-    first = reduced_flow(_planes()["Pi1"])[pk.z].subs(pk.sigma, 1)
-
-    def predicted(mu):
-        term = precise(mu) * precise(sp.diff(first, pk.mu).subs({pk.mu: 0, pk.x: 1}) * sp.Rational(5, 4))
-        return term * (M.exp(-2) - M.exp(-3)) * 4 / 5
-
+    first = sp.diff(reduced_flow(_planes()["Pi1"])[pk.z].subs(pk.sigma, 1), pk.mu).subs(pk.mu, 0)
+    predicted = in_mu(value_at(first, {pk.x: 1}) * (M.exp(-2) - M.exp(-3)))
     yield numeric("gain of z on Pi1 less 1/5 over its first term", *trend(acceleration, predicted))
     second = {name: sp.cancel(plane.dynamics.slow[pk.x].subs(plane.branch)) for name, plane in planes.items()}
     remembers = all(sp.cancel(rate - loads[name] + pk.x) == 0 for name, rate in second.items())

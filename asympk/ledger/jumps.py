@@ -16,7 +16,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.asymptotics.jump import first_integral, jump_map
-from asympk.ledger.runs import MUS, M, approaches, event_of, listing, modes, precise, precise_path, trend
+from asympk.ledger.runs import MUS, M, approaches, event_of, in_mu, listing, modes, precise, precise_path, trend
 from asympk.ledger.verdicts import Check, claim, instead, left_out, numeric, symbolic
 from asympk.symbolic.manifold import slow_manifolds
 from asympk.symbolic.regimes import regimes
@@ -42,15 +42,8 @@ def _limit(expansion):
 def _over_first_terms(measure, start, expansion):
     """Follow a start for decreasing mu; return (measure - limit) over the terms mu log(1/mu) and mu of an expansion."""
     at = {pk.sigma: 1, pk.sigma0: 1, **dict(zip(_STATES, map(sp.Rational, start), strict=True))}
-    limit, with_log, without = (expansion.coefficient(*powers).subs(at) for powers in ((0, 0), (1, 1), (1, 0)))
-
-    def error(mu):
-        return measure(precise_path(start, mu)) - precise(limit)
-
-    def predicted(mu):
-        return precise(mu) * (precise(with_log) * -M.log(precise(mu)) + precise(without))
-
-    return trend(error, predicted)
+    limit, *terms = (expansion.coefficient(*powers).subs(at) for powers in ((0, 0), (1, 0), (1, 1)))
+    return trend(lambda mu: measure(precise_path(start, mu)) - precise(limit), in_mu(*terms))
 
 
 def _of_x(along_y, limit, gain, what):
@@ -94,38 +87,22 @@ _IN_STICK = "from landing to Gamma1 x gains the limit of mu y on landing"
 
 def _stick_to_edge(start, s, edge):
     """Return the trends of time and of the change of x in stick to their first terms, mu y' = -s and x' = s - x."""
-
-    def time(mu):
-        return precise(mu) * M.log(precise(s / edge))
-
-    def shift(mu):
-        return precise(mu * (s - edge)) - precise(start[0]) * time(mu)
-
-    return (trend(lambda mu: precise_path(start, mu).events[0].t, time),
-            trend(lambda mu: precise_path(start, mu).events[0].x - precise(start[0]), shift))
+    x, time = precise(start[0]), M.log(precise(s / edge))
+    return (trend(lambda mu: precise_path(start, mu).events[0].t, in_mu(time)),
+            trend(lambda mu: precise_path(start, mu).events[0].x - x, in_mu(precise(s - edge) - x * time)))
 
 
 def _gain_in_stick():
     """Compare x on leaving from (1/3, 1/mu, 0), less 4/3, with its terms: x' = y, mu y' = -s, s from 1/mu to 1/4."""
-    after = _THIRD + 1
-
-    def error(mu):
-        return precise_path((_THIRD, 1 / mu, 0), mu).events[0].x - precise(after)
-
-    def predicted(mu):
-        return precise(mu) * (precise(after + 1 - Fraction(1, 4)) - precise(after) * M.log(4 / precise(mu)))
-
-    return trend(error, predicted)
+    after = precise(_THIRD + 1)
+    predicted = in_mu(after + 1 - M.mpf(1) / 4 - after * M.log(4), -after)
+    return trend(lambda mu: precise_path((_THIRD, 1 / mu, 0), mu).events[0].x - after, predicted)
 
 
-@claim(
-    "C23",
-    "3",
-    "From anywhere in z < 0 the point makes “a jump in the positive direction of the axis y” and lands on z = 0 inside "
-    "G1",
-    "y reaches order 1/mu, so on landing x has grown by -z/(sigma + 1); and from |z| = O(mu), s < 0 the "
-    "point can land in G2",
-)
+@claim("C23", "3", "From anywhere in z < 0 the point makes “a jump in the positive direction of the axis y” and lands "
+       "on z = 0 inside G1",
+       "y reaches order 1/mu, so on landing x has grown by -z/(sigma + 1); and from |z| = O(mu), s < 0 the "
+       "point can land in G2")
 def jump_from_below() -> Iterator[Check]:
     jump = _jump(_FROM_BELOW)
     landing = jump.events[0]
@@ -181,12 +158,8 @@ def jump_from_above_the_divide() -> Iterator[Check]:
     sequences = modes((0, Fraction(-1, 2), 1)) + modes((1, 2, 1))
     straight = sequences == [("slip_opposite", "slip_same"), ("slip_same",)]
     yield numeric("runs from s = -1/2 and s = 3 meet no stick and no z < 0", straight, listing(sequences))
-    first = _first_term_on_the_first_plane()
-
-    def error(mu):
-        return precise_path((1, 2, 1), mu).final[0] - (1 + 4 * M.exp(-1)) / 5
-
-    found = trend(error, lambda mu: precise(mu) * precise(first))
+    end = (1 + 4 * M.exp(-1)) / 5
+    found = trend(lambda mu: precise_path((1, 2, 1), mu).final[0] - end, in_mu(_first_term_on_the_first_plane()))
     yield numeric("x at t = 1 less that of the vertical jump from (1, 2, 1), over its first term", *found)
     near = {precise_path((0, Fraction(-3, 4), mu / 100), mu).modes for mu in MUS}
     lands = near == {("slip_opposite", "stick", "slip_opposite", "slip_same")}  # s < 0 before and after stick: in G2
@@ -202,13 +175,9 @@ def _first_term_on_the_first_plane():
     return sp.diff(amplitude * sp.exp(slow), pk.mu).subs(pk.mu, 0)
 
 
-@claim(
-    "C26",
-    "3",
-    "From O6 (x + y < -1, z > 0) it makes “a jump in the direction of negative values of y” into G2, “in the positive "
-    "direction of y” to Gamma2, then to Pi1",
-    "x falls by z/(sigma + 1) on landing and by z in all: z -> 0, x -> x - z",
-)
+@claim("C26", "3", "From O6 (x + y < -1, z > 0) it makes “a jump in the direction of negative values of y” into G2, “"
+       "in the positive direction of y” to Gamma2, then to Pi1",
+       "x falls by z/(sigma + 1) on landing and by z in all: z -> 0, x -> x - z")
 def jump_from_beyond_the_divide() -> Iterator[Check]:
     jump = _jump(_FROM_ABOVE)
     landing = jump.events[0]
@@ -266,18 +235,16 @@ def shallow_rod() -> Iterator[Check]:
     found = approaches(second, -1, lambda mu: event_of(_from_far_below(mu), "velocity_zero").state)
     yield numeric("distance from Pi2 on reaching z = 0 over the slow manifold's first term", *found)
     reached = {str(condition): second.meets for condition, second in seconds.items()}
-    yield left_out.symbolic(
-        "for -3/2 < sigma < 0 it reaches z = 0 inside G1 and sticks before Pi1; below it crosses directly",
-        list(dict.fromkeys(reached.values())) == ["up", "edge", "stick"],
-        ", ".join(f"{condition}: {part}" for condition, part in reached.items()),
-    )
+    yield left_out.symbolic("for -3/2 < sigma < 0 it reaches z = 0 inside G1 and sticks before Pi1; below it crosses "
+                            "directly", list(dict.fromkeys(reached.values())) == ["up", "edge", "stick"],
+                            ", ".join(f"{condition}: {part}" for condition, part in reached.items()))
     sequences = modes((0, -1, -4), -1, until=6)
     sticks = sequences == [("slip_same", "slip_opposite", "stick", "slip_same")]
     yield left_out.numeric("runs at sigma = -1 stick on the way", sticks, listing(sequences))
     sequences = modes((0, -1, -1), Fraction(-3, 2), until=3) + modes((3, -1, -1), Fraction(-3, 2), until=3)
     parts = ["stick" in sequence for sequence in sequences] == [True, False]
     yield left_out.numeric("runs at sigma = -3/2 stick from x = 0 and cross from x = 3", parts, listing(sequences))
-    times = trend(_stick_duration, lambda mu: precise(mu) * M.log(2))
+    times = trend(_stick_duration, in_mu(M.log(2)))
     yield left_out.numeric("their time in stick over mu log((sigma + 3)/(-sigma))", *times)
 
 

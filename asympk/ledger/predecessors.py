@@ -37,13 +37,9 @@ def _past_the_stop(small):
     return (Fraction(round(-math.log(small) * 10), 10) + 1) * small
 
 
-@claim(
-    "C34",
-    "1",
-    "Pfeiffer, no damping: for x1' > 0 one of the limiting motions is unstable and so is not realised",
-    "the other is a centre: a deviation from it neither grows nor decays, so that it is not reached either, and fast "
-    "and slow motions do not separate",
-)
+@claim("C34", "1", "Pfeiffer, no damping: for x1' > 0 one of the limiting motions is unstable and so is not realised",
+       "the other is a centre: a deviation from it neither grows nor decays, so that it is not reached either, and "
+       "fast and slow motions do not separate")
 def one_limit_is_unstable() -> Iterator[Check]:
     saddle, centre = (undamped.fast_eigenvalues(mode) for mode in ("slip_opposite", "slip_same"))
     yield symbolic("a saddle where s v < 0", {sp.sign(root.subs(undamped.sigma, 1)) for root in saddle} == {1, -1})
@@ -58,13 +54,9 @@ def one_limit_is_unstable() -> Iterator[Check]:
     yield left_out.numeric("from s = 1/5 + 1/10 the amplitude is 1/10 still after 20 epsilon", kept)
 
 
-@claim(
-    "C35",
-    "1",
-    "Butenin: with the hypothesis of a stop at once the rigid rod has no paradox",
-    "the stop of the damped rod is at once; without damping it lasts as long as the rod rings, and the mass does not "
-    "go on. It leaves x open, too, which gains -z, and for x1' > 0 the choice of two motions",
-)
+@claim("C35", "1", "Butenin: with the hypothesis of a stop at once the rigid rod has no paradox",
+       "the stop of the damped rod is at once; without damping it lasts as long as the rod rings, and the mass does "
+       "not go on. It leaves x open, too, which gains -z, and for x1' > 0 the choice of two motions")
 def hypothesis_of_a_stop() -> Iterator[Check]:
     counts = [rod.count_motions(velocity, sp.Rational(1, 2)) for velocity in (0, 1)]
     yield symbolic("from rest the steep rigid rod has exactly one motion", counts[0] == 1, counts[0])

@@ -34,12 +34,9 @@ def sign_of_the_cosine() -> Iterator[Check]:
     yield left_out.symbolic("at cos a = 0 the rod's length does not change to first order", flat, compression)
 
 
-@claim(
-    "C38",
-    "2",
-    "h is to be held as k -> oo, to keep the dissipation in the rod",
-    "it is enough, not necessary: with h falling like the root of 1/k, a fixed damping ratio, the damper takes as much",
-)
+@claim("C38", "2", "h is to be held as k -> oo, to keep the dissipation in the rod",
+       "it is enough, not necessary: with h falling like the root of 1/k, a fixed damping ratio, the damper takes as "
+       "much")
 def held_damping() -> Iterator[Check]:
     power = sp.expand(sp.diff(_energy(), pk.x) * pk.y + _power_of_forces())
     yield symbolic("in stick friction does no work and the energy falls by mu y^2", power == -pk.mu * pk.y**2, power)
@@ -102,12 +99,9 @@ def _has_no_scales():
     return False
 
 
-@claim(
-    "C40",
-    "3",
-    "G is the part of z = 0 that is stable against deviations from it; its border is where z' = 0",
-    "for f0 = f alone: between the kinetic and the static edge of f0 > f the mass may rest where deviations run away",
-)
+@claim("C40", "3", "G is the part of z = 0 that is stable against deviations from it; its border is where z' = 0",
+       "for f0 = f alone: between the kinetic and the static edge of f0 > f the mass may rest where deviations run "
+       "away")
 def stick_region_by_stability() -> Iterator[Check]:
     regions = stick_regions(pk.system())
     rates = {mode.name: mode.slow[pk.z].subs(pk.y, -pk.x + sp.Symbol("s")) for mode in pk.system().modes[:2]}
@@ -130,12 +124,9 @@ def _returns(load, sigma0=None):
     return all(run.events and run.modes[1] == "stick" for run in runs)
 
 
-@claim(
-    "C41",
-    "3",
-    "Fast motions are essential for sigma > 0 and inessential below",
-    "for a fixed sigma < 0 as mu -> 0: for |sigma| of the order of the root of mu the mass stops before Pi2 is reached",
-)
+@claim("C41", "3", "Fast motions are essential for sigma > 0 and inessential below",
+       "for a fixed sigma < 0 as mu -> 0: for |sigma| of the order of the root of mu the mass stops before Pi2 is "
+       "reached")
 def fast_motions_below() -> Iterator[Check]:
     attract = all(passage.stable for regime in regimes(pk.system())[:-1] for passage in regime.passages if passage.side)
     yield symbolic("both planes attract for sigma < 0", attract)

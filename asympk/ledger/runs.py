@@ -51,6 +51,11 @@ def trend(
     return tends_to_one([precise(measure(mu)) / precise(predicted(mu)) for mu in mus])
 
 
+def in_mu(first: Number, with_log: Number = 0) -> Callable[[Fraction], Number]:
+    """Return ``first`` mu + ``with_log`` mu log(1/mu) as a function of mu, for ``trend``."""
+    return lambda mu: precise(mu) * (precise(first) + precise(with_log) * -M.log(precise(mu)))
+
+
 def approaches(
     plane: SlowManifold, sigma: Number, state: Callable[[Fraction], Sequence[Number]]
 ) -> tuple[bool, str]:
