@@ -69,9 +69,10 @@ def scene_numbers(options: Namespace) -> dict:
 
 def scene_name(options: Namespace) -> str | None:
     """Return the name or file of the scene, which may stand after the numbers of --start, too, and take it off them."""
+    from asympk.numbers import spells_number
     from asympk.scenes.scenefile import is_scene
 
-    if options.scene is None and options.start and is_scene(options.start[-1]):
+    if options.scene is None and options.start and not spells_number(last := options.start[-1]) and is_scene(last):
         options.scene = options.start.pop()
     return options.scene
 

@@ -75,6 +75,12 @@ def test_above_a_path_are_the_numbers_of_its_scene_and_what_its_states_are(capsy
     assert ("nondimensional" in above) == (words == "chalk")
 
 
+def test_a_number_of_the_start_is_a_number_where_a_file_has_its_name_too(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "1").touch()
+    assert run(capsys, "solve", "--sigma", "1", "--mu", "1e-3", "--until", "5", "--start", "0", "0.2", "1")[0] == 0
+
+
 @pytest.mark.parametrize("words", ["arm --start {}", "--start {} arm"])
 @pytest.mark.few(0)
 def test_start_takes_a_number_for_each_state_before_or_after_the_scene(capsys, words):
