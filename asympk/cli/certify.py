@@ -9,7 +9,6 @@ HELP = "prove what a scene does, in ball arithmetic"
 
 
 def arguments(parser: ArgumentParser) -> None:
-    """Add the options of the command."""
     add_scene(parser)
     parser.add_argument("--box", nargs=3, action="append", metavar=("NAME", "LOW", "HIGH"),
                         help="let a parameter, a state of the start, or the rod's until range from LOW to HIGH, in the "

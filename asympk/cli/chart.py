@@ -8,7 +8,6 @@ HELP = "run every method on every scene; write costs and errors"
 
 
 def arguments(parser: ArgumentParser) -> None:
-    """Add the options of the command."""
     parser.add_argument("--quick", action="store_true", help="fewer runs, in under a minute, in paper/generated/quick")
     add_root(parser)
 

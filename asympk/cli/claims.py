@@ -8,7 +8,6 @@ HELP = "check the paper's claims and print the ledger"
 
 
 def arguments(parser: ArgumentParser) -> None:
-    """Add the options of the command."""
     parser.add_argument("id", nargs="*", help="claims to print with their evidence, such as C16 (all, a line each)")
     parser.add_argument("--json", action="store_true", help="print the ledger with all evidence as JSON")
 

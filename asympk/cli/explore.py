@@ -9,7 +9,6 @@ HEARD = 0.5  # seconds: the longest delay of Ctrl-C
 
 
 def arguments(parser: ArgumentParser) -> None:
-    """Add the options of the command."""
     parser.add_argument("scene", nargs="?", help="a scene that ships, a system of the catalogue, or a TOML file "
                                                  "(all scenes that ship)")
     parser.add_argument("--port", type=whole_number, default=0, help="listen on this port (any that is free)")

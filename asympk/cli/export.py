@@ -8,7 +8,6 @@ HELP = "write a stand-alone module of a system's formulas"
 
 
 def arguments(parser: ArgumentParser) -> None:
-    """Add the options of the command."""
     parser.add_argument("scene", nargs="?", help="a scene or TOML file, whose system is written (the rod)")
     parser.add_argument("--target", required=True, help="language of the module, c or python")
     parser.add_argument("--out", type=place_name, required=True, metavar="DIR", help="directory to write into")

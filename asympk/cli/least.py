@@ -8,7 +8,6 @@ HELP = "find the least model that is accurate enough for a scene"
 
 
 def arguments(parser: ArgumentParser) -> None:
-    """Add the options of the command."""
     add_scene(parser)
     parser.add_argument("--rtol", default="1e-3", help="error allowed, relative to the largest of 1 and states (1e-3)")
     parser.add_argument("--seconds", help="try no further model, and measure no error, after so many (no limit)")

@@ -9,7 +9,6 @@ HELP = "print the paradox of a mechanism, and the jump through it"
 
 
 def arguments(parser: ArgumentParser) -> None:
-    """Add the options of the command."""
     parser.add_argument("name", nargs="?", help="one of the catalogue, or a TOML file; without it, list the catalogue")
     add_settings(parser, "another number for a parameter or a state, as in f=2.5 or theta=pi/4")
     parser.add_argument("--plot", type=place_name, metavar="FILE", help="draw its rigid motions (.pdf, .svg, .png)")
@@ -18,7 +17,7 @@ def arguments(parser: ArgumentParser) -> None:
 def run(options: Namespace) -> None:
     """Print the catalogue, or the screen on a mechanism, or draw the map of its rigid motions."""
     from asympk.formulas import read_constants
-    from asympk.output.mechanisms import load_mechanism
+    from asympk.output.mechanisms import load_mechanism, mechanism_as_text
     from asympk.output.terminal import scenes_as_text
     from asympk.systems import MECHANISMS
 
@@ -30,9 +29,11 @@ def run(options: Namespace) -> None:
     given = settings(options)
     described = load_mechanism(options.name).changed(read_constants("--set", given))
     try:
-        print(_drawn(described, options.plot) if options.plot else _screen(described, given))
+        with meter("drawing" if options.plot else "looking for the paradox"):
+            screen = _drawn(described, options.plot) if options.plot else mechanism_as_text(described, given)
     except AsympkError as error:
         raise InputError(f"{options.name}: {error}") from None
+    print(screen)
 
 
 def _drawn(described, place):
@@ -40,13 +41,5 @@ def _drawn(described, place):
     from asympk.pictures import sheets
     from asympk.pictures.rigid import motion_plot
 
-    with meter("drawing"):
-        sheets(place).kept(motion_plot(described), place)
+    sheets(place).kept(motion_plot(described), place)
     return f"wrote {place}"
-
-
-def _screen(described, given):
-    from asympk.output.mechanisms import mechanism_as_text
-
-    with meter("looking for the paradox"):
-        return mechanism_as_text(described, given)

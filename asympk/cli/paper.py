@@ -8,7 +8,6 @@ HELP = "write the figures, tables and numbers of the paper, and its PDF"
 
 
 def arguments(parser: ArgumentParser) -> None:
-    """Add the options of the command."""
     parser.add_argument("--only", metavar="PICTURE", help="only draw this picture, such as jump, as PDF and SVG; an "
                                                           "unknown name lists all")
     add_root(parser)

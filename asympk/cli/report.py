@@ -8,7 +8,6 @@ HELP = "write the site: results, systems, derivations, reference"
 
 
 def arguments(parser: ArgumentParser) -> None:
-    """Add the options of the command."""
     parser.add_argument("--out", type=place_name, required=True, metavar="DIR", help="directory to write the site into")
     add_root(parser)
 

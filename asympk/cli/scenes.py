@@ -6,7 +6,6 @@ HELP = "list the scenes that ship and the catalogue of systems, or print one as 
 
 
 def arguments(parser: ArgumentParser) -> None:
-    """Add the options of the command."""
     parser.add_argument("name", nargs="?", help="print the file of this scene or of this system's example")
 
 

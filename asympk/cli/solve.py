@@ -12,7 +12,6 @@ HELP = "follow the motion of one scene"
 
 
 def arguments(parser: ArgumentParser) -> None:
-    """Add the options of the command."""
     add_scene(parser)
     parser.add_argument("--physical", action="store_true", help="give the path in the units of the scene's file")
     parser.add_argument("--csv", type=place_name, metavar="FILE", help="write the path as CSV, in doubles")

@@ -8,7 +8,6 @@ HELP = "follow a grid or a random ensemble of scenes in chunks; a run that was i
 
 
 def arguments(parser: ArgumentParser) -> None:
-    """Add the options of the command."""
     parser.add_argument("file", help="TOML: a scene in which any number may be a list, a grid or random")
     parser.add_argument("--out", type=place_name, required=True, metavar="DIR",
                         help="directory of the chunks; the same command resumes")
