@@ -5,7 +5,7 @@ The families are ``rods.RodFamily``, ``rods.PhysicalRodFamily`` and ``systems.Sy
 1. ``fields`` name the quantities that may vary, in order: in a grid the later ones vary faster.
 2. ``states`` name the states whose final values are stored; ``alphabet`` encodes the itineraries.
 3. ``description`` is plain data that distinguishes the family from every other family.
-4. ``given`` returns {field: entry} of a TOML table; ``number`` reads one number of a field.
+4. ``given`` returns {field: entry} of a TOML table; ``number`` reads one number of a field; both raise ``InputError``.
 5. ``check`` raises ``InputError`` where a range contains values that are not allowed, before anything is computed.
 6. ``chunk`` returns the number of trajectories per chunk, used where the file gives none.
 7. ``follow`` takes {field: number or array}; without ``itineraries`` the last three results may be None.

@@ -32,17 +32,14 @@ class RodFamily:
         return (*self.parameters, *self.states, "until")
 
     def given(self, table: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the entries of a table by field."""
         require_keys(table, (*(key for key in self.parameters if key != self.static), "start", "until"))
         return {**{key: table[key] for key in (*self.parameters, "until") if key in table},
                 **by_state(table["start"], self.states)}
 
     def number(self, field: str, value: Any) -> Number:
-        """Return ``value`` as an exact number; raises ``InputError`` if it is none."""
         return read_number(field, value, angles=False, digits=DIGITS)
 
     def check(self, axes: Mapping[str, Axis]) -> None:
-        """Raise ``InputError`` where a range contains values that are not allowed."""
         for field, bound in (("sigma", -2), ("mu", 0)):
             if float(least := min(axes[field].values)) <= bound:
                 raise InputError(f"{field} reaches {short(least)}: it must be greater than {bound}, as a double, too")
@@ -50,11 +47,9 @@ class RodFamily:
         require_static(self.static, self.kinetic, axes)
 
     def chunk(self, axes: Mapping[str, Axis]) -> int:
-        """Return the number of trajectories per chunk."""
         return 65536
 
     def follow(self, columns: Mapping[str, Any], size: int, itineraries: bool) -> Followed:
-        """Follow ``size`` trajectories in arrays."""
         from asympk.systems.painleve_klein.arrays.ensemble import solve_many
 
         arrays: dict[str, Any] = {field: np.broadcast_to(values, (size,)) for field, values in columns.items()}

@@ -57,7 +57,7 @@ def load_arrays(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
 def _as_npz(columns, provenance):
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
-        for key, values in {**columns, "provenance": np.array(_text(provenance))}.items():
+        for key, values in {**columns, "provenance": np.array(json.dumps(provenance, sort_keys=True))}.items():
             entry = io.BytesIO()
             np.lib.format.write_array(entry, values, version=(1, 0), allow_pickle=False)
             archive.writestr(zipfile.ZipInfo(f"{key}.npy", _EPOCH), entry.getbuffer())
@@ -73,13 +73,9 @@ def _load_npz(raw):
     return provenance, columns
 
 
-def _text(provenance):
-    return json.dumps(provenance, sort_keys=True)
-
-
 def _as_parquet(columns, provenance):
     pyarrow, parquet = _pyarrow()
-    said = {"asympk": _text(provenance), "sha256": _digest(columns)}
+    said = {"asympk": json.dumps(provenance, sort_keys=True), "sha256": _digest(columns)}
     table = pyarrow.table(columns).replace_schema_metadata(said)
     sink = pyarrow.BufferOutputStream()
     parquet.write_table(table, sink, compression="none", write_page_checksum=True)

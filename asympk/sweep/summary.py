@@ -62,16 +62,12 @@ def _final_states(out, states, counts):
     """Yield {state: final values} of every chunk, adding its other columns to ``counts`` if given."""
     for _, _, columns in results(out, None if counts else (*states, "outcome")):
         good = columns["outcome"] == 0
-        if counts:
-            _count(columns, good, counts)
+        for name, column in _COLUMNS.items() if counts else ():
+            if column in columns:
+                values = columns[column] if name == "outcomes" else columns[column][good]
+                found, times = np.unique(values, return_counts=True)
+                counts[name].update(dict(zip(found.tolist(), times.tolist(), strict=True)))
         yield {state: columns[state][good] for state in states}
-
-
-def _count(columns, good, counts):
-    for name, column in _COLUMNS.items():
-        if column in columns:
-            values = columns[column] if name == "outcomes" else columns[column][good]
-            counts[name].update(dict(zip(*(a.tolist() for a in np.unique(values, return_counts=True)), strict=True)))
 
 
 def quantiles(

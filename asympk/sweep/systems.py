@@ -64,7 +64,6 @@ class SystemFamily:
 
     @property
     def system(self) -> System:
-        """The ``System``."""
         return _system(self.text)[0]
 
     @property
@@ -75,7 +74,6 @@ class SystemFamily:
 
     @property
     def states(self) -> tuple[str, ...]:
-        """The names of the states."""
         return tuple(s.name for s in self.system.states)
 
     @property
@@ -89,7 +87,6 @@ class SystemFamily:
 
     @property
     def alphabet(self) -> Alphabet:
-        """The letters of its itineraries."""
         frictions = self.system.frictions
         more = any(f.gap is not None or is_smooth(self.system, k) for k, f in enumerate(frictions))
         return Alphabet(len(frictions), more)
@@ -109,7 +106,6 @@ class SystemFamily:
         return {**values, **start, UNTIL: table[UNTIL]}
 
     def number(self, field: str, value: Any) -> Number:
-        """Return ``value`` as an exact number; raises ``InputError`` if it is none."""
         return read_number(field, value, angles=field != UNTIL, digits=DIGITS)
 
     def check(self, axes: Mapping[str, Axis]) -> None:
