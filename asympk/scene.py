@@ -9,8 +9,7 @@ from typing import Any
 from asympk.doors import through
 from asympk.errors import InputError, NoManifold
 from asympk.numbers import Number, number, short
-from asympk.shown import ROWS, Card, ShownAsTable, shortened_rows
-from asympk.shown import number_as_text as shown
+from asympk.shown import ROWS, Card, ShownAsTable, number_as_text, shortened_rows
 from asympk.systems.painleve_klein.modes import coefficients
 
 # manifold -> (mode that holds it, sign of s z in that mode)
@@ -149,9 +148,9 @@ class Scene(ShownAsTable):
         kind = "of the Painlevé-Klein rod" if self.system is None else "of a System"
         if self.rod is not None:
             return Card(f"Scene {self.name or kind} in physical quantities", self.rod.rows)
-        start = ", ".join(f"{name} = {shown(value)}" for name, value in zip(self.names, self.start, strict=True))
-        rows = [(name, shown(value)) for name, value in self.numbers.items()]
-        rows = [*shortened_rows(rows, ROWS - 2), ("start", start), ("until", shown(self.until))]
+        start = ", ".join(map("{} = {}".format, self.names, map(number_as_text, self.start)))
+        rows = [(name, number_as_text(value)) for name, value in self.numbers.items()]
+        rows = [*shortened_rows(rows, ROWS - 2), ("start", start), ("until", number_as_text(self.until))]
         return Card(f"Scene {self.name + ' ' if self.name else ''}{kind}", tuple(rows))
 
 

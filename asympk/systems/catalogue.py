@@ -6,7 +6,6 @@ range.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from functools import cache
 from importlib import import_module
 from typing import Any
@@ -87,5 +86,6 @@ def described_mechanism(name: str) -> Described:
 
     name = named("mechanism", name, MECHANISMS, beyond=", or a .toml file")
     module = import_module(f"asympk.systems.{name}")
-    found = Described(name, about_system(name), module.mechanism(), module.VALUES, module.STATE, module.TURN)
-    return replace(found, followed=True, undamped=module.system() if "eps" in module.VALUES else None)
+    undamped = module.system() if "eps" in module.VALUES else None
+    return Described(name, about_system(name), module.mechanism(), module.VALUES, module.STATE, module.TURN, undamped,
+                     followed=True)

@@ -38,12 +38,6 @@ class Group:
     meaning: str
 
 
-def kinetic_ratio() -> sp.Expr:
-    """Return f tan(alpha), the friction bound f |R| sin(alpha) in units of the load |R| cos(alpha)."""
-    bound = rod.coulomb().subs(rod.kappa, rod.f)
-    return bound.subs(sp.sin(rod.alpha), sp.tan(rod.alpha) * sp.cos(rod.alpha)) / (rod.R * sp.cos(rod.alpha))
-
-
 @cache
 def groups(law: sp.Expr | None = None) -> tuple["Group", ...]:
     """Return the nondimensional groups in the order of the paper; t and x_1 are the physical time and position.
@@ -53,7 +47,9 @@ def groups(law: sp.Expr | None = None) -> tuple["Group", ...]:
     """
     scales = rod.find_scales(rod.elastic_rod(law))
     t, x1 = sp.symbols("t x_1", real=True)
-    sigma_of = sp.diff(_fast(phi=kinetic_ratio() * _LOAD), _LOAD)
+    per_load = rod.coulomb().subs(rod.kappa, rod.f) / (rod.R * sp.cos(rod.alpha))
+    tangent = per_load.subs(sp.sin(rod.alpha), sp.tan(rod.alpha) * sp.cos(rod.alpha))
+    sigma_of = sp.diff(_fast(phi=tangent * _LOAD), _LOAD)
     return (
         Group(sp.Symbol("tau"), t / scales.time, "time"),
         Group(sp.Symbol("rho"), rod.R1 / scales.reaction, "elastic reaction"),

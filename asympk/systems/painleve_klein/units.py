@@ -18,8 +18,7 @@ from asympk.multiprecision import private_context
 from asympk.numbers import KEPT_DIGITS, Number, number, raw_entries, short
 from asympk.path import Path, times_within
 from asympk.scene import Scene, triple
-from asympk.shown import Card, ShownAsTable
-from asympk.shown import number_as_text as shown
+from asympk.shown import Card, ShownAsTable, number_as_text
 from asympk.symbolic.lowering import lower
 from asympk.systems import painleve_klein
 from asympk.systems.painleve_klein import rod
@@ -91,7 +90,7 @@ class RodInUnits(ShownAsTable):
     @property
     def rows(self) -> tuple[tuple[str, str], ...]:
         """The quantities with their units, for a card."""
-        return tuple((name, f"{shown(value)} {self.unit.get(name, '')}".strip()) for name, value in self.quantities)
+        return tuple((name, f"{number_as_text(v)} {self.unit.get(name, '')}".strip()) for name, v in self.quantities)
 
     def _card(self) -> Card:
         return Card("Rod in physical quantities", self.rows)
@@ -116,8 +115,8 @@ class PhysicalScene(ShownAsTable):
 
     def _card(self) -> Card:
         begun = zip(self.names, self.start, strict=True)
-        start = ", ".join(f"{name} = {shown(float(value))} {self.units[name]}" for name, value in begun)
-        until = f"{shown(float(self.until))} {self.units['t']}"
+        start = ", ".join(f"{name} = {number_as_text(float(value))} {self.units[name]}" for name, value in begun)
+        until = f"{number_as_text(float(self.until))} {self.units['t']}"
         title = f"Scene {self.name + ' ' if self.name else ''}in physical quantities"
         return Card(title, (("start", start), ("until", until)))
 
@@ -205,7 +204,7 @@ def scene(given: dict[str, Any], start: Any, until: Any, name: str = "", words: 
     words = unit_names(words)
     given = {**given, **dict(zip(STATE, (*triple(start, "[R_1, R_1', u]"), until), strict=True))}
     quantities = {key: quantity(key, value) for key, value in given.items()}
-    number("f0", given["f0"], lambda f0: f0 >= quantities["f"], f"at least f = {shown(quantities['f'])}")
+    number("f0", given["f0"], lambda f0: f0 >= quantities["f"], f"at least f = {number_as_text(quantities['f'])}")
     found, scale = nondimensional(quantities)
     numbers = tuple(found[key] for key in RESULTS)
     sigma, mu, sigma0, x, y, z, horizon = numbers

@@ -131,7 +131,9 @@ def follow_rod(
             return done
         x, y, s, z, _ = state
         if abs(y) > m.largest:
-            raise TooLarge(_too_large(m, t, y))
+            power = int(m.log(abs(y)) / m.log(10))
+            raise TooLarge(f"y reaches 1e{power} after t = {float(t):.6g}, beyond the numbers in use: take a smaller "
+                           "until, or digits= where they are doubles")
         t = t + span
         if on_event:
             on_event(t)
@@ -374,9 +376,3 @@ def too_many(until: Number, t: Number, x: Number, y: Number, z: Number) -> str:
     """Return the words on a motion that has more events by the time t than are followed."""
     return (f"more than {MOST_EVENTS} events by t = {float(t):.6g} of until = {float(until):.6g}, where (x, y, z) = "
             f"({float(x):.6g}, {float(y):.6g}, {float(z):.6g}); take a smaller until")
-
-
-def _too_large(m, t, y):
-    power = int(m.log(abs(y)) / m.log(10))
-    return (f"y reaches 1e{power} after t = {float(t):.6g}, beyond the numbers in use: take a smaller until, "
-            "or digits= where they are doubles")
