@@ -55,16 +55,12 @@ METHODS = {
     "sign": ("one field, sign(z)", "0.4", "P", ":"),
     "tanh": ("one field, tanh(z/ε)", "0.4", "<", ":"),
 }
-SHORT = {
-    "sign": "sign(z)", "tanh": "tanh(z/ε)", "slow": "slow", "jump 0": "jump 0", "jump 1": "jump 1", "jump 2": "jump 2",
-}
+SHORT = {"sign": "sign(z)", "tanh": "tanh(z/ε)", **{name: name for name in ("slow", "jump 0", "jump 1", "jump 2")}}
 MODELS = {
     "exact": ("exact flow", BLACK, "*", "none"),
     "rigid": ("rigid", BLACK, "$r$", "none"),
     "slow": ("slow flow alone", BLACK, "$s$", "none"),
-    "jump 0": ("jump map, order 0", BLACK, "$0$", "none"),
-    "jump 1": ("jump map, order 1", BLACK, "$1$", "none"),
-    "jump 2": ("jump map, order 2", BLACK, "$2$", "none"),
+    **{f"jump {n}": (f"jump map, order {n}", BLACK, f"${n}$", "none") for n in range(3)},
 }
 
 
