@@ -23,11 +23,7 @@ from asympk.scene import Scene
 
 HOST = "127.0.0.1"
 LARGEST = 65536  # bytes of a question
-PAGE = {
-    "": ("index.html", "text/html; charset=utf-8"),
-    "explore.css": ("explore.css", "text/css; charset=utf-8"),
-    "explore.js": ("explore.js", "text/javascript; charset=utf-8"),
-}
+PAGE = {"": ("index.html", "html"), "explore.css": ("explore.css", "css"), "explore.js": ("explore.js", "javascript")}
 SCENES = "scenes"  # the part of the page with the knobs of its scenes
 GUARDS = {
     "Cache-Control": "no-store",
@@ -39,11 +35,7 @@ GUARDS = {
 
 
 class BadRequest(Exception):
-    """A request is refused with an HTTP status and one line."""
-
-    def __init__(self, status: int, line: str):
-        super().__init__(line)
-        self.status = status
+    """A request is refused, with an HTTP status and one line as arguments."""
 
 
 class Server(ThreadingHTTPServer):
@@ -59,7 +51,8 @@ class Server(ThreadingHTTPServer):
         self.token = token_urlsafe(24)
         self.scenes: Future[tuple[Scene, ...]] = Future()
         page = files("asympk").joinpath("explore", "page")
-        self.parts = {name: (page.joinpath(file).read_bytes(), kind) for name, (file, kind) in PAGE.items()}
+        self.parts = {name: (page.joinpath(file).read_bytes(), f"text/{kind}; charset=utf-8")
+                      for name, (file, kind) in PAGE.items()}
         self.workers = {name: Worker(q, self.scenes, q.seconds, q.modules) for name, q in QUESTIONS.items()}
         try:
             super().__init__((HOST, port), _Handler)
@@ -123,7 +116,7 @@ class _Handler(BaseHTTPRequestHandler):
         except KeyError:
             status, body, kind = 404, *_as_error("there is nothing at this address")
         except BadRequest as refused:
-            status, body, kind = refused.status, *_as_error(str(refused))
+            status, body, kind = refused.args[0], *_as_error(refused.args[1])
             self.close_connection = True
         except (AsympkError, RecursionError) as error:
             status = 503 if isinstance(error, TimedOut) else 500 if isinstance(error, Broken) else 400

@@ -12,40 +12,26 @@ column ``excess`` changes its sign or has a peak, as the column ``expected`` doe
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from itertools import groupby, pairwise
 
 from asympk.methods import solve
 from asympk.scene import Scene
 from asympk.storage.rows import KEPT, StoredRows, in_kept_digits
 
-SIGMAS = ("-17/10", "-6/5", "-1/2", "1/2", "1", "3")
+SHALLOW, STEEP = ("-17/10", "-6/5", "-1/2"), ("1/2", "1", "3")
+SIGMAS = SHALLOW + STEEP
 MUS = tuple(f"1e-{k}" for k in range(2, 13))
 UNTIL = 3
 ORDERS = (0, 1, 2)
 DIGITS = 80
-
-
-@dataclass(frozen=True)
-class CheckedExpansion:
-    """An expansion: its model, a start within its domain, and the signs of sigma for which it exists."""
-
-    method: str
-    start: tuple
-    signs: tuple = (1, -1)
-
-    def exists(self, sigma: str) -> bool:
-        """Tell whether the expansion exists for ``sigma``, a string."""
-        return (-1 if sigma.startswith("-") else 1) in self.signs
-
-
-EXPANSIONS = {
-    "z < 0, s > 0": CheckedExpansion("jump", (0, "1/5", -1)),
-    "z < 0, s < 0": CheckedExpansion("jump", ("1/3", -1, "-3/2")),
-    "z > 0, s < -1/sigma": CheckedExpansion("jump", (0, -3, 1), (1,)),
-    "z > 0, s < 0": CheckedExpansion("jump", ("-1/2", "3/10", "3/4")),
-    "slow, Pi1": CheckedExpansion("slow", ("-1/2", 1, "3/4")),
-    "slow, Pi2": CheckedExpansion("slow", (0, "1/5", -1), (-1,)),
+# expansion -> (model, a start within its domain, the values of sigma for which it exists)
+EXPANSIONS: dict[str, tuple[str, tuple, tuple]] = {
+    "z < 0, s > 0": ("jump", (0, "1/5", -1), SIGMAS),
+    "z < 0, s < 0": ("jump", ("1/3", -1, "-3/2"), SIGMAS),
+    "z > 0, s < -1/sigma": ("jump", (0, -3, 1), STEEP),
+    "z > 0, s < 0": ("jump", ("-1/2", "3/10", "3/4"), SIGMAS),
+    "slow, Pi1": ("slow", ("-1/2", 1, "3/4"), SIGMAS),
+    "slow, Pi2": ("slow", (0, "1/5", -1), SHALLOW),
 }
 
 
@@ -56,12 +42,12 @@ def rows(sigmas: Iterable[str] = SIGMAS, mus: Iterable[str] = MUS) -> StoredRows
     or tk, the time of the k-th event. ``excess`` is error/omitted - 1, computed before rounding, and ``expected`` the
     second omitted term over the first. ``sigma`` is a string, and thus exact.
     """
-    starts = {name: list(map(str, expansion.start)) for name, expansion in EXPANSIONS.items()}
+    starts = {name: list(map(str, start)) for name, (_, start, _) in EXPANSIONS.items()}
     settings = {"starts": starts, "until": UNTIL, "digits": DIGITS, "kept": KEPT, "reference": "exact flow"}
     found = StoredRows(provenance=settings)
-    for name, expansion in EXPANSIONS.items():
-        for sigma in filter(expansion.exists, sigmas):
-            here = [row for mu in mus for row in _rows(name, expansion, sigma, mu)]
+    for name, (_, _, possible) in EXPANSIONS.items():
+        for sigma in (sigma for sigma in sigmas if sigma in possible):
+            here = [row for mu in mus for row in _rows(name, sigma, mu)]
             found += sorted(here, key=lambda row: (row["order"], row["quantity"], -row["mu"]))
     return found
 
@@ -80,11 +66,12 @@ def by_quantity(rows: Iterable[dict]) -> Iterator[list[dict]]:
         yield list(group)
 
 
-def _rows(name, expansion, sigma, mu):
-    scene = Scene(sigma, mu, expansion.start, UNTIL)
+def _rows(name, sigma, mu):
+    method, start, _ = EXPANSIONS[name]
+    scene = Scene(sigma, mu, start, UNTIL)
     truth = _quantities(solve(scene, digits=DIGITS))
     levels = sorted({n + k for n in ORDERS for k in range(3)})
-    found = {n: _quantities(solve(scene, expansion.method, order=n, digits=DIGITS)) for n in levels}
+    found = {n: _quantities(solve(scene, method, order=n, digits=DIGITS)) for n in levels}
     for n in ORDERS:
         for quantity in found[n]:
             now, next_, last = (found[n + k][quantity] for k in range(3))
