@@ -16,10 +16,12 @@ def arguments(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> None:
     """Climb the ladder of models and print its rungs."""
-    from asympk.output.terminal import below_scene, ladder_as_json, ladder_as_text
+    import json
+
+    from asympk.output.terminal import below_scene, ladder_as_text
     from asympk.studies.least import least_model
 
     scene, given = given_scene(options), limits(options, "rtol", "seconds")
     with meter("climbing the ladder of models"):
         ladder = least_model(scene, **given)
-    print(ladder_as_json(ladder) if options.json else below_scene(scene, ladder_as_text(ladder)))
+    print(json.dumps(ladder.as_dict(), indent=2) if options.json else below_scene(scene, ladder_as_text(ladder)))

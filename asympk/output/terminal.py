@@ -156,11 +156,6 @@ def _plain(value, digits):
     return mpmath.nstr(value, digits, strip_zeros=True)
 
 
-def ladder_as_json(ladder: "Ladder") -> str:
-    """Return a ladder of models as JSON: model, predicted, rtol, rungs."""
-    return json.dumps(ladder.as_dict(), indent=2)
-
-
 def ladder_as_text(ladder: "Ladder") -> str:
     """Return a ladder of models as a table, lowest rung first, with an arrow at the least model that will do."""
     lines = [f"   {'model':<8}{'predicted':>11}{'measured':>11}{'time/exact':>12}"]

@@ -195,7 +195,8 @@ def collisions(rows: Sequence[Row]) -> style.Figure:
     """
     mus = {mu: rf"$\mu = {mu:g}$" for mu in sorted({row["mu"] for row in rows})}
     with plate(1.45 * len(mus) + 0.3, len(mus), 2, sharex=True, sharey=True) as (figure, axes):
-        _maps(axes, rows, "mu", mus, "scaled_x", "count", _grey, r"$\mu\,x_0$")
+        _maps(axes, rows, "mu", mus, "scaled_x", "count", lambda count: str(round(max(0.2, 1 - 0.075 * count), 3)),
+              r"$\mu\,x_0$")
     return figure
 
 
@@ -229,10 +230,6 @@ def _cells_panel(ax, rows, along_key, value_key, grey):
         if place:
             ax.text(along[place[1]], up[place[0]], str(value), ha="center", va="center",
                     color="white" if float(grey(value)) < 0.5 else "black")
-
-
-def _grey(count):
-    return str(round(max(0.2, 1 - 0.075 * count), 3))
 
 
 def _borders(centres):

@@ -78,12 +78,10 @@ def jammed(
     if path.modes[-1] == "stick":
         raise InputError(f"epsilon = {epsilon}, damping = {damping}: the mass is jammed still at {UNTIL}")
     stops, leaves = ([(event, t) for event, t in met if event.kind == kind] for kind in ("velocity_zero", "slip_onset"))
-    return float(stops[0][1] * damping), float(leaves[-1][1] * damping), len(stops), _amplitude(stops[0][0], mu)
-
-
-def _amplitude(event, mu):
-    """Return sqrt(s^2 + (epsilon ds/dt)^2) for an undamped rod, whose s is x and whose epsilon ds/dt is sqrt(mu) y."""
-    return sqrt(float(event.x) ** 2 + mu * float(event.y) ** 2)
+    first, t = stops[0]
+    # of an undamped rod s is x, and epsilon ds/dt is sqrt(mu) y
+    amplitude = sqrt(float(first.x) ** 2 + mu * float(first.y) ** 2)
+    return float(t * damping), float(leaves[-1][1] * damping), len(stops), amplitude
 
 
 def is_single(row: Mapping) -> bool:

@@ -9,7 +9,7 @@ import pytest
 
 from asympk.errors import InputError
 from asympk.methods import solve
-from asympk.output.terminal import ladder_as_json, ladder_as_text
+from asympk.output.terminal import ladder_as_text
 from asympk.scene import Scene
 from asympk.studies.ladder import _least, distance, rungs
 from asympk.studies.least import LADDER, atlas, least_model
@@ -87,7 +87,7 @@ def test_the_table_marks_the_chosen_rung_and_the_json_has_every_rung():
     ladder = least_model(BACKWARD, 1e-5)
     assert "-> jump-1" in ladder_as_text(ladder)
     assert ladder_as_text(ladder).splitlines()[-1].endswith("jump-1")
-    told = json.loads(ladder_as_json(ladder))
+    told = json.loads(json.dumps(ladder.as_dict()))
     assert [rung["model"] for rung in told["rungs"]] == list(LADDER)
     assert told["rungs"][-1]["cost"] == 1
 

@@ -149,11 +149,6 @@ def slide(m: ModeConstants, x: Number, y: Number, remaining: Number) -> tuple[Nu
     return end_x, end_y, gone
 
 
-def deepest_fall(m: ModeConstants, x: Number, y: Number) -> Number:
-    """Return a bound on the fall of z in a stable mode, before z rises."""
-    return m.bend * m.fast * m.to_x * deviation(m, x, y)
-
-
 def _time_of_zero(m, fast, z, slow_x):
     """Solve z = 0: Newton's step from t = 0, corrected to third order for the change u of log R; more steps if needed.
 

@@ -239,12 +239,12 @@ def _rise(b, rows):
 
 def _slip(b):
     """Slip with s > 0 until the end; direct rows fit only if z first falls by less than its value."""
-    direct, m = b.of(DIRECT), b.p.same
-    x, y, z = b.at(direct)
-    b.fits[direct] &= z > branchfree.deepest_fall(m.rows(direct), x, y)
+    direct = b.of(DIRECT)
+    m, (x, y, z) = b.p.same.rows(direct), b.at(direct)
+    b.fits[direct] &= z > m.bend * m.fast * m.to_x * deviation(m, x, y)  # a bound on the fall of z before it rises
     remaining = b.until - b.t
     b.fits &= remaining > SAFE * b.until
-    x, y, gone = branchfree.slide(m, b.x, b.y, remaining)
+    x, y, gone = branchfree.slide(b.p.same, b.x, b.y, remaining)
     gone += b.z
     return x, y, gone
 

@@ -27,10 +27,9 @@ EXTENDED = np.longdouble if np.finfo(np.longdouble).eps < 1e-18 else None  # Non
 class FollowedArrays(NamedTuple):
     """The result of trajectories: ``final`` (x, y, z) at the time ``reached``, number of events, and who is doubtful.
 
-    A trajectory with more than ``MOST_EVENTS`` events is not followed further.
-
-    ``events`` are arrays (trajectory, kind, t, x, y, z) in order of trajectory and time. ``rounds[k]`` are arrays
-    (rows, kind, duration) of the k-th segments of all trajectories that have one.
+    A trajectory with more than ``MOST_EVENTS`` events is not followed further. ``events`` are arrays (trajectory, kind,
+    t, x, y, z) in order of trajectory and time. ``rounds[k]`` are arrays (rows, kind, duration) of the k-th segments of
+    all trajectories that have one.
     """
 
     final: tuple
