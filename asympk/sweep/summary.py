@@ -50,12 +50,10 @@ def summarise(out: str | Path) -> dict[str, Any]:
 
 def _first_refusal(out, sweep):
     """Return why the first trajectory that is refused is so, or "" where its family does not tell."""
-    for _, provenance, columns in results(out, ("outcome",)):
-        if rows := np.flatnonzero(columns["outcome"] == _REFUSED).tolist():
-            k = provenance["start"] + rows[0]
-            words = isinstance(sweep.family, SystemFamily) and sweep.family.refusal(sweep.quantities(k, k + 1))
-            return f"trajectory {k}: {words}" if words else ""
-    return ""
+    chunks = ((chunk["start"], columns["outcome"] == _REFUSED) for _, chunk, columns in results(out, ("outcome",)))
+    k = next(start + int(refused.argmax()) for start, refused in chunks if refused.any())
+    words = isinstance(sweep.family, SystemFamily) and sweep.family.refusal(sweep.quantities(k, k + 1))
+    return f"trajectory {k}: {words}" if words else ""
 
 
 def _final_states(out, states, counts):
