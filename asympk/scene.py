@@ -12,6 +12,11 @@ from asympk.numbers import Number, number, short
 from asympk.shown import ROWS, Card, ShownAsTable, number_as_text, shortened_rows
 from asympk.systems.painleve_klein.modes import coefficients
 
+# number of a rod -> (condition on it, words for the condition), beyond being finite
+LIMITS: dict[str, tuple] = {
+    "sigma": (lambda v: v > -2, "greater than -2"), "mu": (lambda v: v > 0, "positive"),
+    "until": (lambda v: v >= 0, "zero or positive"),
+}
 # manifold -> (mode that holds it, sign of s z in that mode)
 MANIFOLDS = {"Pi1": ("slip_same", 1), "Pi2": ("slip_opposite", -1)}
 
@@ -57,9 +62,8 @@ class Scene(ShownAsTable):
             raise InputError("values are those of a system; give system=, or sigma, mu, start and until of the rod")
         if hasattr(self.sigma, "placed"):
             raise InputError("sigma is a System: name it, Scene(system=system, values=values, start=start, until=2)")
-        put(self, "sigma", number("sigma", self.sigma, lambda v: v > -2, "greater than -2"))
-        put(self, "mu", number("mu", self.mu, lambda v: v > 0, "positive"))
-        put(self, "until", number("until", self.until, lambda v: v >= 0, "zero or positive"))
+        for name, limit in LIMITS.items():
+            put(self, name, number(name, getattr(self, name), *limit))
         static = self.sigma if self.sigma0 is None else self.sigma0
         least = f"at least sigma = {short(self.sigma)}"
         put(self, "sigma0", number("sigma0", static, lambda v: v >= self.sigma, least))
@@ -79,7 +83,7 @@ class Scene(ShownAsTable):
         values, start = self.system.placed({} if self.values is None else self.values, self.start)
         put(self, "values", values)
         put(self, "start", start)
-        put(self, "until", number("until", self.until, lambda v: v >= 0, "zero or positive"))
+        put(self, "until", number("until", self.until, *LIMITS["until"]))
         if self.origin is not None:
             origin = (*self.origin, start)[:4]
             put(self, "origin", origin if origin[3] == start else None)

@@ -7,14 +7,9 @@ import numpy as np
 
 from asympk.errors import InputError
 from asympk.numbers import Number, common_shape, entry_name, first_place, numbers, require_finite
+from asympk.scene import LIMITS
 
 ORDER = ("sigma", "sigma0", "mu", "x", "y", "z", "until")
-LIMITS: dict[str, tuple] = {  # (condition on the values, words for it) beyond being finite
-    "sigma": (lambda v: v > -2, "greater than -2"),
-    "mu": (lambda v: v > 0, "positive"),
-    "until": (lambda v: v >= 0, "zero or positive"),
-    "sigma0": (),
-}
 
 
 @dataclass(frozen=True)
@@ -50,9 +45,9 @@ def scene_columns(
     given = {"sigma": sigma, "mu": mu, "x": x, "y": y, "z": z, "until": until}
     given |= {} if sigma0 is None else {"sigma0": sigma0}
     read = {name: numbers(name, value) for name, value in given.items()}
-    for name, limit in LIMITS.items():
-        if name in read:
-            require_finite(name, read[name], *limit)
+    for name, values in read.items():
+        if name not in {*"xyz"}:
+            require_finite(name, values, *LIMITS.get(name, ()))
     shape = common_shape(read, read.values())
     found = {name: Column(values, shape) for name, values in read.items()}
     if sigma0 is None:
