@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from asympk.affine.forcing import value
+from asympk.affine.forcing import with_waves
 from asympk.affine.functions import Arrays, initial
 from asympk.affine.moderows import rows_of
 from asympk.affine.run import flows
@@ -33,11 +33,9 @@ _CLEAR = 1e-13  # the relative size below which a sign is not trusted
 _MOST = 2  # the number of frictions, where loads contain forces, up to which all combinations of phases are tried
 
 
-def with_waves(waves: Iterable[tuple], t: np.ndarray, w: np.ndarray) -> np.ndarray:
+def rows_with_waves(waves: Iterable[tuple], t: np.ndarray, w: np.ndarray) -> np.ndarray:
     """Return the states ``(w, waves, 1)`` of rows at their times."""
-    found = [np.broadcast_to(value(Arrays, power, decay, turn, sine, t), t.shape)
-             for power, decay, turn, sine in waves]
-    return np.column_stack([w, *found, np.ones(len(t))])
+    return np.column_stack(np.broadcast_arrays(*with_waves(Arrays, waves, t, w.T), np.ones(len(t))))
 
 
 class Modes:
@@ -65,7 +63,7 @@ class Modes:
 
     def whole(self, branch: Branch, t: np.ndarray, w: np.ndarray) -> np.ndarray:
         """Return the states ``(w, waves, 1)`` of rows at their times."""
-        return with_waves(self.flow(branch)[1], t, w)
+        return rows_with_waves(self.flow(branch)[1], t, w)
 
     def rates(self, branch: Branch, t: np.ndarray, w: np.ndarray) -> np.ndarray:
         """Return the rates of the states and the waves in rows."""

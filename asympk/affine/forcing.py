@@ -4,11 +4,12 @@ With ``c_k = t^k e^{a t} cos(w t)`` and ``s_k = t^k e^{a t} sin(w t)``
 
     c_k' = k c_{k-1} + a c_k - w s_k,      s_k' = k s_{k-1} + a s_k + w c_k,
 
-so a mode whose rates contain such sums is affine in its own states and the waves ``c_k``, ``s_k``.
+so a mode whose rates contain such sums is affine in its own states and the waves ``c_k``, ``s_k``. The products of a
+wave and a state at rest, its amplitude, have the same rates, so that a mode may contain these, too.
 """
 
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import sympy as sp
 from sympy.simplify.fu import TR8
@@ -20,12 +21,16 @@ Split = tuple[Number, Number]  # a number as the sum of two
 
 
 class Wave(NamedTuple):
-    """``t^power e^{decay t} cos(turn t)``, or with sin; ``decay`` and ``turn`` are expressions in the parameters."""
+    """``t^power e^{decay t} cos(turn t)``, or with sin; ``decay`` and ``turn`` are expressions in the parameters.
+
+    The wave is multiplied by its ``amplitude``, a state at rest, if it has one.
+    """
 
     power: int
     decay: sp.Expr
     turn: sp.Expr
     sine: bool
+    amplitude: sp.Symbol | None = None
 
 
 CONSTANT = Wave(0, sp.S.Zero, sp.S.Zero, False)
@@ -94,7 +99,7 @@ def with_derivatives(waves: Iterable[Wave]) -> list[Wave]:
         for power in range(wave.power + 1):
             for sine in (False, True) if wave.turn != 0 else (False,):
                 needed.add(wave._replace(power=power, sine=sine))
-    return sorted(needed - {CONSTANT}, key=lambda w: (str(w.decay), str(w.turn), w.power, w.sine))
+    return sorted(needed - {CONSTANT}, key=lambda w: (str(w.amplitude), str(w.decay), str(w.turn), w.power, w.sine))
 
 
 def rate(wave: Wave) -> dict[Wave, sp.Expr]:
@@ -125,11 +130,21 @@ def _phase(m, slope, t, late):
     return near, rest + slope[1] * t + slope[0] * late
 
 
-def amplitude(m: Arithmetic, power: int, decay: Split, turn: Split, sine: bool, t: Number, off: Number = 1.0) -> Number:
-    """Return the size to which the rounding error of a wave at t is proportional.
+def with_waves(m: Arithmetic, waves: Iterable[tuple], t: Number, w: Any, late: Number = 0.0) -> list:
+    """Return the states ``w`` and the waves at the time ``t + late``; the last item of a wave is a place in ``w``."""
+    found = ((value(m, *wave[:4], t, late), wave[4]) for wave in waves)
+    return [*w, *(v if place is None else v * w[place] for v, place in found)]
 
-    It is the amplitude times 1 + power + ``off`` (|decay t| + |turn t|), where ``off`` is the error of phases in units
-    of their rounding.
+
+def rounding_of_waves(m: Arithmetic, waves: Iterable[tuple], t: Number, w: Any, off: Number = 1.0) -> list:
+    """Return the sizes to which the rounding errors of the states ``w`` and of the waves at t are proportional.
+
+    That of a wave is its size times 1 + power + ``off`` (|decay t| + |turn t|), where ``off`` is the error of phases in
+    units of their rounding.
     """
-    grown = decay[0] * t
-    return abs(t**power * m.exp(grown)) * (1 + power + off * (abs(grown) + abs(turn[0] * t)))
+    sizes, found = [*map(abs, w)], []
+    for power, decay, turn, _, place in waves:
+        grown = decay[0] * t
+        size = abs(t**power * m.exp(grown)) * (1 + power + off * (abs(grown) + abs(turn[0] * t)))
+        found.append(size if place is None else size * sizes[place])
+    return sizes + found

@@ -88,21 +88,23 @@ def affine_parts(system: System, expr: sp.Expr) -> tuple[tuple[sp.Expr, ...], di
     states, time = system.states, system.time
     if is_switched(expr, states):
         return None
-    slopes = []
+    slopes, forced = [], dict[Wave, sp.Expr]()
     for s in states:
-        slope = slope_by(expr, s)
-        if _varies(slope, (*states, time)):
+        slope, moving = slope_by(expr, s), states if system.slow.get(s) == 0 else (*states, time)
+        if _varies(slope, moving):
             return None
         slope = sp.cancel(slope) if symbols_in(slope) & {*states} else slope
-        if symbols_in(slope) & {*states, time}:
+        waves = None if symbols_in(slope) & {*moving} else waves_of(slope, time)
+        if waves is None:
             return None
-        slopes.append(slope)
+        slopes.append(waves.pop(CONSTANT, sp.S.Zero))
+        forced |= {wave._replace(amplitude=s): coefficient for wave, coefficient in waves.items()}
     at_zero = dict.fromkeys(states, sp.S.Zero)
     rest = replaced(expr, at_zero)
     if atoms(rest, *map(type, NOT_FINITE)):  # (x^2 - y^2)/(x - y) is affine, and 0/0 where all states are 0
         rest = replaced(sp.cancel(expr), at_zero)
-    forced = waves_of(rest, time)
-    return None if forced is None else (tuple(slopes), forced)
+    given = waves_of(rest, time)
+    return None if given is None else (tuple(slopes), given | forced)
 
 
 def _varies(slope: sp.Expr, symbols: Iterable[sp.Symbol | None]) -> bool:
@@ -125,15 +127,18 @@ def row_over(waves: Iterable[Wave], slopes: Iterable[sp.Expr], forced: dict[Wave
 
 @lru_cache(maxsize=1024)
 def placed(form: Form, values: tuple, digits: int) -> tuple[AffineMode, tuple[tuple, ...], tuple[int, ...]]:
-    """Return a form with numbers for its parameters: (mode, (power, decay, turn, sine) of its waves, moving guards).
+    """Return a form with numbers for its parameters: (mode, its waves, moving guards).
 
-    Entries are exact, or right to ``digits`` digits if not rational; the moving guards are the indices of those that
+    A wave is (power, decay, turn, sine, place of its amplitude among the states or None). Entries are exact, or right
+    to ``digits`` digits if not rational; the moving guards are the indices of those that
     are not constant. Raises ``InputError`` for a guard that is always negative, ``OutOfRange`` where an entry is not
     finite.
     """
     numbers = exact_values(form.system, form.entries, values, digits)
     rows, guards = (tuple(tuple(numbers[e] for e in row) for row in part) for part in (form.matrix, form.guards))
-    waves = tuple((wave.power, numbers[wave.decay], numbers[wave.turn], wave.sine) for wave in form.waves)
+    place = {None: None} | {s: k for k, s in enumerate(form.system.states)}
+    waves = tuple((wave.power, numbers[wave.decay], numbers[wave.turn], wave.sine, place[wave.amplitude])
+                  for wave in form.waves)
     moving = tuple(k for k, row in enumerate(guards) if any(row[:-1]))
     if never := [k for k, row in enumerate(guards) if k not in moving and row[-1] < 0]:
         raise InputError(f"guard {never[0]} is {guards[never[0]][-1]} at these parameters whatever the state and the "

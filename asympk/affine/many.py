@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from asympk.affine.choice import Modes, with_waves
+from asympk.affine.choice import Modes, rows_with_waves
 from asympk.affine.form import form_of_laws
 from asympk.affine.moderows import carried_on, follow_rows, may_fall
 from asympk.affine.resting import with_resting
@@ -289,7 +289,7 @@ def _pushed_on(modes, k, begun, w, span):
     if low.all() or not mode.laws:
         return low
     flow, waves, _ = modes.flows.of(Doubles, mode, form_of_laws)
-    return low | may_fall(flow, flow.mode.mesh, with_waves(waves, begun, w), span)
+    return low | may_fall(flow, flow.mode.mesh, rows_with_waves(waves, begun, w), span)
 
 
 def _kept(notes, lost):

@@ -1,6 +1,7 @@
 """Parameters as states at rest: trajectories that differ in such a parameter p differ in their starts alone.
 
 Its rate is p' = 0. A mode of x' = A x + b p + c is affine in (x, p), so that one decomposition serves for all numbers.
+So is one with p cos(w t), the product of a state at rest and a wave, see ``forcing``.
 """
 
 from collections.abc import Mapping

@@ -15,7 +15,7 @@ import numpy as np
 from asympk import arithmetic
 from asympk.affine import form
 from asympk.affine.exponential import DIGITS_FOR_DOUBLES
-from asympk.affine.forcing import amplitude, value
+from asympk.affine.forcing import rounding_of_waves, with_waves
 from asympk.affine.functions import Arrays, functions
 from asympk.affine.mode import ClosedSegment, in_digits
 from asympk.affine.rounding import estimate
@@ -209,7 +209,7 @@ class Flows:
         if key not in self._found:
             digits = DIGITS_FOR_DOUBLES if m is Doubles else m.dps
             found, waves, moving = form.placed(form_of(mode), self.automaton.values, digits)
-            waves = tuple((power, m.split(decay), m.split(turn), sine) for power, decay, turn, sine in waves)
+            waves = tuple((power, m.split(decay), m.split(turn), *kind) for power, decay, turn, *kind in waves)
             self._found[key] = found.in_doubles if m is Doubles else in_digits(m, found), waves, moving
         return self._found[key]
 
@@ -260,8 +260,7 @@ def _followed(m, task, done):
 def _with_waves(m, waves, t, late, state):
     """Return the state with the waves at t + late, and the sizes to which the errors of these are proportional."""
     off = UNIT if m is Doubles else 1
-    known = [*map(abs, state), *(amplitude(m, *wave, t, off) for wave in waves)]
-    return (*state, *(value(m, *wave, t, late) for wave in waves)), known
+    return with_waves(m, waves, t, state, late), rounding_of_waves(m, waves, t, state, off)
 
 
 def _pushed_on(task, m, mode, begun, span):

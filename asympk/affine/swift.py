@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from asympk.affine.forcing import amplitude, value
+from asympk.affine.forcing import rounding_of_waves, with_waves
 from asympk.arithmetic import Doubles
 from asympk.automaton.contacts import coupled, feels_directions
 from asympk.automaton.exact import exact_values
@@ -149,7 +149,7 @@ def _begun(table, state):
 
     A velocity or load that is 0 counts as exact where it is a multiple of one state, or all states in it are 0.
     """
-    whole = np.array([*state, *(value(Doubles, *wave, 0.0) for wave in table.waves), 1.0])
+    whole = np.array([*with_waves(Doubles, table.waves, 0.0, state), 1.0])
     values, sizes = table.rows[0] @ whole, table.sizes[0] @ abs(whole)
     alone = (table.rows[0] != 0).sum(axis=1) == 1
     surfaces = [kind[0] in ("velocity_zero", "force_zero") for kind in table.kinds]
@@ -201,8 +201,8 @@ def _decided(table, t, state, orders, possible=None):
 
     It is not where more than two continue: a contact at rest may then be about to slip in either direction.
     """
-    whole = np.array([*state, *(value(Doubles, *wave, t) for wave in table.waves), 1.0])
-    known = np.array([*map(abs, state), *(amplitude(Doubles, *wave, t) for wave in table.waves), 1.0])
+    whole = np.array([*with_waves(Doubles, table.waves, t, state), 1.0])
+    known = np.array([*rounding_of_waves(Doubles, table.waves, t, state), 1.0])
     signs = _signs((table.rows @ whole).tolist(), (table.sizes @ known).tolist(), table.vanishing, orders)
     at, holding = 0, []
     for k, (branch, count) in enumerate(zip(table.branches, table.counts, strict=True)):

@@ -139,9 +139,10 @@ class _Modes(Candidates):
 
     def begun(self, start):
         """Return the ``EnclosedState`` at t = 0, where the values of the forcing are exact."""
-        waves = [Fraction(int(wave.power == 0 and not wave.sine)) for wave in self.waves]
-        exact = (*start, *waves, Fraction(1))
-        found = [self.field.family([[w]]) if w is not None else self.field.side(self.system.states[k].name)
+        states, begun = self.system.states, {None: Fraction(1)} | dict(zip(self.system.states, start, strict=True))
+        waves = [Fraction(0) if wave.power or wave.sine else begun[wave.amplitude] for wave in self.waves]
+        exact, names = (*start, *waves, Fraction(1)), (*states, *(wave.amplitude for wave in self.waves))
+        found = [self.field.family([[w]]) if w is not None else self.field.side(names[k].name)
                  for k, w in enumerate(exact)]
         self.past = list[EnclosedSegment]()
         return EnclosedState(stacked(found), exact, self.field, (), Fraction(0))

@@ -97,12 +97,13 @@ def test_parameters_may_be_arrays(starts):
 
 
 def test_rows_that_differ_in_a_parameter_of_affine_modes_are_followed_together_as_alone():
-    a, b = sp.symbols("a b", real=True)
+    a, b, c = sp.symbols("a b c", real=True)
     frictions = [ap.Friction(v - b, F, load=1, kinetic=k, static=k + b / 2), ap.Friction(u, G, load=1, kinetic=k)]
-    pushed = {x: v, v: F - x + a + sp.cos(t / 2), y: u, u: G + x - 2 * y}
+    pushed = {x: v, v: F - x + a + c * sp.cos(t / 2), y: u, u: G + x - 2 * y}
     block = ap.System.with_frictions(pushed, {}, frictions, time=t)
     random, start = np.random.default_rng(7), {x: 1, v: 0.25, y: 0, u: 0}
     values = {a: random.uniform(1, 3, 30), b: random.uniform(0.1, 1, 30), k: random.uniform(0.1, 0.5, 30)}
+    values |= {c: random.uniform(0.5, 1.5, 30)}
     many = ap.solve_many(system=block, values=values, start=start, until=10)
     assert many.alone < 3
     assert many.final.shape == (4, 30)

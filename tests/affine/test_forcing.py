@@ -104,3 +104,18 @@ def test_a_forced_block_is_followed_to_a_late_time_without_digits(monkeypatch):
     monkeypatch.setattr("asympk.affine.run._rounded", None)
     path = ap.solve(scene)
     assert max(abs(a - b) for a, b in zip(path.final, exact, strict=True)) <= path.error < 2e-14
+
+
+@pytest.mark.parametrize("push", [lambda p: p * sp.cos(2 * t), lambda p: p * t * (1 - sp.exp(-t)) + sp.sin(3 * t) - p])
+def test_a_wave_whose_amplitude_is_a_state_at_rest_pushes_as_one_whose_amplitude_is_a_parameter(push):
+    x, v, p, F = sp.symbols("x v p F", real=True)
+    friction = ap.Friction(velocity=v, force=F, load=1, kinetic=sp.S.Half)
+    paths = []
+    for more in ({}, {p: 0}):
+        block = ap.System.with_frictions({x: v, v: F - x + push(p), **more}, {}, [friction], time=t)
+        start = {x: 1, v: 0, p: "1/3"} if more else {x: 1, v: 0}
+        paths.append(ap.solve(ap.Scene(system=block, values={} if more else {p: "1/3"}, start=start, until=7)))
+    given, carried = paths
+    assert carried.modes == given.modes
+    assert carried.model == given.model == "exact"
+    assert carried.final == pytest.approx((*given.final, 1 / 3), abs=1e-15)

@@ -129,6 +129,19 @@ def test_a_box_of_parameters_contains_what_its_points_do():
             assert inside(proof, path)
 
 
+def test_a_box_of_amplitudes_of_a_wave_contains_what_its_points_do():
+    push = c * sp.cos(2 * t) + (1 - c) * sp.sin(3 * t)
+    friction = ap.Friction(velocity=v, force=F, load=1, kinetic=sp.S.Half)
+    block = ap.System.with_frictions({x: v, v: F - x + push, c: 0}, {}, [friction], time=t)
+    scene = ap.Scene(system=block, start={x: 2, v: 0, c: "1/2"}, until=4)
+    proof = certify(scene, {"c": ("0.499", "0.501")})
+    assert proven(proof)
+    for amplitude in ("0.499", "1/2", "0.501"):
+        path = ap.solve(ap.Scene(system=block, start={x: 2, v: 0, c: amplitude}, until=4))
+        assert path.modes == proof.modes
+        assert inside(proof, path)
+
+
 def in_a_box_of_the_rod(start, until, **box):
     """Return the proof of the rod in general clothes on a box; each of its corners is within the balls."""
     system, values = rod_in_general_clothes(), {"eps": "1e-2", "k": 1, "k0": 1}
