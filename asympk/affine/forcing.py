@@ -132,7 +132,7 @@ def _phase(m, slope, t, late):
 
 def with_waves(m: Arithmetic, waves: Iterable[tuple], t: Number, w: Any, late: Number = 0.0) -> list:
     """Return the states ``w`` and the waves at the time ``t + late``; the last item of a wave is a place in ``w``."""
-    found = ((value(m, *wave[:4], t, late), wave[4]) for wave in waves)
+    found = ((value(m, power, decay, turn, sine, t, late), place) for power, decay, turn, sine, place in waves)
     return [*w, *(v if place is None else v * w[place] for v, place in found)]
 
 
