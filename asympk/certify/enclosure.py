@@ -19,6 +19,7 @@ _LARGEST_EXPONENT = 2.0**400  # largest |t rate| in a matrix exponential, which 
 _MATRIX_WORK = 2
 _CHEAP_BITS = 768  # up to which a piece of time takes as long as with few bits
 _NEWTON_STEPS = 200
+_SHORT, _NOISE = 2.0**-10, 2.0**-20  # of a time, and of a radius
 _SOONEST = 2.0**-1074  # the smallest double
 _FINEST_IN_BOX = 2.0**-16
 
@@ -198,7 +199,7 @@ def first_event(
     """Return (guard, time ball) of the first guard to vanish in (0, upper end of ``remaining``], or None.
 
     Raises ``Refused`` where a piece of time would have to be shorter than ``finest`` or ``budget.finest`` times its
-    end, or to end before the smallest double, and when the ``budget`` is spent.
+    end, or to end before the smallest double, where no sign is left, and when the ``budget`` is spent.
     """
     arb, finest = flint().arb, max(finest, budget.finest)
     pieces, lo = [remaining.upper().mid()] if remaining.upper() > 0 else [], arb(0)
@@ -213,7 +214,8 @@ def first_event(
         elif roots and (first := _first(roots)) is not None:
             return unproven[first], roots[first]
         elif {*verdicts} <= {"positive", "ends"} or not (hi - lo > hi * finest and hi > _SOONEST) or (
-                roots and all(root.rad() < hi * finest for root in roots)):
+                roots and all(root.rad() < hi * finest for root in roots)) or (
+                hi - lo < lo * _SHORT and any(_is_rounding(segment, guard, lo) for guard in unproven)):
             raise _refused(segment, unproven, roots[0].upper() if roots else hi, remaining)
         else:
             pieces.append(_cut(segment, guards, lo, hi))
@@ -236,6 +238,11 @@ def _verdict(segment, guard, lo, hi, finest):
         found = "positive" if end > 0 else "falls" if end < 0 else ""
         return found or ("ends" if segment.jet(guard, (hi - hi * finest).mid())[0] > 0 else "unknown")
     return "unknown"
+
+
+def _is_rounding(segment, guard, t):
+    """Tell whether a guard and its slope have no signs at a time but by the rounding of radii, which have 30 bits."""
+    return not any(abs(found) > found.rad() * _NOISE for found in segment.jet(guard, t, 1))
 
 
 def _cut(segment, guards, lo, hi):

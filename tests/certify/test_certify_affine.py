@@ -29,6 +29,7 @@ pytest.importorskip("flint")
 from asympk.certify import certify, cover
 from asympk.certify.affine import _Modes
 from asympk.certify.balls import hull
+from asympk.certify.enclosure import Budget
 from asympk.certify.rows import EnclosedState, ExactEntries, sign_at
 from asympk.certify.segments import EnclosedSegment
 from asympk.certify.zeros import order_at
@@ -788,6 +789,18 @@ def test_waves_of_irrational_phases_are_proven_within_a_limit_also_near_it_in_a_
     assert proven(proof)
     assert proof.modes == ("stick",)
     assert process_time() - since < 4
+
+
+def test_signs_that_are_rounding_of_radii_are_sought_in_no_thousands_of_pieces(monkeypatch):
+    """With few bits the second slip has no known slope: its pieces shrank to where its radius had no further bits."""
+    spent, spend = [], Budget.spend
+    monkeypatch.setattr(Budget, "spend", lambda *arguments: spent.append(1) or spend(*arguments))
+    push = (1 + sp.S(10) ** -12) * sp.sin(t)
+    pushed = ap.System.with_frictions({v: F + push}, {}, [ap.Friction(v, F, load=1, kinetic=1)], time=t)
+    proof = certify(ap.Scene(system=pushed, start={"v": 0}, until=6))
+    assert proven(proof)
+    assert len(proof.events) == 4
+    assert len(spent) < 2000
 
 
 @pytest.mark.parametrize("push", [sp.sin(t * 10**200) / 2, sp.exp(-t * 10**200)])
