@@ -78,6 +78,13 @@ class GuardedMode:
         return tuple(map(self._placed, rates.values()))
 
     @cached_property
+    def pushes(self) -> tuple[sp.Expr, ...]:
+        """What each force adds to the rates, in the order of the states, one force after the other; () for a stand."""
+        solved = {} if branches.stands(self.branch) else guards.forces(self.sided, self.branch)
+        rates = self.sided.rates.values()
+        return tuple(self._placed(slope_by(rate, u) * force) for u, force in solved.items() for rate in rates)
+
+    @cached_property
     def is_finite(self) -> bool:
         """Whether all rates and guards have a value on the sides; on the side u = 0, u/|u| has none."""
         return not atoms(sp.Tuple(*self.rates, *self.guard_values), sp.Basic) & {*NOT_FINITE}

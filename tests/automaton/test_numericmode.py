@@ -43,6 +43,14 @@ def test_a_rate_has_the_size_of_its_terms_also_where_they_cancel():
     assert 3 <= near <= 6
 
 
+def test_a_rate_has_the_size_of_the_forces_that_balance_there_whatever_the_parameters_are():
+    """The reaction is the weight: relative changes of states and parameters left the rate at 0."""
+    F, N, g = sp.symbols("F N g")
+    ground = ap.Friction(x, F, N, sp.Rational(1, 5), normal=N, constraint=N - g)
+    mode = Automaton(ap.System.with_frictions({x: F, y: N - g}, {}, [ground]), (10,)).mode((Phase(1, 1),))
+    assert mode.terms(0.0, (1.0, 0.0), 2.0**-48) == (2, 10)
+
+
 def test_a_velocity_that_no_error_in_time_explains_is_set_to_0_by_the_state_that_changes_it_most():
     """z stands still, and y would have to move by 1e-3 to make z - x y vanish."""
     z, F = sp.symbols("z F")

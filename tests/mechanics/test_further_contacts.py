@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from mechanisms import chain, energy_of_chain
+from scipy.integrate import solve_ivp
 from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
@@ -486,6 +487,17 @@ def test_a_table_slides_on_three_feet_if_friction_or_a_torque_varies_as_two_feet
     assert found.modes[-1] == "stick+stick+stick"
     assert [event.t for event in found.events] == pytest.approx([stop])
     assert found.final[:3] == pytest.approx((path, 0.5, 0), abs=1e-8)
+
+
+@pytest.mark.further
+def test_a_table_set_off_by_a_push_slides_on_two_feet_whose_reactions_leave_rounding_in_what_stays_0():
+    """v' = t - 2/(5 (1 + v^2)) from t = 2/5 on; errors relative to 1e-17 in y' and theta' were asked for."""
+    table = _on_feet((-1, 1), [sp.Rational(2, 5) / (1 + X.diff(T) ** 2)] * 2, T)
+    start = table.start(table.rigid(), FLAT | {"Y": "1/2", "X'": 0})
+    path = ap.solve(ap.Scene(system=table.rigid(), start=start, until=1))
+    truth = solve_ivp(lambda t, w: (w[1], t - 0.4 / (1 + w[1] ** 2)), (0.4, 1), (0, 0), rtol=1e-12, atol=1e-13)
+    assert path.modes == ("stick+stick", "slip_same+slip_same")
+    assert path.final == pytest.approx((truth.y[0, -1], 0.5, 0, truth.y[1, -1], 0, 0), abs=1e-8)
 
 
 @pytest.mark.slow
