@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
 from importlib import import_module
+from types import FrameType
 from typing import Any, NoReturn
 
 from asympk import __version__
@@ -40,31 +41,48 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 @contextmanager
 def _hearing_signals() -> Iterator[None]:
-    """Raise ``KeyboardInterrupt`` where SIGTERM would end the process, which only the main thread can hear.
+    """Raise ``KeyboardInterrupt`` for Ctrl-C and SIGTERM, which only the main thread can hear.
 
     An interruption that comes in the callback of a weak reference, where Python ignores it, is raised again.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before, hook = signal.signal(signal.SIGTERM, _interrupt), sys.unraisablehook
-    sys.unraisablehook = partial(_raise_again, hook)
+    heard = [signal.SIGTERM] + [signal.SIGINT] * (signal.getsignal(signal.SIGINT) is signal.default_int_handler)
+    before, hook = {number: signal.signal(number, _interrupt) for number in heard}, sys.unraisablehook
+    sys.unraisablehook = partial(_ignored, hook)
     try:
         yield
     finally:
         sys.unraisablehook = hook
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
-def _interrupt(number: int, _: object) -> NoReturn:
-    raise KeyboardInterrupt(number)
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    if _loads(frame):
+        _raise_again(number)
+    else:
+        raise KeyboardInterrupt(number)
 
 
-def _raise_again(hook: Callable[[Any], Any], ignored: Any) -> None:
-    if not issubclass(ignored.exc_type, KeyboardInterrupt):
+def _loads(frame: FrameType | None) -> bool:
+    """Tell whether a command loads a module: mpmath ignores whatever is raised while it loads gmpy2."""
+    while frame and frame.f_code is not main.__code__:
+        if frame.f_globals.get("__name__") == "importlib._bootstrap":
+            return True
+        frame = frame.f_back
+    return False
+
+
+def _ignored(hook: Callable[[Any], Any], ignored: Any) -> None:
+    if issubclass(ignored.exc_type, KeyboardInterrupt):
+        _raise_again(next(iter(ignored.exc_value.args), signal.SIGINT))
+    else:
         hook(ignored)
-        return
-    number = next(iter(ignored.exc_value.args), signal.SIGINT)
+
+
+def _raise_again(number: int) -> None:
     posix = hasattr(signal, "pthread_kill")  # which ends a wait, too
     raised = partial(signal.pthread_kill, threading.get_ident()) if posix else interrupt_main
     again = threading.Timer(_AGAIN, raised, (number,))

@@ -9,6 +9,7 @@ import sys
 import time
 import weakref
 from contextlib import chdir, redirect_stderr, redirect_stdout
+from importlib import import_module
 from io import StringIO
 from pathlib import Path
 from socket import create_server
@@ -185,22 +186,30 @@ def test_an_interruption_while_the_command_line_is_loaded_is_one_line(capsys, mo
     assert run(capsys, "scenes") == (130, "", "asympk: interrupted\n")
 
 
-@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_an_interruption_that_python_ignores_in_a_callback_ends_the_command_nevertheless(
-    number, status, capsys, monkeypatch
-):
+class _Gone:
+    pass
+
+
+def _in_a_callback(number):
     """Ctrl-C during ``asympk paper`` was lost in a WeakKeyDictionary, with a traceback."""
-    class Gone:
-        pass
+    return weakref.ref(_Gone(), lambda _: signal.raise_signal(number))
 
-    def long(_):
-        gone = Gone()
-        kept = weakref.ref(gone, lambda _: signal.raise_signal(number))
-        del gone
-        time.sleep(10)
-        return kept
 
-    monkeypatch.setattr("asympk.cli.scenes.run", long)
+def _while_a_module_is_loaded(number):
+    """Ctrl-C within 0.3 s of the start was lost: mpmath loads gmpy2 so that nothing is raised."""
+    Path("ignoring.py").write_text(f"import signal\ntry:\n    signal.raise_signal({int(number)})\nexcept BaseException:"
+                                   "\n    pass\n")
+    sys.modules.pop("ignoring", None)
+    import_module("ignoring")
+
+
+@pytest.mark.parametrize("ignored", [_in_a_callback, _while_a_module_is_loaded])
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_interruption_that_is_ignored_where_it_comes_ends_the_command_nevertheless(
+    number, status, ignored, place, capsys, monkeypatch
+):
+    monkeypatch.syspath_prepend(place)
+    monkeypatch.setattr("asympk.cli.scenes.run", lambda _: (ignored(number), time.sleep(10)))
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         assert run(capsys, "scenes") == (status, "", "asympk: interrupted\n")
