@@ -77,8 +77,6 @@ def number_as_text(value: Any) -> str:
     An int or a Fraction is written as a decimal if one of ten digits is exact, otherwise as a ratio if this is short,
     and otherwise as a decimal that is rounded.
     """
-    if value is None:
-        return "-"
     if isinstance(value, float):
         return f"{value:z.10g}"
     if isinstance(value, int | Fraction):
