@@ -23,6 +23,7 @@ from importlib import import_module
 from itertools import chain, product
 from typing import Any
 
+import numpy as np
 import sympy as sp
 
 from asympk.asymptotics.tape import Tape
@@ -30,7 +31,7 @@ from asympk.errors import InputError
 from asympk.symbolic.expansion import fast_jacobian, is_singular, regular, require_series
 from asympk.symbolic.sides import SWITCHING
 from asympk.symbolic.system import Mode
-from asympk.symbolic.taylor import CONSTANTS, FUNCTIONS, Taylor, as_taylor, evaluated
+from asympk.symbolic.taylor import CHOICES, CONSTANTS, FUNCTIONS, Taylor, as_taylor, evaluated, with_removables
 
 
 class Formulas:
@@ -63,7 +64,8 @@ class Formulas:
     def __init__(self, mode: Mode, small: sp.Symbol, parameters: tuple[sp.Symbol, ...], target: str = "math"):
         self.mode, self.small, self.parameters = mode, small, parameters
         self.slow_states, self.fast_states, self.states = tuple(mode.slow), tuple(mode.fast), (*mode.slow, *mode.fast)
-        self.drift, self.full_force = list(mode.slow.values()), list(mode.fast.values())
+        self.drift, self.full_force = ([with_removables(rate, self.states) for rate in rates.values()]
+                                       for rates in (mode.slow, mode.fast))
         for state, rate in (*mode.slow.items(), *mode.fast.items()):
             if switching := rate.atoms(sp.Piecewise, *SWITCHING):
                 raise InputError(f"the rate of {state} switches too often, by {max(switching, key=str)!s:.60}, to "
@@ -170,6 +172,7 @@ class Formulas:
         """Return the definitions of auxiliary symbols, and the coefficients of the manifold in them."""
         tape, _, _, y = self._at_rest(order)
         functions = {f: getattr(sp, f) for f in (*FUNCTIONS, *map(str, CONSTANTS))}
+        functions |= {"outside": lambda u, _: u, "chosen": lambda *given: given[-1]}  # the quotient itself
         states = self.slow_states if self.affine else self.states
         inputs = (*states, self.small, *self.names)
         return tape.definitions(tuple(c[k, 0] for k in range(order + 1) for c in y), functions, inputs)
@@ -282,7 +285,8 @@ class Formulas:
 def _functions(target):
     """Return {name: function or constant} of ``"math"``, ``"cmath"`` or ``"numpy"``."""
     module = import_module(target)
-    return {f: getattr(module, f, _OTHERWISE.get(f)) for f in FUNCTIONS} | {str(c): float(c) for c in CONSTANTS}
+    known = {f: getattr(module, f, _OTHERWISE.get(f)) for f in FUNCTIONS} | {str(c): float(c) for c in CONSTANTS}
+    return known | (_CHOICES_OF_ARRAYS if target == "numpy" else CHOICES)
 
 
 def _erf(value):
@@ -291,6 +295,10 @@ def _erf(value):
     return erf(value)
 
 
+_CHOICES_OF_ARRAYS = {
+    "outside": lambda u, end: np.where(np.abs(u) < end, end, u),
+    "chosen": lambda u, end, inside, outside: np.where(np.abs(u) < end, inside, outside),
+}
 _OTHERWISE = {"erf": _erf, "atan2": lambda y, x: -1j * cmath.log((x + 1j * y) / cmath.sqrt(x * x + y * y))}
 
 

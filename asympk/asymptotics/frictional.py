@@ -4,7 +4,7 @@ r"""The asymptotic models of a system with friction or switching surfaces: layer
 ``matched`` describes, and predicts the error. ``_in_limit`` is the limit mu -> 0 of order 0, for one friction and one
 fast state: the layer from the start lands on the critical manifold of a mode (``impact``), the reduced flow continues
 until a guard of the mode vanishes, the next layer begins there, and so on. Layers take no time in this limit, so all
-events of a layer have the same time. The errors are O(mu log(1/mu)), and the path carries no prediction of its error.
+events of a layer have the same time. Outside the layers the errors are O(mu log(1/mu)); the path does not predict them.
 Order 0 uses ``_to_order`` where a layer or a jump has no law in the limit (``NoLaw``) or is no faster than slow motion,
 as near critical friction, and where the limit does not hold: mu may be too large for it alone.
 """

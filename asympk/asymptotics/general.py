@@ -35,7 +35,7 @@ from asympk.symbolic.placing import with_numbers_inside
 from asympk.symbolic.reading import rational, unused_symbol
 from asympk.symbolic.sides import SWITCHING
 from asympk.symbolic.system import System
-from asympk.symbolic.taylor import FUNCTIONS
+from asympk.symbolic.taylor import FUNCTIONS, with_removables
 
 HIGHEST_ORDER = 4
 SMALL = 1e-4  # the size of a state, in its unit, below which the unit is made smaller
@@ -283,12 +283,13 @@ def _out_of(units: tuple[int, ...], scene: Any, path: Any) -> Path:
 def _without_series(scene: Any) -> str:
     """Return words on a power without Taylor series, whose base is 0 at the start, or "" if there is none.
 
-    Quotients such as u/sinh(u), which have a limit there, are among them.
+    Quotients of more than one argument that have a limit there, as (exp(x) - exp(x y))/x, are among them.
     """
     system = scene.system
     given = zip((*system.states, *system.parameters), (*scene.start, *scene.values), strict=True)
     place = {s: rational(s.name, value) for s, value in given}
-    powers = sorted(atoms(sp.Tuple(*system.rates.values()), sp.Pow), key=str)
+    rates = (with_removables(rate, system.states) for rate in system.rates.values())
+    powers = sorted(atoms(sp.Tuple(*rates), sp.Pow), key=str)
     found = (p for p in powers if p.base.xreplace(place) == 0
              and not ((power := p.exp.xreplace(place)).is_integer and power.is_nonnegative))
     return next((f"{short(p)} has no Taylor series where {short(p.base)} = 0" for p in found), "")

@@ -3,14 +3,15 @@ r"""Taylor arithmetic in two variables, mu and t: expressions of series, on a ta
 A ``Taylor`` is sum c_kj mu^k t^j, k + j <= degree. Coefficients are whole numbers, fractions, and either numbers or
 nodes of a ``Tape``, on which every computation becomes straight-line code. A function phi of a series is evaluated by
 its derivatives, phi(u_0 + w) = sum phi^(i)(u_0) w^i / i!  (Griewank and Walther, Evaluating Derivatives, chapter 13).
-``evaluated`` is the entry, and ``_computed`` treats each kind of expression.
+``evaluated`` is the entry, and ``_computed`` treats each kind of expression. A quotient such as u/(exp(u) - 1), which
+is 0/0 where u = 0 and loses digits beside it, is evaluated there by its series, if it is made a ``Removable`` before.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache, reduce
-from math import factorial, inf
+from functools import lru_cache, partial, reduce
+from math import factorial, inf, perm
 from operator import add, mul
 from typing import Any, Self
 
@@ -19,6 +20,7 @@ import sympy as sp
 from asympk.errors import InputError
 from asympk.formulas import NOT_FINITE
 from asympk.symbolic.inverses import in_order, without_inverses
+from asympk.symbolic.long import atoms, is_longer
 from asympk.symbolic.penetration import Penetration
 
 FUNCTIONS = ("exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan", "asinh", "acosh",
@@ -28,8 +30,18 @@ _QUOTIENTS = {
     sp.sec: lambda a: 1 / sp.cos(a), sp.csc: lambda a: 1 / sp.sin(a), sp.cot: lambda a: sp.cos(a) / sp.sin(a),
     sp.sech: lambda a: 1 / sp.cosh(a), sp.csch: lambda a: 1 / sp.sinh(a), sp.coth: lambda a: 1 / sp.tanh(a),
 }
+_TANGENTS = {sp.tan: lambda a: sp.sin(a) / sp.cos(a), sp.tanh: lambda a: sp.sinh(a) / sp.cosh(a)}  # long derivatives
 U = sp.Symbol("u", positive=True)
+V = sp.Dummy("u", real=True)
 A, B = sp.symbols("a b", real=True)
+CHOICES: dict[str, Callable[..., Any]] = {  # between a quotient and its series, which stands for it where |u| < end
+    "outside": lambda u, end: end if abs(u) < end else u,
+    "chosen": lambda u, end, inside, outside: inside if abs(u) < end else outside,
+}
+LONGEST, HIGHEST_ZERO = 60, 6  # operations of a quotient that is looked at for 0/0, and the order of the zeros
+DIGITS = 60  # of the coefficients of its series
+DEGREE = 30  # of the polynomial that stands for a quotient beside a place where it is 0/0
+WITHIN = 6  # part of the radius of convergence in which it does: it and its derivatives to order 7 are right to 1e-12
 
 
 @dataclass(frozen=True)
@@ -74,8 +86,102 @@ class Taylor(Polynomial):
     def inverse(self) -> "Taylor":
         """Return 1/self."""
         first = _reciprocal(self[0, 0])
-        rest = Taylor({i: c for i, c in self.terms.items() if i != (0, 0)}, self.degree) * (-1 * first)
+        rest = _without_first(self) * (-1 * first)
         return _geometric(rest, [1] * (self.degree + 1)) * first
+
+
+class Removable(sp.Function):
+    """A derivative of a quotient of functions of ``V`` that is 0/0 at 0 and has a series there: a class for each."""
+
+    quotient: sp.Expr
+    times: int
+
+    def fdiff(self, argindex: int = 1) -> sp.Expr:
+        """Return the next derivative."""
+        return _removable(self.quotient, self.times + 1)(self.args[0])
+
+
+@lru_cache(maxsize=256)
+def _removable(quotient: sp.Expr, times: int = 0) -> Any:
+    return type(f"({quotient}){times * chr(39)}", (Removable,), {"quotient": quotient, "times": times})
+
+
+@lru_cache(maxsize=256)
+def with_removables(expr: sp.Expr, states: tuple[sp.Symbol, ...]) -> sp.Expr:
+    """Return an expression in which quotients of one argument that are 0/0 where it is 0 are ``Removable``.
+
+    The argument is linear in one of the ``states``.
+    """
+    expr = _with_quotients(expr, _QUOTIENTS)
+    return expr.xreplace({product: _as_removable(product, states) for product in atoms(expr, sp.Mul)})
+
+
+def _with_quotients(expr, known):
+    return expr.xreplace({f: known[type(f)](*f.args) for f in atoms(expr, *known)})
+
+
+def _as_removable(product, states):
+    """Return a product with its factors in one argument as a ``Removable``, or the product if they are none."""
+    divisors = [part.base for part in product.args if part.is_Pow and part.exp.is_negative and part.exp.is_Integer]
+    found = {*divisors, *(f.args[0] for f in product.atoms(sp.Function))} if divisors else set()
+    found = {at for at in found if any(base.free_symbols <= at.free_symbols for base in divisors)}
+    for at, s in ((at, s) for at in sorted(found, key=str) for s in states if _is_linear(at, s)):
+        fixed, moving = product.as_independent(s, as_Add=False)
+        if moving.free_symbols <= at.free_symbols and not is_longer(moving, LONGEST):
+            factor, quotient = _in_argument(moving, at, s).as_independent(V, as_Add=False)
+            if quotient.free_symbols == {V} and _series(quotient):
+                return fixed * factor * _removable(quotient)(at)
+    return product
+
+
+def _is_linear(at, s):
+    """Tell whether an argument is written as a linear function of s."""
+    terms = [sp.Mul.make_args(term) for term in sp.Add.make_args(at) if term.has(s)]
+    return bool(terms) and all(s in term and sum(factor.has(s) for factor in term) == 1 for term in terms)
+
+
+def _in_argument(product, at, s):
+    """Return a product in terms of ``V``, for ``at``, which is linear in s."""
+    place = {s: sp.expand((V - at.subs(s, 0)) / at.diff(s))}
+    return sp.Mul(*(sp.expand_mul(part.xreplace(place)) for part in sp.Mul.make_args(product)))
+
+
+@lru_cache(maxsize=256)
+def _series(quotient: sp.Expr) -> tuple[Fraction, list[Fraction]] | None:
+    """Return the distance from 0 up to which the series of a quotient stands for it, and its coefficients, or None."""
+    try:
+        sides = sp.fraction(_with_quotients(quotient, _TANGENTS))
+        above, below = (_from_zero(side, DEGREE + HIGHEST_ZERO) for side in sides)
+    except (ArithmeticError, InputError):
+        return None
+    first = next((j for j in range(HIGHEST_ZERO + 1) if below[0, j]), 0)
+    if not first or any(above[0, j] for j in range(first)):
+        return None
+    above, below = (Taylor({(0, j): side[0, j + first] for j in range(DEGREE + 1)}, DEGREE) for side in (above, below))
+    found = above * below.inverse()
+    coefficients = [Fraction(float(found[0, j])) for j in range(DEGREE + 1)]
+    steepest = max(abs(float(c)) ** (1 / j) for j, c in enumerate(coefficients) if j > DEGREE // 2)
+    return Fraction(1 / max(1.0, WITHIN * steepest)), coefficients
+
+
+def _from_zero(expr, degree):
+    """Return the series of a function of ``V`` at 0, whose coefficients are fractions, right to ``DIGITS`` digits."""
+    return as_taylor(_evaluated(expr, {V: Taylor({(0, 1): 1}, degree)}, _Fractions()), degree)
+
+
+class _Fractions:
+    """Functions of fractions as fractions, where a tape writes them down."""
+
+    def call(self, name: str, *values: Any) -> Fraction:
+        return self._of(getattr(sp, name)(*map(sp.Rational, values)))
+
+    def node(self, name: str) -> Fraction:
+        return self._of(getattr(sp, name))
+
+    def _of(self, value: sp.Expr) -> Fraction:
+        if not value.is_real:
+            raise InputError(f"{value} is no real number")
+        return Fraction(str(value if value.is_Rational else value.evalf(DIGITS)))
 
 
 def evaluated(exprs: Iterable[sp.Expr], values: dict, tape: Any) -> list:
@@ -117,6 +223,8 @@ def _computed(expr, values, tape):
         return _evaluated(_QUOTIENTS[type(expr)](*expr.args), values, tape)
     if isinstance(expr, sp.atan2):
         return _angle(*(_evaluated(a, values, tape) for a in expr.args), tape)
+    if isinstance(expr, Removable):
+        return _beside(expr, _evaluated(expr.args[0], values, tape), tape)
     base, exponent = expr.as_base_exp() if expr.is_Pow else (expr, sp.S.One)
     if exponent.is_Integer and expr.is_Pow:
         of = _evaluated(base, values, tape)
@@ -146,12 +254,28 @@ def _function(expr, values, tape):
     at = _evaluated(inner, values, tape)
     if not isinstance(at, Taylor):
         return at_number(outer, at, tape)
-    rest = Taylor({i: c for i, c in at.terms.items() if i != (0, 0)}, at.degree)
+    rest = _without_first(at)
     derivatives = _derivatives(outer, at.degree + 1 if rest.terms else 1)
     if _is_zero(at[0, 0]):
         _require_regular(expr, derivatives)
     return _geometric(rest, [at_number(d, at[0, 0], tape) * Fraction(1, factorial(i))
                              for i, d in enumerate(derivatives)])
+
+
+def _beside(expr, at, tape):
+    """Return a derivative of a quotient of functions of ``V``, beside 0 by its series."""
+    degree, first = (at.degree, at[0, 0]) if isinstance(at, Taylor) else (0, at)
+    times, (end, coefficients) = expr.times, _series(expr.quotient)
+    outside, chosen = ((CHOICES[name] if isinstance(first, int | Fraction) else partial(tape.call, name))
+                       for name in ("outside", "chosen"))
+    here, there = (Taylor({(0, 0): v, (0, 1): 1}, degree + times) for v in (first, outside(first, end)))
+    near, far = _geometric(here, coefficients), as_taylor(_evaluated(expr.quotient, {V: there}, tape), degree + times)
+    found = [chosen(first, end, near[0, i], far[0, i]) * perm(i, times) for i in range(times, degree + times + 1)]
+    return _geometric(_without_first(at), found) if isinstance(at, Taylor) else found[0]
+
+
+def _without_first(series):
+    return Taylor({i: c for i, c in series.terms.items() if i != (0, 0)}, series.degree)
 
 
 def _angle(y, x, tape):

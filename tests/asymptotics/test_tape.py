@@ -9,7 +9,7 @@ import sympy as sp
 
 from asympk.asymptotics.tape import Tape
 from asympk.symbolic.inverses import InverseForm
-from asympk.symbolic.taylor import Taylor, evaluated
+from asympk.symbolic.taylor import CHOICES, Taylor, evaluated, with_removables
 
 THIRD = Fraction(1, 3)
 
@@ -74,3 +74,22 @@ def test_the_series_of_a_form_through_an_inverse_is_that_of_the_inverse_written_
     assert len(indices) == 10
     assert all(math.isclose(*pair, rel_tol=1e-13, abs_tol=1e-15)
                for pair in zip(values[:10], values[10:], strict=True))
+
+
+def test_a_quotient_that_is_0_over_0_and_its_derivatives_keep_their_digits_beside_that_place():
+    v = sp.Symbol("v", real=True)
+    bernoulli = with_removables((v + 2) / (sp.exp((v + 2) / 3) - 1), (v,))
+    tape = Tape("v")
+    exprs = [bernoulli.diff(v, k) for k in range(4)]
+    found = tape.function(tuple(evaluated(exprs, {v: tape.node("v")}, tape)), {"exp": math.exp} | CHOICES)
+    for place in (-2.0, -2 + 1e-9, -1.99, -1.0, 1.5, 4.0):
+        with mpmath.workdps(60):
+            u = (mpmath.mpf(place) + 2) / 3 or mpmath.mpf(10) ** -30
+            known = [float(mpmath.diff(lambda w: 3 * w / mpmath.expm1(w), u, k) / 3**k) for k in range(4)]
+        assert max(abs(a - b) for a, b in zip(found(place), known, strict=True)) < 1e-14
+
+
+def test_a_pole_and_a_quotient_of_two_arguments_stay_as_they_are():
+    u, v = sp.symbols("u v", real=True)
+    for quotient in ((sp.exp(v) - 1) / v**2, sp.sin(v) / (v - 1), (sp.exp(v) - sp.exp(u * v)) / v, 1 / v):
+        assert with_removables(quotient, (u, v)) == quotient
