@@ -15,8 +15,11 @@ def arguments(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> None:
     """Build the paper, or draw one picture, and print what was written."""
-    from asympk.output.paper import build, draw_picture
+    from asympk.output.paper import build, draw_pictures
+    from asympk.output.regenerate import project
 
-    with meter(f"drawing {options.only}") as shown:
-        lines = draw_picture(options.root, options.only) if options.only else build(options.root, shown.tell)
+    root, only = project(options.root), options.only
+    with meter(f"drawing {only}") as shown:
+        figures = root / "paper" / "generated" / "figures"
+        lines = draw_pictures(root, [only], figures, ("pdf", "svg")) if only else build(root, shown.tell)
     print(*lines, sep="\n")

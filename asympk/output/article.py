@@ -4,8 +4,6 @@ import re
 from pathlib import Path
 
 from asympk.errors import InputError
-from asympk.output.artefacts import pictures
-from asympk.pictures.figures import save
 from asympk.storage.files import write_text
 
 _TITLE = re.compile(r"\\title\{(?:\\vspace\{.*?\})?(.*?)\}\n", re.DOTALL)
@@ -31,14 +29,6 @@ def write_article(root: Path, out: Path, lua: Path) -> list[str]:
     title = _TITLE.search(latex)[1].replace(r"\\", "").replace("--", "–")  # type: ignore[index]
     write_text(out / "index.rst", f"{title}\n{'#' * len(title)}\n\n{labelled(found)}\n")
     return re.findall(r"^\.\. figure:: (.+)\.svg$", found, re.MULTILINE)
-
-
-def draw_pictures(root: Path, names: list[str], out: Path) -> None:
-    """Draw pictures of the paper as SVG into ``out``."""
-    found = pictures(root / "paper" / "generated" / "rows")
-    for name in names:
-        if figure := found[name]():
-            save(figure, out / f"{name}.svg")
 
 
 def with_sections(source: str, paper: Path) -> str:

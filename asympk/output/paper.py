@@ -42,17 +42,17 @@ def build(root: Path, tell: Callable[[str], None] = silent) -> list[str]:
     return [*lines, *(f"wrote {typeset_pdf(root / 'paper', name)}" for name in DOCUMENTS)]
 
 
-def draw_picture(root: Path, name: str) -> list[Path]:
-    """Draw one picture as PDF and SVG under paper/generated/figures; return the files.
+def draw_pictures(root: Path, names: Iterable[str], out: Path, kinds: Iterable[str] = ("svg",)) -> list[Path]:
+    """Draw pictures of the paper into ``out`` in files of each of ``kinds``, pdf and svg; return the files.
 
     Raises ``UnknownName`` for a picture that does not exist or whose rows are not there.
     """
-    generated = project(root) / "paper" / "generated"
-    found = pictures(generated / "rows")
-    figure = found[name]() if name in found else None
-    if figure is None:
-        raise UnknownName(f"picture {name!r} is unknown; choose one of {', '.join(found)}")
-    return [save(figure, generated / "figures" / f"{name}.{kind}") for kind in ("pdf", "svg")]
+    found, written = pictures(root / "paper" / "generated" / "rows"), list[Path]()
+    for name in names:
+        if name not in found or not (figure := found[name]()):
+            raise UnknownName(f"picture {name!r} is unknown; choose one of {', '.join(found)}")
+        written += [save(figure, out / f"{name}.{kind}") for kind in kinds]
+    return written
 
 
 def write_paper_rows(out: Path, tell: Callable[[str], None]) -> list[Path]:

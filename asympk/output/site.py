@@ -11,7 +11,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
-from concurrent.futures import as_completed
+from concurrent.futures import Future, as_completed
 from contextlib import suppress
 from hashlib import sha256
 from importlib.util import find_spec
@@ -19,7 +19,8 @@ from pathlib import Path, PurePosixPath
 
 from asympk.errors import InputError, MissingPackage
 from asympk.output.arrow import arrow_drawing, parts_in_order
-from asympk.output.article import draw_pictures, write_article
+from asympk.output.article import write_article
+from asympk.output.paper import draw_pictures
 from asympk.output.regenerate import project, silent
 from asympk.output.systempages import write_index, write_page
 from asympk.pictures.figures import save
@@ -69,7 +70,7 @@ def write_sources(root: Path, source: Path, tell: Callable[[str], None]) -> None
     names = write_article(root, article, source / "article.lua")
     write_index(systems)
     with executor(os.cpu_count()) as pool:
-        tasks = {pool.submit(draw_pictures, root, names, article): "the pictures of the article"}
+        tasks: dict[Future, str] = {pool.submit(draw_pictures, root, names, article): "the pictures of the article"}
         tasks |= {pool.submit(write_page, name, systems): name for name in reversed(SKETCHES)}
         for task in as_completed(tasks):
             task.result()

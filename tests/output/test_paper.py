@@ -117,11 +117,10 @@ def test_the_readme_names_the_integrators_that_fail_beside_the_unstable_plane_as
 
 
 def test_one_picture_is_drawn_by_its_name_and_an_unknown_one_is_refused(tmp_path):
-    (tmp_path / "derivations").mkdir()
-    written = paper.draw_picture(tmp_path, "system")
+    written = paper.draw_pictures(tmp_path, ["system"], tmp_path, ("pdf", "svg"))
     assert [path.name for path in written] == ["system.pdf", "system.svg"]
     with pytest.raises(UnknownName, match="picture 'chart' is unknown; choose one of mechanisms, system"):
-        paper.draw_picture(tmp_path, "chart")
+        paper.draw_pictures(tmp_path, ["chart"], tmp_path)
 
 
 def test_numbers_are_set_as_powers_of_ten_and_decimals():
