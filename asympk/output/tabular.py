@@ -59,14 +59,10 @@ def plain_rows(table: Table) -> list[list[str]]:
     return [[as_cell(cell).text for cell in row] for row in (table.header, *table.rows)]
 
 
-def as_csv(table: Table) -> str:
-    """Return the table as CSV."""
-    return csv_text(plain_rows(table))
-
-
 def write_table(table: Table, out: Path) -> list[Path]:
     """Write the table into the directory ``out`` as ``name``.tex and ``name``.csv; return the files."""
-    return [write_text(out / f"{table.name}{end}", dress(table)) for end, dress in ((".tex", latex), (".csv", as_csv))]
+    forms = {"tex": latex(table), "csv": csv_text(plain_rows(table))}
+    return [write_text(out / f"{table.name}.{end}", text) for end, text in forms.items()]
 
 
 def words(sentence: str) -> Cell:
