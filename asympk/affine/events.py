@@ -34,7 +34,7 @@ _CUTS = (0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875, 0.03125, 0.96875)
 _MOST_STEPS = 200
 _FURTHER = 1.375
 _NOTHING = 1e-8
-_ORDER = 16
+_ORDER, _FOLD = 16, 4  # of derivatives, one more for each factor e^4 of weights that cancel
 _REACH = 16  # the first trial of ``_reach``, in units of the time of the fastest part
 _PATIENCE = 2  # the number of steps, and of open intervals, before the costlier bounds are used
 _FEW = 0.125  # the part of the digits to which g'' must be 0 to count as 0 where g' is; higher derivatives alike
@@ -179,9 +179,13 @@ class Guards:
 
     @cached_property
     def derivatives(self) -> np.ndarray:
-        """The weights of the guards' derivatives from the second to that of order ``_ORDER``: (orders, guards, r)."""
-        found = [self.segment.bends]
-        while len(found) <= _ORDER - 2:
+        """The weights of the guards' derivatives from the second on: (orders, guards, r).
+
+        The last is of order ``_ORDER``, or of a higher one where weights are large and cancel.
+        """
+        found, sizes, n = [self.segment.bends], self.segment.term_sizes.guards, self.segment.functions
+        large = min(1 / self.m.eps, sizes[:n].max() / (sizes[n].max() or 1))
+        while len(found) <= _ORDER - 2 + int(self.m.log(1 + large) / _FOLD):
             found.append(self.segment.flow.rate @ found[-1])
         return np.stack(found).transpose(0, 2, 1)
 

@@ -292,3 +292,15 @@ def test_a_weight_laid_on_a_spring_without_damping_stays_in_touch_although_it_co
     path = ap.solve(ap.Scene(system=system, start={y: 0, v: 0, w: 0}, until=1), digits=digits)
     assert (path.modes, path.events) == (("stick",), ())
     assert [*map(float, path.final)] == pytest.approx(((math.cos(10) - 1) / 100, -math.sin(10) / 10, 0), abs=1e-15)
+
+
+def test_a_stop_is_found_however_near_two_fast_rates_are():
+    """Both are -1/mu but for a part 10^-40 of them; then z = x - v/5, and v' = 1 - 5x/4 + v/20 until v = 0."""
+    z, mu = sp.Symbol("z", real=True), sp.Symbol("mu", positive=True)
+    friction = ap.Friction(velocity=v, force=F, load=2 - z / 2, kinetic=sp.S.Half)
+    block = ap.System.with_frictions({x: v, v: F - x}, {y: -y - x, z: -v / 5 - y - z}, [friction], small=mu)
+    path = ap.solve(ap.Scene(system=block, values={"mu": "1e-40"}, start={"x": 2, "v": 0, "y": 1, "z": 0}, until=5))
+    stop = math.pi / math.sqrt(5 / 4 - 1 / 1600)
+    assert path.modes == ("slip_opposite", "stick")
+    assert path.events[0].t == pytest.approx(stop, abs=1e-15)
+    assert path.final[0] == pytest.approx(0.8 - 1.2 * math.exp(stop / 40), abs=1e-15)
