@@ -12,7 +12,7 @@ from collections.abc import Callable, Collection, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from itertools import chain, product
 from typing import Any
 
@@ -139,9 +139,13 @@ def _first(automaton: Automaton, start: State, until: Any, digits: int | None) -
     context = carrier_context(decide.DIGITS)
     slack = context.mpf(10) ** -decide.EXACT
     still = automaton.mode((OPEN,) * len(automaton.system.frictions), decide.DIGITS)
-    begun = still.after_start(in_context(context, until))
+    at, begun = (still.after_start(in_context(context, until), roots) for roots in (False, True))
     near = BESIDE * (carrier_context(digits).eps if digits else sys.float_info.epsilon)
-    return _follow_on(automaton, None, (), begun, _exact(start, context), slack, near)
+    follow = partial(_follow_on, automaton, None, (), state=_exact(start, context), slack=slack, near=near)
+    if at < begun:  # beside the zero of a root states that grow faster are still 0, where its slope is finite
+        with suppress(OutOfRange, Undecided):
+            return follow(t=at)
+    return follow(t=begun)
 
 
 def _follow_on(

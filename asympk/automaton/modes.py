@@ -291,8 +291,8 @@ class GuardedMode:
     def order_in_time(self) -> int:
         """The largest exponent of a power that the time moves: fewer of its derivatives vanish where the power does."""
         powers = atoms(sp.Tuple(*self.rates, *self.guard_values), sp.Pow)
-        moved = (p.exp for p in powers if p.exp.is_Integer and self.system.time in symbols_in(p.base))
-        return max(map(int, moved), default=0)
+        moved = (p.exp for p in powers if p.exp.is_real and p.exp.is_number and self.system.time in symbols_in(p.base))
+        return max((int(sp.ceiling(exp)) for exp in moved), default=0)
 
     def lie_derivative(self, expr: sp.Expr) -> sp.Expr:
         """Return the derivative of ``expr`` along the field: its Lie derivative plus its partial time derivative."""

@@ -267,10 +267,14 @@ class NumericMode:
         """Return the time and the state after a span so short that the rates are constant."""
         return t + span, tuple(w + span * rate for w, rate in zip(state, self.rhs(t, state), strict=True))
 
-    def after_start(self, until: Any) -> Any:
-        """Return the time at which a run to ``until`` starts: 0, or just after 0 if there may be a switch at 0."""
+    def after_start(self, until: Any, roots: bool = True) -> Any:
+        """Return the time at which a run to ``until`` starts: 0, or just after 0 if there may be a switch at 0.
+
+        Without ``roots`` their zeros are none.
+        """
         near, start = self.beside * until, 0 * until
-        found = self._switched_near(switches_of(self.mode.system, sideless=True), start)
+        known = tuple(s for s in switches_of(self.mode.system, sideless=True) if roots or not s.root)
+        found = self._switched_near(known, start)
         return 3 * max((max(near, width) for switch, width in found if abs(switch) <= max(near, width)), default=start)
 
     @property

@@ -20,10 +20,14 @@ _JUMPING = (*SWITCHING, sp.Pow, sp.core.relational.Relational)
 
 
 class Switch(NamedTuple):
-    """A phase, linear in the time, and whether the rates switch at each of its whole values, or at 0 alone."""
+    """A phase, linear in the time, and whether the rates switch at each of its whole values, or at 0 alone.
+
+    At a ``root`` they do not jump.
+    """
 
     phase: sp.Expr
     every: bool
+    root: bool = False
 
 
 class Middle(NamedTuple):
@@ -121,7 +125,7 @@ def switches(
 def _of(atom: sp.Basic, but: Collection[sp.Expr]) -> Iterator[Switch]:
     if isinstance(atom, sp.Pow):  # where a root vanishes, its slope is infinite
         root = atom.exp.is_positive and not atom.exp.is_integer
-        yield from (_zero(factor) for factor in sp.Mul.make_args(atom.base) if root)
+        yield from (_zero(factor)._replace(root=True) for factor in sp.Mul.make_args(atom.base) if root)
         return
     parts = switching_parts(atom)
     if isinstance(atom, WHOLE):

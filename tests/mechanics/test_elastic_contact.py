@@ -517,3 +517,21 @@ def test_an_elastic_guide_without_friction_is_closed_whatever_the_signs_of_its_l
     path = ap.solve(ap.Scene(system=system, values={"eps": "1/10"}, start=start, until=4))
     assert (path.modes, path.events) == (("closed",), ())
     assert path.final[0] == pytest.approx(math.sin(4))
+
+
+@pytest.mark.parametrize("power", ["3/2", "7/2", "16/3"])
+@pytest.mark.parametrize("method", ["exact", "radau"])
+def test_an_unloaded_elastic_contact_holds_a_block_whose_push_grows_by_a_root_and_more_slowly_than_its_load(
+    power, method
+):
+    """The load grows as t, and the push was decided on shortly after t = 0, where it stood against no load yet."""
+    push = T ** sp.Rational(power)
+    block = ap.Mechanism.from_lagrangian((X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 - Y, (X, Y), forces={X: push},
+                                         contact=ap.Contact(Y, X, sp.Rational(2, 5), unilateral=True))
+    system = block.elastic(compliance=eps**2, damping=eps)
+    start = block.start(system, dict.fromkeys(("X", "Y", "X'", "Y'"), 0))
+    path = ap.solve(ap.Scene(system=system, values={"eps": "1/10"}, start=start, until="1/2"), method)
+    decay, swing = math.exp(-2.5), 5 * math.sqrt(3) / 2
+    height = 1 - decay * (math.cos(swing) + math.sin(swing) / math.sqrt(3))
+    assert (path.modes, path.final[0]) == (("stick",), 0)
+    assert path.final[path.names.index("x")] == pytest.approx(height, abs=1e-8)
