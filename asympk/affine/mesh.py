@@ -74,7 +74,7 @@ class Mesh:
             if k < len(self._windows):
                 window = self._windows[k]
             else:
-                window = self._window(window.t[-1] if k else 0.0)
+                window = self._window(float(window.t[-1]) if k else 0.0)
                 if k < _KEPT:
                     self._windows.append(window)
             yield window

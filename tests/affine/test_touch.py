@@ -304,3 +304,13 @@ def test_a_stop_is_found_however_near_two_fast_rates_are():
     assert path.modes == ("slip_opposite", "stick")
     assert path.events[0].t == pytest.approx(stop, abs=1e-15)
     assert path.final[0] == pytest.approx(0.8 - 1.2 * math.exp(stop / 40), abs=1e-15)
+
+
+def test_a_layer_near_the_smallest_double_is_followed_without_a_warning():
+    """Products of its rate and later times leave the range of doubles; outside the layer x = 1 + cos(t/sqrt(2))."""
+    mu = sp.Symbol("mu", positive=True)
+    block = ap.System.with_frictions({x: v, v: F - x + y}, {y: x / 2 - y}, [ap.Friction(v, F, 1, sp.S.Half)], small=mu)
+    path = ap.solve(ap.Scene(system=block, values={"mu": "1e-300"}, start={"x": 2, "v": 0, "y": 1}, until=5))
+    assert path.modes == ("slip_opposite", "stick")
+    assert path.events[0].t == pytest.approx(math.pi * math.sqrt(2), abs=1e-15)
+    assert path.final == pytest.approx((0, 0, 0), abs=1e-15)
