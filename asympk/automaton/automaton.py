@@ -26,7 +26,7 @@ from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import has_law, is_nested, mode_of, phases_of, turning
 from asympk.automaton.numericmode import BESIDE, NumericMode, State
 from asympk.digits import carrier_context
-from asympk.errors import InputError, NoMotion, NotDerivable, OutOfRange, TwoMotions, Undecided
+from asympk.errors import InputError, NoMotion, NotDerivable, TwoMotions, Undecided
 from asympk.multiprecision import in_context
 from asympk.numbers import sign_of
 from asympk.symbolic.branches import OPEN, Branch, at_rest, rate_along
@@ -143,7 +143,7 @@ def _first(automaton: Automaton, start: State, until: Any, digits: int | None) -
     near = BESIDE * (carrier_context(digits).eps if digits else sys.float_info.epsilon)
     follow = partial(_follow_on, automaton, None, (), state=_exact(start, context), slack=slack, near=near)
     if at < begun:  # beside the zero of a root states that grow faster are still 0, where its slope is finite
-        with suppress(OutOfRange, Undecided):
+        with suppress(ArithmeticError, ValueError):
             return follow(t=at)
     return follow(t=begun)
 

@@ -343,8 +343,10 @@ def signs_of_derivatives(
         if order > first and _length(mode.derivative(guard, order - (1 if mode.pressed else 2))) > LONGEST:
             yield from _signs_in_series(here, mode, guard, order)
             return
-        values = [slopes] if slopes and order == 1 else _derivatives(here, mode, guard, order)
-        yield from map(here.numbers.decided_sign, values)
+        for values in [slopes] if slopes and order == 1 else _derivatives(here, mode, guard, order):
+            if values[0] != values[0]:  # oo - oo, as of roots, has no sign
+                raise OverflowError
+            yield here.numbers.decided_sign(values)
         if order == first and stays(here, mode, guard):
             return
     with suppress(Undecided):

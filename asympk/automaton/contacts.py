@@ -115,7 +115,7 @@ class Place(NamedTuple):
         formulas = function(system, outputs, self.numbers.target, self.numbers.functions, directions,
                             coefficients=self.coefficients)
         found = formulas(self.t, *self.state, *self.p)
-        if not all(abs(value) <= self.numbers.largest for value in found):  # not so of a NaN
+        if any(abs(value) > self.numbers.largest for value in found):
             raise OverflowError
         return found
 

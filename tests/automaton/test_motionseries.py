@@ -78,3 +78,12 @@ def test_a_table_on_two_elastic_feet_begins_to_slip_on_the_rear_one_at_any_push(
     start = table.start(system, at_rest | {"eps": "1/100"})
     scene = ap.Scene(system=system, values={eps: "1/100"}, start=start, until=1)
     assert mode_name(automaton_of(scene).first(scene.start)) == "slip_same+stick"
+
+
+def test_a_push_that_leaves_the_bound_of_friction_by_two_roots_ends_rest_though_a_derivative_is_oo_minus_oo():
+    x, v, F, t = sp.symbols("x v F t", real=True)
+    push = 1 + t ** sp.Rational(16, 3) - t ** sp.Rational(17, 3)
+    system = ap.System.with_frictions({x: v, v: push + F}, {}, [ap.Friction(v, F, load=1, kinetic=1)], time=t)
+    path = ap.solve(ap.Scene(system=system, start={x: 0, v: 0}, until=1))
+    assert path.modes == ("slip_same",)
+    assert path.final[1] == pytest.approx(3 / 19 - 3 / 20, abs=1e-9)
