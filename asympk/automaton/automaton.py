@@ -26,7 +26,7 @@ from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import has_law, is_nested, mode_of, phases_of, turning
 from asympk.automaton.numericmode import BESIDE, NumericMode, State
 from asympk.digits import carrier_context
-from asympk.errors import InputError, NoMotion, NotDerivable, TwoMotions, Undecided
+from asympk.errors import InputError, NoMotion, NotDerivable, OutOfRange, TwoMotions, Undecided
 from asympk.multiprecision import in_context
 from asympk.numbers import sign_of
 from asympk.symbolic.branches import OPEN, Branch, at_rest, rate_along
