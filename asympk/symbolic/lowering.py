@@ -422,11 +422,10 @@ def _numpy(lowered, values):
     arrays = [numbers(str(a), v).astype(float) for a, v in zip(lowered.args, values, strict=True)]
     shape = common_shape(lowered.args, arrays)
     with np.errstate(all="ignore"):
-        found = [np.broadcast_to(np.asarray(v, dtype=float), shape) for v in lowered.compiled(*arrays)]
-    for output, v in zip(lowered.outputs, found, strict=True):
-        if not (finite := np.isfinite(v)).all():
-            first = np.unravel_index(finite.argmin(), shape)
-            raise _out_of_range([output], lowered.args, [float(np.broadcast_to(a, shape)[first]) for a in arrays])
+        found = np.array([np.broadcast_to(np.asarray(v, dtype=float), shape) for v in lowered.compiled(*arrays)])
+    for k, *place in np.argwhere(~np.isfinite(found)):  # as where a part overflows
+        at = [float(np.broadcast_to(a, shape)[*place]) for a in arrays]
+        (found[k, *place],) = _math(replace(lowered, target="math", outputs=lowered.outputs[k : k + 1]), at)
     return tuple(v.copy() if shape else float(v) for v in found)
 
 

@@ -253,6 +253,13 @@ def test_the_source_for_floats_has_no_complex_values():
         space["f"](-8.0)
 
 
+def test_arrays_have_a_value_where_an_exponential_in_it_overflows_as_numbers_have():
+    """1/cosh(x) is 0 far away, and so is every coefficient of a slow manifold y = 1/cosh(x); it was refused."""
+    for expr in (sp.exp(x) / (sp.exp(x) + 1), x * sp.exp(x) / (sp.exp(x) + 1) ** 2, -x * sp.sinh(x) / sp.cosh(x) ** 2):
+        array, number = lower([x], expr, "numpy"), lower([x], expr, "math")
+        assert array([2000, 1, -2000]) == pytest.approx([number(2000.0), number(1.0), number(-2000.0)], abs=1e-300)
+
+
 def test_in_an_array_the_first_bad_place_is_named():
     with pytest.raises(OutOfRange, match=r"1/x is not a finite real number at x = 0\.0, mu = 5\.0"):
         lower((x, mu), [1 / x, mu])([[1], [0]], [5, 6])
