@@ -9,7 +9,7 @@ import sympy as sp
 from sympy.core.function import Application
 
 from asympk.errors import InputError
-from asympk.formulas import UNEVALUATED, fractional_part
+from asympk.formulas import LARGEST_DEGREE, TWO, UNEVALUATED, fractional_part
 from asympk.numbers import as_fraction, number, numbers, raw_entries, require_finite, require_sizes, short
 from asympk.symbolic.long import DIGITS, parts_of
 
@@ -17,6 +17,8 @@ _PLAIN = (  # a Lambda is a law of friction within the condition of a jump law
     sp.Add, sp.Mul, sp.Pow, Application, sp.Lambda, sp.Symbol, sp.Number, sp.NumberSymbol, type(sp.I), type(sp.zoo),
     *UNEVALUATED, sp.UnevaluatedExpr,
 )
+DEEPEST = 100  # levels of an expression; SymPy visits them by recursion, several calls of Python for each
+MOST_FACTORS = 100  # of a product, whose derivative has as many products
 WRITTEN_OTHERWISE: dict[type, Callable] = {  # Python's factorial takes no fractions
     sp.frac: fractional_part, sp.factorial: lambda n: sp.gamma(n + 1),
 }
@@ -75,8 +77,8 @@ def entries_of(name: str, value: Any, entries: str) -> tuple:
 def expression(name: str, value: Any) -> sp.Basic:
     """Return a SymPy object, or a number as one, with other functions for those of ``WRITTEN_OTHERWISE``.
 
-    Raises ``InputError`` for a string or a container, and for a unit, a vector, a ``CRootOf``, an entry of a matrix or
-    a function of a constant beyond doubles in it.
+    Raises ``InputError`` for a string or a container, for a unit, a vector, a ``CRootOf``, an entry of a matrix or a
+    function of a constant beyond doubles in it, and for what SymPy works on without end or cannot visit.
     """
     if isinstance(value, Decimal):
         number(name, value)  # refuses one of too many digits
@@ -87,15 +89,34 @@ def expression(name: str, value: Any) -> sp.Basic:
     except (sp.SympifyError, TypeError, ValueError, NotImplementedError):
         raise InputError(f"{name} = {short(value)}: it must be a SymPy expression or a number") from None
     parts = parts_of(found)
+    if found.args and _levels(found) > DEEPEST:
+        raise InputError(f"{name}: an expression nested deeper than {DEEPEST}; write a function of numbers for a part")
     for part in parts:
         if isinstance(part, sp.Expr) and not isinstance(part, _PLAIN):
             raise InputError(f"{name} = {short(value)}: {short(part)} is neither a plain number nor a "
                              "Symbol; write one of these, of a root its .evalf(20)")
+        if len(part.args) * part.is_Mul > MOST_FACTORS or _order(part) > LARGEST_DEGREE:
+            raise InputError(f"{name} = {short(value)}: {short(part)} has more than {MOST_FACTORS} factors, or an "
+                             f"order beyond {LARGEST_DEGREE}; write it without")
         if isinstance(part, sp.Function | sp.Pow) and part.is_number:
             require_sizes(f"{name}: its constant", part)  # SymPy evaluates it to write a sum with it
     for kind, other in WRITTEN_OTHERWISE.items():
         found = found.replace(kind, other) if any(isinstance(part, kind) for part in parts) else found
     return found
+
+
+def _levels(expr):
+    """Return the number of levels of an expression, which is counted to ``DEEPEST`` + 1."""
+    level, count = {id(expr): expr}, 0
+    while level and count <= DEEPEST:
+        level, count = {id(arg): arg for part in level.values() for arg in part.args}, count + 1
+    return count
+
+
+def _order(part):
+    """Return the largest integer among the arguments of a function of several, as of a polynomial of Legendre's."""
+    several = isinstance(part, sp.Function) and not isinstance(part, (sp.Piecewise, *TWO)) and len(part.args) > 1
+    return max((abs(arg) for arg in part.args if arg.is_Integer), default=0) if several else 0
 
 
 def real_expression(name: str, value: Any) -> sp.Expr:

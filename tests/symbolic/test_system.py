@@ -36,6 +36,29 @@ def _two_blocks(push):
     return System.with_frictions({z: push - x, y: N, x: z}, {}, frictions)
 
 
+def _nested(levels):
+    expr = x
+    for _ in range(levels):
+        expr = sp.Add(1, sp.Pow(expr, 2, evaluate=False), evaluate=False)
+    return expr
+
+
+@pytest.mark.parametrize(("rate", "why"), [
+    (_nested(60), "an expression nested deeper than 100"),
+    (sp.Mul(*(sp.sin(n * x + y) for n in range(1, 301))), "more than 100 factors"),
+    (sp.legendre(10**5, x, evaluate=False), "order beyond 64"),
+    (sp.binomial(10**9, x), "order beyond 64"),
+    (sp.ff(x, 10**5, evaluate=False), "order beyond 64"),
+])
+def test_an_expression_that_sympy_works_on_without_end_or_cannot_visit_is_refused_by_its_size(rate, why):
+    with pytest.raises(InputError, match=why):
+        System.smooth({x: -y}, {y: rate}, mu)
+
+
+def test_a_remainder_and_an_angle_have_no_order():
+    System.smooth({x: sp.Mod(x, 1000) + sp.atan2(x, 1000) + sp.besselj(64, x)}, {y: x - y}, mu)
+
+
 def test_a_mode_of_a_load_that_contains_its_own_force_holds_where_this_load_says():
     """In slip F = -+N/2 of N = x + y + F/8, so N = (x + y)/(1 +- 1/16); at rest F = x + y - 1. F stood in all three."""
     system = _oscillator(load=x + y + F / 8, velocity={z: 1 - x - y + F}, kinetic=sp.Rational(1, 2), static=None)
