@@ -22,7 +22,7 @@ from asympk.formulas import formula_in_words
 from asympk.naming import named
 from asympk.numbers import known_order, short
 from asympk.storage.files import named_file, write_text
-from asympk.symbolic.expansion import fast_jacobian, is_implicit, one_side
+from asympk.symbolic.expansion import fast_jacobian, has_long_coefficients, is_implicit, one_side
 from asympk.symbolic.long import heavy, is_longer
 from asympk.symbolic.lowering import lower, plain_names_of
 from asympk.symbolic.manifold import slow_manifold, slow_manifolds
@@ -119,7 +119,7 @@ def _coefficients(m, system, order):
 
     The definitions are the intermediate quantities of the straight-line code for long rates, else ().
     """
-    if not _is_long(m.dynamics):
+    if not (_is_long(m.dynamics) or has_long_coefficients(m.dynamics, m.branch)):
         found = replace(m, order=order).coefficients
         return (), [tuple(c.values()) if isinstance(c, sp.Dict) else (c,) for c in found]
     mode, count = m.dynamics, len(m.branch)

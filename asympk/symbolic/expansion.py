@@ -25,7 +25,19 @@ from asympk.formulas import NOT_FINITE
 from asympk.numbers import short
 from asympk.symbolic.branches import put_sign, without_squares
 from asympk.symbolic.diffring import DifferentialRing, Fraction, atoms_of
-from asympk.symbolic.long import DEGREE, atoms, heavy, inverse_of, is_longer, named_exponentials, replaced, valued
+from asympk.symbolic.long import (
+    DEGREE,
+    atoms,
+    functions_named,
+    has_many_terms,
+    heavy,
+    inverse_of,
+    is_longer,
+    named_exponentials,
+    numerator_of,
+    replaced,
+    valued,
+)
 from asympk.symbolic.system import Mode
 
 _TINY = sp.Rational(1, 10**30)
@@ -65,20 +77,27 @@ def require_short(mode: Mode, order: int = 0, branch: sp.Dict | None = None) -> 
     """Raise ``NotDerivable`` where no formulas can be written.
 
     This is where a power of a sum has too many terms, and, if ``order`` is above 0, where the rates are too long, or
-    many different exponentials are in those of several fast states on an implicit ``branch``, for the number of fast
-    states that are coupled.
+    h_x x' on the ``branch`` y = h has too many terms, or many different exponentials are in those of several fast
+    states on an implicit ``branch``, for the number of fast states that are coupled.
     """
     rates = sp.Tuple(*mode.slow.values(), *mode.fast.values())
     for power in sorted(atoms(rates, sp.Pow), key=str):
         if power.base.is_Add and power.exp.is_Integer and _size_expanded(power) > EXPANDED:
             raise NotDerivable(f"the rates of {mode.name} have the power {short(power)}, which has too many terms for "
                                "formulas: put a parameter for it, or an exponential; solve follows it")
-    long = heavy(rates) and is_longer(rates, LONG)
+    long = order > 0 and ((heavy(rates) and is_longer(rates, LONG)) or has_long_coefficients(mode, branch or sp.Dict()))
     implicit = branch is not None and len(branch) > 1 and is_implicit(branch)
     if order and (long or (implicit and _coupled(mode) * len(named_exponentials(rates)[1]) > MANY)):
         much = "are too long" if long else "have too many exponentials"
         raise NotDerivable(f"the rates of {mode.name} {much} for coefficients in symbols beyond order 0; export writes "
                            "them, and solve(scene, method='slow', order=n) uses them")
+
+
+def has_long_coefficients(mode: Mode, branch: sp.Dict) -> bool:
+    """Tell whether the rates, or h_x x' on a branch y = h, have too many terms for coefficients in symbols."""
+    flows = [replaced(f, {**branch}) for f in mode.slow.values()]
+    moved, _ = functions_named(sp.Tuple(*(sp.Mul(h, f, evaluate=False) for h in branch.values() for f in flows)))
+    return has_many_terms(sp.Tuple(*mode.slow.values(), *mode.fast.values(), *map(numerator_of, moved)))
 
 
 def require_factored(mode: Mode, degree: int = DEGREE) -> None:
@@ -175,7 +194,7 @@ def over_fast(mode: Mode, small: sp.Symbol, branch: sp.Dict) -> dict[sp.Symbol, 
         return {}
     g = limit_of(next(iter(mode.fast.values())), small)
     for x in mode.slow:
-        slope = sp.cancel(g.diff(x))
+        slope = g.diff(x) if heavy(g) else sp.cancel(g.diff(x))
         if slope != 0 and not slope.has(*mode.slow, *mode.fast):
             return {x: sp.cancel(-g.subs(x, 0) / slope)}
     return {}

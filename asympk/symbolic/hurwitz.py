@@ -15,6 +15,7 @@ from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.long import (
     LONG,
     entries_named,
+    has_many_terms,
     heavy,
     in_factors,
     is_clearly_nonzero,
@@ -32,6 +33,8 @@ _U = sp.Dummy("u", real=True)
 def characteristic(matrix: sp.Matrix) -> tuple[sp.Expr, ...]:
     """Return the coefficients of det(s - matrix), from the highest."""
     names, own = named_exponentials(sp.Tuple(*matrix))
+    long = {entry: sp.Dummy() for entry in matrix if has_many_terms(entry)}
+    names, own = names | long, own | {name: entry for entry, name in long.items()}
     entries = matrix.xreplace(names).to_DM()  # ``Matrix.charpoly`` compares the entries of blocks, and fails at a root
     found = map(entries.domain.to_sympy, entries.charpoly_base())
     return tuple((_simplified(c) if entries.domain.is_EXRAW else c).xreplace(own) for c in found)

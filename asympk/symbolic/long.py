@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
 from functools import lru_cache, reduce
 from itertools import count, islice
-from math import lcm
+from math import comb, lcm, prod
 from operator import add, or_
 from typing import Any
 
@@ -17,6 +17,7 @@ PARTS = 4  # a bound on the parts of a tree, without atoms, for one operation: -
 LONG = 300  # operations; a rational expression divided by a sum is not expanded if it has more
 FEW_FUNCTIONS = 4  # functions as generators, such as sines and cosines of two angles, with which SymPy factors fast
 DEGREE = 160  # of powers; SymPy factors polynomials of a higher degree for minutes
+TERMS = 10_000  # of an expanded product, before like ones are collected; SymPy takes a second for so many
 HIGH = 4  # the highest power of an exponential with which SymPy factors fast
 ROUGH = 1e-6  # a difference of values, relative to their size, that is not rounding
 CLEAR = 1e-9  # size above which a value of DIGITS digits is certainly not 0
@@ -102,10 +103,31 @@ def is_longer(expr: sp.Basic, operations: int) -> bool:
 
 @lru_cache(maxsize=1024)
 def heavy(expr: sp.Basic) -> bool:
-    """Tell whether an expression is too long to expand: 60 operations, or ``LONG`` in a quotient of polynomials."""
-    if not _is_rational(expr):
-        return is_longer(expr, 60)
-    return bool(_divisors(expr)) and is_longer(expr, LONG)
+    """Tell whether an expression is too long to expand, or would have too many terms.
+
+    Too long are 60 operations, or ``LONG`` in a quotient of polynomials.
+    """
+    quotient = _is_rational(expr)
+    return has_many_terms(expr) or (bool(not quotient or _divisors(expr)) and is_longer(expr, LONG if quotient else 60))
+
+
+def has_many_terms(expr: sp.Basic) -> bool:
+    """Tell whether an expression, or a part of it, may have more than ``TERMS`` terms where it is expanded."""
+    return _terms(expr) > TERMS
+
+
+@lru_cache(maxsize=4096)
+def _terms(expr: sp.Basic) -> int:
+    """Return a bound of the number of terms of an expanded expression, which is counted to ``TERMS`` + 1."""
+    parts, found = [_terms(part) for part in expr.args], 1
+    if max(parts, default=0) > TERMS:
+        return TERMS + 1
+    if expr.is_Add or expr.is_Mul:
+        found = (sum if expr.is_Add else prod)(parts)
+    elif expr.is_Pow and expr.exp.is_Integer and expr.exp.is_positive and parts[0] > 1:
+        power = min(int(expr.exp), TERMS)
+        found = comb(power + parts[0] - 1, power)
+    return min(found, TERMS + 1)
 
 
 @lru_cache(maxsize=1024)
@@ -125,9 +147,10 @@ def factorises(expr: sp.Expr) -> bool:
     """Tell whether an expression may be factored, which takes SymPy long where it has many functions as generators.
 
     With at most ``FEW_FUNCTIONS`` it may be if it is rational in these, or not much longer than ``LONG``. With a power
-    beyond ``DEGREE`` it may not.
+    beyond ``DEGREE``, or many terms where it is expanded, it may not.
     """
-    if any(p.exp.is_Integer and abs(p.exp) > DEGREE for p in atoms(expr, sp.Pow) if p.base.free_symbols):
+    powers = (p for p in atoms(expr, sp.Pow) if p.base.free_symbols)
+    if has_many_terms(expr) or any(p.exp.is_Integer and abs(p.exp) > DEGREE for p in powers):
         return False
     plain, functions = functions_named(expr)
     if len(functions) > FEW_FUNCTIONS:
@@ -161,6 +184,11 @@ def tidied(expr: sp.Expr) -> sp.Expr:
     scale, above, divisor = sp.cancel((above, _product(below)))
     found = scale * above / divisor
     return found if divisor.free_symbols else expanded(found)
+
+
+def numerator_of(expr: sp.Expr) -> sp.Expr:
+    """Return the numerator of a rational expression over a common denominator, not expanded; another one as it is."""
+    return _quotient(expr)[0] if _is_rational(expr) else expr
 
 
 def _quotient(expr: sp.Expr) -> tuple[sp.Expr, Counter[sp.Expr]]:

@@ -24,8 +24,10 @@ from asympk.symbolic.long import (
     common_divisor,
     entries_named,
     generic_place,
+    has_many_terms,
     heavy,
     named_exponentials,
+    numerator_of,
     replaced,
 )
 from asympk.symbolic.lowering import lower
@@ -105,7 +107,7 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
 
 def _solutions(equal_zero, unknowns):
     """Return the solutions of equations that are not all 0, as ``solutions_of`` does."""
-    if heavy(sp.Tuple(*equal_zero)):
+    if heavy(sp.Tuple(*equal_zero)) or has_many_terms(sp.Tuple(*map(numerator_of, equal_zero))):
         matrix = (force := sp.Matrix(equal_zero)).jacobian(unknowns)
         if not matrix.has(*unknowns):
             return _linear_solution(matrix, force.subs(dict.fromkeys(unknowns, 0)), unknowns)
@@ -351,8 +353,11 @@ def _has_factor(named, force, y, test):
 
 
 def _factor_list(named, symbols):
-    """Return the factors of a polynomial with their powers; where it lacks one of the symbols, SymPy may find none."""
-    return sp.factor_list(named, *(s for s in symbols if named.has(s)))[1]
+    """Return the factors of a polynomial with their powers, itself where these would take long to find.
+
+    Where it lacks one of the symbols, SymPy may find none.
+    """
+    return [(named, 1)] if has_many_terms(named) else sp.factor_list(named, *(s for s in symbols if named.has(s)))[1]
 
 
 def _has_none_at_last(equal_zero, unknowns):
@@ -468,7 +473,7 @@ def factors_of(force: sp.Expr, unknowns: Collection[sp.Symbol]) -> list[sp.Expr]
         return [force]
     names = {f: sp.Dummy() for f in _outermost(force, unknowns)}
     (named, below), own = sp.fraction(sp.together(force.xreplace(names))), {name: f for f, name in names.items()}
-    if not named.is_polynomial(*unknowns, *own):
+    if not named.is_polynomial(*unknowns, *own) or has_many_terms(named):
         return [force]
     found = _factor_list(named, [*unknowns, *own])
     if sum(power for _, power in found) <= 1 and not below.has(*unknowns, *own):
@@ -543,10 +548,12 @@ def _without_logarithms(force, y):
     The q makes whole powers of these. SymPy takes the roots of a cubic for log(y) + log(y + 1) + log(y + 2) = x.
     """
     logarithms = [f for f in _outermost(force, [y]) if isinstance(f, sp.log)]
+    if len(logarithms) < 2 or heavy(force):
+        return None
     names = {f: sp.Dummy() for f in logarithms}
     named = sp.expand(force.xreplace(names))
     slopes = [named.diff(name) for name in names.values()]
-    if len(slopes) < 2 or (q := _common_slope(slopes, y)) is None or q.has(*names.values()):
+    if (q := _common_slope(slopes, y)) is None or q.has(*names.values()):
         return None
     rest = named.xreplace(dict.fromkeys(names.values(), sp.S.Zero))
     powers = sp.Mul(*(f.args[0] ** (slope / q) for f, slope in zip(logarithms, slopes, strict=True)))
@@ -669,7 +676,11 @@ def _is_beyond_radicals(force, y, unknowns):
     minutes to join such roots, readable or not.
     """
     numerator = sp.fraction(sp.together(_without_roots(force, y)))[0]
-    if not numerator.is_polynomial(y) or (degree := sp.degree(numerator, y)) <= 2:
+    if not numerator.is_polynomial(y):
+        return False
+    if has_many_terms(numerator):
+        return True
+    if (degree := sp.degree(numerator, y)) <= 2:
         return False
     if degree > DEGREE:
         return True

@@ -12,6 +12,7 @@ import sympy as sp
 from sympy.functions.elementary.trigonometric import InverseTrigonometricFunction
 
 from asympk.symbolic.conditions import reduce_under
+from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.inverses import InverseForm
 from asympk.symbolic.long import atoms, common_divisor, factorises, in_factors, named_exponentials
 
@@ -207,7 +208,7 @@ def _at_ends(expr, facts):
     for wave in _waves(expr):
         name = sp.Dummy()
         named = expr.xreplace({wave: name})
-        if (slope := named.diff(name)).free_symbols and slope.free_symbols <= bounded:
+        if (slope := slope_by(named, name)).free_symbols and slope.free_symbols <= bounded:
             return [named.xreplace({name: end}) for end in (sp.S.One, sp.S.NegativeOne)]
     return []
 
@@ -220,7 +221,7 @@ def _without_waves(expr):
     for wave in _waves(expr):
         name = sp.Dummy()
         named = expr.xreplace({wave: name})
-        slope = named.diff(name)
+        slope = slope_by(named, name)
         if not slope.has(name) and (slope.is_nonnegative or slope.is_nonpositive):
             expr = named.xreplace({name: sp.S.NegativeOne if slope.is_nonnegative else sp.S.One})
     return expr

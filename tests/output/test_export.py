@@ -106,6 +106,23 @@ def test_straight_line_code_gives_the_coefficients_of_the_series():
 
 
 @pytest.mark.further
+@pytest.mark.parametrize("terms", [5, pytest.param(20, marks=pytest.mark.slow)])
+def test_coefficients_of_many_terms_are_written_in_steps(terms, tmp_path):
+    """mu y' = g(x) - y has y = g - mu g' x' + ...; over one denominator five quotients in x' took minutes."""
+    x, y, mu = sp.symbols("x y mu", real=True)
+    own = sp.symbols(f"a:{terms}", positive=True)
+    height = sum(a * x / (1 + a**2 * x**2) for a in own)
+    flow = sum(x / (1 + a * y**2) for a in own)
+    export(ap.System.smooth({x: flow}, {y: height - y}, mu), "python", tmp_path, order=1)
+    space = {}
+    exec((tmp_path / "model.py").read_text(), space)
+    place = {x: sp.Rational(1, 3)} | {a: sp.Rational(k + 2, 7) for k, a in enumerate(own)}
+    expected = height, -height.diff(x) * flow.subs(y, height)
+    names = inspect.signature(space["Pi1_series"]).parameters
+    found = space["Pi1_series"](*(float({str(s): v for s, v in place.items()}[name]) for name in names))
+    assert found == pytest.approx([float(e.subs(place)) for e in expected], rel=1e-12)
+
+
 def test_straight_line_code_takes_the_sign_of_the_velocity_from_its_argument():
     # a long Stribeck law, whose manifold of order 0 is known: the load is (1 + rate) / (2 + f (1 + exp(-|z|)))
     x, y, z, q, f, small, force = sp.symbols("x y z q f mu F", real=True)

@@ -1053,6 +1053,20 @@ def test_what_sympy_factors_for_minutes_or_python_does_not_spell_is_refused_by_n
             asked(system)
 
 
+@pytest.mark.parametrize("force", [
+    sp.Mul(*(1 + v * sp.sin(n * u) for n in range(1, 15))),  # 2^14 terms
+    sp.Mul(*(1 + v * (u + n) for n in range(1, 15))),
+    ((((u + v) ** 2 + u) ** 3 + v) ** 3 + u) ** 3 + kappa * v,
+])
+def test_a_rate_that_has_very_many_terms_where_it_is_expanded_stays_as_it_is_written(force):
+    """The manifolds of 30 such factors took without end, as the one was factored and expanded."""
+    system = ap.System.smooth({u: -u}, {v: force - 2}, mu)
+    (found,) = ap.slow_manifolds(system, order=0)
+    assert found.branch == {v: v}
+    with pytest.raises(NotDerivable, match="too long for coefficients"):
+        ap.slow_manifolds(system)
+
+
 def test_powers_of_fast_states_that_nobody_factors_have_manifolds():
     """They were refused, or SymPy sought all roots of v**90 = u: for one root it took 0.2 s, for ninety minutes."""
     system = ap.System.smooth({u: -u + v**300}, {v: u - v}, mu)
