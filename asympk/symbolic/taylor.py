@@ -121,16 +121,20 @@ def _with_quotients(expr, known):
 
 
 def _as_removable(product, states):
-    """Return a product with its factors in one argument as a ``Removable``, or the product if they are none."""
+    """Return a product with its factors in one argument that are 0 or infinite where it is 0 as a ``Removable``.
+
+    The product is returned if they are none. A further factor would lose digits where it is 0 itself.
+    """
     divisors = [part.base for part in product.args if part.is_Pow and part.exp.is_negative and part.exp.is_Integer]
     found = {*divisors, *(f.args[0] for f in product.atoms(sp.Function))} if divisors else set()
     found = {at for at in found if any(base.free_symbols <= at.free_symbols for base in divisors)}
     for at, s in ((at, s) for at in sorted(found, key=str) for s in states if _is_linear(at, s)):
-        fixed, moving = product.as_independent(s, as_Add=False)
-        if moving.free_symbols <= at.free_symbols and not is_longer(moving, LONGEST):
-            factor, quotient = _in_argument(moving, at, s).as_independent(V, as_Add=False)
-            if quotient.free_symbols == {V} and _series(quotient):
-                return fixed * factor * _removable(quotient)(at)
+        place = {s: sp.expand((V - at.subs(s, 0)) / at.diff(s))}
+        inside = {part: sp.expand_mul(part.xreplace(place)) for part in product.args if not is_longer(part, LONGEST)}
+        inside = {part: expr for part, expr in inside.items() if expr.subs(V, 0) == 0 or (1 / expr).subs(V, 0) == 0}
+        factor, quotient = sp.Mul(*inside.values()).as_independent(V, as_Add=False)
+        if quotient.free_symbols == {V} and _series(quotient):
+            return sp.Mul(*(part for part in product.args if part not in inside)) * factor * _removable(quotient)(at)
     return product
 
 
@@ -138,12 +142,6 @@ def _is_linear(at, s):
     """Tell whether an argument is written as a linear function of s."""
     terms = [sp.Mul.make_args(term) for term in sp.Add.make_args(at) if term.has(s)]
     return bool(terms) and all(s in term and sum(factor.has(s) for factor in term) == 1 for term in terms)
-
-
-def _in_argument(product, at, s):
-    """Return a product in terms of ``V``, for ``at``, which is linear in s."""
-    place = {s: sp.expand((V - at.subs(s, 0)) / at.diff(s))}
-    return sp.Mul(*(sp.expand_mul(part.xreplace(place)) for part in sp.Mul.make_args(product)))
 
 
 @lru_cache(maxsize=256)

@@ -89,6 +89,13 @@ def test_a_quotient_that_is_0_over_0_and_its_derivatives_keep_their_digits_besid
         assert max(abs(a - b) for a, b in zip(found(place), known, strict=True)) < 1e-14
 
 
+def test_a_factor_that_is_not_0_beside_the_divisor_stays_apart_and_keeps_its_digits():
+    """x (1 - cos(x - 1))/(x - 1)^2 as a function of x - 1 lost the digits of a small x."""
+    v = sp.Symbol("v", real=True)
+    alone = (1 - sp.cos(v - 1)) / (v - 1) ** 2
+    assert with_removables(v * alone, (v,)) == v * with_removables(alone, (v,)) != v * alone
+
+
 def test_a_pole_and_a_quotient_of_two_arguments_stay_as_they_are():
     u, v = sp.symbols("u v", real=True)
     for quotient in ((sp.exp(v) - 1) / v**2, sp.sin(v) / (v - 1), (sp.exp(v) - sp.exp(u * v)) / v, 1 / v):
