@@ -476,7 +476,7 @@ def followed_to(order: int, task: Task, landed: MatchedPath, path: MatchedPath) 
         return onward(finely, landed)
     start, remaining, within = _begin(task, slow, landed)
     found = reduced.side_by_side(slow.formulas, (task.order, order), (start, start), task.mu, slow.values, remaining,
-                                 task.rtol, landed.t, within, growth=slowly.grown.most)
+                                 task.rtol, landed.t, within, alone=slowly)
     first, second = found.states(found.end)[:, list(slow.places)]
     state = tuple((np.array(path.state) + second - first).tolist())
     if min(path.mode.guard_values(path.t, state), default=0.0) < 0 or _meets_guard(finely, slow, landed, found):

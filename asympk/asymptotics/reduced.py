@@ -34,6 +34,7 @@ from asympk.errors import NotNormallyHyperbolic, OutOfRange
 from asympk.numbers import listed
 
 STEPS = 20000  # the most steps of a slow motion, in explicit ones
+MORE, FEWEST = 10, 50  # the most steps of flows side by side over those of one alone, of which so many count at least
 FAR = 1e12
 ROUNDING = 50  # the error of the integrations in units of their tolerance, where errors do not grow
 SIDE_BY_SIDE = 1e-6  # the least tolerance of slow motions to several orders in common steps
@@ -308,22 +309,23 @@ def follow_reduced_flow(
 
 def side_by_side(
     formulas: Formulas, orders: tuple[int, ...], starts: Sequence[np.ndarray], mu: float, values: tuple, until: float,
-    rtol: float, began: float = 0.0, within: float = math.inf, span: float | None = None, *, growth: float,
+    rtol: float, began: float = 0.0, within: float = math.inf, span: float | None = None, *, alone: Reduced,
 ) -> Reduced:
     """Integrate the flows to several orders in common steps, each from its point of ``starts``.
 
-    The errors of the steps nearly cancel in the differences of the flows, so that ``SIDE_BY_SIDE`` over ``growth``, by
-    which errors grow, bounds the tolerance from below. Steps to this tolerance do not see the differences fade with a
-    state that comes to rest: then the flows are integrated again to ``rtol``. The last flow has all powers of mu. The
-    flow to the first order has been followed: it is not watched again. ``span`` is a length of its steps to ``rtol``.
-    Raises ``OutOfRange`` where the states grow beyond bounds.
+    ``alone`` is the flow to the first order, which is not watched again; ``span`` is a length of its steps to ``rtol``.
+    The errors of the steps nearly cancel in the differences of the flows, so that ``SIDE_BY_SIDE`` over the growth of
+    errors bounds the tolerance from below. Steps to this tolerance do not see the differences fade with a state that
+    comes to rest: then the flows are integrated again to ``rtol``. The last flow has all powers of mu. Raises
+    ``OutOfRange`` where the states grow beyond bounds, or take many more steps than to the first order.
     """
     first, size = tuple(float(v) for start in starts for v in start), len(starts[0])
     kinds = (*((order, False) for order in orders[:-1]), (orders[-1], True))
-    rough = max(rtol, SIDE_BY_SIDE / max(1.0, growth / ROUNDING))
+    rough = max(rtol, SIDE_BY_SIDE / max(1.0, alone.grown.most / ROUNDING))
+    most = MORE * (FEWEST + sum(step.cost for step in alone.trajectory.steps))
     for fine in dict.fromkeys((rough, rtol)):
         longer = span and span * (rtol / fine) ** EXPONENT
-        found = [*_steps(formulas, kinds, first, mu, values, until, fine, within, longer)]
+        found = [*_steps(formulas, kinds, first, mu, values, until, fine, within, longer, most)]
         if not _comes_to_rest(found, size, fine, until):
             break
     if first:
@@ -343,8 +345,8 @@ def _comes_to_rest(steps, size, rtol, until):
     return any(abs(v - w) <= off < abs(v - u) for u, w, v, off in zip(begun, before, last, least, strict=True))
 
 
-def _steps(formulas, kinds, first, mu, values, until, rtol, within, span=None):
-    """Yield the steps of the flows of all ``kinds``, side by side, as long as they are bounded."""
+def _steps(formulas, kinds, first, mu, values, until, rtol, within, span=None, most=STEPS):
+    """Yield the steps of the flows of all ``kinds``, side by side, ``most`` of them, as long as they are bounded."""
     if not first:  # no slow states, no slow motion
         return
     flows, parameters = tuple(starmap(formulas.flow, kinds)), (mu, *values)
@@ -354,7 +356,7 @@ def _steps(formulas, kinds, first, mu, values, until, rtol, within, span=None):
 
     within = until / LOOKS if formulas.clocked else within
     far = FAR * max(1.0, *map(abs, first))
-    atol, left = (rtol,) * len(first), STEPS
+    atol, left = (rtol,) * len(first), min(most, STEPS)
     along = steps(flows, parameters, first, until, rtol, atol, within=within, slopes=slopes, span=span)
     for step in along:
         if not max(map(abs, step.end)) < far or (left := left - step.cost) < 0:

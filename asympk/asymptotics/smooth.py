@@ -342,7 +342,7 @@ def layered_motion(
     starts = [reduced.branch_at(known, base, landing.branch, values, begin[0]) for base in bases]
     motion = reduced.follow_reduced_flow(known, order, starts[0], mu, values, until, rtol)
     span = max((step.span for step in motion.trajectory.steps), default=None)
-    beside = reduced.side_by_side(known, orders, starts, mu, values, until, rtol, span=span, growth=motion.grown.most)
+    beside = reduced.side_by_side(known, orders, starts, mu, values, until, rtol, span=span, alone=motion)
     return LayeredMotion(landing, motion, beside, sums, rtol, kept, motion.errors(rtol)[list(kept)])
 
 
