@@ -8,6 +8,7 @@ is 0/0 where u = 0 and loses digits beside it, is evaluated there by its series,
 """
 
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache, partial, reduce
@@ -126,9 +127,10 @@ def _as_removable(product, states):
     The product is returned if they are none. A further factor would lose digits where it is 0 itself.
     """
     divisors = [part.base for part in product.args if part.is_Pow and part.exp.is_negative and part.exp.is_Integer]
-    found = {*divisors, *(f.args[0] for f in product.atoms(sp.Function))} if divisors else set()
-    found = {at for at in found if any(base.free_symbols <= at.free_symbols for base in divisors)}
-    for at, s in ((at, s) for at in sorted(found, key=str) for s in states if _is_linear(at, s)):
+    found = {*divisors, *product.args, *(f.args[0] for f in product.atoms(sp.Function))} if divisors else set()
+    pairs = [(at, s) for at in found for s in states if _is_linear(at, s)
+             and any(base.free_symbols <= at.free_symbols for base in divisors)]
+    for at, s in sorted(pairs, key=lambda pair: (pair[0].count_ops(), str(pair))):
         place = {s: sp.expand((V - at.subs(s, 0)) / at.diff(s))}
         inside = {part: sp.expand_mul(part.xreplace(place)) for part in product.args if not is_longer(part, LONGEST)}
         inside = {part: expr for part, expr in inside.items() if expr.subs(V, 0) == 0 or (1 / expr).subs(V, 0) == 0}
@@ -147,19 +149,18 @@ def _is_linear(at, s):
 @lru_cache(maxsize=256)
 def _series(quotient: sp.Expr) -> tuple[Fraction, list[Fraction]] | None:
     """Return the distance from 0 up to which the series of a quotient stands for it, and its coefficients, or None."""
-    try:
+    with suppress(ArithmeticError, InputError):
         sides = sp.fraction(_with_quotients(quotient, _TANGENTS))
         above, below = (_from_zero(side, DEGREE + HIGHEST_ZERO) for side in sides)
-    except (ArithmeticError, InputError):
-        return None
-    first = next((j for j in range(HIGHEST_ZERO + 1) if below[0, j]), 0)
-    if not first or any(above[0, j] for j in range(first)):
-        return None
-    above, below = (Taylor({(0, j): side[0, j + first] for j in range(DEGREE + 1)}, DEGREE) for side in (above, below))
-    found = above * below.inverse()
-    coefficients = [Fraction(float(found[0, j])) for j in range(DEGREE + 1)]
-    steepest = max(abs(float(c)) ** (1 / j) for j, c in enumerate(coefficients) if j > DEGREE // 2)
-    return Fraction(1 / max(1.0, WITHIN * steepest)), coefficients
+        first = next((j for j in range(HIGHEST_ZERO + 1) if below[0, j]), 0)
+        if first and not any(above[0, j] for j in range(first)):
+            above, below = (Taylor({(0, j): side[0, j + first] for j in range(DEGREE + 1)}, DEGREE)
+                            for side in (above, below))
+            quotients = above * below.inverse()
+            found = [float(quotients[0, j]) for j in range(DEGREE + 1)]
+            steepest = max(abs(c) ** (1 / j) for j, c in enumerate(found) if j > DEGREE // 2)
+            return Fraction(1 / max(1.0, WITHIN * steepest)), [*map(Fraction, found)]
+    return None
 
 
 def _from_zero(expr, degree):

@@ -94,6 +94,8 @@ def test_a_factor_that_is_not_0_beside_the_divisor_stays_apart_and_keeps_its_dig
     v = sp.Symbol("v", real=True)
     alone = (1 - sp.cos(v - 1)) / (v - 1) ** 2
     assert with_removables(v * alone, (v,)) == v * with_removables(alone, (v,)) != v * alone
+    wave, steep = sp.sin(v) / v, sp.cosh(1000 * v)
+    assert with_removables(wave * steep, (v,)) == with_removables(wave, (v,)) * steep
 
 
 def test_a_pole_and_a_quotient_of_two_arguments_stay_as_they_are():
