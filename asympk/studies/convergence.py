@@ -18,20 +18,19 @@ from asympk.methods import solve
 from asympk.scene import Scene
 from asympk.storage.rows import KEPT, StoredRows, in_kept_digits
 
-SHALLOW, STEEP = ("-17/10", "-6/5", "-1/2"), ("1/2", "1", "3")
-SIGMAS = SHALLOW + STEEP
+SIGMAS = ("-17/10", "-6/5", "-1/2", "1/2", "1", "3")
 MUS = tuple(f"1e-{k}" for k in range(2, 13))
 UNTIL = 3
 ORDERS = (0, 1, 2)
 DIGITS = 80
-# expansion -> (model, a start within its domain, the values of sigma for which it exists)
-EXPANSIONS: dict[str, tuple[str, tuple, tuple]] = {
-    "z < 0, s > 0": ("jump", (0, "1/5", -1), SIGMAS),
-    "z < 0, s < 0": ("jump", ("1/3", -1, "-3/2"), SIGMAS),
-    "z > 0, s < -1/sigma": ("jump", (0, -3, 1), STEEP),
-    "z > 0, s < 0": ("jump", ("-1/2", "3/10", "3/4"), SIGMAS),
-    "slow, Pi1": ("slow", ("-1/2", 1, "3/4"), SIGMAS),
-    "slow, Pi2": ("slow", (0, "1/5", -1), SHALLOW),
+# expansion -> (model, a start within its domain, the signs of sigma for which it exists)
+EXPANSIONS: dict[str, tuple[str, tuple, str]] = {
+    "z < 0, s > 0": ("jump", (0, "1/5", -1), "-+"),
+    "z < 0, s < 0": ("jump", ("1/3", -1, "-3/2"), "-+"),
+    "z > 0, s < -1/sigma": ("jump", (0, -3, 1), "+"),
+    "z > 0, s < 0": ("jump", ("-1/2", "3/10", "3/4"), "-+"),
+    "slow, Pi1": ("slow", ("-1/2", 1, "3/4"), "-+"),
+    "slow, Pi2": ("slow", (0, "1/5", -1), "-"),
 }
 
 
@@ -45,8 +44,8 @@ def rows(sigmas: Iterable[str] = SIGMAS, mus: Iterable[str] = MUS) -> StoredRows
     starts = {name: list(map(str, start)) for name, (_, start, _) in EXPANSIONS.items()}
     settings = {"starts": starts, "until": UNTIL, "digits": DIGITS, "kept": KEPT, "reference": "exact flow"}
     found = StoredRows(provenance=settings)
-    for name, (_, _, possible) in EXPANSIONS.items():
-        for sigma in (sigma for sigma in sigmas if sigma in possible):
+    for name, (_, _, signs) in EXPANSIONS.items():
+        for sigma in (sigma for sigma in sigmas if ("-" if sigma.startswith("-") else "+") in signs):
             here = [row for mu in mus for row in _rows(name, sigma, mu)]
             found += sorted(here, key=lambda row: (row["order"], row["quantity"], -row["mu"]))
     return found
