@@ -17,7 +17,7 @@ _PLAIN = (  # a Lambda is a law of friction within the condition of a jump law
     sp.Add, sp.Mul, sp.Pow, Application, sp.Lambda, sp.Symbol, sp.Number, sp.NumberSymbol, type(sp.I), type(sp.zoo),
     *UNEVALUATED, sp.UnevaluatedExpr,
 )
-DEEPEST = 100  # levels of an expression; SymPy visits them by recursion, several calls of Python for each
+DEEPEST = 180  # levels of an expression; SymPy visits them by recursion, several calls of Python for each
 MOST_FACTORS = 100  # of a product, whose derivative has as many products
 WRITTEN_OTHERWISE: dict[type, Callable] = {  # Python's factorial takes no fractions
     sp.frac: fractional_part, sp.factorial: lambda n: sp.gamma(n + 1),
@@ -90,7 +90,8 @@ def expression(name: str, value: Any) -> sp.Basic:
         raise InputError(f"{name} = {short(value)}: it must be a SymPy expression or a number") from None
     parts = parts_of(found)
     if found.args and _levels(found) > DEEPEST:
-        raise InputError(f"{name}: an expression nested deeper than {DEEPEST}; write a function of numbers for a part")
+        raise InputError(f"{name}: an expression nested deeper than {DEEPEST}, which SymPy cannot visit; write it as a "
+                         "sum of terms, or a Piecewise of many pieces")
     for part in parts:
         if isinstance(part, sp.Expr) and not isinstance(part, _PLAIN):
             raise InputError(f"{name} = {short(value)}: {short(part)} is neither a plain number nor a "

@@ -44,7 +44,7 @@ def _nested(levels):
 
 
 @pytest.mark.parametrize(("rate", "why"), [
-    (_nested(60), "an expression nested deeper than 100"),
+    (_nested(110), "an expression nested deeper than 180"),
     (sp.Mul(*(sp.sin(n * x + y) for n in range(1, 301))), "more than 100 factors"),
     (sp.legendre(10**5, x, evaluate=False), "order beyond 64"),
     (sp.binomial(10**9, x), "order beyond 64"),
