@@ -25,9 +25,10 @@ from asympk.symbolic.expansion import by_powers, is_implicit, is_zero, limit_of,
 from asympk.symbolic.hurwitz import Spectra, attracting, off_axis, repelling, spectra, split
 from asympk.symbolic.long import atoms, entries_in_factors, factorises, in_factors, replaced
 from asympk.symbolic.reading import real_expression
-from asympk.symbolic.roots import factors_of, fractional_powers, is_complex, is_zero_on, solutions_of, whole_turn
+from asympk.symbolic.roots import factors_of, is_complex, is_zero_on, solutions_of
 from asympk.symbolic.sides import Sides, is_switched, is_whole, on_sides, phases
 from asympk.symbolic.signs import above, conjunction, factored, nonzero, with_known_lambert
+from asympk.symbolic.substitutions import fractional_powers, whole_turn
 from asympk.symbolic.system import Mode, System, of_system
 from asympk.symbolic.values import as_exact, by_symbol, in_words
 

@@ -15,7 +15,8 @@ from sympy.functions.elementary.hyperbolic import HyperbolicFunction
 from asympk.symbolic.conditions import declared_sign
 from asympk.symbolic.expansion import is_implicit, is_zero, is_zero_somewhere
 from asympk.symbolic.long import heavy
-from asympk.symbolic.roots import INVERSE, RANGE, fractional_powers, solutions_of, value_on
+from asympk.symbolic.roots import INVERSE, RANGE, solutions_of, value_on
+from asympk.symbolic.substitutions import fractional_powers
 
 _POSITIVE: dict[type, Callable] = {
     sp.log: lambda z: z, sp.acosh: lambda z: z - 1, **dict.fromkeys((sp.asin, sp.acos, sp.atanh), lambda z: 1 - z**2),

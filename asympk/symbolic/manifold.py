@@ -26,7 +26,8 @@ from asympk.symbolic.diffring import DifferentialRing
 from asympk.symbolic.expansion import expand, is_implicit, is_zero, limit_of, over_fast, zero_at_places
 from asympk.symbolic.long import inverse_of
 from asympk.symbolic.reading import unused_symbol
-from asympk.symbolic.roots import fractional_powers, heights, is_unreadable, solutions_of
+from asympk.symbolic.roots import heights, is_unreadable, solutions_of
+from asympk.symbolic.substitutions import fractional_powers
 from asympk.symbolic.system import Mode, System, of_system
 from asympk.symbolic.values import in_words
 

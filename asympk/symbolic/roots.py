@@ -1,8 +1,7 @@
 r"""All roots of g(x, y, 0) = 0 in closed form: SymPy's, without false ones and with those that SymPy leaves out.
 
-``_solutions`` is the hard function. It brings equations into forms that SymPy solves fast and completely: products
-are split, unknowns that others give are eliminated, sines are put in half angles, and exponentials lead to Lambert's
-W. It answers None where no short formula stands for every root.
+``_solutions`` is the hard function. Products are split, unknowns that others give are eliminated, and an equation in
+one unknown gets a form of ``substitutions``. It answers None where no short formula stands for every root.
 """
 
 import math
@@ -10,9 +9,6 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from itertools import chain, product
 
 import sympy as sp
-from sympy.functions.elementary.hyperbolic import HyperbolicFunction
-from sympy.functions.elementary.trigonometric import TrigonometricFunction
-from sympy.simplify.fu import TR8
 
 from asympk.errors import InputError
 from asympk.formulas import NOT_FINITE
@@ -21,7 +17,6 @@ from asympk.symbolic.long import (
     CLEAR,
     ROUGH,
     atoms,
-    common_divisor,
     entries_named,
     generic_place,
     has_many_terms,
@@ -31,6 +26,22 @@ from asympk.symbolic.long import (
     replaced,
 )
 from asympk.symbolic.lowering import lower
+from asympk.symbolic.substitutions import (
+    by_lambert,
+    by_logarithm,
+    common_turn,
+    exponentials_as_powers,
+    fractional_powers,
+    from_phase,
+    in_base_e,
+    in_fewer_waves,
+    in_half_angle,
+    outermost,
+    substituted,
+    waves_in,
+    whole_turn,
+    without_roots,
+)
 
 DEGREE = 20  # above it SymPy may take minutes to factor, and to find roots that are not readable
 HALVINGS = 60  # of an interval in which a function changes its sign
@@ -58,12 +69,6 @@ def real_forms(solution: dict[sp.Symbol, sp.Expr]) -> list[dict[sp.Symbol, sp.Ex
     for rule in filter(None, (lower, below)):
         forms += [{y: h.xreplace(rule) for y, h in form.items()} for form in forms]
     return forms
-
-
-def fractional_powers(*heights: sp.Expr) -> set[sp.Pow]:
-    """Return the roots, powers with a rational and not a whole exponent, in expressions."""
-    powers = sp.Tuple(*heights).atoms(sp.Pow)
-    return {p for p in powers if p.exp.is_Rational and not p.exp.is_Integer}
 
 
 def is_unreadable(h: sp.Expr) -> bool:
@@ -113,17 +118,16 @@ def _solutions(equal_zero, unknowns):
             return _linear_solution(matrix, force.subs(dict.fromkeys(unknowns, 0)), unknowns)
     own = len(unknowns) > 1 or not equal_zero[0].is_rational_function(*unknowns)
     if len(unknowns) == 1:
-        equal_zero = [_in_base_e(*equal_zero, *unknowns)]
-        if shifted := _from_phase(*equal_zero, *unknowns):
+        equal_zero = [in_base_e(*equal_zero, *unknowns)]
+        if shifted := from_phase(*equal_zero, *unknowns):
             return _by_power(*shifted, *unknowns)
         if own and (factors := factors_of(equal_zero[0], unknowns)) != equal_zero:
             return _with_factors(factors, *equal_zero, *unknowns)
-        if closed := _by_lambert(*equal_zero, *unknowns) or _by_logarithm(*equal_zero, *unknowns):
+        if closed := by_lambert(*equal_zero, *unknowns) or by_logarithm(*equal_zero, *unknowns):
             return closed
-        ways = (way(*equal_zero, *unknowns) for way in (_without_logarithms, _in_exponentials, _in_roots))
-        if powers := next(filter(None, ways), None):
+        if powers := substituted(*equal_zero, *unknowns):
             return _by_power(*powers, *unknowns)
-        equal_zero = [_in_fewer_waves(*equal_zero, *unknowns)]
+        equal_zero = [in_fewer_waves(*equal_zero, *unknowns)]
         if _mixes(*equal_zero, *unknowns):
             return None
     if len(unknowns) > 1 and (factors := [factors_of(g, unknowns) for g in equal_zero]) != [[g] for g in equal_zero]:
@@ -132,11 +136,11 @@ def _solutions(equal_zero, unknowns):
         return _with_values(given, equal_zero, unknowns)
     if 1 < len(unknowns) == len(equal_zero) and _has_none_at_last(equal_zero, unknowns):
         return None
-    turning = _in_half_angle(*equal_zero, *unknowns) if len(unknowns) == 1 else None
+    turning = in_half_angle(*equal_zero, *unknowns) if len(unknowns) == 1 else None
     eliminants = [turning[:2]] if turning else _eliminants(equal_zero, unknowns)
     if any(_is_beyond_radicals(force, y, len(unknowns)) for force, y in eliminants):
         return None
-    if turning and any(wave.args[0].subs(unknowns[0], 0) != 0 for wave in _waves(*equal_zero, *unknowns)):
+    if turning and any(wave.args[0].subs(unknowns[0], 0) != 0 for wave in waves_in(*equal_zero, *unknowns)):
         return _in_a_turn([], *turning, *equal_zero, *unknowns)  # of waves of several phases SymPy may not end
     offered = _found_by_sympy(equal_zero, unknowns, own)
     found = offered and [s for s in offered if not own or _solves(s, equal_zero)]
@@ -221,45 +225,6 @@ def _sign_changes(force, y):
         return left[np.abs(function(left)[0]) < ends].tolist()
 
 
-def _waves(force, y):
-    """Return the trigonometric functions of y in an expression."""
-    return {f for f in force.atoms(TrigonometricFunction) if f.has(y)}
-
-
-def _turn(force, y):
-    """Return q where the turns of all waves of y in g, 2 pi/q together, fit each other, else None.
-
-    A tangent has half the turn of a sine.
-    """
-    return _common_slope([f.args[0].diff(y) * (1 + isinstance(f, sp.tan | sp.cot)) for f in _waves(force, y)], y)
-
-
-def _common_slope(slopes, y):
-    """Return the largest q of which all slopes are whole multiples, without y, or None where there is none."""
-    if not slopes or slopes[0].has(y) or not all((slope / slopes[0]).is_Rational for slope in slopes):
-        return None
-    return slopes[0] * common_divisor(slope / slopes[0] for slope in slopes)
-
-
-def _from_phase(force, y):
-    """Return (g, w, y by w) in w = y - y0, where g is a function of waves of w alone, else None.
-
-    SymPy expands sin(y - 1), and then does not end for sin(y - 1)^2 = x.
-    """
-    arguments = [wave.args[0] for wave in _waves(force, y)]
-    shifts = {sp.expand(a.subs(y, 0) / a.diff(y)) for a in arguments if not a.diff(y).has(y)}
-    if len(shifts) != 1 or shifts == {0} or _turn(force, y) is None:
-        return None
-    w, (shift,) = sp.Dummy(real=True), shifts
-    shifted = force.xreplace({a: a.diff(y) * w for a in arguments})
-    return None if shifted.has(y) else (shifted, w, lambda value: value - shift)
-
-
-def whole_turn(force: sp.Expr, y: sp.Symbol) -> sp.Expr | None:
-    """Return q where g is a function of waves of y alone whose turns, 2 pi/q together, fit each other, else None."""
-    return None if force.xreplace({f: sp.Dummy() for f in _waves(force, y)}).has(y) else _turn(force, y)
-
-
 def _with_factors(factors, force, y):
     """Return the different roots of all factors of g, or None where a factor has none, or has more in further turns.
 
@@ -270,7 +235,7 @@ def _with_factors(factors, force, y):
         return None
     if q is None:
         return _joined(parts, [force])
-    turns = [abs(_turn(factor, y) / q) for factor in factors]
+    turns = [abs(common_turn(factor, y) / q) for factor in factors]
     return _different([{y: s[y] + 2 * sp.pi * k / (q * turn)} for turn, found in zip(turns, parts, strict=True)
                        for s in found for k in range(turn)], q, y)
 
@@ -281,25 +246,17 @@ def _different(roots, q, y):
             if not any(sp.expand((s[y] - r[y]) * q / (2 * sp.pi)).is_integer for r in roots[:k])]
 
 
-def _in_fewer_waves(force, y):
-    """Return g with sines and cosines of multiples of y for products of them, where these are fewer, else g."""
-    if heavy(force) or len(waves := _waves(force, y)) < 2:
-        return force
-    shorter = TR8(force)
-    return shorter if len(_waves(shorter, y)) < len(waves) else force
-
-
 def _mixes(force, y):
     """Tell whether a factor of g, a polynomial in y and in functions of y, has several of them: SymPy may not end.
 
     It solves for one of them, also within others, for roots of rational functions and y, for logarithms, and for waves
     whose turns fit; y with one exponential or logarithm may lead to Lambert's W.
     """
-    if (powers := _exponentials_as_powers(force, y)) and powers[0].is_rational_function(y, powers[1]):
+    if (powers := exponentials_as_powers(force, y)) and powers[0].is_rational_function(y, powers[1]):
         named, w, _ = powers
         return _has_factor(named, force, y, lambda factor, names: (
             factor.has(y) and len({k for (k,), _ in sp.Poly(factor, w).terms()}) > 2))
-    named = {f: sp.Dummy() for f in _outermost(force, [y])}
+    named = {f: sp.Dummy() for f in outermost(force, [y])}
     own = {name: f for f, name in named.items()}
 
     def several(factor, names):
@@ -313,26 +270,17 @@ def _mixes(force, y):
         whole, w = factor.xreplace(own), sp.Dummy(real=True)
         if one := next((f for f in inside if not whole.xreplace({f: w}).has(y)), None):
             return _mixes(whole.xreplace({one: w}), w) or _is_nested(one, y)
-        fit = all(isinstance(f, sp.log) for f in inside) or (inside <= _waves(force, y) and _turn(force, y))
+        fit = all(isinstance(f, sp.log) for f in inside) or (inside <= waves_in(force, y) and common_turn(force, y))
         return factor.has(y) or not fit
 
     return _has_factor(force.xreplace(named), force, y, several)
 
 
-def _outermost(force, unknowns):
-    """Yield the functions of unknowns, and powers other than whole ones, in which g is rational with the unknowns."""
-    if force.is_Add or force.is_Mul or (force.is_Pow and force.exp.is_Integer):
-        for part in force.args:
-            yield from _outermost(part, unknowns)
-    elif force.has(*unknowns) and force not in unknowns:
-        yield force
-
-
 def _is_nested(f, y):
     """Tell whether the argument of f has several functions of y, or y and a function of y, or functions in three."""
-    inside = [*_outermost(f.args[0], [y])]
+    inside = [*outermost(f.args[0], [y])]
     return len(inside) > 0 and (_mixes(f.args[0] - sp.Dummy(), y) or any(
-        next(_outermost(part.args[0], [y]), None) for part in inside))
+        next(outermost(part.args[0], [y]), None) for part in inside))
 
 
 def _is_root_of_rational(f, y):
@@ -379,7 +327,7 @@ def _entangled(equal_zero, unknowns):
 
     A function that is alone in an equation is known, and its argument counts; roots of one base count as one function.
     """
-    names = {f: sp.Dummy() for g in equal_zero for f in _outermost(g, unknowns)}
+    names = {f: sp.Dummy() for g in equal_zero for f in outermost(g, unknowns)}
     named = [g.xreplace(names) for g in equal_zero]
     alone = [f for f, name in names.items()
              if any(g.free_symbols & {name, *unknowns, *names.values()} == {name} for g in named)]
@@ -388,21 +336,6 @@ def _entangled(equal_zero, unknowns):
         return _entangled([*left, *(part for f in alone for part in f.args)], unknowns)
     own = {f.base if f in fractional_powers(f) else f for f in names}
     return len(names) > 0 and all(sp.Tuple(*named).has(y) + sum(f.has(y) for f in own) > 1 for y in unknowns)
-
-
-def _in_half_angle(force, y):
-    """Return (numerator of g in t, t, q), t = tan(q y/2), where g is rational in sines and cosines of q y, else None.
-
-    The period of g is 2 pi/q; with tangents alone they are those of q y/2.
-    """
-    if heavy(force) or not (q := _turn(force, y)):
-        return None
-    t, s = sp.symbols("t s", cls=sp.Dummy, real=True)
-    sine, cosine = t / sp.sqrt(1 + t**2), 1 / sp.sqrt(1 + t**2)
-    known = {sp.sin(s): sine, sp.cos(s): cosine, sp.tan(s): t, sp.cot(s): 1 / t}
-    expanded = sp.expand_trig(force.subs(y, 2 * s / q)).xreplace(known)
-    numerator = sp.fraction(sp.cancel(expanded))[0]
-    return (numerator, t, q) if numerator.is_polynomial(t) and not numerator.has(s) else None
 
 
 def _in_a_turn(found, numerator, t, q, force, y):
@@ -471,7 +404,7 @@ def factors_of(force: sp.Expr, unknowns: Collection[sp.Symbol]) -> list[sp.Expr]
     """
     if heavy(force):
         return [force]
-    names = {f: sp.Dummy() for f in _outermost(force, unknowns)}
+    names = {f: sp.Dummy() for f in outermost(force, unknowns)}
     (named, below), own = sp.fraction(sp.together(force.xreplace(names))), {name: f for f, name in names.items()}
     if not named.is_polynomial(*unknowns, *own) or has_many_terms(named):
         return [force]
@@ -496,118 +429,6 @@ def _joined(parts, equal_zero):
 def _is_case(solution, other):
     """Tell whether a solution with more given states is a case of another one."""
     return len(other) < len(solution) and all(is_zero((y - h).subs(solution)) for y, h in other.items())
-
-
-def _in_base_e(force, y):
-    """Return g with exponentials in place of powers of other numbers: 4**y is the square of 2**y = e**(y log(2))."""
-    powers = (p for p in force.atoms(sp.Pow) if p.exp.has(y) and not p.base.has(y))
-    return force.xreplace({p: sp.exp(p.exp * sp.expand_log(sp.log(p.base))) for p in powers})
-
-
-def _by_lambert(force, y):
-    """Return [root] of a + b y + c e^(p + q y), or of its product with an exponential, else None.
-
-    SymPy takes roots of the order of b/c here, which may not end.
-    """
-    exponentials = [e for e in force.atoms(sp.exp) if e.has(y)]
-    if len(exponentials) != 1 or not exponentials[0].exp.is_polynomial(y):
-        return None
-    power = sp.Dummy()
-    named, exponent = sp.expand(force.xreplace({exponentials[0]: power})), sp.Poly(exponentials[0].exp, y)
-    if not named.is_polynomial(y, power) or exponent.degree() != 1:
-        return None
-    terms = dict(sp.Poly(named, y, power).terms())
-    for shift, sign in ((0, 1), (1, -1)):
-        constant, linear, other = (0, shift), (1, shift), (0, 1 - shift)
-        if {linear, other} <= terms.keys() <= {constant, linear, other}:
-            a, b, c = (terms.get(index, 0) for index in (constant, linear, other))
-            q, p = (sign * k for k in exponent.all_coeffs())
-            return [{y: -a / b - sp.LambertW(q * c / b * sp.exp(p - q * a / b)) / q}]
-    return None
-
-
-def _by_logarithm(force, y):
-    """Return [root] of a + b y + c log(p + q y), or of its product with a power of p + q y, else None.
-
-    In w = log(p + q y) the logarithm is linear beside an exponential, which ``_by_lambert`` solves for w.
-    """
-    logarithms = [f for f in force.atoms(sp.log) if f.has(y)]
-    if len(logarithms) != 1 or not logarithms[0].args[0].is_polynomial(y):
-        return None
-    w, inside = sp.Dummy(real=True), sp.Poly(logarithms[0].args[0], y)
-    if inside.degree() != 1:
-        return None
-    height = (sp.exp(w) - inside.nth(0)) / inside.nth(1)
-    found = _by_lambert(force.xreplace({logarithms[0]: w}).subs(y, height), w)
-    return found and [{y: height.subs(root)} for root in found]
-
-
-def _without_logarithms(force, y):
-    """Return (numerator of e^(g/q) - 1, y, y by y), where g has rational multiples of several logarithms, else None.
-
-    The q makes whole powers of these. SymPy takes the roots of a cubic for log(y) + log(y + 1) + log(y + 2) = x.
-    """
-    logarithms = [f for f in _outermost(force, [y]) if isinstance(f, sp.log)]
-    if len(logarithms) < 2 or heavy(force):
-        return None
-    names = {f: sp.Dummy() for f in logarithms}
-    named = sp.expand(force.xreplace(names))
-    slopes = [named.diff(name) for name in names.values()]
-    if (q := _common_slope(slopes, y)) is None or q.has(*names.values()):
-        return None
-    rest = named.xreplace(dict.fromkeys(names.values(), sp.S.Zero))
-    powers = sp.Mul(*(f.args[0] ** (slope / q) for f, slope in zip(logarithms, slopes, strict=True)))
-    return None if rest.has(y) else (sp.fraction(sp.together(powers - sp.exp(-rest / q)))[0], y, lambda value: value)
-
-
-def _in_exponentials(force, y):
-    """Return (numerator of g in w, w, y by w), w = exp(q y), where g is rational in several powers of it, else None.
-
-    Hyperbolic functions are such powers. For exp(y/2) beside exp(y/3), and tanh(y) beside exp(y), SymPy does not end.
-    """
-    if heavy(force) or not (powers := _exponentials_as_powers(force, y)):
-        return None
-    named, w, q = powers
-    return _in_one_power(named, y, w, lambda value, step: sp.log(sp.together(value)) / (q * step))
-
-
-def _exponentials_as_powers(force, y):
-    """Return (g with powers of w, w, q), w = exp(q y), where g has several exponentials that are such powers."""
-    hyperbolic = {f: f.rewrite(sp.exp) for f in force.atoms(HyperbolicFunction) if f.has(y)}
-    force = force.xreplace(hyperbolic)
-    exponentials = [e for e in force.atoms(sp.exp) if e.has(y)]
-    slopes = [e.exp.diff(y) for e in exponentials]
-    if len(slopes) + len(hyperbolic) < 2 or (q := _common_slope(slopes, y)) is None:
-        return None
-    q, w = -q if q.could_extract_minus_sign() else q, sp.Dummy(positive=True)
-    powers = {e: w ** (k / q) * sp.exp(e.exp.subs(y, 0)) for e, k in zip(exponentials, slopes, strict=True)}
-    return force.xreplace(powers), w, q
-
-
-def _in_roots(force, y):
-    """Return (numerator of g in w, w, y by w), w a root of a + b y, where g is rational in powers of it, else None."""
-    roots = {p for p in fractional_powers(force) if p.has(y)} if not heavy(force) else ()
-    bases = {p.base for p in roots}
-    if len(bases) != 1 or (slope := (base := bases.pop()).diff(y)).has(y):
-        return None
-    q, w = sp.ilcm(1, *(p.exp.q for p in roots)), sp.Dummy(nonnegative=True)
-
-    def height(value, step=1):
-        found = (value ** sp.Rational(q, step) - base.subs(y, 0)) / slope
-        return sp.expand(found) if fractional_powers(value) else found
-
-    return _in_one_power(force.xreplace({p: w ** (q * p.exp) for p in roots}).subs(y, height(w)), y, w, height)
-
-
-def _in_one_power(force, y, w, height):
-    """Return (numerator of g in w, w, y by w) with the least powers of w, where g is rational in w alone, else None."""
-    numerator = sp.fraction(sp.together(force))[0]
-    if not numerator.is_polynomial(w) or numerator.has(y):
-        return None
-    terms = sp.Poly(numerator, w).terms()
-    least = min(k for (k,), _ in terms) if w.is_positive else 0
-    step = sp.igcd(0, *(k - least for (k,), _ in terms)) or 1
-    return sum(c * w ** ((k - least) // step) for (k,), c in terms), w, lambda value: height(value, step)
 
 
 def _values_given(equal_zero, unknowns):
@@ -675,7 +496,7 @@ def _is_beyond_radicals(force, y, unknowns):
     SymPy takes an odd root of what is negative for complex, and leaves it out. With several unknowns SymPy may take
     minutes to join such roots, readable or not.
     """
-    numerator = sp.fraction(sp.together(_without_roots(force, y)))[0]
+    numerator = sp.fraction(sp.together(without_roots(force, y)))[0]
     if not numerator.is_polynomial(y):
         return False
     if has_many_terms(numerator):
@@ -693,20 +514,3 @@ def _is_beyond_radicals(force, y, unknowns):
 def _is_odd_below_0(root):
     odd = any(p.exp.q % 2 for p in fractional_powers(root))
     return odd and root.is_real is False and not is_complex(root)
-
-
-def _without_roots(force, y):
-    """Return a function that vanishes where g = 0, without the roots of functions of y that g contains.
-
-    It is the product of g over all values of each root, a resultant. SymPy takes minutes for quartics with roots in g.
-    """
-    while not heavy(force) and (roots := {p for p in fractional_powers(force) if p.has(y)}):
-        base = max((p.base for p in roots), key=sp.count_ops)
-        powers = [p for p in roots if p.base == base]
-        w, q = sp.Dummy(), sp.ilcm(1, *(p.exp.q for p in powers))
-        named = sp.fraction(sp.together(force.xreplace({p: w ** (q * p.exp) for p in powers})))[0]
-        relation = sp.fraction(sp.together(w**q - base))[0]
-        if not (named.is_polynomial(w) and relation.is_polynomial(w)):
-            return force
-        force = sp.resultant(named, relation, w)
-    return force
