@@ -18,11 +18,14 @@ LONG = 300  # operations; a rational expression divided by a sum is not expanded
 FEW_FUNCTIONS = 4  # functions as generators, such as sines and cosines of two angles, with which SymPy factors fast
 DEGREE = 160  # of powers; SymPy factors polynomials of a higher degree for minutes
 TERMS = 10_000  # of an expanded product, before like ones are collected; SymPy takes a second for so many
+COLLECTED = 128  # once like ones are; SymPy factors so many in seconds, however many there were before
 HIGH = 4  # the highest power of an exponential with which SymPy factors fast
 ROUGH = 1e-6  # a difference of values, relative to their size, that is not rounding
 CLEAR = 1e-9  # size above which a value of DIGITS digits is certainly not 0
 DIGITS = 50
 SPARE = 10  # digits that the entries of a matrix have beyond those in which it is found singular
+_Monomial = frozenset[tuple[sp.Basic, int]]  # of the powers of its parts
+_ONE = frozenset({_Monomial()})
 
 
 def replaced(expr: sp.Basic, rule: Mapping[sp.Basic, sp.Basic]) -> sp.Basic:
@@ -112,8 +115,11 @@ def heavy(expr: sp.Basic) -> bool:
 
 
 def has_many_terms(expr: sp.Basic) -> bool:
-    """Tell whether an expression, or a part of it, may have more than ``TERMS`` terms where it is expanded."""
-    return _terms(expr) > TERMS
+    """Tell whether an expression, or a part of it, has too many terms where it is expanded.
+
+    These are more than ``TERMS`` before like ones are collected, and more than ``COLLECTED`` after that.
+    """
+    return _terms(expr) > TERMS and _monomials(expr) is None
 
 
 @lru_cache(maxsize=4096)
@@ -128,6 +134,30 @@ def _terms(expr: sp.Basic) -> int:
         power = min(int(expr.exp), TERMS)
         found = comb(power + parts[0] - 1, power)
     return min(found, TERMS + 1)
+
+
+@lru_cache(maxsize=4096)
+def _monomials(expr: sp.Basic) -> frozenset[_Monomial] | None:
+    """Return the monomials of an expanded expression, or None where it or a part of it has more than ``COLLECTED``."""
+    parts = [found for part in expr.args if (found := _monomials(part)) is not None]
+    if len(parts) < len(expr.args):
+        return None
+    if expr.is_Add:
+        found = frozenset[_Monomial]().union(*parts)
+        return found if len(found) <= COLLECTED else None
+    if expr.is_Mul:
+        return reduce(_multiplied, parts)
+    if expr.is_Pow and expr.exp.is_Integer and expr.exp.is_positive:
+        return reduce(lambda found, bit: _multiplied(_multiplied(found, found), parts[0] if bit == "1" else _ONE),
+                      f"{int(expr.exp):b}", _ONE)
+    return _ONE if expr.is_number else frozenset({frozenset({(expr, 1)})})
+
+
+def _multiplied(first, second):
+    if first is None or second is None:
+        return None
+    found = frozenset(frozenset((Counter(dict(a)) + Counter(dict(b))).items()) for a in first for b in second)
+    return found if len(found) <= COLLECTED else None
 
 
 @lru_cache(maxsize=1024)

@@ -1055,7 +1055,7 @@ def test_what_sympy_factors_for_minutes_or_python_does_not_spell_is_refused_by_n
 
 @pytest.mark.parametrize("force", [
     sp.Mul(*(1 + v * sp.sin(n * u) for n in range(1, 15))),  # 2^14 terms
-    sp.Mul(*(1 + v * (u + n) for n in range(1, 15))),
+    sp.Mul(*(1 + v * (u + n) for n in range(1, 18))),  # 171 terms, once like ones are collected
     ((((u + v) ** 2 + u) ** 3 + v) ** 3 + u) ** 3 + kappa * v,
 ])
 def test_a_rate_that_has_very_many_terms_where_it_is_expanded_stays_as_it_is_written(force):
@@ -1065,6 +1065,22 @@ def test_a_rate_that_has_very_many_terms_where_it_is_expanded_stays_as_it_is_wri
     assert found.branch == {v: v}
     with pytest.raises(NotDerivable, match="too long for coefficients"):
         ap.slow_manifolds(system)
+
+
+@pytest.mark.parametrize(("drift", "force", "heights"), [
+    pytest.param(-u, -sp.Mul(*(v - n * u for n in range(1, 15))), [n * u for n in range(1, 15)],
+                 marks=pytest.mark.slow),
+    (-sp.Mul(*(1 + u * v / n for n in range(1, 15))), u - v, [u]),
+    (sum(u / (1 + n * v**2) for n in range(1, 4)), u / (1 + u**2) + u / (1 + 2 * u**2) + u / (1 + 3 * u**2) - v, None),
+])
+def test_where_many_terms_are_few_once_like_ones_are_collected_manifolds_have_coefficients(drift, force, heights):
+    """y_1 = h' f / g_y for mu y' = g(x, y), x' = f; products of 14 sums had one manifold, without coefficients."""
+    found = ap.slow_manifolds(ap.System.smooth({u: drift}, {v: force}, mu), order=1)
+    values = [m.branch[v] for m in found]
+    assert values == (heights or values)
+    for height, m in zip(values, found, strict=True):
+        first = (height.diff(u) * drift / force.diff(v)).subs(v, height)
+        assert m.coefficients[1].subs(u, sp.Rational(1, 3)) == first.subs(u, sp.Rational(1, 3))
 
 
 def test_powers_of_fast_states_that_nobody_factors_have_manifolds():
