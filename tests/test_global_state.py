@@ -3,6 +3,7 @@
 import decimal
 import locale
 import os
+import pickle
 import random
 import signal
 import subprocess
@@ -19,6 +20,7 @@ from sweeptext import parse_sweep
 
 import asympk as ap
 from asympk import sweep
+from asympk.automaton.automaton import Automaton
 from asympk.certify import certify, cover
 from asympk.scenes import scenefile
 from asympk.studies import convergence, divide
@@ -200,3 +202,16 @@ def test_the_precision_of_balls_is_put_back_whichever_thread_ends_first():
         found = list(threads.map(lambda k: certify(scenes[k], digits=30 * (k % 3 + 1)), range(6)))
     assert [one.bits for one in found] == [one.bits for one in expected]
     assert flint.ctx.prec == bits
+
+
+def test_a_system_and_its_automaton_have_the_hash_of_the_process_that_loads_them(tmp_path):
+    """The hash of a string differs from process to process, and with it that of a symbol."""
+    made = ("import dataclasses, pickle, sys; found = pickle.load(open(sys.argv[1], 'rb')); "
+            "copies = [*map(dataclasses.replace, found)]; [*map(hash, copies)]; "
+            "pickle.dump(copies, open(sys.argv[1], 'wb'))")
+    known = BLOCK, Automaton.at(BLOCK, ())
+    (tmp_path / "found").write_bytes(pickle.dumps(known))
+    subprocess.run([sys.executable, "-c", made, tmp_path / "found"], check=True)
+    found = pickle.loads((tmp_path / "found").read_bytes())
+    assert found == [*known]
+    assert [*map(hash, found)] == [*map(hash, known)]

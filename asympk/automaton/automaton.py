@@ -56,6 +56,9 @@ class Automaton:
     def _hash(self) -> int:
         return hash((self.system, self.values))
 
+    def __getstate__(self) -> dict:
+        return {"system": self.system, "values": self.values}  # without the hash, another one in another process
+
     @classmethod
     def at(cls, system: System, values: tuple[Any, ...]) -> "Automaton":
         """Return the automaton of a system at numbers, those inside of powers and large angles in its formulas."""

@@ -192,6 +192,9 @@ class System(ShownAsFormulas):
     def _hash(self) -> int:
         return hash((self.slow, self.fast, self.states, self.small, self.frictions, self.time, self.assumptions))
 
+    def __getstate__(self) -> dict:
+        return {name: value for name, value in vars(self).items() if name != "_hash"}  # another one in another process
+
     def _card(self) -> Card:
         kind = f"{len(self.frictions)} friction{'s' * (len(self.frictions) > 1)}" if self.frictions else "smooth"
         rows: list[tuple[str, Any]] = [(f"{s}'", rate) for s, rate in self.slow.items()]
