@@ -78,11 +78,12 @@ class GuardedMode:
         return tuple(map(self._placed, rates.values()))
 
     @cached_property
-    def pushes(self) -> tuple[sp.Expr, ...]:
-        """What each force adds to the rates, in the order of the states, one force after the other; () for a stand."""
+    def reactions(self) -> tuple[sp.Expr, ...]:
+        """What the reaction of each rigid contact adds to the rates, in the order of the states; () for a stand."""
         solved = {} if branches.stands(self.branch) else guards.forces(self.sided, self.branch)
+        normals = [f.normal for f in self.system.frictions if f.rigid and f.normal in solved]
         rates = self.sided.rates.values()
-        return tuple(self._placed(slope_by(rate, u) * force) for u, force in solved.items() for rate in rates)
+        return tuple(self._placed(slope_by(rate, N) * solved[N]) for N in normals for rate in rates)
 
     @cached_property
     def is_finite(self) -> bool:

@@ -75,7 +75,7 @@ class NumericMode:
     guards = _compiled_of("The guards", lambda mode: mode.guard_values)
     guard_slopes = _compiled_of("The derivatives of the guards along the field", lambda mode: mode.guard_values,
                                 lambda mode: (mode.flow,))
-    pushes = _compiled_of("What each force adds to each rate", lambda mode: mode.pushes)
+    reactions = _compiled_of("What each reaction adds to each rate", lambda mode: mode.reactions)
     laws = _compiled_of("The laws of friction that may become negative", lambda mode: mode.laws)
     watched = _compiled_of("The guards and, after them, the laws", lambda mode: mode.watched)
     watched_slopes = _compiled_of("The derivatives of what is watched along the field", lambda mode: mode.watched,
@@ -349,14 +349,14 @@ class NumericMode:
         """Return the size of each rate by its terms, also where they cancel.
 
         It is the change of the rate by relative changes ``slack`` of time, states and parameters, divided by these, or
-        the sum of what the forces add: where contacts stay closed, they balance others whatever these changes are.
+        the sum of what the reactions of rigid contacts add, which balance other forces whatever these changes are.
         """
         here = t, (*state, *self.p)
         now, *nearby = (self.field(at, *moved) for at, moved in (here, *nudges(*here, slack)))
-        pushes = [*map(abs, self.pushes(t, *state, *self.p))]
-        pushed = [sum(pushes[k :: len(state)]) for k in range(len(state))]
+        added = [*map(abs, self.reactions(t, *state, *self.p))]
+        held = [sum(added[k :: len(state)]) for k in range(len(state))]
         return tuple(max(*(abs(v - w) / slack for v in near), own)
-                     for w, *near, own in zip(now, *nearby, pushed, strict=True))
+                     for w, *near, own in zip(now, *nearby, held, strict=True))
 
     def moves(self, t: Any, state: State) -> tuple:
         """Return by how much rounding, over its relative size, moves each state where what is ``kept`` is set to 0.

@@ -1,7 +1,7 @@
 """A mode in numbers: what its functions return, and the cubic between two states with their rates."""
 
 from fractions import Fraction
-from math import cos
+from math import cos, sin
 
 import pytest
 import sympy as sp
@@ -43,12 +43,21 @@ def test_a_rate_has_the_size_of_its_terms_also_where_they_cancel():
     assert 3 <= near <= 6
 
 
-def test_a_rate_has_the_size_of_the_forces_that_balance_there_whatever_the_parameters_are():
+def test_a_rate_has_the_size_of_the_reactions_that_balance_there_whatever_the_parameters_are():
     """The reaction is the weight: relative changes of states and parameters left the rate at 0."""
     F, N, g = sp.symbols("F N g")
     ground = ap.Friction(x, F, N, sp.Rational(1, 5), normal=N, constraint=N - g)
     mode = Automaton(ap.System.with_frictions({x: F, y: N - g}, {}, [ground]), (10,)).mode((Phase(1, 1),))
     assert mode.terms(0.0, (1.0, 0.0), 2.0**-48) == (2, 10)
+
+
+def test_a_small_swing_between_belts_keeps_its_digits_however_hard_these_are_pressed_on():
+    """Their frictions cancel, and the cube is 10^-12 of the pull; errors were relative to the frictions."""
+    belts = [ap.Friction(y - speed, sp.Symbol(f"F{speed}"), load=1000, kinetic=1) for speed in (-3, 3)]
+    pull = belts[0].force + belts[1].force - x - x**3
+    path = ap.solve(ap.Scene(system=ap.System.with_frictions({x: y, y: pull}, {}, belts),
+                             start={x: "1e-6", y: 0}, until=10))
+    assert path.final == pytest.approx((1e-6 * cos(10), -1e-6 * sin(10)), abs=1e-13)
 
 
 def test_a_velocity_that_no_error_in_time_explains_is_set_to_0_by_the_state_that_changes_it_most():
