@@ -162,7 +162,7 @@ def mechanism_of_table(table: dict[str, Any], where: Any) -> Described:
     if "until" in table and not describes_mechanism(table):
         raise InputError(f"{where}: it is a scene, followed by asympk solve; a mechanism has coordinates")
     refuse_unknown(table, FILE, where)
-    found = replace(_described(table, where), followed="until" in table)
+    found = replace(_described(table, where), followed="until" in table and not table.keys().isdisjoint(CONTACT))
     used = names_in([value for key, value in table.items() if key not in EXAMPLE])
     if idle := [name for name in found.values if not names_in(name) <= used]:
         hint = misplaced(table, [key for key in idle[:1] if key in FILE]) or did_you_mean(idle[0], used)

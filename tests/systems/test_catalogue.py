@@ -151,7 +151,7 @@ def test_the_commands_to_go_on_with_repeat_the_numbers_that_were_set(capsys):
 
 
 def test_no_command_to_go_on_with_is_refused_or_tells_the_same_again(screen):
-    """A scene of which a rate is missing was offered to asympk least, and friction of 1/2 where it was 0.5."""
+    """A scene without a rate or a contact law was offered to asympk least, and friction of 1/2 where it was 0.5."""
     block = """coordinates = ["X", "Y", "Z"]
 lagrangian = "(X'^2 + Y'^2 + Z'^2)/2 - Y"
 gap = "Y"
@@ -163,7 +163,9 @@ values = {f = 0.5}
 state = {X = 0, Y = 0, Z = 0, "X'" = 1, "Y'" = 0}
 """
     assert "asympk" not in screen(block).partition("rigid motions")[2]
-    assert "asympk least" in screen(block.replace("\"X'\" = 1", "\"X'\" = 1, \"Z'\" = 0")).partition("rigid motions")[2]
+    whole = block.replace("\"X'\" = 1", "\"X'\" = 1, \"Z'\" = 0")
+    assert "asympk least" in screen(whole).partition("rigid motions")[2]
+    assert "asympk" not in screen(whole.replace('contact = "rigid"\n', "")).partition("rigid motions")[2]
 
 
 @pytest.mark.slow
