@@ -1,4 +1,4 @@
-"""Any bytes are TOML, or refused as such."""
+"""Any bytes are TOML, or refused as such, with a word on quotes."""
 
 import pytest
 from hypothesis import given, settings
@@ -18,3 +18,9 @@ def test_any_bytes_are_read_or_refused(raw):
         assert str(refusal).startswith("file: not TOML")  # noqa: PT017
     else:
         assert isinstance(table, dict)
+
+
+@pytest.mark.parametrize("line", ["alpha = 30 deg", "x' = 1", "\"x' = 1", "friction = mu"])
+def test_of_text_or_a_prime_without_quotes_is_told_that_they_stand_in_quotes(line):
+    with pytest.raises(InputError, match=r"""at line 1, .*stand in quotes, such as "75 deg" and "x'"$"""):
+        parse_table(f"{line}\n".encode(), "file")
