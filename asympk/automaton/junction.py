@@ -170,9 +170,9 @@ def _require_directions(system: System, touching: dict[int, bool], points: list[
             continue
         _, *columns = zip(*(contacts.gap_row(system, k, point) for point in points), strict=True)
         if all(map(contacts.is_open, columns)):
-            raise UnboundedReaction(f"the gap of friction {k} has no slope {_place_in_words(system, at)}, so that no "
-                                    "reaction of its contact is determined; write it as a distance, which grows evenly",
-                                    at.t, at.state)
+            raise UnboundedReaction(f"the gap of {which_contact(system, k)} has no slope {_place_in_words(system, at)},"
+                                    " so that no reaction of its contact is determined; write it as a distance, which "
+                                    "grows evenly", at.t, at.state)
 
 
 def _settled(automaton: "Automaton", before: Branch | None, hits: tuple, place: Place, slack: Any) -> Place:
@@ -230,8 +230,9 @@ def _touching(system: System, before: Branch | None, lost: set, at: Place) -> di
         expressions = (friction.gap, branches.rate_along(system, friction.gap))
         gap, rate = _signs(system, expressions, at, rounding, OF_ZERO if before is None else None)
         if gap < 0 and ("touch_down", k) not in lost:
-            raise InputError(f"start: the gap {short(friction.gap)} of {which_contact(system, k)} is negative; a "
-                             "rigid one starts where its gap is 0 or positive")
+            depth = float(at.values(system, (friction.gap,))[0])
+            raise InputError(f"start: the gap {short(friction.gap)} of {which_contact(system, k)} is negative, "
+                             f"{depth:.6g}; a rigid one starts where its gap is 0 or positive")
         if ("touch_down", k) in lost or gap == 0:
             if min(gap, rate) < 0:
                 raise NoMotion(f"{which_contact(system, k)} is hit {_place_in_words(system, at)}: the rigid model has "
@@ -242,8 +243,8 @@ def _touching(system: System, before: Branch | None, lost: set, at: Place) -> di
 
 
 def which_contact(system: System, k: int) -> str:
-    """Return words for a contact: its number counts where there are several."""
-    return f"contact {k}" if len(system.frictions) > 1 else "the contact"
+    """Return words for a contact: its number, from 1 as in N_2 and F_2 of the second, where there are several."""
+    return f"contact {k + 1}" if len(system.frictions) > 1 else "the contact"
 
 
 def _require_kept(system: System, at: Place) -> None:

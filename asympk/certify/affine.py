@@ -19,7 +19,7 @@ from itertools import product
 
 import sympy as sp
 
-from asympk.automaton.junction import ROUNDING
+from asympk.automaton.junction import ROUNDING, which_contact
 from asympk.automaton.modes import NO_FRICTION, SWITCH, mode_of
 from asympk.certify.balls import Ball, Refused, ball, flint
 from asympk.certify.candidates import Candidates, affine_form, in_name_only, not_determined
@@ -357,7 +357,8 @@ class _Modes(Candidates):
         for k in sorted(branches.at_rest(branch)):
             ways = ((*branch[:k], branch[k]._replace(velocity=way), *branch[k + 1 :]) for way in (1, -1))
             if all(self._may_leave_rest(way, k, state) for way in ways):
-                raise Refused(f"edge: after {what}, contact {k} may rest and may slip in either direction")
+                raise Refused(f"edge: after {what}, {which_contact(self.system, k)} may rest and may slip in either "
+                              "direction")
 
     def _require_within_limit(self, mode, holding, state, what):
         """Raise ``Refused`` where a contact at rest, of a mode at the limit of a condition, slips in another mode."""
@@ -387,7 +388,8 @@ class _Modes(Candidates):
         if not (changed := [k for k, (old, new) in enumerate(zip(*motions, strict=True)) if old != new]):
             return None
         if before.branch == after.branch:
-            raise Refused(f"edge: contact {changed[0]}, a slip in name only, begins to slip, or ends it, at a switch")
+            raise Refused(f"edge: {which_contact(self.system, changed[0])}, a slip in name only, begins to slip, or "
+                          "ends it, at a switch")
         guard = _together(sorted(lost, key=lambda guard: guard.friction not in (NO_FRICTION, *changed)))
         if NO_FRICTION in (guard.friction, *guard.others):
             beyond = mode_of(self.system, before.branch, before.sides_beyond(after))
@@ -415,8 +417,8 @@ class _Modes(Candidates):
         if (k := next((k for k in sorted(branches.at_rest(new)) if old[k].slips), None)) is None:
             return None
         if in_name_only(after.sided, after.branch):
-            raise Refused(f"edge: the sliding velocity of contact {k} jumps to 0, and it is not certain which of the "
-                          "contacts that share it a run names at rest")
+            raise Refused(f"edge: the sliding velocity of {which_contact(self.system, k)} jumps to 0, and it is not "
+                          "certain which of the contacts that share it a run names at rest")
         return AffineGuard("velocity_zero", k, ())
 
     def _lost(self, beyond, changed, state):

@@ -432,7 +432,7 @@ def test_rest_that_repels_one_of_its_contacts_either_way_has_no_proof():
     frictions = [ap.Friction(v, F, load=1, kinetic=4), ap.Friction(w, G, load=1, kinetic=2, static=3)]
     pair = ap.System.with_frictions({v: 2 * F - 2 * G - t + 1, w: G / 2 - 2 * F - t}, {}, frictions, time=t)
     scene = ap.Scene(system=pair, values={}, start={"v": 0, "w": 0}, until=2)
-    assert certify(scene).reason == "edge: after start, contact 1 may rest and may slip in either direction"
+    assert certify(scene).reason == "edge: after start, contact 2 may rest and may slip in either direction"
     with pytest.raises(TwoMotions):
         ap.solve(scene)
 

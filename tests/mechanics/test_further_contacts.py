@@ -364,7 +364,7 @@ def test_a_wall_that_moves_meets_a_body_at_rest_on_more_contacts_than_determine_
     system = body.rigid()
     start = body.start(system, {"X": 0, "Y": 0, "X'": 0, "Y'": 0})
     scene = ap.Scene(system=system, values={"f": "1/10"}, start=start, until=2)
-    with pytest.raises(NoMotion, match="contact 2 is hit at t = 1, "):
+    with pytest.raises(NoMotion, match="contact 3 is hit at t = 1, "):
         ap.solve(scene, method)
 
 
