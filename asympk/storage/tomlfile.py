@@ -40,7 +40,7 @@ def parse_table(raw: bytes, where: str | Path) -> dict[str, Any]:
         reason = "a number has too many digits, or tables stand too deep in one another"
         if isinstance(error, tomllib.TOMLDecodeError | UnicodeDecodeError):
             reason = str(error)[:200]
-        if isinstance(error, tomllib.TOMLDecodeError):
+        if isinstance(error, tomllib.TOMLDecodeError) and "Cannot" not in reason:
             reason += "; text and names with a prime stand in quotes, such as \"75 deg\" and \"x'\""
         raise InputError(f"{where}: not TOML in UTF-8: {reason}") from None
 

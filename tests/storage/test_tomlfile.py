@@ -24,3 +24,8 @@ def test_any_bytes_are_read_or_refused(raw):
 def test_of_text_or_a_prime_without_quotes_is_told_that_they_stand_in_quotes(line):
     with pytest.raises(InputError, match=r"""at line 1, .*stand in quotes, such as "75 deg" and "x'"$"""):
         parse_table(f"{line}\n".encode(), "file")
+
+
+def test_of_a_key_given_twice_nothing_is_told_of_quotes():
+    with pytest.raises(InputError, match=r"Cannot overwrite a value \(at line 2, column \d\)$"):
+        parse_table(b"m = 1\nm = 2\n", "file")
