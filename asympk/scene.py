@@ -77,7 +77,8 @@ class Scene(ShownAsTable):
     def _place(self) -> None:
         put = object.__setattr__
         if not hasattr(self.system, "placed"):
-            raise InputError(f"system = {short(self.system)}: it must be a System; build it with ap.System")
+            raise InputError(f"system = {short(self.system)}: it must be a System; build one with ap.System, or take "
+                             "the rigid() or elastic() one of a mechanism")
         if not (self.sigma is None and self.mu is None and self.sigma0 is None):
             raise InputError("sigma, mu and sigma0 belong to the rod; give the parameters of a system in values=")
         values, start = self.system.placed({} if self.values is None else self.values, self.start)
@@ -219,5 +220,7 @@ def require_scene(scene: Any, verb: str) -> None:
         return
     if isinstance(scene, str):
         raise InputError(f"{verb} takes a Scene, not the name {short(scene)}; read it first with ap.read_scene")
-    numbers = "system=, values={...}, start={...}" if hasattr(scene, "placed") else "sigma=, mu=, start="
+    systems = {"System": "system=", "Mechanism": "system=mechanism.rigid()"}
+    system = systems.get(type(scene).__name__)
+    numbers = f"{system}, values={{...}}, start={{...}}" if system else "sigma=, mu=, start="
     raise InputError(f"{verb} takes a Scene, not {type(scene).__name__}; build one: ap.Scene({numbers}, until=)")

@@ -25,8 +25,9 @@ from asympk.automaton.automaton import Automaton
 from asympk.automaton.numericmode import OF_STATES
 from asympk.errors import InputError, OutOfRange
 from asympk.many import PHASES, REFUSALS, Many, axes_of, by_trajectory, outcome_of, require_mappings
-from asympk.numbers import common_shape, numbers, raw_entries, require_finite, short
+from asympk.numbers import common_shape, numbers, raw_entries, require_finite
 from asympk.scene import Scene
+from asympk.symbolic.system import require_system
 from asympk.symbolic.values import by_symbol
 
 CHUNK = 4096
@@ -85,8 +86,7 @@ def solve_many(
     that cannot be followed says why; with ``strict=True`` the error of its scalar flow is raised, with the index of the
     trajectory. Raises ``InputError``, also where the system is not affine.
     """
-    if not hasattr(system, "placed"):
-        raise InputError(f"system = {short(system)}: it must be a System; build it with ap.System")
+    require_system(system, "solve_many")
     parameters, states, horizon, shape = _broadcast(system, values, start, until)
     total, names, result = horizon.size, [s.name for s in system.states], _blank(system, horizon.size, strict)
     done = 0

@@ -34,6 +34,7 @@ from asympk.errors import (
 )
 from asympk.symbolic.branches import Phase, ambiguous_contacts, with_signs
 from asympk.symbolic.guards import named_branches
+from asympk.systems import painleve_rod as rod
 
 x, v, u, w, q, t = sp.symbols("x v u w q t", real=True)
 F, G, H, N = sp.symbols("F G H N", real=True)
@@ -579,7 +580,10 @@ def test_automata_of_one_system_and_one_choice_of_numbers_are_equal():
     (lambda: ap.Scene(system=block(), sigma=1, values={}, start=(1, 0), until=1), "belong to the rod"),
     (lambda: ap.solve("backward"), "takes a Scene, not the name 'backward'"),
     (lambda: ap.solve(None), "takes a Scene, not NoneType"),
-    (lambda: ap.solve(block()), "takes a Scene, not System"),
+    (lambda: ap.solve(block()), r"takes a Scene, not System; build one: ap.Scene\(system=, values="),
+    (lambda: ap.solve(rod.mechanism()), r"not Mechanism; build one: ap.Scene\(system=mechanism.rigid\(\), values="),
+    (lambda: ap.Scene(system=rod.mechanism(), values={}, start=(0, 0), until=1), r"take the rigid\(\) or elastic\(\)"),
+    (lambda: ap.solve_many(system=rod.mechanism(), values={}, start={}, until=1), r"take the rigid\(\) or elastic\(\)"),
     (lambda: block(kinetic=sp.Float(0.3)), "contains a float"),
     (lambda: ap.Friction(velocity=v, force="F", load=1, kinetic=1), "must be a Symbol"),
     (lambda: ap.System.with_frictions({v: 1}, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=1)]), "no rate"),
