@@ -175,8 +175,8 @@ def _first_term_on_the_first_plane():
     return sp.diff(amplitude * sp.exp(slow), pk.mu).subs(pk.mu, 0)
 
 
-@claim("C26", "3", "From O6 (x + y < -1, z > 0) it makes “a jump in the direction of negative values of y” into G2, “"
-       "in the positive direction of y” to Gamma2, then to Pi1",
+@claim("C26", "3", "From O6 (x + y < -1, z > 0) it makes “a jump in the direction of negative values of y” into G2, "
+       "“in the positive direction of y” to Gamma2, then to Pi1",
        "x falls by z/(sigma + 1) on landing and by z in all: z -> 0, x -> x - z")
 def jump_from_beyond_the_divide() -> Iterator[Check]:
     jump = _jump(_FROM_ABOVE)
