@@ -367,9 +367,9 @@ def _require_shared(here: Junction, branch: Branch, still: list[int]) -> None:
         _, kinetic, static, *_ = here.points_in(branch)[0].contacts[k]
         if static - kinetic > SAME * static:
             raise UnboundedReaction(
-                f"the forces of contacts at rest are not determined {here.in_words}: friction {k} rests where others "
-                "do, and what its static friction adds is not known; merge frictions of the same velocity, or put "
-                "compliance between them", here.at.t, here.at.state)
+                f"the forces of contacts at rest are not determined {here.in_words}: friction {k + 1} rests where "
+                "others do, and what its static friction adds is not known; merge frictions of the same velocity, or "
+                "put compliance between them", here.at.t, here.at.state)
 
 
 def _named(here: Junction, branch: Branch, still: list[int]) -> set[int]:
@@ -415,15 +415,16 @@ def _why_none(here: Junction) -> str:
         if kinetic - static > SAME * kinetic:
             friction = here.system.frictions[k]
             if friction.static == branches.with_direction(friction.velocity, friction.kinetic, 0):
-                return (f"friction {k}, {float(static):.6g} at rest, is {float(kinetic):.6g} in slip; give static "
+                return (f"friction {k + 1}, {float(static):.6g} at rest, is {float(kinetic):.6g} in slip; give static "
                         "friction of at least that")
-            return (f"static friction {float(static):.6g} of friction {k} is below the kinetic one, "
+            return (f"static friction {float(static):.6g} of friction {k + 1} is below the kinetic one, "
                     f"{float(kinetic):.6g}; make it at least that")
     jumps = sides.phases(here.system.rates.values(), here.system.states, here.system.time)
     for k, (friction, choice) in enumerate(zip(here.system.frictions, here.phases, strict=True)):
         for name in ("load", "velocity"):
             if {1, -1} <= {getattr(p, name) for p in choice} and sides.phase_of(getattr(friction, name))[0] in jumps:
-                return f"rates jump where the {name} of friction {k} is 0; write what jumps there as its own friction"
+                return (f"rates jump where the {name} of friction {k + 1} is 0; write what jumps there as its own "
+                        "friction")
     names = ", ".join(dict.fromkeys(map(branches.mode_name, ways)))
     return f"none of {names} is consistent; the model needs compliance there"
 

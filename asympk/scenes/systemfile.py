@@ -157,7 +157,7 @@ def _symbols(table: dict, states: list[str], frictions: list[dict], parameters: 
 
 
 def _friction(table: dict, symbols: dict[str, sp.Symbol], k: int) -> Friction:
-    where = f"system.frictions {k}"
+    where = f"system.frictions[{k}]"
     refuse_unknown(table, FRICTION, where, above=KEYS)
     require_keys(table, _NEEDED, where)
     formulas = {key: read_formula(table[key], symbols, f"{where}: {key}")

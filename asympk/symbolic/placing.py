@@ -122,7 +122,7 @@ def named_parts(system: "System") -> dict[str, sp.Expr]:
     rates = {f"{s}'": rate for s, rate in (*system.slow.items(), *system.fast.items())}
     many = len(system.frictions) > 1
     return rates | {f"{name} of friction {k}" if many else name: part
-                    for k, f in enumerate(system.frictions) for name, part in f.parts.items()}
+                    for k, f in enumerate(system.frictions, 1) for name, part in f.parts.items()}
 
 
 @lru_cache(maxsize=64)

@@ -446,7 +446,7 @@ def _check(system: System) -> None:
             raise InputError(f"the rate of {s} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
         if not isinstance(rate, sp.Expr) or parts & {*NOT_FINITE, sp.I}:
             raise InputError(f"the rate of {s} is {rate}; it must be a finite real expression")
-    for number, friction in enumerate(system.frictions):
+    for number, friction in enumerate(system.frictions, 1):
         branches.check_friction(system, friction, number)
     bounds = sp.Tuple(*(part for f in system.frictions for part in (f.load, f.constraint) if part is not None))
     if symbols_in(bounds) & {*system.pushes}:

@@ -612,7 +612,7 @@ def test_static_friction_that_falls_below_the_kinetic_one_on_the_way_is_refused_
     contact = ap.Friction(velocity=v, force=F, load=1, kinetic=kinetic, static=sp.Rational(6, 5))
     system = ap.System.with_frictions({x: v, v: F - sp.Rational(13, 10)}, {}, [contact], time=t)
     scene = ap.Scene(system=system, values={}, start={"x": "4/5", "v": 1}, until=5)
-    words = r"at t = 0\.[234].*static friction 1\.2 of friction 0 is below the kinetic one, 1\.\d+; make it"
+    words = r"at t = 0\.[234].*static friction 1\.2 of friction 1 is below the kinetic one, 1\.\d+; make it"
     with pytest.raises(NoMotion, match=words) as stop:
         ap.solve(scene, **options)
     assert stop.value.state[1] == 0
@@ -623,7 +623,7 @@ def test_kinetic_friction_that_is_less_at_rest_is_refused_as_the_friction_that_w
     contact = ap.Friction(velocity=v, force=F, load=1, kinetic=law)
     system = ap.System.with_frictions({x: v, v: F - x}, {}, [contact])
     scene = ap.Scene(system=system, values={}, start={x: "1/2", v: 0}, until=1)
-    with pytest.raises(NoMotion, match=r"friction 0, 0\.25 at rest, is 1 in slip; give static friction of at"):
+    with pytest.raises(NoMotion, match=r"friction 1, 0\.25 at rest, is 1 in slip; give static friction of at"):
         ap.solve(scene)
 
 
@@ -631,7 +631,7 @@ def test_kinetic_friction_that_is_less_at_rest_is_refused_as_the_friction_that_w
 def test_rates_that_hold_a_load_at_0_by_jumps_are_to_be_written_as_a_friction(start):
     contact = ap.Friction(velocity=v, force=F, load=u, kinetic=1)
     system = ap.System.with_frictions({u: -sp.sign(u), x: v, v: F - x}, {}, [contact])
-    with pytest.raises(NoMotion, match=r"at t = 1, .* where the load of friction 0 is 0; write what jumps"):
+    with pytest.raises(NoMotion, match=r"at t = 1, .* where the load of friction 1 is 0; write what jumps"):
         ap.solve(ap.Scene(system=system, start={"u": 1, "x": start, "v": 0}, until=3))
 
 

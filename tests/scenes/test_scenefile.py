@@ -305,9 +305,9 @@ mechanism = "painleve_rod"
 @pytest.mark.parametrize(
     ("text", "old", "new", "said"),
     [
-        (BELT, "load", "laod = 1\nload", "system.frictions 0: key 'laod' is unknown; the nearest known one is 'load'"),
-        (BELT, "load = 1\n", "", "system.frictions 0: load missing"),
-        (BELT, "load", "small = 'mu'\nload", "system.frictions 0: small is below [[system.frictions]] and must"),
+        (BELT, "load", "laod = 1\nload", "system.frictions[0]: key 'laod' is unknown; the nearest known one is 'load'"),
+        (BELT, "load = 1\n", "", "system.frictions[0]: load missing"),
+        (BELT, "load", "small = 'mu'\nload", "system.frictions[0]: small is below [[system.frictions]] and must"),
         (BELT, "load = 1\n", 'load = "abs(F)"\n', "mode slip_same: the forces must enter rates, loads"),
         (BELT, "[system.slow]", "[system]\nsmal = 'mu'\n[system.slow]", "system: key 'smal' is unknown"),
         (BELT, "[[system.frictions]]", "[system.frictions]", "system.frictions must be tables"),

@@ -112,7 +112,7 @@ def test_a_system_and_its_modes_are_values():
     ("make", "match"),
     [
         (lambda: _oscillator(velocity={z: 2 - x + F**2}), "must enter the rates linearly"),
-        (lambda: _two_blocks(F * N), "friction 0: the force F must enter the rates linearly, and not so that of z"),
+        (lambda: _two_blocks(F * N), "friction 1: the force F must enter the rates linearly, and not so that of z"),
         (lambda: _oscillator(kinetic=sp.nan), "kinetic = nan: it must be finite and real, such as 1/.1 . abs.z.."),
         (lambda: _oscillator(static=sp.oo), "static = oo: it must be finite and real"),
         (lambda: _oscillator(velocity=z), "must be a mapping"),
