@@ -7,9 +7,11 @@ Derivatives are those between jumps, where signs, steps, whole parts and conditi
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from itertools import chain
 
 import sympy as sp
+from sympy.core.function import AppliedUndef, ArgumentIndexError
 
 from asympk.errors import InputError
 from asympk.symbolic.inverses import Forms, Less, Parts, Solution, less, product, total
@@ -137,10 +139,11 @@ def _slope(expr: sp.Expr, s: sp.Symbol, slope: Callable[[sp.Expr], sp.Expr], tow
         number, divisor = expr.args
         return slope_by(number - divisor * sp.floor(number / divisor), s)
     if isinstance(expr, sp.Function | sp.Max | sp.Min):
-        try:
-            return sp.Add(*(expr.fdiff(k) * part for k, e in enumerate(expr.args, 1) if (part := slope(e)) != 0))
-        except sp.core.function.ArgumentIndexError:
-            raise InputError(f"{expr} has no derivative by {s} that can be written; give another function") from None
+        with suppress(ArgumentIndexError):
+            slopes = [(expr.fdiff(k), part) for k, e in enumerate(expr.args, 1) if (part := slope(e)) != 0]
+            if isinstance(expr, AppliedUndef) or not any(isinstance(by, sp.Derivative) for by, _ in slopes):
+                return sp.Add(*(by * part for by, part in slopes))
+        raise InputError(f"{expr} has no derivative by {s} that can be written; give another function")
     return expr * slope_by(expr.exp * sp.log(expr.base), s) if expr.is_Pow else expr.diff(s)
 
 

@@ -600,7 +600,8 @@ def test_what_is_no_scene_is_refused_in_one_line(make, match):
 
 def test_a_function_that_sympy_cannot_differentiate_is_refused_by_name():
     x = sp.Symbol("x", real=True)
-    for rate, words in ((sp.zeta(x), r"zeta\(x\)"), (x - sp.besselj(2 * x, 1), r"besselj\(2\*x, 1\)")):
+    for rate, words in ((sp.zeta(x), r"zeta\(x\)"), (x - sp.besselj(2 * x, 1), r"besselj\(2\*x, 1\)"),
+                        (sp.factorial2(x), r"factorial2\(x\)")):
         scene = ap.Scene(system=ap.System.smooth({x: rate}, {}, None), values={}, start={x: 2}, until=1)
         with pytest.raises(InputError, match=f"^{words} has no derivative by x"):
             ap.solve(scene)
