@@ -151,6 +151,8 @@ def _series(quotient: sp.Expr) -> tuple[Fraction, list[Fraction]] | None:
     """Return the distance from 0 up to which the series of a quotient stands for it, and its coefficients, or None."""
     with suppress(ArithmeticError, InputError):
         sides = sp.fraction(_with_quotients(quotient, _TANGENTS))
+        if any(side.subs(V, 0) != 0 for side in sides):
+            return None
         above, below = (_from_zero(side, DEGREE + HIGHEST_ZERO) for side in sides)
         first = next((j for j in range(HIGHEST_ZERO + 1) if below[0, j]), 0)
         if first and not any(above[0, j] for j in range(first)):

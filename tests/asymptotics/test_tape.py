@@ -102,3 +102,11 @@ def test_a_pole_and_a_quotient_of_two_arguments_stay_as_they_are():
     u, v = sp.symbols("u v", real=True)
     for quotient in ((sp.exp(v) - 1) / v**2, sp.sin(v) / (v - 1), (sp.exp(v) - sp.exp(u * v)) / v, 1 / v):
         assert with_removables(quotient, (u, v)) == quotient
+
+
+def test_of_a_product_whose_divisor_is_not_0_no_series_is_sought(monkeypatch):
+    """Those of atan and erf to order 36 took 0.6 s."""
+    v = sp.Symbol("v", real=True)
+    monkeypatch.setattr("asympk.symbolic.taylor._from_zero", None)
+    for product in (sp.atan(v) / (1 + v), sp.erf(v) / (2 + v) ** 2):
+        assert with_removables(product, (v,)) == product
