@@ -130,9 +130,8 @@ def placed(form: Form, values: tuple, digits: int) -> tuple[AffineMode, tuple[tu
     """Return a form with numbers for its parameters: (mode, its waves, moving guards).
 
     A wave is (power, decay, turn, sine, place of its amplitude among the states or None). Entries are exact, or right
-    to ``digits`` digits if not rational; the moving guards are the indices of those that
-    are not constant. Raises ``InputError`` for a guard that is always negative, ``OutOfRange`` where an entry is not
-    finite.
+    to ``digits`` digits if not rational; the moving guards are the indices of those that are not constant. Raises
+    ``InputError`` for a guard that is always negative, ``OutOfRange`` where an entry is not finite.
     """
     numbers = exact_values(form.system, form.entries, values, digits)
     rows, guards = (tuple(tuple(numbers[e] for e in row) for row in part) for part in (form.matrix, form.guards))
