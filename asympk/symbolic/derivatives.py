@@ -140,9 +140,9 @@ def _slope(expr: sp.Expr, s: sp.Symbol, slope: Callable[[sp.Expr], sp.Expr], tow
         return slope_by(number - divisor * sp.floor(number / divisor), s)
     if isinstance(expr, sp.Function | sp.Max | sp.Min):
         with suppress(ArgumentIndexError):
-            slopes = [(expr.fdiff(k), part) for k, e in enumerate(expr.args, 1) if (part := slope(e)) != 0]
-            if isinstance(expr, AppliedUndef) or not any(isinstance(by, sp.Derivative) for by, _ in slopes):
-                return sp.Add(*(by * part for by, part in slopes))
+            found = [(expr.fdiff(k), part) for k, e in enumerate(expr.args, 1) if (part := slope(e)) != 0]
+            if isinstance(expr, AppliedUndef) or not any(isinstance(by, sp.Derivative) for by, _ in found):
+                return sp.Add(*(by * part for by, part in found))
         raise InputError(f"{expr} has no derivative by {s} that can be written; give another function")
     return expr * slope_by(expr.exp * sp.log(expr.base), s) if expr.is_Pow else expr.diff(s)
 
