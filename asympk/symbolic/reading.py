@@ -7,6 +7,7 @@ from typing import Any
 
 import sympy as sp
 from sympy.core.function import Application
+from sympy.functions.special.bessel import BesselBase
 
 from asympk.errors import InputError
 from asympk.formulas import LARGEST_DEGREE, TWO, UNEVALUATED, fractional_part
@@ -19,6 +20,7 @@ _PLAIN = (  # a Lambda is a law of friction within the condition of a jump law
 )
 DEEPEST = 180  # levels of an expression; SymPy visits them by recursion, several calls of Python for each
 MOST_FACTORS = 100  # of a product, whose derivative has as many products
+_NOT_BY_ORDER = (sp.Piecewise, sp.Heaviside, BesselBase, *TWO)
 WRITTEN_OTHERWISE: dict[type, Callable] = {  # Python's factorial takes no fractions
     sp.frac: fractional_part, sp.factorial: lambda n: sp.gamma(n + 1),
 }
@@ -96,9 +98,12 @@ def expression(name: str, value: Any) -> sp.Basic:
         if isinstance(part, sp.Expr) and not isinstance(part, _PLAIN):
             raise InputError(f"{name} = {short(value)}: {short(part)} is neither a plain number nor a "
                              "Symbol; write one of these, of a root its .evalf(20)")
-        if len(part.args) * part.is_Mul > MOST_FACTORS or _order(part) > LARGEST_DEGREE:
-            raise InputError(f"{name} = {short(value)}: {short(part)} has more than {MOST_FACTORS} factors, or an "
-                             f"order beyond {LARGEST_DEGREE}; write it without")
+        if len(part.args) * part.is_Mul > MOST_FACTORS:
+            raise InputError(f"{name} = {short(value)}: {short(part)} has more than {MOST_FACTORS} factors; write it "
+                             "with powers, or as a sum of terms")
+        if (order := _order(part)) > LARGEST_DEGREE:
+            raise InputError(f"{name} = {short(value)}: {short(part)} has the order {short(order)}, beyond {LARGEST_DEGREE}; "
+                             "write it by simpler functions")
         if isinstance(part, sp.Function | sp.Pow) and part.is_number:
             require_sizes(f"{name}: its constant", part)  # SymPy evaluates it to write a sum with it
     for kind, other in WRITTEN_OTHERWISE.items():
@@ -115,8 +120,11 @@ def _levels(expr):
 
 
 def _order(part):
-    """Return the largest integer among the arguments of a function of several, as of a polynomial of Legendre's."""
-    several = isinstance(part, sp.Function) and not isinstance(part, (sp.Piecewise, *TWO)) and len(part.args) > 1
+    """Return the largest integer among the arguments of a function of several, as of a polynomial of Legendre's.
+
+    Bessel functions and others that SymPy does not write out by their order have none.
+    """
+    several = isinstance(part, sp.Function) and not isinstance(part, _NOT_BY_ORDER) and len(part.args) > 1
     return max((abs(arg) for arg in part.args if arg.is_Integer), default=0) if several else 0
 
 
