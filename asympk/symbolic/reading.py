@@ -102,8 +102,8 @@ def expression(name: str, value: Any) -> sp.Basic:
             raise InputError(f"{name} = {short(value)}: {short(part)} has more than {MOST_FACTORS} factors; write it "
                              "with powers, or as a sum of terms")
         if (order := _order(part)) > LARGEST_DEGREE:
-            raise InputError(f"{name} = {short(value)}: {short(part)} has the order {short(order)}, beyond {LARGEST_DEGREE}; "
-                             "write it by simpler functions")
+            raise InputError(f"{name} = {short(value)}: {short(part)} has the order {short(order)}, beyond "
+                             f"{LARGEST_DEGREE}; write it by simpler functions")
         if isinstance(part, sp.Function | sp.Pow) and part.is_number:
             require_sizes(f"{name}: its constant", part)  # SymPy evaluates it to write a sum with it
     for kind, other in WRITTEN_OTHERWISE.items():
