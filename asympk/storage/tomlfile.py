@@ -12,7 +12,6 @@ from asympk.numbers import short
 from asympk.storage.files import read_bytes
 
 LARGEST = 1_000_000  # bytes of a file
-ALIKE = 0.7  # to a key, for one that is meant
 
 
 def read_table(path: str | Path) -> dict[str, Any]:
@@ -59,7 +58,7 @@ def refuse_unknown(
                 head = str(where).rstrip("[] 0123456789")
                 below = f", below [{outer}]" if (outer := head.rpartition(".")[0]) else ""
                 raise InputError(f"{where}: {key} is below [[{head}]] and must be above it{below}")
-            near = nearest(key.lower(), known, ALIKE)
+            near = nearest(key.lower(), known)
             meant = f"the nearest known one is {near!r}" if near else f"choose one of {', '.join(known)}"
             raise InputError(f"{where}: key {key!r:.60} is unknown; {meant}")
 

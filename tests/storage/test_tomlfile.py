@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from asympk.errors import InputError
-from asympk.storage.tomlfile import parse_table, refuse_unknown
+from asympk.storage.tomlfile import parse_table
 
 
 @settings(max_examples=300)
@@ -29,11 +29,3 @@ def test_of_text_or_a_prime_without_quotes_is_told_that_they_stand_in_quotes(lin
 def test_of_a_key_given_twice_nothing_is_told_of_quotes():
     with pytest.raises(InputError, match=r"Cannot overwrite a value \(at line 2, column \d\)$"):
         parse_table(b"m = 1\nm = 2\n", "file")
-
-
-@pytest.mark.parametrize(("key", "words"), [("State", "the nearest known one is 'state'"),
-                                            ("initial", "choose one of until, state, values")])
-def test_a_key_that_is_spelt_like_none_is_met_with_all_of_them(key, words):
-    """Of "initial" it was told that the nearest one is "until"."""
-    with pytest.raises(InputError, match=f"^file: key '{key}' is unknown; {words}$"):
-        refuse_unknown({key: 0}, ("until", "state", "values"), "file")
