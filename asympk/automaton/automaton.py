@@ -142,10 +142,11 @@ def _first(automaton: Automaton, start: State, until: Any, digits: int | None) -
     context = carrier_context(decide.DIGITS)
     slack = context.mpf(10) ** -decide.EXACT
     still = automaton.mode((OPEN,) * len(automaton.system.frictions), decide.DIGITS)
-    at, begun = (still.after_start(in_context(context, until), roots) for roots in (False, True))
+    begun = still.after_start(end := in_context(context, until))
     near = BESIDE * (carrier_context(digits).eps if digits else sys.float_info.epsilon)
     follow = partial(_follow_on, automaton, None, (), state=_exact(start, context), slack=slack, near=near)
-    if at < begun:  # beside the zero of a root states that grow faster are still 0, where its slope is finite
+    if begun and (at := still.after_start(end, roots=False)) < begun:
+        # beside the zero of a root states that grow faster are still 0, where its slope is finite
         with suppress(ArithmeticError, ValueError):
             return follow(t=at)
     return follow(t=begun)
