@@ -426,7 +426,7 @@ def _numpy(lowered, values):
     for k, *place in np.argwhere(~np.isfinite(found)):  # as where a part overflows
         at = [float(np.broadcast_to(a, shape)[*place]) for a in arrays]
         (found[k, *place],) = _math(replace(lowered, target="math", outputs=lowered.outputs[k : k + 1]), at)
-    return tuple(v.copy() if shape else float(v) for v in found)
+    return tuple(found) if shape else tuple(map(float, found))
 
 
 def _math(lowered, values):
