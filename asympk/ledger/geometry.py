@@ -8,7 +8,19 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.ledger.runs import MUS, M, approaches, escape_time, in_mu, listing, modes, precise_path, trend, value_at
+from asympk.ledger.runs import (
+    MUS,
+    M,
+    approaches,
+    escape_time,
+    in_mu,
+    listing,
+    modes,
+    precise,
+    precise_path,
+    trend,
+    value_at,
+)
 from asympk.ledger.verdicts import Check, claim, left_out, numeric, symbolic
 from asympk.symbolic.manifold import integral_curves, reduced_flow, rest_state, slow_manifolds
 from asympk.symbolic.regimes import regimes
@@ -116,7 +128,7 @@ def _drift_of_constant(plane):
     def term(state):
         return value_at(first, {pk.x: state[0]})
 
-    return trend(partial(change_of, constant), lambda mu: in_mu(change_of(term, mu))(mu))
+    return trend(partial(change_of, constant), lambda mu: precise(mu) * change_of(term, mu))
 
 
 @claim("C21", "3", "Motion on Pi1 approaches that half-line")
