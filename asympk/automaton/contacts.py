@@ -9,7 +9,8 @@ the rows, ``contact_equations`` chooses those of a branch, and ``solved_forces``
 import math
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from functools import lru_cache
-from itertools import chain, repeat
+from itertools import chain, cycle, repeat
+from operator import mul
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import sympy as sp
@@ -164,8 +165,8 @@ def nudges(t: Any, state: tuple, slack: Any, least: Any = 0) -> Iterator[tuple[A
     Of a largest state beyond ``LARGE`` it is the part of this, as an angle of 1 is no zero beside vast lengths.
     """
     for signs in _NUDGES:
-        moved = (w * (1 + signs[k % len(signs)] * slack) for k, w in enumerate(state))
-        yield t * (1 + signs[-1] * slack), tuple(moved)
+        factors = [1 + sign * slack for sign in signs]
+        yield t * factors[-1], tuple(map(mul, state, cycle(factors)))
     if least and (floor := least * min(LARGE, max(map(abs, state), default=0))):
         yield from ((t, (*state[:k], w + floor, *state[k + 1 :])) for k, w in enumerate(state))
 

@@ -351,12 +351,12 @@ class NumericMode:
         It is the change of the rate by relative changes ``slack`` of time, states and parameters, divided by these, or
         the sum of what the reactions of rigid contacts add, which balance other forces whatever these changes are.
         """
-        here = t, (*state, *self.p)
-        now, *nearby = (self.field(at, *moved) for at, moved in (here, *nudges(*here, slack)))
-        added = [*map(abs, self.reactions(t, *state, *self.p))]
-        held = [sum(added[k :: len(state)]) for k in range(len(state))]
-        return tuple(max(*(abs(v - w) / slack for v in near), own)
-                     for w, *near, own in zip(now, *nearby, held, strict=True))
+        here = (*state, *self.p)
+        now = self.field(t, *here)
+        changes = [map(abs, map(sub, self.field(at, *moved), now)) for at, moved in nudges(t, here, slack)]
+        found = tuple(change / slack for change in map(max, *changes))
+        added = [*map(abs, self.reactions(t, *here))]
+        return tuple(max(own, sum(added[k :: len(state)])) for k, own in enumerate(found)) if added else found
 
     def moves(self, t: Any, state: State) -> tuple:
         """Return by how much rounding, over its relative size, moves each state where what is ``kept`` is set to 0.

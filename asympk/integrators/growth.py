@@ -11,13 +11,13 @@ of tolerances does not show the errors of such a motion, because they grow from 
 """
 
 from collections.abc import Sequence
-from itertools import accumulate, zip_longest
+from itertools import zip_longest
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from asympk.automaton.automaton import ROUNDED, Automaton
-from asympk.automaton.exponentials import exponentials
+from asympk.automaton.exponentials import exponentials, running_products
 from asympk.automaton.loop import Segment
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import Undecided
@@ -87,29 +87,25 @@ def growth(parts: Sequence[Linearised], scales: Sequence[float], tolerance: floa
     velocity that an event has set to 0 is none of these, as small as it is from there on. The growth is ``inf`` beyond
     the range of doubles, and None where rates have no derivative.
     """
-    factors, end = list[tuple[Any, ...]](), parts[-1].segment.t
+    end = parts[-1].segment.t
     if any(part.slopes is None for part in parts):
         return None
     with np.errstate(all="ignore"):
         try:
-            for part, after in zip_longest(parts, parts[1:]):
-                factors += _passed(part, after, np.array(scales))
+            passed = [_passed(part, after, np.array(scales)) for part, after in zip_longest(parts, parts[1:])]
         except (ArithmeticError, ValueError, TypeError):  # a rate without a derivative, as a root has where it vanishes
             return None
-        if not factors:  # a run that ends at its start
-            return np.zeros(len(scales))
-        transitions, errors, states, times = (np.array(part, dtype=float) for part in zip(*factors, strict=True))
+        transitions, errors, states, times = map(np.concatenate, zip(*passed, strict=True))
         looks = np.unique(np.searchsorted(times, np.arange(1, LOOKS) * end / LOOKS, side="right"))
         onward, most = transitions[:0], [np.zeros(len(scales))]
         for stretch in filter(len, np.split(transitions, looks)):
-            within = np.array([*accumulate(stretch[::-1], np.matmul)])[::-1]
+            within = running_products(stretch[::-1])[::-1]
             onward = np.concatenate([within[0] @ onward, within])
-            grown = np.einsum("kij,kj->i", abs(onward), errors[: len(onward)])
-            most.append(np.nan_to_num(grown, nan=np.inf, posinf=np.inf))
+            most.append(np.einsum("kij,kj->i", abs(onward), errors[: len(onward)]))
         right = abs(states) * LOST > tolerance * errors
         left = np.where((_last(right) > _last(states == 0)) & ~right, errors, 0)
-        back = np.nan_to_num(_largest(transitions, left), nan=np.inf, posinf=np.inf)
-        return np.max([most[-1], LOST * np.max(most, axis=0), back], axis=0)
+        found = np.nan_to_num([*most, _largest(transitions, left)], nan=np.inf, posinf=np.inf)
+        return np.max([found[-2], LOST * found[:-1].max(axis=0), found[-1]], axis=0)
 
 
 def _last(marks: np.ndarray) -> np.ndarray:
@@ -134,17 +130,20 @@ def without_rounding(automaton: Automaton, segments: Sequence[Segment]) -> Seque
     """
     still = np.array(segments[0].steps[0][1] if segments[0].steps else segments[0].state) == 0
     while still.any():
-        cleaned = [s._replace(steps=tuple((t, tuple(np.where(still, 0.0, w).tolist())) for t, w in s.steps))
-                   for s in segments]
-        rates = (automaton.mode(s.branch, sides=s.sides).rhs(*step) for s in cleaned for step in s.steps)
+        rates = (automaton.mode(s.branch, sides=s.sides).rhs(t, _with_zeros(still, w))
+                 for s in segments for t, w in s.steps)
         try:  # the first steps move most states, which need not be 0 at later ones
             moved = next((moves for rate in rates if (moves := still & np.array(rate, dtype=bool)).any()), None)
         except (ArithmeticError, ValueError, TypeError):  # as in ``growth``
             break
         if moved is None:
-            return cleaned
+            return [s._replace(steps=tuple((t, _with_zeros(still, w)) for t, w in s.steps)) for s in segments]
         still &= ~moved
     return segments
+
+
+def _with_zeros(still: np.ndarray, state: tuple[float, ...]) -> tuple[float, ...]:
+    return tuple(0.0 if zero else value for zero, value in zip(still.tolist(), state, strict=True))
 
 
 def balances(parts: Sequence[Linearised]) -> tuple[np.ndarray, np.ndarray]:
@@ -175,10 +174,10 @@ def balances(parts: Sequence[Linearised]) -> tuple[np.ndarray, np.ndarray]:
     return found, gains
 
 
-def _passed(part: Linearised, after: Linearised | None, scales: np.ndarray) -> list[tuple[Any, ...]]:
-    """Return, of each step of a segment and of its event, (transition matrix, sizes of errors, state, time at its end).
+def _passed(part: Linearised, after: Linearised | None, scales: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return (transition matrices, sizes of errors, states, times) of the steps of a segment and of its event.
 
-    Errors and state are those at its start.
+    Errors and states are those at their starts, times those at their ends.
     """
     segment, mode, *_, slopes = part
     times, states = _steps(segment)
@@ -186,12 +185,12 @@ def _passed(part: Linearised, after: Linearised | None, scales: np.ndarray) -> l
     ones = np.ones(len(scales), dtype=bool)
     moving = [np.array(mode.rhs(*here), dtype=float) != 0 if 0 in here[1] else ones for here in at]
     sizes = np.maximum(scales, np.abs(states)) * ((states != 0) | moving) * mode.movable
-    means = slopes * np.diff(times)[:, None, None]
-    found = list(zip(exponentials(means * np.array(mode.movable)), sizes[:-1], states[:-1], times[1:], strict=True))
-    if after is not None and segment.hit is not None and after.mode is not mode:
-        jump = _saltation(mode, after.mode, segment.hit, *after.segment.steps[0])
-        found.append((jump, 0 * sizes[-1], states[-1], times[-1]))
-    return found
+    found = exponentials(slopes * np.diff(times)[:, None, None] * np.array(mode.movable))
+    if after is None or segment.hit is None or after.mode is mode:
+        return found, sizes[:-1], states[:-1], times[1:]
+    jump = _saltation(mode, after.mode, segment.hit, *after.segment.steps[0])
+    sizes[-1] = 0
+    return np.concatenate([found, [jump]]), sizes, states, np.append(times[1:], times[-1])
 
 
 def _saltation(mode: NumericMode, after: NumericMode, hit: int, t: float, state: tuple) -> np.ndarray:
