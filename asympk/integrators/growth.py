@@ -190,7 +190,7 @@ def _passed(part: Linearised, after: Linearised | None, scales: np.ndarray) -> t
         return found, sizes[:-1], states[:-1], times[1:]
     jump = _saltation(mode, after.mode, segment.hit, *after.segment.steps[0])
     sizes[-1] = 0
-    return np.concatenate([found, [jump]]), sizes, states, np.append(times[1:], times[-1])
+    return np.concatenate([found, np.array([jump], dtype=float)]), sizes, states, np.append(times[1:], times[-1])
 
 
 def _saltation(mode: NumericMode, after: NumericMode, hit: int, t: float, state: tuple) -> np.ndarray:
