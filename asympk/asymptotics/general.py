@@ -21,7 +21,6 @@ import sympy as sp
 
 from asympk.asymptotics import matched
 from asympk.asymptotics.frictional import follow_stretches
-from asympk.asymptotics.reduced import NOISE
 from asympk.asymptotics.smooth import EXTRA, crosses_switch, follow_smooth
 from asympk.automaton.automaton import ROUNDED, Automaton
 from asympk.automaton.exact import exact_values
@@ -183,14 +182,14 @@ def _units_at_start(scene: Any) -> tuple[int, ...]:
 def _sizes(path: Any, units: tuple[int, ...]) -> tuple[int, ...]:
     """Return the units that fit a path in ``units``: of its states, and of the small parameter.
 
-    The size of a state is the largest at the start and in slow motion, and ``SMALL`` times that in layers; mere
-    rounding has the size 0. A power of ten is given by its exponent.
+    The size of a state is the largest at the start and in slow motion, and ``SMALL`` times that in layers and that by
+    the terms of its rate, whose rounding is an error of the state. A power of ten is given by its exponent.
     """
     sizes = [max(abs(float(begun)), abs(w)) for begun, w in zip(path.scene.start, path.final, strict=True)]
     if min(sizes) < SMALL:
         looks = _looks(path)
-        sizes = np.maximum(sizes, np.maximum(path.at.sizes(looks, slow=True), SMALL * path.at.sizes(looks, slow=False)))
-        sizes = np.where(sizes > NOISE * _by_terms(path), sizes, 0).tolist()
+        hidden = np.maximum(path.at.sizes(looks, slow=False), _by_terms(path))
+        sizes = np.maximum.reduce([sizes, path.at.sizes(looks, slow=True), SMALL * hidden]).tolist()
     inside = _powers(sizes)
     powers = _powers([size * 10.0**unit for size, unit in zip(sizes, units[:-1], strict=True)])
     layers = path.at.places(np.array([]), slow=False)

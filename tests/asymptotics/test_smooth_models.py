@@ -323,6 +323,17 @@ def test_a_state_that_only_rounding_moves_has_no_unit_of_its_size(order):
     assert abs(path.final[1]) < 1e-14
 
 
+@pytest.mark.parametrize("size", ["1e-8", "1e-9", "1e-10"])
+@pytest.mark.parametrize("order", [0, 1])
+def test_a_small_state_has_a_unit_above_the_rounding_of_its_rate_by_terms_that_cancel(size, order):
+    """Of x' = 1 - y rounding leaves errors of 1e-16: in units of x its steps were refused as too small."""
+    system = ap.System.smooth({x: 1 - y}, {y: sp.exp(x) - y}, mu)
+    path = _solved(system, {mu: "1/100"}, {x: size, y: 1}, 1, order=order)
+    roots = np.roots([0.01, 1, 1])  # of the linear system, as x is small
+    shares = np.linalg.solve([[1, 1], roots], [float(size), 0])
+    assert abs(path.final[0] - shares @ np.exp(roots)) < path.error < float(size)
+
+
 def test_errors_do_not_grow_beside_a_state_that_only_rounding_moves():
     """Two supports of a drawer yield alike but for 1e-21, beside which errors of 1e-13 were as large as the state."""
     one, two = x + y, u + v
