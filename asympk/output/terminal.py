@@ -168,7 +168,7 @@ def ladder_as_text(ladder: "Ladder") -> str:
         first = next(other.model for other in ladder.rungs if other.reason == rung.reason)
         reason = f"as {first}" if rung.reason and first != rung.model else rung.reason
         lines += wrapped(" " * 6, reason) if reason else []
-    return "\n".join([*lines, f"least model for an error below {ladder.rtol:g} at until: {ladder.model}"])
+    return "\n".join([*lines, f"least model, the lowest for an error below {ladder.rtol:g} at until: {ladder.model}"])
 
 
 def certificates_as_text(found: "Sequence[Certificate]", digits: int) -> str:

@@ -34,7 +34,7 @@ class Ladder(ShownAsTable):
     rungs: tuple[ladder.Rung, ...]
 
     def _card(self) -> Card:
-        return Card(f"Least model for an error below {self.rtol:g}: {self.model}",
+        return Card(f"Least model, the lowest for an error below {self.rtol:g}: {self.model}",
                     tuple((rung.model, rung.in_words) for rung in self.rungs))
 
     def as_dict(self) -> dict[str, Any]:
