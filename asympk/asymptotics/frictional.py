@@ -40,7 +40,8 @@ Remembered = tuple[Stretch, np.ndarray, np.ndarray]
 def follow_stretches(scene: Any, method: str = "jump", *, order: int = 0, units: Any = 1.0) -> Path:
     """Follow a ``scene`` with friction, or through switching surfaces, by layers and slow motion to ``order``.
 
-    The error is that of the states times ``units``. Raises ``NoManifold`` for ``"slow"`` if the first layer meets an
+    The error is that of the states times ``units``. In the limit, as its layers take no time, an ``until`` within a
+    layer gives the state after it, and no error. Raises ``NoManifold`` for ``"slow"`` if the first layer meets an
     event, ``OutOfRange`` where a layer does not settle or the omitted terms are not small, ``NotNormallyHyperbolic``
     where a slow manifold is lost, ``NotDerivable``, ``NoMotion`` and ``TooManyEvents``.
     """

@@ -102,7 +102,8 @@ def require_no_return(
     """Raise ``NotDerivable`` where a velocity that has left rest may vanish again at a time that is no series.
 
     This velocity is of order mu. Its rate is affine in the load, which is monotonic in a mode: the velocity may return
-    where its rate opposes it at the end of the mode.
+    where its rate opposes it at the end of the mode. The load there, which is no closed form, decides the next mode, to
+    order 0, too.
     """
     rested = sign(velocity) == 0
     for mode, side, event, _ in steps:

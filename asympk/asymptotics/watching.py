@@ -3,7 +3,8 @@
 A guard that is positive at both ends of a step may have vanished twice in between. This is examined where it falls at
 the beginning and rises at the end, and where its tangents there, a + fall s and b - rise (1 - s), meet sufficiently
 low: then its least value is sought. Unlike ``asympk.integrators.watch``, the states within come from a shorter step of
-the same method, because dense output is less accurate than a step, for fast states above all.
+the same method, because dense output is less accurate than a step, for fast states above all. Along slow motion the
+slopes of guards are differences, which do not tell, as the rates there do, whether a guard that is 0 first rises.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
