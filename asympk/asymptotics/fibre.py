@@ -29,9 +29,12 @@ import sympy as sp
 from asympk.asymptotics.tape import Tape
 from asympk.errors import InputError
 from asympk.symbolic.expansion import fast_jacobian, is_singular, regular, require_series
+from asympk.symbolic.long import atoms
 from asympk.symbolic.sides import SWITCHING
 from asympk.symbolic.system import Mode
 from asympk.symbolic.taylor import CHOICES, CONSTANTS, FUNCTIONS, Taylor, as_taylor, evaluated, with_removables
+
+BOUNDED = (sp.log, sp.asin, sp.acos, sp.acosh, sp.atanh)  # besides powers, what is real on a part of the line alone
 
 
 class Formulas:
@@ -79,6 +82,8 @@ class Formulas:
         self.slopes = fast_jacobian(limit, small)
         self.affine = not any(e.has(*self.fast_states) for e in self.slopes)
         self.turning = any(e.has(*self.states) for e in self.slopes)
+        edged = {f for e in self.limit for f in atoms(e, sp.Pow, *BOUNDED) if not f.is_Pow or not f.exp.is_integer}
+        self.bounded = self.affine and any(f.has(*self.states) for f in edged)  # the branch may end within a long step
         self.clocked = any(rate == 1 for rate in self.drift)  # a state that is a clock may drive the motion
         self.names = {p: f"p{i}" for i, p in enumerate(parameters)}
         self.functions = _functions(target)

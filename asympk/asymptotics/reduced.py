@@ -301,7 +301,7 @@ def follow_reduced_flow(
         if lost:
             end, guard = lost
             break
-    _look_within(formulas, values, found, end, check)
+    _look_within(formulas, mu, values, found, end, check)
     if first:
         _require_reached(formulas, order, first, found, mu, values, end, rtol, guards, began)
     return Reduced(formulas, kinds, mu, values, end, guard, Trajectory(first, tuple(found)), min(left))
@@ -419,6 +419,8 @@ def _contracts(formulas, x, b, values):
 def margin(formulas: Formulas, state: Sequence[float], mu: float, values: tuple) -> float:
     """Return the rate of attraction of the manifold less its least admissible value, or -inf if undefined."""
     try:
+        if formulas.bounded:
+            formulas.height(0)(*state, mu, *values)
         turning, once, twice = formulas.slow_rates(*state, mu, *values)
         largest = rightmost(formulas.attraction(*state, mu, *values))
         meeting = max(abs(turning), MEETING * _size(once), AGAIN * math.sqrt(_size(twice)))
@@ -441,9 +443,10 @@ def _held(along, check):
         yield step
 
 
-def _look_within(formulas, values, steps, end, check):
-    """Check the manifold within steps, which may be longer than it repels where slow motion does not feel g_y."""
-    long = [step for step in steps if step.after - step.t > LONG * end] if formulas.turning else ()
+def _look_within(formulas, mu, values, steps, end, check):
+    """Check the manifold within steps, which may be longer than it repels, or has no value, where none feels this."""
+    looks = formulas.turning or formulas.bounded
+    long = [step for step in steps if step.after - step.t > LONG * end] if looks else ()
     if not long:
         return
     ends = np.array([(step.state, step.end, step.stages[0], step.stages[-1]) for step in long]).transpose(2, 0, 1)
@@ -452,7 +455,10 @@ def _look_within(formulas, values, steps, end, check):
     unseen = [0.0] * len(formulas.fast_states) if formulas.affine else ()  # g_y does not contain y
     with np.errstate(all="ignore"):
         entries = formulas.arrays.jacobian(*point, *unseen, *values)
-    for k in np.flatnonzero(~(entries[0] < 0 if len(entries) == 1 else _stable(entries))).tolist():
+        y = formulas.arrays.height(0)(*point, mu, *values) if formulas.bounded else ()
+    held = np.less(entries[0], 0) if len(entries) == 1 else _stable(entries)
+    held = np.isfinite(np.broadcast_arrays(*y, point[0])).all(axis=0) & held
+    for k in np.flatnonzero(~held).tolist():
         step, share = long[k // len(SHARES)], SHARES[k % len(SHARES)].item()
         if (t := step.t + share * (step.after - step.t)) < end:
             check(step, t, step.state_at(t))
@@ -488,9 +494,9 @@ def _check(formulas, mu, values, guards, began, left, step, high, state):
     small, turns = formulas.small, "a Hopf point" if largest.imag else "a fold"
     why = (f"it attracts at the rate {-largest.real / mu:.6g}, and changes, or the motion on it does, about as fast, "
            f"as before {turns}, or where {small} is not small")
-    why = why if largest.real < 0 else "it does not attract"
-    raise NotNormallyHyperbolic(f"the slow manifold is lost at {_place(formulas, state, y, began + t)}: {why}; take a "
-                                f"smaller until, or a smaller {small}")
+    why = f"{why if largest.real < 0 else 'it does not attract'}; take a smaller until, or a smaller {small}"
+    why = "it has no value beyond; take a smaller until" if left[-1] == -math.inf else why
+    raise NotNormallyHyperbolic(f"the slow manifold is lost at {_place(formulas, state, y, began + t)}: {why}")
 
 
 def _place(formulas, state, y, t):
