@@ -119,7 +119,7 @@ def _coefficients(m, system, order):
 
     The definitions are the intermediate quantities of the straight-line code for long rates, else ().
     """
-    if not (_is_long(m.dynamics) or has_long_coefficients(m.dynamics, m.branch)):
+    if not (_is_long(m.dynamics) or has_long_coefficients(m.dynamics, m.branch, order)):
         found = replace(m, order=order).coefficients
         return (), [tuple(c.values()) if isinstance(c, sp.Dict) else (c,) for c in found]
     mode, count = m.dynamics, len(m.branch)

@@ -30,8 +30,10 @@ from asympk.symbolic.long import (
     atoms,
     functions_named,
     has_many_terms,
+    has_more_terms,
     heavy,
     inverse_of,
+    is_long,
     is_longer,
     named_exponentials,
     numerator_of,
@@ -46,6 +48,7 @@ FURTHEST = 10**6  # the largest number of which coordinates of places are ratios
 EXPANDED = 20_000  # terms of a power of a sum, times its exponent: with 10000 formulas take seconds, with 90000 minutes
 LARGEST = 10**308  # of numbers; SymPy factors larger ones for minutes
 STEEPEST = 1000  # degree of what is not factored; at numbers larger powers have more digits than Python spells
+SUBSTITUTED = 2000  # terms that are expanded, but not factored, times the order squared: these take five seconds
 LONG = 200  # operations; from longer rates that are not rational come coefficients of a hundred thousand operations
 MANY = 8  # different exponentials in the rates, times the most fast states coupled; with more, formulas take minutes
 
@@ -85,19 +88,24 @@ def require_short(mode: Mode, order: int = 0, branch: sp.Dict | None = None) -> 
         if power.base.is_Add and power.exp.is_Integer and _size_expanded(power) > EXPANDED:
             raise NotDerivable(f"the rates of {mode.name} have the power {short(power)}, which has too many terms for "
                                "formulas: put a parameter for it, or an exponential; solve follows it")
-    long = order > 0 and ((heavy(rates) and is_longer(rates, LONG)) or has_long_coefficients(mode, branch or sp.Dict()))
+    if order == 0:
+        return
+    long = (is_long(rates) and is_longer(rates, LONG)) or has_long_coefficients(mode, branch or sp.Dict(), order)
     implicit = branch is not None and len(branch) > 1 and is_implicit(branch)
-    if order and (long or (implicit and _coupled(mode) * len(named_exponentials(rates)[1]) > MANY)):
+    if long or (implicit and _coupled(mode) * len(named_exponentials(rates)[1]) > MANY):
         much = "are too long" if long else "have too many exponentials"
         raise NotDerivable(f"the rates of {mode.name} {much} for coefficients in symbols beyond order 0; export writes "
                            "them, and solve(scene, method='slow', order=n) uses them")
 
 
-def has_long_coefficients(mode: Mode, branch: sp.Dict) -> bool:
-    """Tell whether the rates, or h_x x' on a branch y = h, have too many terms for coefficients in symbols."""
+def has_long_coefficients(mode: Mode, branch: sp.Dict, order: int) -> bool:
+    """Tell whether the rates, g_y, or h_x x' on a branch y = h have too many terms for coefficients in symbols."""
     flows = [replaced(f, {**branch}) for f in mode.slow.values()]
     moved, _ = functions_named(sp.Tuple(*(sp.Mul(h, f, evaluate=False) for h in branch.values() for f in flows)))
-    return has_many_terms(sp.Tuple(*mode.slow.values(), *mode.fast.values(), *map(numerator_of, moved)))
+    slopes = sp.Matrix([*mode.fast.values()]).jacobian([*mode.fast])
+    most = SUBSTITUTED // max(order, 1) ** 2
+    return has_many_terms(sp.Tuple(*slopes)) or has_more_terms(
+        sp.Tuple(*mode.slow.values(), *mode.fast.values(), *map(numerator_of, moved)), most)
 
 
 def require_factored(mode: Mode, degree: int = DEGREE) -> None:

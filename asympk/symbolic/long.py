@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
-from functools import lru_cache, reduce
+from functools import lru_cache, partial, reduce
 from itertools import count, islice
 from math import comb, lcm, prod
 from operator import add, or_
@@ -110,16 +110,26 @@ def heavy(expr: sp.Basic) -> bool:
 
     Too long are 60 operations, or ``LONG`` in a quotient of polynomials.
     """
+    return has_many_terms(expr) or is_long(expr)
+
+
+def is_long(expr: sp.Basic) -> bool:
+    """Tell whether an expression has too many operations to be expanded, whatever the number of its terms."""
     quotient = _is_rational(expr)
-    return has_many_terms(expr) or (bool(not quotient or _divisors(expr)) and is_longer(expr, LONG if quotient else 60))
+    return bool(not quotient or _divisors(expr)) and is_longer(expr, LONG if quotient else 60)
 
 
 def has_many_terms(expr: sp.Basic) -> bool:
-    """Tell whether an expression, or a part of it, has too many terms where it is expanded.
+    """Tell whether an expression, or a part of it, has too many terms to be factored where it is expanded.
 
     These are more than ``TERMS`` before like ones are collected, and more than ``COLLECTED`` after that.
     """
-    return _terms(expr) > TERMS and _monomials(expr) is None
+    return _terms(expr) > TERMS and has_more_terms(expr, COLLECTED)
+
+
+def has_more_terms(expr: sp.Basic, most: int) -> bool:
+    """Tell whether an expression, or a part of it, has more than ``most`` terms once it is expanded."""
+    return _terms(expr) > most and _monomials(expr, most) is None
 
 
 @lru_cache(maxsize=4096)
@@ -137,27 +147,28 @@ def _terms(expr: sp.Basic) -> int:
 
 
 @lru_cache(maxsize=4096)
-def _monomials(expr: sp.Basic) -> frozenset[_Monomial] | None:
-    """Return the monomials of an expanded expression, or None where it or a part of it has more than ``COLLECTED``."""
-    parts = [found for part in expr.args if (found := _monomials(part)) is not None]
+def _monomials(expr: sp.Basic, most: int) -> frozenset[_Monomial] | None:
+    """Return the monomials of an expanded expression, or None where it or a part of it has more than ``most``."""
+    parts = [found for part in expr.args if (found := _monomials(part, most)) is not None]
     if len(parts) < len(expr.args):
         return None
     if expr.is_Add:
         found = frozenset[_Monomial]().union(*parts)
-        return found if len(found) <= COLLECTED else None
+        return found if len(found) <= most else None
+    multiplied = partial(_multiplied, most=most)
     if expr.is_Mul:
-        return reduce(_multiplied, parts)
+        return reduce(multiplied, parts)
     if expr.is_Pow and expr.exp.is_Integer and expr.exp.is_positive:
-        return reduce(lambda found, bit: _multiplied(_multiplied(found, found), parts[0] if bit == "1" else _ONE),
+        return reduce(lambda found, bit: multiplied(multiplied(found, found), parts[0] if bit == "1" else _ONE),
                       f"{int(expr.exp):b}", _ONE)
     return _ONE if expr.is_number else frozenset({frozenset({(expr, 1)})})
 
 
-def _multiplied(first, second):
+def _multiplied(first, second, most):
     if first is None or second is None:
         return None
     found = frozenset(frozenset((Counter(dict(a)) + Counter(dict(b))).items()) for a in first for b in second)
-    return found if len(found) <= COLLECTED else None
+    return found if len(found) <= most else None
 
 
 @lru_cache(maxsize=1024)
