@@ -28,8 +28,13 @@ class Doubles:
     exp, expm1, log, log1p, sqrt = math.exp, math.expm1, math.log, math.log1p, math.sqrt
     sin, cos, atan2, pi, fsum = math.sin, math.cos, math.atan2, math.pi, math.fsum
     prec, eps, root_tol, margin, slack, soon = 53, 2.0**-52, 1e-5, 1e-13, 2.0**-48, 0.5
-    most_exponent, largest = 700.0, math.inf
-    number = float
+    most_exponent, largest, inf = 700.0, math.inf, math.inf
+    number, least, most, any = float, min, max, bool
+
+    @staticmethod
+    def choose(condition: bool, yes: Callable, no: Callable, *given: Any) -> Any:
+        """Return ``yes(*given)`` if the condition holds, else ``no(*given)``."""
+        return yes(*given) if condition else no(*given)
 
     @staticmethod
     def product(a: float, b: float) -> tuple[float, float]:
@@ -74,6 +79,7 @@ def flow_context(largest: int) -> Arithmetic:
     m.split = lambda value: (m.number(value), m.zero)
     m.product = lambda a, b: (a * b, m.zero)
     m.most_exponent = m.inf
+    m.least, m.most, m.any, m.choose = min, max, bool, Doubles.choose
     m.soon = m.mpf(2) ** -16
     m.largest = m.mpf(10) ** largest
     return m

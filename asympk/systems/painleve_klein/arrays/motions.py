@@ -1,45 +1,63 @@
-r"""One mode in closed form for arrays of starts and parameters: ``fastslow`` and ``superposition``, row by row.
+r"""The closed forms of a mode for arrays of starts and parameters: those of ``flow``, on arrays of one length.
 
-A motion holds arrays of one length in the precision of its numbers; ``state(t)`` is (x, y, s, z) at times of that
-length. Masks choose the formula of each row, so that no row depends on the others. ``bracketed_roots``, the hard
-function, finds roots that are known to be alone in their brackets, by Newton's method.
+``fastslow`` and ``superposition`` compute with the functions of NumPy, in the precision of the numbers. Masks choose
+the formula of each row, so that no row depends on the others. ``bracketed_roots``, the hard function, finds roots that
+are known to be alone in their brackets, by Newton's method. ``flow.roots`` does so by branches for one number, on which
+masks take forty times as long.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
 from asympk.numbers import Number
-from asympk.systems.painleve_klein.flow.fastslow import two_exponentials
-from asympk.systems.painleve_klein.flow.superposition import superposed, terms_size
+from asympk.systems.painleve_klein.flow.fastslow import FastSlowSegment
+from asympk.systems.painleve_klein.flow.superposition import SmoothSegment, short_responses, superposed
 
-MOST_TERMS = 64  # of a Taylor series
 MOST_STEPS = 400  # of Newton's method
 AT_REST = 1e-5  # relative distance in t from the root of the rest r at which its own step ends
 REFINED = 1e-9  # a Newton step, in units of the time scale, beyond which a second one follows
 
 
-class Segments:
-    """The motions from (x0, y0, s0, z0) in the mode ``mu y' = a - b s``: ``a`` is one number, all else arrays."""
+class ArrayArithmetic:
+    """NumPy as the object ``m`` of a flow, for arrays of one type of numbers."""
 
-    pace: np.ndarray
-    horizon: Callable[[np.ndarray], np.ndarray]
-    turning: Callable[[], np.ndarray]
-    size: Callable[[int, np.ndarray], np.ndarray]
-    _state: Callable[[np.ndarray], Sequence[np.ndarray]]
+    exp, expm1, log, log1p, sqrt = np.exp, np.expm1, np.log, np.log1p, np.sqrt
+    sin, cos, atan2, pi, inf = np.sin, np.cos, np.arctan2, np.pi, np.inf
+    least, most, any = np.minimum, np.maximum, staticmethod(np.any)
+    soon = 0.125
 
-    def __init__(self, a: Number, b: Number, mu: Number, x: Number, y: Number, s: Number, z: Number):
-        self.a, self.b, self.mu = a, b, mu
-        self.x0, self.y0, self.s0, self.z0 = x, y, s, z
-        self.beta, self.load, self.fall = b / mu, a / mu, 1 - b
-        short = np.minimum(mu / np.abs(b), np.sqrt(mu / np.abs(b))) * np.where(np.abs(b) < 0.5, 0.5, 0.06)
-        self.short = np.where(b == 0, np.inf, short)
-        self.most_exponent = np.log(np.finfo(x.dtype).max) - 10
+    def __init__(self, dtype: Any):
+        self.eps, self.most_exponent = np.finfo(dtype).eps, np.log(np.finfo(dtype).max) - 10
 
-    @property
-    def mode(self) -> "Segments":
-        """The motions themselves, which hold the parameters of the mode, as ``superposition`` asks for them."""
-        return self
+    @staticmethod
+    def choose(condition: np.ndarray, yes: Callable, no: Callable, *given: np.ndarray) -> np.ndarray:
+        """Return ``yes(*given)`` in the rows where the condition holds, and ``no(*given)`` in the others."""
+        return np.where(condition, yes(*given), no(*given))
+
+
+arithmetic_of = lru_cache(maxsize=4)(ArrayArithmetic)
+
+
+@lru_cache(maxsize=8)
+def _fields(kind):
+    return tuple(name for base in kind.__mro__ for name in getattr(base, "__slots__", ()))
+
+
+def _picked(whole, rows):
+    part = object.__new__(type(whole))
+    for name in _fields(type(whole)):
+        value = getattr(whole, name)
+        setattr(part, name, value[rows] if isinstance(value, np.ndarray) else value)
+    return part
+
+
+class Segments(SmoothSegment):
+    """The motions from (x0, y0, s0, z0) in a mode whose coefficient ``a`` is one number; all else are arrays."""
+
+    __slots__ = ()
 
     def rows(self, which: np.ndarray) -> "Segments":
         """Return the motions of some rows, in order and each once."""
@@ -47,123 +65,73 @@ class Segments:
             which = np.flatnonzero(which)
         if which.size == self.x0.size:
             return self
-        part = object.__new__(type(self))
-        for name, value in vars(self).items():
-            setattr(part, name, value[which] if isinstance(value, np.ndarray) else value)
+        part = _picked(self, which)
+        part.mode = _picked(self.mode, which)
         return part
 
-    def state(self, t: Number) -> Sequence[np.ndarray]:
-        """Return (x, y, s, z) at t."""
-        state = self._soon(t, self._state(t))
-        begin, start = (self.x0, self.y0, self.s0, self.z0), t == 0
-        return tuple(np.where(start, *pair) for pair in zip(begin, state, strict=True)) if start.any() else state
-
-    def on_level(self, level: Number, t: Number) -> Sequence[np.ndarray]:
+    def on_level(self, level: Number, t: Number) -> tuple[np.ndarray, ...]:
         """Return the state at the times t at which s is ``level``."""
-        x, _, _, z = self.state(t)
-        return x, level - x, level, z
+        x, _, _, z, thrust = self.state(t)
+        return x, level - x, level, z, thrust
 
-    def on_plane(self, t: Number) -> Sequence[np.ndarray]:
+    def on_plane(self, t: Number) -> tuple[np.ndarray, ...]:
         """Return the state at the times t at which z = 0."""
-        x, y, s, _ = self.state(t)
-        return x, y, s, np.zeros_like(x)
+        x, y, s, z, thrust = self.state(t)
+        return x, y, s, np.zeros_like(z), thrust
 
     def refined(self, t: Number, axis: int, level: Number, again: bool = True) -> np.ndarray:
         """Return the times at which s (axis 2) or z (axis 3) is ``level``, by Newton's method from close times t."""
-        value, slope = self._off(axis, level, t)
-        step = value / slope
+        value, rate = self.off(axis, level, t)
+        step, pace = value / rate, np.abs(self.mode.beta)
         t = t - step
-        far = np.flatnonzero(again & (np.abs(step) * self.pace > REFINED))
+        far = np.flatnonzero(again & (np.abs(step) * (pace + np.sqrt(pace)) > REFINED))
         if far.size:
             t[far] = self.rows(far).refined(t[far], axis, level[far], again=False)
         return t
-
-    def _off(self, axis, level, t):
-        """Return the distance of s (axis 2) or z (axis 3) from ``level`` at t, and its rate."""
-        state = self.state(t)
-        _, y, s, _ = state
-        return state[axis] - level, self.a + self.fall * s if axis == 3 else y + (self.a - self.b * s) / self.mu
-
-    def _soon(self, t, state):
-        """Replace the states at short times by those from the Taylor series."""
-        soon = np.flatnonzero(t < self.short)
-        if soon.size:
-            part = self.rows(soon)
-            *series, _ = superposed(part, t[soon], short_response_arrays(part.beta, t[soon]))
-            for axis, values in zip(state, series, strict=True):
-                axis[soon] = values
-        return state
 
     def root(self, axis: int, level: Number, lo: Number, hi: Number, rising: np.ndarray) -> np.ndarray:
         """Return the times in (lo, hi) at which s (axis 2) or z (axis 3) is ``level``; it rises there if ``rising``."""
 
         def step(rows, t):
-            value, slope = self.rows(rows)._off(axis, level[rows], t)
-            return value > 0, np.where(value == 0, t, t - value / slope)
+            value, rate = self.rows(rows).off(axis, level[rows], t)
+            return value > 0, np.where(value == 0, t, t - value / rate)
 
         return bracketed_roots(step, lo, hi, rising, (lo + hi) / 2)
 
+    def _soon(self, t):
+        """Return the rows at short times, and their responses from the Taylor series."""
+        soon = np.flatnonzero((t < self.short) | (t == 0))
+        return soon, short_responses(self.mode.m, self.mode.beta[soon], t[soon])
 
-class SeparateSegments(Segments):
+
+class SeparateSegments(FastSlowSegment, Segments):
     """Two well separated real exponentials, as in ``flow.fastslow``."""
 
-    half_period = np.inf
-
-    def __init__(self, a: Number, b: Number, mu: Number, x: Number, y: Number, s: Number, z: Number):
-        super().__init__(a, b, mu, x, y, s, z)
-        rates, shares = two_exponentials(a, b, mu, np.sqrt)
-        self.rest, self.line, self.fast_rate, self.slow_rate, self.gap, self.lift = rates
-        self.fast_x, self.fast_y, self.fast_s, self.fast_z, self.slow_z = shares
-        self.pace = np.abs(self.fast_rate)
-        self.fast = s - self.line - self.lift * x
-        self.slow = x - self.rest - self.fast * self.fast_x
-        delicate = (np.abs(b) < 0.5) | (np.abs(self.lift * self.slow) >= 1)
-        self.short = np.where(delicate, self.short, 0)
-
-    def horizon(self, until: Number) -> np.ndarray:
-        """Return ``until``, or the earlier time at which a growing fast part would overflow."""
-        grows = (self.fast_rate * until > self.most_exponent) & (self.fast != 0)
-        room = self.most_exponent - np.maximum(0, np.log(np.abs(self.fast)))
-        return np.where(grows, np.minimum(until, room / self.fast_rate), until)
+    __slots__ = ()
 
     def turning(self) -> np.ndarray:
         """Return the times after 0 at which s has its extremum, or inf."""
-        ratio = -(self.lift * self.slow_rate * self.slow) / (self.fast_s * self.fast_rate * self.fast)
-        t = np.log(ratio) / self.gap
-        return np.where((ratio > 0) & (t > 0), t, np.inf)
+        t = self.extremum()
+        return np.where(t > 0, t, np.inf)
 
-    def _state(self, t):
-        p = self.fast_rate * t
-        return self._joined(t, self.fast * np.exp(p), self.fast * np.expm1(p))
+    def state(self, t: Number) -> tuple[np.ndarray, ...]:
+        """Return (x, y, s, z, mu y') at t."""
+        p = self.mode.fast_rate * t
+        return self._at(t, self.fast * np.exp(p), self.fast * np.expm1(p))
 
-    def _joined(self, t, fast, gained):
-        p = self.slow_rate * t
-        kept, lost = self.slow * np.exp(p), self.slow * np.expm1(p)
-        near = np.abs(gained) < np.abs(fast)
-        return [
-            self.x0 + self.fast_x * gained + lost,
-            self.fast_y * fast + self.slow_rate * kept,
-            np.where(near, self.s0 + self.fast_s * gained + self.lift * lost,
-                     self.rest + self.fast_s * fast + self.lift * kept),
-            self.z0 + self.rest * t + self.fast_z * gained + self.slow_z * lost,
-        ]
-
-    def size(self, axis: int, t: Number) -> np.ndarray:
-        """Bound the terms that make up s (axis 2) or z (axis 3) where it is small."""
-        if axis == 2:
-            return np.abs(self.rest) + np.abs(self.lift * self.slow)
-        return np.abs(self.z0) + np.abs(self.rest * t) + np.abs(self.slow_z * self.slow)
+    def _at(self, t, fast, gained):
+        """Return the state by ``joined``, and at short times by the Taylor series."""
+        state = self.joined(t, fast, gained)
+        soon, responses = self._soon(t)
+        if soon.size:
+            for values, early in zip(state, superposed(self.rows(soon), t[soon], responses), strict=True):
+                values[soon] = early
+        return state
 
     def root(self, axis: int, level: Number, lo: Number, hi: Number, rising: np.ndarray) -> np.ndarray:
-        if axis == 3:
-            fast, slow = self.fast_z * self.fast, self.slow_z * self.slow
-            value, u, k = self.z0 - level, self.z0 - level - fast - slow, self.rest + np.zeros_like(lo)
-        else:
-            fast, slow = self.fast_s * self.fast, self.lift * self.slow
-            value, u, k = self.s0 - level, self.rest - level, np.zeros_like(lo)
-        step = balance_step(value, u, k, fast, self.fast_rate, slow, self.slow_rate)
+        step = balance_step(*self.balance(axis, level))
         start = np.maximum(lo, self.short)
-        found = bracketed_roots(step, start, hi, rising, start, 4 / np.abs(self.fast_rate))
+        found = bracketed_roots(step, start, hi, rising, start, 4 / np.abs(self.mode.fast_rate))
         soon = self._early(axis, level, lo, hi, rising)
         if soon.any():
             ends = np.minimum(hi, self.short)
@@ -176,97 +144,50 @@ class SeparateSegments(Segments):
             return np.zeros(lo.size, bool)
         return (lo < self.short) & ((hi <= self.short) | ((self.state(self.short)[axis] > level) == rising))
 
-    def on_level(self, level: Number, t: Number) -> Sequence[np.ndarray]:
+    def on_level(self, level: Number, t: Number) -> tuple[np.ndarray, ...]:
         """Return the state at the times t at which s = level.
 
         A fast part that has changed by orders of magnitude is computed from s = level: its exponent is too inaccurate.
         """
-        p = self.fast_rate * t
+        mode = self.mode
+        p = mode.fast_rate * t
         fast = self.fast * np.exp(p)
-        rest = self.rest + self.lift * self.slow * np.exp(self.slow_rate * t)
-        steep = np.abs(p * fast * self.fast_s) > np.abs(level) + np.abs(rest)
-        read = (level - rest) / self.fast_s
+        rest = mode.rest + self.slow_s * np.exp(mode.slow_rate * t)
+        steep = np.abs(p * fast * mode.fast_s) > np.abs(level) + np.abs(rest)
+        read = (level - rest) / mode.fast_s
         gained = np.where(steep, read - self.fast, self.fast * np.expm1(p))
-        x, _, _, z = self._soon(t, self._joined(t, np.where(steep, read, fast), gained))
-        return x, level - x, level, z
+        x, _, _, z, thrust = self._at(t, np.where(steep, read, fast), gained)
+        return x, level - x, level, z, thrust
 
-    def on_plane(self, t: Number) -> Sequence[np.ndarray]:
+    def on_plane(self, t: Number) -> tuple[np.ndarray, ...]:
         """Return the state at the times t at which z = 0, with the fast part from z = 0 as in ``on_level``."""
-        p = self.fast_rate * t
+        mode = self.mode
+        p = mode.fast_rate * t
         fast, gained = self.fast * np.exp(p), self.fast * np.expm1(p)
-        drifted, lost = self.rest * t, self.slow_z * self.slow * np.expm1(self.slow_rate * t)
-        steep = np.abs(p * fast * self.fast_z) > np.abs(self.z0) + np.abs(drifted) + np.abs(lost)
-        read = -(self.z0 + drifted + lost) / self.fast_z
-        fast, gained = np.where(steep, self.fast + read, fast), np.where(steep, read, gained)
-        x, y, s, _ = self._soon(t, self._joined(t, fast, gained))
-        return x, y, s, np.zeros_like(x)
+        drifted, lost = mode.rest * t, mode.slow_z * self.slow * np.expm1(mode.slow_rate * t)
+        steep = np.abs(p * fast * mode.fast_z) > np.abs(self.z0) + np.abs(drifted) + np.abs(lost)
+        read = -(self.z0 + drifted + lost) / mode.fast_z
+        x, y, s, z, thrust = self._at(t, np.where(steep, self.fast + read, fast), np.where(steep, read, gained))
+        return x, y, s, np.zeros_like(z), thrust
 
 
 class SmoothSegments(Segments):
     """Superposed responses, as in ``flow.superposition``, where exponentials are complex, coalesce or degenerate."""
 
-    def __init__(self, a: Number, b: Number, mu: Number, x: Number, y: Number, s: Number, z: Number):
-        super().__init__(a, b, mu, x, y, s, z)
-        self.gamma = self.beta / 2
-        square = self.gamma * self.gamma - self.beta
-        self.real = square >= 0
-        self.omega = np.sqrt(np.abs(square))
-        self.pace = np.abs(self.gamma) + self.omega
-        falling = -self.beta / (self.gamma + self.omega)
-        self.tail = np.where((b > 0) & self.real, falling, self.omega - self.gamma)
-        self.half_period = np.where(self.real, np.inf, np.pi / self.omega)
+    __slots__ = ()
 
     def horizon(self, until: Number) -> np.ndarray:
         """Return ``until``, or the earlier time at which a growing part would overflow."""
-        grows = self.real & (self.tail * until > self.most_exponent - 300)
-        return np.where(grows, (self.most_exponent - 300) / self.tail, until)
-
-    def turning(self) -> np.ndarray:
-        """Return the times after 0 at which s has its first extremum, or inf."""
-        push = self.load - self.beta * self.s0
-        slope = self.y0 + push
-        w = push - self.gamma * slope
-        angle = np.arctan2(-slope * self.omega, w)
-        turned = np.where(angle > 0, angle, angle + np.pi) / self.omega
-        p = -self.omega * slope / w
-        bent = np.where(p > 0, np.log1p(2 * p / (1 - p)) / (2 * self.omega), -slope / w)
-        return np.where(self.real, np.where((slope / w < 0) & (p < 1), bent, np.inf), turned)
-
-    def _state(self, t):
-        *state, _ = superposed(self, t, self.responses(t))
-        return state
+        most, tail = self.mode.m.most_exponent - 300, self.mode.tail
+        return np.where(self.mode.real & (tail * until > most), most / tail, until)
 
     def responses(self, t: Number) -> tuple[np.ndarray, ...]:
         """Return (g', g, h, h + H) at t."""
-        real, p = self.real, self.omega * t
-        e = np.exp(np.where(real, self.tail, -self.gamma) * t)
-        g = e * np.where(real, np.where(p > 0, -np.expm1(-2 * p) / (2 * self.omega), t), np.sin(p) / self.omega)
-        rate = e * np.where(real, (1 + np.exp(-2 * p)) / 2, np.cos(p)) - self.gamma * g
-        return rate, g, (1 - rate) / self.beta - g, (t - g) / self.beta
-
-    def size(self, axis: int, t: Number) -> np.ndarray:
-        """Bound the terms that make up s (axis 2) or z (axis 3)."""
-        soon = t < self.short
-        pairs = zip(short_response_arrays(self.beta, np.where(soon, t, 0)), self.responses(t), strict=True)
-        return terms_size(self, axis, t, tuple(np.where(soon, *pair) for pair in pairs))
-
-
-def short_response_arrays(beta: Number, t: Number) -> tuple[np.ndarray, ...]:
-    """Return (g', g, h, h + H) at short times from the Taylor series of g; each term follows from the two before it."""
-    rate, g, h, k = np.ones_like(t), t.copy(), t * t / 2, t * t / 2 + t * t * t / 6
-    older, term = np.zeros_like(t), np.ones_like(t)
-    least = np.finfo(t.dtype).eps / 64
-    for n in range(2, MOST_TERMS):
-        older, term = term, -beta * t * (term + older * t / (n - 1)) / n
-        rate += n * term
-        g += term * t
-        h += term * t * t / (n + 1)
-        k += term * t * t * (1 + t / (n + 2)) / (n + 1)
-        goes_on = n * (np.abs(term) + np.abs(older)) > least
-        if not goes_on.any():
-            break
-        term, older = np.where(goes_on, term, 0), np.where(goes_on, older, 0)
-    return rate, g, h, k
+        found = self.mode.responses(t)
+        soon, early = self._soon(t)
+        for values, value in zip(found, early, strict=True):
+            values[soon] = value
+        return found
 
 
 def bracketed_roots(
@@ -307,12 +228,12 @@ def _cut(lo, hi, first):
 
 
 def balance_step(
-    value: Number, u: Number, k: Number, fast: Number, rate: Number, slow: Number, slow_rate: Number
+    start: Number, base: Number, k: Number, fast: Number, rate: Number, slow: Number, slow_rate: Number
 ) -> Callable:
-    r"""Return the ``step`` for ``value + k t + fast (e^{rate t} - 1) + slow (e^{slow_rate t} - 1)``.
+    r"""Return the ``step`` for ``start + k t + fast (e^{rate t} - 1) + slow (e^{slow_rate t} - 1)``.
 
-    ``u`` is the constant, value - fast - slow. Where the fast part can balance the rest r(t) = -(u + k t + slow
-    e^{slow_rate t}) and is steeper, the step is Newton's for ``rate t = log(r/fast)``. Where r has the wrong sign and
+    ``base`` is start - fast. Where the fast part can balance the rest r(t) = -(base + k t + slow (e^{slow_rate t} - 1))
+    and is steeper, the step is Newton's for ``rate t = log(r/fast)``. Where r has the wrong sign and
     is smaller than the fast part, r must vanish first: the step is Newton's for r, NaN near it or if rate > 0.
     Otherwise the step is Newton's for the whole. While the fast part has changed little, its change is balanced
     instead of its value, since large terms would cancel.
@@ -323,7 +244,7 @@ def balance_step(
         share, pace, turn, weight = fast[rows], rate[rows], slow_rate[rows], slow[rows]
         p, lost = pace * t, weight * np.expm1(turn * t)
         way = k[rows] * t + lost
-        gain, r, dr = -(value[rows] + way), -(u[rows] + weight + way), -(k[rows] + turn * (weight + lost))
+        gain, r, dr = -(start[rows] + way), -(base[rows] + way), -(k[rows] + turn * (weight + lost))
         little = np.abs(gain) < 0.6 * np.abs(share)
         f = share * np.exp(p)
         over, log = f - r, np.log(np.abs(r)) - size[rows]

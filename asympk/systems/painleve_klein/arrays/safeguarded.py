@@ -6,6 +6,7 @@ to all digits of a double. A trajectory whose states do change, or which depends
 doubtful. The logic is the same as in ``flow.segments``; ``slip_ends`` is the hard function.
 """
 
+from itertools import product
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -13,8 +14,10 @@ import numpy as np
 from asympk.many import by_trajectory
 from asympk.numbers import Number
 from asympk.path import KINDS
-from asympk.systems.painleve_klein.arrays.motions import Segments, SeparateSegments, SmoothSegments
+from asympk.systems.painleve_klein.arrays.motions import Segments, SeparateSegments, SmoothSegments, arithmetic_of
+from asympk.systems.painleve_klein.flow.fastslow import FastSlow, well_apart
 from asympk.systems.painleve_klein.flow.segments import MOST_EVENTS
+from asympk.systems.painleve_klein.flow.superposition import SmoothMode
 from asympk.systems.painleve_klein.modes import MODES, coefficients, inverse_edges, leaving, signs_after, stick_margin
 
 FORCE_ZERO, VELOCITY_ZERO, SLIP_ONSET, NOTHING = range(4)
@@ -87,10 +90,8 @@ def follow_arrays(
     while live.size:
         known = coarse and coarse.rounds[len(rounds)]
         kind, span = np.empty(live.size, np.intp), np.empty_like(until[live])
-        for at, form, a, b in moving.groups(live):
-            rows = live[at]
-            motion = form(a, b, mu[rows], *(v[rows] for v in moving.state))
-            kind[at], span[at] = moving.advance(rows, motion, known)
+        for at, motion in moving.groups(live):
+            kind[at], span[at] = moving.advance(live[at], motion, known)
         rounds.append((live, kind, span))
         live = live[(kind != NOTHING) & ~moving.doubtful[live] & (moving.n_events[live] <= MOST_EVENTS)]
     x, y, _, z = moving.state
@@ -120,17 +121,18 @@ class _FollowedRows:
         self.blocks = []
 
     def groups(self, live):
-        """Yield (indices among the live rows, closed form, a, b) of those that stick, or slip, in each closed form."""
+        """Yield (indices among the live rows, motion) of those that stick, or slip, in each closed form."""
         side, sigma = self.z_sign[live] * self.s_sign[live], self.sigma[live]
         b = np.empty_like(sigma)
-        for product, name in MODES.items():
-            np.copyto(b, coefficients(name, sigma)[1], where=side == product)
-        k = self.mu[live] / b
-        apart = (k >= -2) & (k <= 0.125)
-        for inside, a in ((side == 0, 0), (side != 0, 1)):
-            for form, mask in ((SeparateSegments, inside & apart), (SmoothSegments, inside & ~apart)):
-                if mask.any():
-                    yield np.flatnonzero(mask), form, a, b[mask]
+        for signs, name in MODES.items():
+            np.copyto(b, coefficients(name, sigma)[1], where=side == signs)
+        apart, m = well_apart(b, self.mu[live]), arithmetic_of(sigma.dtype)
+        kinds = (FastSlow, SeparateSegments, apart), (SmoothMode, SmoothSegments, ~apart)
+        for (inside, a), (mode, form, fits) in product(((side == 0, 0), (side != 0, 1)), kinds):
+            at = np.flatnonzero(inside & fits)
+            if at.size:
+                rows = live[at]
+                yield at, form(mode(m, a, b[at], self.mu[rows]), *self.state[:, rows])
 
     def advance(self, rows, motion, known):
         """Move the rows to their next event, or to their end; return its kind and the time until then."""
@@ -139,7 +141,7 @@ class _FollowedRows:
             before, kinds, spans = known
             at = np.searchsorted(before, rows)
             found = settled_ends(motion, self.sigma0[rows], remaining, kinds[at], spans[at])
-        elif motion.a:
+        elif motion.mode.a:
             found = slip_ends(motion, self.s_sign[rows], self.z_sign[rows], remaining)
         else:
             found = stick_ends(motion, self.sigma0[rows], self.s_sign[rows], remaining)
@@ -156,10 +158,11 @@ class _FollowedRows:
         """Mark as doubtful the rows in which an error of the final time, by rounding, may change the events."""
         late, slips = MARGIN * self.until[rows], self.z_sign[rows] != 0
         _, y, s, z = (v[rows] for v in self.state)
-        moved = late * np.abs(y + (motion.a - motion.b * s) / motion.mu)
+        mode = motion.mode
+        moved = late * np.abs(y + (mode.a - mode.b * s) / mode.mu)
         near, far = edges(self.sigma0[rows], s)
         off = np.where(slips, np.abs(s), np.minimum(np.abs(s - near), np.abs(far - s)))
-        clear = (moved <= off) & (~slips | (late * np.abs(motion.a + motion.fall * s) <= np.abs(z)))
+        clear = (moved <= off) & (~slips | (late * np.abs(mode.a + mode.fall * s) <= np.abs(z)))
         self.doubtful[rows] |= ~clear | ((self.n_events[rows] > 0) & (remaining < late))
 
     def _note(self, rows, kind):
@@ -203,7 +206,7 @@ def slip_ends(motion: Segments, s_sign: np.ndarray, z_sign: np.ndarray, remainin
     for rows, lo, hi in search.stretches(end):
         part, own, side = motion.rows(rows), s_sign[rows], z_sign[rows]
         state = part.state(hi)
-        opens = side * (part.a + part.fall * state[2]) > 0
+        opens = side * (part.mode.a + part.mode.fall * state[2]) > 0
         t, s, landed = _landing(search, rows, part, own, side, lo, hi, state, opening[rows], opens)
         search.watch(rows, own * s, part.size(2, t), ~landed)
         turned = np.flatnonzero(~landed & (own * s < 0))
@@ -230,7 +233,8 @@ def _landing(search, rows, part, own, side, lo, hi, state, opening, opens):
     dips = np.flatnonzero(~crosses & opens & ~opening)
     if dips.size:
         some = part.rows(dips)
-        least = some.root(2, some.a / (some.b - 1), lo[dips], hi[dips], side[dips] * (1 - some.b) > 0)
+        level, falls = some.mode.a / (some.mode.b - 1), side[dips] * some.mode.fall > 0
+        least = some.root(2, level, lo[dips], hi[dips], falls)
         depth = side[dips] * some.state(least)[3]
         search.watch(rows[dips], depth, some.size(3, least))
         crosses[dips], t[dips] = depth < 0, np.where(depth < 0, least, hi[dips])
@@ -252,7 +256,7 @@ def _leaving(search, rows, part, side, lo, hi, s, leaves):
     start = lo.copy()
     if leaves.any():
         some = part.rows(leaves)
-        level = some.a / (some.b - 1)
+        level = some.mode.a / (some.mode.b - 1)
         start[leaves] = some.root(2, level, lo[leaves], hi[leaves], s[leaves] > some.s0)
         off = side[leaves] * some.state(start[leaves])[3]
         search.require_off(rows[leaves], off > MARGIN * some.size(3, start[leaves]))
@@ -298,7 +302,7 @@ def settled_ends(motion: Segments, sigma0: Number, remaining: Number, kind: np.n
             level = np.zeros_like(t) if which == FORCE_ZERO else _nearest_edge(part, t, near[rows], far[rows])
             t = part.refined(t, 2, level)
             found = part.on_level(level, t)
-        time[rows], state[:, rows] = t, found
+        time[rows], state[:, rows] = t, found[:4]
     return kind, time, state, np.zeros(remaining.size, bool)
 
 
@@ -319,7 +323,7 @@ class _Search:
 
     def stretches(self, end):
         """Yield (rows without an event so far, start, end) of the stretches between three extrema, and to the end."""
-        turn, half = self.motion.turning(), self.motion.half_period
+        turn, half = self.motion.turning(), self.motion.mode.half_period
         lo = np.zeros_like(end)
         for hi in (*(np.minimum(t, end) for t in (turn, turn + half, turn + 2 * half)), end):
             rows = np.flatnonzero((self.kind == NOTHING) & ((lo < hi) | (end == 0)))
@@ -334,8 +338,8 @@ class _Search:
     def opening(self, z_sign):
         """Tell where z moves away from the plane at first; doubtful where z is close to it and z' has no clear sign."""
         motion = self.motion
-        pull = motion.fall * motion.s0
-        rate = motion.a + pull
+        pull = motion.mode.fall * motion.s0
+        rate = motion.mode.a + pull
         vague = (motion.z0 != 0) & (motion.z0 * motion.z0 < MARGIN)
         self.doubtful |= vague & ~(np.abs(rate) > MARGIN * (1 + np.abs(pull)))
         return (motion.z0 == 0) | (z_sign * rate > 0)
@@ -345,9 +349,9 @@ class _Search:
         self.doubtful[rows] |= ~off
 
     def found(self, rows, kind, time, state):
-        self.kind[rows], self.time[rows], self.state[:, rows] = kind, time, state
+        self.kind[rows], self.time[rows], self.state[:, rows] = kind, time, state[:4]
 
     def passed(self, rows, state):
         """Keep the states at the end of a stretch of rows without event; after the last, these are the end states."""
         on = self.kind[rows] == NOTHING
-        self.state[:, rows[on]] = [v[on] for v in state]
+        self.state[:, rows[on]] = [v[on] for v in state[:4]]

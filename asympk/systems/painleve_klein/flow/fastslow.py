@@ -9,6 +9,7 @@ is ``s = a/(b rho) + (1 + l2) x``. Let F be the deviation of s from this line at
 """
 
 from collections.abc import Callable
+from math import inf
 from typing import Any, TypeAlias
 
 from asympk.numbers import Arithmetic, Number
@@ -28,23 +29,26 @@ def two_exponentials(a: Any, b: Any, mu: Any, sqrt: Callable) -> tuple[tuple[Any
     return (a / b, a / (b * rho), fast_rate, -1 / rho, gap, -k / (rho * rho)), shares
 
 
+def well_apart(b: Any, mu: Any) -> Any:
+    """Tell where two exponentials serve: where mu/b is in [-2, 1/8]."""
+    return (8 * mu <= b) | (mu <= -2 * b)
+
+
 class FastSlow:
     """A mode ``mu y' = a - b s`` in the numbers of ``m``; ``fast_x`` is the coefficient of F in x, and so on."""
 
-    half_period = None
+    half_period = inf
     __slots__ = ("a", "b", "beta", "delicate", "fall", "fast_rate", "fast_s", "fast_x", "fast_y", "fast_z", "gap",
-                 "lift", "line", "load", "m", "mu", "rest", "short", "sizes", "slight", "slow_rate", "slow_z", "turn")
+                 "lift", "line", "load", "m", "mu", "rest", "short", "slight", "slow_rate", "slow_z", "turn")
 
     def __init__(self, m: Arithmetic, a: Number, b: Number, mu: Number):
         self.m, self.a, self.b, self.mu = m, a, b, mu
         self.beta, self.load, self.fall = b / mu, a / mu, 1 - b
-        self.short, self.delicate = short_time(m, b, mu), -0.5 < b < 0.5
+        self.short, self.delicate = short_time(m, b, mu), abs(b) < 0.5
         rates, shares = two_exponentials(a, b, mu, m.sqrt)
         self.rest, self.line, self.fast_rate, self.slow_rate, self.gap, self.lift = rates
         self.fast_x, self.fast_y, self.fast_s, self.fast_z, self.slow_z = shares
         self.slight = abs(self.rest) / 1024
-        shares = self.fast_x, self.fast_s, self.fast_z, self.slow_z
-        self.sizes = tuple(map(abs, (*shares, self.lift, self.line, self.rest, self.fast_rate)))
         self.turn = m.log(abs(self.lift * self.slow_rate)) - m.log(abs(self.fast_s * self.fast_rate))
 
     def start(self, x: Number, y: Number, s: Number, z: Number, deviation: Number | None = None) -> "FastSlowSegment":
@@ -68,34 +72,47 @@ class FastSlowSegment(SmoothSegment):
         self.slow = slow = x - mode.rest - fast * mode.fast_x
         self.slow_s = slow_s = mode.lift * slow
         # at short times the two exponentials nearly cancel if a/b or the slow part is large, or s is small
-        delicate = mode.delicate or abs(slow_s) > abs(s) + abs(mode.rest) or 0 < abs(s) < mode.slight
-        self.short = mode.short if delicate and not self.known else 0
+        size = abs(s)
+        delicate = mode.delicate | (abs(slow_s) > size + abs(mode.rest)) | (size > 0) & (size < mode.slight)
+        self.short = mode.short * (delicate & (not self.known))
 
     def horizon(self, until: Number) -> Number:
         """Return ``until``, or the earlier time, at least 0, at which a growing fast part would overflow."""
-        m, rate = self.mode.m, self.mode.fast_rate
-        if rate * until < m.most_exponent or not self.fast:
-            return until
-        return min(until, max(0 * rate, m.most_exponent - max(0, m.log(abs(self.fast)))) / rate)
+        m, rate, fast = self.mode.m, self.mode.fast_rate, abs(self.fast)
+        grows = (rate * until >= m.most_exponent) & (fast > 0)
+        return m.choose(grows, lambda: m.least(until, m.most(0, m.most_exponent - m.most(0, m.log(fast))) / rate),
+                        lambda: until)
 
-    def turning(self) -> Number | None:
-        """Return the time after 0 at which s has its extremum, or None where both parts of s' have one sign."""
-        mode, fast, slow = self.mode, self.fast, self.slow
+    def turning(self) -> Number:
+        """Return the time after 0 at which s has its extremum, or inf where both parts of s' have one sign."""
+        fast, slow = self.fast, self.slow
         if not fast or not slow or (fast > 0) != (slow > 0):
-            return None
-        p = mode.m.log(slow / fast) + mode.turn
-        if -SOON < p < SOON and not self.known:
-            p = mode.m.log1p(-slope(self) / (mode.fast_s * mode.fast_rate * fast))
-        t = p / mode.gap
-        return t if t > 0 else None
+            return inf
+        t = self.extremum()
+        return t if t > 0 else inf
+
+    def extremum(self) -> Number:
+        """Return the time, perhaps before 0, at which both parts of s' cancel, for parts of opposite signs."""
+        mode, fast = self.mode, self.fast
+        m = mode.m
+        p = m.log(self.slow / fast) + mode.turn
+        near = (abs(p) < SOON) & (not self.known)
+        if m.any(near):
+            p = m.choose(near, lambda: m.log1p(-slope(self) / (mode.fast_s * mode.fast_rate * fast)), lambda: p)
+        return p / mode.gap
 
     def state(self, t: Number) -> tuple[Number, ...]:
         if t < self.short or not t:
             return super().state(t)
-        mode, fast, slow = self.mode, self.fast, self.slow
-        m, p, q = mode.m, mode.fast_rate * t if fast else 0 * t, mode.slow_rate * t
-        gained, lost = fast * m.expm1(p), slow * m.expm1(q)
-        fast, slow = fast * m.exp(p), slow * m.exp(q)
+        m, fast = self.mode.m, self.fast
+        p = self.mode.fast_rate * t if fast else 0 * t
+        return self.joined(t, fast * m.exp(p), fast * m.expm1(p))
+
+    def joined(self, t: Number, fast: Number, gained: Number) -> tuple[Number, ...]:
+        """Return (x, y, s, z, mu y') at t from F e^{l1 t} and from F (e^{l1 t} - 1)."""
+        mode, q = self.mode, self.mode.slow_rate * t
+        m, slow = mode.m, self.slow
+        slow, lost = slow * m.exp(q), slow * m.expm1(q)
         off = mode.fast_s * fast + mode.lift * slow
         return (
             self.x0 + mode.fast_x * gained + lost,
@@ -119,15 +136,19 @@ class FastSlowSegment(SmoothSegment):
             if hi <= self.short or (self.state(self.short)[axis] - level) * sign_hi > 0:
                 return super().root(axis, level, lo, min(hi, self.short), sign_hi)
             lo = self.short
+        guess = mode.m.guess(self, axis, level, lo, hi, sign_hi)
+        return fast_slow_root(mode.m, self.balance(axis, level), lo, hi, sign_hi, guess)
+
+    def balance(self, axis: int, level: Number) -> tuple[Number, ...]:
+        """Return the terms of s (axis 2) or z (axis 3) less ``level``, as ``fast_slow_root`` takes them."""
+        mode = self.mode
         if axis == 3:
             fast, slow = mode.fast_z * self.fast, mode.slow_z * self.slow
             start, base, drift = self.z0 - level, self.z0 - level - fast, mode.rest
         else:
             fast, slow = mode.fast_s * self.fast, self.slow_s
-            start, base, drift = self.s0 - level, mode.rest - level + slow, 0
-        guess = mode.m.guess(self, axis, level, lo, hi, sign_hi)
-        return fast_slow_root(mode.m, start, base, drift, fast, mode.fast_rate, slow, mode.slow_rate, lo, hi, sign_hi,
-                              guess)
+            start, base, drift = self.s0 - level, mode.rest - level + slow, 0 * mode.rest
+        return start, base, drift, fast, mode.fast_rate, slow, mode.slow_rate
 
 
 RodMode: TypeAlias = FastSlow | SmoothMode

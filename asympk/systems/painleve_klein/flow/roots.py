@@ -1,7 +1,8 @@
 r"""Roots that are known to be alone between two times: Newton's method inside a bracket.
 
 The equation of a fast and a slow exponential is solved for the exponent, ``rate t = log(r(t)/fast)``. This form is
-nearly linear in t, however small mu is, so that Newton's method converges quadratically from the first steps.
+nearly linear in t, however small mu is, so that Newton's method converges quadratically from the first steps. For
+arrays ``arrays.motions`` takes such steps by masks, which take forty times as long on one number.
 """
 
 from collections.abc import Callable
@@ -45,15 +46,16 @@ def smooth_root(
 
 
 def fast_slow_root(
-    m: Arithmetic, start: Number, base: Number, k: Number, fast: Number, rate: Number, slow: Number,
-    slow_rate: Number, lo: Number, hi: Number, sign_hi: Number, guess: Number | None,
+    m: Arithmetic, terms: tuple[Number, ...], lo: Number, hi: Number, sign_hi: Number, guess: Number | None
 ) -> Number:
     r"""Return the root in (lo, hi) of ``start + k t + fast (e^{rate t} - 1) + slow (e^{slow_rate t} - 1)``.
 
-    ``base`` is ``start - fast``, apart since the difference may cancel. The fast part balances the rest r(t) = -(base +
-    k t + slow (e^{slow_rate t} - 1)). The step is Newton's for ``rate t = log(r/fast)`` where the fast part changes by
-    e or more, Newton's for r where r must change its sign first, else Newton's for the whole. Raises ``Undecided``.
+    ``terms`` are (start, base, k, fast, rate, slow, slow_rate), with ``base = start - fast``, which may cancel. The
+    fast part balances the rest r(t) = -(base + k t + slow (e^{slow_rate t} - 1)). The step is Newton's for ``rate t =
+    log(r/fast)`` where the fast part changes by e or more, Newton's for r where r must change its sign first, else
+    Newton's for the whole. Raises ``Undecided``.
     """
+    start, base, k, fast, rate, slow, slow_rate = terms
     positive, rising = fast > 0, sign_hi > 0
     size = m.log(abs(fast)) if fast else -m.most_exponent
     t = guess if guess is not None and lo < guess < hi else lo

@@ -61,7 +61,8 @@ def _rounded(segment, t, state):
     """Return the rounding errors of x, s and z that a segment itself adds, and the error of its time."""
     mode = segment.mode
     if type(segment) is FastSlowSegment and t >= segment.short:
-        fast_x, _, fast_z, slow_z, lift, _, rest, rate = mode.sizes
+        fast_x, fast_z, slow_z, lift, rest, rate = map(
+            abs, (mode.fast_x, mode.fast_z, mode.slow_z, mode.lift, mode.rest, mode.fast_rate))
         fast0, slow0, q = abs(segment.fast), abs(segment.slow), min(1.0, t)
         fast = min(1.0, rate * t) * max(fast0, fast0 * mode.m.exp(mode.fast_rate * t))
         lx = abs(state[0]) + abs(segment.x0) + fast_x * fast + (slow0 + rest) * q

@@ -18,7 +18,7 @@ from asympk.errors import TooLarge, TooManyEvents, Undecided
 from asympk.numbers import Arithmetic, Number, sign_of
 from asympk.systems.painleve_klein import modes
 from asympk.systems.painleve_klein.flow import shortcut
-from asympk.systems.painleve_klein.flow.fastslow import Ended, FastSlow, RodMode, RodSegment
+from asympk.systems.painleve_klein.flow.fastslow import Ended, FastSlow, RodMode, RodSegment, well_apart
 from asympk.systems.painleve_klein.flow.superposition import SmoothMode, slope
 
 MOST_EVENTS = 1000  # of one run
@@ -35,10 +35,10 @@ class RodFlow:
         self._edges: dict[int, tuple[tuple[Number, int], ...]] = {}
 
     def mode(self, name: str) -> RodMode:
-        """Return the closed form of the mode: two exponentials where mu/b is in [-2, 1/8], else ``SmoothMode``."""
+        """Return the closed form of the mode: two exponentials where ``well_apart``, else ``SmoothMode``."""
         if name not in self._modes:
             a, b = modes.coefficients(name, self.sigma)
-            form = FastSlow if b and -2 <= self.mu / b <= 0.125 else SmoothMode
+            form = FastSlow if well_apart(b, self.mu) else SmoothMode
             self._modes[name] = form(self.m, a, b, self.mu)
         return self._modes[name]
 
@@ -363,13 +363,8 @@ def on_level(segment: RodSegment, level: Number, t: Number) -> tuple[Number, tup
 
 def stretches(segment: RodSegment, end: Number) -> tuple[Number, ...]:
     """Return the ends of the stretches of (0, end) on which s is monotone: its first three extrema, and ``end``."""
-    turn = segment.turning()
-    if turn is None or turn >= end:
-        return (end,)
-    if (half := segment.mode.half_period) is None:
-        return turn, end
-    turns = (turn + n * half for n in range(3))
-    return *(t for t in turns if t < end), end
+    turn, half = segment.turning(), segment.mode.half_period
+    return *(t for t in (turn, turn + half, turn + 2 * half) if t < end), end
 
 
 def too_many(until: Number, t: Number, x: Number, y: Number, z: Number) -> str:

@@ -23,7 +23,7 @@ def slip_end(segment: RodSegment, s_sign: int, z_sign: int, remaining: Number) -
     if segment.short or not segment.fast:
         return None
     mode, turn = segment.mode, segment.turning()
-    end = remaining if turn is None or turn > remaining else turn
+    end = remaining if turn > remaining else turn
     opening = not segment.z0
     if not opening:
         leaving = z_sign * (1.0 + mode.fall * segment.s0)
@@ -47,7 +47,7 @@ def stick_end(segment: RodSegment, edges: tuple[tuple[Number, int], ...], remain
     if len(edges) > 1 or segment.short or not segment.fast or not side * (edge - segment.s0) > 0:
         return None
     turn = segment.turning()
-    ended = _level(segment, edge, remaining if turn is None or turn > remaining else turn)
+    ended = _level(segment, edge, remaining if turn > remaining else turn)
     return ("slip_onset", *ended) if ended else None
 
 

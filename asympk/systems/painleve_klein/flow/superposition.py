@@ -11,6 +11,7 @@ series give g, h and H without cancellation, for other times exponentials or sin
 ``fastslow`` is used instead.
 """
 
+from functools import partial
 from typing import Any, ClassVar
 
 from asympk.numbers import Arithmetic, Number
@@ -26,12 +27,13 @@ class SmoothMode:
         self.m, self.a, self.b, self.mu = m, a, b, mu
         self.beta, self.load, self.fall = b / mu, a / mu, 1 - b
         self.short = short_time(m, b, mu)
-        self.gamma = self.beta / 2
-        square = self.gamma * self.gamma - self.beta
+        self.gamma = gamma = self.beta / 2
+        square = gamma * gamma - self.beta
         self.real = square >= 0
-        self.omega = m.sqrt(abs(square))
-        self.tail = -self.beta / (self.gamma + self.omega) if b > 0 and self.real else self.omega - self.gamma
-        self.half_period = None if self.real else m.pi / self.omega
+        self.omega = omega = m.sqrt(abs(square)) + m.eps**2 * (square == 0)  # not 0, which divides
+        falls = self.real & (b > 0)
+        self.tail = m.choose(falls, lambda: -self.beta / (gamma + omega), lambda: omega * self.real - gamma)
+        self.half_period = m.choose(self.real, lambda: m.inf, lambda: m.pi / omega)
 
     def start(self, x: Number, y: Number, s: Number, z: Number) -> "SmoothSegment":
         """Return the motion that starts at a state."""
@@ -39,38 +41,44 @@ class SmoothMode:
 
     def responses(self, t: Number) -> tuple[Number, ...]:
         """Return (g', g, h, h + H) at t, for times that are not short."""
-        m, beta = self.m, self.beta
-        if self.real:
-            e, p = m.exp(self.tail * t), 2 * self.omega * t
-            g = e * (-m.expm1(-p) / (2 * self.omega) if p else t)
-            rate = e * (1 + m.exp(-p)) / 2 - self.gamma * g
-        else:
-            e, p = m.exp(-self.gamma * t), self.omega * t
-            g = e * m.sin(p) / self.omega
-            rate = e * m.cos(p) - self.gamma * g
+        m, omega, beta = self.m, self.omega, self.beta
+        e, p = m.exp(self.tail * t), omega * t
+        cosine, sine = m.choose(self.real, _hyperbolic, _circular, m, p)
+        g = e * sine / omega
+        rate = e * cosine - self.gamma * g
         return rate, g, (1 - rate) / beta - g, (t - g) / beta
+
+
+def _hyperbolic(m, p):
+    """Return cosh p and sinh p, both times e^{-p}."""
+    lost = m.expm1(-2 * p)
+    return 1 + lost / 2, -lost / 2
+
+
+def _circular(m, p):
+    return m.cos(p), m.sin(p)
 
 
 def short_time(m: Arithmetic, b: Number, mu: Number) -> Number:
     """Return the time up to which ``|beta| (t + t^2)`` is small enough for the series."""
-    return min(mu / abs(b), m.sqrt(mu / abs(b))) * m.soon if b else m.eps**-2
+    return m.choose(b != 0, lambda: m.least(mu / abs(b), m.sqrt(mu / abs(b))) * m.soon, lambda: m.eps**-2)
 
 
 def short_responses(m: Arithmetic, beta: Number, t: Number) -> tuple[Number, ...]:
     """Return (g', g, h, h + H) at t from the Taylor series of g; each term follows from the two before it."""
-    if not t:
-        return 1, t, t, t
-    rate, g, h, k = 1, t, t * t / 2, t * t / 2 + t * t * t / 6
-    older, term, n = 0, t, 1
-    while True:
+    rate, g, h, k = 1, 0 + t, t * t / 2, t * t / 2 + t * t * t / 6
+    older, term, n, least = 0, t, 1, m.eps * t / 64
+    # terms below ``least`` round to nothing: a row of an array does not depend on the terms that others need
+    while m.any(n * (abs(term) + abs(older)) > least):
         n += 1
-        older, term = term, -beta * t * (term + t * older / (n - 1)) / n
-        rate += n * term / t
+        bend = -beta * (term + t * older / (n - 1))
+        older, term = term, bend * t / n
+        more = term * t / (n + 1)
+        rate += bend
         g += term
-        h += term * t / (n + 1)
-        k += term * t * (1 + t / (n + 2)) / (n + 1)
-        if n * (abs(term) + abs(older)) <= m.eps * t / 64:
-            return rate, g, h, k
+        h += more
+        k += more * (1 + t / (n + 2))
+    return rate, g, h, k
 
 
 def slope(segment: "SmoothSegment") -> Number:
@@ -78,7 +86,7 @@ def slope(segment: "SmoothSegment") -> Number:
     mode, y = segment.mode, segment.y0
     pull = mode.beta * segment.s0
     rate = y + mode.load - pull
-    return rate if abs(rate) > 4 * mode.m.eps * (abs(y) + abs(pull)) else 0 * rate
+    return rate * (abs(rate) > 4 * mode.m.eps * (abs(y) + abs(pull)))
 
 
 def superposed(segment: Any, t: Any, responses: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -126,22 +134,14 @@ class SmoothSegment:
     def horizon(self, until: Number) -> Number:
         return until
 
-    def turning(self) -> Number | None:
-        r"""Return the time after 0 at which s has its first extremum, or None.
+    def turning(self) -> Number:
+        r"""Return the time after 0 at which s has its first extremum, or inf.
 
         s' = s'(0) g' + ((a - b s0)/mu) g vanishes where tan(omega t)/omega, or tanh, equals ``-s'(0)/w``.
         """
-        mode = self.mode
-        m, omega = mode.m, mode.omega
-        rate = slope(self)
+        mode, rate = self.mode, slope(self)
         w = mode.load - mode.beta * self.s0 - mode.gamma * rate
-        if not mode.real:
-            side = 1 if rate > 0 else -1
-            return m.atan2(side * rate * omega, -side * w) / omega if rate else mode.half_period
-        if not w or rate / w >= 0 or -omega * rate / w >= 1:
-            return None
-        p = -omega * rate / w
-        return m.log1p(2 * p / (1 - p)) / (2 * omega) if p else -rate / w
+        return mode.m.choose(mode.real, _real_turning, _complex_turning, mode, rate, w)
 
     def state(self, t: Number) -> tuple[Number, ...]:
         """Return (x, y, s, z, mu y') at t."""
@@ -156,14 +156,27 @@ class SmoothSegment:
         """Bound the terms that make up s (axis 2) or z (axis 3)."""
         return terms_size(self, axis, t, self.responses(t))
 
+    def off(self, axis: int, level: Number, t: Number) -> tuple[Number, Number]:
+        """Return the distance of s (axis 2) or z (axis 3) from ``level`` at t, and its rate."""
+        mode, state = self.mode, self.state(t)
+        _, y, s, _, thrust = state
+        return state[axis] - level, mode.a + mode.fall * s if axis == 3 else y + thrust / mode.mu
+
     def root(self, axis: int, level: Number, lo: Number, hi: Number, sign_hi: Number) -> Number:
         """Return the time in (lo, hi) at which s (axis 2) or z (axis 3) is ``level``, by Newton's method."""
-        mode = self.mode
+        m = self.mode.m
+        guess = m.guess(self, axis, level, lo, hi, sign_hi)
+        return smooth_root(m, partial(self.off, axis, level), lo, hi, sign_hi, guess)
 
-        def value_and_slope(t):
-            state = self.state(t)
-            _, y, s, _, thrust = state
-            return state[axis] - level, mode.a + mode.fall * s if axis == 3 else y + thrust / mode.mu
 
-        guess = mode.m.guess(self, axis, level, lo, hi, sign_hi)
-        return smooth_root(mode.m, value_and_slope, lo, hi, sign_hi, guess)
+def _complex_turning(mode, rate, w):
+    side = 1 - 2 * (rate <= 0)
+    turned = mode.m.atan2(abs(rate) * mode.omega, -side * w) / mode.omega
+    return mode.m.choose(rate != 0, lambda: turned, lambda: mode.half_period)
+
+
+def _real_turning(mode, rate, w):
+    m, omega = mode.m, mode.omega
+    reach, size = omega * abs(rate), abs(w)
+    meets = ((rate < 0) & (w > 0) | (rate > 0) & (w < 0)) & (reach < size)
+    return m.choose(meets, lambda: m.log1p(2 * reach / (size - reach)) / (2 * omega), lambda: m.inf)
