@@ -14,7 +14,13 @@ import numpy as np
 
 from asympk.numbers import Number
 from asympk.systems.painleve_klein.flow.fastslow import FastSlowSegment
-from asympk.systems.painleve_klein.flow.superposition import SmoothSegment, short_responses, superposed
+from asympk.systems.painleve_klein.flow.superposition import (
+    SmoothSegment,
+    moved_to_level,
+    moved_to_plane,
+    short_responses,
+    superposed,
+)
 
 MOST_STEPS = 400  # of Newton's method
 AT_REST = 1e-5  # relative distance in t from the root of the rest r at which its own step ends
@@ -71,13 +77,11 @@ class Segments(SmoothSegment):
 
     def on_level(self, level: Number, t: Number) -> tuple[np.ndarray, ...]:
         """Return the state at the times t at which s is ``level``."""
-        x, _, _, z, thrust = self.state(t)
-        return x, level - x, level, z, thrust
+        return moved_to_level(self.mode, self.state(t), level)
 
     def on_plane(self, t: Number) -> tuple[np.ndarray, ...]:
         """Return the state at the times t at which z = 0."""
-        x, y, s, z, thrust = self.state(t)
-        return x, y, s, np.zeros_like(z), thrust
+        return moved_to_plane(self.mode, self.state(t))
 
     def refined(self, t: Number, axis: int, level: Number, again: bool = True) -> np.ndarray:
         """Return the times at which s (axis 2) or z (axis 3) is ``level``, by Newton's method from close times t."""
@@ -117,11 +121,7 @@ class SeparateSegments(FastSlowSegment, Segments):
     def state(self, t: Number) -> tuple[np.ndarray, ...]:
         """Return (x, y, s, z, mu y') at t."""
         p = self.mode.fast_rate * t
-        return self._at(t, self.fast * np.exp(p), self.fast * np.expm1(p))
-
-    def _at(self, t, fast, gained):
-        """Return the state by ``joined``, and at short times by the Taylor series."""
-        state = self.joined(t, fast, gained)
+        state = self.joined(t, self.fast * np.exp(p), self.fast * np.expm1(p))
         soon, responses = self._soon(t)
         if soon.size:
             for values, early in zip(state, superposed(self.rows(soon), t[soon], responses), strict=True):
@@ -143,32 +143,6 @@ class SeparateSegments(FastSlowSegment, Segments):
         if not (lo < self.short).any():
             return np.zeros(lo.size, bool)
         return (lo < self.short) & ((hi <= self.short) | ((self.state(self.short)[axis] > level) == rising))
-
-    def on_level(self, level: Number, t: Number) -> tuple[np.ndarray, ...]:
-        """Return the state at the times t at which s = level.
-
-        A fast part that has changed by orders of magnitude is computed from s = level: its exponent is too inaccurate.
-        """
-        mode = self.mode
-        p = mode.fast_rate * t
-        fast = self.fast * np.exp(p)
-        rest = mode.rest + self.slow_s * np.exp(mode.slow_rate * t)
-        steep = np.abs(p * fast * mode.fast_s) > np.abs(level) + np.abs(rest)
-        read = (level - rest) / mode.fast_s
-        gained = np.where(steep, read - self.fast, self.fast * np.expm1(p))
-        x, _, _, z, thrust = self._at(t, np.where(steep, read, fast), gained)
-        return x, level - x, level, z, thrust
-
-    def on_plane(self, t: Number) -> tuple[np.ndarray, ...]:
-        """Return the state at the times t at which z = 0, with the fast part from z = 0 as in ``on_level``."""
-        mode = self.mode
-        p = mode.fast_rate * t
-        fast, gained = self.fast * np.exp(p), self.fast * np.expm1(p)
-        drifted, lost = mode.rest * t, mode.slow_z * self.slow * np.expm1(mode.slow_rate * t)
-        steep = np.abs(p * fast * mode.fast_z) > np.abs(self.z0) + np.abs(drifted) + np.abs(lost)
-        read = -(self.z0 + drifted + lost) / mode.fast_z
-        x, y, s, z, thrust = self._at(t, np.where(steep, self.fast + read, fast), np.where(steep, read, gained))
-        return x, y, s, np.zeros_like(z), thrust
 
 
 class SmoothSegments(Segments):

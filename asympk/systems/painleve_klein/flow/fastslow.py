@@ -96,8 +96,8 @@ class FastSlowSegment(SmoothSegment):
         mode, fast = self.mode, self.fast
         m = mode.m
         p = m.log(self.slow / fast) + mode.turn
-        near = (abs(p) < SOON) & (not self.known)
-        if m.any(near):
+        near = abs(p) < SOON
+        if m.any(near) and not self.known:
             p = m.choose(near, lambda: m.log1p(-slope(self) / (mode.fast_s * mode.fast_rate * fast)), lambda: p)
         return p / mode.gap
 

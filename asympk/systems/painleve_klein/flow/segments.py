@@ -19,7 +19,7 @@ from asympk.numbers import Arithmetic, Number, sign_of
 from asympk.systems.painleve_klein import modes
 from asympk.systems.painleve_klein.flow import shortcut
 from asympk.systems.painleve_klein.flow.fastslow import Ended, FastSlow, RodMode, RodSegment, well_apart
-from asympk.systems.painleve_klein.flow.superposition import SmoothMode, slope
+from asympk.systems.painleve_klein.flow.superposition import SmoothMode, moved_to_level, moved_to_plane, slope
 
 MOST_EVENTS = 1000  # of one run
 WIDEST = 1e100  # of mu/|b|, whose square must be a double
@@ -329,7 +329,7 @@ def on_plane(segment: RodSegment, t: Number) -> tuple[Number, tuple[Number, ...]
     """Return the time and the state where z = 0: from t by Newton's method, the last step taken in the state itself."""
     mode = segment.mode
     for _ in range(MOST_STEPS):
-        x, y, s, z, thrust = segment.state(t)
+        x, y, s, z, thrust = state = segment.state(t)
         fall = mode.a + mode.fall * s
         if not fall or _vanishes(segment, t, z):
             return t, (x, y, s, z - z, thrust)
@@ -337,8 +337,7 @@ def on_plane(segment: RodSegment, t: Number) -> tuple[Number, tuple[Number, ...]
             raise Undecided
         step, rate = z / fall, y + thrust / mode.mu
         if abs(mode.fall * rate * step * step) <= mode.m.eps * (abs(segment.z0) + abs(fall) * t):
-            dx, dy = z * (y / fall), z / mode.mu * (thrust / fall)
-            return t - step, (x - dx, y - dy, s - dx - dy, z - z, thrust)
+            return t - step, moved_to_plane(mode, state)
         t = t - step
     raise Undecided
 
@@ -347,7 +346,7 @@ def on_level(segment: RodSegment, level: Number, t: Number) -> tuple[Number, tup
     """Return the time and the state where s = level, as ``on_plane`` does where z = 0."""
     mode = segment.mode
     for _ in range(MOST_STEPS):
-        x, y, s, z, thrust = segment.state(t)
+        x, y, s, z, thrust = state = segment.state(t)
         rate, missing = y + thrust / mode.mu, level - s
         if not rate:
             return t, (x, level - x, level, z, thrust)
@@ -355,8 +354,7 @@ def on_level(segment: RodSegment, level: Number, t: Number) -> tuple[Number, tup
             raise Undecided
         step = missing / rate
         if abs((thrust - mode.b * rate) / mode.mu * step * step) <= mode.m.eps * (abs(x) + abs(y)):
-            x, fall = x + missing * (y / rate), mode.a + mode.fall * s if mode.a else 0
-            return t + step, (x, level - x, level, z + missing * (fall / rate), thrust)
+            return t + step, moved_to_level(mode, state, level)
         t = t + step
     raise Undecided
 

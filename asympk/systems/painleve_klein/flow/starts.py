@@ -42,7 +42,11 @@ def beginning(flow: RodFlow, rod: RodNumbers) -> tuple[tuple[Number, ...], Numbe
     if rod.near:
         manifold, offset = rod.near
         return beside_line(flow, manifold, x, z, m.number(offset))
-    s = x + y if x == rod.x and y == rod.y else m.number(Fraction(rod.x) + Fraction(rod.y))
+    kinds = {type(rod.x), type(rod.y)}
+    if kinds <= {int, Fraction}:  # Python adds these exactly
+        s = m.number(rod.x + rod.y)
+    else:
+        s = x + y if x == rod.x and y == rod.y else m.number(Fraction(rod.x) + Fraction(rod.y))
     s_sign, z_sign = sign_of(s), sign_of(z)
     if not s_sign or not z_sign:
         s_sign, z_sign, on_edge = _signs(flow, rod, s, y, z)

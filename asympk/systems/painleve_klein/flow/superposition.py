@@ -113,6 +113,22 @@ def terms_size(segment: Any, axis: int, t: Any, responses: tuple[Any, ...]) -> A
     return abs(segment.z0) + abs(mode.a * t) + abs(mode.fall) * sizes
 
 
+def moved_to_plane(mode: Any, state: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return the state where z = 0 from a state close to it, by Newton's step, numbers or arrays."""
+    x, y, s, z, thrust = state
+    fall = mode.a + mode.fall * s
+    dx, dy = z * (y / fall), z / mode.mu * (thrust / fall)
+    return x - dx, y - dy, s - dx - dy, z - z, thrust
+
+
+def moved_to_level(mode: Any, state: tuple[Any, ...], level: Any) -> tuple[Any, ...]:
+    """Return the state where s = level, as ``moved_to_plane`` does where z = 0."""
+    x, y, s, z, thrust = state
+    rate, missing = y + thrust / mode.mu, level - s
+    x, fall = x + missing * (y / rate), mode.a + mode.fall * s if mode.a else 0
+    return x, level - x, level, z + missing * (fall / rate), thrust
+
+
 class SmoothSegment:
     """The motion in one smooth mode from ``(x0, y0, s0, z0)`` at t = 0."""
 
