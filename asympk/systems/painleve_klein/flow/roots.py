@@ -56,7 +56,6 @@ def fast_slow_root(
     Newton's for the whole. Raises ``Undecided``.
     """
     start, base, k, fast, rate, slow, slow_rate = terms
-    positive, rising = fast > 0, sign_hi > 0
     size = m.log(abs(fast)) if fast else -m.most_exponent
     t = guess if guess is not None and lo < guess < hi else lo
     for n in range(MOST_STEPS):
@@ -65,13 +64,13 @@ def fast_slow_root(
         f = fast * m.exp(p if p < m.most_exponent else m.most_exponent)
         value = f - r if not -1 < p < 1 else start + k * t + fast * m.expm1(p) + lost
         if t > 0:
-            lo, hi = (lo, t) if (value > 0) == rising else (t, hi)
+            lo, hi = (lo, t) if (value > 0) == (sign_hi > 0) else (t, hi)
         new = -1
-        log_r = m.log(abs(r)) - size if r and fast and (r > 0) == positive else 0
+        log_r = m.log(abs(r)) - size if r and fast and (r > 0) == (fast > 0) else 0
         if (not -1 < log_r < 1 or not -1 < p < 1) and log_r and abs(f * rate) > abs(dr):
             slope = rate - dr / r
             new = t + (log_r - p) / slope if slope else -1
-        elif not fast or (r > 0) == positive or abs(f) <= abs(r):
+        elif not fast or (r > 0) == (fast > 0) or abs(f) <= abs(r):
             slope = f * rate - dr
             new = t - value / slope if slope else -1
         elif rate < 0 and abs(r) > m.root_tol * t * abs(dr):
