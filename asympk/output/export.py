@@ -8,6 +8,7 @@ numbers, such as a root of a cubic, its functions take the fast states on the br
 ``module_functions`` returns the functions for any target; ``_manifolds`` and what it calls are the hard part.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
@@ -117,11 +118,12 @@ def _manifolds(system, order):
 def _coefficients(m, system, order):
     """Return (definitions, coefficients of 1, mu, ...); a coefficient is a tuple over the fast states.
 
-    The definitions are the intermediate quantities of the straight-line code for long rates, else ().
+    The definitions are the intermediate quantities of the straight-line code for long rates or coefficients, else ().
     """
     if not (_is_long(m.dynamics) or has_long_coefficients(m.dynamics, m.branch, order)):
-        found = replace(m, order=order).coefficients
-        return (), [tuple(c.values()) if isinstance(c, sp.Dict) else (c,) for c in found]
+        with suppress(NotDerivable):
+            found = replace(m, order=order).coefficients
+            return (), [tuple(c.values()) if isinstance(c, sp.Dict) else (c,) for c in found]
     mode, count = m.dynamics, len(m.branch)
     signs = {sp.Dummy("s"): quantity for quantity in mode.signed}
     one_sided = replace(mode, slow=one_side(mode.slow, signs), fast=one_side(mode.fast, signs))
@@ -129,6 +131,7 @@ def _coefficients(m, system, order):
     definitions, found = formulas(one_sided, m.small, parameters).series(order)
     used = sp.Tuple(*(e for _, e in definitions)).free_symbols
     taken = [(s, sp.Abs(on := q.subs(m.branch)) / on) for s, q in signs.items() if s in used]
+    taken += [(y, h) for y, h in m.branch.items() if y in used and y != h]
     return (*taken, *definitions), [found[k : k + count] for k in range(0, len(found), count)]
 
 

@@ -19,10 +19,11 @@ from typing import NamedTuple
 import sympy as sp
 from sympy.polys.fields import FracField
 
-from asympk.errors import InputError
+from asympk.errors import InputError, NotDerivable
 
 WIDTH = 32  # bits for one exponent; the highest bit is a guard that shows a borrow
 TRIAL = 1000  # larger primes of a denominator are not looked for: factoring a number of 400 digits never ends
+WORK = 3_000_000  # products of terms, and trial divisions of terms: they take seconds
 NOT_SMOOTH = (sp.Piecewise, sp.Abs, sp.sign, sp.Max, sp.Min, sp.Heaviside, sp.DiracDelta, sp.floor, sp.ceiling)
 
 
@@ -38,13 +39,14 @@ class DifferentialRing:
 
     ``derivations`` maps a name to a function that differentiates an expression; each of ``relations`` is
     ``(generator, degree, value)`` and says generator**degree = value. Raises ``InputError`` for an expression
-    that is not smooth or contains a float.
+    that is not smooth or contains a float, and ``NotDerivable`` after more than ``WORK`` in it.
     """
 
     def __init__(
         self, exprs: Sequence[sp.Expr], derivations: Mapping[str, Callable[[sp.Expr], sp.Expr]], depth: int,
         relations: Sequence[tuple[sp.Expr, int, sp.Expr]] = (),
     ):
+        self._work = WORK
         rates = _closure([*exprs, *(value for *_, value in relations)], derivations, depth)
         self.atoms = tuple(sorted(rates, key=_late_first))
         self._field = FracField(self.atoms, sp.ZZ, sp.lex)
@@ -86,7 +88,7 @@ class DifferentialRing:
         for a, b in pairs:
             if a.numerator and b.numerator:
                 exponents = tuple(map(int.__add__, a.exponents, b.exponents))
-                _add_product(sums.setdefault(exponents, {}), a.numerator, b.numerator)
+                self._add_product(sums.setdefault(exponents, {}), a.numerator, b.numerator)
         return self._sum(sums)
 
     def diff(self, a: Fraction, name: str) -> Fraction:
@@ -144,8 +146,20 @@ class DifferentialRing:
     def _power(self, i, e):
         powers = self._powers[i]
         while len(powers) <= e:
-            powers.append(_add_product({}, powers[-1], powers[1]))
+            powers.append(self._add_product({}, powers[-1], powers[1]))
         return powers[e]
+
+    def _add_product(self, total, a, b):
+        """Add a*b to ``total`` in place, and return it."""
+        self._spend(len(a) * len(b))
+        return _add_product(total, a, b)
+
+    def _spend(self, work):
+        """Raise ``NotDerivable`` where more work than ``WORK`` is done in this ring."""
+        self._work -= work
+        if self._work < 0:
+            raise NotDerivable("the coefficients are too long to be written in symbols; ask for a lower order, or let "
+                               "export write them, and solve(scene, method='slow', order=n) use them")
 
     def _sum(self, sums):
         """Return the sum of ``{exponents: numerator}`` over a common denominator, reduced."""
@@ -156,10 +170,11 @@ class DifferentialRing:
         for exponents, n in sums.items():
             for i, (high, low) in enumerate(zip(top, exponents, strict=True)):
                 if high > low:
-                    n = _add_product({}, n, self._power(i, high - low))
+                    n = self._add_product({}, n, self._power(i, high - low))
             for m, c in n.items():
                 total[m] = total.get(m, 0) + c
         total = {m: c for m, c in total.items() if c}
+        self._spend(len(total) * len(self._powers))
         for shift, degree, value in self._relations:
             low, high = _split(total, shift, degree)
             if high:

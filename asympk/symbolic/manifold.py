@@ -47,7 +47,7 @@ class SlowManifold(CriticalManifold):
 
     @cached_property
     def coefficients(self) -> tuple[sp.Basic, ...]:
-        """The coefficients of 1, mu, ..., mu**order."""
+        """The coefficients of 1, mu, ..., mu**order; raises ``NotDerivable`` where they are too long."""
         return tuple(self.coefficient(k) for k in range(self.order + 1))
 
     @cached_property
@@ -58,7 +58,10 @@ class SlowManifold(CriticalManifold):
         return sp.Dict({y: _polynomial([c[y] for c in self.coefficients], self.small) for y in self.branch})
 
     def _graph(self) -> dict[sp.Symbol, list[tuple[str, sp.Expr]]]:
-        parts = [c if isinstance(c, sp.Dict) else dict.fromkeys(self.branch, c) for c in self.coefficients]
+        try:
+            parts = [c if isinstance(c, sp.Dict) else dict.fromkeys(self.branch, c) for c in self.coefficients]
+        except NotDerivable as reason:
+            return {y: [*terms, (f"+ {self.small} *", str(reason))] for y, terms in super()._graph().items()}
         found: dict[sp.Symbol, list[tuple[str, sp.Expr]]] = {}
         for y in self.branch:
             whole = _polynomial(terms := [part[y] for part in parts], self.small)

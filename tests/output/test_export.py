@@ -16,9 +16,11 @@ import sympy as sp
 from mechanisms import slender_rod
 
 import asympk as ap
-from asympk.errors import InputError, UnknownName
+from asympk.errors import InputError, NotDerivable, UnknownName
 from asympk.formulas import formula_in_words, read_formula
 from asympk.output.export import export, module_functions
+from asympk.symbolic import diffring
+from asympk.symbolic.expansion import expand
 from asympk.symbolic.lowering import lower
 from asympk.systems import arm
 
@@ -351,3 +353,22 @@ def test_a_real_cube_root_is_printed_as_it_is_written(tmp_path):
     assert told in repr(system)
     assert repr(ap.System.smooth({v: -x}, {x: rate}, mu).modes[0]).count(told) == 1
     assert f"dx/dt = {told}\n" in export(system, "python", tmp_path)[0].read_text()
+
+
+@pytest.mark.parametrize("force", [v**2 - u - 1, u - w - 2 * v - sp.sin(u * w), u + sp.exp(w) - v - v**3])
+def test_coefficients_that_are_too_long_in_symbols_are_exported_as_straight_line_code(monkeypatch, tmp_path, force):
+    """Those of u' = u - tanh(u w) atan(e^v) + asinh(u), w' = sin(u (1 + v) atan(v)) to order 3 did not end."""
+    system, place = ap.System.smooth({u: v - w, w: sp.cos(u + v)}, {v: force}, mu), {w: 0.2, v: 1.1}
+    place[u] = place[v] + place[v] ** 3 - math.exp(place[w])  # on the implicit branch of the cubic
+    expected = [[float(c.subs(place)) for c in m.coefficients] for m in ap.slow_manifolds(system, order=3)]
+    monkeypatch.setattr(diffring, "WORK", 10)
+    expand.cache_clear()
+    (path,) = export(system, "python", tmp_path)
+    module = python_module(path)
+    functions = [getattr(module, name) for name in dir(module) if name.endswith("_series")]
+    arguments = ([place[sp.Symbol(name)] for name in inspect.signature(f).parameters] for f in functions)
+    for f, at, coefficients in zip(functions, arguments, expected, strict=True):
+        assert f(*at) == pytest.approx(coefficients, rel=1e-12, abs=1e-12)
+    with pytest.raises(NotDerivable, match="too long to be written in symbols"):
+        ap.slow_manifolds(system, order=3)[0].coefficient(1)
+    assert "too long to be written" in repr(ap.slow_manifolds(system, order=3)[0])
