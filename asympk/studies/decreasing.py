@@ -11,14 +11,12 @@ from functools import cache
 from typing import Any
 
 import sympy as sp
-from sympy.physics.mechanics import dynamicsymbols
 
-from asympk.mechanics.mechanism import Contact, Mechanism
+from asympk import systems
 from asympk.methods import solve
 from asympk.scene import Scene
 from asympk.storage.rows import KEPT, StoredRows, in_kept_digits
 from asympk.symbolic.system import System
-from asympk.systems import nonlinear_rod
 
 MUS = ("1/32", "1/100", "1/320", "1/1000", "1/3200", "1/10000")
 ORDERS = (0, 1, 2)
@@ -58,19 +56,14 @@ def five_systems() -> dict[str, SceneFamily]:
         "two slow, two fast states": SceneFamily(several, {}, (1, "1/2", -1, 1), "1"),
         "nonlinear layer": SceneFamily(cubic, {}, (1, 2), "1"),
         "held rod": SceneFamily(held_rod(), {"f": 2}, held, "1/2"),
-        "nonlinear rod": SceneFamily(nonlinear_rod.system(), rod, (0, "1/5", -1), "2"),
+        "nonlinear rod": SceneFamily(systems.nonlinear_rod.system(), rod, (0, "1/5", -1), "2"),
     }
 
 
 @cache
 def held_rod() -> System:
-    """Return the system of two masses joined by an elastic rod, one with friction f, the other on a spring."""
-    x1, x2 = dynamicsymbols("x1 x2")
-    f, t = sp.Symbol("f", positive=True), dynamicsymbols._t
-    cosine, sine = sp.Rational(3, 5), sp.Rational(4, 5)
-    lagrangian = (x1.diff(t) ** 2 + x2.diff(t) ** 2 - x2**2) / 2
-    rod = Contact(gap=(x2 - x1) * cosine, slip=x1, friction=f, load=sine)
-    return Mechanism.from_lagrangian(lagrangian, (x1, x2), contact=rod, forces={x1: 1}).elastic(mu, sp.Rational(1, 2))
+    """Return the elastic rod with friction f, of unit masses, pull and stiffness of the spring, at tan(alpha) = 4/3."""
+    return systems.held_rod.mechanism(1, sp.atan(sp.Rational(4, 3)), 1, 1).elastic(mu, sp.Rational(1, 2))
 
 
 def rows(names: Collection[str] | None = None, mus: Iterable[str] = MUS) -> StoredRows:

@@ -22,8 +22,8 @@ TURN = ("alpha", "1/20", "3/2")
 
 
 @cache
-def mechanism() -> Mechanism:
-    """Return the two masses, the smooth one on its spring."""
+def mechanism(m: sp.Expr = m, alpha: sp.Expr = alpha, P: sp.Expr = P, kappa: sp.Expr = kappa) -> Mechanism:
+    """Return the two masses, the smooth one on its spring; numbers may stand for the symbols."""
     t = dynamicsymbols._t
     lagrangian = m * (x1.diff(t) ** 2 + x2.diff(t) ** 2) / 2 - kappa * x2**2 / 2
     rod = Contact(gap=(x2 - x1) * sp.cos(alpha), slip=x1, friction=f, load=sp.sin(alpha))
