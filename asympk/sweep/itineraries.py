@@ -8,10 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from asympk import path
 from asympk.errors import InputError
 from asympk.many import PHASES
 
-KINDS = ("force_zero", "velocity_zero", "slip_onset", "lift_off", "touch_down")
+KINDS = (*path.KINDS, "lift_off", "touch_down")
 _BITS = 62
 
 
@@ -25,7 +26,7 @@ class Alphabet:
     @property
     def kinds(self) -> tuple[str, ...]:
         """The kinds of events that occur."""
-        return KINDS if self.open else KINDS[:3]
+        return KINDS if self.open else path.KINDS
 
     @property
     def bits(self) -> int:
