@@ -5,13 +5,15 @@ from fractions import Fraction
 from itertools import product
 
 import mpmath
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from asympk.arithmetic import Doubles, flow_context, set_digits
+from asympk.systems.painleve_klein.arrays.motions import SeparateSegments, SmoothSegments, arithmetic_of
 from asympk.systems.painleve_klein.flow import fastslow, segments, shortcut, starts, superposition
-from asympk.systems.painleve_klein.flow.fastslow import FastSlow
+from asympk.systems.painleve_klein.flow.fastslow import FastSlow, well_apart
 from asympk.systems.painleve_klein.flow.roots import smooth_root
 from asympk.systems.painleve_klein.flow.rounding import largest_state
 from asympk.systems.painleve_klein.flow.segments import RodFlow, follow_rod, on_level, on_plane
@@ -78,6 +80,20 @@ def test_short_times_agree_with_long_ones(a, b, mu):
     if b:
         for short, long in zip(short_responses(m, mode.beta, t), mode.responses(t), strict=True):
             assert abs(short - long) < 1e-48 * abs(long)
+
+
+@pytest.mark.parametrize(("a", "b", "mu"), MODES)
+def test_the_rows_of_an_array_move_as_single_numbers_do(a, b, mu):
+    starts, times = np.random.default_rng(1).normal(size=(3, 50)), np.geomspace(1e-9, 9, 50)
+    b, mu, (x, y, z) = float(b), float(mu), starts
+    kind, form = (FastSlow, SeparateSegments) if well_apart(b, mu) else (SmoothMode, SmoothSegments)
+    with np.errstate(all="ignore"):
+        rows = form(kind(arithmetic_of(x.dtype), a, np.full(50, b), np.full(50, mu)), x, y, x + y, z)
+        states, turns = rows.state(times), rows.turning()
+    for k, (t, *start) in enumerate(zip(*map(np.ndarray.tolist, (times, x, y, x + y, z)), strict=True)):
+        single = kind(Doubles, a, b, mu).start(*start)
+        assert [w[k] for w in states] == pytest.approx(single.state(t), rel=1e-12, abs=1e-13)
+        assert turns[k] == pytest.approx(single.turning(), rel=1e-12)
 
 
 @given(

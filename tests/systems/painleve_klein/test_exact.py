@@ -630,6 +630,19 @@ def test_what_vanishes_at_a_round_time_is_met_there_whatever_rounding_says(until
         assert [float(w) for w in path.final] == pytest.approx(other.final, abs=1e-14)
 
 
+def test_a_slip_that_begins_just_at_the_end_is_an_event():
+    """From s = 1 at rest the rod sticks until s = 1/4; the end is this time to 2000 digits, more than a run has."""
+    with mpmath.workdps(2000):
+        fast, slow = (-50 * (1 + sign * mpmath.sqrt("0.96")) for sign in (1, -1))
+        share = (1 - slow) / (2 * (fast - slow))  # x = y = 1/2 at the start
+        onset = mpmath.findroot(lambda t: (1 + fast) * share * mpmath.exp(fast * t)
+                                + (1 + slow) * (0.5 - share) * mpmath.exp(slow * t) - 0.25, 0.014, maxsteps=99)
+        until = mpmath.nstr(onset, 2000)
+    for end, kinds in ((until, ["slip_onset"]), (until[:900], [])):
+        path = ap.solve(ap.Scene(1, "1/100", ("1/2", "1/2", 0), end), digits=1)
+        assert [event.kind for event in path.events] == kinds
+
+
 def test_a_start_next_to_the_largest_double_is_followed_as_a_smaller_one():
     """P does not count beside such reactions, so that x(5) is in proportion to x(0)."""
     ends = [ap.solve(ap.Scene(1, "1e-6", (x, "1/5", -1), 5)).final[0] / x for x in (1e200, 1e305, -1e307)]
