@@ -129,7 +129,7 @@ class SeparateSegments(FastSlowSegment, Segments):
         return state
 
     def root(self, axis: int, level: Number, lo: Number, hi: Number, rising: np.ndarray) -> np.ndarray:
-        step = balance_step(*self.balance(axis, level))
+        step = balance_steps(*self.balance(axis, level))
         start = np.maximum(lo, self.short)
         found = bracketed_roots(step, start, hi, rising, start, 4 / np.abs(self.mode.fast_rate))
         soon = self._early(axis, level, lo, hi, rising)
@@ -201,7 +201,7 @@ def _cut(lo, hi, first):
     return np.where(far, np.sqrt(lo) * np.sqrt(hi), np.where(lo > 0, (lo + hi) / 2, np.minimum(hi / 2, first)))
 
 
-def balance_step(
+def balance_steps(
     start: Number, base: Number, k: Number, fast: Number, rate: Number, slow: Number, slow_rate: Number
 ) -> Callable:
     r"""Return the ``step`` for ``start + k t + fast (e^{rate t} - 1) + slow (e^{slow_rate t} - 1)``.

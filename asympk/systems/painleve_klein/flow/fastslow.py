@@ -9,11 +9,12 @@ is ``s = a/(b rho) + (1 + l2) x``. Let F be the deviation of s from this line at
 """
 
 from collections.abc import Callable
+from functools import partial
 from math import inf
 from typing import Any, TypeAlias
 
 from asympk.numbers import Arithmetic, Number
-from asympk.systems.painleve_klein.flow.roots import fast_slow_root
+from asympk.systems.painleve_klein.flow.roots import balance_step, bracketed_root
 from asympk.systems.painleve_klein.flow.superposition import SmoothMode, SmoothSegment, short_time, slope
 
 SOON = 2.0**-10
@@ -137,10 +138,11 @@ class FastSlowSegment(SmoothSegment):
                 return super().root(axis, level, lo, min(hi, self.short), sign_hi)
             lo = self.short
         guess = mode.m.guess(self, axis, level, lo, hi, sign_hi)
-        return fast_slow_root(mode.m, self.balance(axis, level), lo, hi, sign_hi, guess)
+        step = partial(balance_step, mode.m, self.balance(axis, level))
+        return bracketed_root(mode.m, step, lo, hi, sign_hi, guess, 4 / abs(mode.fast_rate))
 
     def balance(self, axis: int, level: Number) -> tuple[Number, ...]:
-        """Return the terms of s (axis 2) or z (axis 3) less ``level``, as ``fast_slow_root`` takes them."""
+        """Return the terms of s (axis 2) or z (axis 3) less ``level``, as ``balance_step`` takes them."""
         mode = self.mode
         if axis == 3:
             fast, slow = mode.fast_z * self.fast, mode.slow_z * self.slow

@@ -11,11 +11,10 @@ series give g, h and H without cancellation, for other times exponentials or sin
 ``fastslow`` is used instead.
 """
 
-from functools import partial
 from typing import Any, ClassVar
 
 from asympk.numbers import Arithmetic, Number
-from asympk.systems.painleve_klein.flow.roots import smooth_root
+from asympk.systems.painleve_klein.flow.roots import NOWHERE, bracketed_root
 
 
 class SmoothMode:
@@ -181,8 +180,12 @@ class SmoothSegment:
     def root(self, axis: int, level: Number, lo: Number, hi: Number, sign_hi: Number) -> Number:
         """Return the time in (lo, hi) at which s (axis 2) or z (axis 3) is ``level``, by Newton's method."""
         m = self.mode.m
-        guess = m.guess(self, axis, level, lo, hi, sign_hi)
-        return smooth_root(m, partial(self.off, axis, level), lo, hi, sign_hi, guess)
+
+        def step(t):
+            value, rate = self.off(axis, level, t)
+            return value, t - value / rate if rate else NOWHERE
+
+        return bracketed_root(m, step, lo, hi, sign_hi, m.guess(self, axis, level, lo, hi, sign_hi))
 
 
 def _complex_turning(mode, rate, w):
