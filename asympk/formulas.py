@@ -187,11 +187,16 @@ def _no_number(what: str, text: object) -> InputError:
 
 
 def _no_formula(what: str, text: str, symbols: Mapping[str, sp.Expr]) -> InputError:
-    if sign := next((sign for sign in _SIGNS if sign in text), None):
-        return InputError(f"{what} = {short(text)}: the sign {sign} is not read; write {_SIGNS[sign]}")
+    if sign := _unread_sign(text):
+        return InputError(f"{what} = {short(text)}: {sign}")
     if not symbols:
         return _no_number(what, text)
-    return InputError(f"{what} = {short(text)}: it is not a formula; write one such as 'x + 2*y'")
+    return InputError(f"{what} = {short(text)}: it is not a formula; write one such as 'x + 2*y', with each * "
+                      "written and each bracket closed")
+
+
+def _unread_sign(text: str) -> str:
+    return next((f"the sign {sign} is not read; write {_SIGNS[sign]}" for sign in _SIGNS if sign in text), "")
 
 
 def read_relation(text: object, symbols: Mapping[str, sp.Expr]) -> sp.Basic:
@@ -306,7 +311,11 @@ class _Reader:
             return self.symbols[name]
         if name in CONSTANTS:
             return CONSTANTS[name]
+        if name in FUNCTIONS:
+            raise self._refuse(f"{name} is a function; write {name}(x), and a power of it {name}(x)^2")
         near = nearest(name, [*self.symbols, *CONSTANTS]) or nearest(name.lower(), CONSTANTS) or _SIGNS.get(name)
+        if not near and (sign := _unread_sign(name)):
+            raise self._refuse(sign)
         if not self.symbols and not near:
             raise _no_number(self.what, self.text)
         had = ", ".join(map(_as_written, self.symbols)) or "none"
@@ -352,10 +361,13 @@ class _Reader:
 
     def _call(self, node: ast.Call, depth: int) -> sp.Expr:
         name = node.func.id if isinstance(node.func, ast.Name) else ""
+        if not name or name in self.symbols.keys() - FUNCTIONS.keys():
+            called = _as_written(ast.get_source_segment(self.source, node.func) or "")
+            raise self._refuse(f"{short(called)} is no function; write the * of a product, as in 2*(x + y)")
         if name not in FUNCTIONS:
             near = nearest(name, FUNCTIONS)
             hint = f"did you mean {near}? " if near else ""
-            raise self._refuse(f"the function {name or '?'} is unknown; {hint}there are {', '.join(FUNCTIONS)}")
+            raise self._refuse(f"the function {name} is unknown; {hint}there are {', '.join(FUNCTIONS)}")
         if FUNCTIONS[name] is sp.Piecewise:
             return sp.Piecewise(*(self._piece(piece, depth + 1) for piece in [*node.args, *node.keywords] or [node]))
         two = FUNCTIONS[name] in TWO
@@ -398,7 +410,7 @@ class _Reader:
                 return sp.Not(self._condition(node.operand, depth + 1))
             case ast.Compare():
                 return self._relation(node, depth)
-        raise self._refuse("a piece holds where a relation does, such as x < 1")
+        raise self._refuse("a piece holds where a relation does, such as x < 1, or several with and, or, not between")
 
     def _relation(self, node: ast.Compare, depth: int) -> sp.Basic:
         sides = [self._expression(side, depth + 1) for side in (node.left, *node.comparators)]

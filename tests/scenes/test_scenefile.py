@@ -90,9 +90,22 @@ def test_a_formula_that_switches_by_no_relation_is_refused_in_one_line(wrong):
 
 
 @pytest.mark.parametrize(("text", "said"), [("x − 1", "the sign − is not read; write -"), ("2·x", "write [*]"),
-                                            ("x²", r"write \^2"), ("x ≤ 1", "write <="), ("π*x", "did you mean pi")])
+                                            ("x²", r"write \^2"), ("x ≤ 1", "write <="), ("π*x", "did you mean pi"),
+                                            ("x·x", "the sign · is not read; write [*]")])
 def test_a_sign_that_only_documents_have_is_named_with_what_to_write(text, said):
     with pytest.raises(InputError, match=said):
+        read_formula(text, {"x": sp.Symbol("x", real=True)})
+
+
+@pytest.mark.parametrize(("text", "said"), [
+    *((text, "'x + 2*y', with each * written and each bracket closed") for text in ("2x", "2 x", "sin x", "2*(x + 1")),
+    ("2(x + 1)", "'2' is no function; write the * of a product"), ("x(x + 1)", "'x' is no function; write the *"),
+    ("(x + 1)(x - 1)", "'x + 1' is no function; write the * of a product"),
+    ("sin^2(x)", "sin is a function; write sin(x), and a power of it sin(x)^2"),
+    ("Piecewise((1, And(x > 0, x < 1)), (0, True))", "such as x < 1, or several with and, or, not between"),
+])
+def test_a_formula_as_on_paper_is_refused_with_what_to_write(text, said):
+    with pytest.raises(InputError, match=re.escape(said)):
         read_formula(text, {"x": sp.Symbol("x", real=True)})
 
 
