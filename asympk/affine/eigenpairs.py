@@ -98,7 +98,8 @@ def _newton(whole, denominator, values, vectors, held, inverse, bits):
     every, size = np.arange(len(held)), 1 + abs(_floats(values[0], bits)) + abs(_floats(values[1], bits))
     before = [bits]
     for _ in range(_STEPS):
-        off = np.stack([v @ whole.T // denominator for v in vectors]) - (_times(values[:, :, None], vectors) >> bits)
+        scaled = complex_product(values[:, :, None], vectors) >> bits
+        off = np.stack([v @ whole.T // denominator for v in vectors]) - scaled
         most = abs(off).max(axis=(0, 2)) if off.size else np.zeros(0, dtype=object)
         shifts = np.array([max(0, most_of.bit_length() - 60) for most_of in most], dtype=object)
         before.append(max(shifts, default=0))
@@ -115,7 +116,7 @@ def _newton(whole, denominator, values, vectors, held, inverse, bits):
     raise ArithmeticError("the eigenpairs do not converge")
 
 
-def _times(a, b):
+def complex_product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the products of complex numbers given by real and imaginary parts."""
     return np.stack([a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]])
 
@@ -133,11 +134,11 @@ def _floats(array, bits):
 
 def _parts(right, left, bits):
     """Return ``v u^T / (v.u)`` of all pairs; entries below the rounding error are set to 0."""
-    product = _times(right, left).sum(axis=2) >> bits
+    product = complex_product(right, left).sum(axis=2) >> bits
     size = product[0] * product[0] + product[1] * product[1]
     inverse = np.stack([product[0] << (2 * bits), -product[1] << (2 * bits)]) // size
-    left = _times(left, inverse[:, :, None]) >> bits
-    return cleaned(_times(right[:, :, :, None], left[:, :, None, :]) >> bits, bits)
+    left = complex_product(left, inverse[:, :, None]) >> bits
+    return cleaned(complex_product(right[:, :, :, None], left[:, :, None, :]) >> bits, bits)
 
 
 def cleaned(parts: np.ndarray, bits: int, lost: int = 0) -> np.ndarray:

@@ -34,7 +34,7 @@ _CUTS = (0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875, 0.03125, 0.96875)
 _MOST_STEPS = 200
 _FURTHER = 1.375
 _NOTHING = 1e-8
-_ORDER, _FOLD = 16, 4  # of derivatives, one more for each factor e^4 of weights that cancel
+_ORDER = 16
 _REACH = 16  # the first trial of ``_reach``, in units of the time of the fastest part
 _PATIENCE = 2  # the number of steps, and of open intervals, before the costlier bounds are used
 _FEW = 0.125  # the part of the digits to which g'' must be 0 to count as 0 where g' is; higher derivatives alike
@@ -166,7 +166,7 @@ class Guards:
         (first, begun), (last, later) = (functions(m, blocks, t)[1:] for t in (lo, hi))
         if begun != later:
             return [float("-inf") for _ in self.every]
-        real = [not turn and k == 0 for _, turn, count in blocks for k in range(2 * count if turn else count)]
+        real = [not turn and k == 0 for _, turn, count, _ in blocks for k in range(2 * count if turn else count)]
         low, high = (rounding_sizes(m, blocks, t)[0] for t in (lo, hi))
         ends = (first, low, last, high, sizes(m, blocks, lo, hi), real)
         weights, off_weights, _, _, _, bases, off_bases = self.lists
@@ -179,13 +179,9 @@ class Guards:
 
     @cached_property
     def derivatives(self) -> np.ndarray:
-        """The weights of the guards' derivatives from the second on: (orders, guards, r).
-
-        The last is of order ``_ORDER``, or of a higher one where weights are large and cancel.
-        """
-        found, sizes, n = [self.segment.bends], self.segment.term_sizes.guards, self.segment.functions
-        large = min(1 / self.m.eps, sizes[:n].max() / (sizes[n].max() or 1))
-        while len(found) <= _ORDER - 2 + int(self.m.log(1 + large) / _FOLD):
+        """The weights of the guards' derivatives from the second to that of order ``_ORDER``: (orders, guards, r)."""
+        found = [self.segment.bends]
+        while len(found) <= _ORDER - 2:
             found.append(self.segment.flow.rate @ found[-1])
         return np.stack(found).transpose(0, 2, 1)
 
@@ -265,13 +261,13 @@ class Guards:
         weights, off, margin = self.segment.guards, self.segment.term_sizes.guards, self.m.margin
         ends = [functions(Arrays, self.blocks, t)[0] for t in (lo, hi)]
         most, least, at = sizes(Arrays, self.blocks, lo, hi), weights[-1] - margin * off[-1], 0
-        for decay, turn, count in self.blocks:
+        for decay, turn, count, apart in self.blocks:
             for k in range(count):
                 part = slice(at, at := at + (2 if turn else 1))
                 low = np.outer([end[part][0] for end in ends], weights[part][0]).min(axis=0)
                 amplitude = np.hypot.reduce(weights[part]) * most[part][0]
                 doubt = margin * (1 + abs(decay) * hi) * off[part].sum(axis=0) * most[part][0]
-                least = least + (-amplitude if turn or (k and decay) else low) - doubt
+                least = least + (-amplitude if turn or (k and (decay or apart)) else low) - doubt
         return (least > 0).all()
 
     @cached_property

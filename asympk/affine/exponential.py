@@ -4,9 +4,9 @@ The F_r are ``t^k/k! e^{a t}`` for a real eigenvalue a, ``t^k/k! e^{a t} cos(w t
 ``a +- i w``, k below the multiplicity. Where no eigenvalue but 0 is multiple, the D_r come from ``eigenpairs``; else
 they are residues (``of_roots``), found for each group of states that does not move the others (``of_groups``).
 
-The D_r grow as eigenvalues approach one another, and their sum loses digits. ``exponential`` takes more bits until
-``X = sum F_r D_r`` satisfies ``X(0) = 1`` and ``X' = M X``, which only ``e^{M t}`` does (``_solves``). Eigenvalues that
-the rounding of entries may have parted are taken for one, their mean, if X then does so to the digits of the entries.
+The D_r grow as eigenvalues approach one another, and their sum loses digits. A few near ones are taken together, by
+the divided differences of ``e^{z t}`` at them, whose D_r do not grow (``_joined``). ``exponential`` takes more bits
+until ``X = sum F_r D_r`` satisfies ``X(0) = 1`` and ``X' = M X``, which only ``e^{M t}`` does (``_solves``).
 """
 
 from collections.abc import Iterator
@@ -16,11 +16,12 @@ from fractions import Fraction
 from functools import lru_cache
 from itertools import combinations, count, takewhile
 from math import comb
+from typing import Any
 
 import numpy as np
 from sympy.utilities.iterables import connected_components
 
-from asympk.affine.eigenpairs import NOISE, Eigenpairs, cleaned, eigenpairs
+from asympk.affine.eigenpairs import NOISE, Eigenpairs, cleaned, complex_product, eigenpairs
 from asympk.affine.functions import Block, initial, rate_of
 from asympk.affine.polynomial import in_whole_numbers, polynomial_roots, residues_at, resolvent
 from asympk.arithmetic import DIGITS_OF_DOUBLES, SPARE_DIGITS, flow_context, set_digits
@@ -33,7 +34,7 @@ LARGEST = 400  # the power of ten beyond which numbers are refused, which no num
 _SPARE_BITS = 64
 _BITS_A_DIGIT = 5.4  # some 1.6 digits for each digit asked for
 _RIGHT_BITS_A_DIGIT = 3.7  # bits to which ``e^{M t}`` is right for each digit asked for
-_BITS_OF_A_DIGIT = 3.3  # a little fewer than the bits that tell a decimal digit
+_NEAR, _SHARE, _FEW = 6, 3, 6  # bits, and eigenvalues
 _MOST_BITS = 1 << 13  # beyond which the bits are not doubled again: the search for roots would take minutes
 
 
@@ -50,10 +51,9 @@ class Exponential:
 
 
 @lru_cache(maxsize=256)
-def exponential(entries: tuple[tuple[Fraction, ...], ...], digits: int, rounded: int | None = None) -> Exponential:
+def exponential(entries: tuple[tuple[Fraction, ...], ...], digits: int) -> Exponential:
     """Return the ``Exponential`` of rows of Fractions to ``digits`` digits, with more bits the more their sizes differ.
 
-    The entries are exact, or ``rounded`` to that number of digits; they determine no more digits of the result.
     Raises ``InputError`` for more than 48 states, ``Undecided`` where eigenvalues are too near to one another.
     """
     if len(entries) > MOST_STATES:
@@ -67,39 +67,98 @@ def exponential(entries: tuple[tuple[Fraction, ...], ...], digits: int, rounded:
     for bits in takewhile(lambda bits: bits <= max(first, _MOST_BITS), (first << k for k in count())):
         with suppress(Undecided, ZeroDivisionError):  # roots that only more bits tell apart
             pairs = eigenpairs(whole, denominator, bits)
-            pieces = [*of_pairs(pairs)] if pairs else None
-            if rounded and (pieces is None or _parted(pieces, whole, denominator, rounded)):
-                found = _exponential(of_roots(entries, bits, rounded), bits)
-                if _solves(found, whole, denominator, min(right, int(_BITS_OF_A_DIGIT * rounded))):
-                    return found
-            found = _exponential(pieces or of_groups(entries, bits), bits)
+            pieces = [piece for piece in (of_pairs(pairs) if pairs else of_groups(entries, bits)) if piece[0].size]
+            found = _exponential(_joined(pieces, whole, denominator, bits), bits)
             if _solves(found, whole, denominator, right):
                 return found
     raise Undecided(f"eigenvalues of a mode are too near to one another for {bits} bits: give parameters at which "
                     "they are equal, or differ more")
 
 
-def _parted(pieces, whole, denominator, rounded):
-    """Return [(places, real)] of pieces with eigenvalues that ``rounded`` entries may have parted.
+def _joined(pieces, whole, denominator, bits):
+    """Yield the pieces of eigenvalues in Newton's form where they are near one another, and the others as they are.
 
-    The conjugates of a ``real`` set are among it. Rounding moves all entries by a unit of their last digit, and an
-    eigenvalue with the spectral part P by ``sum P_ji dM_ij``, whatever the units of the states are.
+    The nearest are gathered first, and the largest sets are taken that are ``_near``.
     """
-    sizes, unit, blocks = abs(whole).T, denominator * 10 ** (rounded - 1), [block for block, _ in pieces]
-    moves = [(abs(matrices[: 1 + bool(block.turn)]) * sizes).sum() // unit for block, matrices in pieces]
-    every, found = range(len(blocks)), []
-    near = [(i, k) for i, k in combinations(every, 2)
-            if max(abs(a - b) for a, b in zip(blocks[i][:2], blocks[k][:2], strict=True)) <= max(moves[i], moves[k])]
-    for places in connected_components((every, near)):
-        real = min(2 * blocks[k].turn for k in places) <= max(moves[k] for k in places)
-        if len(places) > 1 or (real and blocks[places[0]].turn):
-            found.append((places, real))
+    sizes, blocks = abs(whole).T, [block for block, _ in pieces]
+    parts = [matrices[: 1 + bool(block.turn)] for block, matrices in pieces]
+    moves = [(abs(part) * sizes).sum() // denominator >> _NEAR for part in parts]
+    links = [(max(abs(a - b) for a, b in zip(blocks[i][:2], blocks[k][:2], strict=True)), i, k)
+             for i, k in combinations(range(len(blocks)), 2)]
+    links += [(2 * block.turn, k, k) for k, block in enumerate(blocks) if block.turn]  # from its conjugate
+    sets = {k: (frozenset((k,)), not block.turn) for k, block in enumerate(blocks)}
+    found = dict[frozenset, bool]()
+    for apart, i, k in sorted(links):
+        joined, real = sets[i][0] | sets[k][0], sets[i][1] or sets[k][1] or i == k
+        if (joined, real) != sets[i]:
+            sets |= dict.fromkeys(joined, (joined, real))
+            if apart <= max(moves[n] for n in joined) and _near(
+                    [parts[n] for n in joined], real, apart * denominator, sizes):
+                found = {other: was for other, was in found.items() if not other <= joined} | {joined: real}
+    yield from (_newton([pieces[k] for k in joined], real, bits) for joined, real in found.items())
+    yield from (piece for k, piece in enumerate(pieces) if not any(k in joined for joined in found))
+
+
+def _near(parts, real, apart, sizes):
+    """Tell whether spectral parts cancel where two are large, of a few eigenvalues near for the size of their sum P.
+
+    A change of all entries by a part 2^-6 moves their mean by up to that of ``sum |P_ji M_ij|``, whatever the units of
+    the states are. The conjugates of a ``real`` set are among it.
+    """
+    many = [1 + (real and len(part) > 1) for part in parts]
+    own = np.array([abs(part).sum(axis=0) for part in parts])
+    sums = abs(sum(part[0] for part in parts)) + (0 if real else abs(sum(part[1] for part in parts)))
+    most = own.max(axis=0)
+    shared = np.array(many) @ ((own << _SHARE > most) & (own > 0)).reshape(len(own), -1).astype(int) > 1
+    return bool(sum(many) <= _FEW and apart * sum(many) << _NEAR <= (sums * sizes).sum()
+                and (sums << _SHARE <= most).ravel()[shared].any())
+
+
+def _newton(pieces, real, bits):
+    """Return (block, matrices) of several eigenvalues l_0, l_1, ..: E_k has ``(M - l_0) .. (M - l_{k-1}) P``.
+
+    P is the sum of their spectral parts. The conjugates of a ``real`` set are among it, and its first node is real.
+    """
+    pieces = sorted(pieces, key=lambda piece: -piece[0].decay)
+    nodes = [block[:2] for block, _ in pieces for _ in range(block.size)]
+    if real and nodes[0][1]:
+        nodes = [(nodes[0][0], 0), *nodes]
+    chains, every, found = [_chain(*piece) for piece in pieces], list[tuple](), list[Any]()
+    for decay, turn in nodes:
+        every += [(decay, turn), (decay, -turn)] if real and turn else [(decay, turn)]
+        found.append(chains)
+        if real and turn:
+            found.append(_less(chains, (decay, 0), bits))
+            chains = _less(chains, (decay, -turn), bits)
+        chains = _less(chains, (decay, turn), bits)
+    most = max(abs(part).max() for kept in found for _, parts in kept for part in parts)
+    sums = np.array([sum(parts[0] for _, parts in kept) for kept in found])
+    sums = np.where(abs(sums) > most >> bits - NOISE, sums, 0)
+    decay, turn = every[0]
+    apart = tuple((a - decay, b - turn) for a, b in every[1:])
+    sums = sums[:, 0] if real else np.stack([sums[:, 0], -sums[:, 1]], axis=1).reshape(-1, *sums.shape[2:])
+    return Block(decay, turn, len(every), apart), sums
+
+
+def _chain(block, matrices):
+    """Return (eigenvalue, its matrices as complex numbers)."""
+    parts = matrices.reshape(block.size, -1, *matrices.shape[1:])
+    return block[:2], [np.stack([part[0], -part[1] if block.turn else 0 * part[0]]) for part in parts]
+
+
+def _less(chains, node, bits):
+    """Return chains times ``M - node``: ``M D_k = l D_k + D_{k+1}`` for the matrices of an eigenvalue l."""
+    found = []
+    for value, parts in chains:
+        apart = np.array([a - b for a, b in zip(value, node, strict=True)], dtype=object)
+        moved = [complex_product(apart, part) >> bits for part in parts]
+        found.append((value, [a + b for a, b in zip(moved, [*parts[1:], 0], strict=True)]))
     return found
 
 
 def _exponential(pieces, bits):
     """Return the ``Exponential`` with the given number of bits, some of which eigenvalues near one another take."""
-    kept = sorted((piece for piece in pieces if piece[0].size), key=lambda piece: -abs(piece[0].decay) - piece[0].turn)
+    kept = sorted(pieces, key=lambda piece: -abs(piece[0].decay) - piece[0].turn)
     return Exponential(bits, tuple(block for block, _ in kept), np.concatenate([matrices for _, matrices in kept]))
 
 
@@ -113,7 +172,7 @@ def _solves(found, whole, denominator, right):
     parts = found.matrices @ vector
     begun = np.array(initial(found.blocks)) @ parts - vector * unit
     off = parts @ whole.T // denominator - (rate_of(found.blocks, unit) @ parts >> found.bits)
-    speeds = [abs(decay) + turn for decay, turn, count in found.blocks for _ in range(count * (2 if turn else 1))]
+    speeds = [abs(b.decay) + b.turn for b in found.blocks for _ in range(b.size * (2 if b.turn else 1))]
     sizes = abs(parts) @ abs(whole).T // denominator + vector.max() * np.array(speeds, dtype=object)[:, None]
     noise = abs(whole).max() * (max(unit, abs(found.matrices).max()) >> found.bits - NOISE) // denominator + 2
     return abs(begun).max() <= unit >> right and (abs(off) <= (sizes >> right) + noise).all()
@@ -137,7 +196,7 @@ def of_groups(entries: tuple[tuple[Fraction, ...], ...], bits: int) -> Iterator[
         group, rows = [*moved, *driving], moved if k else [*moved, *driving]
         own = tuple(tuple(entries[i][j] for j in group) for i in group)
         pairs = eigenpairs(*in_whole_numbers(own), bits) if len(moving) > 1 else None
-        for (decay, turn, _), matrices in of_pairs(pairs) if pairs else of_roots(own, bits):
+        for (decay, turn, *_), matrices in of_pairs(pairs) if pairs else of_roots(own, bits):
             before = found.get((decay, turn), np.zeros((0, size, size), dtype=object))
             summed = np.zeros((max(len(before), len(matrices)), size, size), dtype=object)
             summed[: len(before)] = before
@@ -162,27 +221,19 @@ def _groups(entries):
 
 
 def of_roots(
-    entries: tuple[tuple[Fraction, ...], ...], bits: int, rounded: int | None = None
+    entries: tuple[tuple[Fraction, ...], ...], bits: int
 ) -> Iterator[tuple[Block, np.ndarray]]:
     """Return (block, matrices) of all eigenvalues, which may be multiple, as roots of the characteristic polynomial.
 
     With ``(z - M)^{-1} = N(z) / q(z)``, ``N(z) = sum A_i (z - l)^i`` and ``(z - l)^m / q(z) = sum s_j (z - l)^j``, the
     residue of ``e^{z t} (z - M)^{-1}`` at a root l of multiplicity m gives the coefficient of ``t^k/k! e^{l t}``: the
     sum of A_i s_j over i + j = m - 1 - k. The A_i are whole matrices times powers of l, exact until they are rounded.
-    Matrices that vanish at the end are left out. Roots that ``rounded`` entries may have parted are taken for one.
+    Matrices that vanish at the end are left out.
     """
     found = resolvent(entries)
     m = flow_context(LARGEST)
     set_digits(m, int(0.3 * bits) + 20 + 3 * len(entries))
-    roots = polynomial_roots(found, m)
-    pieces = [_piece(m, found, *root, bits) for root in roots]
-    for places, real in _parted(pieces, *in_whole_numbers(entries), rounded) if rounded else ():
-        counts = [roots[k][1] * (2 if real and m.im(roots[k][0]) else 1) for k in places]
-        mean = sum(roots[k][0] * many for k, many in zip(places, counts, strict=True)) / sum(counts)
-        pieces.append(_piece(m, found, m.re(mean) if real else mean, sum(counts), bits))
-        for k in places:
-            pieces[k] = None
-    return filter(None, pieces)
+    return (_piece(m, found, *root, bits) for root in polynomial_roots(found, m))
 
 
 def _piece(m, found, root, many, bits):

@@ -13,7 +13,7 @@ import sympy as sp
 
 from asympk.affine.forcing import CONSTANT, Wave, rate, waves_of, with_derivatives
 from asympk.affine.mode import AffineMode
-from asympk.automaton.exact import exact_values, is_rational
+from asympk.automaton.exact import exact_values
 from asympk.automaton.modes import GuardedMode
 from asympk.automaton.numericmode import FADED
 from asympk.errors import InputError
@@ -142,5 +142,4 @@ def placed(form: Form, values: tuple, digits: int) -> tuple[AffineMode, tuple[tu
     if never := [k for k, row in enumerate(guards) if k not in moving and row[-1] < 0]:
         raise InputError(f"guard {never[0]} is {guards[never[0]][-1]} at these parameters whatever the state and the "
                          "time: its mode is never entered; give other parameters")
-    rounded = None if all(map(is_rational, chain(*form.matrix))) else digits
-    return AffineMode(rows, tuple(guards[k] for k in moving), rounded), waves, moving
+    return AffineMode(rows, tuple(guards[k] for k in moving)), waves, moving

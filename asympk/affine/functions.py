@@ -2,31 +2,50 @@ r"""The functions F_r of an exponential, at one time or on arrays of times, and 
 
 With z = u - i v the function ``u e^{a t} cos(w t) + v e^{a t} sin(w t)`` is ``Re z e^{(a + i w) t}``, and its
 derivative has ``(a + i w) z`` in place of z. The derivative of ``t^k/k!`` adds its weight to the power k - 1.
+
+Of eigenvalues near one another ``t^k/k! e^{l t}`` becomes the divided difference ``E_k(t)`` of ``e^{z t}`` at the first
+k + 1 of them, so that no weight is divided by a difference. With the nodes l_0, l_1, ..
+
+    E_k' = E_{k-1} + l_k E_k,      |E_k| <= t^k/k! e^{max Re l t},
+
+the latter by Hermite and Genocchi. A cluster that contains its conjugates begins with a real node; its functions are
+Re E_k, and a pair ``a +- i w`` stands side by side: ``(Re E_k)' = E_{k-1} + a Re E_k - w^2 E_{k+1}``.
 """
 
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from asympk.arithmetic import with_rest
+from asympk.arithmetic import Doubles, with_rest
 from asympk.numbers import Arithmetic, Number
 
 MOST_EXPONENT = 600.0
+_TERMS, _BITS_A_TERM = 6, 5  # of the series of exp at arguments up to 1/2: 16 terms in doubles
 
 
 class Block(NamedTuple):
-    """The functions of one eigenvalue ``decay + i turn``: ``size`` of them, or ``size`` pairs (cos, sin)."""
+    """The functions of one eigenvalue ``decay + i turn``: ``size`` of them, or ``size`` pairs (cos, sin).
+
+    Of several eigenvalues it is the first, and ``apart`` are the distances of the others from it; else this is empty.
+    """
 
     decay: Any
     turn: Any
     size: int
+    apart: tuple = ()
+
+    @property
+    def fastest(self) -> Any:
+        """A bound of the modulus of the eigenvalues, which is ``|decay| + turn`` of a single one."""
+        return abs(self.decay) + self.turn + max(map(abs, self.apart), default=0)
 
 
 class Arrays:
     """NumPy's functions under the names of ``arithmetic.Doubles``; exponents are cut at ``MOST_EXPONENT``."""
 
-    cos, sin = np.cos, np.sin
+    cos, sin, prec = np.cos, np.sin, Doubles.prec
 
     @staticmethod
     def product(a: Any, b: Any) -> tuple[Any, Any]:
@@ -51,7 +70,7 @@ def functions(m: Arithmetic, blocks: Sequence[Block], t: Number) -> tuple[list[N
     found: list[Number] = []
     gained: list[Number] = []
     begun = 0
-    for decay, turn, count in blocks:
+    for decay, turn, count, apart in blocks:
         p = decay * t
         size, more = m.exp(p), m.expm1(p)
         started = (abs(decay) + turn) * t > 1
@@ -64,22 +83,46 @@ def functions(m: Arithmetic, blocks: Sequence[Block], t: Number) -> tuple[list[N
             waves = [size]
             gained.append(started * size + (1 - started) * more)
         found += waves
-        for k in range(1, count):
+        for k, other in enumerate(_divided(m, apart, t) if apart else (), 1):
+            across = [t**k * (waves[0] * other.real - waves[-1] * other.imag * bool(turn))]
+            across += [t**k * (waves[0] * other.imag + waves[1] * other.real)] if turn else []
+            found += across
+            gained += across
+        for k in range(1, 1 if apart else count):
             waves = [wave * t / k for wave in waves]
             found += waves
             gained += waves
     return found, gained, begun
 
 
+def _divided(m, apart, t):
+    """Return the divided differences of exp at 0 and the first k of ``apart`` times t, k > 0, by scaling and squaring.
+
+    They are the first row of the exponential of a matrix with these on its diagonal and 1 beside it. An error of
+    rounding grows by ``|apart| t``, as that of an exponent does.
+    """
+    halvings = max(0, math.frexp(float(np.max(max(map(abs, apart)) * t, initial=0)))[1] + 1)
+    nodes, rows = [0 * t, *(d * t * 2.0**-halvings for d in apart)], range(len(apart) + 1)
+    found = [[int(i == j) + 0 * t for j in rows[i:]] for i in rows]  # the part above the diagonal
+    for k in range(_TERMS + m.prec // _BITS_A_TERM, 0, -1):
+        for i, node in enumerate(nodes):
+            later = zip(found[i][1:], found[i + 1] if i < rows[-1] else (), strict=True)
+            found[i] = [1 + node * found[i][0] / k, *((node * own + below) / k for own, below in later)]
+    for _ in range(halvings):
+        found = [[sum(found[i][n] * found[i + n][j - n] for n in range(j + 1)) * 0.5**j
+                  for j in range(len(found[i]))] for i in rows]
+    return found[0][1:]
+
+
 def initial(blocks: Sequence[Block]) -> list[int]:
     """Return [F_r(0)]."""
-    return [int(place == 0) for _, turn, count in blocks for place in range(count * (2 if turn else 1))]
+    return [int(place == 0) for _, turn, count, _ in blocks for place in range(count * (2 if turn else 1))]
 
 
 def sizes(m: Arithmetic, blocks: Sequence[Block], lo: Number, hi: Number) -> list[Number]:
     """Return bounds of |F_r| on [lo, hi]."""
     found: list[Number] = []
-    for decay, turn, count in blocks:
+    for decay, turn, count, _ in blocks:
         size = m.exp(decay * (hi if decay > 0 else lo))
         for k in range(count):
             found += (size, size) if turn else (size,)
@@ -90,7 +133,7 @@ def sizes(m: Arithmetic, blocks: Sequence[Block], lo: Number, hi: Number) -> lis
 def areas(m: Arithmetic, blocks: Sequence[Block], lo: Number, hi: Number) -> list[Number]:
     """Return bounds of the integrals of |F_r| over [lo, hi]."""
     found: list[Number] = []
-    for decay, turn, count in blocks:
+    for decay, turn, count, _ in blocks:
         area = m.exp(decay * lo) * m.expm1(decay * (hi - lo)) / decay if decay else hi - lo
         for k in range(count):
             found += (area, area) if turn else (area,)
@@ -105,14 +148,14 @@ def rounding_sizes(m: Arithmetic, blocks: Sequence[Block], t: Number) -> tuple[l
     """
     gained: list[Number] = []
     found: list[Number] = []
-    for decay, turn, count in blocks:
-        size, p = m.exp(decay * t), (abs(decay) + turn) * t
+    for block in blocks:
+        size, p = m.exp(block.decay * t), block.fastest * t
         off = size * (1 + p)
         short = p <= 1
         more = short * p * 3 + (1 - short) * off
-        for k in range(count):
-            gained += (more, more) if turn else (more,)
-            found += (off, off) if turn else (off,)
+        for k in range(block.size):
+            gained += (more, more) if block.turn else (more,)
+            found += (off, off) if block.turn else (off,)
             off = off * t / (k + 1)
             more = off
     return gained, found
@@ -121,18 +164,22 @@ def rounding_sizes(m: Arithmetic, blocks: Sequence[Block], t: Number) -> tuple[l
 def rate_of(blocks: Sequence[Block], unit: Number) -> np.ndarray:
     """Return the matrix that turns the weights of the F_r in a function of time into the weights in its derivative.
 
-    ``unit`` is the number that represents 1.
+    ``unit`` is the whole number that represents 1; distances of eigenvalues are pairs of such.
     """
-    widths = [(2 if turn else 1) * count for _, turn, count in blocks]
+    widths = [(2 if turn else 1) * count for _, turn, count, _ in blocks]
     rate = np.full((sum(widths), sum(widths)), 0 * unit, dtype=object)
     at = 0
-    for (decay, turn, count), width in zip(blocks, widths, strict=True):
-        for r in range(at, at + width):
-            rate[r, r] = decay
-            if r + width // count < at + width:
-                rate[r, r + width // count] = unit
-        if turn:
-            for r in range(at, at + width, 2):
-                rate[r, r + 1], rate[r + 1, r] = turn, -turn
+    for (decay, turn, count, apart), width in zip(blocks, widths, strict=True):
+        step = width // count
+        for k, (other, across) in enumerate(((0, 0), *apart) if apart else [(0, 0)] * count):
+            r = at + k * step
+            for place in range(r, r + step):
+                rate[place, place] = decay + other
+                if k + 1 < count:
+                    rate[place, place + step] = unit
+            if turn:
+                rate[r, r + 1], rate[r + 1, r] = turn + across, -turn - across
+            elif across > 0:
+                rate[r + 1, r] = -across * across // unit
         at += width
     return rate

@@ -64,7 +64,8 @@ class Mesh:
     def __init__(self, blocks: Sequence[Block]):
         self.blocks = blocks
         self._windows: list[FunctionTable] = []
-        self._speeds = _leading([(decay, abs(complex(decay, turn))) for decay, turn, _ in blocks])
+        roots = [complex(block.decay, block.turn) + apart for block in blocks for apart in (0, *block.apart)]
+        self._speeds = _leading([(root.real, abs(root)) for root in roots])
         fastest = max((speed for _, speed in self._speeds), default=0.0)
         self._first = _PART / fastest if fastest > _SLOWEST else 1.0
 

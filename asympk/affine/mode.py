@@ -16,7 +16,7 @@ import numpy as np
 
 from asympk.affine.events import Guards, first_root
 from asympk.affine.exponential import DIGITS_FOR_DOUBLES, Exponential, exponential
-from asympk.affine.functions import functions, initial, rate_of, rounding_sizes
+from asympk.affine.functions import Block, functions, initial, rate_of, rounding_sizes
 from asympk.affine.mesh import Mesh
 from asympk.affine.polynomial import in_whole_numbers
 from asympk.arithmetic import Doubles
@@ -30,14 +30,10 @@ _NEAR = 1e-6
 
 @dataclass(frozen=True)
 class AffineMode:
-    """``w' = A w + b`` while all guards ``c.w + d`` are positive: the ``rows`` (A, b), and ``guards`` (c, d).
-
-    The rows are exact, or ``rounded`` to that number of digits.
-    """
+    """``w' = A w + b`` while all guards ``c.w + d`` are positive: the ``rows`` (A, b), and ``guards`` (c, d)."""
 
     rows: tuple[tuple[Fraction, ...], ...]
     guards: tuple[tuple[Fraction, ...], ...] = ()
-    rounded: int | None = None
 
     @property
     def homogeneous(self) -> tuple[tuple[Fraction, ...], ...]:
@@ -51,7 +47,7 @@ class AffineMode:
         """
         least = min((abs(c) for row in self.guards for c in row if c), default=Fraction(1))
         zeros = (least.denominator.bit_length() - least.numerator.bit_length()) // 3
-        return exponential(self.homogeneous, max(digits, digits // 2 + zeros), self.rounded)
+        return exponential(self.homogeneous, max(digits, digits // 2 + zeros))
 
     @cached_property
     def in_doubles(self) -> "AffineFlow":
@@ -141,8 +137,12 @@ def _flow(m, mode, exact):
 
 
 def _blocks(m, exact):
-    return tuple(block._replace(decay=_number(m, block.decay, exact.bits), turn=_number(m, block.turn, exact.bits))
-                 for block in exact.blocks)
+    def complex_of(parts):
+        real, imaginary = (_number(m, part, exact.bits) for part in parts)
+        return real + imaginary * 1j if imaginary else real
+
+    return tuple(Block(*(_number(m, part, exact.bits) for part in block[:2]), block.size,
+                       tuple(map(complex_of, block.apart))) for block in exact.blocks)
 
 
 def _weights(rows, matrix, bits):
@@ -222,7 +222,7 @@ class ClosedSegment:
     def _returns(self, guard):
         """Tell whether a guard that vanishes with its slope is ``c (1 - cos(w t))`` with c > 0."""
         at, waves = 0, list[int]()
-        for decay, turn, count in self.flow.blocks:
+        for decay, turn, count, _ in self.flow.blocks:
             start, at = at, at + count * (2 if turn else 1)
             if self.slopes[start:at, guard].any():
                 waves.append(start if turn and not decay and count == 1 else -1)

@@ -81,6 +81,28 @@ def test_defective_blocks_lose_nothing(name):
     assert all(off(mode, start, t, segment.state(t)) < 1e-15 for t in (1e-9, 0.2, 3.0, 40.0))
 
 
+NEAR = {
+    "resonance": lambda e: [[0, 1, 0, 0], [-1, 0, 1, 0], [0, 0, 0, 1 + e], [0, 0, -1 - e, 0]],
+    "three rates": lambda e: [[-1, 1, 0], [0, -1 - e, 1], [0, 0, -1 + 2 * e]],
+    "a slow turn": lambda e: [[-1, 1], [-(e**2), -1]],
+    "a rate and a slow turn": lambda e: [[-1, 1, 0], [-(e**2), -1, 1], [0, 0, -1]],
+}
+
+
+@pytest.mark.parametrize("apart", ["1e-3", "1e-9", "1e-20"])
+@pytest.mark.parametrize("name", NEAR)
+@pytest.mark.few(4)
+def test_no_weight_is_divided_by_a_difference_of_eigenvalues_near_one_another(name, apart):
+    matrix = NEAR[name](Fraction(apart))
+    mode, start = affine_mode(matrix, [0] * len(matrix)), [0.3, -1.7, 0.9, 2.2][: len(matrix)]
+    segment, m = ClosedSegment(mode.in_doubles, start), digits(50)
+    precise = ClosedSegment(in_digits(m, mode), [*map(m.mpf, start)])
+    assert abs(segment.sums).max() < 10
+    for t in (1e-9, 0.2, 3.0, 40.0):
+        assert off(mode, start, t, segment.state(t)) < 2e-16 * (5 + t)  # a frequency has an error of rounding, too
+        assert off(mode, start, t, precise.state(m.mpf(t))) < 1e-46
+
+
 @pytest.mark.parametrize(("block", "degree"), [([[0, 1], [-1, 0]], 2), ([[-1, 1], [0, -1]], 2), ([[2]], 1)])
 def test_an_eigenvalue_that_only_repeats_is_as_multiple_a_root_as_in_one_block(block, degree):
     for copies in (1, 3, 20):

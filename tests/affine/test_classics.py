@@ -8,6 +8,7 @@ import pytest
 import sympy as sp
 
 import asympk as ap
+from asympk.affine import run as affine_run
 from asympk.errors import Accumulation, OutOfRange
 
 x, v, u, w, F, G, t = sp.symbols("x v u w F G t", real=True)
@@ -188,6 +189,25 @@ def test_forced_at_resonance_without_friction_grows_like_t():
     times = np.array([1.0, 10.0, 77.5, 300.0])
     path = followed(smooth, {}, {"x": 0, "v": 0}, 300)
     assert np.abs(path(times)[0] - times * np.sin(times) / 2).max() < 1e-12
+
+
+@pytest.mark.parametrize("beside", [1e-3, 1e-12])
+@pytest.mark.few(1)
+def test_beside_resonance_no_more_digits_and_no_row_alone_are_needed(beside, monkeypatch):
+    """It slips and sticks twice in every swing until it swings freely; the truth has forty digits."""
+    frictional = ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational(1, 4), static=sp.Rational(3, 10))
+    system = ap.System.with_frictions({x: v, v: -x + F + sp.cos(omega * t)}, {}, [frictional], time=t)
+    scene = ap.Scene(system=system, values={omega: 1 + beside}, start={"x": 0.1, "v": 0.3}, until=30)
+    precise = ap.solve(scene, digits=40)
+    monkeypatch.setattr(affine_run, "_rounded", None)
+    path = ap.solve(scene)
+    assert path.modes == precise.modes
+    assert len(path.events) > 5
+    assert [*path.final] == pytest.approx([*map(float, precise.final)], abs=2e-14)
+    starts = {"x": np.linspace(0.1, 0.2, 20), "v": 0.3}
+    many = ap.solve_many(system=system, values={omega: 1 + beside}, start=starts, until=30)
+    assert many.alone == 0
+    assert many.final[:, 0] == pytest.approx(path.final, abs=2e-14)
 
 
 @pytest.mark.parametrize("digits", [None, 60])
