@@ -27,13 +27,14 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.errors import InputError
+from asympk.errors import InputError, NotDerivable
 from asympk.formulas import names_in, read_constant, read_constants, read_formula
 from asympk.mechanics.closing import closed_by, closing_coordinate
 from asympk.mechanics.elastic import basis_of, scaling, velocities
 from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.lagrangian import lagranges_equations
 from asympk.mechanics.mechanism import Contact, Mechanism
+from asympk.mechanics.paradox import condition
 from asympk.numbers import number
 from asympk.storage.tomlfile import misplaced, refuse_unknown, require_keys, table_in, tables_in, word
 from asympk.symbolic.long import symbols_in
@@ -99,9 +100,9 @@ class Described:
     def tied(self) -> dict[str, Callable[[Any], Any]]:
         """What changes over ``turn`` with it, as ``{name: function}`` of its arrays; {} without ``turn``.
 
-        It is the coordinate that closes the contact, if one is needed, and the rates with g' = 0, with the sliding
-        velocity and the free rates of the example. Raises ``NotDerivable``, as do the functions, where the contact does
-        not close.
+        It is the coordinate that closes the contact, if one is needed, and the rates with g' = 0 of all contacts that
+        hold, with the sliding velocity and the free rates of the example. Raises ``NotDerivable``, as do the functions,
+        where a contact does not close.
         """
         if self.turn is None:
             return {}
@@ -116,13 +117,26 @@ class Described:
         numbers = self.mechanism.keyed({name: low, **self.numbers})
         other = closing_coordinate(kinetics, name, numbers)
         (turned,) = self.mechanism.keyed({name: low})
+        self._require_others({turned, other}, condition(self.mechanism.held))
         return {} if other is None else {str(other): closed_by(kinetics, other, (turned, low, high), numbers)}
+
+    def _require_others(self, moved, *formulas):
+        """Raise ``NotDerivable`` if others that hold both ways open, or close by coordinates that formulas contain."""
+        held = self.mechanism.held
+        for other in (*held.joints, *held.rough):
+            follow = symbols_in(other.gap) & {*other.coordinates} - moved
+            matter = follow & symbols_in(sp.Tuple(*formulas))
+            if symbols_in(other.gap) & moved and (matter or not follow):
+                closes = f"and closes by {min(map(str, matter))}, which matters" if matter else "and nothing closes it"
+                raise NotDerivable(f"the gap {other.gap!s:.40} of another contact changes with {self.turn[0]}, "
+                                   f"{closes}: choose coordinates without it, or name another quantity under [over]")
 
     @cached_property
     def _rates(self):
         """The rates with g' = 0 and the sliding velocity ``_gamma``."""
-        kinetics = self.mechanism.plain
-        return velocities(kinetics, basis_of((kinetics,)), (sp.S.Zero, self._gamma))
+        kinetics = self.mechanism.held
+        basis = basis_of((kinetics, *kinetics.joints, *kinetics.rough), sliding=True)
+        return velocities(kinetics, basis, (*[sp.S.Zero] * len(basis.held), self._gamma))
 
     @property
     def _gamma(self):
@@ -135,6 +149,8 @@ class Described:
         """
         if self.turn is None:
             raise InputError("nothing to turn; name a coordinate and its range under [over]")
+        self._require_others(set(self.mechanism.keyed({self.turn[0]: 0, **dict.fromkeys(self._closing, 0)})),
+                             *self.mechanism.held.delassus, *self.mechanism.held.free)
         return {**self._sliding(at), **self._bounds(friction)}
 
     def _sliding(self, at):

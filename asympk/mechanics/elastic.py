@@ -225,27 +225,29 @@ class Basis:
         return self.rows[:, self.others].det()
 
 
-def basis_of(contacts: Sequence[Kinetics]) -> Basis:
+def basis_of(contacts: Sequence[Kinetics], sliding: bool = False) -> Basis:
     """Return the rates g' of contacts, gamma of a contact alone, and the last coordinates that complete them.
+
+    If ``sliding``, gamma of the first is in the basis beside further contacts, too.
 
     A g' that is a sum of multiples of others, as at a third support of a beam, is left out: its y is the same sum of
     their y, and no state. A basis at all places comes first. If there is none, as for a slider-crank, whose slider
     stands still at a dead centre, w are all rates, and y and z are ``dependent``.
     """
-    first, alone = contacts[0], len(contacts) == 1
+    first, alone = contacts[0], sliding or len(contacts) == 1
     given = [kinetics.gap_rate for kinetics in contacts] + [first.slip] * alone
-    rows = first.directions if alone else sp.Matrix.vstack(*(kinetics.directions[0, :] for kinetics in contacts))
+    rows = sp.Matrix.vstack(*(k.directions[0, :] for k in contacts), first.directions[1, :])
     drifts = [expr.subs(dict.fromkeys(first.velocities, 0)) for expr in given]
 
     def bases(held: tuple[int, ...]) -> Iterator[Basis]:
-        places = [*held, *[1] * alone]
+        places = [*held, *[len(contacts)] * alone]
         chosen, moved, n = rows.extract(places, [*range(rows.cols)]), tuple(drifts[k] for k in places), rows.cols
         found = (Basis(chosen, moved, rest, held) for rest in reversed([*combinations(range(n), n - len(places))]))
         return (basis for basis in found if not vanishes(basis.determinant))
 
     held: tuple[int, ...] = ()
     for k in range(len(contacts)):
-        held = (*held, k) if len(held) < rows.cols and any(True for _ in bases((*held, k))) else held
+        held = (*held, k) if len(held) + alone < rows.cols and any(True for _ in bases((*held, k))) else held
     return next((basis for basis in bases(held) if _lasts(first, basis)), None) or next(bases(held))
 
 

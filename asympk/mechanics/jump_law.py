@@ -35,6 +35,7 @@ class JumpLaw(ShownAsFormulas):
 
     The law holds for a closed contact, g = 0, under ``condition``, in which g' = 0 excludes a collision. ``bound`` is
     friction load, the slope of the kinetic cone. ``gap_rate`` is g' after the jump, 0 if the contact stays closed.
+    ``joints`` are the impulses of the reactions of the joints in the order of the ``others``.
     """
 
     impulses: tuple[sp.Expr, sp.Expr]
@@ -43,9 +44,10 @@ class JumpLaw(ShownAsFormulas):
     condition: sp.Basic
     bound: sp.Expr
     gap_rate: sp.Expr = sp.S.Zero
+    joints: tuple[sp.Expr, ...] = ()
 
     def _card(self) -> Card:
-        rows = [*zip(("P_N", "P_T"), self.impulses, strict=True)]
+        rows = [*zip(("P_N", "P_T"), self.impulses, strict=True), *(("joint", impulse) for impulse in self.joints)]
         rows += [(f"{_name(rate)} after", value) for rate, value in self.velocities.items()]
         return Card("Jump law", (*rows, ("x gains", self.reaction), ("holds where", self.condition)))
 
@@ -218,9 +220,10 @@ def _law(
     gained = -(collected(kinetics.slip) * kinetics.slip_impact)
     if gap_rate != 0:
         gained += gap_rate * kinetics.gap_impact
-    *gains, normal, tangential = list(gained)
-    normal, tangential = -normal, -tangential
-    velocities = {own(u): own(u + gain) for u, gain in zip(kinetics.velocities, gains, strict=True)}
+    n = len(kinetics.velocities)
+    velocities = {own(u): own(u + gain) for u, gain in zip(kinetics.velocities, gained[:n], strict=True)}
+    *joints, normal, tangential = (-part for part in gained[n:])
+    joints = [joint.even * part for joint, part in zip(kinetics.joints, joints, strict=True)]
     reaction = sp.S.Zero if damping is None else normal / damping
     return JumpLaw((own(normal), own(tangential)), sp.Dict(velocities), own(reaction), own(condition),
-                   own(kinetics.friction * kinetics.load), own(gap_rate))
+                   own(kinetics.friction * kinetics.load), own(gap_rate), tuple(map(own, joints)))

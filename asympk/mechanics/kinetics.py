@@ -7,33 +7,42 @@ g is the gap, gamma the sliding velocity, R the reaction that opens the gap, F t
 free accelerations a_N, a_T contain every term without R and F: applied forces, centrifugal terms, and the motion of the
 guide. ``Kinetics.delassus`` is G and ``Kinetics.free`` is (a_N, a_T). Both are computed from cofactors of M, or, where
 these are ``long``, left as forms through the inverse of M, which are computed in numbers only.
+
+While joints, contacts without friction, hold their gaps, M is bordered once by the gradients C of these, (M, C'; C, 0),
+and Q by accelerations that keep them: G and the free accelerations are then those with all joints held.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import sympy as sp
 
+from asympk.errors import NotDerivable
 from asympk.mechanics.tidy import (
     cofactors,
     collected,
     contracted,
+    expanded_adjugate,
     expanded_determinant,
     has_long_minors,
     in_sums_of_angles,
-    multiplied_out,
     tidy,
 )
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.inverses import InverseForm
-from asympk.symbolic.long import atoms, is_longer, replaced, symbols_in
+from asympk.symbolic.long import atoms, has_no_inverse, is_longer, replaced, symbols_in
 from asympk.symbolic.penetration import RootSlope
 from asympk.symbolic.reading import unused_symbol
 
 
 @dataclass(frozen=True)
 class Kinetics:
-    """A mechanism with one contact in plain symbols; ``slip`` is the sliding velocity gamma itself."""
+    """A mechanism with one contact in plain symbols; ``slip`` is the sliding velocity gamma itself.
+
+    Meanwhile ``joints`` are held without friction. ``rough`` contacts, which also hold both ways, enter the
+    ``determinants`` alone.
+    """
 
     coordinates: tuple[sp.Symbol, ...]
     velocities: tuple[sp.Symbol, ...]
@@ -46,6 +55,8 @@ class Kinetics:
     load: sp.Expr
     unilateral: bool
     time: sp.Symbol
+    joints: tuple["Kinetics", ...] = field(default=(), repr=False)
+    rough: tuple["Kinetics", ...] = field(default=(), repr=False)
 
     @cached_property
     def directions(self) -> sp.ImmutableMatrix:
@@ -62,11 +73,12 @@ class Kinetics:
     @cached_property
     def response(self) -> sp.ImmutableMatrix:
         """M^-1 (W_N, W_T, Q), n x 3: the accelerations by a unit reaction, a unit friction force and the forces."""
-        right = sp.Matrix.hstack(self.directions.T, self.forces)
+        right, n = sp.Matrix.hstack(self._rows.T, self._right), len(self.coordinates)
         if self.long:
-            form = lambda k, j: _row_of_inverse(self._collected, k, right[:, j])  # noqa: E731
-            return sp.ImmutableMatrix(len(self.coordinates), 3, form)
-        return (self.mass.adjugate() * right).applyfunc(lambda part: tidy(part / self._inertia)).as_immutable()
+            return sp.ImmutableMatrix(n, 3, lambda k, j: _row_of_inverse(self._collected, k, right[:, j]))
+        adjugate = expanded_adjugate(self._held) if self.joints else self.mass.adjugate()
+        found = (-1) ** len(self.joints) * adjugate[:n, :] * right
+        return found.applyfunc(lambda part: tidy(part / self._inertia)).as_immutable()
 
     @cached_property
     def delassus(self) -> sp.ImmutableMatrix:
@@ -85,18 +97,42 @@ class Kinetics:
 
     def _through_mass(self, i: int, j: int) -> sp.Expr:
         if self.long:
-            return InverseForm.of(self.directions[i, :], self._collected, self.directions[j, :])
+            return InverseForm.of(self._rows[i, :], self._collected, self._rows[j, :])
         return tidy(self.undivided[i, j] / self._inertia)
 
     @cached_property
     def _collected(self) -> sp.ImmutableMatrix:
-        """The mass matrix with products that occur in several terms of an entry, as of the links of a chain, once."""
-        return self.mass.applyfunc(collected)
+        """M, bordered, with products that occur in several terms of an entry, as of the links of a chain, once."""
+        return self._held.applyfunc(collected)
 
     @cached_property
     def undivided(self) -> sp.Matrix:
-        """G times det M, without fractions where M, gap and slip have none."""
-        return (self.directions * self.mass.adjugate() * self.directions.T).applyfunc(multiplied_out)
+        """G times ``_inertia``, without fractions where M, gap and slip have none."""
+        normal, mixed, tangential = (self._across([self.directions[i, :]], [self.directions[j, :]])
+                                     for i, j in ((0, 0), (0, 1), (1, 1)))
+        return sp.Matrix([[normal, mixed], [mixed, tangential]])
+
+    def determinants(self, signs: Sequence[int]) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
+        """Return D_0, D_1 and D_2 of slip in which the ``rough`` contacts have the friction -sign f nu R.
+
+        D_0 - sign f nu D_1 is the determinant of all g'' by all reactions, and D_2 that of the rough contacts alone,
+        each times a positive number. ``signs`` are those of sliding velocity times reaction.
+        """
+        normals = [self.directions[0, :], *(contact.even * contact.directions[0, :] for contact in self.rough)]
+        bounds = (sign * contact.friction * contact.load for sign, contact in zip(signs, self.rough, strict=True))
+        pushes = [contact.even * (contact.directions[0, :] - bound * contact.directions[1, :])
+                  for contact, bound in zip(self.rough, bounds, strict=True)]
+        whole = (self._across(normals, [self.directions[k, :], *pushes]) for k in (0, 1))
+        return *whole, self._across(normals[1:], pushes)
+
+    def _across(self, rows: Sequence[sp.Matrix], pushes: Sequence[sp.Matrix]) -> sp.Expr:
+        """Return det (V' M^-1 P) of the rows V and P, with all joints held, times a positive number."""
+        across, along = (self._wide(sp.Matrix.vstack(*part)) for part in (rows, pushes))
+        if self.long:
+            form = lambda i, j: InverseForm.of(across[i, :], self._collected, along[j, :])  # noqa: E731
+            return sp.Matrix(len(rows), len(rows), form).det(method="berkowitz")
+        border = sp.Matrix(sp.BlockMatrix([[self._held, along.T], [across, sp.zeros(len(rows))]]))
+        return (-1) ** (len(rows) + len(self.joints)) * expanded_determinant(border)
 
     @cached_property
     def gap_rate(self) -> sp.Expr:
@@ -107,7 +143,7 @@ class Kinetics:
     def free(self) -> tuple[sp.Expr, sp.Expr]:
         """The free accelerations (a_N, a_T): g'' and gamma' without reaction and friction."""
         if self.long:
-            rows = (InverseForm.of(self.directions[k, :], self._collected, self.forces) for k in (0, 1))
+            rows = (InverseForm.of(self._rows[k, :], self._collected, self._right) for k in (0, 1))
             return tuple(row + self.rate(expr) for row, expr in zip(rows, (self.gap_rate, self.slip), strict=True))
         accelerations = dict(zip(self.velocities, self.response[:, 2], strict=True))
         return tuple(_short(self.rate(expr, accelerations)) for expr in (self.gap_rate, self.slip))
@@ -120,11 +156,14 @@ class Kinetics:
         """
         if self.long:
             return self.delassus[0, 0] * self.delassus[1, 1] - self.delassus[0, 1] ** 2
-        return tidy(tidy(expanded_determinant(self._border)) / self._inertia)
+        return tidy(tidy((-1) ** len(self.joints) * expanded_determinant(self._border)) / self._inertia)
 
     @cached_property
     def gap_impact(self) -> sp.ImmutableMatrix:
-        """(dq', -P_N, -P_T) of an impact in which g' gains 1 and gamma nothing: M dq' = W' P, W dq' = (1, 0)."""
+        """(dq', -P_N, -P_T) of an impact in which g' gains 1 and gamma nothing: M dq' = W' P, W dq' = (1, 0).
+
+        Before -P_N stand those of the joints, over their ``even``.
+        """
         return self._impact(-2)
 
     @cached_property
@@ -146,17 +185,48 @@ class Kinetics:
 
     @cached_property
     def _border(self) -> sp.Matrix:
-        return _bordered(self.mass, self.directions)
+        return _bordered(self._held, self._rows)
+
+    @cached_property
+    def _held(self) -> sp.Matrix:
+        """M, bordered by the gradients of the gaps that the joints hold, without denominators."""
+        gradients = [joint.even * joint.directions[0, :] for joint in self.joints]
+        return _bordered(self.mass, sp.Matrix.vstack(*gradients)) if gradients else self.mass
+
+    @cached_property
+    def even(self) -> sp.Expr:
+        """The common denominator of the gradient of the gap, as a length has one: formulas are shorter without it."""
+        return sp.fraction(sp.together(sp.Add(*(sp.Dummy() * part for part in self.directions[0, :]))))[1]
+
+    @cached_property
+    def _rows(self) -> sp.Matrix:
+        return self._wide(self.directions)
+
+    def _wide(self, rows: sp.Matrix) -> sp.Matrix:
+        """Return rows for the bordered mass matrix."""
+        return sp.Matrix.hstack(rows, sp.zeros(rows.rows, len(self.joints)))
+
+    @cached_property
+    def _right(self) -> sp.Matrix:
+        """The forces, and the accelerations that keep the gaps of the joints."""
+        return sp.Matrix([*self.forces, *(-joint.even * joint.rate(joint.gap_rate) for joint in self.joints)])
 
     @cached_property
     def _inertia(self) -> sp.Expr:
-        """det M."""
-        return tidy(expanded_determinant(self.mass))
+        """det M, with a border of joints up to its sign, which makes it positive."""
+        return tidy((-1) ** len(self.joints) * expanded_determinant(self._held))
+
+    def require_motion(self, others: Sequence["Kinetics"]) -> None:
+        """Raise ``NotDerivable`` if gap and slip cannot move freely while ``others`` hold, or if these depend."""
+        gaps = [contact.directions[0, :] for contact in others]
+        if others and has_no_inverse(_bordered(self.mass, sp.Matrix.vstack(*gaps, self.directions))):
+            raise NotDerivable("the others that hold both ways leave gap and slip no motions of their own, or depend "
+                               "on each other: leave out what the rest holds, or take rigid()")
 
     @cached_property
     def long(self) -> bool:
         """Whether the mass matrix is not inverted in symbols: det M or D det M is too long for a formula."""
-        return has_long_minors(self.mass) or has_long_minors(self._border)
+        return has_long_minors(self._held) or has_long_minors(self._border)
 
     def tidy_if_short(self, expr: sp.Expr) -> sp.Expr:
         """Return ``tidy(expr)``; if the mass matrix is ``long``, no formula of the mechanism will be read: ``expr``."""
@@ -191,7 +261,7 @@ class Kinetics:
     @cached_property
     def _used(self) -> set[sp.Basic]:
         parts = (*self.mass, *self.forces, self.gap, self.slip, self.friction, self.static, self.load)
-        return symbols_in(sp.Tuple(*parts))
+        return symbols_in(sp.Tuple(*parts)).union(*(other._used for other in (*self.joints, *self.rough)))
 
 
 def _bordered(mass: sp.Matrix, rows: sp.Matrix) -> sp.Matrix:

@@ -77,8 +77,9 @@ class Contact(ShownAsFormulas):
 class Mechanism(ShownAsFormulas):
     """A mechanism with the mass matrix ``mass``, the applied forces ``forces``, one ``contact`` and perhaps ``others``.
 
-    Critical friction, paradox, the map of motions and the jump law are those of ``contact``, with all ``others`` open;
-    if one of these holds both ways, they raise ``NotDerivable``. The ``motions`` at numbers have all closed contacts.
+    Critical friction, paradox, the map of motions and the jump law are those of ``contact``, while ``others`` that only
+    push are open, and those that hold both ways hold. If one of the latter is rough, the map of motions and the jump
+    law raise ``NotDerivable``. The ``motions`` at numbers have all closed contacts.
     The systems ``rigid()`` and ``elastic()`` have all contacts, with the forces N and F, N2 and F2, ... in order.
     ``velocities`` are the rates of ``coordinates``, one for each. ``forces`` is the whole right side Q of M q'' = Q,
     including centrifugal and gyroscopic terms, but not R and F. ``time`` is the symbol of time in forces and contact;
@@ -167,15 +168,25 @@ class Mechanism(ShownAsFormulas):
             found.append(kinetics if slip.free_symbols & {*velocities} else replace(kinetics, slip=kinetics.rate(slip)))
         return tuple(found)
 
-    @property
-    def _alone(self) -> Kinetics:
-        """The equations with all ``others`` open; raises ``NotDerivable`` if one of these holds both ways."""
-        for k, other in enumerate(self.others):
-            if not other.unilateral:
-                raise NotDerivable(f"others[{k}] holds both ways and never opens, so that the motions of the contact "
-                                   "alone are none of the mechanism's: choose coordinates that keep the gap "
-                                   f"{other.gap!s:.60} at 0, or take motions(), rigid() or elastic()")
-        return self.plain
+    @cached_property
+    def held(self) -> Kinetics:
+        """The equations of the first contact while the ``others`` that hold both ways do, and the unilateral are open.
+
+        Raises ``NotDerivable`` if joints leave gap and slip no motions of their own, or depend on each other.
+        """
+        others = [contact for contact in self.equations[1:] if not contact.unilateral]
+        rough = tuple(contact for contact in others if contact.friction != 0 or contact.static != 0)
+        found = replace(self.plain, joints=tuple(other for other in others if other not in rough), rough=rough)
+        found.require_motion(found.joints)
+        return found
+
+    def _smooth(self, what: str) -> Kinetics:
+        """Return ``held``; raises ``NotDerivable`` for ``what`` beside rough others."""
+        if self.held.rough:
+            k = next(k for k, contact in enumerate(self.equations[1:]) if contact in self.held.rough)
+            raise NotDerivable(f"others[{k}] holds both ways, is rough, and {what}: take motions() at numbers, "
+                               "rigid() or elastic()")
+        return self.held
 
     @property
     def parameters(self) -> tuple[sp.Symbol, ...]:
@@ -184,13 +195,16 @@ class Mechanism(ShownAsFormulas):
 
     @property
     def delassus(self) -> sp.ImmutableMatrix:
-        """The Delassus matrix [[G_NN, G_NT], [G_NT, G_TT]] = W' M^-1 W of the directions (W_N, W_T)."""
-        return self.own(self.plain.delassus)
+        """The Delassus matrix [[G_NN, G_NT], [G_NT, G_TT]] = W' M^-1 W of the directions (W_N, W_T).
+
+        Joints, the ``others`` that hold both ways without friction, are held meanwhile.
+        """
+        return self.own(self.held.delassus)
 
     @property
     def free(self) -> tuple[sp.Expr, sp.Expr]:
-        """The free accelerations (a_N, a_T): g'' and gamma' without reaction and friction."""
-        return tuple(map(self.own, self.plain.free))
+        """The free accelerations (a_N, a_T): g'' and gamma' without reaction and friction, while joints are held."""
+        return tuple(map(self.own, self.held.free))
 
     @property
     def sliding_velocity(self) -> sp.Expr:
@@ -199,16 +213,21 @@ class Mechanism(ShownAsFormulas):
 
     @property
     def critical_friction(self) -> sp.Expr:
-        """The coefficient of friction G_NN / (load |G_NT|) above which there is a paradox, or oo if G_NT is 0."""
-        return self.own(paradox.critical_friction(self._alone))
+        """The coefficient of friction G_NN / (load |G_NT|) above which there is a paradox, or oo if G_NT is 0.
+
+        Beside rough others that hold both ways it is the least such quotient for all signs of their friction, and below
+        0 where they have a paradox whatever the friction of the contact.
+        """
+        return self.own(paradox.critical_friction(self.held))
 
     @property
     def paradox(self) -> sp.Basic:
         """The condition friction load |G_NT| > G_NN, under which sliding has no motion or more than one.
 
-        A unilateral contact has a paradox only if gamma G_NT > 0; if gamma G_NT < 0, sliding has one motion.
+        A unilateral contact has a paradox only if gamma G_NT > 0; if gamma G_NT < 0, sliding has one motion. Beside
+        rough others that hold both ways, some forces leave no motion or several in sliding of some directions.
         """
-        return self.own(paradox.condition(self._alone))
+        return self.own(paradox.condition(self.held))
 
     def evaluate(self, expr: Any, values: dict[Any, Any]) -> Any:
         """Return an expression or condition in the mechanism's own symbols at numbers or arrays of numbers.
@@ -238,7 +257,7 @@ class Mechanism(ShownAsFormulas):
         if shaped := [key for key, value in given.items() if raw_entries(str(key), value).ndim]:
             raise InputError(f"{shaped[0]} is an array; motion_map counts the motions on arrays")
         if not any(is_met(contact, given) for contact in self.equations[1:]):
-            return rigid.motions(self._alone, given)
+            return rigid.motions(self.plain, given)
         system = self.rigid()
         idle = self._idle(system) - given.keys()
         start = self.start(system, dict.fromkeys(idle, 0) | values)
@@ -251,7 +270,7 @@ class Mechanism(ShownAsFormulas):
 
     def motion_map(self, values: dict[Any, Any]) -> MotionMap:
         """Return the map of rigid motions on arrays that broadcast: ``.count``, ``.count_of("slip")``."""
-        return rigid.motion_map(self._alone, self.keyed(values))
+        return rigid.motion_map(self._smooth("slips and sticks, too"), self.keyed(values))
 
     def paradox_set(self, over: dict[Any, Any], values: dict[Any, Any] | None = None) -> ParadoxSet:
         """Return the set with a paradox over one or two coordinates or parameters, ``over = {name: (low, high)}``.
@@ -260,7 +279,7 @@ class Mechanism(ShownAsFormulas):
         time is 0 unless it is given.
         """
         given = {self.plain.time: 0} | self.keyed({} if values is None else values)
-        return paradox_set(self._alone, self.keyed(over), given)
+        return paradox_set(self.held, self.keyed(over), given)
 
     def least_critical_friction(self, coordinate: Any, values: dict[Any, Any] | None = None) -> LeastFriction:
         """Return the least critical friction over ``coordinate``, ``.friction``, at the place given by ``.where``.
@@ -270,7 +289,7 @@ class Mechanism(ShownAsFormulas):
         if not isinstance(coordinate, str | sp.Basic):
             raise InputError(f"coordinate = {short(coordinate)}: give one coordinate, by its name or its symbol")
         (name,) = self.keyed({coordinate: 0})
-        return paradox.least(self._alone, name, self.keyed({} if values is None else values), self.own)
+        return paradox.least(self.held, name, self.keyed({} if values is None else values), self.own)
 
     def jump_law(self, ratio: Any = None, damping: Any = None) -> JumpLaw:
         """Return the jump through the paradox: ``.impulses`` (P_N, P_T), ``.velocities`` after it, ``.condition``.
@@ -286,7 +305,8 @@ class Mechanism(ShownAsFormulas):
             value if value is None else plainly(_exact(name, value), self._names, self.time)
             for name, value in (("ratio", ratio), ("damping", damping))
         )
-        return jump_law.jump_law(self._alone, self.own, ratio, damping)
+        kinetics = self._smooth("may stop, or turn its load, within the jump")
+        return jump_law.jump_law(kinetics, self.own, ratio, damping)
 
     def rigid(self) -> System:
         """Return the rigid mechanism as a ``System`` in all coordinates and velocities; start it at g = g' = 0.

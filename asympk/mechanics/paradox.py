@@ -5,6 +5,7 @@ r"""The paradox of the rigid contact, friction load |G_NT| > G_NN: its condition
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import sympy as sp
@@ -13,23 +14,71 @@ from asympk.errors import NotDerivable
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import shortest, tidy, vanishes
 from asympk.symbolic.reading import exact_constant
+from asympk.symbolic.signs import factored, known_sign
 
 DIGITS = 50  # at which extreme values are told apart
+ROUGH = 4  # most others whose friction has signs to choose
 
 
 def critical_friction(kinetics: Kinetics) -> sp.Expr:
-    """Return G_NN / (load |G_NT|), or oo if G_NT vanishes identically."""
-    normal, mixed = ratio(kinetics)
-    return sp.oo if mixed == 0 else normal / (kinetics.load * mixed)
+    """Return the least G_NN / (load |G_NT|) of ``ratios``, or oo if G_NT vanishes identically.
+
+    It is 0 where rough contacts have a paradox of their own while this one is open, or cannot slide.
+    """
+    pairs = ratios(kinetics)
+    least = sp.Min(*(normal / (kinetics.load * mixed) for normal, mixed in pairs if mixed != 0))
+    alone = sp.And(*(normal > 0 for normal, mixed in pairs if mixed == 0))
+    return least if alone == sp.true else sp.Piecewise((least, alone), (0, True))
 
 
 def condition(kinetics: Kinetics) -> sp.Basic:
-    """Return friction load |G_NT| > G_NN, the condition for a paradox, without common factors."""
-    normal, mixed = ratio(kinetics)
-    return sp.Gt(kinetics.friction * kinetics.load * mixed, normal)
+    """Return the condition for a paradox, friction load |G_NT| > G_NN for one of ``ratios``."""
+    return sp.Or(*(sp.Gt(kinetics.friction * kinetics.load * mixed, normal) for normal, mixed in ratios(kinetics)))
 
 
-def ratio(kinetics: Kinetics) -> tuple[sp.Expr, sp.Expr]:
+def pairs(kinetics: Kinetics) -> tuple[tuple[sp.Expr, sp.Expr], ...]:
+    """Return (G_NN, G_NT), or for each choice of signs of ``rough`` contacts (D_0, D_1) in their place (Lemma 21).
+
+    Beside a unilateral contact come pairs (D_2, 0), as the rough contacts may have a paradox while it is open. Raises
+    ``NotDerivable`` for more than ``ROUGH`` rough contacts, and for those that hold gap or slip of the contact, too.
+    """
+    if not kinetics.rough:
+        return ((kinetics.delassus[0, 0], kinetics.delassus[0, 1]),)
+    if (many := len(kinetics.rough)) > ROUGH:
+        raise NotDerivable(f"{many} of the others hold both ways and are rough, at most {ROUGH} may: each doubles the "
+                           "formulas of critical friction; take motions(), rigid() or elastic()")
+    kinetics.require_motion((*kinetics.joints, *kinetics.rough))
+    found: list[tuple[sp.Expr, sp.Expr]] = []
+    for signs in product((1, -1), repeat=len(kinetics.rough)):
+        normal, mixed, alone = kinetics.determinants(signs)
+        found += [(normal, mixed), *[(alone, sp.S.Zero)] * kinetics.unilateral]
+    return tuple(dict.fromkeys(found))
+
+
+def ratios(kinetics: Kinetics) -> tuple[tuple[sp.Expr, sp.Expr], ...]:
+    """Return the ``pairs`` as (G_NN, |G_NT|) without common factors."""
+    return tuple(_reduced(kinetics, *pair) for pair in pairs(kinetics)) if kinetics.rough else (_ratio(kinetics),)
+
+
+def _reduced(kinetics: Kinetics, normal: sp.Expr, mixed: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
+    """Return (normal, |mixed|) without their common factors that are known to be positive, as det M is."""
+    if kinetics.long:
+        return normal, sp.Abs(mixed, evaluate=False)
+    above, below = sp.fraction(tidy(normal / mixed) if mixed != 0 else sp.S.One)
+    common = _signed(kinetics, tidy(normal / above))
+    return common * above, sp.Abs(common * below) if mixed != 0 else sp.S.Zero
+
+
+def _signed(kinetics: Kinetics, whole: sp.Expr) -> sp.Expr:
+    """Return 1 or -1 times the factors whose sign is not known where the diagonal of the mass matrix is positive."""
+    positive = sp.And(*(entry > 0 for entry in kinetics.mass.diagonal()))
+    content, factors = factored(whole)
+    odd = [factor for factor, power in factors if power % 2]
+    signs = [known_sign(factor, positive) for factor in odd]
+    return sp.sign(content) * sp.Mul(*(sign or factor for sign, factor in zip(signs, odd, strict=True)))
+
+
+def _ratio(kinetics: Kinetics) -> tuple[sp.Expr, sp.Expr]:
     """Return G_NN and |G_NT| divided by their common factors, among them 1 / det M."""
     G = kinetics.delassus
     normal, mixed = G[0, :] if kinetics.long else map(tidy, kinetics.undivided[0, :])
@@ -62,24 +111,51 @@ def least(
         raise NotDerivable("the mass matrix is too long to be inverted in symbols, and the critical friction has no "
                            "formula; look for its least value in numbers, by evaluate")
     known = {key: exact_constant(str(key), value) for key, value in values.items() if key != coordinate}
-    if (critical := critical_friction(kinetics).subs(known)).is_infinite:
-        raise NotDerivable("there is no paradox at any friction: a reaction does not change the sliding, G_NT = 0")
+    sides = [(above.subs(known), (kinetics.load * below).subs(known)) for above, below in ratios(kinetics)]
     name, tangent = own(coordinate), sp.Dummy("T", real=True)
-    signed = critical.replace(sp.Abs, lambda inside: inside)
-    quotients = ((part * name, _in_tangent(signed.subs(coordinate, coordinate / part), coordinate, tangent))
-                 for part in (sp.S.One, sp.S.Half))
-    angle, turned = next((found for found in quotients if found[1] is not None), (name, None))
+    if not (quotients := [above / below for above, below in sides if below != 0]):
+        raise NotDerivable("there is no paradox at any friction: a reaction does not change the sliding, G_NT = 0")
+    if kinetics.rough and not all(_stays_positive(above, coordinate, tangent) for above, _ in sides):
+        raise NotDerivable(f"it is not known whether rough others have a paradox at any friction over {name}: give "
+                           "numbers for all parameters; if they have, there is no least critical friction")
+    angle, turned = _in_tangents(quotients, coordinate, tangent, name)
     if turned is None:
-        raise NotDerivable(f"the critical friction {own(critical)} is no rational function of tan({name}/2)")
-    if not turned.has(tangent):
-        raise NotDerivable(f"the critical friction is {own(sp.Abs(turned))} at every {name}; take another coordinate")
-    found = _extremes(turned, tangent, name)
+        raise NotDerivable(f"the critical friction {own(critical_friction(kinetics).subs(known))} is no rational "
+                           f"function of tan({name}/2)")
+    if not any(quotient.has(tangent) for quotient in turned):
+        everywhere = own(sp.Min(*map(sp.Abs, turned)))
+        raise NotDerivable(f"the critical friction is {everywhere} at every {name}; take another coordinate")
+    found: dict[sp.Expr, sp.Expr] = {}
+    for quotient in turned:
+        found = (_extremes(quotient, tangent, name) if quotient.has(tangent) else {sp.Abs(quotient): sp.S.Zero}) | found
     if 0 in found:
         raise NotDerivable(f"the critical friction over {name} comes down to 0: there is no least one")
     for value, place in found.items():
         if value.is_positive and all(_is_least(value, other) for other in found):
             return LeastFriction(value, sp.Eq(sp.cos(angle), 0) if place == sp.oo else sp.Eq(sp.tan(angle), place))
     raise NotDerivable(f"the least critical friction over {name} depends on parameters; give their values")
+
+
+def _in_tangents(
+    quotients: list[sp.Expr], coordinate: sp.Symbol, tangent: sp.Symbol, name: sp.Expr
+) -> tuple[sp.Expr, list[sp.Expr] | None]:
+    """Return an angle, all or half of the coordinate, by whose tangent all quotients can be written, and them so."""
+    for part in (sp.S.One, sp.S.Half):
+        signed = (quotient.replace(sp.Abs, lambda inside: inside) for quotient in quotients)
+        turned = [_in_tangent(each.subs(coordinate, coordinate / part), coordinate, tangent) for each in signed]
+        if None not in turned:
+            return part * name, turned
+    return name, None
+
+
+def _stays_positive(expr: sp.Expr, coordinate: sp.Symbol, tangent: sp.Symbol) -> bool:
+    """Tell whether an expression is known to be positive at all values of the coordinate."""
+    turned = _in_tangent(expr.subs(coordinate, 2 * coordinate), coordinate, tangent)
+    if expr.is_positive or turned is None:
+        return bool(expr.is_positive)
+    above, below = (sp.Poly(part, tangent) for part in sp.fraction(turned))
+    numbers = all(part.domain.is_ZZ or part.domain.is_QQ for part in (above, below))
+    return numbers and above.degree() == below.degree() and not above.count_roots() and turned.subs(tangent, 0) > 0
 
 
 def _is_least(value: sp.Expr, other: sp.Expr) -> bool:

@@ -1,13 +1,15 @@
 r"""The configurations with a paradox: where friction load |G_NT| - G_NN is positive over one or two coordinates.
 
-The zeros of this excess are those of G_NN^2 - (friction load G_NT)^2. If the latter is rational in the first coordinate
+The zeros of this excess are zeros of G_NN^2 - (friction load G_NT)^2. If the latter is rational in the first coordinate
 q or in its sine and cosine, a polynomial in T = q or T = tan(q/2) has the same zeros. They divide the range into
 stretches of one sign, one place in each is evaluated, and no interval is missed. In other cases the range is sampled,
-and extrema between samples are searched for. ``paradox_set`` is the entry, ``_witnesses`` finds the places.
+and extrema between samples are searched for. ``paradox_set`` is the entry, ``_witnesses`` finds the places. Beside
+rough contacts that hold both ways, the excess is the greatest for all signs of their friction (``pairs``).
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,9 +20,10 @@ from asympk.errors import InputError
 from asympk.mechanics.checks import require_positive_mass
 from asympk.mechanics.evaluation import ROUNDING, evaluate
 from asympk.mechanics.kinetics import Kinetics
-from asympk.mechanics.paradox import ratio
+from asympk.mechanics.paradox import pairs, ratios
 from asympk.numbers import short
 from asympk.shown import Card, ShownAsTable
+from asympk.symbolic.long import symbols_in
 from asympk.symbolic.reading import as_floats, exact_constant
 
 if TYPE_CHECKING:
@@ -126,12 +129,14 @@ def _excess(kinetics: Kinetics, names: tuple, values: dict, others: Any) -> Call
     """
     import numpy as np
 
-    G = kinetics.delassus
-    terms = (kinetics.friction * kinetics.load * sp.Abs(G[0, 1]), G[0, 0])
+    normals, couplings = zip(*pairs(kinetics), strict=True)
+    terms = (*(kinetics.friction * kinetics.load * sp.Abs(mixed) for mixed in couplings), *normals)
 
     def excess(at: Any, row: Any, less: float = 0.0) -> Any:
-        coupling, normal = evaluate(terms, _placed(names, values, (at, others[row])))
-        return np.broadcast_to(coupling - normal - less * (coupling + normal), np.shape(at))
+        found = evaluate(terms, _placed(names, values, (at, others[row])))
+        both = zip(found[: len(normals)], found[len(normals) :], strict=True)
+        each = (coupling - normal - less * (coupling + abs(normal)) for coupling, normal in both)
+        return np.broadcast_to(reduce(np.maximum, each), np.shape(at))
 
     return excess
 
@@ -150,32 +155,45 @@ def _witnesses(kinetics: Kinetics, names: tuple, values: dict) -> Callable[..., 
     """
     import numpy as np
 
-    normal, mixed = ratio(kinetics)
-    expr = _square(normal) - (kinetics.friction * kinetics.load) ** 2 * _square(mixed)
-    needed = [s for s in expr.free_symbols - {*names} if s in values]
+    bound = kinetics.friction * kinetics.load
+    excesses = [_square(normal) - bound**2 * _square(mixed) for normal, mixed in ratios(kinetics)]
+    needed = [s for s in symbols_in(sp.Tuple(*excesses)) - {*names} if s in values]
     if any(callable(values[s]) for s in needed):
         return None
-    found = _polynomial(expr.subs({s: exact_constant(str(s), values[s]) for s in needed}), names[0])
-    if found is None:
+    known = {s: exact_constant(str(s), values[s]) for s in needed}
+    polynomials = [p for p in (_polynomial(expr.subs(known), names[0]) for expr in excesses) if p]
+    if len(polynomials) < len(excesses):
         return None
-    coefficients, angle = found
 
     def places(low: float, high: float, others: Any) -> list[Any]:
-        numbers = evaluate(coefficients, dict(zip(names[1:], (others,), strict=False)))
-        rows = np.array(np.broadcast_arrays(*numbers, others)[:-1], dtype=float).T
-        return [between(low, high, np.roots(row).real) for row in rows]
-
-    def between(low: float, high: float, roots: Any) -> Any:
-        if angle:
-            if high - low > 2 * np.pi * TURNS:
-                raise InputError(f"range of {names[0]} = ({low:g}, {high:g}): it is an angle, and they are more than "
-                                 f"{TURNS} turns; give one, which tells of all")
-            turns = 2 * np.pi * np.arange(np.floor(low / (2 * np.pi)) - 1, np.ceil(high / (2 * np.pi)) + 2)
-            roots = np.add.outer(np.append(2 * np.arctan(roots), np.pi), turns).ravel()
-        cuts = np.unique(np.concatenate(([low], roots[(roots > low) & (roots < high)], [high])))
-        return (cuts[1:] + cuts[:-1]) / 2
+        cuts = [[np.array([low, high])] for _ in others]
+        for coefficients, angle in polynomials:
+            numbers = evaluate(coefficients, dict(zip(names[1:], (others,), strict=False)))
+            for own, row in zip(cuts, np.array(np.broadcast_arrays(*numbers, others)[:-1], dtype=float).T, strict=True):
+                roots = np.roots(row).real
+                own.append(_in_turns(names[0], low, high, roots) if angle else roots)
+        return [_middles(low, high, np.concatenate(own)) for own in cuts]
 
     return places
+
+
+def _in_turns(name: sp.Symbol, low: float, high: float, roots: Any) -> Any:
+    """Return the angles of a range, and some beside it, whose halves have the tangents ``roots`` or oo."""
+    import numpy as np
+
+    if high - low > 2 * np.pi * TURNS:
+        raise InputError(f"range of {name} = ({low:g}, {high:g}): it is an angle, and they are more than {TURNS} "
+                         "turns; give one, which tells of all")
+    turns = 2 * np.pi * np.arange(np.floor(low / (2 * np.pi)) - 1, np.ceil(high / (2 * np.pi)) + 2)
+    return np.add.outer(np.append(2 * np.arctan(roots), np.pi), turns).ravel()
+
+
+def _middles(low: float, high: float, cuts: Any) -> Any:
+    """Return the middles between neighbours of those ``cuts`` that lie in a range with its ends."""
+    import numpy as np
+
+    inside = np.unique(cuts[(cuts >= low) & (cuts <= high)])
+    return (inside[1:] + inside[:-1]) / 2
 
 
 def _square(size: sp.Expr) -> sp.Expr:

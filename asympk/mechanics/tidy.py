@@ -83,6 +83,13 @@ def expanded_determinant(matrix: sp.Matrix) -> sp.Expr:
     return replaced(sp.expand(polynomials.domain.to_sympy(polynomials.det())), meaning)
 
 
+def expanded_adjugate(matrix: sp.Matrix) -> sp.Matrix:
+    """Return the adjugate with expanded entries, computed with a symbol in place of every function, such as a sine."""
+    plain, meaning = functions_named(sp.Matrix(matrix).as_immutable())
+    adjugate = DomainMatrix.from_Matrix(plain).adj_det()[0].to_Matrix()
+    return adjugate.applyfunc(lambda entry: replaced(sp.expand(entry), meaning))
+
+
 def cofactors(matrix: sp.Matrix) -> tuple[sp.Matrix, sp.Expr]:
     """Return (adjugate, determinant) by nested minors, which are not expanded and are shared between the cofactors."""
     every, minor = tuple(range(matrix.rows)), _minors(matrix)

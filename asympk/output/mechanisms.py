@@ -1,8 +1,10 @@
 """The screen of ``asympk mechanism``: contact, paradox, rigid motions and jump of a mechanism in numbers."""
 
+import math
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
+from itertools import chain
 from shlex import quote
 from types import MappingProxyType
 
@@ -56,43 +58,66 @@ def mechanism_as_text(described: Described, settings: Mapping[str, str] = Mappin
     """
     _require_numbers(described)
     numbers = ", ".join(f"{name} = {_short(value)}" for name, value in described.numbers.items())
-    alone = all(other.unilateral for other in described.mechanism.others)
-    here = [*contact_lines(described), *([_critical(described)] if alone else [])]
-    over, mapped = _over_range(described) if alone else ([], False)
+    here, over, jump, mapped = _alone(described)
     rod = described.mechanism
     first, *others = (_departure(kinetics, rod.keyed(described.numbers)) for kinetics in rod.equations)
     rigid = [*here, *over, *motion_lines(described)]
     title = ": ".join(filter(None, (described.name, described.about)))
     off = ", ".join(f"{name} = {_short(value)}" for name, value in (first or {}).items())
     lines = [*wrapped("", title), *wrapped("at ", numbers)]
-    lines += [f"off the contact: {off}{_HELD * alone}"] if off else []
-    lines += [*_others(alone, first, others), ""]
-    for labelled in (rigid, jump_lines(described)) if alone else (rigid,):
+    lines += [f"off the contact: {off}{_HELD}"] if off else []
+    lines += [*_others(rod.others, first, others), ""]
+    for labelled in filter(None, (rigid, jump)):
         lines += [*(part for line in labelled for part in wrapped(line[:_LABEL], line[_LABEL:])), ""]
     return "\n".join([*lines, *_further(described, settings, first, mapped)])
+
+
+def _alone(described):
+    """Return lines on the contact, on the range of ``turn`` and on the jump, and whether to draw a map.
+
+    Where its equations cannot be made, one line says why.
+    """
+    try:
+        contact = contact_lines(described)
+    except NotDerivable as reason:
+        return [f"contact         {reason}"], [], [], False
+    try:
+        here = [*contact, _critical(described)]
+    except NotDerivable as reason:
+        return [*contact, f"critical        {reason}"], [], [], False
+    over, mapped = _over_range(described)
+    return here, over, jump_lines(described), mapped
 
 
 def _require_numbers(described):
     """Raise ``InputError`` with all coordinates, rates and parameters that the contact depends on without a number."""
     rod = described.mechanism.plain
-    needed = symbols_in(sp.Tuple(*rod.delassus, *rod.free, rod.slip, rod.friction, rod.static, rod.load))
+    needed = symbols_in(sp.Tuple(rod.slip, rod.friction, rod.static, rod.load))
+    with suppress(NotDerivable):
+        held = described.mechanism.held
+        needed |= symbols_in(sp.Tuple(*held.delassus, *held.free, *chain(*paradox.pairs(held))))
     if missing := sorted(map(str, needed - {*described.mechanism.keyed(described.numbers)})):
         raise InputError(f"no value for {', '.join(missing)}; give each a number under [state]")
 
 
-def _others(alone, first, departed):
-    """Return lines on the further contacts: which of them the rigid motions have, and that critical friction has none.
+def _others(others, first, departed):
+    """Return lines on the further contacts: which hold, which are taken as open, and which of these are closed here.
 
     There are no lines if there are no such contacts.
     """
-    count, closed = len(departed), [str(k) for k, off in enumerate(departed, 2) if off == {}]
-    words = f"with {count} other contact{'s' * (count > 1)}, "
-    words += "open in the lines below" if alone else "which the rigid motions have: critical friction and jump have not"
-    if alone and closed:
+    holding = sum(not other.unilateral for other in others)
+    count, words = len(others) - holding, ""
+    if holding:
+        words = f"with {holding} other contact{'s' * (holding > 1)} that hold{'s' * (holding == 1)} both ways"
+    if count:
+        words += f"{' and' if holding else 'with'} {count} other contact{'s' * (count > 1)}, open in the lines below"
+    closed = [str(k) for k, (other, off) in enumerate(zip(others, departed, strict=True), 2)
+              if other.unilateral and off == {}]
+    if closed:
         verb = "is" if len(closed) == 1 else "are"
-        words += " but for the rigid motions" if first == {} else ""
+        words += " but for the rigid motions" if first == {} or holding else ""
         words += f"; contact {' and '.join(closed)} {verb} closed here, too"
-    return wrapped("", words) if count else []
+    return wrapped("", words) if words else []
 
 
 def _departure(kinetics, numbers):
@@ -106,7 +131,8 @@ def contact_lines(described: Described) -> list[str]:
     rod = described.mechanism
     parts = (rod.sliding_velocity, *(rod.delassus[i] for i in (0, 1, 3)), *rod.free)
     slip, G_NN, G_NT, G_TT, a_N, a_T = (_short(_value(described, part)) for part in parts)
-    return [f"contact         {rod.contact.side}; sliding velocity {slip}",
+    without = "; G and a are without the rough others" if rod.held.rough else ""
+    return [f"contact         {rod.contact.side}; sliding velocity {slip}{without}",
             f"Delassus        G_NN = {G_NN}, G_NT = {G_NT}, G_TT = {G_TT}",
             f"free            a_N = {a_N}, a_T = {a_T}"]
 
@@ -118,10 +144,12 @@ def _value(described, expr):
 def _critical(described):
     rod = described.mechanism
     critical = rod.critical_friction
-    formula = str(rod.own(critical)).replace("(t)", "")
-    shown = f"{formula} = " if critical != sp.oo and len(formula) < 90 else ""
-    above, below = (_value(described, part) for part in sp.fraction(1 / critical))
-    value = _short(below / above) if above else "none"  # without a coupling of gap and slip there is none
+    formula = str(critical).replace("(t)", "")
+    shown = f"{formula} = " if critical != sp.oo and len(formula) < 90 + 150 * critical.has(sp.Min) else ""
+    pairs = ((rod.own(normal), rod.own(rod.plain.load * mixed)) for normal, mixed in paradox.ratios(rod.held))
+    pairs = ([_value(described, part) for part in pair] for pair in pairs)
+    least = min(normal / mixed if mixed else math.copysign(math.inf, normal) for normal, mixed in pairs)
+    value = "none" if least == math.inf else _short(max(least, 0))  # without a coupling of gap and slip there is none
     return f"critical        friction {shown}{value}: {_verdict(described)}"
 
 
@@ -130,20 +158,20 @@ def _over_range(described):
     if described.turn is None:
         return [], False
     try:
-        return _over(described, *described.turn), described.mapped
+        return _over(described, *described.turn), described.mapped and not described.mechanism.held.rough
     except NotDerivable as reason:  # the contact does not close over the whole range
         return [f"over {described.turn[0]:11}{reason}"], False
 
 
 def _over(described, name, low, high):
     rod = described.mechanism
-    matter = {str(s) for s in symbols_in(paradox.condition(rod.plain))}
+    matter = {str(s) for s in symbols_in(paradox.condition(rod.held))}
     tied = {other: rule for other, rule in described.tied.items() if other in matter}
     given = {key: value for key, value in {**described.numbers, **tied}.items() if key != name}
     found = rod.paradox_set({name: (low, high)}, given)
     where = ", ".join(f"{_short(s.start)} .. {_short(s.end)}" for s in found.intervals)
     limits = "" if found.complete else ", as far as samples tell"
-    slip = " for slip of the sign of G_NT" if rod.contact.unilateral else ""
+    slip = _way(rod) if rod.contact.unilateral else ""
     words = f"a paradox in {where}{slip}, within" if where else "no paradox in"
     ends = " .. ".join(number_as_text(number(name, end)) for end in (low, high))
     rates = {*map(str, rod.plain.velocities)} & {*tied}
@@ -159,21 +187,36 @@ def _verdict(described):
     if excess < 0:
         return "no paradox here"
     word = "a paradox" if excess else "exactly critical"
-    return f"{word} here" if _slides_into_it(described) else f"{word} for slip of the sign of G_NT"
+    return f"{word} here" if _slides_into_it(described) else f"{word}{_way(described.mechanism)}"
+
+
+def _way(rod):
+    """Return the words for the direction of slip with a paradox; beside rough contacts it may be either, or both."""
+    return " for one direction of slip at least" if rod.held.rough else " for slip of the sign of G_NT"
 
 
 def _slides_into_it(described):
     """Tell whether the contact slides in a direction with a paradox; for a bilateral contact both directions are."""
-    rod = described.mechanism
-    return not rod.contact.unilateral or _value(described, rod.sliding_velocity * rod.delassus[0, 1]) > 0
+    rod, excesses = described.mechanism, _excesses(described)
+    slips = (_value(described, rod.own(rod.plain.slip * mixed)) for _, mixed in paradox.pairs(rod.held))
+    towards = (excess for excess, slip in zip(excesses, slips, strict=True) if slip > 0)
+    return not rod.contact.unilateral or max(towards, default=-2) == max(excesses)
 
 
 def _excess(described):
-    """Return the sign of friction load |G_NT| - G_NN, 0 where that is a rounding error."""
-    rod, (normal, mixed) = described.mechanism, paradox.ratio(described.mechanism.plain)
-    sides = (rod.contact.friction * rod.contact.load * rod.own(mixed), rod.own(normal))
-    above, below = (_value(described, side) for side in sides)
-    return 0 if abs(above - below) <= evaluation.ROUNDING * (above + below) else 1 if above > below else -1
+    """Return the greatest sign of friction load |G_NT| - G_NN for all signs that friction of others may have."""
+    return max(_excesses(described))
+
+
+def _excesses(described):
+    """Return the sign of friction load |G_NT| - G_NN for each of ``pairs``, 0 where that is a rounding error."""
+    rod, found = described.mechanism, []
+    for normal, mixed in paradox.ratios(rod.held):
+        sides = (rod.contact.friction * rod.contact.load * rod.own(mixed), rod.own(normal))
+        above, below = (_value(described, side) for side in sides)
+        small = abs(above - below) <= evaluation.ROUNDING * (above + abs(below))
+        found.append(0 if small else 1 if above > below else -1)
+    return found
 
 
 def _least(rod, name):
@@ -232,9 +275,11 @@ def jump_lines(described: Described) -> list[str]:
     after = ", ".join(f"{name} = {_short(rate if abs(rate) > least else 0)}"
                       for name, rate in zip(rod.plain.velocities, rates, strict=True))
     c, h = rod.plain.unused_symbol("c"), rod.plain.unused_symbol("h")
-    alone = motions(rod.plain, rod.keyed(described.numbers))  # the law is that of one contact
+    alone = motions(rod.held, rod.keyed(described.numbers))  # the law is that of one contact
     beyond = "from beyond the divide of the two motions, " if alone else ""
-    lines = [f"jump            {beyond}impulses P_N = {_short(normal)}, P_T = {_short(tangential)} stop the contact",
+    joints = ", ".join(_short(_value(described, part)) for part in law.joints)
+    impulses = f"P_N = {_short(normal)}, P_T = {_short(tangential)}{f', {joints} of joints,' if joints else ''}"
+    lines = [f"jump            {beyond}impulses {impulses} stop the contact",
              f"time            of order {c} log(1/{c}) with the compliance {c} of the contact",
              f"velocities      {after}",
              f"reaction        x gains P_N / {h} = {_short(normal)} / {h} with a constant damping time {h}"]
@@ -249,7 +294,7 @@ def _rebounds(described):
     bound = rod.plain.friction * rod.plain.load
     if _value(described, rod.free[0]) >= 0 or bound.has(*rod.plain.velocities):
         return []
-    rates = [(b, _value(described, rod.own(rebound(rod.plain, sp.Integer(b))))) for b in _DAMPINGS]
+    rates = [(b, _value(described, rod.own(rebound(rod.held, sp.Integer(b))))) for b in _DAMPINGS]
     c, h = rod.plain.unused_symbol("c"), rod.plain.unused_symbol("h")
     shown = ", ".join(f"g' = {_short(rate)} for {h} = {sp.Integer(b) * sp.sqrt(c)}" for b, rate in rates)
     return [f"rebound         {shown}"]
