@@ -12,6 +12,7 @@ from asympk.formulas import read_constant
 from asympk.numbers import number, short, whole
 from asympk.scene import Scene
 from asympk.scenes.turned import turned
+from asympk.storage.tomlfile import refuse_unknown
 
 KEYS = ("scene", "parameters", "start", "until")
 MOST_PLACES = 1000  # of a grid
@@ -72,9 +73,7 @@ QUESTIONS = {
 def _read(asked: Any, known: tuple[str, ...]) -> dict[str, Any]:
     if not isinstance(asked, dict):
         raise InputError(f"a question is a JSON object, not {short(asked)}")
-    for key in asked:
-        if key not in known:
-            raise InputError(f"key {short(key)} is unknown; a question has {', '.join(known)}")
+    refuse_unknown(asked, known, "question")
     return asked
 
 

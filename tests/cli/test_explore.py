@@ -113,6 +113,11 @@ def test_a_drag_moves_no_state_that_depends_on_others():
     assert (found["states"]["x"][0], found["states"]["z"][0]) == (1.25, pytest.approx(z, rel=1e-14))
 
 
+def test_an_unknown_key_of_a_question_is_refused_with_the_nearest():
+    with pytest.raises(InputError, match="question: key 'strat' is unknown; the nearest known one is 'start'"):
+        questions.QUESTIONS["motion"]((), {"strat": {}})
+
+
 def test_static_friction_follows_the_kinetic_one_until_it_is_turned_itself():
     assert turned(ROD, {"sigma": 3}, {}, None).sigma0 == 3
     assert turned(ROD, {"sigma": 3, "sigma0": 4}, {}, None).sigma0 == 4
