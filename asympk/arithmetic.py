@@ -22,7 +22,8 @@ class Doubles:
     """Python's floats and ``math`` as the object ``m`` of a flow.
 
     ``margin`` is the relative size below which a sign is not trusted. ``slack`` is the relative error that rounding may
-    cause in a state at an event, ``root_tol`` that at which the search for a root ends.
+    cause in a state at an event, ``root_tol`` that at which the search for a root ends. Closed forms that serve arrays,
+    too, ask ``choose``, ``least``, ``most`` and ``any`` where others branch.
     """
 
     exp, expm1, log, log1p, sqrt = math.exp, math.expm1, math.log, math.log1p, math.sqrt
