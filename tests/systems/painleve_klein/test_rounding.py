@@ -8,7 +8,7 @@ import pytest
 from asympk.arithmetic import Doubles, flow_context, set_digits
 from asympk.errors import Undecided
 from asympk.systems.painleve_klein.flow.exact import TRUSTED, RodNumbers, segments_of
-from asympk.systems.painleve_klein.flow.rounding import estimated_error, largest_state
+from asympk.systems.painleve_klein.flow.rounding import calm, estimated_error, largest_state
 
 
 def digits(n):
@@ -73,6 +73,15 @@ def test_an_end_inside_a_fast_layer_is_not_trusted():
     late = case._replace(x=1.0, until=float(event) * (1 + 1e-12))
     found = account(late)
     assert found is None or found[0] >= found[1] / 3
+
+
+def test_a_run_that_a_long_drift_brings_close_to_zero_is_not_calm():
+    """A slip from z = -8.48 with the drift 2 t ends at z = 0 and x = 2: large terms cancel in z."""
+    case = RodNumbers(-0.5, -0.5, 0.006572435679772362, 1.2710901079857857, 0.9087873855242155, -8.482941070364724,
+                      5.0, None)
+    solved = segments_of(Doubles, case)
+    assert solved[0].segment.mode.rest * solved[0].span > 4 * solved[0].end[0] > 7
+    assert not calm(solved, case.until)
 
 
 def test_a_run_out_of_range_is_not_trusted():
