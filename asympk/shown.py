@@ -87,6 +87,15 @@ def number_as_text(value: Any) -> str:
     return cut(str(value), LONGEST)
 
 
+def ball_as_text(ball: Any, digits: int) -> str:
+    """Return "[middle +/- radius]", which encloses the ball, with the certain digits of its middle and three more.
+
+    These are at most ``digits``. Without the three, rounding the middle can make the radius many times as large.
+    """
+    shown = 3 + int(ball.rel_accuracy_bits() * 0.30103)  # a bit is log10(2) of a digit
+    return ball.str(min(digits, shown), more=True) if shown > 0 else ball.str(digits)
+
+
 def cut(line: str, most: int = WIDTH) -> str:
     """Return a line, shortened with three dots to at most ``most`` characters."""
     return line if len(line) <= most else f"{line[: most - 3]}..."

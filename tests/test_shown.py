@@ -29,7 +29,7 @@ from asympk.pictures.paths import shade
 from asympk.pictures.trace import trace
 from asympk.scenes.scenefile import shipped
 from asympk.scenes.turned import turned
-from asympk.shown import Card, as_html, as_latex, number_as_text
+from asympk.shown import Card, as_html, as_latex, ball_as_text, number_as_text
 from asympk.sweep.sweepfile import read_sweep
 
 x, v, F = sp.symbols("x v F", real=True)
@@ -595,3 +595,17 @@ def test_an_exact_number_of_thousands_of_digits_is_shown_with_ten():
     system = ap.System.smooth({x: -(sp.Integer(10) ** 5000) * x + sp.Rational(10**200 + 1, 3 * 10**200)}, {}, None)
     assert "x'  0.3333333333 - 1.0e+5000*x" in repr(system)
     assert r"10^{5000} x" in system._repr_latex_()
+
+
+def test_the_text_of_a_ball_encloses_it_in_hardly_more():
+    arb = pytest.importorskip("flint").arb
+    rng = np.random.default_rng(1)
+    shares = zip(rng.normal(size=300) * 10 ** rng.uniform(-9, 9, 300), 10 ** rng.uniform(-16, -0.1, 300), strict=True)
+    for middle, share in shares:
+        ball = arb(float(middle), float(abs(middle) * share))
+        read = arb(ball_as_text(ball, 25))
+        assert read.contains(ball)
+        assert read.rad() < 1.25 * ball.rad()
+    assert ball_as_text(arb(-2.573, 0.07), 17) == "[-2.573 +/- 0.0701]"
+    assert [ball_as_text(arb(n), 17) for n in (0, 0.5)] == ["0", "0.50000000000000000"]
+    assert ball_as_text(arb(1e-20, 0.01), 17) == "[+/- 0.0101]"

@@ -30,7 +30,7 @@ from asympk.errors import InputError
 from asympk.numbers import LARGEST, number, require_callback, short, sign_of, whole
 from asympk.path import Event
 from asympk.scene import MANIFOLDS, Scene, require_scene
-from asympk.shown import Card, ShownAsTable
+from asympk.shown import Card, ShownAsTable, ball_as_text
 from asympk.symbolic.placing import with_numbers_inside
 from asympk.systems.catalogue import is_off_contact
 
@@ -62,8 +62,8 @@ class Certificate(ShownAsTable):
         box = [(name, f"{_end(low)} .. {_end(high)}") for name, (low, high) in self.box.items()]
         if not self.proven:
             return Card("Certificate: undecided", (("reason", self.reason), *box))
-        events = [(f"t = {event.t.str(6)}", event.kind) for event in self.events]
-        final = [(name, value.str(17)) for name, value in zip(self.scene.names, self.final, strict=True)]
+        events = [(f"t = {ball_as_text(event.t, 6)}", event.kind) for event in self.events]
+        final = [(name, ball_as_text(value, 17)) for name, value in zip(self.scene.names, self.final, strict=True)]
         return Card(f"Certificate: proven with {self.bits} bits: {' -> '.join(self.modes)}", (*box, *events, *final))
 
     @property

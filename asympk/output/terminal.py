@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from asympk.ledger.verdicts import VERDICTS, Claim
 from asympk.path import Path, predicted_error
-from asympk.shown import condensed, cut, number_as_text
+from asympk.shown import ball_as_text, condensed, cut, number_as_text
 
 if TYPE_CHECKING:
     from asympk.certify.certificates import Certificate
@@ -214,7 +214,7 @@ def _certain(ball):
 
 
 def _balls(names, values, digits):
-    return [f"    {name} = {value.str(digits)}" for name, value in zip(names, values, strict=True)]
+    return [f"    {name} = {ball_as_text(value, digits)}" for name, value in zip(names, values, strict=True)]
 
 
 def certificates_as_json(found: "Sequence[Certificate]", digits: int) -> str:
@@ -226,10 +226,10 @@ def _certificate_as_dict(one, digits):
     box = {name: [str(low), str(high)] for name, (low, high) in one.box.items()}
     if not one.proven:
         return {"proven": False, "reason": one.reason, "bits": one.bits, "box": box}
-    events = [{"kind": kind, "t": t.str(digits), "state": [v.str(digits) for v in state]}
+    events = [{"kind": kind, "t": ball_as_text(t, digits), "state": [ball_as_text(v, digits) for v in state]}
               for kind, t, state, _ in one.events]
     return {"proven": True, "names": list(one.scene.names), "modes": list(one.modes), "events": events,
-            "final": [v.str(digits) for v in one.final], "bits": one.bits, "box": box}
+            "final": [ball_as_text(v, digits) for v in one.final], "bits": one.bits, "box": box}
 
 
 def proofs_as_text(found: "Iterable[Proof]") -> str:
