@@ -182,7 +182,7 @@ def mechanism_of_table(table: dict[str, Any], where: Any) -> Described:
     used = names_in([value for key, value in table.items() if key not in EXAMPLE])
     if idle := [name for name in found.values if not names_in(name) <= used]:
         hint = misplaced(table, [key for key in idle[:1] if key in FILE]) or did_you_mean(idle[0], used)
-        raise InputError(f"{where}: values: {idle[0]:.60} is in no formula{hint}")
+        raise InputError(f"{where}: values: {idle[0]:.60} is in no formula{hint or '; leave it out'}")
     return found
 
 

@@ -115,7 +115,8 @@ def _unknown(key, symbols, owner, kind):
     known = {s.name for s in symbols}
     rate = str(key).endswith("'") or isinstance(key, sp.Function | sp.Derivative)
     hint = "; mechanism.start(system, {...}) makes a start of coordinates and rates" if rate and kind == "state" else ""
-    return f"{key!s:.60} is not a {kind} of {owner}; it has {in_words(known)}{hint or did_you_mean(key, known)}"
+    hint = hint or did_you_mean(key, known) or "; leave it out"
+    return f"{key!s:.60} is not a {kind} of {owner}; it has {in_words(known)}{hint}"
 
 
 def term_without_value(expr: sp.Expr, at: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | None:

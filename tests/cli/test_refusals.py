@@ -245,7 +245,7 @@ AT_REST = "[state]\n\"X'\" = 0\ntheta = 1\n\"theta'\" = 0\n"
     ("change", "told"),
     [
         (("m = 1", 'm = "one"'), "values: m = 'one': it must be"),
-        (("m = 1", "m = 1\nk = 2"), "values: k is in no formula"),
+        (("m = 1", "m = 1\nk = 2"), "values: k is in no formula; leave it out"),
         (("m = 1", "m = 1\nuntil = 2"), "values: until is in no formula; until is below [values] and must be above"),
         (("f = 2", 'f = 2\n[state]\ntheta = 1\nXd = 2'), "Xd is no coordinate, rate or parameter"),
         (("[values]", 'damping = 1\ncompliance = "q"\n[values]'), "compliance = 'q': the name q is unknown"),

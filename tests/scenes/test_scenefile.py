@@ -109,6 +109,12 @@ def test_a_formula_as_on_paper_is_refused_with_what_to_write(text, said):
         read_formula(text, {"x": sp.Symbol("x", real=True)})
 
 
+def test_a_compliance_left_in_the_file_of_a_rigid_contact_is_to_be_left_out(tmp_path):
+    (file := tmp_path / "rod.toml").write_text((LEANING % ("pi/3", "sqrt(3)/4")).replace("[values]", "[values]\nc = 1"))
+    with pytest.raises(InputError, match="c is not a parameter of this system; it has f; leave it out"):
+        ap.read_scene(file)
+
+
 def test_a_sign_that_only_documents_have_is_named_in_a_number_too():
     for text, said in (("−1", "write -"), ("60°", "write deg"), ("π/4", "did you mean pi")):
         with pytest.raises(InputError, match=said):
