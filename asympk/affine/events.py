@@ -21,7 +21,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from asympk.affine.functions import MOST_EXPONENT, Arrays, areas, functions, initial, rounding_sizes, sizes
+from asympk.affine.functions import (
+    MOST_EXPONENT,
+    Arrays,
+    areas,
+    functions,
+    initial,
+    least_at_ends,
+    rounding_sizes,
+    sizes,
+)
 from asympk.arithmetic import Doubles
 from asympk.errors import TooLarge, Undecided
 from asympk.numbers import Number
@@ -161,20 +170,20 @@ class Guards:
         return [_dot(w, found) for w in self.lists[4]]
 
     def floors(self, lo: Number, hi: Number) -> list[Number]:
-        """Return a lower bound of every guard on [lo, hi], term by term: a real exponential is least at an end."""
+        """Return a lower bound of every guard on [lo, hi], term by term; see ``least_at_ends``."""
         m, blocks = self.m, self.blocks
         (first, begun), (last, later) = (functions(m, blocks, t)[1:] for t in (lo, hi))
         if begun != later:
             return [float("-inf") for _ in self.every]
-        real = [not turn and k == 0 for _, turn, count, _ in blocks for k in range(2 * count if turn else count)]
+        signs = [signs for block in blocks for signs in least_at_ends(block)]
         low, high = (rounding_sizes(m, blocks, t)[0] for t in (lo, hi))
-        ends = (first, low, last, high, sizes(m, blocks, lo, hi), real)
+        ends = (first, low, last, high, sizes(m, blocks, lo, hi), signs)
         weights, off_weights, _, _, _, bases, off_bases = self.lists
         found = [base - m.margin * off for base, off in zip(bases[begun], off_bases[begun], strict=True)]
         for q in self.every:
             for w, off, a, off_a, b, off_b, size, least_at_end in zip(weights[q], off_weights[q], *ends, strict=True):
                 low = min(w * a - m.margin * off * off_a, w * b - m.margin * off * off_b)
-                found[q] += low if least_at_end else -2 * off * size
+                found[q] += low if (w > 0) in least_at_end else -2 * off * size
         return found
 
     @cached_property
@@ -256,18 +265,18 @@ class Guards:
     def _is_clear(self, lo, hi):
         """Tell whether all guards are positive on [lo, hi], however long, as the sizes of their parts show.
 
-        A pair is at least minus its amplitude; an exponential and a power of the time are least at an end.
+        A pair is at least minus its amplitude; see ``least_at_ends``.
         """
         weights, off, margin = self.segment.guards, self.segment.term_sizes.guards, self.m.margin
         ends = [functions(Arrays, self.blocks, t)[0] for t in (lo, hi)]
         most, least, at = sizes(Arrays, self.blocks, lo, hi), weights[-1] - margin * off[-1], 0
-        for decay, turn, count, apart in self.blocks:
-            for k in range(count):
-                part = slice(at, at := at + (2 if turn else 1))
+        for block in self.blocks:
+            for signs in least_at_ends(block)[:: 2 if block.turn else 1]:
+                part = slice(at, at := at + (2 if block.turn else 1))
                 low = np.outer([end[part][0] for end in ends], weights[part][0]).min(axis=0)
                 amplitude = np.hypot.reduce(weights[part]) * most[part][0]
-                doubt = margin * (1 + abs(decay) * hi) * off[part].sum(axis=0) * most[part][0]
-                least = least + (-amplitude if turn or (k and (decay or apart)) else low) - doubt
+                doubt = margin * (1 + abs(block.decay) * hi) * off[part].sum(axis=0) * most[part][0]
+                least = least + np.where(np.isin(weights[part][0] > 0, signs), low, -amplitude) - doubt
         return (least > 0).all()
 
     @cached_property

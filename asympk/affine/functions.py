@@ -141,6 +141,17 @@ def areas(m: Arithmetic, blocks: Sequence[Block], lo: Number, hi: Number) -> lis
     return found
 
 
+def least_at_ends(block: Block) -> list[tuple[bool, ...]]:
+    """Return, by function, for which weights, positive (True) or not, it is least at an end of any interval.
+
+    Of real eigenvalues the k-th function is the convolution of k + 1 exponentials: positive and log-concave. So it has
+    one maximum at most, and none where k is 0 or the first does not decay: then it rises.
+    """
+    if block.turn or any(apart.imag for apart in block.apart):
+        return [()] * (2 * block.size if block.turn else block.size)
+    return [(True, False) if not k or block.decay >= 0 else (True,) for k in range(block.size)]
+
+
 def rounding_sizes(m: Arithmetic, blocks: Sequence[Block], t: Number) -> tuple[list[Number], list[Number]]:
     """Return the sizes to which the rounding errors are proportional: of the contribution of F_r at t, and of F_r(t).
 

@@ -47,6 +47,16 @@ def test_a_start_less_than_a_rounding_beyond_the_dead_zone_swings_to_its_other_s
     assert float(path.final[0]) == float(1 - Fraction(beyond))
 
 
+@pytest.mark.parametrize(("rate", "apart", "until"), [(1, 0, 700), (5, 0, 200), (5, "1e-6", 200)])
+def test_a_critically_damped_block_creeps_for_ever_to_where_friction_balances_the_spring(rate, apart, until):
+    """Its velocity is -t e^(-w t)/2 times w^2, or a divided difference near it, and never 0: it has no event."""
+    damped = {v: -(rate**2) * x - 2 * rate * (1 + sp.Rational(apart)) * v + F}
+    system = ap.System.with_frictions({x: v, **damped}, {}, [ap.Friction(v, F, 1, f)])
+    path = followed(system, {f: "1/2"}, {"x": 1, "v": 0}, until)
+    assert path.modes == ("slip_opposite",)
+    assert path.final == pytest.approx((0.5 / rate**2, 0), abs=1e-15)
+
+
 @pytest.mark.parametrize("digits", [None, 50])
 def test_irrational_frequencies_and_rates_that_are_equal_are_one(digits):
     """Resonance, critical damping, and critical damping under a force of its own rate, from x = 0 at the speed 1."""
