@@ -27,16 +27,24 @@ def with_resting(
     system sets no condition. Raises ``InputError`` for a number against the declaration of its symbol.
     """
     resting = dict[sp.Symbol, np.ndarray]()
-    conditions = (system.assumptions, *(own_coupling(system, friction) for friction in system.frictions))
-    bound = {system.small} | symbols_in(sp.Tuple(*conditions))
     for symbol, column in columns.items():
-        if symbol not in bound and _are_doubles(column) and len(found := np.unique(column)) > few:
-            wider = replace(system, slow={**system.slow, symbol: 0}, states=(*system.states, symbol))
-            if affine(wider):
-                for number in found.tolist():
-                    require_declared(symbol, number, "values: ")
-                system, resting[symbol] = wider, column.astype(float)
+        if _are_doubles(column) and len(found := np.unique(column)) > few and (wider := at_rest(system, symbol)):
+            for number in found.tolist():
+                require_declared(symbol, number, "values: ")
+            system, resting[symbol] = wider, column.astype(float)
     return system, resting
+
+
+def at_rest(system: System, symbol: sp.Symbol) -> System | None:
+    """Return the system with a parameter as a state at rest, or None where modes are not affine in it or it is bound.
+
+    Bound are the small parameter and those on which the system sets a condition.
+    """
+    conditions = (system.assumptions, *(own_coupling(system, friction) for friction in system.frictions))
+    if symbol in {system.small} | symbols_in(sp.Tuple(*conditions)):
+        return None
+    wider = replace(system, slow={**system.slow, symbol: 0}, states=(*system.states, symbol))
+    return wider if affine(wider) else None
 
 
 def _are_doubles(column):

@@ -183,6 +183,12 @@ def test_numbers_of_a_sweep_may_be_formulas_as_those_of_its_scene():
     assert given.tolist() == [math.pi / 4, math.pi / 4, 2 / 3, math.exp(-600)]
 
 
+def test_a_chunk_is_large_unless_a_random_number_changes_modes_otherwise_than_affinely():
+    """A friction times a constant load is affine in the friction, times a load of a state it is not."""
+    random = CHAIN.replace("chunk = {chunk}", "").format(count=1).replace("[0.25, 0.5, 1]", "{ uniform = [0.25, 1] }")
+    assert [parse_sweep(random.replace("2 + x/4", load)).chunk for load in ("2", "2 + x/4")] == [8192, 64]
+
+
 def test_a_smooth_system_has_one_itinerary(tmp_path):
     sweep = parse_sweep('until = 1\n[system.slow]\nx = "v"\nv = "(1 - x^2)*v - x"\n[start]\nx = [0, 1]\nv = 1\n')
     run_sweep(sweep, tmp_path)
