@@ -28,14 +28,15 @@ def with_resting(
     """
     resting = dict[sp.Symbol, np.ndarray]()
     for symbol, column in columns.items():
-        if _are_doubles(column) and len(found := np.unique(column)) > few and (wider := at_rest(system, symbol)):
-            for number in found.tolist():
+        varies = _are_doubles(column) and len(np.unique(column)) > few
+        if varies and (wider := with_parameter_at_rest(system, symbol)):
+            for number in np.unique(column).tolist():
                 require_declared(symbol, number, "values: ")
             system, resting[symbol] = wider, column.astype(float)
     return system, resting
 
 
-def at_rest(system: System, symbol: sp.Symbol) -> System | None:
+def with_parameter_at_rest(system: System, symbol: sp.Symbol) -> System | None:
     """Return the system with a parameter as a state at rest, or None where modes are not affine in it or it is bound.
 
     Bound are the small parameter and those on which the system sets a condition.

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from asympk.affine.many import one_by_one, solve_many
-from asympk.affine.resting import at_rest
+from asympk.affine.resting import with_parameter_at_rest
 from asympk.affine.run import affine
 from asympk.errors import InputError, OutOfRange
 from asympk.formulas import read_number
@@ -133,7 +133,7 @@ class SystemFamily:
             return RodFamily().chunk(axes)
         system, symbols = (self.system if affine(self.system) else None), {s.name: s for s in self.system.parameters}
         for name in (name for name in self.parameters if axes[name].random):
-            system = at_rest(system, symbols[name]) if system and name in symbols else None
+            system = with_parameter_at_rest(system, symbols[name]) if system and name in symbols else None
         return CHUNK if system else FEW
 
     def follow(self, columns: Mapping[str, Any], size: int, itineraries: bool) -> Followed:
