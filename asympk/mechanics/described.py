@@ -80,9 +80,9 @@ class Described:
 
     @property
     def mapped(self) -> bool:
-        """Whether the rigid motions can be drawn over ``turn`` and the friction, which is another parameter."""
-        friction = self.mechanism.contact.friction
-        return self.turn is not None and friction.is_Symbol and str(friction) != self.turn[0]
+        """Whether the motions can be drawn over ``turn`` and friction, another parameter; not beside rough others."""
+        friction, rough = self.mechanism.contact.friction, self.mechanism.held.rough
+        return self.turn is not None and friction.is_Symbol and str(friction) != self.turn[0] and not rough
 
     def changed(self, changes: dict[str, Any]) -> "Described":
         """Return the description with other numbers; raises ``UnknownName`` for a name of no value or state.

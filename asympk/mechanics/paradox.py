@@ -63,10 +63,10 @@ def ratios(kinetics: Kinetics) -> tuple[tuple[sp.Expr, sp.Expr], ...]:
 def _reduced(kinetics: Kinetics, normal: sp.Expr, mixed: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
     """Return (normal, |mixed|) without their common factors that are known to be positive, as det M is."""
     if kinetics.long:
-        return normal, sp.Abs(mixed, evaluate=False)
-    above, below = sp.fraction(tidy(normal / mixed) if mixed != 0 else sp.S.One)
+        return normal, sp.Abs(mixed, evaluate=mixed == 0)
+    above, below = sp.fraction(tidy(normal / mixed)) if mixed != 0 else (sp.S.One, sp.S.Zero)
     common = _signed(kinetics, tidy(normal / above))
-    return common * above, sp.Abs(common * below) if mixed != 0 else sp.S.Zero
+    return common * above, sp.Abs(common * below)
 
 
 def _signed(kinetics: Kinetics, whole: sp.Expr) -> sp.Expr:

@@ -158,7 +158,7 @@ def _over_range(described):
     if described.turn is None:
         return [], False
     try:
-        return _over(described, *described.turn), described.mapped and not described.mechanism.held.rough
+        return _over(described, *described.turn), described.mapped
     except NotDerivable as reason:  # the contact does not close over the whole range
         return [f"over {described.turn[0]:11}{reason}"], False
 

@@ -26,7 +26,8 @@ def motion_plot(described: Described) -> style.Figure:
     where friction is not a single parameter, or where the description names no other quantity to draw over.
     """
     if not described.mapped:
-        raise InputError("a map needs [over] in the description, and as friction one parameter that is not in [over]")
+        raise InputError("a map needs [over] in the description, as friction one parameter that is not in [over], and "
+                         "no rough others that hold both ways")
     rows = 1 if described.undamped is None else 3
     with plate(2.3 if rows == 1 else 6.2, rows) as (figure, axes):
         shown = draw_motions(axes.flat[0], described)

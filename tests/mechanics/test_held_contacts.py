@@ -2,15 +2,18 @@
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import sympy as sp
+from mechanisms import chain, energy_of_chain
 from scipy.integrate import solve_ivp
 from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
 from asympk.errors import NotDerivable
+from asympk.mechanics.evaluation import evaluate
 
 T = dynamicsymbols._t
 X, Y, THETA = dynamicsymbols("X Y theta")
@@ -217,3 +220,34 @@ def test_others_that_leave_the_contact_no_motion_or_are_too_many_are_refused():
         held = ap.Mechanism.from_lagrangian(energy, (X, Y, THETA), contact=ap.Contact(Y, THETA, f), others=others)
         with pytest.raises(NotDerivable, match=said):
             held.critical_friction  # noqa: B018
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("friction", [0, f2])
+def test_a_chain_too_long_for_symbols_has_what_linear_algebra_in_numbers_says_with_a_moving_contact_held(friction):
+    angles = dynamicsymbols("q1:6")
+    x, y = energy_of_chain(angles[:3])[1]
+    side = ap.Contact(x + 2 * y - sp.sin(T), y - 2 * x, friction)
+    links = replace(chain(5), others=(side,))
+    first, other = links.equations
+    values = dict(zip(sorted({*first.symbols, *other.symbols}, key=str), np.linspace(0.2, 1, 40), strict=False))
+    read = lambda rows: np.array(evaluate(tuple(sp.Matrix(rows)), values)).reshape(np.shape(rows))  # noqa: E731
+    weights, pulls = np.linalg.inv(read(first.mass)), read(first.forces)[:, 0]
+    own, held = read(first.directions), read(other.directions)
+    rates = read([[first.rate(part)] for part in (first.gap_rate, first.slip, other.gap_rate)])[:, 0]
+    by_name = {str(symbol): value for symbol, value in values.items()}
+    if friction == 0:
+        block = held[:1] @ weights @ held[:1].T
+        taken = weights @ held[:1].T / block
+        assert np.allclose(read(links.held.delassus), own @ (weights - taken @ held[:1] @ weights) @ own.T, rtol=1e-9)
+        pulled = weights @ pulls - taken[:, 0] * (held[0] @ weights @ pulls + rates[2])
+        assert evaluate(links.held.free, values) == pytest.approx(own @ pulled + rates[:2], rel=1e-9)
+        law, rows = links.jump_law(), np.vstack([own, held[:1]])
+        stop = np.linalg.solve(rows @ weights @ rows.T, [0, -evaluate((first.slip,), values)[0], 0])
+        assert [links.evaluate(part, by_name) for part in (*law.impulses, *law.joints)] == pytest.approx(stop, rel=1e-9)
+    else:
+        pressed = [np.vstack([own[:1], held[:1] - sign * values[f2] * held[1:]]) for sign in (1, -1)]
+        across = [np.vstack([own[:1], held[:1]]) @ weights @ rows.T for rows in pressed]
+        slid = [np.column_stack([np.vstack([own[:1], held[:1]]) @ weights @ own[1], part[:, 1]]) for part in across]
+        critical = min(np.linalg.det(part) / abs(np.linalg.det(side)) for part, side in zip(across, slid, strict=True))
+        assert links.evaluate(links.critical_friction, by_name) == pytest.approx(critical, rel=1e-9)

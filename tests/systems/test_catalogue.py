@@ -667,3 +667,49 @@ def test_the_energy_of_the_plane_is_kept_along_the_undamped_motion_between_two_c
     assert path.modes == ("slip_same",)
     assert np.ptp(x) > 0.1
     assert np.ptp(kept) < 1e-9
+
+
+ELLIPSOGRAPH = """
+    coordinates = ["X", "Y", "theta"]
+    lagrangian = "m*(X'^2 + Y'^2)/2 + J*theta'^2/2 - 10*m*Y"
+    gap = "Y - l*sin(theta)"
+    slip = "X - l*cos(theta)"
+    friction = "f"
+    unilateral = true
+    others = [{gap = "X + l*cos(theta)", slip = "Y + l*sin(theta)", friction = "f2"}]
+    values = {m = 1, l = 1, J = "1/3", f = 2, f2 = 0}
+    state = {theta = "pi/4", X = "-sqrt(2)/2", Y = "sqrt(2)/2", "theta'" = -1, "X'" = "-sqrt(2)/2", "Y'" = "-sqrt(2)/2"}
+    over = {theta = [0.05, 1.5]}
+"""
+
+
+@pytest.mark.slow
+def test_the_screen_has_the_paradox_and_the_jump_of_a_contact_with_its_joints_held(screen, tmp_path, capsys):
+    """The rod stops, so that P_T of the ground, with that of the guide, is -X', and P_N is -Y'."""
+    smooth = ELLIPSOGRAPH.replace('"f2"', "0").replace(", f2 = 0", "")
+    told = " ".join(screen(smooth).split())
+    assert "with 1 other contact that holds both ways contact only pushes" in told
+    assert "= 1.33333: a paradox here over theta a paradox in 0.364864 .. 1.20593" in told
+    assert "impulses P_N = 0.707107, P_T = 0.942809, -0.235702 of joints, stop the contact" in told
+    assert main(["mechanism", str(tmp_path / "rod.toml"), "--plot", str(tmp_path / "map.svg")]) == 0
+    capsys.readouterr()
+    rough = " ".join(screen(ELLIPSOGRAPH.replace("f2 = 0", "f2 = 0.1")).split())
+    assert "critical friction 1.32143: a paradox here" in rough
+    assert "jump others[0] holds both ways, is rough, and may stop" in rough
+    assert main(["mechanism", str(tmp_path / "rod.toml"), "--plot", str(tmp_path / "map.svg")]) == 2
+    assert "and no rough others that hold both ways" in capsys.readouterr().err
+
+
+def test_the_screen_says_where_a_range_would_move_what_another_contact_holds(screen):
+    """The end of a pendulum in plane coordinates: along x its y follows, and the critical friction with it."""
+    told = screen("""
+        coordinates = ["x", "x2", "y", "y2"]
+        lagrangian = "(x'^2 + y'^2 + x2'^2 + y2'^2)/2 - y2"
+        gap = "y"
+        slip = "x"
+        friction = 1
+        others = [{gap = "sqrt((x2 - x)^2 + (y2 - y)^2) - 1", slip = "x2 - x + y2 - y", friction = 0}]
+        state = {x = 0, y = 0, x2 = 0.6, y2 = -0.8, "x'" = 1, "x2'" = 1, "y'" = 0, "y2'" = 0}
+        over = {x2 = [0.1, 0.9]}
+    """)
+    assert "changes with x2, and closes by x, which matters" in " ".join(told.split())
