@@ -82,8 +82,9 @@ class Formulas:
         self.slopes = fast_jacobian(limit, small)
         self.affine = not any(e.has(*self.fast_states) for e in self.slopes)
         self.turning = any(e.has(*self.states) for e in self.slopes)
-        edged = {f for e in self.limit for f in atoms(e, sp.Pow, *BOUNDED) if not f.is_Pow or not f.exp.is_integer}
-        self.bounded = self.affine and any(f.has(*self.states) for f in edged)  # the branch may end within a long step
+        bounded = {f for e in self.limit for f in atoms(e, sp.Pow, *BOUNDED)
+                   if f.has(*self.states) and not (f.is_Pow and (f.exp.is_integer or f.base.is_positive))}
+        self.bounded = self.affine and bool(bounded)  # the branch may end, of which slow motion need not feel anything
         self.clocked = any(rate == 1 for rate in self.drift)  # a state that is a clock may drive the motion
         self.names = {p: f"p{i}" for i, p in enumerate(parameters)}
         self.functions = _functions(target)

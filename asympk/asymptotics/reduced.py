@@ -454,10 +454,11 @@ def _look_within(formulas, mu, values, steps, end, check):
     point = (ends @ CUBIC).reshape(len(ends), -1)
     unseen = [0.0] * len(formulas.fast_states) if formulas.affine else ()  # g_y does not contain y
     with np.errstate(all="ignore"):
-        entries = formulas.arrays.jacobian(*point, *unseen, *values)
-        y = formulas.arrays.height(0)(*point, mu, *values) if formulas.bounded else ()
-    held = np.less(entries[0], 0) if len(entries) == 1 else _stable(entries)
-    held = np.isfinite(np.broadcast_arrays(*y, point[0])).all(axis=0) & held
+        entries = np.broadcast_arrays(*formulas.arrays.jacobian(*point, *unseen, *values), point[0])[:-1]
+        held = entries[0] < 0 if len(entries) == 1 else _stable(entries)
+        if formulas.bounded:
+            y = formulas.arrays.height(0)(*point, mu, *values)
+            held = held & np.isfinite(np.broadcast_arrays(*y, point[0])).all(axis=0)
     for k in np.flatnonzero(~held).tolist():
         step, share = long[k // len(SHARES)], SHARES[k % len(SHARES)].item()
         if (t := step.t + share * (step.after - step.t)) < end:
@@ -466,7 +467,7 @@ def _look_within(formulas, mu, values, steps, end, check):
 
 def _stable(entries):
     """Tell where a matrix of arrays, its entries by rows, has no eigenvalue with a real part >= 0."""
-    slopes = np.stack(np.broadcast_arrays(*entries), axis=1)
+    slopes = np.stack(entries, axis=1)
     finite = np.isfinite(slopes).all(axis=1)
     square = np.where(finite[:, None], slopes, 0.0).reshape(-1, *[math.isqrt(len(entries))] * 2)
     return np.linalg.eigvals(square).real.max(axis=1) < 0

@@ -292,13 +292,13 @@ def test_a_manifold_that_repels_for_a_while_is_lost_though_the_slow_motion_does_
         _solved(system, {mu: "1/5"}, {x: 0, **dict.fromkeys(fast, 0)}, 10, order=order)
 
 
-@pytest.mark.parametrize("until", [1, 2])
+@pytest.mark.parametrize(("until", "more"), [(1, {}), (2, {}), (2, {u: y - 2 * u})])
 @pytest.mark.parametrize("height", [sp.sqrt(x**2 - sp.S.One / 4), sp.log(x**2 - sp.S.One / 4), w * sp.acosh(2 * x)])
-def test_a_manifold_that_has_no_value_for_a_while_is_lost_though_the_slow_motion_does_not_feel_it(height, until):
+def test_a_manifold_that_has_no_value_for_a_while_is_lost_though_the_slow_motion_does_not_feel_it(height, until, more):
     """Where x = -1, y had its value again, of a motion that no rate leads through |x| < 1/2."""
-    system = ap.System.smooth({x: -sp.S.One, w: -w}, {y: height - y}, mu)
+    system = ap.System.smooth({x: -sp.S.One, w: -w}, {y: height - y, **more}, mu)
     with pytest.raises(NotNormallyHyperbolic, match=r"lost at t = 0\.5, .* no value beyond; take a smaller until$"):
-        _solved(system, {mu: "1/1000"}, {x: 1, w: 1, y: 1}, until)
+        _solved(system, {mu: "1/1000"}, {x: 1, w: 1, y: 1, **dict.fromkeys(more, 1)}, until)
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])
