@@ -175,7 +175,7 @@ class Guards:
         (first, begun), (last, later) = (functions(m, blocks, t)[1:] for t in (lo, hi))
         if begun != later:
             return [float("-inf") for _ in self.every]
-        signs = [signs for block in blocks for signs in least_at_ends(block)]
+        signs = [signs for block in blocks for signs in least_at_ends(block, hi)]
         low, high = (rounding_sizes(m, blocks, t)[0] for t in (lo, hi))
         ends = (first, low, last, high, sizes(m, blocks, lo, hi), signs)
         weights, off_weights, _, _, _, bases, off_bases = self.lists
@@ -271,7 +271,7 @@ class Guards:
         ends = [functions(Arrays, self.blocks, t)[0] for t in (lo, hi)]
         most, least, at = sizes(Arrays, self.blocks, lo, hi), weights[-1] - margin * off[-1], 0
         for block in self.blocks:
-            for signs in least_at_ends(block)[:: 2 if block.turn else 1]:
+            for signs in least_at_ends(block, hi)[:: 2 if block.turn else 1]:
                 part = slice(at, at := at + (2 if block.turn else 1))
                 low = np.outer([end[part][0] for end in ends], weights[part][0]).min(axis=0)
                 amplitude = np.hypot.reduce(weights[part]) * most[part][0]

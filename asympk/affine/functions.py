@@ -22,6 +22,7 @@ from asympk.arithmetic import Doubles, with_rest
 from asympk.numbers import Arithmetic, Number
 
 MOST_EXPONENT = 600.0
+_QUARTER = 1.57  # of a turn
 _TERMS, _BITS_A_TERM = 6, 5  # of the series of exp at arguments up to 1/2: 16 terms in doubles
 
 
@@ -141,13 +142,14 @@ def areas(m: Arithmetic, blocks: Sequence[Block], lo: Number, hi: Number) -> lis
     return found
 
 
-def least_at_ends(block: Block) -> list[tuple[bool, ...]]:
-    """Return, by function, for which weights, positive (True) or not, it is least at an end of any interval.
+def least_at_ends(block: Block, hi: Number) -> list[tuple[bool, ...]]:
+    """Return, by function, for which weights, positive (True) or not, it is least at an end of any interval up to hi.
 
     Of real eigenvalues the k-th function is the convolution of k + 1 exponentials: positive and log-concave. So it has
-    one maximum at most, and none where k is 0 or the first does not decay: then it rises.
+    one maximum at most, and none where k is 0 or the first does not decay: then it rises. Before a quarter of a turn so
+    do pairs, whose parts are ``e^{a t} cos(w t)`` and ``e^{a t} sin(w t)/w``.
     """
-    if block.turn or any(apart.imag for apart in block.apart):
+    if block.turn or any(abs(apart.imag) * hi > _QUARTER for apart in block.apart):
         return [()] * (2 * block.size if block.turn else block.size)
     return [(True, False) if not k or block.decay >= 0 else (True,) for k in range(block.size)]
 

@@ -47,7 +47,7 @@ def test_a_start_less_than_a_rounding_beyond_the_dead_zone_swings_to_its_other_s
     assert float(path.final[0]) == float(1 - Fraction(beyond))
 
 
-@pytest.mark.parametrize(("rate", "apart", "until"), [(1, 0, 700), (5, 0, 200), (5, "1e-6", 200)])
+@pytest.mark.parametrize(("rate", "apart", "until"), [(1, 0, 700), (5, 0, 200), (5, "1e-6", 200), (5, "-2e-15", 200)])
 def test_a_critically_damped_block_creeps_for_ever_to_where_friction_balances_the_spring(rate, apart, until):
     """Its velocity is -t e^(-w t)/2 times w^2, or a divided difference near it, and never 0: it has no event."""
     damped = {v: -(rate**2) * x - 2 * rate * (1 + sp.Rational(apart)) * v + F}
