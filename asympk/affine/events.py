@@ -275,7 +275,7 @@ class Guards:
                 part = slice(at, at := at + (2 if block.turn else 1))
                 low = np.outer([end[part][0] for end in ends], weights[part][0]).min(axis=0)
                 amplitude = np.hypot.reduce(weights[part]) * most[part][0]
-                doubt = margin * (1 + abs(block.decay) * hi) * off[part].sum(axis=0) * most[part][0]
+                doubt = margin * (1 + (block.fastest - block.turn) * hi) * off[part].sum(axis=0) * most[part][0]
                 least = least + np.where(np.isin(weights[part][0] > 0, signs), low, -amplitude) - doubt
         return (least > 0).all()
 

@@ -8,12 +8,15 @@ k + 1 of them, so that no weight is divided by a difference. With the nodes l_0,
 
     E_k' = E_{k-1} + l_k E_k,      |E_k| <= t^k/k! e^{max Re l t},
 
-the latter by Hermite and Genocchi. A cluster that contains its conjugates begins with a real node; its functions are
-Re E_k, and a pair ``a +- i w`` stands side by side: ``(Re E_k)' = E_{k-1} + a Re E_k - w^2 E_{k+1}``.
+the latter by Hermite and Genocchi; ``_bounds`` has closer ones. A cluster that contains its conjugates begins with a
+real node; its functions are Re E_k, and a pair ``a +- i w`` stands side by side:
+``(Re E_k)' = E_{k-1} + a Re E_k - w^2 E_{k+1}``.
 """
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -46,7 +49,7 @@ class Block(NamedTuple):
 class Arrays:
     """NumPy's functions under the names of ``arithmetic.Doubles``; exponents are cut at ``MOST_EXPONENT``."""
 
-    cos, sin, prec = np.cos, np.sin, Doubles.prec
+    cos, sin, least, prec, eps = np.cos, np.sin, np.minimum, Doubles.prec, Doubles.eps
 
     @staticmethod
     def product(a: Any, b: Any) -> tuple[Any, Any]:
@@ -84,9 +87,10 @@ def functions(m: Arithmetic, blocks: Sequence[Block], t: Number) -> tuple[list[N
             waves = [size]
             gained.append(started * size + (1 - started) * more)
         found += waves
-        for k, other in enumerate(_divided(m, apart, t) if apart else (), 1):
-            across = [t**k * (waves[0] * other.real - waves[-1] * other.imag * bool(turn))]
-            across += [t**k * (waves[0] * other.imag + waves[1] * other.real)] if turn else []
+        for other in _divided(m, apart, t) if apart else ():
+            waves = [wave * t for wave in waves]
+            across = [waves[0] * other.real - waves[-1] * other.imag * bool(turn)]
+            across += [waves[0] * other.imag + waves[1] * other.real] if turn else []
             found += across
             gained += across
         for k in range(1, 1 if apart else count):
@@ -100,18 +104,23 @@ def _divided(m, apart, t):
     """Return the divided differences of exp at 0 and the first k of ``apart`` times t, k > 0, by scaling and squaring.
 
     They are the first row of the exponential of a matrix with these on its diagonal and 1 beside it. An error of
-    rounding grows by ``|apart| t``, as that of an exponent does.
+    rounding grows by ``|apart| t``, as that of an exponent does; once no digits are left, t goes no further.
     """
-    halvings = max(0, math.frexp(float(np.max(max(map(abs, apart)) * t, initial=0)))[1] + 1)
+    most = max(map(abs, apart))
+    t = m.least(t, 1 / (most * m.eps)) if most else t
+    halvings = max(0, math.frexp(float(np.max(most * t, initial=0)))[1] + 1)
     nodes, rows = [0 * t, *(d * t * 2.0**-halvings for d in apart)], range(len(apart) + 1)
     found = [[int(i == j) + 0 * t for j in rows[i:]] for i in rows]  # the part above the diagonal
+    gains = [*nodes]  # what the diagonal exceeds 1 by, of which 1 would hide the digits of times far before the last
     for k in range(_TERMS + m.prec // _BITS_A_TERM, 0, -1):
         for i, node in enumerate(nodes):
             later = zip(found[i][1:], found[i + 1] if i < rows[-1] else (), strict=True)
-            found[i] = [1 + node * found[i][0] / k, *((node * own + below) / k for own, below in later)]
+            gains[i] = node * found[i][0] / k
+            found[i] = [1 + gains[i], *((node * own + below) / k for own, below in later)]
     for _ in range(halvings):
-        found = [[sum(found[i][n] * found[i + n][j - n] for n in range(j + 1)) * 0.5**j
-                  for j in range(len(found[i]))] for i in rows]
+        gains = [gain * (2 + gain) for gain in gains]
+        found = [[1 + gains[i], *(sum(found[i][n] * found[i + n][j - n] for n in range(j + 1)) * 0.5**j
+                                  for j in range(1, len(found[i])))] for i in rows]
     return found[0][1:]
 
 
@@ -123,23 +132,40 @@ def initial(blocks: Sequence[Block]) -> list[int]:
 def sizes(m: Arithmetic, blocks: Sequence[Block], lo: Number, hi: Number) -> list[Number]:
     """Return bounds of |F_r| on [lo, hi]."""
     found: list[Number] = []
-    for decay, turn, count, _ in blocks:
-        size = m.exp(decay * (hi if decay > 0 else lo))
-        for k in range(count):
-            found += (size, size) if turn else (size,)
-            size = size * hi / (k + 1)
+    for block in blocks:
+        found += _bounds(m, block, m.exp(block.decay * (hi if block.decay > 0 else lo)), hi)
     return found
 
 
 def areas(m: Arithmetic, blocks: Sequence[Block], lo: Number, hi: Number) -> list[Number]:
     """Return bounds of the integrals of |F_r| over [lo, hi]."""
     found: list[Number] = []
-    for decay, turn, count, _ in blocks:
-        area = m.exp(decay * lo) * m.expm1(decay * (hi - lo)) / decay if decay else hi - lo
-        for k in range(count):
-            found += (area, area) if turn else (area,)
-            area = area * hi / (k + 1)
+    for block in blocks:
+        decay = block.decay
+        found += _bounds(m, block, m.exp(decay * lo) * m.expm1(decay * (hi - lo)) / decay if decay else hi - lo, hi)
     return found
+
+
+def _bounds(m, block, size, t):
+    """Return bounds of the functions of a block up to t, where ``size`` bounds the first.
+
+    With g the distance of the first and the last of its nodes, a divided difference is at most 1/g times the sum of
+    those without the first and without the last: near eigenvalues beat, and grow with the time until then only.
+    """
+    found, bounds = [size], [size] * block.size
+    for k, gaps in enumerate(_gaps(block.apart, m.eps) if block.apart else [()] * (block.size - 1), 1):
+        size = size * t / k
+        pairs = zip(pairwise(bounds), gaps, strict=bool(gaps))
+        bounds = [m.least(size, (a + b) / gap) if gap > 0 else size for (a, b), gap in pairs]
+        found.append(bounds[0] if bounds else size)
+    return [size for size in found for _ in range(2 if block.turn else 1)]
+
+
+@lru_cache(maxsize=1024)
+def _gaps(apart, eps):
+    """Return lower bounds of ``|l_{i+k} - l_i|``, by k > 0 and i."""
+    nodes, doubt = (0, *apart), 4 * eps * max(map(abs, apart))
+    return [[abs(b - a) - doubt for a, b in zip(nodes, nodes[k:], strict=False)] for k in range(1, len(nodes))]
 
 
 def least_at_ends(block: Block, hi: Number) -> list[tuple[bool, ...]]:
@@ -166,11 +192,9 @@ def rounding_sizes(m: Arithmetic, blocks: Sequence[Block], t: Number) -> tuple[l
         off = size * (1 + p)
         short = p <= 1
         more = short * p * 3 + (1 - short) * off
-        for k in range(block.size):
-            gained += (more, more) if block.turn else (more,)
-            found += (off, off) if block.turn else (off,)
-            off = off * t / (k + 1)
-            more = off
+        bounds, first = _bounds(m, block, off, t), 2 if block.turn else 1
+        gained += [more] * first + bounds[first:]
+        found += bounds
     return gained, found
 
 

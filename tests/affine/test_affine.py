@@ -9,9 +9,10 @@ import pytest
 from asympk.affine import exponential
 from asympk.affine.eigenpairs import eigenpairs
 from asympk.affine.exponential import of_roots
+from asympk.affine.functions import Arrays, areas, functions, rounding_sizes, sizes
 from asympk.affine.mode import AffineMode, ClosedSegment, in_digits
 from asympk.affine.polynomial import _square_free, eigenvalue_polynomial, in_whole_numbers, resolvent
-from asympk.arithmetic import flow_context, set_digits
+from asympk.arithmetic import Doubles, flow_context, set_digits
 from asympk.errors import InputError, TooLarge, Undecided
 
 
@@ -101,6 +102,42 @@ def test_no_weight_is_divided_by_a_difference_of_eigenvalues_near_one_another(na
     for t in (1e-9, 0.2, 3.0, 40.0):
         assert off(mode, start, t, segment.state(t)) < 2e-16 * (5 + t)  # a frequency has an error of rounding, too
         assert off(mode, start, t, precise.state(m.mpf(t))) < 1e-46
+
+
+@pytest.mark.parametrize("apart", ["1e-2", "1e-9"])
+@pytest.mark.parametrize("name", NEAR)
+def test_bounds_hold_functions_of_eigenvalues_near_one_another(name, apart):
+    matrix = NEAR[name](Fraction(apart))
+    blocks = affine_mode(matrix, [0] * len(matrix)).in_doubles.blocks
+    t = np.geomspace(1e-3, 1e3 / float(apart), 200)
+    values = functions(Arrays, blocks, t)[0]
+    for value, size in zip(values, sizes(Arrays, blocks, t, t), strict=True):
+        assert (abs(value) <= size * (1 + 1e-6)).all()
+    swept = areas(Arrays, blocks, t[:-1], t[1:])
+    inner = functions(Arrays, blocks, (t[:-1] + t[1:]) / 2)[0]
+    for value, area in zip(inner, swept, strict=True):
+        assert (abs(value) * np.diff(t) <= 2 * area + 1e-300).all()
+
+
+def test_near_eigenvalues_that_beat_leave_no_root_beyond_what_their_amplitudes_allow():
+    """Bounds that grew with the time never left the mesh: until = 1e6 took a hundred seconds in place of 4 ms."""
+    matrix = NEAR["resonance"](Fraction(1, 100))
+    mode = affine_mode(matrix, [0] * 4, [((-1, 0, 0, 0), 150)])
+    assert ClosedSegment(mode.in_doubles, [0, 0, 1, 0]).first_event(1e6) is None
+    assert len(mode.mesh._windows) == 1
+
+
+@pytest.mark.parametrize("last", [1e3, 1e9, 1e14, 1e250])
+@pytest.mark.parametrize("name", NEAR)
+def test_functions_at_early_times_keep_their_digits_beside_much_later_ones(name, last):
+    """The halvings of the latest time, by which all were scaled, left six digits at t = 0.5 beside t = 1e14."""
+    blocks = affine_mode(NEAR[name](Fraction("1e-3")), [0] * len(NEAR[name](1))).in_doubles.blocks
+    early = np.array([1e-9, 0.5, 3.0, 40.0])
+    beside = functions(Arrays, blocks, np.array([*early, last]))[0]
+    for k, t in enumerate(early.tolist()):
+        alone = functions(Doubles, blocks, t)[0]
+        off_sizes = np.array(rounding_sizes(Doubles, blocks, t)[1])
+        assert (abs(np.array([values[k] for values in beside]) - alone) <= 2e-15 * off_sizes).all()
 
 
 @pytest.mark.parametrize(("block", "degree"), [([[0, 1], [-1, 0]], 2), ([[-1, 1], [0, -1]], 2), ([[2]], 1)])
