@@ -26,7 +26,7 @@ from asympk.numbers import Arithmetic, Number
 
 MOST_EXPONENT = 600.0
 _QUARTER = 1.57  # of a turn
-_TERMS, _BITS_A_TERM = 6, 5  # of the series of exp at arguments up to 1/2: 16 terms in doubles
+_TERMS, _BITS_A_TERM, _BITS_A_HALVING = 6, 4, 32  # of the series of exp at arguments of 1/4: 14 terms in doubles
 
 
 class Block(NamedTuple):
@@ -108,11 +108,12 @@ def _divided(m, apart, t):
     """
     most = max(map(abs, apart))
     t = m.least(t, 1 / (most * m.eps)) if most else t
-    halvings = max(0, math.frexp(float(np.max(most * t, initial=0)))[1] + 1)
+    length = math.frexp(float(np.max(most * t, initial=0)))[1]
+    halvings = max(0, length + 1 + m.prec // _BITS_A_HALVING)
     nodes, rows = [0 * t, *(d * t * 2.0**-halvings for d in apart)], range(len(apart) + 1)
     found = [[int(i == j) + 0 * t for j in rows[i:]] for i in rows]  # the part above the diagonal
     gains = [*nodes]  # what the diagonal exceeds 1 by, of which 1 would hide the digits of times far before the last
-    for k in range(_TERMS + m.prec // _BITS_A_TERM, 0, -1):
+    for k in range(_TERMS + m.prec // (_BITS_A_TERM + halvings - length), 0, -1):
         for i, node in enumerate(nodes):
             later = zip(found[i][1:], found[i + 1] if i < rows[-1] else (), strict=True)
             gains[i] = node * found[i][0] / k
