@@ -153,13 +153,16 @@ def _bounds(m, block, size, t):
     With g the distance of the first and the last of its nodes, a divided difference is at most 1/g times the sum of
     those without the first and without the last: near eigenvalues beat, and grow with the time until then only.
     """
-    found, bounds = [size], [size] * block.size
-    for k, gaps in enumerate(_gaps(block.apart, m.eps) if block.apart else [()] * (block.size - 1), 1):
+    _, turn, count, apart = block
+    width, gaps, bounds = 2 if turn else 1, _gaps(apart, m.eps) if apart else (), [size] * count
+    found = bounds[:1] * width
+    for k in range(1, count):
         size = size * t / k
-        pairs = zip(pairwise(bounds), gaps, strict=bool(gaps))
-        bounds = [m.least(size, (a + b) / gap) if gap > 0 else size for (a, b), gap in pairs]
-        found.append(bounds[0] if bounds else size)
-    return [size for size in found for _ in range(2 if block.turn else 1)]
+        if gaps:
+            pairs = zip(pairwise(bounds), gaps[k - 1], strict=True)
+            bounds = [m.least(size, (a + b) / gap) if gap > 0 else size for (a, b), gap in pairs]
+        found += [bounds[0] if gaps else size] * width
+    return found
 
 
 @lru_cache(maxsize=1024)
@@ -193,8 +196,8 @@ def rounding_sizes(m: Arithmetic, blocks: Sequence[Block], t: Number) -> tuple[l
         off = size * (1 + p)
         short = p <= 1
         more = short * p * 3 + (1 - short) * off
-        bounds, first = _bounds(m, block, off, t), 2 if block.turn else 1
-        gained += [more] * first + bounds[first:]
+        bounds, width = _bounds(m, block, off, t), 2 if block.turn else 1
+        gained += [more] * width + bounds[width:]
         found += bounds
     return gained, found
 
