@@ -5,6 +5,7 @@ r"""The paradox of the rigid contact, friction load |G_NT| > G_NN: its condition
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import product
 from typing import Any
 
@@ -13,6 +14,7 @@ import sympy as sp
 from asympk.errors import NotDerivable
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import shortest, tidy, vanishes
+from asympk.symbolic.long import remade
 from asympk.symbolic.reading import exact_constant
 from asympk.symbolic.signs import factored, known_sign
 
@@ -26,7 +28,8 @@ def critical_friction(kinetics: Kinetics) -> sp.Expr:
     It is 0 where rough contacts have a paradox of their own while this one is open, or cannot slide.
     """
     pairs = ratios(kinetics)
-    least = sp.Min(*(normal / (kinetics.load * mixed) for normal, mixed in pairs if mixed != 0))
+    quotients = [normal / (kinetics.load * mixed) for normal, mixed in pairs if mixed != 0]
+    least = remade(sp.Min, *quotients)
     alone = sp.And(*(normal > 0 for normal, mixed in pairs if mixed == 0))
     return least if alone == sp.true else sp.Piecewise((least, alone), (0, True))
 
@@ -36,6 +39,7 @@ def condition(kinetics: Kinetics) -> sp.Basic:
     return sp.Or(*(sp.Gt(kinetics.friction * kinetics.load * mixed, normal) for normal, mixed in ratios(kinetics)))
 
 
+@lru_cache(maxsize=64)
 def pairs(kinetics: Kinetics) -> tuple[tuple[sp.Expr, sp.Expr], ...]:
     """Return (G_NN, G_NT), or for each choice of signs of ``rough`` contacts (D_0, D_1) in their place (Lemma 21).
 
@@ -55,6 +59,7 @@ def pairs(kinetics: Kinetics) -> tuple[tuple[sp.Expr, sp.Expr], ...]:
     return tuple(dict.fromkeys(found))
 
 
+@lru_cache(maxsize=64)
 def ratios(kinetics: Kinetics) -> tuple[tuple[sp.Expr, sp.Expr], ...]:
     """Return the ``pairs`` as (G_NN, |G_NT|) without common factors."""
     return tuple(_reduced(kinetics, *pair) for pair in pairs(kinetics)) if kinetics.rough else (_ratio(kinetics),)
@@ -64,6 +69,8 @@ def _reduced(kinetics: Kinetics, normal: sp.Expr, mixed: sp.Expr) -> tuple[sp.Ex
     """Return (normal, |mixed|) without their common factors that are known to be positive, as det M is."""
     if kinetics.long:
         return normal, sp.Abs(mixed, evaluate=mixed == 0)
+    if normal == 0:
+        return normal, sp.Abs(mixed)
     above, below = sp.fraction(tidy(normal / mixed)) if mixed != 0 else (sp.S.One, sp.S.Zero)
     common = _signed(kinetics, tidy(normal / above))
     return common * above, sp.Abs(common * below)

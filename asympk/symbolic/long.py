@@ -39,7 +39,7 @@ def replaced(expr: sp.Basic, rule: Mapping[sp.Basic, sp.Basic]) -> sp.Basic:
         if id(part) not in found:
             args = [rebuilt(arg) for arg in part.args]
             changed = any(new is not old for new, old in zip(args, part.args, strict=True))
-            new = (modulus if part.func is sp.Abs else part.func)(*args) if changed else part
+            new = remade(part.func, *args) if changed else part
             found[id(part)] = part, same.setdefault(new, new)
         return found[id(part)][1]
 
@@ -53,10 +53,19 @@ def carried_out(expr: sp.Basic) -> sp.Basic:
     def done(part: sp.Basic) -> sp.Basic:
         if part not in found:
             plain = type(part).doit in (sp.Basic.doit, AssocOp.doit)
-            found[part] = part.func(*map(done, part.args)) if part.args and plain else part.doit()
+            found[part] = remade(part.func, *map(done, part.args)) if part.args and plain else part.doit()
         return found[part]
 
     return done(expr)
+
+
+def remade(func: Any, *args: sp.Basic) -> sp.Basic:
+    """Return ``func(*args)``; of heavy ones a minimum as it stands, of which SymPy would compare each two."""
+    if func is sp.Abs:
+        return modulus(*args)
+    if func in (sp.Min, sp.Max) and len({*args}) > 1 and any(map(heavy, args)):
+        return func(*args, evaluate=False)
+    return func(*args)
 
 
 def modulus(expr: sp.Expr) -> sp.Expr:

@@ -222,6 +222,17 @@ def test_others_that_leave_the_contact_no_motion_or_are_too_many_are_refused():
             held.critical_friction  # noqa: B018
 
 
+@pytest.mark.parametrize("unilateral", [False, True])
+def test_a_rough_other_with_a_singular_matrix_of_reactions_leaves_a_paradox_at_any_friction(unilateral):
+    """With s = 1 the determinant is 1 (2 - 1) - 1 = 0, and D_1 = 1: f > 0 makes it negative."""
+    G = sp.Matrix([[1, 1, 1, 0], [1, 2, 0, 1], [1, 0, 5, 0], [0, 1, 0, 5]])  # of N, N2, T, T2
+    q, u = (sp.symbols(f"{name}:4", real=True) for name in "qu")
+    contacts = [ap.Contact(q[0], u[2], f, unilateral=unilateral), ap.Contact(q[1], u[3], 1)]
+    held = ap.Mechanism(q, u, G.inv(), sp.zeros(4, 1), contacts[0], others=contacts[1:])
+    assert held.critical_friction == 0
+    assert held.paradox == sp.true
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("friction", [0, f2])
 def test_a_chain_too_long_for_symbols_has_what_linear_algebra_in_numbers_says_with_a_moving_contact_held(friction):

@@ -125,6 +125,17 @@ def test_the_modulus_of_an_expression_of_a_trillion_terms_is_not_expanded():
     assert shortly_after(jump, lambda part: sp.S.One, 1e-15).has(sp.Abs(long(a), evaluate=False))
 
 
+def test_a_least_of_long_expressions_stays_as_it_stands_where_its_parts_are_replaced():
+    """SymPy would compare them: here it finds that one is the greater, of determinants it finds nothing in minutes."""
+    long_sum = sp.Add(*(sp.sin(k * a) for k in range(1, 90)))
+    for kind in (sp.Min, sp.Max):
+        two = kind(long_sum, long_sum + 1, evaluate=False)
+        for found in (replaced(two, {a: b}), carried_out(two)):
+            assert found.func is kind
+            assert len(found.args) == 2
+    assert replaced(sp.Min(a, b), {b: a + 1}) == a
+
+
 def test_an_expression_is_clearly_nonzero_at_a_place_where_it_has_a_value_that_no_rounding_has():
     assert is_clearly_nonzero(_doubled(a - b / c, 8))
     assert is_clearly_nonzero(sp.exp(a) - 1 - a)
