@@ -113,11 +113,11 @@ class Described:
 
     @cached_property
     def _closing(self):
-        kinetics, (name, low, high) = self.mechanism.plain, self.turn
+        kinetics, (name, low, high) = self.mechanism.held, self.turn
         numbers = self.mechanism.keyed({name: low, **self.numbers})
         other = closing_coordinate(kinetics, name, numbers)
         (turned,) = self.mechanism.keyed({name: low})
-        self._require_others({turned, other}, condition(self.mechanism.held))
+        self._require_others({turned, other}, condition(kinetics))
         return {} if other is None else {str(other): closed_by(kinetics, other, (turned, low, high), numbers)}
 
     def _require_others(self, moved, *formulas):

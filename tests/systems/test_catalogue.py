@@ -700,6 +700,22 @@ def test_the_screen_has_the_paradox_and_the_jump_of_a_contact_with_its_joints_he
     assert "and no rough others that hold both ways" in capsys.readouterr().err
 
 
+def test_over_a_range_the_contact_closes_by_a_coordinate_on_which_no_paradox_with_joints_held_depends(screen):
+    """With the joint the critical friction depends on Y, and so X = sin(theta) - Y closes the contact."""
+    told = screen("""
+        coordinates = ["X", "Y", "Z", "theta"]
+        lagrangian = "(X'^2 + Y'^2 + Z'^2)/2 + theta'^2/6 + X'*theta'/3"
+        gap = "X + Y - sin(theta)"
+        slip = "Z + X"
+        friction = "f"
+        others = [{gap = "Z - Y^2/2", slip = "X", friction = 0}]
+        values = {f = "6/5"}
+        state = {X = 0, Y = "sin(1)", Z = "sin(1)^2/2", theta = 1, "X'" = 1, "Y'" = -1, "Z'" = "-sin(1)", "theta'" = 0}
+        over = {theta = [0.5, 1.5]}
+    """)
+    assert "a paradox in 1.41068 .. 1.5, within 0.5 .. 1.5\nrigid motions" in told
+
+
 def test_the_screen_says_where_a_range_would_move_what_another_contact_holds(screen):
     """The end of a pendulum in plane coordinates: along x its y follows, and the critical friction with it."""
     told = screen("""
