@@ -20,6 +20,8 @@ _STRICT = {"allow_unknown_functions": False, "strict": True}
 class _Quick:
     """Caches the order of terms for all functions, and skips SymPy's search for ``re``, which is never lowered."""
 
+    _whole = ""  # of what an integer is made a number
+
     def _as_ordered_terms(self, expr, order=None):
         return expr.args if self.order == "none" else _ordered_terms(expr)
 
@@ -38,6 +40,12 @@ class _Quick:
             ordered = sorted(factors, key=lambda factor: factor.name)
             return "-" * (len(factors) < len(expr.args)) + "*".join(map(self._print, ordered))
         return super()._print_Mul(expr)
+
+    def _print_Rational(self, expr):
+        """Print long integers in base 16: Python neither writes nor reads thousands of digits in base 10."""
+        if expr.q < 10**999:
+            return super()._print_Rational(expr)
+        return "/".join(f"{self._whole}({int(part):#x})" for part in (expr.p, expr.q))
 
     def _handle_UnevaluatedExpr(self, expr):
         return expr
@@ -118,6 +126,10 @@ class _Python:
 
 class _Mpmath(_Quick, _Pieces, _Python, MpmathPrinter):
     """Python source on mpmath's numbers."""
+
+    @property
+    def _whole(self):
+        return self._module_format("mpmath.mpf")
 
 
 class _Math(_Quick, _Pieces, _Python, PythonCodePrinter):

@@ -35,6 +35,12 @@ def test_a_remainder_in_c_has_the_sign_of_the_divisor_where_their_product_underf
 
 
 @pytest.mark.parametrize("target", TARGETS)
+def test_a_quotient_of_integers_of_thousands_of_digits_is_a_number_in_every_target(target):
+    third = sp.Rational(10**5000 + 1, 3 * 10**5000)
+    assert float(lower((x,), third * x, target)(1)) == pytest.approx(1 / 3, rel=1e-15)
+
+
+@pytest.mark.parametrize("target", TARGETS)
 def test_targets_agree_with_sympy(target):
     f = lower((x, mu, sigma), EXPR, target)
     exact = EXPR.subs({x: 2, mu: sp.Rational(1, 4), sigma: 3}).evalf(30)
