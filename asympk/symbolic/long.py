@@ -60,10 +60,10 @@ def carried_out(expr: sp.Basic) -> sp.Basic:
 
 
 def remade(func: Any, *args: sp.Basic) -> sp.Basic:
-    """Return ``func(*args)``; of heavy ones a minimum as it stands, of which SymPy would compare each two."""
+    """Return ``func(*args)``; of long ones a minimum as it stands, of which SymPy would compare each two."""
     if func is sp.Abs:
         return modulus(*args)
-    if func in (sp.Min, sp.Max) and len({*args}) > 1 and any(map(heavy, args)):
+    if func in (sp.Min, sp.Max) and len({*args}) > 1 and any(is_longer(arg, 60) for arg in args):
         return func(*args, evaluate=False)
     return func(*args)
 
