@@ -47,7 +47,8 @@ class JumpLaw(ShownAsFormulas):
     joints: tuple[sp.Expr, ...] = ()
 
     def _card(self) -> Card:
-        rows = [*zip(("P_N", "P_T"), self.impulses, strict=True), *(("joint", impulse) for impulse in self.joints)]
+        rows = [*zip(("P_N", "P_T"), self.impulses, strict=True)]
+        rows += [(f"joint {k}", impulse) for k, impulse in enumerate(self.joints, 1)]
         rows += [(f"{_name(rate)} after", value) for rate, value in self.velocities.items()]
         return Card("Jump law", (*rows, ("x gains", self.reaction), ("holds where", self.condition)))
 
