@@ -96,6 +96,7 @@ def test_what_is_turned_is_what_is_followed():
     assert [event["t"] for event in found["events"]] == [event.t for event in path.events]
 
 
+@pytest.mark.slow
 def test_states_that_depend_on_others_follow_a_change_of_these():
     (scene,) = chosen_scenes("arm")()
     moved = turned(scene, {}, {"b'": "0.2"}, None)

@@ -34,6 +34,7 @@ def test_with_another_rod_the_angles_of_the_catalogue_s_crank_close_the_contact(
         assert found == pytest.approx(np.arcsin(np.sin(at) / length), abs=1e-12)
 
 
+@pytest.mark.slow
 def test_a_place_out_of_reach_is_refused_by_name_and_all_else_is_told():
     """Nothing was told of a crank longer than its rod."""
     short = mechanism_of_table({**CRANK, "values": {"l": 0.9, "f": 3}, "over": {"theta": [0.05, 2]}}, "crank")

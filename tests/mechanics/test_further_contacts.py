@@ -406,8 +406,8 @@ def _turned(jointed, angle, rate, friction):
     return ap.Scene(system=system, values={"f": friction}, start=crank.start(system, start), until=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("angle", "rate", "friction"), [(2.7, 2, 1.2), (0.3, -2, 1.2)])
-@pytest.mark.few(1)
 def test_a_crank_with_joints_for_constraints_turns_as_in_its_two_angles(angle, rate, friction):
     """Without friction a joint neither slips nor sticks: the two that hold each other's slip at 0 made a false stop."""
     jointed, placed = (ap.solve(_turned(own, angle, rate, friction)) for own in (True, False))
@@ -507,6 +507,7 @@ def test_a_foot_over_a_hollow_that_begins_flat_opens_and_one_on_a_hump_bears(ris
     assert ap.solve(ap.Scene(system=table.rigid(), start=start, until="1/2")).modes == (mode,)
 
 
+@pytest.mark.further
 def test_feet_whose_friction_comes_to_differ_share_no_load_at_will_where_it_does_not_yet():
     """Under the middle foot the ground becomes rougher, which no derivative that is computed shows at the start."""
     energy = (X.diff(T) ** 2 + Y.diff(T) ** 2 + THETA.diff(T) ** 2) / 2 - Y

@@ -169,7 +169,7 @@ def _crank(jointed):
         others=joints if jointed else (), forces={angle: sp.Rational(1, 2)})
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_contact_with_joints_held_is_that_in_coordinates_which_hold_them():
     jointed, placed = _crank(True), _crank(False)
     assert jointed.critical_friction == placed.critical_friction

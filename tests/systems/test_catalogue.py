@@ -700,6 +700,7 @@ def test_the_screen_has_the_paradox_and_the_jump_of_a_contact_with_its_joints_he
     assert "and no rough others that hold both ways" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_over_a_range_the_contact_closes_by_a_coordinate_on_which_no_paradox_with_joints_held_depends(screen):
     """With the joint the critical friction depends on Y, and so X = sin(theta) - Y closes the contact."""
     told = screen("""
