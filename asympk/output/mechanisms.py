@@ -183,11 +183,11 @@ def _over(described, name, low, high):
 
 def _verdict(described):
     """Say whether there is a paradox at the numbers; a unilateral contact has it for one direction of slip alone."""
-    excess = _excess(described)
+    excess, slides_into_it = _excess(described)
     if excess < 0:
         return "no paradox here"
     word = "a paradox" if excess else "exactly critical"
-    return f"{word} here" if _slides_into_it(described) else f"{word}{_way(described.mechanism)}"
+    return f"{word} here" if slides_into_it else f"{word}{_way(described.mechanism)}"
 
 
 def _way(rod):
@@ -195,17 +195,15 @@ def _way(rod):
     return " for one direction of slip at least" if rod.held.rough else " for slip of the sign of G_NT"
 
 
-def _slides_into_it(described):
-    """Tell whether the contact slides in a direction with a paradox; for a bilateral contact both directions are."""
+def _excess(described):
+    """Return the greatest sign of friction load |G_NT| - G_NN for all signs that friction of others may have.
+
+    With it comes whether the contact slides in a direction with this sign, as a bilateral contact always does.
+    """
     rod, excesses = described.mechanism, _excesses(described)
     slips = (_value(described, rod.own(rod.plain.slip * mixed)) for _, mixed in paradox.pairs(rod.held))
     towards = (excess for excess, slip in zip(excesses, slips, strict=True) if slip > 0)
-    return not rod.contact.unilateral or max(towards, default=-2) == max(excesses)
-
-
-def _excess(described):
-    """Return the greatest sign of friction load |G_NT| - G_NN for all signs that friction of others may have."""
-    return max(_excesses(described))
+    return max(excesses), not rod.contact.unilateral or max(towards, default=-2) == max(excesses)
 
 
 def _excesses(described):
@@ -258,7 +256,8 @@ def jump_lines(described: Described) -> list[str]:
         law = rod.jump_law()
     except NotDerivable as reason:
         return [f"jump            {reason}"]
-    if _excess(described) == 0 and _slides_into_it(described):
+    excess, slides_into_it = _excess(described)
+    if excess == 0 and slides_into_it:
         return ["jump            not determined at exactly the critical friction: follow the elastic contact"]
     given = {rate: described.numbers.get(str(rate), 0) for rate in rod.plain.velocities}
     least = ROUNDING * max(abs(as_floats(str(rate), value)) for rate, value in given.items())
@@ -266,7 +265,7 @@ def jump_lines(described: Described) -> list[str]:
         return ["jump            none from here: the contact does not slide"]
     closed = law.condition.xreplace({rod.own(keeps_gap(rod.plain)): sp.true})  # a departure is told by its own line
     if not _value(described, closed):
-        if _excess(described) > 0 and _slides_into_it(described):
+        if excess > 0 and slides_into_it:
             return ["jump            no law: sliding goes on, as friction falls below the critical one before the stop,"
                     " or static friction is below the kinetic one at rest; follow the elastic contact"]
         return ["jump            none from here: no paradox, or the contact slides out of it"]
