@@ -14,6 +14,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache, partial
+from itertools import groupby
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -220,9 +222,12 @@ def _by_terms(path: Any) -> np.ndarray:
     It is ``NumericMode.terms``, times the time in which the state forgets an error, at most that of the run.
     """
     made, until = np.zeros(len(path.final)), float(path.scene.until)
-    for mode, t, state in path.at.places(_looks(path), slow=True):
-        spans = until / np.maximum(until * np.abs(np.diag(mode.jac(t, state))), 1)
-        made = np.maximum(made, np.array(mode.terms(t, tuple(state), ROUNDED), dtype=float) * spans)
+    for mode, places in groupby(path.at.places(_looks(path), slow=True), key=itemgetter(0)):
+        _, times, states = zip(*places, strict=True)
+        t, states = np.array(times), np.array(states).T
+        own = mode.on_arrays(lambda mode: mode.jacobian, t, (*states, *mode.p))[:: len(states) + 1]
+        spans = until / np.fmax(until * np.abs(own), 1)
+        made = np.fmax(made, np.fmax.reduce(mode.terms(t, states, ROUNDED) * spans, axis=1))
     return made
 
 

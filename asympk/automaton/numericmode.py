@@ -7,11 +7,12 @@ onto zeros of guards and constraints g, w -> w - g n / (n . grad g), by the hard
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from operator import sub
 from typing import Any
 
+import numpy as np
 import sympy as sp
 
 from asympk.automaton.bumps import is_narrow
@@ -345,29 +346,55 @@ class NumericMode:
         """Return the rates at a time and a state."""
         return self.field(t, *state, *self.p)
 
-    def terms(self, t: Any, state: State, slack: Any) -> tuple:
-        """Return the size of each rate by its terms, also where they cancel.
+    def on_arrays(
+        self, of: Callable[["NumericMode"], Callable[..., tuple]], t: Any, here: Sequence[Any]
+    ) -> np.ndarray:
+        """Return the values of a function ``of`` a mode, as its rates: an array (values,) + the shape of the places.
+
+        The places are arrays of times and of ``here``, the states and the parameters. Where arrays give no finite
+        value, and beside limits, the values are those of single numbers, or NaN where these have none.
+        """
+        with np.errstate(all="ignore"):
+            values = of(self._arrays)(t, *here)
+        found = np.empty((len(values), *np.shape(t)))
+        for k, value in enumerate(values):
+            found[k] = value
+        for place in np.argwhere(~np.isfinite(found).all(axis=0) | bool(self.mode.removable)).tolist():
+            one = (np.broadcast_to(w, np.shape(t))[*place].item() for w in (t, *here))
+            try:
+                found[:, *place] = of(self)(*one)
+            except (ArithmeticError, ValueError, TypeError):
+                found[:, *place] = math.nan
+        return found
+
+    @cached_property
+    def _arrays(self) -> "NumericMode":
+        return replace(self, target="numpy", functions=np)
+
+    def terms(self, t: Any, states: Sequence[Any], slack: float) -> np.ndarray:
+        """Return the size of each rate by its terms, also where they cancel, at arrays of places: (states,) + shape.
 
         It is the change of the rate by relative changes ``slack`` of time, states and parameters, divided by these, or
         the sum of what the reactions of rigid contacts add, which balance other forces whatever these changes are.
         """
-        here = (*state, *self.p)
-        now = self.field(t, *here)
-        changes = [map(abs, map(sub, self.field(at, *moved), now)) for at, moved in nudges(t, here, slack)]
-        found = tuple(change / slack for change in map(max, *changes))
-        added = [*map(abs, self.reactions(t, *here))]
-        return tuple(max(own, sum(added[k :: len(state)])) for k, own in enumerate(found)) if added else found
+        here, rates = (*states, *self.p), partial(self.on_arrays, lambda mode: mode.field)
+        now = rates(t, here)
+        found = np.maximum.reduce([np.abs(rates(*place) - now) for place in nudges(t, here, slack)]) / slack
+        if not self.mode.reactions:
+            return found
+        added = np.abs(self.on_arrays(lambda mode: mode.reactions, t, here))
+        return np.maximum(found, added.reshape(-1, *found.shape).sum(axis=0))
 
-    def moves(self, t: Any, state: State) -> tuple:
+    def moves(self, t: Any, states: Sequence[Any]) -> np.ndarray:
         """Return by how much rounding, over its relative size, moves each state where what is ``kept`` is set to 0.
 
         It is the sum of |g_i| sum_j |g_j w_j| / |g|^2 over the gradients g of what is kept, for the states w.
         """
-        found = (0.0,) * len(state)
+        found = np.zeros_like(states, dtype=float)
         for expr in self.kept:
-            gradient = self._gradient(expr)(t, *state, *self.p)
-            share = sum(abs(a * w) for a, w in zip(gradient, state, strict=True)) / (_dot(gradient, gradient) or 1)
-            found = tuple(v + abs(a) * share for v, a in zip(found, gradient, strict=True))
+            gradient = np.abs(self.on_arrays(lambda mode, expr=expr: mode._gradient(expr), t, (*states, *self.p)))
+            squares = (gradient**2).sum(axis=0)
+            found += gradient * (gradient * np.abs(states)).sum(axis=0) / np.where(squares, squares, 1)
         return found
 
     def jac(self, t: Any, state: State) -> tuple:

@@ -38,31 +38,26 @@ def grown(factor: float, t: Any) -> Undecided:
 class Linearised(NamedTuple):
     """A segment with its mode, and the Jacobians in the middle of its steps: at the ends a root may vanish.
 
-    ``slopes`` is None where a rate has no derivative, as a root has none where it vanishes.
+    ``slopes`` are NaN where a rate has no derivative, as a root has none where it vanishes.
     """
 
     segment: Segment
     mode: NumericMode
     times: np.ndarray
     states: np.ndarray
-    slopes: np.ndarray | None
+    slopes: np.ndarray
 
 
 def linearised(automaton: Automaton, segments: Sequence[Segment]) -> list[Linearised]:
     """Return segments with the Jacobians along them."""
-    with np.errstate(all="ignore"):
-        return [_linearised(automaton.mode(segment.branch, sides=segment.sides), segment) for segment in segments]
+    return [_linearised(automaton.mode(segment.branch, sides=segment.sides), segment) for segment in segments]
 
 
 def _linearised(mode: NumericMode, segment: Segment) -> Linearised:
     times, states = _steps(segment)
     times, states, n = (times[1:] + times[:-1]) / 2, (states[1:] + states[:-1]) / 2, states.shape[1]
-    try:
-        rows = [mode.jacobian(t, *w, *mode.p) for t, w in zip(times.tolist(), states.tolist(), strict=True)]
-        slopes = np.array(rows, dtype=float).reshape(-1, n, n)
-    except (ArithmeticError, ValueError, TypeError):
-        slopes = None
-    return Linearised(segment, mode, times, states, slopes)
+    slopes = mode.on_arrays(lambda mode: mode.jacobian, times, (*states.T, *mode.p))
+    return Linearised(segment, mode, times, states, slopes.T.reshape(-1, n, n))
 
 
 def _steps(segment: Segment) -> tuple[np.ndarray, np.ndarray]:
@@ -88,7 +83,7 @@ def growth(parts: Sequence[Linearised], scales: Sequence[float], tolerance: floa
     the range of doubles, and None where rates have no derivative.
     """
     end = parts[-1].segment.t
-    if any(part.slopes is None for part in parts):
+    if any(np.isnan(part.slopes).any() for part in parts):
         return None
     with np.errstate(all="ignore"):
         try:
@@ -158,16 +153,9 @@ def balances(parts: Sequence[Linearised]) -> tuple[np.ndarray, np.ndarray]:
     found, gains = np.zeros(n), np.zeros((n, n))
     with np.errstate(all="ignore"):
         for _, mode, times, states, slopes in parts:
-            if slopes is None:
-                continue
             own, swings = (np.abs(np.einsum("kii->ki", part)) for part in (slopes, slopes @ slopes))
             spans = np.minimum(until, 1 / own)
-            try:
-                at = [(t, tuple(w)) for t, w in zip(times.tolist(), states.tolist(), strict=True)]
-                terms, moves = [mode.terms(*here, ROUNDED) for here in at], [mode.moves(*here) for here in at]
-            except (ArithmeticError, ValueError, TypeError):  # a rate without a derivative
-                continue
-            made = np.array(terms, dtype=float).reshape(-1, n) * spans + np.array(moves, dtype=float).reshape(-1, n)
+            made = mode.terms(times, states.T, ROUNDED).T * spans + mode.moves(times, states.T).T
             found = np.maximum(found, np.where(np.isfinite(made), made, 0).max(axis=0, initial=0.0))
             gained = np.abs(slopes) * np.minimum(spans, 1 / np.sqrt(swings))[:, :, None]
             gains = np.maximum(gains, np.where(np.isfinite(gained), gained, 0).max(axis=0, initial=0.0))
@@ -181,9 +169,8 @@ def _passed(part: Linearised, after: Linearised | None, scales: np.ndarray) -> t
     """
     segment, mode, *_, slopes = part
     times, states = _steps(segment)
-    at = list(zip(times.tolist(), map(tuple, states.tolist()), strict=True))
-    ones = np.ones(len(scales), dtype=bool)
-    moving = [np.array(mode.rhs(*here), dtype=float) != 0 if 0 in here[1] else ones for here in at]
+    moving, still = np.ones(states.shape, dtype=bool), (states == 0).any(axis=1)
+    moving[still] = mode.on_arrays(lambda mode: mode.field, times[still], (*states[still].T, *mode.p)).T != 0
     sizes = np.maximum(scales, np.abs(states)) * ((states != 0) | moving) * mode.movable
     found = exponentials(slopes * np.diff(times)[:, None, None] * np.array(mode.movable))
     if after is None or segment.hit is None or after.mode is mode:

@@ -3,6 +3,7 @@
 from fractions import Fraction
 from math import cos, sin
 
+import numpy as np
 import pytest
 import sympy as sp
 
@@ -12,7 +13,7 @@ from asympk.automaton.numericmode import NumericMode, on_hermite
 from asympk.errors import OutOfRange
 from asympk.symbolic.branches import Phase
 
-x, y = sp.symbols("x y")
+x, y, z = sp.symbols("x y z")
 
 
 def test_a_cubic_is_met_by_its_ends_and_their_rates_in_every_share():
@@ -48,7 +49,19 @@ def test_a_rate_has_the_size_of_the_reactions_that_balance_there_whatever_the_pa
     F, N, g = sp.symbols("F N g")
     ground = ap.Friction(x, F, N, sp.Rational(1, 5), normal=N, constraint=N - g)
     mode = Automaton(ap.System.with_frictions({x: F, y: N - g}, {}, [ground]), (10,)).mode((Phase(1, 1),))
-    assert mode.terms(0.0, (1.0, 0.0), 2.0**-48) == (2, 10)
+    assert tuple(mode.terms(0.0, (1.0, 0.0), 2.0**-48)) == (2, 10)
+
+
+def test_rates_on_arrays_are_those_of_single_numbers_also_at_limits_and_where_parts_overflow():
+    rates = {x: (sp.exp(x) - 1) / x, y: 1 / sp.cosh(y) ** 2, z: sp.sqrt(z)}
+    for removed in ((), (x,)):
+        system = ap.System.with_frictions({s: rate for s, rate in rates.items() if s not in removed}, {}, [])
+        mode = Automaton(system, ()).mode(())
+        places = [dict(zip((x, y, z), at, strict=True)) for at in ((0.0, 0.5, 2.0), (1e-9, 1e3, 1.0), (2.0, 0.0, 0.0))]
+        rows = [tuple(place[s] for s in system.states) for place in places]
+        found = mode.on_arrays(lambda mode: mode.field, np.zeros(3), np.array(rows).T)
+        assert found.T.tolist() == [pytest.approx(mode.rhs(0.0, row), rel=1e-15) for row in rows]
+        assert np.isnan(mode.on_arrays(lambda mode: mode.field, 0.0, (*rows[0][:-1], -1.0))).all()
 
 
 def test_a_small_swing_between_belts_keeps_its_digits_however_hard_these_are_pressed_on():
