@@ -222,12 +222,12 @@ def _by_terms(path: Any) -> np.ndarray:
     It is ``NumericMode.terms``, times the time in which the state forgets an error, at most that of the run.
     """
     made, until = np.zeros(len(path.final)), float(path.scene.until)
-    for mode, places in groupby(path.at.places(_looks(path), slow=True), key=itemgetter(0)):
-        _, times, states = zip(*places, strict=True)
-        t, states = np.array(times), np.array(states).T
-        own = mode.on_arrays(lambda mode: mode.jacobian, t, (*states, *mode.p))[:: len(states) + 1]
+    for mode, group in groupby(path.at.places(_looks(path), slow=True), key=itemgetter(0)):
+        _, times, states = zip(*group, strict=True)
+        t, w = np.array(times), np.array(states).T
+        own = mode.on_arrays(lambda mode: mode.jacobian, t, (*w, *mode.p))[:: len(w) + 1]
         spans = until / np.fmax(until * np.abs(own), 1)
-        made = np.fmax(made, np.fmax.reduce(mode.terms(t, states, ROUNDED) * spans, axis=1))
+        made = np.fmax(made, np.fmax.reduce(mode.terms(t, w, ROUNDED) * spans, axis=1))
     return made
 
 

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from operator import sub
+from operator import methodcaller, sub
 from typing import Any
 
 import numpy as np
@@ -359,19 +359,20 @@ class NumericMode:
         found = np.empty((len(values), *np.shape(t)))
         for k, value in enumerate(values):
             found[k] = value
-        for place in np.argwhere(~np.isfinite(found).all(axis=0) | bool(self.mode.removable)).tolist():
-            one = (np.broadcast_to(w, np.shape(t))[*place].item() for w in (t, *here))
+        flat = found.reshape(len(found), -1)
+        for k in np.flatnonzero(~np.isfinite(flat).all(axis=0) | bool(self.mode.removable)).tolist():
+            one = (float(np.broadcast_to(w, np.shape(t)).flat[k]) for w in (t, *here))
             try:
-                found[:, *place] = of(self)(*one)
+                flat[:, k] = of(self)(*one)
             except (ArithmeticError, ValueError, TypeError):
-                found[:, *place] = math.nan
+                flat[:, k] = math.nan
         return found
 
     @cached_property
     def _arrays(self) -> "NumericMode":
         return replace(self, target="numpy", functions=np)
 
-    def terms(self, t: Any, states: Sequence[Any], slack: float) -> np.ndarray:
+    def terms(self, t: Any, states: Any, slack: float) -> np.ndarray:
         """Return the size of each rate by its terms, also where they cancel, at arrays of places: (states,) + shape.
 
         It is the change of the rate by relative changes ``slack`` of time, states and parameters, divided by these, or
@@ -385,14 +386,14 @@ class NumericMode:
         added = np.abs(self.on_arrays(lambda mode: mode.reactions, t, here))
         return np.maximum(found, added.reshape(-1, *found.shape).sum(axis=0))
 
-    def moves(self, t: Any, states: Sequence[Any]) -> np.ndarray:
+    def moves(self, t: Any, states: Any) -> np.ndarray:
         """Return by how much rounding, over its relative size, moves each state where what is ``kept`` is set to 0.
 
         It is the sum of |g_i| sum_j |g_j w_j| / |g|^2 over the gradients g of what is kept, for the states w.
         """
         found = np.zeros_like(states, dtype=float)
         for expr in self.kept:
-            gradient = np.abs(self.on_arrays(lambda mode, expr=expr: mode._gradient(expr), t, (*states, *self.p)))
+            gradient = np.abs(self.on_arrays(methodcaller("gradient", expr), t, (*states, *self.p)))
             squares = (gradient**2).sum(axis=0)
             found += gradient * (gradient * np.abs(states)).sum(axis=0) / np.where(squares, squares, 1)
         return found
@@ -413,7 +414,7 @@ class NumericMode:
 
     def guard_gradient(self, guard: int, t: Any, state: Sequence) -> tuple:
         """Return the derivatives of one guard with respect to the states."""
-        return self._gradient(self.mode.guards[guard].value)(t, *state, *self.p)
+        return self.gradient(self.mode.guards[guard].value)(t, *state, *self.p)
 
     def snapped(self, guard: int, t: Any, state: State) -> State:
         """Return ``state`` moved onto the zero of a guard, if the zero is near; otherwise ``settled(t, state)``.
@@ -515,7 +516,7 @@ class NumericMode:
         for _ in range(2):
             basis: list[list] = []
             for k, expr in enumerate(expressions):
-                at = (*self._compiled((expr,))(t, *state, *self.p), *self._gradient(expr)(t, *state, *self.p))
+                at = (*self._compiled((expr,))(t, *state, *self.p), *self.gradient(expr)(t, *state, *self.p))
                 value, *gradient = map(getattr(self.functions, "mpf", float), at)
                 rest = _across(gradient, basis)
                 if _dot(rest, rest) <= DEPENDENT * _dot(gradient, gradient):
@@ -535,7 +536,8 @@ class NumericMode:
         moved = [a * (rate / largest) ** 2 if largest else a for a, rate in zip(gradient, rates, strict=True)]
         return _across(moved if any(moved) else gradient, basis)
 
-    def _gradient(self, expr: sp.Expr) -> Callable[..., tuple]:
+    def gradient(self, expr: sp.Expr) -> Callable[..., tuple]:
+        """Return the derivatives of an expression by the states, as a function of ``(t, *state, *p)``."""
         if expr not in self._gradients:  # every search for it by all its directions would hash all their numbers
             self._gradients[expr] = self._compiled((expr,), self.mode.units)
         return self._gradients[expr]
