@@ -9,6 +9,7 @@ good at T (``jammed``). To leading order in L = log(|z0|/epsilon), for a fixed z
     T = (epsilon^2/d) (1 + 1/sigma) log(d |z0| / epsilon^2)  for d^3 > epsilon^2 |z0|, in one stick: Fufaev's jump.
 """
 
+from cmath import sqrt as complex_sqrt
 from collections.abc import Mapping
 from math import log, pi, sqrt
 from typing import Any
@@ -20,6 +21,7 @@ from asympk.methods import solve
 from asympk.scene import Scene
 from asympk.storage.rows import StoredRows
 from asympk.symbolic.reading import rational
+from asympk.systems.painleve_klein.flow.fastslow import two_exponentials
 from asympk.systems.painleve_klein.modes import cone
 
 SIGMA, UNTIL = 1, 1.0
@@ -103,12 +105,12 @@ def jam_law(epsilon: float, damping: float, sigma: Any = SIGMA) -> float:
     fallen to 1/(sigma + 1) (zeta < 1, up to half a period).
     """
     mu, (low, high) = (epsilon / damping) ** 2, cone(sigma)
-    growing, shrinking = _roots(mu, -sigma)
+    (_, _, growing, shrinking, *_), _ = two_exponentials(1, -sigma, mu, sqrt)
     landing = growing / (damping * (sigma + 1) * (1 + growing))
     first = log(sigma * landing * (shrinking - growing) / shrinking) / growing
-    fast, slow = _roots(mu, 1)
+    (_, _, fast, slow, *_), _ = two_exponentials(0, 1, mu, complex_sqrt)
     if damping**3 > epsilon**2:
-        return damping * (first - log(high * (1 + growing) * landing) / fast)
+        return damping * (first - log(high * (1 + growing) * landing) / fast.real)
     part = mu * slow**2 * (growing - fast) / (slow - fast) * landing
     size = 2 * abs(part) if mu > 1 / 4 else abs(part)
     return damping * (first - log(-low * size) / slow.real)
@@ -119,13 +121,6 @@ def leading_law(epsilon: float, zeta: float) -> float:
     first = 1 / (SIGMA * zeta + sqrt(SIGMA**2 * zeta**2 + SIGMA))
     slow = zeta if zeta < 1 else zeta - sqrt(zeta**2 - 1)
     return epsilon * log(1 / epsilon) * (first + 1 / slow)
-
-
-def _roots(mu, b):
-    """Return the roots of mu r^2 + b r + b = 0 without cancellation, the root of larger modulus first."""
-    swing = b * b - 4 * mu * b
-    half = -(b + (1 if b > 0 else -1) * (sqrt(swing) if swing >= 0 else 1j * sqrt(-swing))) / 2
-    return half / mu, b / half
 
 
 def stick_law(epsilon: float, zeta: float) -> float:
