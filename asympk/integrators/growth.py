@@ -36,9 +36,9 @@ def grown(factor: float, t: Any) -> Undecided:
 
 
 class Linearised(NamedTuple):
-    """A segment with its mode, and the Jacobians in the middle of its steps: at the ends a root may vanish.
+    """A segment with its mode, the ``times`` and ``states`` of its steps, and the Jacobians in the middle of these.
 
-    ``slopes`` are NaN where a rate has no derivative, as a root has none where it vanishes.
+    At the ends of steps a root may vanish. ``slopes`` are NaN where a rate has no derivative.
     """
 
     segment: Segment
@@ -54,16 +54,14 @@ def linearised(automaton: Automaton, segments: Sequence[Segment]) -> list[Linear
 
 
 def _linearised(mode: NumericMode, segment: Segment) -> Linearised:
-    times, states = _steps(segment)
-    times, states, n = (times[1:] + times[:-1]) / 2, (states[1:] + states[:-1]) / 2, states.shape[1]
-    slopes = mode.on_arrays(lambda mode: mode.jacobian, times, (*states.T, *mode.p))
-    return Linearised(segment, mode, times, states, slopes.T.reshape(-1, n, n))
+    at_end = ((segment.t, segment.state),)  # a segment that begins at the end of a run has no steps
+    times, states = (np.array(found, dtype=float) for found in zip(*segment.steps or at_end, strict=True))
+    slopes = mode.on_arrays(lambda mode: mode.jacobian, _middles(times), (*_middles(states).T, *mode.p))
+    return Linearised(segment, mode, times, states, slopes.T.reshape(-1, *states.shape[1:] * 2))
 
 
-def _steps(segment: Segment) -> tuple[np.ndarray, np.ndarray]:
-    """Return the times and states of a segment; one that begins at the end of a run has no steps."""
-    times, states = zip(*segment.steps or ((segment.t, segment.state),), strict=True)
-    return np.array(times, dtype=float), np.array(states, dtype=float)
+def _middles(ends: np.ndarray) -> np.ndarray:
+    return (ends[1:] + ends[:-1]) / 2
 
 
 def largest_part(errors: np.ndarray | None, sizes: float | Sequence[float]) -> float:
@@ -155,7 +153,8 @@ def balances(parts: Sequence[Linearised]) -> tuple[np.ndarray, np.ndarray]:
         for _, mode, times, states, slopes in parts:
             own, swings = (np.abs(np.einsum("kii->ki", part)) for part in (slopes, slopes @ slopes))
             spans = np.minimum(until, 1 / own)
-            made = mode.terms(times, states.T, ROUNDED).T * spans + mode.moves(times, states.T).T
+            t, w = _middles(times), _middles(states).T
+            made = mode.terms(t, w, ROUNDED).T * spans + mode.moves(t, w).T
             found = np.maximum(found, np.where(np.isfinite(made), made, 0).max(axis=0, initial=0.0))
             gained = np.abs(slopes) * np.minimum(spans, 1 / np.sqrt(swings))[:, :, None]
             gains = np.maximum(gains, np.where(np.isfinite(gained), gained, 0).max(axis=0, initial=0.0))
@@ -167,8 +166,7 @@ def _passed(part: Linearised, after: Linearised | None, scales: np.ndarray) -> t
 
     Errors and states are those at their starts, times those at their ends.
     """
-    segment, mode, *_, slopes = part
-    times, states = _steps(segment)
+    segment, mode, times, states, slopes = part
     moving, still = np.ones(states.shape, dtype=bool), (states == 0).any(axis=1)
     moving[still] = mode.on_arrays(lambda mode: mode.field, times[still], (*states[still].T, *mode.p)).T != 0
     sizes = np.maximum(scales, np.abs(states)) * ((states != 0) | moving) * mode.movable

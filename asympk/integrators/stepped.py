@@ -98,9 +98,9 @@ def _scales(parts: Sequence[growth.Linearised]) -> tuple[tuple[float, ...], tupl
     that by the terms of its rate (``balances``); a state without any has 1. Sizes of errors at the end are at least
     ``NOISE`` times the gain from other states, so that a tiny state does not count as wrong.
     """
-    states = [state for part in parts for _, state in part.segment.steps] or [parts[-1].segment.state]
-    own = [max(map(abs, column)) for column in zip(*states, strict=True)]
+    own = np.abs(np.concatenate([part.states for part in parts])).max(axis=0)
     made, gains = growth.balances(parts)
-    made = np.maximum(made, gains @ np.where(np.array(own) <= NOISE * made, made, 0))
-    sizes = [(size if size > NOISE * most else most) or 1.0 for size, most in zip(own, made.tolist(), strict=True)]
-    return tuple(min(1.0, size) for size in sizes), tuple(np.maximum(sizes, NOISE * (gains @ sizes)).tolist())
+    made = np.maximum(made, gains @ np.where(own <= NOISE * made, made, 0))
+    sizes = np.where(own > NOISE * made, own, made)
+    sizes[sizes == 0] = 1.0
+    return tuple(np.minimum(1.0, sizes).tolist()), tuple(np.maximum(sizes, NOISE * (gains @ sizes)).tolist())
