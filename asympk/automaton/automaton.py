@@ -97,13 +97,20 @@ class Automaton:
         An edge that is left at a rate without forces has the side on which it is left, another its own law. Raises as
         ``decide.all_motions`` does.
         """
+        return decide.all_motions(*self._exactly(t, start))
+
+    def has_paradox(self, t: Any, start: State) -> bool:
+        """Tell whether some loads leave no motion or several at exact numbers, as ``decide.has_paradox`` does."""
+        return decide.has_paradox(*self._exactly(t, start))
+
+    def _exactly(self, t: Any, start: State) -> tuple["Automaton", Any, State, Any]:
+        """Return the automaton on the sides that a motion enters, time and state in many digits, and their error."""
         context = carrier_context(decide.DIGITS)
         slack, (t, *state) = context.mpf(10) ** -decide.EXACT, _exact((t, *start), context)
         clear, edges = self.sides_at(t, tuple(state), slack)
         if (sided := _on_sides(self, _sides_known(self, clear, edges, t, tuple(state), slack))) != self:
-            return sided.motions(t, tuple(state))
-        own = _on_sides(self, _beyond(edges, _choices_of_sides(self, edges)[0]))
-        return decide.all_motions(own, t, tuple(state), slack)
+            return sided._exactly(t, tuple(state))
+        return _on_sides(self, _beyond(edges, _choices_of_sides(self, edges)[0])), t, tuple(state), slack
 
     def of(self, system: System) -> "Automaton":
         """Return the automaton of another system, with no further parameters, at the same numbers."""

@@ -48,7 +48,7 @@ def admissible(here: Junction) -> Tried:
     determined is kept, with None in place of the keys.
     """
     fitting = [_fitting(here, group) for group in contacts.coupled(here.system)]
-    _require_few(math.prod(map(len, fitting)), sum(len(choices) > 1 for choices in fitting))
+    require_few(math.prod(map(len, fitting)), sum(len(choices) > 1 for choices in fitting))
     found: Tried = {}
     for choice in product(*fitting):
         phases = {k: phase for own, _ in choice for k, phase in own.items()}
@@ -75,7 +75,7 @@ def _fitting(here: Junction, group: tuple[int, ...]) -> list[tuple[dict[int, Pha
         own, tied = solution
         choices |= {k: [own[k]] for k in undecided if k not in tied}
     open_choices = [choice for choice in choices.values() if len(choice) > 1]
-    _require_few(3 ** len(open_choices), len(open_choices))
+    require_few(3 ** len(open_choices), len(open_choices))
     found = []
     for phases in product(*choices.values()):
         own = dict(zip(group, phases, strict=True))
@@ -137,7 +137,8 @@ def _attracts(here: Junction, branch: Branch, group: tuple[int, ...]) -> bool:
     return bool(solved and smooth and solved.determinant * smooth.determinant > 0)
 
 
-def _require_few(combinations: int, undecided: int) -> None:
+def require_few(combinations: int, undecided: int) -> None:
+    """Raise ``InputError`` for too many combinations of the phases of frictions."""
     if combinations > 3**MOST:
         raise InputError(f"{undecided} frictions are undecided at once; combinations are tried for at most {MOST}")
 
@@ -442,3 +443,15 @@ def solved_without_friction(here: Junction, branch: Branch, group: Collection[in
     smooth = point._replace(contacts=tuple(c._replace(kinetic=0, static=0) for c in point.contacts))
     sliding = tuple(phase if phase.is_open else phase._replace(velocity=1) for phase in branch)
     return contacts.solved_forces(here.system, sliding, smooth, here.numbers, group)
+
+
+def is_stiff(here: Junction, branch: Branch) -> bool:
+    """Tell whether the determinant of a branch has the sign that it has without friction, where that determines forces.
+
+    Contacts at rest that share a velocity have the determinant 0.
+    """
+    group = tuple(range(len(branch)))
+    own, smooth = here.solved(branch, group), solved_without_friction(here, branch, group)
+    if own is None or smooth is None:
+        return smooth is None or bool(branches.at_rest(branch))
+    return own.determinant * smooth.determinant > 0

@@ -13,6 +13,7 @@ either direction as well: such rest repels. Before all this the system rests if 
 of it (``rest``). ``follow_on`` is the entry, ``_going_on`` the rules; doubles decide where all signs are clear.
 """
 
+import math
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
@@ -90,6 +91,20 @@ def all_motions(automaton: "Automaton", t: Any, state: tuple, slack: Any) -> dic
                  if branch in onsets
                  and not here.resting & (_named(here, branch, still) | _named(there, branch, onsets[branch]))}
         return {branch: here.forces(branch) for branch in _distinct(begun, _modes(here, begun)).values()}
+
+
+def has_paradox(automaton: "Automaton", t: Any, state: tuple, slack: Any) -> bool:
+    """Tell whether some loads leave the contacts that are closed at ``state`` no motion or several (Lemmas 17 and 21).
+
+    A contact that might rest counts with its static friction, too. Raises ``InputError`` for too many contacts.
+    """
+    state, numbers = _in_digits(state)
+    with finite(lambda: t, lambda: without_value(automaton.system, automaton.values, t, state)):
+        here = junction_at(automaton, None, (), t, state, slack, numbers)
+        there = junction_at(_with_static(automaton, here.resting), None, (), t, state, slack, numbers)
+        consistency.require_few(math.prod(map(len, here.phases)), sum(len(choice) > 1 for choice in here.phases))
+        return not all(consistency.is_stiff(point, branch) for point in (here, there)
+                       for branch in product(*point.phases))
 
 
 def _with_static(automaton: "Automaton", resting: set[int]) -> "Automaton":

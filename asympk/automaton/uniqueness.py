@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from asympk.automaton import contacts
 from asympk.automaton.automaton import ROUNDED, Automaton
-from asympk.automaton.consistency import margins_at_state, solved_without_friction
+from asympk.automaton.consistency import is_stiff, margins_at_state
 from asympk.automaton.junction import Junction
 from asympk.automaton.modes import GuardedMode
 from asympk.automaton.numericmode import NumericMode, on_hermite
@@ -122,7 +122,7 @@ def _has_one_motion(automaton: Automaton, branch: Branch, t: Any, state: tuple) 
     """Tell whether each choice of phases has a determinant of the sign that it has without friction."""
     with suppress(*_OPEN):
         here, found = _junction(automaton, branch, t, state), distinct_branches(automaton.system, branch)
-        return bool(found) and all(_is_stiff(here, other) for other in found)
+        return bool(found) and all(is_stiff(here, other) for other in found)
     return False
 
 
@@ -169,14 +169,6 @@ def _phases(system: System, k: int, phase: Phase) -> list[Phase]:
     velocities = (phase.velocity,) if phase.velocity else (0, 1, -1)
     closed = [Phase(load, velocity) for load in branches.signs_of_load(system, k) for velocity in velocities]
     return ([phase] if phase.smooth else closed) + [OPEN] * system.frictions[k].unilateral
-
-
-def _is_stiff(here: Junction, branch: Branch) -> bool:
-    group = tuple(range(len(branch)))
-    own, smooth = here.solved(branch, group), solved_without_friction(here, branch, group)
-    if own is None or smooth is None:
-        return smooth is None or bool(at_rest(branch))
-    return own.determinant * smooth.determinant > 0
 
 
 def _signs(margins: list[Any]) -> list[int]:

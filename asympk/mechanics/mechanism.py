@@ -14,6 +14,7 @@ from typing import Any
 
 import sympy as sp
 
+from asympk.automaton.automaton import Automaton
 from asympk.errors import InputError, NotDerivable, OutOfRange
 from asympk.formulas import NOT_FINITE
 from asympk.mechanics import elastic, jump_law, paradox, rigid, rigid_system
@@ -253,15 +254,40 @@ class Mechanism(ShownAsFormulas):
         ``InputError`` for missing values, ``NoMotion`` where a contact is hit, ``Undecided`` or ``UnboundedReaction``
         where a reaction is not determined.
         """
+        given = self._single(values)
+        if not any(is_met(contact, given) for contact in self.equations[1:]):
+            return rigid.motions(self.plain, given)
+        return rigid_system.motions_of_all(*self._beginning(values))
+
+    def has_paradox(self, values: dict[Any, Any]) -> bool:
+        """Tell whether some forces leave the contacts that are closed at numbers no motion or several.
+
+        The applied forces do not matter, and of the rates only the directions in which contacts slide: with other
+        forces ``motions`` are none or several (Lemma 21). A contact at rest counts with stick and with slip of both
+        directions; if its static friction exceeds the kinetic one, False is no proof. Contacts that depend on each
+        other, as the feet of a table, count as far as their reactions are determined. Raises as ``motions`` does.
+
+        >>> x, y, u, v, k = sp.symbols("x y u v k")
+        >>> body = Mechanism((x, y), (u, v), [[2, 1], [1, 1]], (0, 0), Contact(y, x, k, unilateral=True))
+        >>> [body.has_paradox({"x": 0, "y": 0, "u": -1, "v": 0, "k": friction}) for friction in (1, 3)]
+        [False, True]
+        """
+        automaton, t, start = self._beginning(values)
+        return automaton.has_paradox(t, start)
+
+    def _single(self, values: dict[Any, Any]) -> dict[sp.Symbol, Any]:
+        """Return numbers by plain symbols, with the time; raises ``InputError`` for arrays."""
         given = {self.plain.time: 0} | self.keyed(values)
         if shaped := [key for key, value in given.items() if raw_entries(str(key), value).ndim]:
             raise InputError(f"{shaped[0]} is an array; motion_map counts the motions on arrays")
-        if not any(is_met(contact, given) for contact in self.equations[1:]):
-            return rigid.motions(self.plain, given)
-        system = self.rigid()
+        return given
+
+    def _beginning(self, values: dict[Any, Any]) -> tuple[Automaton, Any, tuple]:
+        """Return the automaton of the rigid system, the time and the state; states that do not matter are 0."""
+        system, given = self.rigid(), self._single(values)
         idle = self._idle(system) - given.keys()
-        start = self.start(system, dict.fromkeys(idle, 0) | values)
-        return rigid_system.motions_of_all(system, given, start, given[self.plain.time])
+        automaton, state = rigid_system.automaton_at(system, given, self.start(system, dict.fromkeys(idle, 0) | values))
+        return automaton, given[self.plain.time], state
 
     def _idle(self, system: System) -> set[sp.Symbol]:
         """Return the states that neither a contact nor the rate of a velocity contains, whose numbers do not matter."""

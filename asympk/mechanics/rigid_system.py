@@ -47,9 +47,14 @@ def rigid_system(contacts: Sequence[Kinetics]) -> System:
     return System.with_frictions(moved | rates, {}, frictions, time=first.time if timed else None)
 
 
-def motions_of_all(system: System, values: dict[sp.Symbol, Any], start: dict[str, Any], t: Any) -> tuple[Motion, ...]:
-    """Return the motions of the rigid ``system`` from ``start``, by the names of its modes, with all reactions."""
+def automaton_at(system: System, values: dict[sp.Symbol, Any], start: dict[str, Any]) -> tuple[Automaton, tuple]:
+    """Return the automaton of the rigid ``system`` at numbers, and the state of ``start``."""
     scene = Scene(system=system, values={s: values[s] for s in system.parameters if s in values}, start=start, until=1)
-    found = Automaton.at(system, scene.values).motions(t, scene.start)
-    reactions = ([float(forces[friction.normal]) for friction in system.frictions] for forces in found.values())
+    return Automaton.at(system, scene.values), scene.start
+
+
+def motions_of_all(automaton: Automaton, t: Any, start: tuple) -> tuple[Motion, ...]:
+    """Return the motions of a rigid system from ``start``, by the names of its modes, with all reactions."""
+    found, normals = automaton.motions(t, start), [friction.normal for friction in automaton.system.frictions]
+    reactions = ([float(forces[normal]) for normal in normals] for forces in found.values())
     return tuple(Motion(mode_name(branch), (*own,)) for branch, own in zip(found, reactions, strict=True))

@@ -115,7 +115,7 @@ def _others(others, first, departed):
               if other.unilateral and off == {}]
     if closed:
         verb = "is" if len(closed) == 1 else "are"
-        words += " but for the rigid motions" if first == {} or holding else ""
+        words += " but for the rigid motions and their paradox" if first == {} or holding else ""
         words += f"; contact {' and '.join(closed)} {verb} closed here, too"
     return wrapped("", words) if words else []
 
@@ -241,7 +241,16 @@ def motion_lines(described: Described) -> list[str]:
     except (NoMotion, UnboundedReaction, Undecided) as reason:  # as of a contact that is hit, or a table on four legs
         return [f"rigid motions   {reason}"]
     words = ", ".join(f"{name} with {_reactions(R)}" for name, R in found) or "none"
-    return [f"rigid motions   {words}"]
+    several = not alone and any(other.unilateral and _departure(other, given) == {} for other in rod.equations[1:])
+    return [f"rigid motions   {words}"] + (_of_all(described) if several else [])
+
+
+def _of_all(described):
+    """Return the line on the paradox of all closed contacts."""
+    words = ("some forces leave the closed contacts no motion or several"
+             if described.mechanism.has_paradox(described.numbers) else
+             "none of the closed contacts together: they have one motion under any forces")
+    return [f"paradox         {words}"]
 
 
 def _reactions(found):

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import tomllib
 from dataclasses import replace
 from functools import cache
 
@@ -15,8 +16,10 @@ from sympy.physics.mechanics import dynamicsymbols
 import asympk as ap
 from asympk.certify import certify
 from asympk.errors import InputError, NoMotion, NotDerivable, TwoMotions, UnboundedReaction, Undecided
+from asympk.mechanics.described import mechanism_of_table
 from asympk.mechanics.elastic import basis_of, velocities
 from asympk.mechanics.evaluation import evaluate
+from asympk.output.mechanisms import mechanism_as_text
 from asympk.symbolic.branches import OPEN, Phase
 from asympk.symbolic.expansion import require_series
 from asympk.symbolic.forces import moves_alike
@@ -671,6 +674,47 @@ def test_motions_at_a_wall_are_those_of_the_wall_where_the_floor_is_open_and_non
     else:
         with pytest.raises(found):
             block.motions(values)
+
+
+BOX = """
+coordinates = ["X", "Y", "theta"]
+lagrangian = "(X'^2 + Y'^2)/2 + J*theta'^2/2 - 10*Y"
+gap = "Y - h*cos(theta) - b*sin(theta)"     # of the rear foot
+slip = "X + h*sin(theta) - b*cos(theta)"
+friction = "f"
+unilateral = true
+[[others]]
+gap = "Y - h*cos(theta) + b*sin(theta)"
+slip = "X + h*sin(theta) + b*cos(theta)"
+friction = "f"
+unilateral = true
+[values]
+J = "1/3"
+h = 2
+b = "1/2"
+f = 0
+[state]
+X = 0
+Y = 2
+theta = 0
+"X'" = 1
+"Y'" = 0
+"theta'" = 0
+"""
+
+
+def test_a_box_has_the_paradox_of_the_foot_that_leads_though_the_other_has_none_in_this_direction():
+    """The determinant of both feet, 4 b^2/(m J), knows no friction; that of a foot ends at f = (J/m + b^2)/(b h)."""
+    box = mechanism_of_table(tomllib.loads(BOX), "box")
+    critical = sp.Rational(7, 12)
+    assert box.mechanism.evaluate(box.mechanism.critical_friction, box.numbers) == pytest.approx(float(critical))
+    for sliding, part, found in ((1, "99/100", False), (-1, 1, True), (1, "101/100", True)):
+        here = box.changed({"X'": sliding, "f": sp.Rational(part) * critical})
+        assert box.mechanism.has_paradox(here.numbers) == found
+    assert not box.mechanism.has_paradox(here.numbers | {"Y": "201/100"})
+    alone, together = mechanism_as_text(here).split("paradox         ")
+    assert "a paradox for slip of the sign of G_NT" in alone
+    assert together.startswith("some forces leave the closed contacts no motion or several")
 
 
 def _drawer():

@@ -70,26 +70,28 @@ def test_two_guides_of_one_friction_have_their_paradox_between_the_roots_of_the_
     assert np.sin(2 * np.array(angles.edges)) == pytest.approx([(2 + 1.1**2) / 3.3] * 2, rel=1e-12)
 
 
-def _random(seed, size, unilateral=False):
-    """Return a mechanism of contacts with random couplings G, random friction, and the free accelerations a."""
+def _random(seed, size, unilateral=0):
+    """Return a mechanism of contacts with random couplings G, random friction, and the free accelerations a.
+
+    The first ``unilateral`` contacts only push.
+    """
     rng = np.random.default_rng(seed)
     q, u, a = (sp.symbols(f"{name}:{2 * size}", real=True) for name in "qua")
     root = rng.integers(-4, 5, (2 * size, 2 * size))
     G, bounds = root.T @ root + np.eye(2 * size, dtype=int), [sp.Rational(int(k), 8) for k in rng.integers(1, 9, size)]
     own = sp.Symbol("f", nonnegative=True)
-    contacts = [ap.Contact(q[k], u[size + k], bounds[k] if k else own, unilateral=unilateral and not k)
-                for k in range(size)]
+    contacts = [ap.Contact(q[k], u[size + k], bounds[k] if k else own, unilateral=k < unilateral) for k in range(size)]
     yields = sp.Matrix(G).inv()
     return ap.Mechanism(q, u, yields, yields * sp.Matrix(a), contacts[0], others=contacts[1:]), G, bounds, rng
 
 
 def _counts(G, bounds, sliding, free, unilateral):
-    """Return by rows how many reactions solve 0 = a_N + G_NN R - G_NT diag(s f) |R|, or open the first contact."""
+    """Return by rows how many reactions solve 0 = a_N + G_NN R - G_NT diag(s f) |R|, or open unilateral contacts."""
     size, found = len(bounds), 0
     for signs in itertools.product((1, -1), repeat=size):
         A = G[:size, :size] - G[:size, size:] * (bounds * sliding * signs)[:, None, :]
-        if unilateral and signs[0] < 0:
-            A[:, :, 0] = np.eye(size)[0]  # and -R is the acceleration of the gap
+        for k in (k for k in range(unilateral) if signs[k] < 0):
+            A[:, :, k] = np.eye(size)[k]  # and -R is the acceleration of the gap
         reactions = np.linalg.solve(A, -free[:, :size, None])[..., 0]
         found = found + np.all(np.sign(reactions) == signs, axis=1)
     return found
@@ -114,6 +116,26 @@ def test_above_the_critical_friction_beside_rough_contacts_some_forces_leave_no_
             start |= dict(zip(mechanism.velocities[size:], sliding[at], strict=True)) | {"f": friction}
             start |= {f"a{place}": value for place, value in enumerate(free[at])}
             assert len(mechanism.motions(start)) == counts[at]
+
+
+@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.few(1)
+def test_closed_contacts_have_a_paradox_where_some_forces_leave_no_motion_or_several(seed):
+    """Two or three contacts slide, of which one or more only push; each has friction up to 4."""
+    size = 2 + seed % 2
+    mechanism, G, _, rng = _random(seed, size, 1 + seed % size)
+    unilateral, frictions = 1 + seed % size, rng.integers(1, 33, size) / 8
+    others = (replace(other, friction=sp.Rational(float(part)), static=sp.Rational(float(part)))
+              for other, part in zip(mechanism.others, frictions[1:], strict=True))
+    mechanism = replace(mechanism, others=(*others,))
+    sliding = np.tile(rng.choice((-1, 1), size), (20000, 1))
+    free = rng.normal(size=(20000, 2 * size))
+    counts = _counts(G, frictions, sliding, free, unilateral)
+    start = dict.fromkeys((*mechanism.coordinates, *mechanism.velocities), 0) | {"f": frictions[0]}
+    start |= dict(zip(mechanism.velocities[size:], sliding[0], strict=True))
+    at = {f"a{place}": value for place, value in enumerate(free[np.argmax(counts != 1)])}
+    assert mechanism.has_paradox(start | at) == (counts != 1).any()
+    assert len(mechanism.motions(start | at)) == counts[np.argmax(counts != 1)]
 
 
 def _jumped(c, start, friction, h=0.5):
