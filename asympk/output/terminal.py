@@ -72,6 +72,7 @@ def below_scene(scene: "Scene", *parts: str, physical: bool = False) -> str:
     ``physical`` tells that the result is in the units of the scene's file.
     """
     from asympk.scenes.turned import scene_parameters
+    from asympk.systems.catalogue import strained_gaps
 
     read = ((name, number_as_text(value)) for name, value in scene_parameters(scene).items())
     numbers = ", ".join(map(" = ".join, scene.rod.rows if scene.rod is not None else read))
@@ -81,6 +82,8 @@ def below_scene(scene: "Scene", *parts: str, physical: bool = False) -> str:
         lines += wrapped("", words)
     for friction in scene.system.frictions if scene.system is not None else ():
         lines += wrapped("", f"sliding velocity {friction.velocity}, load {cut(str(friction.load))}")
+    strained = ", ".join(f"g = {gap:.6g} at contact {k}" for k, gap in strained_gaps(scene).items())
+    lines += wrapped("", f"starts with a reaction, as {strained}") if strained else []
     return "\n".join(filter(None, (*lines, *parts)))
 
 

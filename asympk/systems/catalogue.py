@@ -12,6 +12,7 @@ from typing import Any
 
 import sympy as sp
 
+from asympk.mechanics.checks import departures
 from asympk.mechanics.described import Described
 from asympk.mechanics.mechanism import Mechanism
 from asympk.naming import named
@@ -68,6 +69,21 @@ def is_off_contact(scene: Scene) -> bool:
     pressing = {*fast, *(x for x, rate in slow.items() if rate in fast)}
     start = dict(zip(scene.system.states, scene.start, strict=True))
     return any(start[s] for s in pressing)
+
+
+def strained_gaps(scene: Scene) -> dict[int, float]:
+    """Return the gaps by which elastic contacts have a reaction at the start of a ``Scene`` of a mechanism.
+
+    The keys are the numbers of the contacts, from 1 on. A contact that only pushes has no reaction at a gap above 0.
+    """
+    if scene.origin is None:
+        return {}
+    mechanism, values, state, _ = scene.origin
+    own = {*map(str, mechanism.parameters)}
+    given = mechanism.keyed({**{name: value for name, value in values.items() if name in own}, **state})
+    gaps = (min(0, gap) if kinetics.unilateral else gap for kinetics in mechanism.equations
+            for gap in (departures(kinetics, given).get("g", 0),))
+    return {k: gap for k, gap in enumerate(gaps, 1) if gap}
 
 
 def about_system(name: str) -> str:

@@ -401,6 +401,29 @@ def test_the_rebound_is_told_with_its_damping_as_a_time_in_the_units_of_the_mech
     assert [part.split(" for ")[1] for part in told.split(", ")] == ["h = 0", "h = sqrt(c)"]
 
 
+@pytest.mark.parametrize(("height", "told"), [("-2/5", True), (0, False), ("1/2", False)])
+def test_a_start_pressed_into_elastic_ground_is_said_to_have_a_reaction_and_one_above_it_is_not(
+    height, told, tmp_path, capsys
+):
+    """A slip of the pen below the ground was followed as a body that the ground throws up."""
+    file = tmp_path / "block.toml"
+    file.write_text(f"""
+        coordinates = ["x", "y"]
+        lagrangian = "(x'^2 + y'^2)/2 - y"
+        gap = "y"
+        slip = "x"
+        friction = 0.4
+        unilateral = true
+        compliance = "eps^2"
+        damping = "eps"
+        until = 0.1
+        values = {{eps = 0.01}}
+        state = {{x = 0, y = "{height}", "x'" = 1, "y'" = 0}}
+    """)
+    assert main(["solve", str(file)]) == 0
+    assert ("\nstarts with a reaction, as g = -0.4 at contact 1\n" in capsys.readouterr().out) == told
+
+
 def test_further_contacts_stand_in_the_file_and_are_said_to_be_open(screen, tmp_path):
     wall = 'others = [{gap = "X", slip = "Y", friction = "f/2", unilateral = true}]'
     assert "other contact" not in screen(ROD)
