@@ -172,7 +172,8 @@ def rebound(kinetics: Kinetics, ratio: sp.Expr) -> sp.Expr:
         g' = |gamma| r / q  exp(-(2 beta / w) atan(w l / (r + beta l + p))),    r = sqrt(p (p - p_s)),
 
     p_s = D / G_TT, q = friction load G_TT - |G_NT|, beta = b p_s / 2, w^2 = p_s - beta^2 (for w^2 < 0, atan becomes
-    the inverse hyperbolic tangent). Time is in units of 1/sqrt(k), and u is sqrt(k) times the penetration.
+    the inverse hyperbolic tangent). Time is in units of 1/sqrt(k), and u is sqrt(k) times the penetration. Joints are
+    rigid: elastic ones, as those of ``elastic``, take a part of the energy.
 
     Raises ``NotDerivable`` for friction that depends on the velocity.
     """

@@ -322,10 +322,11 @@ class Mechanism(ShownAsFormulas):
 
         ``damping`` is the damping time, by default a symbol h, and ``.reaction`` is the gain of the elastic reaction x.
         The law is that of a closed contact, not of a collision: its condition contains g' = 0 before the jump.
-        With a ``ratio`` h/sqrt(c), a unilateral contact opens with the rate ``.gap_rate``. The law has errors of order
-        c log(1/c) in the compliance c, or with a ratio of order sqrt(c) log(1/c). Friction by the sliding velocity may
-        fall below the critical one: the condition then tells where the contact stops all the same. Raises
-        ``NotDerivable`` for friction by other velocities, and for damping by velocities that change meanwhile.
+        With a ``ratio`` h/sqrt(c), a unilateral contact opens with the rate ``.gap_rate``, if joints are rigid, which
+        those of ``elastic()`` are not. The law has errors of order c log(1/c) in the compliance c, or with a ratio of
+        order sqrt(c) log(1/c). Friction by the sliding velocity may fall below the critical one: the condition then
+        tells where the contact stops all the same. Raises ``NotDerivable`` for friction by other velocities, and for
+        damping by velocities that change meanwhile.
         """
         ratio, damping = (
             value if value is None else plainly(_exact(name, value), self._names, self.time)

@@ -305,7 +305,7 @@ def _rebounds(described):
     rates = [(b, _value(described, rod.own(rebound(rod.held, sp.Integer(b))))) for b in _DAMPINGS]
     c, h = rod.plain.unused_symbol("c"), rod.plain.unused_symbol("h")
     shown = ", ".join(f"g' = {_short(rate)} for {h} = {sp.Integer(b) * sp.sqrt(c)}" for b, rate in rates)
-    return [f"rebound         {shown}"]
+    return [f"rebound         {shown}{', with rigid joints' if rod.held.joints else ''}"]
 
 
 def _further(described, settings, off, mapped):

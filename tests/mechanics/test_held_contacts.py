@@ -205,6 +205,27 @@ def test_a_contact_with_joints_held_is_that_in_coordinates_which_hold_them():
     assert np.array_equal(jointed.motion_map(grid | rates).count, placed.motion_map(grid).count)
 
 
+@pytest.mark.slow
+def test_a_contact_rebounds_as_in_coordinates_that_hold_its_joints_and_less_beside_elastic_ones():
+    """Without damping an elastic joint rings on with a part of the energy."""
+    eps, half, side = sp.Symbol("eps", positive=True), sp.sqrt(2) / 2, -sp.cos(THETA)
+    start, given = {"Y": half, "theta": sp.pi / 4, "Y'": -half, "theta'": -1}, {"X": -half, "X'": -half}
+    lower = ap.Contact(Y - sp.sin(THETA), X - sp.cos(THETA), 2, unilateral=True)
+    kinetic = lambda x: (x.diff(T) ** 2 + Y.diff(T) ** 2) / 2 + THETA.diff(T) ** 2 / 6 - 10 * Y  # noqa: E731
+    joint = ap.Contact(X - side, Y + sp.sin(THETA), 0)
+    jointed = ap.Mechanism.from_lagrangian(kinetic(X), (X, Y, THETA), contact=lower, others=[joint])
+    placed = ap.Mechanism.from_lagrangian(
+        kinetic(side), (Y, THETA), contact=replace(lower, slip=lower.slip.subs(X, side)))
+    rates = []
+    for rod, numbers in ((jointed, start | given), (placed, start)):
+        system = rod.elastic(eps**2, 0)
+        scene = ap.Scene(system=system, values={"eps": "1e-4"}, start=rod.start(system, numbers), until="2e-3")
+        opened = next(event for event in ap.solve(scene).events if event.kind == "lift_off")
+        rates.append(-1e-4 * float(opened.state[scene.names.index("y")]))
+        assert rod.evaluate(rod.jump_law(ratio=0).gap_rate, numbers) == pytest.approx(math.sqrt(2) / 3)
+    assert rates == pytest.approx([0.134, math.sqrt(2) / 3], rel=0.02)
+
+
 def test_the_impulses_of_joints_and_contact_change_the_momentum_of_the_rod():
     """The crank takes what the joints do not: M dq' = W' P for all four coordinates."""
     crank, place = _crank(True), {"alpha": "2.7", "theta": "-0.37", "alpha'": 1, "theta'": 2, "X'": 1, "Y'": "1/2"}

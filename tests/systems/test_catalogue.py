@@ -714,6 +714,7 @@ def test_the_screen_has_the_paradox_and_the_jump_of_a_contact_with_its_joints_he
     assert "with 1 other contact that holds both ways contact only pushes" in told
     assert "= 1.33333: a paradox here over theta a paradox in 0.364864 .. 1.20593" in told
     assert "impulses P_N = 0.707107, P_T = 0.942809, -0.235702 of joints, stop the contact" in told
+    assert "for h = sqrt(c), with rigid joints" in told
     assert main(["mechanism", str(tmp_path / "rod.toml"), "--plot", str(tmp_path / "map.svg")]) == 0
     capsys.readouterr()
     rough = " ".join(screen(ELLIPSOGRAPH.replace("f2 = 0", "f2 = 0.1")).split())
