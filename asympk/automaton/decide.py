@@ -96,15 +96,21 @@ def all_motions(automaton: "Automaton", t: Any, state: tuple, slack: Any) -> dic
 def has_paradox(automaton: "Automaton", t: Any, state: tuple, slack: Any) -> bool:
     """Tell whether some loads leave the contacts that are closed at ``state`` no motion or several (Lemmas 17 and 21).
 
-    A contact that might rest counts with its static friction, too. Raises ``InputError`` for too many contacts.
+    A contact that might rest counts with its static friction, too. Raises ``InputError`` for too many contacts, and
+    ``UnboundedReaction`` where forces that are not determined in some choice of phases leave it open.
     """
     state, numbers = _in_digits(state)
     with finite(lambda: t, lambda: without_value(automaton.system, automaton.values, t, state)):
         here = junction_at(automaton, None, (), t, state, slack, numbers)
         there = junction_at(_with_static(automaton, here.resting), None, (), t, state, slack, numbers)
         consistency.require_few(math.prod(map(len, here.phases)), sum(len(choice) > 1 for choice in here.phases))
-        return not all(consistency.is_stiff(point, branch) for point in (here, there)
-                       for branch in product(*point.phases))
+        found = [(point, branch) for point in (here, there) for branch in product(*point.phases)]
+        if not all(consistency.is_stiff(*each) for each in found):
+            return True
+        for point, branch in found:
+            if not point.is_determined(branch):
+                raise _undetermined(point, branch)
+        return False
 
 
 def _with_static(automaton: "Automaton", resting: set[int]) -> "Automaton":

@@ -264,8 +264,9 @@ class Mechanism(ShownAsFormulas):
 
         The applied forces do not matter, and of the rates only the directions in which contacts slide: with other
         forces ``motions`` are none or several (Lemma 21). A contact at rest counts with stick and with slip of both
-        directions; if its static friction exceeds the kinetic one, False is no proof. Contacts that depend on each
-        other, as the feet of a table, count as far as their reactions are determined. Raises as ``motions`` does.
+        directions; if its static friction exceeds the kinetic one, False is no proof. Raises as ``motions`` does, and
+        ``UnboundedReaction`` where forces that some choice of stick, slip and open contacts does not determine leave it
+        open, as those of a body at rest on two contacts.
 
         >>> x, y, u, v, k = sp.symbols("x y u v k")
         >>> body = Mechanism((x, y), (u, v), [[2, 1], [1, 1]], (0, 0), Contact(y, x, k, unilateral=True))

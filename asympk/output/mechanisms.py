@@ -114,9 +114,9 @@ def _others(others, first, departed):
     closed = [str(k) for k, (other, off) in enumerate(zip(others, departed, strict=True), 2)
               if other.unilateral and off == {}]
     if closed:
-        verb = "is" if len(closed) == 1 else "are"
+        several = len(closed) > 1
         words += " but for the rigid motions and their paradox" if first == {} or holding else ""
-        words += f"; contact {' and '.join(closed)} {verb} closed here, too"
+        words += f"; contact{'s' * several} {' and '.join(closed)} {'are' if several else 'is'} closed here, too"
     return wrapped("", words) if words else []
 
 
@@ -233,24 +233,29 @@ def motion_lines(described: Described) -> list[str]:
     """Return a line with the rigid motions at the numbers and the reactions R, R2, ... of each, or why it has none.
 
     Off a contact whose others may open, they are those of the contact alone, taken as closed, as is the whole screen.
+    With others that only push and are closed comes a line on the paradox of all closed contacts.
     """
     rod, given = described.mechanism, described.mechanism.keyed(described.numbers)
     alone = all(other.unilateral for other in rod.others) and _departure(rod.plain, given) != {}
+    several = not alone and any(other.unilateral and _departure(other, given) == {} for other in rod.equations[1:])
     try:
         found = motions(rod.plain, given) if alone else rod.motions(described.numbers)
-    except (NoMotion, UnboundedReaction, Undecided) as reason:  # as of a contact that is hit, or a table on four legs
-        return [f"rigid motions   {reason}"]
-    words = ", ".join(f"{name} with {_reactions(R)}" for name, R in found) or "none"
-    several = not alone and any(other.unilateral and _departure(other, given) == {} for other in rod.equations[1:])
+        words = ", ".join(f"{name} with {_reactions(R)}" for name, R in found) or "none"
+    except NoMotion as reason:  # as of a contact that is hit
+        several, words = False, str(reason)
+    except (UnboundedReaction, Undecided) as reason:  # as of a table on four legs
+        words = str(reason)
     return [f"rigid motions   {words}"] + (_of_all(described) if several else [])
 
 
 def _of_all(described):
-    """Return the line on the paradox of all closed contacts."""
-    words = ("some forces leave the closed contacts no motion or several"
-             if described.mechanism.has_paradox(described.numbers) else
-             "none of the closed contacts together: they have one motion under any forces")
-    return [f"paradox         {words}"]
+    """Return the line on the paradox of all closed contacts, or none where forces that are not determined hide it."""
+    with suppress(UnboundedReaction):
+        words = ("some forces leave the closed contacts no motion or several"
+                 if described.mechanism.has_paradox(described.numbers) else
+                 "none of the closed contacts together: they have one motion under any forces")
+        return [f"paradox         {words}"]
+    return []
 
 
 def _reactions(found):

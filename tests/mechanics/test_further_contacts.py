@@ -717,6 +717,20 @@ def test_a_box_has_the_paradox_of_the_foot_that_leads_though_the_other_has_none_
     assert together.startswith("some forces leave the closed contacts no motion or several")
 
 
+def test_a_ladder_at_rest_has_a_paradox_by_slip_or_its_forces_that_are_not_determined_leave_it_open():
+    """Such a body may rest and, under the same forces, slip or lift off though all determinants are positive."""
+    assert _ladder(WALL).has_paradox({**LEANT, "f": 2})
+    with pytest.raises(UnboundedReaction, match="not determined"):
+        _ladder(WALL).has_paradox({**LEANT, "f": "1/4"})
+
+
+def test_feet_that_are_closed_are_told_by_their_numbers():
+    middle = {"gap": "Y - h*cos(theta)", "slip": "X + h*sin(theta)", "friction": "f", "unilateral": True}
+    box = tomllib.loads(BOX)
+    told = mechanism_as_text(mechanism_of_table(box | {"others": [*box["others"], middle]}, "box"))
+    assert "contacts 2 and 3 are closed here, too" in told
+
+
 def _drawer():
     """Return a drawer between two guides at y = -a and y = a that is pulled by P beside its middle, at y = e."""
     a, e, P = sp.symbols("a e P", positive=True)
