@@ -81,10 +81,10 @@ def all_motions(automaton: "Automaton", t: Any, state: tuple, slack: Any) -> dic
     with finite(lambda: t, lambda: without_value(automaton.system, automaton.values, t, state)):
         here = junction_at(automaton, None, (), t, state, slack, numbers)
         tried = consistency.admissible(here)
+        _require_determined(here, tried)
         consistent, doubts = _consistent(here, tried)
         there = junction_at(_with_static(automaton, here.resting), None, (), t, state, slack, numbers)
         onsets, _ = _consistent(there, consistency.admissible(there))
-        _require_determined(here, tried)
         for doubt in doubts.values():
             raise doubt
         begun = {branch: still for branch, still in consistent.items()
