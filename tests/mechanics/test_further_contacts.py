@@ -14,6 +14,7 @@ from scipy.integrate import solve_ivp
 from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
+from asympk.automaton import decide
 from asympk.certify import certify
 from asympk.errors import InputError, NoMotion, NotDerivable, TwoMotions, UnboundedReaction, Undecided
 from asympk.mechanics.described import mechanism_of_table
@@ -752,6 +753,13 @@ def test_a_drawer_that_slides_presses_on_both_guides_by_the_couple_of_its_pull(s
 
 
 def test_motions_of_a_jammed_drawer_are_refused_as_its_reactions_are_not_determined():
+    with pytest.raises(UnboundedReaction, match="not determined"):
+        _drawer().motions({**PULLED, "X'": 0, "f": 5})
+
+
+def test_motions_whose_forces_are_not_determined_are_refused_before_derivatives_are_computed(monkeypatch):
+    """Those of a box at rest on two feet took 5 s."""
+    monkeypatch.setattr(decide, "_consistent", lambda *_: pytest.fail("guards were differentiated"))
     with pytest.raises(UnboundedReaction, match="not determined"):
         _drawer().motions({**PULLED, "X'": 0, "f": 5})
 
