@@ -4,18 +4,18 @@ The F_r are ``t^k/k! e^{a t}`` for a real eigenvalue a, ``t^k/k! e^{a t} cos(w t
 ``a +- i w``, k below the multiplicity. Where no eigenvalue but 0 is multiple, the D_r come from ``eigenpairs``; else
 they are residues (``of_roots``), found for each group of states that does not move the others (``of_groups``).
 
-The D_r grow as eigenvalues approach one another, and their sum loses digits. A few near ones are taken together, by
-the divided differences of ``e^{z t}`` at them, whose D_r do not grow (``_joined``). ``exponential`` takes more bits
-until ``X = sum F_r D_r`` satisfies ``X(0) = 1`` and ``X' = M X``, which only ``e^{M t}`` does (``_solves``).
+The D_r may grow as eigenvalues approach one another, and their sum loses digits. Those whose D_r cancel are taken
+together, by the divided differences of ``e^{z t}`` at them, whose D_r do not grow (``_joined``). ``exponential``
+takes more bits until ``X = sum F_r D_r`` satisfies ``X(0) = 1`` and ``X' = M X``: only ``e^{M t}`` does (``_solves``).
 """
 
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
+from functools import cache, lru_cache
 from itertools import combinations, count, takewhile
-from math import comb
+from math import comb, log2
 from typing import Any
 
 import numpy as np
@@ -34,7 +34,7 @@ LARGEST = 400  # the power of ten beyond which numbers are refused, which no num
 _SPARE_BITS = 64
 _BITS_A_DIGIT = 5.4  # some 1.6 digits for each digit asked for
 _RIGHT_BITS_A_DIGIT = 3.7  # bits to which ``e^{M t}`` is right for each digit asked for
-_NEAR, _SHARE, _FEW = 6, 3, 6  # bits, and eigenvalues
+_NEAR, _LARGE, _FEW = 5, 2, 6  # bits, and eigenvalues
 _MOST_BITS = 1 << 13  # beyond which the bits are not doubled again: the search for roots would take minutes
 
 
@@ -68,50 +68,60 @@ def exponential(entries: tuple[tuple[Fraction, ...], ...], digits: int) -> Expon
         with suppress(Undecided, ZeroDivisionError):  # roots that only more bits tell apart
             pairs = eigenpairs(whole, denominator, bits)
             pieces = [piece for piece in (of_pairs(pairs) if pairs else of_groups(entries, bits)) if piece[0].size]
-            found = _exponential(_joined(pieces, whole, denominator, bits), bits)
+            found = _exponential(_joined(pieces, bits), bits)
             if _solves(found, whole, denominator, right):
                 return found
     raise Undecided(f"eigenvalues of a mode are too near to one another for {bits} bits: give parameters at which "
                     "they are equal, or differ more")
 
 
-def _joined(pieces, whole, denominator, bits):
+def _joined(pieces, bits):
     """Yield the pieces of eigenvalues in Newton's form where they are near one another, and the others as they are.
 
-    The nearest are gathered first, and the largest sets are taken that are ``_near``.
+    The nearest are gathered first. Two sets become one where both have weights that cancel in the joint set.
     """
-    sizes, blocks = abs(whole).T, [block for block, _ in pieces]
-    parts = [matrices[: 1 + bool(block.turn)] for block, matrices in pieces]
-    moves = [(abs(part) * sizes).sum() // denominator >> _NEAR for part in parts]
+    blocks = [block for block, _ in pieces]
     links = [(max(abs(a - b) for a, b in zip(blocks[i][:2], blocks[k][:2], strict=True)), i, k)
              for i, k in combinations(range(len(blocks)), 2)]
     links += [(2 * block.turn, k, k) for k, block in enumerate(blocks) if block.turn]  # from its conjugate
+    weights = cache(lambda joined, real: _weights([pieces[k] for k in joined], real, bits))
     sets = {k: (frozenset((k,)), not block.turn) for k, block in enumerate(blocks)}
     found = dict[frozenset, bool]()
     for apart, i, k in sorted(links):
         joined, real = sets[i][0] | sets[k][0], sets[i][1] or sets[k][1] or i == k
-        if (joined, real) != sets[i]:
-            sets |= dict.fromkeys(joined, (joined, real))
-            if apart <= max(moves[n] for n in joined) and _near(
-                    [parts[n] for n in joined], real, apart * denominator, sizes):
+        if (joined, real) != sets[i] and apart << _NEAR <= max(_speed(blocks[i]), _speed(blocks[k])):
+            many = sum(blocks[n].size * (1 + (real and blocks[n].turn > 0)) for n in joined)
+            if many <= _FEW and _cancel(weights(*sets[i]), weights(*sets[k]), weights(joined, real)):
                 found = {other: was for other, was in found.items() if not other <= joined} | {joined: real}
+            sets |= dict.fromkeys(joined, (joined, real))
     yield from (_newton([pieces[k] for k in joined], real, bits) for joined, real in found.items())
     yield from (piece for k, piece in enumerate(pieces) if not any(k in joined for joined in found))
 
 
-def _near(parts, real, apart, sizes):
-    """Tell whether spectral parts cancel where two are large, of a few eigenvalues near for the size of their sum P.
+def _cancel(one, other, joint):
+    """Tell whether two sets both have a weight above four times what the joint weights J and their products give.
 
-    A change of all entries by a part 2^-6 moves their mean by up to that of ``sum |P_ji M_ij|``, whatever the units of
-    the states are. The conjugates of a ``real`` set are among it.
+    ``(1 + J)^2`` is what one state gives another at once or through a third: zeros by chance do not count, nor do the
+    units of the states.
     """
-    many = [1 + (real and len(part) > 1) for part in parts]
-    own = np.array([abs(part).sum(axis=0) for part in parts])
-    sums = abs(sum(part[0] for part in parts)) + (0 if real else abs(sum(part[1] for part in parts)))
-    most = own.max(axis=0)
-    shared = np.array(many) @ ((own << _SHARE > most) & (own > 0)).reshape(len(own), -1).astype(int) > 1
-    return bool(sum(many) <= _FEW and apart * sum(many) << _NEAR <= (sums * sizes).sum()
-                and (sums << _SHARE <= most).ravel()[shared].any())
+    given = np.logaddexp2(joint, np.where(np.eye(len(joint)), 0, -np.inf))
+    return (np.minimum(one, other) > np.logaddexp2.reduce(given[:, :, None] + given, axis=1) + _LARGE).any()
+
+
+def _speed(block):
+    return abs(block.decay) + block.turn
+
+
+def _weights(pieces, real, bits):
+    """Return the binary logarithms of the weights ``|P| + |(M - l) P| / |l|`` that a set has in Newton's form.
+
+    P is the sum of spectral parts, and l the first eigenvalue. The conjugates of a ``real`` set are among it.
+    """
+    chains, (first, _) = [_chain(*piece) for piece in pieces], pieces[0]
+    less = _less(chains, (first.decay, 0 if real else first.turn), bits)
+    begun, moved = (abs(sum(parts[0] for _, parts in kept)[: 1 if real else 2]).sum(axis=0) for kept in (chains, less))
+    sizes = begun + (moved << bits) // (_speed(first) or 1)
+    return np.array([log2(size) - bits if size else -np.inf for size in sizes.flat]).reshape(sizes.shape)
 
 
 def _newton(pieces, real, bits):
@@ -151,7 +161,7 @@ def _less(chains, node, bits):
     found = []
     for value, parts in chains:
         apart = np.array([a - b for a, b in zip(value, node, strict=True)], dtype=object)
-        moved = [complex_product(apart, part) >> bits for part in parts]
+        moved = [complex_product(apart, part) >> bits if apart.any() else 0 * part for part in parts]
         found.append((value, [a + b for a, b in zip(moved, [*parts[1:], 0], strict=True)]))
     return found
 

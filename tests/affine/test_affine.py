@@ -104,6 +104,19 @@ def test_no_weight_is_divided_by_a_difference_of_eigenvalues_near_one_another(na
         assert off(mode, start, t, precise.state(m.mpf(t))) < 1e-46
 
 
+def test_modes_of_a_chain_of_masses_are_near_one_another_and_are_not_joined():
+    """Their weights are at most 1; zeros that sums of two have by chance joined them, which took 1.6 times as long."""
+    springs = -2 * np.eye(10, dtype=int) + np.eye(10, k=1, dtype=int) + np.eye(10, k=-1, dtype=int)
+    rates = np.block([[0 * springs, np.eye(10, dtype=int)], [springs, 0 * springs]]).tolist()
+    assert {block.size for block in affine_mode(rates, [0] * 20).in_doubles.blocks} == {1}
+
+
+@pytest.mark.parametrize("unit", [Fraction(1, 10**9), 1, 10**6])
+def test_weights_that_cancel_join_eigenvalues_in_all_units(unit):
+    rates = [[0, 1, 0, 0], [-1, 0, unit, 0], [0, 0, 0, Fraction(101, 100)], [0, 0, Fraction(-101, 100), 0]]
+    assert 2 in {block.size for block in affine_mode(rates, [0] * 4).in_doubles.blocks}
+
+
 @pytest.mark.parametrize("apart", ["1e-2", "1e-9"])
 @pytest.mark.parametrize("name", NEAR)
 def test_bounds_hold_functions_of_eigenvalues_near_one_another(name, apart):
