@@ -16,7 +16,7 @@ import numpy as np
 
 from asympk.affine.events import Guards, first_root
 from asympk.affine.exponential import DIGITS_FOR_DOUBLES, Exponential, exponential
-from asympk.affine.functions import Block, functions, initial, rate_of, rounding_sizes
+from asympk.affine.functions import Arrays, Block, functions, initial, rate_of, rounding_sizes
 from asympk.affine.mesh import Mesh
 from asympk.affine.polynomial import in_whole_numbers
 from asympk.arithmetic import Doubles
@@ -247,6 +247,11 @@ class ClosedSegment:
         """Return the state (n,) at the time t."""
         _, gained, begun = functions(self.m, self.flow.blocks, t)
         return self._sum(self.sums, gained, begun)
+
+    def states(self, times: np.ndarray) -> np.ndarray:
+        """Return the states (n, times) in doubles."""
+        _, gained, begun = functions(Arrays, self.flow.blocks, times)
+        return self._sum(self.sums, np.stack(np.broadcast_arrays(*gained), axis=-1), begun).T
 
     def _sum(self, weights, gained, begun):
         return np.array(gained) @ weights[: self.functions] + weights[self.functions + begun]

@@ -220,6 +220,19 @@ def test_beside_resonance_no_more_digits_and_no_row_alone_are_needed(beside, mon
     assert many.final[:, 0] == pytest.approx(path.final, abs=2e-14)
 
 
+def test_a_state_that_is_small_by_chance_at_the_end_needs_no_more_digits(monkeypatch):
+    """Beside resonance x swings beyond 10, and is 0.72 at the end: its error is that of 10."""
+    smooth = ap.System.smooth({x: v, v: -x + sp.cos(omega * t)}, {}, None, time=t)
+    monkeypatch.setattr(affine_run, "_rounded", None)
+    path = followed(smooth, {omega: "1.03"}, {"x": 0, "v": 0}, 31)
+    with mpmath.workdps(30):
+        turn = mpmath.mpf("1.03")
+        true = (mpmath.cos(31 * turn) - mpmath.cos(31)) / (1 - turn**2)
+    assert abs(true) < 0.73
+    assert np.abs(path(np.linspace(0, 31, 400))[0]).max() > 10
+    assert abs(path.final[0] - true) < 5e-14
+
+
 @pytest.mark.parametrize("digits", [None, 60])
 def test_forced_at_a_natural_frequency_that_is_a_root_it_grows_like_t(digits):
     root = sp.sqrt(f / fs)
