@@ -26,7 +26,8 @@ from asympk.numbers import Arithmetic, Number
 
 MOST_EXPONENT = 600.0
 _QUARTER = 1.57  # of a turn
-_TERMS, _BITS_A_TERM, _BITS_A_HALVING = 6, 4, 32  # of the series of exp at arguments of 1/4: 14 terms in doubles
+_TERMS, _BITS_A_TERM = 6, 4  # of the series of exp: 14 at arguments of 1/4
+_SPARE_BITS = 16
 
 
 class Block(NamedTuple):
@@ -101,7 +102,28 @@ def functions(m: Arithmetic, blocks: Sequence[Block], t: Number) -> tuple[list[N
 
 
 def _divided(m, apart, t):
-    """Return the divided differences of exp at 0 and the first k of ``apart`` times t, k > 0, by scaling and squaring.
+    """Return the divided differences of exp at 0 and the first k of ``apart`` times t, k > 0."""
+    return _squared(m, apart, t) if m in (Doubles, Arrays) else _tabled(m, [m.zero, *(d * t for d in apart)])
+
+
+def _tabled(m, nodes):
+    """Return divided differences in mpmath numbers, by a table with as many more bits as its divisors take."""
+    found = list[Number]()
+    for last in range(2, len(nodes) + 1):
+        some = sorted(nodes[:last], key=lambda node: (m.re(node), m.im(node)))
+        gaps = [[(a, b) for a, b in zip(some, some[k:], strict=False) if a != b] for k in range(1, last)]
+        lost = sum(max(0, -min((int(m.mag(b - a)) for a, b in row), default=0)) for row in gaps)
+        with m.workprec(m.prec + lost + _SPARE_BITS):
+            row = powers = [m.exp(node) for node in some]
+            for k in range(1, last):
+                row = [(d - c) / (b - a) if a != b else power / math.factorial(k)
+                       for a, b, c, d, power in zip(some, some[k:], row, row[1:], powers, strict=False)]
+        found.append(+row[0])
+    return found
+
+
+def _squared(m, apart, t):
+    """Return divided differences in doubles, on arrays of times, too, by scaling and squaring.
 
     They are the first row of the exponential of a matrix with these on its diagonal and 1 beside it. An error of
     rounding grows by ``|apart| t``, as that of an exponent does; once no digits are left, t goes no further.
@@ -109,7 +131,7 @@ def _divided(m, apart, t):
     most = max(map(abs, apart))
     t = m.least(t, 1 / (most * m.eps)) if most else t
     length = math.frexp(float(np.max(most * t, initial=0)))[1]
-    halvings = max(0, length + 1 + m.prec // _BITS_A_HALVING)
+    halvings = max(0, length + 2)
     nodes, rows = [0 * t, *(d * t * 2.0**-halvings for d in apart)], range(len(apart) + 1)
     found = [[int(i == j) + 0 * t for j in rows[i:]] for i in rows]  # the part above the diagonal
     gains = [*nodes]  # what the diagonal exceeds 1 by, of which 1 would hide the digits of times far before the last

@@ -9,7 +9,7 @@ import pytest
 from asympk.affine import exponential
 from asympk.affine.eigenpairs import eigenpairs
 from asympk.affine.exponential import of_roots
-from asympk.affine.functions import Arrays, areas, functions, rounding_sizes, sizes
+from asympk.affine.functions import Arrays, Block, areas, functions, rounding_sizes, sizes
 from asympk.affine.mode import AffineMode, ClosedSegment, in_digits
 from asympk.affine.polynomial import _square_free, eigenvalue_polynomial, in_whole_numbers, resolvent
 from asympk.arithmetic import Doubles, flow_context, set_digits
@@ -130,6 +130,20 @@ def test_bounds_hold_functions_of_eigenvalues_near_one_another(name, apart):
     inner = functions(Arrays, blocks, (t[:-1] + t[1:]) / 2)[0]
     for value, area in zip(inner, swept, strict=True):
         assert (abs(value) * np.diff(t) <= 2 * area + 1e-300).all()
+
+
+@pytest.mark.parametrize("t", [1, "1e-9"])
+@pytest.mark.parametrize("apart", [(1, 1e-20, 1, 0), (1e-30, 1j, -1j, 1e-30), (-0.5, 1e-9j, -1e-9j)])
+def test_divided_differences_in_digits_are_those_of_the_series_however_near_nodes_are(apart, t):
+    """The divided difference of exp at k + 1 nodes is the sum of their complete symmetric polynomials h_n/(n + k)!."""
+    m = digits(50)
+    nodes, symmetric = [node * m.mpf(t) for node in apart], [1] + [0] * 60
+    found = functions(m, [Block(m.mpf(0), 0, len(apart) + 1, apart)], m.mpf(t))[0]
+    for k, node in enumerate(nodes, 1):
+        for n in range(1, 60):
+            symmetric[n] += node * symmetric[n - 1]
+        true = sum(h / m.factorial(n + k) for n, h in enumerate(symmetric)) * m.mpf(t) ** k
+        assert abs(found[k] - m.re(true)) < 1e-48 * m.mpf(t) ** k
 
 
 def test_near_eigenvalues_that_beat_leave_no_root_beyond_what_their_amplitudes_allow():
