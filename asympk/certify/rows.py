@@ -11,12 +11,14 @@ of a row shortly after a state.
 
 from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
-from functools import reduce
+from functools import cached_property, reduce
+from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
 import sympy as sp
 from sympy.polys.matrices import DomainMatrix
+from sympy.polys.polyclasses import ANP
 
 from asympk.affine.form import Form
 from asympk.automaton.exact import is_rational
@@ -31,6 +33,7 @@ from asympk.symbolic.system import System
 
 Row = tuple[Any, ...]
 _LARGEST = sp.Max, sp.Min
+_MOST_DEGREE = 8  # of a field of surds
 
 
 class ExactEntries:
@@ -111,7 +114,32 @@ class ExactEntries:
 
     def expression(self, entry: Any) -> sp.Expr:
         """Return an exact entry as an expression."""
+        if isinstance(entry, ANP):
+            return self._surds[0].to_sympy(entry)
         return sp.Rational(entry) if isinstance(entry, int | Fraction) else entry.as_expr()
+
+    @cached_property
+    def _surds(self) -> tuple[Any, dict[sp.Symbol, ANP]]:
+        """The field of the roots of rational numbers among the parts, None for none or a large one, and these in it."""
+        found = {symbol: atom for atom, symbol in self.ranging.items() if _is_surd(atom)}
+        if not found or prod(atom.exp.q for atom in found.values()) > _MOST_DEGREE:
+            return None, {}
+        field = sp.QQ.algebraic_field(*found.values())
+        return field, {symbol: field.from_sympy(atom) for symbol, atom in found.items()}
+
+    def number(self, entry: Any) -> Any:
+        """Return an exact entry in the field of the surds if it is made of them, where it is 0 only if it vanishes."""
+        if isinstance(entry, int | Fraction):
+            return Fraction(entry)
+        field, surds = self._surds
+        if not field or not entry.as_expr().free_symbols <= surds.keys():
+            return entry
+
+        def placed(part: Any) -> ANP:
+            terms = ((field.convert(c), zip(entry.field.symbols, powers, strict=True)) for powers, c in part.terms())
+            return sum((prod((surds[s] ** k for s, k in powers if k), start=c) for c, powers in terms), field.zero)
+
+        return placed(entry.numer) / placed(entry.denom)
 
     def ball(self, entry: Any) -> Ball:
         """Return an exact entry as a ball."""
@@ -127,12 +155,12 @@ class ExactEntries:
         if entry not in self._known:
             number = isinstance(entry, int | Fraction)
             found = constant(flint().acb_mat([[ball(entry)]]), self.spans) if number else None
-            self._known[entry] = found or self._family_of(entry.as_expr())
+            self._known[entry] = found or self._family_of(self.expression(entry))
         return self._known[entry]
 
     def vanishes(self, entry: Any) -> bool:
         """Tell whether an exact entry is known to be 0, also by powers of its parts that are not rational."""
-        if not entry or isinstance(entry, int | Fraction) or certain_sign(self.ball(entry)):
+        if not entry or isinstance(entry, int | Fraction | ANP) or certain_sign(self.ball(entry)):
             return not entry
         parts = {symbol: atom for atom, symbol in self.ranging.items()}
         return sp.expand(replaced(entry.numer.as_expr(), parts)) == 0
@@ -211,6 +239,10 @@ def _side(phase, value):
         return certain_sign(value) or None
     whole = value.floor().unique_fmpz()
     return None if whole is None else int(whole)
+
+
+def _is_surd(expr):
+    return expr.is_Pow and expr.base.is_Rational and expr.exp.is_Rational
 
 
 def _irrational(expr: sp.Expr) -> Iterator[sp.Expr]:

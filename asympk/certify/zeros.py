@@ -12,6 +12,8 @@ from itertools import count, zip_longest
 from math import comb, factorial, gcd, lcm
 from typing import Any, NamedTuple
 
+from sympy.polys.fields import FracElement
+
 from asympk.certify.balls import Ball, ball, certain_sign, flint
 from asympk.certify.families import Family
 from asympk.certify.rows import EnclosedState, ExactEntries, exact_value, quotient, row_rate
@@ -85,7 +87,7 @@ def _shape(guard, segment, start):
             value = value / unit[1]
         if value is None or not field.is_constant(value):
             raise ValueError
-        found.append(value * Fraction(1))
+        found.append(field.number(value))
         row = row_rate(row, segment.mode.matrix)
     return found
 
@@ -135,7 +137,7 @@ def _recurrence(values, field):
 
 def _vanishes(entry, field):
     """Tell whether an exact entry is known to be 0; raises ``ValueError`` for one too long to compute with."""
-    if not isinstance(entry, int | Fraction) and max(len(entry.numer), len(entry.denom)) > _LONGEST:
+    if isinstance(entry, FracElement) and max(len(entry.numer), len(entry.denom)) > _LONGEST:
         raise ValueError
     return field.vanishes(entry)
 
