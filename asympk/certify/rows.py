@@ -9,7 +9,7 @@ combination of rows that vanish vanishes, too (Lemma 13).
 of a row shortly after a state.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property, reduce
 from math import prod
@@ -127,19 +127,18 @@ class ExactEntries:
         field = sp.QQ.algebraic_field(*found.values())
         return field, {symbol: field.from_sympy(atom) for symbol, atom in found.items()}
 
-    def number(self, entry: Any) -> Any:
-        """Return an exact entry in the field of the surds if it is made of them, where it is 0 only if it vanishes."""
-        if isinstance(entry, int | Fraction):
-            return Fraction(entry)
+    def in_surds(self, entries: Sequence[Any]) -> list[Any]:
+        """Return exact entries in the field of the surds if all are made of them: only what vanishes is 0 there."""
         field, surds = self._surds
-        if not field or not entry.as_expr().free_symbols <= surds.keys():
-            return entry
+        if not self.field or not field or not all(self.expression(e).free_symbols <= surds.keys() for e in entries):
+            return [entry * Fraction(1) for entry in entries]
 
         def placed(part: Any) -> ANP:
-            terms = ((field.convert(c), zip(entry.field.symbols, powers, strict=True)) for powers, c in part.terms())
+            terms = ((field.convert(c), zip(part.ring.symbols, powers, strict=True)) for powers, c in part.terms())
             return sum((prod((surds[s] ** k for s, k in powers if k), start=c) for c, powers in terms), field.zero)
 
-        return placed(entry.numer) / placed(entry.denom)
+        moved = map(self.field.convert, entries)
+        return [placed(entry.numer) / placed(entry.denom) for entry in moved]
 
     def ball(self, entry: Any) -> Ball:
         """Return an exact entry as a ball."""
@@ -317,7 +316,8 @@ def ball_at(row: Row, state: EnclosedState) -> Ball:
 
 def row_rate(row: Row, matrix: tuple[Row, ...]) -> Row:
     """Return the row of the time derivative of a row, ``r M``, where the state moves by ``(w, 1)' = M (w, 1)``."""
-    return tuple(sum(c * m for c, m in zip(row, column, strict=True) if c) for column in zip(*matrix, strict=True))
+    columns = zip(*matrix, strict=True)
+    return tuple(sum(c * m for c, m in zip(row, column, strict=True) if c and m) for column in columns)
 
 
 def spanned(row: Row, rows: Iterable[Row], field: ExactEntries) -> bool:

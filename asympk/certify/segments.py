@@ -214,12 +214,6 @@ class EnclosedSegment:
         return found.linear(lambda part: flint().acb_mat([[0 if k == widest else c for k, c in enumerate(row)]
                                                           for row in part.tolist()]))
 
-    def exponents(self, guard: AffineGuard) -> list[complex]:
-        """Return the eigenvalues that move a guard, in numbers."""
-        weights, rates = (found.central.whole.tolist() for found in (self._weights(guard), self.rates))
-        return [complex(rates[place][0].mid()) for place, weight in zip(self.places, weights[0], strict=True)
-                if not weight.contains(0)]
-
     def _weights(self, guard):
         """Return the weights of the jets of a guard: a row for the guard and each of its derivatives."""
         if guard not in self._known:

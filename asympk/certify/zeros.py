@@ -12,6 +12,7 @@ from itertools import count, zip_longest
 from math import comb, factorial, gcd, lcm
 from typing import Any, NamedTuple
 
+import numpy as np
 from sympy.polys.fields import FracElement
 
 from asympk.certify.balls import Ball, ball, certain_sign, flint
@@ -60,8 +61,8 @@ def first_zero(guard: AffineGuard, segment: EnclosedSegment, start: EnclosedStat
     It is the first after ``since`` the segment begins, and all are times from a state ``start`` on, from which the
     guard has moved as in the segment.
     """
-    harmonics, field, vanishes = _harmonics(segment.exponents(guard)), start.field, guard.touching > 0
-    parts, square, size = _in_one_wave(_shape(guard, segment, start), harmonics, field)
+    field, vanishes = start.field, guard.touching > 0
+    parts, square, size = _in_one_wave(_shape(guard, segment, start), field)
     zeros = [*_zeros(parts, square, size, since, field)]
     later = [zero for zero in zeros if zero[0] > since]
     first = min(later, key=lambda zero: float(zero[0].mid()), default=None)
@@ -87,12 +88,12 @@ def _shape(guard, segment, start):
             value = value / unit[1]
         if value is None or not field.is_constant(value):
             raise ValueError
-        found.append(field.number(value))
+        found.append(value)
         row = row_rate(row, segment.mode.matrix)
-    return found
+    return field.in_surds(found)
 
 
-def _in_one_wave(values, harmonics, field):
+def _in_one_wave(values, field):
     """Return (P, q, degree n) with ``f = e^{m t} P(s) (1 + q s^2)^{-n/2}``, ``2 s' = 1 + q s^2`` (Lemma 20)."""
     law = _recurrence(values, field)
     mean = law[1] / (1 - len(law)) if len(law) > 1 else 0
@@ -102,7 +103,9 @@ def _in_one_wave(values, harmonics, field):
         law = _recurrence(values, field)
     if len(law) == 1 or not all(_vanishes(c, field) for c in law[1::2]):
         raise ValueError
-    squares, size = _trimmed(law[::2], field), 2 * max(harmonics, default=0) or len(law) - 2
+    squares = _trimmed(law[::2], field)
+    harmonics = _harmonics(squares, field)
+    size = 2 * max(harmonics, default=0) or len(law) - 2
     if len(squares) != 1 + len(harmonics):
         raise ValueError
     square = squares[1] / sum(h * h for h in harmonics) if harmonics else Fraction(0)
@@ -142,16 +145,16 @@ def _vanishes(entry, field):
     return field.vanishes(entry)
 
 
-def _harmonics(exponents):
-    """Return the whole numbers h, without 0, for exponents as far from their middle as h times one, or i times it.
+def _harmonics(squares, field):
+    """Return the whole numbers h for a polynomial whose roots are the h^2 times one number.
 
     They are found in doubles, and confirmed by the recurrence. Raises ``ValueError`` where there are none so small.
     """
-    size = max(max(abs(e.real), abs(e.imag)) for e in exponents) or 1  # whose square may be beyond doubles
-    exponents = [e / size for e in exponents]
-    middle = (max(e.real for e in exponents) + min(e.real for e in exponents)) / 2
-    squares = [square for e in exponents if abs(square := (e - middle) ** 2) > _NEAR]
-    ratios = [(square / squares[0]) ** 0.5 for square in squares]
+    known = [field.ball(c) for c in squares]
+    if squares[1:] and not certain_sign(known[1]):
+        raise ValueError
+    roots = np.roots([float((c / known[1] ** k if k else c).mid()) for k, c in enumerate(known)]).astype(complex)
+    ratios = [(root / roots[0]) ** 0.5 for root in roots]
     near = {Fraction(ratio.real).limit_denominator(_HARMONICS) for ratio in ratios}
     if 0 in near or any(min(abs(ratio - r) for r in near) > _NEAR for ratio in ratios):
         raise ValueError

@@ -758,6 +758,17 @@ def test_a_box_is_proven_all_over_which_a_block_touches_the_speed_of_its_belt():
     assert all(inside(proof, ap.solve(replace(scene, values={"k": end}))) for end in ("1/5", "3/10", "2/5"))
 
 
+@pytest.mark.parametrize(("push", "most"), [
+    (3 * sp.sin(t) + 4 * sp.cos(t), 5), (sp.sin(t) + sp.cos(t), sp.sqrt(2)),
+    (sp.cos(sp.sqrt(3) * t) + sp.cos(2 * sp.sqrt(3) * t), 2),
+])
+def test_a_box_is_proven_all_over_which_a_push_in_two_waves_touches_its_limit(push, most):
+    pushed = ap.System.with_frictions({v: F + k * push}, {}, [ap.Friction(v, F, load=k, kinetic=most)], time=t)
+    proof = certify(ap.Scene(system=pushed, values={"k": 1}, start={"v": 0}, until=3), {"k": (1, 2)})
+    assert proven(proof)
+    assert proof.modes == ("stick",)
+
+
 @pytest.mark.parametrize("edge", [
     1 - sp.cos(2 * t + sp.Rational(1, 3)), 1 - sp.sin(sp.sqrt(2) * t), 1 - sp.sin(sp.pi * t / 3),
     (t**2 - 2) ** 2 / 49, (t**2 - 2) ** 2 * (t - 2) ** 2 / 80, (1 - 2 * sp.exp(-t)) ** 2, (1 - sp.sin(t)) ** 2 / 4,
