@@ -12,11 +12,11 @@ from asympk.errors import InputError, NotDerivable, OutOfRange
 from asympk.formulas import NOT_FINITE
 from asympk.mechanics.evaluation import ROUNDING, evaluate
 from asympk.mechanics.kinetics import Kinetics
-from asympk.mechanics.tidy import vanishes
 from asympk.numbers import short
 from asympk.symbolic.long import has_no_inverse, symbols_in
 from asympk.symbolic.reading import as_floats, require_names
 from asympk.symbolic.sides import MOST, measured, on_sides, phases, switching_symbols
+from asympk.symbolic.tidy import vanishes
 
 
 def check_mechanism(equations: Sequence[Kinetics], contacts: Sequence[Any]) -> None:

@@ -21,11 +21,11 @@ from asympk.errors import InputError, NotDerivable
 from asympk.mechanics.checks import departures, require_continuous, require_own_symbols
 from asympk.mechanics.evaluation import exactly_at
 from asympk.mechanics.kinetics import Kinetics, slope_in_powers
-from asympk.mechanics.tidy import multiplied_out, tidy, vanishes
 from asympk.numbers import number, short
 from asympk.symbolic.long import replaced
 from asympk.symbolic.reading import exact_constant, expression, real_expression, unused_symbol
 from asympk.symbolic.system import Friction, System
+from asympk.symbolic.tidy import multiplied_out, tidy, vanishes
 
 
 def elastic(contacts: Sequence[Kinetics], compliance: Any, damping: Any) -> System:

@@ -22,11 +22,11 @@ from asympk.mechanics import paradox
 from asympk.mechanics.checks import require_own_symbols
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.stops import Stops
-from asympk.mechanics.tidy import collected
 from asympk.numbers import LARGEST, short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.long import atoms, modulus
 from asympk.symbolic.reading import exact_constant, real_expression
+from asympk.symbolic.tidy import collected
 
 
 @dataclass(frozen=True, repr=False)

@@ -19,7 +19,12 @@ from functools import cached_property
 import sympy as sp
 
 from asympk.errors import NotDerivable
-from asympk.mechanics.tidy import (
+from asympk.symbolic.derivatives import slope_by
+from asympk.symbolic.inverses import InverseForm
+from asympk.symbolic.long import atoms, has_no_inverse, is_longer, replaced, symbols_in
+from asympk.symbolic.penetration import RootSlope
+from asympk.symbolic.reading import unused_symbol
+from asympk.symbolic.tidy import (
     cofactors,
     collected,
     contracted,
@@ -29,11 +34,6 @@ from asympk.mechanics.tidy import (
     in_sums_of_angles,
     tidy,
 )
-from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.inverses import InverseForm
-from asympk.symbolic.long import atoms, has_no_inverse, is_longer, replaced, symbols_in
-from asympk.symbolic.penetration import RootSlope
-from asympk.symbolic.reading import unused_symbol
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,10 @@ from sympy.core.function import AppliedUndef
 
 from asympk.errors import InputError
 from asympk.mechanics.kinetics import slope_in_powers
-from asympk.mechanics.tidy import LONG, collected, in_normal_form
 from asympk.numbers import short
 from asympk.symbolic.long import atoms, is_longer, replaced
 from asympk.symbolic.reading import entries_of, real_expression
+from asympk.symbolic.tidy import LONG, collected, in_normal_form
 
 OWN: Mapping = MappingProxyType({})  # for symbols that stand for themselves
 

@@ -13,10 +13,10 @@ import sympy as sp
 
 from asympk.errors import NotDerivable
 from asympk.mechanics.kinetics import Kinetics
-from asympk.mechanics.tidy import shortest, tidy, vanishes
 from asympk.symbolic.long import remade
 from asympk.symbolic.reading import exact_constant
 from asympk.symbolic.signs import factored, known_sign
+from asympk.symbolic.tidy import shortest, tidy, vanishes
 
 DIGITS = 50  # at which extreme values are told apart
 ROUGH = 4  # most others whose friction has signs to choose

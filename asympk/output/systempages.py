@@ -10,13 +10,13 @@ from typing import Any
 from asympk.mechanics.described import Described
 from asympk.mechanics.jump_law import jump_law
 from asympk.mechanics.paradox import condition, critical_friction
-from asympk.mechanics.tidy import contracted
 from asympk.output.mechanisms import contact_lines, jump_lines, motion_lines
 from asympk.pictures.figures import save
 from asympk.pictures.rigid import motion_plot
 from asympk.pictures.sketches import SKETCHES, sketch
 from asympk.shown import latex_of
 from asympk.storage.files import write_text
+from asympk.symbolic.tidy import contracted
 from asympk.systems import MECHANISMS
 from asympk.systems.catalogue import about_system, described_mechanism
 

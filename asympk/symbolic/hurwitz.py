@@ -8,13 +8,13 @@ roots of several polynomials, as the eigenvalues of a matrix are those of the bl
 """
 
 import sympy as sp
-from sympy.functions.elementary.hyperbolic import HyperbolicFunction
 
 from asympk.errors import NotDerivable
 from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.long import (
     LONG,
     entries_named,
+    functions_named,
     has_many_terms,
     heavy,
     in_factors,
@@ -24,6 +24,7 @@ from asympk.symbolic.long import (
     replaced,
 )
 from asympk.symbolic.signs import conjunction, nonzero
+from asympk.symbolic.tidy import tidy
 from asympk.symbolic.values import in_words
 
 Spectra = tuple[tuple[sp.Expr, ...], ...]  # the coefficients of polynomials, each from the highest
@@ -34,16 +35,11 @@ def characteristic(matrix: sp.Matrix) -> tuple[sp.Expr, ...]:
     """Return the coefficients of det(s - matrix), from the highest."""
     names, own = named_exponentials(sp.Tuple(*matrix))
     long = {entry: sp.Dummy() for entry in matrix if has_many_terms(entry)}
-    names, own = names | long, own | {name: entry for entry, name in long.items()}
-    entries = matrix.xreplace(names).to_DM()  # ``Matrix.charpoly`` compares the entries of blocks, and fails at a root
-    found = map(entries.domain.to_sympy, entries.charpoly_base())
-    return tuple((_simplified(c) if entries.domain.is_EXRAW else c).xreplace(own) for c in found)
-
-
-def _simplified(coefficient):
-    """Simplify a coefficient that is short, without hyperbolic functions, for which SymPy factors in complex ones."""
-    slow = is_longer(coefficient, LONG) or coefficient.has(HyperbolicFunction)
-    return coefficient if slow else sp.simplify(coefficient)
+    named, functions = functions_named(matrix.xreplace(names | long).as_immutable())
+    entries = named.to_DM()  # ``Matrix.charpoly`` compares the entries of blocks, and fails at a root
+    own |= {name: entry for entry, name in long.items()}
+    found = (replaced(replaced(entries.domain.to_sympy(c), functions), own) for c in entries.charpoly_base())
+    return tuple(tidy(c) if functions or entries.domain.is_EXRAW else c for c in found)
 
 
 def spectra(matrix: sp.Matrix) -> Spectra:

@@ -15,7 +15,7 @@ import asympk as ap
 from asympk.errors import InputError, OutOfRange, UnknownName
 from asympk.mechanics.described import mechanism_of_table
 from asympk.mechanics.evaluation import evaluate
-from asympk.mechanics.tidy import cofactors, expanded_determinant, tidy
+from asympk.symbolic.tidy import cofactors, expanded_determinant, tidy
 
 FREE = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2
 U, V = dynamicsymbols("U V")
