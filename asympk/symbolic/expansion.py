@@ -262,10 +262,11 @@ def _signed(expr, signs):
     return without_squares(expr, signs).subs({s: sp.Abs(q) / q for s, q in signs.items()}) if signs else expr
 
 
+@lru_cache(maxsize=64)
 def fast_jacobian(mode: Mode, small: sp.Symbol) -> sp.Matrix:
     """Return dg/dy at mu = 0, a matrix of functions of the states."""
     fast = sp.Matrix([limit_of(g, small) for g in mode.fast.values()])
-    return fast.jacobian(list(mode.fast))
+    return fast.jacobian(list(mode.fast)).as_immutable()
 
 
 def jacobian_on_branch(mode: Mode, small: sp.Symbol) -> sp.Matrix:

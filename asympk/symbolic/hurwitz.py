@@ -12,19 +12,16 @@ import sympy as sp
 from asympk.errors import NotDerivable
 from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.long import (
-    LONG,
     entries_named,
     functions_named,
     has_many_terms,
-    heavy,
     in_factors,
     is_clearly_nonzero,
-    is_longer,
     named_exponentials,
     replaced,
 )
 from asympk.symbolic.signs import conjunction, nonzero
-from asympk.symbolic.tidy import tidy
+from asympk.symbolic.tidy import in_lowest_terms, tidy
 from asympk.symbolic.values import in_words
 
 Spectra = tuple[tuple[sp.Expr, ...], ...]  # the coefficients of polynomials, each from the highest
@@ -39,7 +36,9 @@ def characteristic(matrix: sp.Matrix) -> tuple[sp.Expr, ...]:
     entries = named.to_DM()  # ``Matrix.charpoly`` compares the entries of blocks, and fails at a root
     own |= {name: entry for entry, name in long.items()}
     found = (replaced(replaced(entries.domain.to_sympy(c), functions), own) for c in entries.charpoly_base())
-    return tuple(tidy(c) if functions or entries.domain.is_EXRAW else c for c in found)
+    if entries.domain.is_EXRAW:
+        return tuple(map(tidy, found))
+    return tuple(tidy(in_lowest_terms(c)) if functions else c for c in found)
 
 
 def spectra(matrix: sp.Matrix) -> Spectra:
@@ -108,12 +107,10 @@ def _subresultants(coefficients):
 
 
 def _in_names(coefficients):
-    """Return ``_subresultants`` of heavy coefficients, computed with a name for each; () where these may be special.
+    """Return ``_subresultants`` of coefficients, computed with a name for each; () where these may be special.
 
     They are those of the names where no leading coefficient vanishes at the coefficients.
     """
-    if not heavy(coefficients):
-        return ()
     names, meaning = entries_named(sp.Matrix([*coefficients]))
     shared, sequence = _subresultants(sp.Tuple(*names))
     found = [[replaced(c, meaning) for c in part.all_coeffs()] for part in sequence]
@@ -147,7 +144,8 @@ def _no_negative_root(poly, assumptions):
 
 def _determinants(coefficients):
     """Return the Hurwitz determinants of orders 1 to n - 1, and c_0 in place of the last."""
-    a, n = coefficients, len(coefficients) - 1
-    table = sp.Matrix(n, n, lambda i, j: a[2 * j - i + 1] if 0 <= 2 * j - i + 1 <= n else 0)
-    names, meaning = entries_named(table) if is_longer(sp.Tuple(*a), LONG) else (table, {})
-    return *(replaced(names[:k, :k].det(method="berkowitz"), meaning) for k in range(1, n)), a[n]
+    names, meaning = entries_named(sp.Matrix([*coefficients]))
+    n, table = len(names) - 1, sp.Matrix(len(names) - 1, len(names) - 1, lambda i, j: (
+        names[2 * j - i + 1] if 0 <= 2 * j - i + 1 < len(names) else 0))
+    minors = (table[:k, :k].det(method="berkowitz") for k in range(1, n))
+    return *(replaced(minor, meaning) for minor in minors), coefficients[-1]

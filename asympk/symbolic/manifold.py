@@ -145,6 +145,7 @@ def slow_manifolds(system: System, order: int = 1) -> Several[SlowManifold]:
             expansion.require_short(c.dynamics, order, c.branch)
             expansion.require_series(c.dynamics, c.small, order)
             found.append(SlowManifold(c.name, c.dynamics, c.small, c.branch, c.assumptions, order))
+            vars(found[-1]).update(vars(c))  # what is known of the branch, which is the same at every order
     return Several(found)
 
 

@@ -13,6 +13,7 @@ import sympy as sp
 from asympk.errors import InputError
 from asympk.formulas import NOT_FINITE
 from asympk.symbolic.expansion import is_zero, is_zero_somewhere
+from asympk.symbolic.inverses import InverseForm
 from asympk.symbolic.long import (
     CLEAR,
     ROUGH,
@@ -23,6 +24,7 @@ from asympk.symbolic.long import (
     heavy,
     named_exponentials,
     numerator_of,
+    parts_of,
     replaced,
 )
 from asympk.symbolic.lowering import lower
@@ -42,6 +44,7 @@ from asympk.symbolic.substitutions import (
     whole_turn,
     without_roots,
 )
+from asympk.symbolic.tidy import solved
 
 DEGREE = 20  # above it SymPy may take minutes to factor, and to find roots that are not readable
 HALVINGS = 60  # of an interval in which a function changes its sign
@@ -52,6 +55,7 @@ RANGE: dict[type, Callable] = {  # what is positive inside the range of an inver
 INVERSE: dict[type, Callable] = {
     sp.asin: sp.sin, sp.acos: sp.cos, sp.atan: sp.tan, sp.asec: sp.sec, sp.acsc: sp.csc, sp.acot: sp.cot,
 }
+_REAL = (sp.sin, sp.cos, sp.exp, sp.sinh, sp.cosh, sp.tanh, sp.atan, sp.asinh, sp.erf, sp.sign, InverseForm)  # at all
 
 
 def heights(solutions: list[dict[sp.Symbol, sp.Expr]]) -> Iterator[sp.Expr]:
@@ -81,6 +85,8 @@ def is_unreadable(h: sp.Expr) -> bool:
 
 def is_complex(h: sp.Expr) -> bool:
     """Tell whether an expression in real symbols that are not 0 has no real value where its even roots are real."""
+    if not any(map(_may_be_complex, parts_of(h))):
+        return False
     generic = {"real": True, "nonzero": True}
     h = h.xreplace({s: sp.Dummy(**s.assumptions0 | generic) for s in h.free_symbols})
     lower = {w for w in h.atoms(sp.LambertW) if len(w.args) == 2}  # SymPy takes its real values to be complex
@@ -98,6 +104,13 @@ def is_complex(h: sp.Expr) -> bool:
         inside = (f.args[0] for f in h.atoms(sp.log, sp.LambertW))
         return any(sp.expand_complex(part).as_real_imag()[1].is_nonzero for part in (*inside, h))
     return h.is_real is False
+
+
+def _may_be_complex(part):
+    """Tell whether a part of an expression need not be real where its own parts are."""
+    if part.is_Pow:
+        return not part.exp.is_Integer
+    return not part.is_real if part.is_number else isinstance(part, sp.Function) and not isinstance(part, _REAL)
 
 
 def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[dict[sp.Symbol, sp.Expr]] | None:
@@ -463,15 +476,16 @@ def _with_values(given, equal_zero, unknowns):
 
 
 def _linear_solution(matrix, rest, unknowns):
-    """Return [solution] of matrix y + rest = 0, unsimplified, or [] where the matrix is singular.
+    """Return [solution] of matrix y + rest = 0, or [] where the matrix is singular.
 
     Symbols stand for the entries of a matrix that are too long to be expanded.
     """
     names, meaning = entries_named(matrix) if heavy(sp.Tuple(*matrix)) else (matrix, {})
     if is_zero(determinant := replaced(names.det(method="berkowitz"), meaning)):
         return []
-    solved = -names.adjugate(method="berkowitz").applyfunc(lambda e: replaced(e, meaning)) * rest / determinant
-    return [dict(zip(unknowns, solved, strict=True))]
+    if (found := solved(matrix, -rest)) is None:
+        found = -names.adjugate(method="berkowitz").applyfunc(lambda e: replaced(e, meaning)) * rest / determinant
+    return [dict(zip(unknowns, found, strict=True))]
 
 
 def _eliminants(equal_zero, unknowns):

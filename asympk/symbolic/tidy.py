@@ -11,7 +11,15 @@ import sympy as sp
 from sympy.polys.matrices import DomainMatrix
 from sympy.simplify.fu import TR10i
 
-from asympk.symbolic.long import functions_named, is_clearly_nonzero, is_longer, named_exponentials, replaced
+from asympk.symbolic.long import (
+    functions_named,
+    has_many_terms,
+    in_factors,
+    is_clearly_nonzero,
+    is_longer,
+    named_exponentials,
+    replaced,
+)
 
 LONG = 150  # operations beyond which a shorter form costs seconds and would not be readable
 
@@ -58,6 +66,21 @@ def in_normal_form(expr: sp.Expr) -> sp.Expr:
         return expr
     expanded = multiplied_out(sp.expand_trig(expr))
     return shortest(expr, *map(sp.factor_terms, _normal_forms(expanded, expanded)))
+
+
+def in_lowest_terms(expr: sp.Expr) -> sp.Expr:
+    """Return the shortest normal form in factors of a fraction in functions, such as sines, however long."""
+    return shortest(*map(in_factors, dict.fromkeys(_normal_forms(expr, expr))))
+
+
+def solved(matrix: sp.Matrix, right: sp.Matrix) -> list[sp.Expr] | None:
+    """Return the solution of M x = v in lowest terms, in the field of its symbols and functions; None beside roots."""
+    plain, meaning = functions_named(sp.Matrix.hstack(matrix, right).as_immutable())
+    entries = plain.to_DM().to_field()
+    if entries.domain.is_EXRAW or has_many_terms(plain):
+        return None
+    found = entries[:, : matrix.cols].lu_solve(entries[:, matrix.cols :]).to_Matrix()
+    return [in_lowest_terms(replaced(entry, meaning)) for entry in found]
 
 
 def is_polynomial(expr: sp.Expr) -> bool:

@@ -1,0 +1,57 @@
+"""A box on two elastic feet: four fast states, with sines and cosines of one angle in every coefficient."""
+
+import random
+
+import numpy as np
+import pytest
+import sympy as sp
+from sympy.physics.mechanics import dynamicsymbols
+
+import asympk as ap
+from asympk.output.export import export
+from asympk.symbolic.expansion import fast_jacobian, limit_of
+from asympk.symbolic.hurwitz import characteristic
+from asympk.symbolic.roots import solutions_of
+
+X, Y, THETA = dynamicsymbols("X Y theta")
+EPS, F = sp.symbols("epsilon f", positive=True)
+STICKING = 2  # the mode in which the left foot slides and the right one sticks
+
+
+def feet(friction):
+    """Return the box on both feet; with c = eps^2 and h = eps, x and y of each foot are fast."""
+    t = dynamicsymbols._t
+    energy = (X.diff(t) ** 2 + Y.diff(t) ** 2) / 2 + THETA.diff(t) ** 2 / 6 - Y
+    left, right = (ap.Contact(Y - sp.cos(THETA) / 3 - sign * sp.sin(THETA) / 2,
+                              X + sp.sin(THETA) / 3 - sign * sp.cos(THETA) / 2, friction, unilateral=True)
+                   for sign in (1, -1))
+    box = ap.Mechanism.from_lagrangian(energy, (X, Y, THETA), contact=left, others=[right])
+    return box.elastic(compliance=EPS**2, damping=EPS)
+
+
+@pytest.mark.slow
+def test_reactions_of_two_feet_are_short_fractions_in_the_waves_of_their_angle():
+    mode = feet(F).modes[STICKING]
+    (found,) = solutions_of([limit_of(g, EPS) for g in mode.fast.values()], [*mode.fast])
+    assert max(h.count_ops() for h in found.values()) < 50
+    coefficients = characteristic(fast_jacobian(mode, EPS))
+    assert max(c.count_ops() for c in coefficients) < 50
+    assert len({wave.args[0] for wave in sp.Tuple(*found.values(), *coefficients).atoms(sp.sin, sp.cos)}) == 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("friction", [sp.Rational(1, 2), F])
+def test_manifolds_and_stability_of_two_feet_are_those_of_numbers(friction, tmp_path):
+    system, chance = feet(friction), random.Random(1)
+    for m in ap.slow_manifolds(system, order=0):
+        states, g = [*m.dynamics.fast], sp.Matrix([limit_of(g, EPS) for g in m.dynamics.fast.values()])
+        for _ in range(3):
+            place = {s: sp.Rational(chance.randint(1, 300), 100) for s in g.free_symbols - {*states}}
+            matrix = np.array(g.jacobian(states).subs(place), float)
+            rest = np.array(g.subs(dict.fromkeys(states, 0)).subs(place), float).ravel()
+            heights = [float(m.branch[y].subs(place)) for y in states]
+            assert np.allclose(heights, np.linalg.solve(matrix, -rest), rtol=1e-8)
+            real = np.linalg.eigvals(matrix).real
+            kind = "stable" if max(real) < 0 else "unstable" if min(real) > 0 else "saddle"
+            assert str(sp.sympify(m.stability).subs(place)) == kind or m.domain.subs(place) == sp.false
+    assert all(path.exists() for path in export(system, "c", tmp_path, order=1))
