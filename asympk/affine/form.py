@@ -19,7 +19,18 @@ from asympk.automaton.numericmode import FADED
 from asympk.errors import InputError
 from asympk.formulas import NOT_FINITE
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.long import LONG, ROUGH, atoms, generic_place, heavy, is_longer, replaced, symbols_in, valued
+from asympk.symbolic.long import (
+    LONG,
+    ROUGH,
+    atoms,
+    generic_place,
+    heavy,
+    is_longer,
+    is_many_quotients,
+    replaced,
+    symbols_in,
+    valued,
+)
 from asympk.symbolic.sides import FEW, is_switched
 from asympk.symbolic.system import System
 
@@ -110,14 +121,16 @@ def affine_parts(system: System, expr: sp.Expr) -> tuple[tuple[sp.Expr, ...], di
 def _varies(slope: sp.Expr, symbols: Iterable[sp.Symbol | None]) -> bool:
     """Tell whether values at two generic places show that a slope depends on ``symbols``; nothing is expanded.
 
-    A heavy slope without values there, which would take too long to cancel, counts as one that depends on them.
+    A slope that would take too long to cancel counts as one that depends on them: a heavy one without values there, and
+    one with many quotients.
     """
     place = generic_place(slope)
     if not (moved := {s: 3 * v for s, v in place.items() if s in symbols}):
         return False
     here, there = (valued(slope, at, 15) for at in (place, place | moved))
     known = all(v.is_number and v.is_finite for v in (here, there))
-    return abs(here - there) > ROUGH * (abs(here) + abs(there)) if known else heavy(slope)
+    varies = abs(here - there) > ROUGH * (abs(here) + abs(there)) if known else heavy(slope)
+    return bool(varies) or is_many_quotients(slope)
 
 
 def row_over(waves: Iterable[Wave], slopes: Iterable[sp.Expr], forced: dict[Wave, sp.Expr]) -> tuple[sp.Expr, ...]:

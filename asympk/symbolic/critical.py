@@ -23,7 +23,7 @@ from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.domains import positive_on
 from asympk.symbolic.expansion import by_powers, is_implicit, is_zero, limit_of, one_side, zero_at_places
 from asympk.symbolic.hurwitz import Spectra, attracting, off_axis, repelling, spectra, split
-from asympk.symbolic.long import atoms, entries_in_factors, factorises, in_factors, replaced
+from asympk.symbolic.long import atoms, entries_in_factors, factorises, in_factors, replaced, unnested
 from asympk.symbolic.reading import real_expression
 from asympk.symbolic.roots import factors_of, is_complex, is_zero_on, solutions_of
 from asympk.symbolic.sides import Sides, is_switched, is_whole, on_sides, phases
@@ -231,7 +231,7 @@ def critical_manifolds(system: System) -> Several[CriticalManifold]:
     """
     found: list[CriticalManifold] = []
     count: dict[str, int] = {}
-    modes = (with_held_slow(system.autonomous(m), system.small) for m in system.modes)
+    modes = (with_held_slow(for_formulas(system, m), system.small) for m in system.modes)
     for mode in (part for m in modes if m.fast for part in _smooth_parts(m, system.assumptions)):
         expansion.require_short(mode)
         expansion.require_factored(mode)
@@ -242,6 +242,13 @@ def critical_manifolds(system: System) -> Several[CriticalManifold]:
             name = f"{letter}{count[letter]}"
             found.append(CriticalManifold(name, mode, system.small, branch, system.assumptions))
     return Several(found)
+
+
+def for_formulas(system: System, mode: Mode) -> Mode:
+    """Return a mode with the time as a slow state, and without quotients in the divisors of its rates."""
+    timed = system.autonomous(mode)
+    slow, fast = (sp.Dict({s: unnested(r) for s, r in rates.items()}) for rates in (timed.slow, timed.fast))
+    return replace(timed, slow=slow, fast=fast)
 
 
 def with_held_slow(mode: Mode, small: sp.Symbol) -> Mode:

@@ -12,6 +12,7 @@ the leading one the largest key. The hard function is ``DifferentialRing.__init_
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import reduce
 from heapq import heapify, heappop, heappush
 from math import gcd, lcm, prod
 from typing import NamedTuple
@@ -24,6 +25,7 @@ from asympk.errors import InputError, NotDerivable
 WIDTH = 32  # bits for one exponent; the highest bit is a guard that shows a borrow
 TRIAL = 1000  # larger primes of a denominator are not looked for: factoring a number of 400 digits never ends
 WORK = 3_000_000  # products of terms, and trial divisions of terms: they take seconds
+SEARCH = 30  # products of terms, as long as the search for common divisors takes for one
 NOT_SMOOTH = (sp.Piecewise, sp.Abs, sp.sign, sp.Max, sp.Min, sp.Heaviside, sp.DiracDelta, sp.floor, sp.ceiling)
 
 
@@ -53,10 +55,11 @@ class DifferentialRing:
         self._generators = dict(zip(self.atoms, self._field.gens, strict=True))
         relations = [*_function_relations(self.atoms), *relations]
         inputs = [*exprs, *(rate for by in rates.values() for rate in by.values()), *(r[2] for r in relations)]
-        below = [self._rational(e).denom for e in inputs]
-        contents = lcm(*(int(d.content()) for d in below))
-        self._integer = prod(sp.factorint(contents, limit=TRIAL))
-        self._bases = _coprime(below)
+        parts = {part for e in inputs for part in _rational_parts(e)}
+        below = [self._rational(p.base) for p in parts if p.is_Pow and p.exp.is_negative]
+        contents = (int(side.content()) for d in below for side in (d.numer, d.denom))
+        self._integer = prod(sp.factorint(lcm(*contents, *(p.q for p in parts if p.is_Rational)), limit=TRIAL))
+        self._bases = _coprime([d.numer for d in below])
         self._powers = [[{0: 1}, {0: self._integer}], *([{0: 1}, _pack(d)] for d in self._bases)]
         self._guard = sum(1 << WIDTH * (i + 1) - 1 for i in range(len(self.atoms)))
         self._relations: tuple[tuple[int, int, Fraction], ...] = ()  # (s, n, v): w**n = v for w at bit s of a monomial
@@ -69,7 +72,14 @@ class DifferentialRing:
 
     def __call__(self, expr: sp.Expr) -> Fraction:
         """Return ``expr`` as an element; it must be rational in the generators, with the ring's denominators."""
-        value = self._rational(sp.sympify(expr, strict=True))
+        expr = sp.sympify(expr, strict=True)
+        if expr.is_Add:
+            return self.dot((self(term), self.one) for term in expr.args)
+        if expr.is_Mul:
+            return reduce(lambda a, b: self.dot([(a, b)]), map(self, expr.args))
+        if expr.is_Pow and expr.exp.is_Integer and expr.exp > 1 and expr not in self._generators:
+            return reduce(lambda a, b: self.dot([(a, b)]), [self(expr.base)] * int(expr.exp))
+        value = self._rational(expr)
         content, denominator = value.denom.primitive()
         exponents = [0]
         factor = 1
@@ -129,13 +139,19 @@ class DifferentialRing:
         if expr.is_Rational:
             return self._field(expr.p) / self._field(expr.q)
         if expr.is_Add:
-            return sum(map(self._rational, expr.args), self._field.zero)
+            return reduce(self._added, map(self._rational, expr.args))
         if expr.is_Mul:
             return prod(map(self._rational, expr.args), start=self._field.one)
         base, exponent = expr.as_base_exp()
         whole, part = divmod(int(exponent.p), int(exponent.q))
         root = self._generators[base ** sp.Rational(1, exponent.q)] ** part if part else self._field.one
         return self._rational(base) ** whole * root
+
+    def _added(self, a, b):
+        """Return a sum in the field, which takes long where it seeks the divisors of both denominators."""
+        if not (a.denom.is_ground or b.denom.is_ground):
+            self._spend(SEARCH * (len(a.numer) * len(b.denom) + len(b.numer) * len(a.denom)))
+        return a + b
 
     def _shift(self, atom):
         return WIDTH * (len(self.atoms) - 1 - self.atoms.index(atom))
@@ -184,6 +200,14 @@ class DifferentialRing:
             while exponents[i] and (quotient := _quotient(total, powers[1], self._guard)) is not None:
                 total, exponents[i] = quotient, exponents[i] - 1
         return Fraction(total, tuple(exponents))
+
+
+def _rational_parts(expr):
+    """Yield the parts of which ``expr`` is a rational function, itself first."""
+    yield expr
+    if expr.is_Add or expr.is_Mul or (expr.is_Pow and expr.exp.is_Rational):
+        for part in expr.args[:1] if expr.is_Pow else expr.args:
+            yield from _rational_parts(part)
 
 
 def _closure(exprs, derivations, depth):

@@ -35,6 +35,7 @@ from asympk.symbolic.long import (
     inverse_of,
     is_long,
     is_longer,
+    is_many_quotients,
     named_exponentials,
     numerator_of,
     replaced,
@@ -104,8 +105,10 @@ def has_long_coefficients(mode: Mode, branch: sp.Dict, order: int) -> bool:
     moved, _ = functions_named(sp.Tuple(*(sp.Mul(h, f, evaluate=False) for h in branch.values() for f in flows)))
     slopes = sp.Matrix([*mode.fast.values()]).jacobian([*mode.fast])
     most = SUBSTITUTED // max(order, 1) ** 2
-    return has_many_terms(sp.Tuple(*slopes)) or has_more_terms(
-        sp.Tuple(*mode.slow.values(), *mode.fast.values(), *map(numerator_of, moved)), most)
+    rates = (*mode.slow.values(), *mode.fast.values())
+    if has_many_terms(sp.Tuple(*slopes)) or is_many_quotients(sp.Tuple(*slopes, *rates)):
+        return True
+    return has_more_terms(sp.Tuple(*rates, *map(numerator_of, moved)), most)
 
 
 def require_factored(mode: Mode, degree: int = DEGREE) -> None:
@@ -281,7 +284,8 @@ def jacobian_on_branch(mode: Mode, small: sp.Symbol) -> sp.Matrix:
 
 def by_powers(expr: sp.Expr, slow: tuple[sp.Symbol, ...]) -> sp.Expr:
     """Collect powers of the slow variables that are in no denominator and no function: 1/(sigma + 4) - x."""
-    if is_longer(expr, LONG) and not expr.is_rational_function(*slow):
+    long = is_longer(expr, LONG) and (heavy(expr) or not expr.is_rational_function(*slow))
+    if long or is_many_quotients(expr):
         return expr
     names, meaning = named_exponentials(expr)
     numerator, denominator = sp.fraction(sp.together(expr.xreplace(names)))
@@ -455,7 +459,8 @@ def _inverse(jacobian, ties):
         numerator, denominator = sp.fraction(sp.cancel(jacobian[0]))
         return sp.Matrix([[denominator * sp.invert(numerator, y**degree - value, y)]])
     names, own = named_exponentials(sp.Tuple(*jacobian))
-    return inverse_of(jacobian.xreplace(names)).applyfunc(sp.cancel).xreplace(own)
+    inverse = inverse_of(jacobian.xreplace(names))
+    return inverse.applyfunc(lambda e: e if is_many_quotients(e) else sp.cancel(e)).xreplace(own)
 
 
 def _ties(mode, small, branch):

@@ -17,6 +17,7 @@ from asympk.symbolic.long import (
     has_many_terms,
     in_factors,
     is_clearly_nonzero,
+    is_many_quotients,
     named_exponentials,
     replaced,
 )
@@ -31,7 +32,7 @@ _U = sp.Dummy("u", real=True)
 def characteristic(matrix: sp.Matrix) -> tuple[sp.Expr, ...]:
     """Return the coefficients of det(s - matrix), from the highest."""
     names, own = named_exponentials(sp.Tuple(*matrix))
-    long = {entry: sp.Dummy() for entry in matrix if has_many_terms(entry)}
+    long = {entry: sp.Dummy() for entry in matrix if has_many_terms(entry) or is_many_quotients(entry)}
     named, functions = functions_named(matrix.xreplace(names | long).as_immutable())
     entries = named.to_DM()  # ``Matrix.charpoly`` compares the entries of blocks, and fails at a root
     own |= {name: entry for entry, name in long.items()}

@@ -19,6 +19,7 @@ FEW_FUNCTIONS = 4  # functions as generators, such as sines and cosines of two a
 DEGREE = 160  # of powers; SymPy factors polynomials of a higher degree for minutes
 TERMS = 10_000  # of an expanded product, before like ones are collected; SymPy takes a second for so many
 COLLECTED = 128  # once like ones are; SymPy factors so many in seconds, however many there were before
+QUOTIENTS = 1000  # terms of a sum of quotients over a common denominator; with more SymPy seeks divisors for minutes
 HIGH = 4  # the highest power of an exponential with which SymPy factors fast
 ROUGH = 1e-6  # a difference of values, relative to their size, that is not rounding
 CLEAR = 1e-9  # size above which a value of DIGITS digits is certainly not 0
@@ -125,7 +126,13 @@ def heavy(expr: sp.Basic) -> bool:
 def is_long(expr: sp.Basic) -> bool:
     """Tell whether an expression has too many operations to be expanded, whatever the number of its terms."""
     quotient = _is_rational(expr)
-    return bool(not quotient or _divisors(expr)) and is_longer(expr, LONG if quotient else 60)
+    long = bool(not quotient or _divisors(expr)) and is_longer(expr, LONG if quotient else 60)
+    return long or is_many_quotients(expr)
+
+
+def is_many_quotients(expr: sp.Basic) -> bool:
+    """Tell whether a part of an expression has too many terms over a common denominator, however few it has itself."""
+    return any(below and above > QUOTIENTS for above, below in map(_terms_over, parts_of(expr)))
 
 
 def has_many_terms(expr: sp.Basic) -> bool:
@@ -153,6 +160,28 @@ def _terms(expr: sp.Basic) -> int:
         power = min(int(expr.exp), TERMS)
         found = comb(power + parts[0] - 1, power)
     return min(found, TERMS + 1)
+
+
+@lru_cache(maxsize=4096)
+def _terms_over(expr: sp.Basic) -> tuple[int, Counter[sp.Basic]]:
+    """Return (a bound of the terms of the numerator, {divisor: power}) over a common denominator, as ``_quotient``."""
+    if expr.is_Pow and expr.exp.is_Integer:
+        above, below = _terms_over(expr.base)
+        power = min(abs(int(expr.exp)), TERMS)
+        raised = Counter({base: power * k for base, k in below.items()})
+        if expr.exp.is_negative:
+            return _terms_in(raised), Counter({expr.base: power} if above > 1 else {})
+        return min(comb(power + above - 1, power), TERMS + 1), raised
+    parts = [_terms_over(part) for part in expr.args] if expr.is_Add or expr.is_Mul else []
+    if expr.is_Add:
+        common = reduce(or_, (below for _, below in parts))
+        return min(sum(above * _terms_in(common - below) for above, below in parts), TERMS + 1), common
+    return min(prod(above for above, _ in parts), TERMS + 1), reduce(add, (b for _, b in parts), Counter[sp.Basic]())
+
+
+def _terms_in(powers):
+    """Return a bound of the terms of a product of powers of divisors."""
+    return prod(min(_terms_over(base)[0], TERMS) ** min(k, DEGREE) for base, k in powers.items())
 
 
 @lru_cache(maxsize=4096)
@@ -200,7 +229,7 @@ def factorises(expr: sp.Expr) -> bool:
     beyond ``DEGREE``, or many terms where it is expanded, it may not.
     """
     powers = (p for p in atoms(expr, sp.Pow) if p.base.free_symbols)
-    if has_many_terms(expr) or any(p.exp.is_Integer and abs(p.exp) > DEGREE for p in powers):
+    if has_many_terms(expr) or is_many_quotients(expr) or any(p.exp.is_Integer and abs(p.exp) > DEGREE for p in powers):
         return False
     plain, functions = functions_named(expr)
     if len(functions) > FEW_FUNCTIONS:
@@ -234,6 +263,20 @@ def tidied(expr: sp.Expr) -> sp.Expr:
     scale, above, divisor = sp.cancel((above, _product(below)))
     found = scale * above / divisor
     return found if divisor.free_symbols else expanded(found)
+
+
+@lru_cache(maxsize=4096)
+def unnested(expr: sp.Expr) -> sp.Expr:
+    """Return an expression in which no sum that divides has a quotient of polynomials in it, unless that is long.
+
+    SymPy does not end with 1/(2 + y/(2 + y/(2 + ...))) twenty levels deep, which is a quotient of short polynomials.
+    """
+    expr = expr.func(*map(unnested, expr.args)) if _divisors(expr) else expr
+    inside = expr.is_Pow and expr.exp.is_Integer and expr.exp.is_negative and _divisors(expr.base)
+    if not inside or not _is_rational(expr.base) or heavy(expr.base):
+        return expr
+    above, below = sp.fraction(sp.cancel(expr.base))
+    return (above / below) ** expr.exp
 
 
 def numerator_of(expr: sp.Expr) -> sp.Expr:

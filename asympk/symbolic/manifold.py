@@ -116,7 +116,7 @@ def slow_manifold(
     order above 0 where the rates are too long.
     """
     order = known_order(order)
-    dynamics = system.autonomous(system.mode(mode))
+    dynamics = critical.for_formulas(system, system.mode(mode))
     expansion.require_factored(dynamics, expansion.STEEPEST)  # g may stay implicit
     expansion.require_series(dynamics, system.small, order)
     at = sp.Dict({y: y for y in dynamics.fast}) if branch is None else checked_branch(branch, dynamics, system.small)
@@ -128,7 +128,8 @@ def slow_manifold(
         advice = ": give the fast states damping" * (manifold.real != sp.false)
         raise NotNormallyHyperbolic(f"{manifold.degeneracy(at)}; no slow manifold continues this branch{advice}")
     expansion.require_short(dynamics, order, at)
-    expand(dynamics, system.small, at, order)
+    if order > 0:
+        expand(dynamics, system.small, at, order)
     return manifold
 
 

@@ -17,6 +17,7 @@ from asympk.symbolic.long import (
     in_factors,
     is_clearly_nonzero,
     is_longer,
+    is_many_quotients,
     named_exponentials,
     replaced,
 )
@@ -74,10 +75,12 @@ def in_lowest_terms(expr: sp.Expr) -> sp.Expr:
 
 
 def solved(matrix: sp.Matrix, right: sp.Matrix) -> list[sp.Expr] | None:
-    """Return the solution of M x = v in lowest terms, in the field of its symbols and functions; None beside roots."""
+    """Return the solution of M x = v in lowest terms, in the field of its symbols and functions.
+
+    None beside roots, and where entries have many terms.
+    """
     plain, meaning = functions_named(sp.Matrix.hstack(matrix, right).as_immutable())
-    entries = plain.to_DM().to_field()
-    if entries.domain.is_EXRAW or has_many_terms(plain):
+    if has_many_terms(plain) or is_many_quotients(plain) or (entries := plain.to_DM().to_field()).domain.is_EXRAW:
         return None
     found = entries[:, : matrix.cols].lu_solve(entries[:, matrix.cols :]).to_Matrix()
     return [in_lowest_terms(replaced(entry, meaning)) for entry in found]

@@ -16,6 +16,7 @@ from asympk.symbolic.long import (
     carried_out,
     common_divisor,
     has_no_inverse,
+    heavy,
     in_factors,
     inverse_of,
     is_clearly_nonzero,
@@ -25,6 +26,7 @@ from asympk.symbolic.long import (
     replaced,
     symbols_in,
     tidied,
+    unnested,
     valued,
 )
 from asympk.symbolic.penetration import without_penetration
@@ -46,6 +48,26 @@ def test_an_expression_of_a_trillion_parts_is_replaced_and_found_long():
     assert is_longer(expr, 10_000)
     assert atoms(expr, sp.Symbol) == {a, b}
     assert len(atoms(expr, sp.sin)) == 40
+
+
+def test_quotients_nested_deep_are_one_quotient_of_short_polynomials():
+    nested = a
+    for _ in range(20):
+        nested = 1 / (2 + b * nested)
+    found = unnested(nested)
+    assert found.count_ops() < 150
+    place = {a: sp.Rational(3, 7), b: sp.Rational(5, 3)}
+    assert found.subs(place) == nested.subs(place)
+
+
+def test_sums_of_many_quotients_are_long_and_those_of_few_are_not():
+    every = [sp.Symbol(f"q{k}") for k in range(20)]
+    few, many = (sp.Add(*(a / (1 + q * b**2) for q in every[:n])) for n in (5, 20))
+    assert heavy(many)
+    assert not heavy(few)
+    assert not in_factors(many).is_Mul
+    shared = sp.Add(*(q / (1 + a * b**2) for q in every))
+    assert not heavy(shared)
 
 
 def test_an_inverse_is_written_down_without_asking_whether_pivots_vanish(monkeypatch):

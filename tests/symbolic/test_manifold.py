@@ -1733,3 +1733,16 @@ def test_a_law_with_a_sign_or_an_error_function_in_it_is_stable_without_a_condit
     for plane in ap.critical_manifolds(system):
         assert plane.exists == sp.true
         assert repr(plane).endswith("stability   stable")
+
+
+@pytest.mark.slow
+def test_quotients_nested_twenty_deep_have_a_manifold_whose_stability_is_that_of_numbers():
+    x, y = sp.symbols("x y")
+    nested = x
+    for _ in range(20):
+        nested = 1 / (2 + y * nested)
+    (m,) = ap.slow_manifolds(ap.System.smooth({x: -x}, {y: nested - y + x}, sp.Symbol("mu", positive=True)), order=0)
+    place = {x: sp.Rational(1, 3), y: sp.Rational(3, 5)}
+    slope = (nested - y + x).diff(y).subs(place)
+    assert m.attracting.subs(place) == (slope < 0)
+    assert m.folds.subs(place) == sp.false
