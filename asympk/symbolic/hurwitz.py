@@ -39,7 +39,7 @@ def characteristic(matrix: sp.Matrix) -> tuple[sp.Expr, ...]:
     found = (replaced(replaced(entries.domain.to_sympy(c), functions), own) for c in entries.charpoly_base())
     if entries.domain.is_EXRAW:
         return tuple(map(tidy, found))
-    return tuple(tidy(in_lowest_terms(c)) if functions else c for c in found)
+    return tuple(map(in_lowest_terms, found) if functions else found)
 
 
 def spectra(matrix: sp.Matrix) -> Spectra:

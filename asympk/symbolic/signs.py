@@ -14,7 +14,7 @@ from sympy.functions.elementary.trigonometric import InverseTrigonometricFunctio
 from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.inverses import InverseForm
-from asympk.symbolic.long import atoms, common_divisor, factorises, in_factors, named_exponentials
+from asympk.symbolic.long import LONG, atoms, common_divisor, factorises, in_factors, is_longer, named_exponentials
 
 HIGHEST = 24  # the highest degree of a polynomial in the sine and cosine of one angle whose roots are counted
 _WAVES = (sp.sin, sp.cos, sp.tanh, sp.sign, sp.erf)  # between -1 and 1
@@ -143,9 +143,9 @@ def follows(relation: sp.Basic, facts: tuple[sp.Basic, ...]) -> bool:
 def _is_known(difference, facts, strict=False):
     """Tell whether ``difference`` is positive, or not negative, by some choice of one bound for each symbol.
 
-    Of one that may not be factored this is not known.
+    Of one that may not be factored this is not known, nor of a long one with several waves, which bound each other.
     """
-    if not factorises(difference):
+    if not factorises(difference) or (is_longer(difference, LONG) and len(atoms(difference, *_WAVES)) > 1):
         return False
     for bounds in _bounds(facts):
         moved = difference

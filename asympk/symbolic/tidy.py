@@ -70,8 +70,8 @@ def in_normal_form(expr: sp.Expr) -> sp.Expr:
 
 
 def in_lowest_terms(expr: sp.Expr) -> sp.Expr:
-    """Return the shortest normal form in factors of a fraction in functions, such as sines, however long."""
-    return shortest(*map(in_factors, dict.fromkeys(_normal_forms(expr, expr))))
+    """Return a fraction in functions, such as sines, in the factors of its shortest normal form, however long."""
+    return in_factors(shortest(*_normal_forms(expr, expr)))
 
 
 def solved(matrix: sp.Matrix, right: sp.Matrix) -> list[sp.Expr] | None:
