@@ -190,8 +190,9 @@ def steps(
 def _tried(take, span, state, first, rtol, atol, late):
     """Return the error of a step in units of the allowed error, the end of the step, and its stages."""
     try:
-        new, stages, square = take(span, state, first, rtol, atol, late)
-        error = span * math.sqrt(square / len(state))
+        share, power = math.frexp(span)  # by the power of 2 no rates overflow, and none is rounded
+        new, stages, square = take(span, state, first, rtol, atol, late, math.ldexp(1.0, power))
+        error = share * math.sqrt(square / len(state))
     except (ArithmeticError, ValueError):
         return math.inf, state, ()
     return (error if math.isfinite(error) else math.inf), new, stages
@@ -210,15 +211,16 @@ def _first_span(flows, parameters, state, first, longest, rtol, atol):
         return span
     bend = math.hypot(*((b - a) / s for a, b, s in zip(first, next_, scale, strict=True))) / (span or 1)
     largest = max(speed, bend) / math.sqrt(len(state))
-    return min(100 * span, longest, (LONG / largest) ** -EXPONENT if largest > 1e-15 else max(1e-6, span * 1e-3))
+    bent = (LONG / largest) ** -EXPONENT if 1e-15 < largest < math.inf else max(1e-6, span * 1e-3)
+    return min(100 * span, longest, bent)
 
 
 def _step_of(flows: tuple[Flow, ...], parameters: tuple, size: int, timeless: bool = False) -> Callable[..., tuple]:
-    """Return ``take(h, w, k0, rtol, atol, late)``, one step of ``flows`` with ``size`` states in all.
+    """Return ``take(h, w, k0, rtol, atol, late, q)``, one step of ``flows`` with ``size`` states in all.
 
-    ``take`` returns the end, the stages, and the sum of squares of the error estimates of the states, over h, in units
-    of the allowed errors. With ``timeless`` the estimates leave out the part of the error along the flow that an error
-    in time of up to ``late`` explains.
+    ``take`` returns the end, the stages, and the sum of squares of the error estimates of the states, times q/h, in
+    units of the allowed errors. With ``timeless`` the estimates leave out the part of the error along the flow that an
+    error in time of up to ``late`` explains.
     """
     return partial(_compiled(size, len(flows), len(parameters), timeless), flows, parameters)
 
@@ -236,7 +238,7 @@ def _compiled(size: int, count: int, given: int, timeless: bool) -> Callable[...
             lines.append(f"    {_names(f'k{stage}_', share)} = f{flow}({_names('v', share)}{parameters})")
     lines += _error_lines(size, timeless)
     stages = ", ".join(f"({_names(f'k{stage}_', every)})" for stage in range(STAGES + 1))
-    text = ["def take(flows, p, h, w, k0, rtol, atol, late):", *lines,
+    text = ["def take(flows, p, h, w, k0, rtol, atol, late, q=1.0):", *lines,
             f"    return ({_names('v', every)}), ({stages}), square"]
     exec("\n".join(text), space)
     return space["take"]
@@ -255,7 +257,7 @@ def _error_lines(size: int, timeless: bool) -> list[str]:
         lines += [f"    u{i} = late*k0_{i}/s{i}" for i in every]
         lines += [f"    speed = {_dot('u', 'u', every)}", "    part = 1/speed if speed > 1 else 0.0"]
     for name, row in (("e", DOP853.E5), ("d", DOP853.E3)):
-        lines += [f"    {name}{i} = ({_sum(row, i)})/s{i}" for i in every]
+        lines += [f"    {name}{i} = q*({_sum(row, i)})/s{i}" for i in every]
         if timeless:
             lines.append(f"    {name}u = part*({_dot(name, 'u', every)})")
             lines += [f"    {name}{i} -= {name}u*u{i}" for i in every]

@@ -12,6 +12,7 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
+from scipy.optimize import brentq
 from scipy.special import airy, ellipj
 
 import asympk as ap
@@ -247,6 +248,15 @@ def test_implicit_steps_of_a_slow_motion_count_as_the_explicit_ones_that_take_as
     with pytest.raises(OutOfRange, match="its steps become too small"):
         _solved(prey, {mu: "1/164"}, {x: "0.611", y: "1.926"}, "1.556")
     assert 100 < len(taken) <= 400
+
+
+@pytest.mark.parametrize("small", ["1e-100", "1e-300"])
+def test_a_layer_is_followed_however_small_the_parameter_is(small):
+    """It ends where y + y^3 = 1; then x = y + y^3, and 1/y - 2 atan(y) grows as the time: rates overflowed before."""
+    x_end, y_end = _solved(CUBIC, {mu: small}, {x: 1, y: 2}, 2).final
+    first = brentq(lambda s: s + s**3 - 1, 0, 1)
+    passed = 1 / y_end - 2 * math.atan(y_end) - (1 / first - 2 * math.atan(first))
+    assert (x_end, passed) == pytest.approx((y_end + y_end**3, 2), rel=1e-11)
 
 
 @pytest.mark.slow
