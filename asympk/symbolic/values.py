@@ -112,11 +112,11 @@ def did_you_mean(word: Any, known: Iterable) -> str:
 def _unknown(key, symbols, owner, kind):
     if isinstance(key, sp.Symbol) and key.name in {s.name for s in symbols}:
         return f"the Symbol {key} has other assumptions than the {kind} of {owner}; give it by name, {key.name!r}"
-    known = {s.name for s in symbols}
-    rate = str(key).endswith("'") or isinstance(key, sp.Function | sp.Derivative)
+    known, word = {s.name for s in symbols}, key if isinstance(key, str) else short(key)
+    rate = word.endswith("'") or isinstance(key, sp.Function | sp.Derivative)
     hint = "; mechanism.start(system, {...}) makes a start of coordinates and rates" if rate and kind == "state" else ""
-    hint = hint or did_you_mean(key, known) or "; leave it out"
-    return f"{key!s:.60} is not a {kind} of {owner}; it has {in_words(known)}{hint}"
+    hint = hint or did_you_mean(word, known) or "; leave it out"
+    return f"{word:.60} is not a {kind} of {owner}; it has {in_words(known)}{hint}"
 
 
 def term_without_value(expr: sp.Expr, at: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | None:

@@ -561,6 +561,7 @@ def test_automata_of_one_system_and_one_choice_of_numbers_are_equal():
     (lambda: ap.Scene(system=block(), values={}, start={}, until=1), "the states v, x are missing"),
     (lambda: ap.Scene(system=block(), values={}, start={"x": 1, "vv": 1}, until=1), "did you mean v"),
     (lambda: ap.Scene(system=block(), values={"k": 1}, start={"x": 1, "v": 1}, until=1), "k is not a parameter"),
+    (lambda: ap.Scene(system=block(), values={}, start={10**5000: 1}, until=1), "very many digits. is not a state"),
     (lambda: ap.Scene(system=block(), values={}, start={"x": "y", "v": 1}, until=1), "start: x = 'y'"),
     (lambda: ap.Scene(system=block(), values={}, start={x: 1, "x": 2, v: 1}, until=1), "given twice"),
     (lambda: ap.Scene(system=block(), values={}, start={sp.Symbol("x"): 1, v: 1}, until=1), "by name, 'x'"),

@@ -1210,6 +1210,8 @@ def test_an_order_is_a_whole_number(order):
 def test_a_branch_that_does_not_solve_the_critical_equation_is_refused_with_its_residual():
     with pytest.raises(BranchError, match=r"v = u does not solve .* mu v' = -u\*\*3, not 0"):
         ap.slow_manifold(VAN_DER_POL, {v: u})
+    with pytest.raises(BranchError, match=r"\(Add of very many digits\), not 0"):  # SymPy factors it without end
+        ap.slow_manifold(MICHAELIS_MENTEN, {v: sp.Integer(10)**5000})
 
 
 @pytest.mark.parametrize(
@@ -1219,6 +1221,7 @@ def test_a_branch_that_does_not_solve_the_critical_equation_is_refused_with_its_
         ({u: v}, "branch gives u; the fast variables of 'smooth' are v"),
         ({v: v}, "contains v; give it in the slow variables"),
         ({v: u + mu}, "contains mu; give it in the slow variables"),
+        ({v: 10**5000 * mu}, "very many digits. contains mu; give it in the slow variables"),
         ({sp.Symbol("v", real=True): u}, "the branch's v and the system's v differ in their assumptions"),
         (u, "is not a dict"),
         ({v: 0.5 * u}, "contains a float"),
