@@ -289,7 +289,8 @@ def checked_branch(branch: Any, mode: Mode, small: sp.Symbol) -> sp.Dict:
         raise InputError(f"branch gives {in_words(branch)}; the fast variables of {mode.name!r} are {fast}")
     for y, h in branch.items():
         if inside := h.free_symbols & {*mode.fast, small}:
-            raise InputError(f"branch {equations({y: h})} contains {in_words(inside)}; give it in the slow variables alone")
+            raise InputError(f"branch {equations({y: h})} contains {in_words(inside)}; give it in the slow "
+                             "variables alone")
     for y, g in mode.fast.items():
         residual = limit_of(g, small).subs(branch, simultaneous=True)
         if not is_zero(residual):
