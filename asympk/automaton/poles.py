@@ -17,7 +17,7 @@ import sympy as sp
 
 from asympk.formulas import NOT_FINITE
 from asympk.symbolic.inverses import InverseForm
-from asympk.symbolic.long import atoms, expanded, is_clearly_nonzero, replaced, symbols_in
+from asympk.symbolic.long import LONG, atoms, expanded, is_clearly_nonzero, is_longer, replaced, symbols_in
 from asympk.symbolic.removable import MOST
 
 Zero = tuple[sp.Symbol, sp.Expr]  # a symbol, and its value where a divisor vanishes
@@ -71,8 +71,11 @@ def _varying(factors: Iterable[sp.Expr], moving: set[sp.Symbol]) -> set[sp.Expr]
 
 
 def _at_poles(rates: tuple[sp.Expr, ...], divisor: sp.Expr, moving: set[sp.Symbol]) -> sp.Expr:
-    """Return what vanishes where a divisor does and a rate has no known limit: 1 if all have limits everywhere."""
-    zero = next(_simple_zeros(divisor, moving), None)
+    """Return what vanishes where a divisor does and a rate has no known limit: 1 if all have limits everywhere.
+
+    Of a long divisor no limits are looked for, as its derivatives would be too long.
+    """
+    zero = None if is_longer(divisor, LONG) else next(_simple_zeros(divisor, moving), None)
     if zero is None:
         return divisor
     s, place = zero

@@ -8,6 +8,7 @@ import sympy as sp
 from peers import here
 
 import asympk as ap
+from asympk.automaton import poles
 from asympk.automaton.poles import divisors_of
 from asympk.errors import OutOfRange, Pole, Unfinished
 from asympk.systems.automata import automaton_of
@@ -45,6 +46,15 @@ def test_a_divisor_is_no_pole_where_the_rates_have_a_limit(rate):
 )
 def test_a_divisor_is_a_pole_where_one_rate_has_no_limit(rate):
     assert poles_of((x + v, rate), {x, v})
+
+
+def test_a_long_divisor_counts_as_a_pole_without_a_search_for_limits(monkeypatch):
+    """That of the reactions of three cylinders in a heap, of a million operations, was differentiated for minutes."""
+    long = 1 + x**2
+    for _ in range(8):
+        long = long * (long + v) + 1
+    monkeypatch.setattr(poles, "_simple_zeros", lambda *_: pytest.fail("a limit is looked for"))
+    assert divisors_of((1 / long,), {x, v}) == {long: long}
 
 
 def test_a_divisor_that_moves_nothing_is_no_pole():
