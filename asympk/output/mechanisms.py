@@ -116,7 +116,7 @@ def _others(others, first, departed):
     if closed:
         several = len(closed) > 1
         words += " but for the rigid motions and their paradox" if first == {} or holding else ""
-        words += f"; contact{'s' * several} {' and '.join(closed)} {'are' if several else 'is'} closed here, too"
+        words += f"; contact{'s' * several} {', '.join(closed)} {'are' if several else 'is'} closed here, too"
     return wrapped("", words) if words else []
 
 

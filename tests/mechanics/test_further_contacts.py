@@ -729,7 +729,7 @@ def test_feet_that_are_closed_are_told_by_their_numbers():
     middle = {"gap": "Y - h*cos(theta)", "slip": "X + h*sin(theta)", "friction": "f", "unilateral": True}
     box = tomllib.loads(BOX)
     told = mechanism_as_text(mechanism_of_table(box | {"others": [*box["others"], middle]}, "box"))
-    assert "contacts 2 and 3 are closed here, too" in told
+    assert "contacts 2, 3 are closed here, too" in told
 
 
 def _drawer():
