@@ -21,6 +21,7 @@ from asympk.symbolic.long import (
     entries_named,
     generic_place,
     has_many_terms,
+    has_no_inverse,
     heavy,
     named_exponentials,
     numerator_of,
@@ -480,11 +481,14 @@ def _linear_solution(matrix, rest, unknowns):
 
     Symbols stand for the entries of a matrix that are too long to be expanded.
     """
-    names, meaning = entries_named(matrix) if heavy(sp.Tuple(*matrix)) else (matrix, {})
-    if is_zero(determinant := replaced(names.det(method="berkowitz"), meaning)):
+    if singular := has_no_inverse(matrix):
         return []
-    if (found := solved(matrix, -rest)) is None:
-        found = -names.adjugate(method="berkowitz").applyfunc(lambda e: replaced(e, meaning)) * rest / determinant
+    if singular is None or (found := solved(matrix, -rest)) is None:
+        names, meaning = entries_named(matrix) if heavy(sp.Tuple(*matrix)) else (matrix, {})
+        if is_zero(determinant := replaced(names.det(method="berkowitz"), meaning)):
+            return []
+        adjugate = names.adjugate(method="berkowitz").applyfunc(lambda e: replaced(e, meaning))
+        found = -adjugate * rest / determinant
     return [dict(zip(unknowns, found, strict=True))]
 
 
