@@ -9,6 +9,7 @@ import sympy as sp
 
 import asympk as ap
 from asympk.errors import NotDerivable, NotNormallyHyperbolic
+from asympk.symbolic import signs
 from asympk.symbolic.critical import critical_manifolds
 from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
 from asympk.symbolic.long import LONG, is_longer
@@ -157,6 +158,13 @@ def test_the_sign_of_an_expanded_product_is_that_of_its_factors_however_long_it_
 def test_a_sign_is_known_however_long_the_product_is_that_has_been_expanded(factor):
     long = sp.expand(factor * (1 + a**2 + b**2 + c**2 + d**2) ** 4)
     assert [known_sign(sign * long, a > b) for sign in (1, -1)] == [1, -1]
+
+
+def test_no_bounds_are_sought_of_a_long_sum_of_several_waves(monkeypatch):
+    monkeypatch.setattr(signs, "_without_waves", lambda expr: pytest.fail("bounds were sought"))
+    long = sp.expand((2 * sp.cos(u) + 3 * sp.sin(u) + a + b + c) ** 6)
+    assert is_longer(long, LONG)
+    assert not signs.follows(long > 0, (a > b,))
 
 
 def test_a_conjunction_never_contradicts_itself():

@@ -11,6 +11,7 @@ import asympk as ap
 from asympk.output.export import export
 from asympk.symbolic.expansion import fast_jacobian, limit_of
 from asympk.symbolic.hurwitz import characteristic
+from asympk.symbolic.long import heavy
 from asympk.symbolic.roots import solutions_of
 
 X, Y, THETA = dynamicsymbols("X Y theta")
@@ -37,6 +38,15 @@ def test_reactions_of_two_feet_are_short_fractions_in_the_waves_of_their_angle()
     coefficients = characteristic(fast_jacobian(mode, EPS))
     assert max(c.count_ops() for c in coefficients) < 50
     assert len({wave.args[0] for wave in sp.Tuple(*found.values(), *coefficients).atoms(sp.sin, sp.cos)}) == 1
+
+
+def test_no_determinant_is_written_to_find_a_singular_fast_system(monkeypatch):
+    monkeypatch.setattr(sp.matrices.matrixbase.MatrixBase, "det", None)
+    x, y, p, q = sp.symbols("x y p q", real=True)
+    force = sp.Add(*(sp.sin(k * p) * (x - y - sp.cos(k * q)) for k in range(1, 9)))
+    equal_zero = [force, 2 * force]
+    assert heavy(sp.Tuple(*equal_zero))
+    assert solutions_of(equal_zero, [x, y]) == []
 
 
 @pytest.mark.slow
