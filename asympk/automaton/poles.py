@@ -79,6 +79,7 @@ def _at_poles(rates: tuple[sp.Expr, ...], divisor: sp.Expr, moving: set[sp.Symbo
     if zero is None:
         return divisor
     s, place = zero
+    rates = tuple(sorted(rates, key=lambda rate: not rate.has(divisor)))  # most have a limit, and these may have none
     first = place.subs(_TURN, 0)
     wave = _wave_to_one(divisor, s)
     if all(_has_limit(rate, s, place) for rate in rates):
