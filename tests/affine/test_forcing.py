@@ -63,7 +63,7 @@ def test_a_push_pushes_though_doubles_do_not_hold_what_it_grows_from_and_by(shif
         assert float(path.final[0]) == pytest.approx(slid, rel=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 @pytest.mark.parametrize(("start", "load", "shift"), [(2, 1, 900), (0, "2e-30", 750)])
 def test_a_push_whose_weight_is_below_the_range_of_doubles_pushes_all_the_same(start, load, shift):
     """The weight exp(-shift) was 0 in doubles, and with it the push that they hold, or that began within their cut."""

@@ -182,7 +182,7 @@ def test_a_scene_that_ends_at_its_start_stays_there_on_every_side_in_doubles_and
     assert ap.solve(scene).final == ap.solve(scene, digits=20).final == (start, 0)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_pulse_long_past_does_not_tell_what_follows_at_the_edge_of_stick():
     """There the rate of the third block is 0 but for 200 e^(-648), and no motion was said to go on, in 20 digits."""
     states, forces = sp.symbols("x:3 v:3", real=True), sp.symbols("F:3", real=True)

@@ -621,7 +621,7 @@ def test_the_closed_base_point_is_that_of_the_layer_followed_in_numbers():
     assert numbers == pytest.approx([float(sp.sympify(closed[x].coefficient(k)).subs(at)) for k in range(3)], abs=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 @pytest.mark.parametrize(("slow", "fast"), [
     (y / (1 + x), x / (1 + x) - y / (2 + x)), (y**12 - x, x - y),
     (y * sp.tanh(x) + y**2 * sp.atan(x), sp.tanh(x) - sp.cosh(x) * y),

@@ -35,7 +35,7 @@ def test_two_frictions_whose_shares_nothing_determines_hold_a_body_that_does_not
     assert path.final[3:] == pytest.approx([math.sin(2), math.cos(2), -math.sin(2), -math.cos(2)], abs=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 @pytest.mark.parametrize(("second", "push", "mode"), [(2 + p, p**5, "slip_same+slip_opposite"),
                                                       (2 - r + p**9, 0, "slip_same+stick")])
 def test_a_symmetry_that_a_high_power_breaks_is_not_kept(second, push, mode):
@@ -47,7 +47,7 @@ def test_a_symmetry_that_a_high_power_breaks_is_not_kept(second, push, mode):
     assert path.final[:3] == pytest.approx([*(body.y[:, -1] * (push != 0)), 0], abs=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_symmetry_that_is_broken_beyond_all_orders_that_are_computed_is_not_kept():
     """The velocities part with the power 17 of the time."""
     with pytest.raises(UnboundedReaction, match=r"stick\+stick has equations that are singular"):
@@ -97,7 +97,7 @@ def test_states_part_where_their_rates_differ_by_a_pulse_that_numbers_nearby_do_
     assert path.final[0] - path.final[1] == pytest.approx(math.sqrt(math.pi) / 10**4, rel=0.05)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 @pytest.mark.parametrize("of", [lambda peak: peak, lambda peak: sp.tanh(1 + peak) - sp.tanh(1)])
 def test_a_symmetry_that_a_pulse_breaks_elsewhere_is_not_kept(of):
     """Far from t = 1/2 it is below all digits of 1; a velocity was said to stay 0, and friction drove the body."""

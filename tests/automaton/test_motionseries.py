@@ -63,7 +63,7 @@ def test_rest_ends_at_whatever_order_a_push_leaves_the_bound_of_friction(order):
     assert path.final[1] == pytest.approx(1 / math.factorial(order + 1))
 
 
-@pytest.mark.slow
+@pytest.mark.further
 @pytest.mark.parametrize(("power", "sunk"), [(1, 0), (2, sp.Rational(1, 20000))])
 def test_a_table_on_two_elastic_feet_begins_to_slip_on_the_rear_one_at_any_push(power, sunk):
     """Its feet part by the angle times its rate, of order 3 + 2 power in time: no other mode was refuted."""

@@ -388,7 +388,7 @@ def test_an_event_at_a_pole_does_not_hide_it(start):
             ap.solve(ap.Scene(system=system, start=begun, until=5), method)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_a_slider_crank_on_an_elastic_guide_does_not_turn_around_at_its_dead_centre():
     """There slip ends where its velocity and the gap rate are no basis: of these alone no run goes on rightly."""
     eps = sp.Symbol("eps", positive=True)

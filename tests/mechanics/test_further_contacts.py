@@ -271,7 +271,7 @@ def _beam():
     return ap.Mechanism.from_lagrangian(energy, (X, Y, THETA), contact=first, others=others)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_slips_on_three_grounds_of_any_slope_are_compared_without_being_expanded():
     """Written out, the velocity of one of them has thousands of terms, whose expansion took minutes at each event."""
     contacts = []
@@ -410,7 +410,7 @@ def _turned(jointed, angle, rate, friction):
     return ap.Scene(system=system, values={"f": friction}, start=crank.start(system, start), until=1)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 @pytest.mark.parametrize(("angle", "rate", "friction"), [(2.7, 2, 1.2), (0.3, -2, 1.2)])
 def test_a_crank_with_joints_for_constraints_turns_as_in_its_two_angles(angle, rate, friction):
     """Without friction a joint neither slips nor sticks: the two that hold each other's slip at 0 made a false stop."""
@@ -460,7 +460,7 @@ def test_motions_on_redundant_feet_have_no_determined_reactions_where_it_is_open
         table.motions(FLAT | {"Y": "1/2"})
 
 
-@pytest.mark.slow
+@pytest.mark.further
 @pytest.mark.parametrize("places", [(-1, 0, 1), (-1, -1, 1, 1)])
 def test_a_table_slides_on_feet_of_one_friction_however_these_share_its_weight(places):
     """It stops at v/f = 5/2, after v^2/(2 f); a push t/2 sets it off at t = 4/5, and moves it by (t - 4/5)^3/12."""
@@ -502,7 +502,7 @@ def test_a_table_set_off_by_a_push_slides_on_two_feet_whose_reactions_leave_roun
     assert path.final == pytest.approx((truth.y[0, -1], 0.5, 0, truth.y[1, -1], 0, 0), abs=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 @pytest.mark.parametrize(("rise", "mode"), [(-1, "slip_same+slip_same+open"), (1, "open+slip_same+slip_same")])
 def test_a_foot_over_a_hollow_that_begins_flat_opens_and_one_on_a_hump_bears(rise, mode):
     """Friction pitches the table forward, onto the hump and the front foot."""

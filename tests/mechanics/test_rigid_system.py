@@ -340,7 +340,7 @@ def test_a_crank_passes_the_dead_centre_of_its_slider(numbers, start, until, opt
     assert (path.final[0], path.final[2]) == pytest.approx(tuple(truth.y[:, -1]), abs=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_two_references_in_which_the_events_at_a_dead_centre_come_in_another_order_are_the_same_motion():
     """Load and sliding velocity vanish there together; the run was refused, as one that passes different modes."""
     phi = np.arcsin(np.sin(1.0) / 1.2)

@@ -537,7 +537,7 @@ def test_a_branch_exists_where_it_is_real_and_is_not_told_to_repel_elsewhere():
     assert [(str(m.exists), m.stability) for m in found] == [("u > 0", "unstable"), ("u > 0", "stable")]
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_inverse_functions_are_of_what_theirs_give_and_complex_branches_are_none():
     """Of the sixth roots of u two are real, and of what SymPy finds for tanh v = u one is."""
     plain, fast = sp.symbols("u v")

@@ -54,7 +54,7 @@ def test_a_parameter_in_an_exponent_is_followed_as_its_number(law, start, power,
     assert (given.final, given.model, given.modes) == (known.final, known.model, known.modes)
 
 
-@pytest.mark.slow
+@pytest.mark.further
 @pytest.mark.parametrize(("law", "start", "power"), [CASES[i] for i in (0, 1, 4, 5, 6, 12, 13)])
 def test_a_parameter_in_an_exponent_is_followed_in_digits_as_its_number(law, start, power):
     given, known = (ap.solve(ap.Scene(system=law(p), values=values, start=start, until=2), digits=20).final

@@ -706,7 +706,7 @@ ELLIPSOGRAPH = """
 """
 
 
-@pytest.mark.slow
+@pytest.mark.further
 def test_the_screen_has_the_paradox_and_the_jump_of_a_contact_with_its_joints_held(screen, tmp_path, capsys):
     """The rod stops, so that P_T of the ground, with that of the guide, is -X', and P_N is -Y'."""
     smooth = ELLIPSOGRAPH.replace('"f2"', "0").replace(", f2 = 0", "")
