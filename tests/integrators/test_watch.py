@@ -90,3 +90,17 @@ def test_a_guard_that_is_rounding_at_the_start_of_a_mode_counts_as_0():
     mode = Automaton(system, ()).mode((Phase(1, 1),))
     assert [Watch(mode, 0.0, (0.1, 0.2, third)).last.values for third in (-0.3, -0.5, 0.1)] == [
         [0.0], [0.0], [pytest.approx(0.4)]]
+
+
+@pytest.mark.parametrize("method", ["exact", "radau"])
+@pytest.mark.parametrize("n", ["-3/10", "-1/7", "-1/81"])
+def test_a_friction_that_can_just_bear_its_force_as_its_load_turns_goes_on_sticking(method, n):
+    """To stick it needs 3/5, and 3/5 (1 + n^2) is at most borne: as n passes 0 it slipped by rounding."""
+    v, m, p, force = sp.symbols("v m p force", real=True)
+    mu = sp.Symbol("mu", positive=True)
+    rough = ap.Friction(v - sp.Rational(1, 5), force, 1 + m**2, sp.Rational(2, 5), sp.Rational(3, 5))
+    belt = ap.System.with_frictions({v: force / 3 - v}, {p: v - p - p**3, m: p * v + force / 5 - 2 * m},
+                                    [rough], small=mu)
+    start = {v: "1/5", p: "5/18", m: n}
+    path = ap.solve(ap.Scene(system=belt, values={mu: "1/1000"}, start=start, until=1), method)
+    assert (path.modes, path.final[0]) == (("stick",), 0.2)
