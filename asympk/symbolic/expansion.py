@@ -347,12 +347,13 @@ def _is_tiny(value):
 def _value(expr, k, scale=1):
     """Evaluate at the k-th of a few points times ``scale``, each symbol at a rational of its own sign.
 
+    The rationals are primes over one number: where they rose in equal steps, determinants of symbols in order vanished.
     Each part of a heavy expression is computed once, with 50 digits to lose by cancelling.
     """
     points = {}
     for i, s in enumerate(sorted(expr.free_symbols, key=str)):
         sign = -1 if s.is_negative else 1 if s.is_positive else sp.sign(scale)
-        points[s] = sign * abs(scale) * sp.Rational(13 * k + 7 * i + 2, 11 + 3 * k)
+        points[s] = sign * abs(scale) * sp.Rational(sp.prime(i + 5 * k), 11 + 3 * k)
     found = valued(expr, points, 2 * 50, real=False) if heavy(expr) else sp.nan
     if found.is_finite:
         return found

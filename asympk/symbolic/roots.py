@@ -485,7 +485,8 @@ def _linear_solution(matrix, rest, unknowns):
         return []
     if singular is None or (found := solved(matrix, -rest)) is None:
         names, meaning = entries_named(matrix) if heavy(sp.Tuple(*matrix)) else (matrix, {})
-        if is_zero(determinant := replaced(names.det(method="berkowitz"), meaning)):
+        determinant = replaced(names.det(method="berkowitz"), meaning)
+        if singular is None and is_zero(determinant):
             return []
         adjugate = names.adjugate(method="berkowitz").applyfunc(lambda e: replaced(e, meaning))
         found = -adjugate * rest / determinant

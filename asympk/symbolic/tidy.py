@@ -22,6 +22,7 @@ from asympk.symbolic.long import (
     replaced,
 )
 
+MOST = 12  # symbols and functions in a matrix by which a system is solved in their field; with 20 it may not end
 LONG = 150  # operations beyond which a shorter form costs seconds and would not be readable
 
 
@@ -77,10 +78,13 @@ def in_lowest_terms(expr: sp.Expr) -> sp.Expr:
 def solved(matrix: sp.Matrix, right: sp.Matrix) -> list[sp.Expr] | None:
     """Return the solution of M x = v in lowest terms, in the field of its symbols and functions.
 
-    None beside roots, and where entries have many terms.
+    None beside roots, and where common divisors would be sought for long: in more than ``MOST`` symbols and functions,
+    or of many terms.
     """
     plain, meaning = functions_named(sp.Matrix.hstack(matrix, right).as_immutable())
-    if has_many_terms(plain) or is_many_quotients(plain) or (entries := plain.to_DM().to_field()).domain.is_EXRAW:
+    if len(plain.free_symbols) > MOST or has_many_terms(plain) or is_many_quotients(plain):
+        return None
+    if (entries := plain.to_DM().to_field()).domain.is_EXRAW:
         return None
     found = entries[:, : matrix.cols].lu_solve(entries[:, matrix.cols :]).to_Matrix()
     return [in_lowest_terms(replaced(entry, meaning)) for entry in found]

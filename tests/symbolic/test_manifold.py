@@ -16,7 +16,7 @@ import asympk as ap
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic, OrderError
 from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.critical import CriticalManifold, critical_manifolds
-from asympk.symbolic.expansion import expand, is_zero_somewhere, zero_at_places
+from asympk.symbolic.expansion import expand, is_zero, is_zero_somewhere, zero_at_places
 from asympk.symbolic.long import LONG, is_longer
 from asympk.symbolic.manifold import C, integral_curves, reduced_flow, rest_state
 from asympk.symbolic.signs import conjunction
@@ -1749,3 +1749,9 @@ def test_quotients_nested_twenty_deep_have_a_manifold_whose_stability_is_that_of
     slope = (nested - y + x).diff(y).subs(place)
     assert m.attracting.subs(place) == (slope < 0)
     assert m.folds.subs(place) == sp.false
+
+
+@pytest.mark.parametrize("wave", [sp.sin, sp.Abs])
+def test_a_determinant_of_symbols_in_order_is_not_zero(wave):
+    matrix = sp.Matrix(4, 4, lambda i, j: sp.Symbol(f"p{i}{j}") + wave(sp.Symbol("u", real=True)))
+    assert not is_zero(matrix.det(method="berkowitz"))

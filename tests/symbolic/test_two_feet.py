@@ -65,3 +65,14 @@ def test_manifolds_and_stability_of_two_feet_are_those_of_numbers(friction, tmp_
             kind = "stable" if max(real) < 0 else "unstable" if min(real) > 0 else "saddle"
             assert str(sp.sympify(m.stability).subs(place)) == kind or m.domain.subs(place) == sp.false
     assert all(path.exists() for path in export(system, "c", tmp_path, order=1))
+
+
+def test_a_linear_fast_system_of_forty_symbols_has_its_manifold():
+    ys, u, n = sp.symbols("y0:4"), sp.Symbol("u"), 4
+    slope = sp.Matrix(n, n, lambda i, j: sp.Symbol(f"p{i}{j}") + sp.Symbol(f"q{i}{j}") * sp.sin(u))
+    rest = sp.Matrix([sp.cos(u) * k - 1 for k in range(n)])
+    (found,) = solutions_of([*(slope * sp.Matrix(ys) + rest)], [*ys])
+    place = {s: sp.Rational(k + 2, k * k + 3) for k, s in enumerate(sorted(slope.free_symbols - {u}, key=str))}
+    matrix, right = (np.array(part.subs(place).subs(u, 0.3), float) for part in (slope, rest))
+    heights = [float(found[y].subs(place).subs(u, 0.3)) for y in ys]
+    assert np.allclose(matrix @ heights, -right.ravel(), rtol=1e-8)
