@@ -23,6 +23,7 @@ from asympk.symbolic.long import (
 )
 
 MOST = 12  # symbols and functions in a matrix by which a system is solved in their field; with 20 it may not end
+ROWS = 5  # full rows of such a matrix; five take seconds
 LONG = 150  # operations beyond which a shorter form costs seconds and would not be readable
 
 
@@ -79,10 +80,12 @@ def solved(matrix: sp.Matrix, right: sp.Matrix) -> list[sp.Expr] | None:
     """Return the solution of M x = v in lowest terms, in the field of its symbols and functions.
 
     None beside roots, and where common divisors would be sought for long: in more than ``MOST`` symbols and functions,
-    or of many terms.
+    of many terms, or in more than ``ROWS`` rows of several entries.
     """
     plain, meaning = functions_named(sp.Matrix.hstack(matrix, right).as_immutable())
-    if len(plain.free_symbols) > MOST or has_many_terms(plain) or is_many_quotients(plain):
+    coupled = sum(sum(entry != 0 for entry in row) > 1 for row in matrix.tolist())
+    many = coupled > ROWS or len(plain.free_symbols) > MOST
+    if many or has_many_terms(plain) or is_many_quotients(plain):
         return None
     if (entries := plain.to_DM().to_field()).domain.is_EXRAW:
         return None

@@ -13,6 +13,7 @@ from asympk.symbolic.expansion import fast_jacobian, limit_of
 from asympk.symbolic.hurwitz import characteristic
 from asympk.symbolic.long import heavy
 from asympk.symbolic.roots import solutions_of
+from asympk.symbolic.tidy import solved
 
 X, Y, THETA = dynamicsymbols("X Y theta")
 EPS, F = sp.symbols("epsilon f", positive=True)
@@ -65,6 +66,13 @@ def test_manifolds_and_stability_of_two_feet_are_those_of_numbers(friction, tmp_
             kind = "stable" if max(real) < 0 else "unstable" if min(real) > 0 else "saddle"
             assert str(sp.sympify(m.stability).subs(place)) == kind or m.domain.subs(place) == sp.false
     assert all(path.exists() for path in export(system, "c", tmp_path, order=1))
+
+
+def test_no_divisors_are_sought_in_a_matrix_of_six_full_rows(monkeypatch):
+    monkeypatch.setattr("sympy.polys.matrices.DomainMatrix.lu_solve", lambda *_: pytest.fail("the field was used"))
+    p, q, u = sp.symbols("p q u")
+    full = sp.Matrix(6, 6, lambda i, j: sp.prime(6 * i + j + 1) * p + sp.prime(7 * j + i + 2) * q * sp.sin(u))
+    assert solved(full, sp.ones(6, 1)) is None
 
 
 def test_a_linear_fast_system_of_forty_symbols_has_its_manifold():
