@@ -34,7 +34,7 @@ from asympk.systems.automata import automaton_of
 MOST_SPARE = 300  # digits beyond four times those asked for, up to which a run is repeated
 TRUSTED = 5e-14  # the largest estimated error of a run in doubles that is returned as it is
 TRUSTED_EVENTS = 1e-8  # the largest estimated error of a run in doubles whose sequence of events is trusted
-_WITHIN = np.arange(1, 16) / 16  # parts of a segment at which its states are looked at
+_WITHIN = np.arange(1, 17) / 16  # parts of a segment at which its states are looked at
 
 
 class TimedSegment(NamedTuple):
@@ -176,12 +176,15 @@ def _estimated(task):
 
 
 def _errors(done, task):
-    """Return the largest estimated error of a state relative to its own largest value on a path, and without that."""
+    """Return the largest estimated error of a state relative to its own largest value on a path, and without that.
+
+    Within segments a value counts as at most the largest of 1 and the final states, to which ``error`` is relative.
+    """
     with np.errstate(all="ignore"):
         errors, sizes = estimate(done, len(task.scene.start))
         if not (errors <= TRUSTED * sizes).all():  # where segments end, a state may be small by chance
-            within = (abs(timed.segment.states(timed.span * _WITHIN)).max(axis=1)[: len(sizes)] for timed in done)
-            sizes = np.max([sizes, *within], axis=0)
+            within = np.hstack([abs(timed.segment.states(timed.span * _WITHIN))[: len(sizes)] for timed in done])
+            sizes = np.maximum(sizes, np.minimum(within.max(axis=1), max(1.0, within[:, -1].max())))
     return float((errors / np.where(sizes > 0, sizes, 1.0)).max()), float(errors.max())
 
 

@@ -233,6 +233,17 @@ def test_a_state_that_is_small_by_chance_at_the_end_needs_no_more_digits(monkeyp
     assert abs(path.final[0] - true) < 5e-14
 
 
+def test_states_that_are_all_small_at_the_end_of_large_swings_keep_their_digits():
+    """Beside resonance x swings up to 95000, and is 1e-5 at the end, where v is -0.53: 1e-10 of v was lost."""
+    smooth = ap.System.smooth({x: v, v: -x + 10**4 * sp.cos(omega * t)}, {}, None, time=t)
+    path = followed(smooth, {omega: "1.1"}, {"x": 0, "v": 0}, "62.8318")
+    with mpmath.workdps(30):
+        turn, end = mpmath.mpf("1.1"), mpmath.mpf("62.8318")
+        true = 10**4 * (mpmath.sin(end) - turn * mpmath.sin(turn * end)) / (1 - turn**2)
+    assert path.error < 5e-14
+    assert abs(path.final[1] - true) < 5e-14
+
+
 @pytest.mark.parametrize("digits", [None, 60])
 def test_forced_at_a_natural_frequency_that_is_a_root_it_grows_like_t(digits):
     root = sp.sqrt(f / fs)
