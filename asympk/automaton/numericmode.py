@@ -355,12 +355,13 @@ class NumericMode:
         value, and beside limits, the values are those of single numbers, or NaN where these have none.
         """
         with np.errstate(all="ignore"):
-            values = of(self._arrays)(t, *here)
+            values, divisors = of(self._arrays)(t, *here), self._arrays._removable(t, *here)
         found = np.empty((len(values), *np.shape(t)))
         for k, value in enumerate(values):
             found[k] = value
         flat = found.reshape(len(found), -1)
-        for k in np.flatnonzero(~np.isfinite(flat).all(axis=0) | bool(self.mode.removable)).tolist():
+        near = np.min(np.abs(divisors), axis=0, initial=math.inf) < SMALL
+        for k in np.flatnonzero(~np.isfinite(flat).all(axis=0) | np.ravel(near)).tolist():
             one = (float(np.broadcast_to(w, np.shape(t)).flat[k]) for w in (t, *here))
             try:
                 flat[:, k] = of(self)(*one)
