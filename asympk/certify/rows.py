@@ -12,7 +12,7 @@ of a row shortly after a state.
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property, reduce
-from math import prod
+from math import lcm, prod
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -122,7 +122,9 @@ class ExactEntries:
     def _surds(self) -> tuple[Any, dict[sp.Symbol, ANP]]:
         """The field of the roots of rational numbers among the parts, None for none or a large one, and these in it."""
         found = {symbol: atom for atom, symbol in self.ranging.items() if _is_surd(atom)}
-        if not found or prod(atom.exp.q for atom in found.values()) > _MOST_DEGREE:
+        bases = {atom.base for atom in found.values()}
+        degrees = (lcm(*(atom.exp.q for atom in found.values() if atom.base == base)) for base in bases)
+        if not found or prod(degrees) > _MOST_DEGREE:
             return None, {}
         field = sp.QQ.algebraic_field(*found.values())
         return field, {symbol: field.from_sympy(atom) for symbol, atom in found.items()}

@@ -774,6 +774,7 @@ def test_a_box_is_proven_all_over_which_a_push_in_two_waves_touches_its_limit(pu
     (t**2 - 2) ** 2 / 49, (t**2 - 2) ** 2 * (t - 2) ** 2 / 80, (1 - 2 * sp.exp(-t)) ** 2, (1 - sp.sin(t)) ** 2 / 4,
     (1 - sp.sin(t)) * (2 + sp.cos(2 * t)) / 4, sp.exp(-t / 3) * (1 - sp.sin(t)),
     (sp.sqrt(2) - sp.sin(t) - sp.cos(t)) / 2, (sp.sqrt(5) - sp.sqrt(2) * sp.sin(t) - sp.sqrt(3) * sp.cos(t)) / 4,
+    (t - sp.cbrt(2)) ** 2 * (t - sp.sqrt(3)) ** 2 / 90,
 ])
 @pytest.mark.parametrize("below", [0, sp.Rational(1, 10**9)])
 @pytest.mark.few(4)
