@@ -149,6 +149,10 @@ class _Math(_Quick, _Pieces, _Python, PythonCodePrinter):
 class _NumPy(_Quick, NumPyPrinter):
     """NumPy source that imports nothing else: SymPy's own Max and Min of several arguments need ``functools``."""
 
+    def _print_Integer(self, expr):
+        """Print an integer that 64 bits do not hold as a float: NumPy has no logarithm of others."""
+        return super()._print_Integer(expr) if abs(expr) < 2**63 else str(expr.evalf(25))
+
     def _print_Max(self, expr):
         choice = self._module_format("numpy.maximum" if isinstance(expr, sp.Max) else "numpy.minimum")
         return reduce(lambda a, b: f"{choice}({a}, {b})", map(self._print, expr.args))

@@ -91,6 +91,14 @@ def test_error_functions_have_on_arrays_the_values_that_they_have_on_floats(name
     assert lower((x,), getattr(sp, name)(x))(values).tolist() == [getattr(math, name)(value) for value in values]
 
 
+@pytest.mark.parametrize("target", ["numpy", "math"])
+def test_a_whole_number_of_any_length_has_a_logarithm(target):
+    """NumPy has none of an integer beyond 64 bits: a run with (10^30)^x in a rate ended in a traceback."""
+    power = sp.Integer(10**30) ** x
+    values = lower((x,), [power.diff(x), power + 2**64], target=target)(0.5)
+    assert values == pytest.approx((1e15 * math.log(1e30), 1e15 + 2.0**64), rel=1e-14)
+
+
 def test_arrays_broadcast_and_constants_take_their_shape():
     f = lower((x, mu), [x + mu, 7])
     total, seven = f(np.ones((2, 1)), [1, 2, 3])
