@@ -11,17 +11,18 @@ and the k-th derivative of every c_k is finite at p: sqrt(1 - x^2)/(1 - x) has n
 
 import math
 from collections.abc import Iterable, Iterator
-from itertools import chain
+from itertools import chain, islice
 
 import sympy as sp
 
 from asympk.formulas import NOT_FINITE
 from asympk.symbolic.inverses import InverseForm
-from asympk.symbolic.long import LONG, atoms, expanded, is_clearly_nonzero, is_longer, replaced, symbols_in
+from asympk.symbolic.long import atoms, expanded, is_clearly_nonzero, replaced, symbols_in
 from asympk.symbolic.removable import MOST
 
 Zero = tuple[sp.Symbol, sp.Expr]  # a symbol, and its value where a divisor vanishes
 _TURN = sp.Dummy("k", integer=True)
+_PARTS, _OFTEN = 30_000, 100  # of a divisor, and how often symbols that move occur in it, where its limits take no time
 _ZEROS = {sp.sin: sp.pi * _TURN, sp.cos: sp.pi * (_TURN + sp.Rational(1, 2)), sp.log: sp.S.One} | dict.fromkeys(
     (sp.sinh, sp.tanh, sp.asin, sp.atan), sp.S.Zero
 )
@@ -73,9 +74,11 @@ def _varying(factors: Iterable[sp.Expr], moving: set[sp.Symbol]) -> set[sp.Expr]
 def _at_poles(rates: tuple[sp.Expr, ...], divisor: sp.Expr, moving: set[sp.Symbol]) -> sp.Expr:
     """Return what vanishes where a divisor does and a rate has no known limit: 1 if all have limits everywhere.
 
-    Of a long divisor no limits are looked for, as its derivatives would be too long.
+    Of a divisor in which much moves no limits are looked for, as its derivatives would be too long.
     """
-    zero = None if is_longer(divisor, LONG) else next(_simple_zeros(divisor, moving), None)
+    parts = [*islice(sp.preorder_traversal(divisor), _PARTS)]
+    long = len(parts) == _PARTS or sum(part in moving for part in parts) > _OFTEN
+    zero = None if long else next(_simple_zeros(divisor, moving), None)
     if zero is None:
         return divisor
     s, place = zero

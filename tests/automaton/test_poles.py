@@ -65,6 +65,12 @@ def test_a_long_divisor_counts_as_a_pole_without_a_search_for_limits(monkeypatch
     assert divisors_of((1 / long,), {x, v}) == {long: long}
 
 
+def test_numbers_of_any_length_beside_what_moves_leave_a_limit():
+    """A place of 360 operations made a pole of sin(x)/x there."""
+    place = sp.Mul(*((p + p**2 + p**3) / (1 + p + p**2) for p in sp.symbols("p:40", positive=True)))
+    assert poles_of((sp.sin(x - place) / (x - place),), {x}) == set()
+
+
 def test_a_divisor_that_moves_nothing_is_no_pole():
     assert poles_of((1 / v,), {x}) == set()
 
