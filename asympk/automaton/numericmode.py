@@ -385,7 +385,7 @@ class NumericMode:
         if not self.mode.reactions:
             return found
         added = np.abs(self.on_arrays(lambda mode: mode.reactions, t, here))
-        return np.maximum(found, added.reshape(-1, *found.shape).sum(axis=0))
+        return np.maximum(found, added.reshape(len(added) // len(found), *found.shape).sum(axis=0))
 
     def moves(self, t: Any, states: Any) -> np.ndarray:
         """Return by how much rounding, over its relative size, moves each state where what is ``kept`` is set to 0.

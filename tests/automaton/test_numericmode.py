@@ -50,6 +50,7 @@ def test_a_rate_has_the_size_of_the_reactions_that_balance_there_whatever_the_pa
     ground = ap.Friction(x, F, N, sp.Rational(1, 5), normal=N, constraint=N - g)
     mode = Automaton(ap.System.with_frictions({x: F, y: N - g}, {}, [ground]), (10,)).mode((Phase(1, 1),))
     assert tuple(mode.terms(0.0, (1.0, 0.0), 2.0**-48)) == (2, 10)
+    assert mode.terms(np.zeros(0), np.zeros((2, 0)), 2.0**-48).shape == (2, 0)  # of a segment without steps
 
 
 def test_rates_on_arrays_are_those_of_single_numbers_also_at_limits_and_where_parts_overflow():
