@@ -12,6 +12,7 @@ import sympy as sp
 from sympy.core.operations import AssocOp
 
 from asympk.multiprecision import private_context
+from asympk.symbolic.diffring import NOT_SMOOTH
 
 PARTS = 4  # a bound on the parts of a tree, without atoms, for one operation: -a/b in a sum has two and two
 LONG = 300  # operations; a rational expression divided by a sum is not expanded if it has more
@@ -437,12 +438,20 @@ def is_clearly_nonzero(expr: sp.Expr) -> bool:
 
 
 def has_no_inverse(matrix: sp.Matrix) -> bool | None:
-    """Tell whether a matrix is singular at one generic place, in many digits, and so everywhere, whatever its units.
+    """Tell whether a square matrix is singular everywhere, by its ``pivots``; None where these are not known."""
+    found = pivots(matrix)
+    return None if found is None else len(found) < matrix.rows
 
+
+def pivots(matrix: sp.Matrix) -> list[tuple[int, int]] | None:
+    """Return (row, column) of each pivot of a matrix at one generic place, in many digits.
+
+    They are as many as its rank, whatever its units. Functions with switches, which may be 0 there, count as symbols.
     None where it has no value at this place.
     """
-    place = generic_place(sp.Tuple(*matrix))
-    found = matrix.applyfunc(lambda entry: valued(entry, place, DIGITS))
+    entries = replaced(sp.Tuple(*matrix), {f: sp.Dummy() for f in atoms(sp.Tuple(*matrix), *NOT_SMOOTH)})
+    place = generic_place(entries)
+    found = sp.Matrix(*matrix.shape, [valued(entry, place, DIGITS, real=False) for entry in entries])
     if not all(e.is_number and e.is_finite for e in found):
         return None
     m, least = private_context(DIGITS), 10.0 ** (SPARE - DIGITS)
@@ -452,12 +461,18 @@ def has_no_inverse(matrix: sp.Matrix) -> bool | None:
         sizes = [size if size > least * max(sizes) else m.one for size in sizes]  # a small one may be rounding
         scaled = [[e / size for e in row] for row, size in zip(rows, sizes, strict=True)]
         rows = [[*column] for column in zip(*scaled, strict=True)]
-    while rows:  # the largest entry is the next pivot
-        size, i, j = max((abs(e), i, j) for i, row in enumerate(rows) for j, e in enumerate(row))
+    return [*_eliminated(dict(enumerate(rows)), [*range(matrix.cols)], least)]
+
+
+def _eliminated(rows, columns, least):
+    """Yield the places of pivots, of which each is the largest entry that is left."""
+    while rows and columns:
+        size, i, j = max((abs(rows[i][j]), i, j) for i in rows for j in columns)
         if size <= least:
-            return True
+            return
         pivot = rows.pop(i)
-        factors = [row[j] / pivot[j] for row in rows]
-        rows = [[e - factor * p for k, (e, p) in enumerate(zip(row, pivot, strict=True)) if k != j]
-                for row, factor in zip(rows, factors, strict=True)]
-    return False
+        columns.remove(j)
+        for row in rows.values():
+            factor = row[j] / pivot[j]
+            row[:] = [e - factor * p for e, p in zip(row, pivot, strict=True)]
+        yield i, j

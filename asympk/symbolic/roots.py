@@ -21,11 +21,11 @@ from asympk.symbolic.long import (
     entries_named,
     generic_place,
     has_many_terms,
-    has_no_inverse,
     heavy,
     named_exponentials,
     numerator_of,
     parts_of,
+    pivots,
     replaced,
 )
 from asympk.symbolic.lowering import lower
@@ -126,7 +126,7 @@ def solutions_of(equal_zero: list[sp.Expr], unknowns: list[sp.Symbol]) -> list[d
 
 def _solutions(equal_zero, unknowns):
     """Return the solutions of equations that are not all 0, as ``solutions_of`` does."""
-    if heavy(sp.Tuple(*equal_zero)) or has_many_terms(sp.Tuple(*map(numerator_of, equal_zero))):
+    if len(unknowns) > 1 or heavy(*equal_zero) or has_many_terms(numerator_of(*equal_zero)):
         matrix = (force := sp.Matrix(equal_zero)).jacobian(unknowns)
         if not matrix.has(*unknowns):
             return _linear_solution(matrix, force.subs(dict.fromkeys(unknowns, 0)), unknowns)
@@ -451,10 +451,7 @@ def _values_given(equal_zero, unknowns):
     A y with a constant rational coefficient has its value in terms of the others; a y without others is preferred, as
     its formula has no root of the others' equations. SymPy takes minutes to solve cubics together with such an
     equation. Else an equation that is not rational, in y alone, as exp(-y) = atan(y), is solved before the others.
-    Linear systems need no such help: None.
     """
-    if not sp.Matrix(equal_zero).jacobian(unknowns).has(*unknowns):
-        return None
     slopes = ((g, y, g.diff(y)) for g in equal_zero for y in unknowns)
     found = ((g, y, -g.subs(y, 0) / slope) for g, y, slope in slopes if slope.is_Rational and slope)
     if best := min(found, key=lambda given: given[2].has(*unknowns), default=None):
@@ -477,20 +474,37 @@ def _with_values(given, equal_zero, unknowns):
 
 
 def _linear_solution(matrix, rest, unknowns):
-    """Return [solution] of matrix y + rest = 0, or [] where the matrix is singular.
+    """Return [solution] of matrix y + rest = 0, which leaves unknowns without pivots free, or [] where there is none.
 
-    Symbols stand for the entries of a matrix that are too long to be expanded.
+    None where it is not known whether the matrix is singular.
     """
-    if singular := has_no_inverse(matrix):
+    if (places := pivots(matrix)) is None:
+        if is_zero(_adjugate_and_determinant(matrix)[1]):
+            return None
+        places = [(k, k) for k in range(matrix.rows)]
+    if len(places) < matrix.rows and len(places) != len(pivots(sp.Matrix.hstack(matrix, rest)) or ()):
         return []
-    if singular is None or (found := solved(matrix, -rest)) is None:
-        names, meaning = entries_named(matrix) if heavy(sp.Tuple(*matrix)) else (matrix, {})
-        determinant = replaced(names.det(method="berkowitz"), meaning)
-        if singular is None and is_zero(determinant):
-            return []
-        adjugate = names.adjugate(method="berkowitz").applyfunc(lambda e: replaced(e, meaning))
-        found = -adjugate * rest / determinant
-    return [dict(zip(unknowns, found, strict=True))]
+    rows, columns = sorted(i for i, _ in places), sorted(j for _, j in places)
+    own = [unknowns[j] for j in columns]
+    right = -(rest + matrix * sp.Matrix([0 if y in own else y for y in unknowns]))[rows, :]
+    found = _solved_linear(matrix[rows, columns], right) if own else ()
+    return [*filter(_is_as_declared, [dict(zip(own, found, strict=True))])]
+
+
+def _solved_linear(matrix, right):
+    """Return the solution of matrix y = right, a matrix with an inverse."""
+    if (found := solved(matrix, right)) is None:
+        adjugate, determinant = _adjugate_and_determinant(matrix)
+        sign = -1 if determinant.could_extract_minus_sign() else 1
+        return (sign * adjugate) * right / (sign * determinant)
+    return found
+
+
+def _adjugate_and_determinant(matrix):
+    """Return both, with symbols meanwhile for the entries of a matrix that are too long to be expanded."""
+    names, meaning = entries_named(matrix) if heavy(sp.Tuple(*matrix)) else (matrix, {})
+    adjugate, determinant = names.adjugate(method="berkowitz"), names.det(method="berkowitz")
+    return adjugate.applyfunc(lambda e: replaced(e, meaning)), replaced(determinant, meaning)
 
 
 def _eliminants(equal_zero, unknowns):

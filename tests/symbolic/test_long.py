@@ -189,8 +189,11 @@ def test_a_matrix_is_regular_at_a_place_where_its_determinant_is_not_zero_for_al
     assert has_no_inverse(rows * rows.T) is False  # with numbers that are nearly dependent, as of neighbours
     assert has_no_inverse(sp.Matrix([[0, 1], [0, c]])) is not False
     assert has_no_inverse(sp.Matrix([[sp.cos(a) ** 2, 1 - sp.sin(a) ** 2], [c, c]])) is not False
-    for unknown in (sp.sqrt(-1 - a**2), sp.log(a - a), 1 / (sp.sin(a) ** 2 + sp.cos(a) ** 2 - 1)):
+    for unknown in (sp.log(a - a), 1 / (sp.sin(a) ** 2 + sp.cos(a) ** 2 - 1)):
         assert has_no_inverse(sp.Matrix([[unknown, 1], [0, 1]])) is not False
+    for root in (sp.sqrt(-1 - a**2), sp.sqrt(a - 1)):  # complex at the place
+        assert has_no_inverse(sp.Matrix([[root, 1], [0, 1]])) is False
+        assert has_no_inverse(sp.Matrix([[root, 1], [root**2, root]])) is True
 
 
 def test_a_matrix_that_many_digits_leave_singular_is_so_in_any_units():

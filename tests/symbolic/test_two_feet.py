@@ -45,9 +45,25 @@ def test_no_determinant_is_written_to_find_a_singular_fast_system(monkeypatch):
     monkeypatch.setattr(sp.matrices.matrixbase.MatrixBase, "det", None)
     x, y, p, q = sp.symbols("x y p q", real=True)
     force = sp.Add(*(sp.sin(k * p) * (x - y - sp.cos(k * q)) for k in range(1, 9)))
-    equal_zero = [force, 2 * force]
+    equal_zero = [force, 2 * force + p]
     assert heavy(sp.Tuple(*equal_zero))
     assert solutions_of(equal_zero, [x, y]) == []
+
+
+def test_long_equations_of_which_one_follows_from_the_others_are_said_to_leave_a_fast_state_free():
+    """Of the compressions of three feet under a rigid body one is a combination of the others: no branch was found."""
+    x, y, p, q = sp.symbols("x y p q", real=True)
+    force = sp.Add(*(sp.sin(k * p) * (x - y - sp.cos(k * q)) for k in range(1, 9)))
+    system = ap.System.smooth(slow={p: -p, q: p}, fast={x: force, y: 2 * force}, small=EPS)
+    assert heavy(force)
+    with pytest.raises(ap.errors.NotNormallyHyperbolic, match="make it a slow state"):
+        ap.slow_manifolds(system)
+
+
+def test_functions_that_are_0_on_one_side_of_a_number_make_no_matrix_singular():
+    x, y, a = sp.symbols("x y a", real=True)
+    switched = sp.Max(a - 3, 0)
+    assert solutions_of([switched * y - x, switched * x - 1], [y, x]) == [{y: switched**-2, x: 1 / switched}]
 
 
 @pytest.mark.slow
@@ -75,8 +91,9 @@ def test_no_divisors_are_sought_in_a_matrix_of_six_full_rows(monkeypatch):
     assert solved(full, sp.ones(6, 1)) is None
 
 
-def test_a_linear_fast_system_of_forty_symbols_has_its_manifold():
-    ys, u, n = sp.symbols("y0:4"), sp.Symbol("u"), 4
+@pytest.mark.parametrize("n", [3, 4])
+def test_a_linear_fast_system_of_many_symbols_has_its_manifold(n):
+    ys, u = sp.symbols(f"y0:{n}"), sp.Symbol("u")
     slope = sp.Matrix(n, n, lambda i, j: sp.Symbol(f"p{i}{j}") + sp.Symbol(f"q{i}{j}") * sp.sin(u))
     rest = sp.Matrix([sp.cos(u) * k - 1 for k in range(n)])
     (found,) = solutions_of([*(slope * sp.Matrix(ys) + rest)], [*ys])
