@@ -39,6 +39,7 @@ from asympk.symbolic.substitutions import (
     in_base_e,
     in_fewer_waves,
     in_half_angle,
+    irrational_parts,
     outermost,
     substituted,
     waves_in,
@@ -450,15 +451,16 @@ def _values_given(equal_zero, unknowns):
 
     A y with a constant rational coefficient has its value in terms of the others; a y without others is preferred, as
     its formula has no root of the others' equations. SymPy takes minutes to solve cubics together with such an
-    equation. Else an equation that is not rational, in y alone, as exp(-y) = atan(y), is solved before the others.
+    equation. Else, unless all are rational, an equation in y alone, as exp(-y) = atan(y), is solved before the others.
     """
     slopes = ((g, y, g.diff(y)) for g in equal_zero for y in unknowns)
     found = ((g, y, -g.subs(y, 0) / slope) for g, y, slope in slopes if slope.is_Rational and slope)
     if best := min(found, key=lambda given: given[2].has(*unknowns), default=None):
         return best[0], [{best[1]: best[2]}]
+    if all(g.is_rational_function(*unknowns) for g in equal_zero):
+        return None
     alone = ((g, [y for y in unknowns if g.has(y)]) for g in equal_zero)
-    own = ((g, ys) for g, ys in alone if len(ys) == 1 and not g.is_rational_function(*ys))
-    return next(((g, solutions_of([g], ys)) for g, ys in own), None)
+    return next(((g, solutions_of([g], ys)) for g, ys in alone if len(ys) == 1), None)
 
 
 def _with_values(given, equal_zero, unknowns):
@@ -510,12 +512,15 @@ def _adjugate_and_determinant(matrix):
 def _eliminants(equal_zero, unknowns):
     """Return pairs (function that vanishes where g = 0, the only unknown y in it), with several unknowns for each y.
 
-    With several unknowns g is rational, and the functions hold at generic numbers for all other symbols.
+    With several unknowns g is rational, and the functions hold at generic numbers for all other symbols, and for
+    functions of these and irrational numbers.
     """
     if len(unknowns) == 1:
         return [(*equal_zero, *unknowns)]
-    place = {s: number for s, number in generic_place(sp.Tuple(*equal_zero)).items() if s not in unknowns}
-    found = [sp.fraction(sp.together(g.subs(place)))[0] for g in equal_zero]
+    named = sp.Tuple(*equal_zero)
+    named = named.xreplace({f: sp.Dummy() for g in named for f in irrational_parts(g) if not f.has(*unknowns)})
+    place = {s: number for s, number in generic_place(named).items() if s not in unknowns}
+    found = [sp.fraction(sp.together(g.subs(place)))[0] for g in named]
     if not all(g.is_polynomial(*unknowns) and sp.Poly(g, *unknowns).domain in (sp.ZZ, sp.QQ) for g in found):
         return []
     bases = [sp.groebner(found, *(s for s in unknowns if s != y), y, order="grevlex") for y in unknowns]

@@ -27,10 +27,15 @@ def fractional_powers(*heights: sp.Expr) -> set[sp.Pow]:
 
 def outermost(force: sp.Expr, unknowns: Collection[sp.Symbol]) -> Iterator[sp.Expr]:
     """Yield the functions of unknowns, and powers other than whole ones, in which g is rational with the unknowns."""
+    return (part for part in irrational_parts(force) if part.has(*unknowns))
+
+
+def irrational_parts(force: sp.Expr) -> Iterator[sp.Expr]:
+    """Yield the functions, powers other than whole ones, and irrational numbers in which g is rational with symbols."""
     if force.is_Add or force.is_Mul or (force.is_Pow and force.exp.is_Integer):
         for part in force.args:
-            yield from outermost(part, unknowns)
-    elif force.has(*unknowns) and force not in unknowns:
+            yield from irrational_parts(part)
+    elif not (force.is_Symbol or force.is_Rational):
         yield force
 
 

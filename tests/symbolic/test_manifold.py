@@ -19,6 +19,7 @@ from asympk.symbolic.critical import CriticalManifold, critical_manifolds
 from asympk.symbolic.expansion import expand, is_zero, is_zero_somewhere, zero_at_places
 from asympk.symbolic.long import LONG, is_longer
 from asympk.symbolic.manifold import C, integral_curves, reduced_flow, rest_state
+from asympk.symbolic.roots import solutions_of
 from asympk.symbolic.signs import conjunction
 from asympk.symbolic.system import Mode
 from asympk.systems import arm, crank_slider
@@ -232,6 +233,22 @@ def test_branches_that_no_radicals_give_are_carried_by_their_values(forces):
     assert [line.split("  0 ")[1].strip() for line in repr(found).splitlines() if "  0 " in line] == [*map(str, fast)]
     by_radicals = ap.slow_manifolds(ap.System.smooth(slow={u: -u}, fast={v: u - v**5}, small=mu))
     assert u ** sp.Rational(1, 5) in [found.branch[v] for found in by_radicals]
+
+
+@pytest.mark.parametrize(("first", "second"), [
+    (u * sp.cos(x) - v - v**3, w**2 * x + w - u * v + 1), (sp.pi - v - v**3, 2 * w**2 + w - u * v + 1),
+    (u - v - v**3, w * sp.tan(v) - 2 * w + u * v),
+])
+def test_roots_beside_a_cubic_without_readable_ones_are_not_sought(first, second, monkeypatch):
+    """Coefficients with waves, and tangents of the root of the cubic, took SymPy without end."""
+    monkeypatch.setattr(sp, "solve", lambda *_, **__: pytest.fail("SymPy sought them"))
+    assert solutions_of([first, second], [v, w]) is None
+
+
+def test_a_quadratic_is_solved_before_an_equation_with_a_function_of_its_roots():
+    first, second = v**2 - v - u, w * sp.tan(v) - 2 * w + u * v
+    found = solutions_of([first, second], [v, w])
+    assert [is_zero(g.subs(s)) for s in found for g in (first, second)] == [True] * 4
 
 
 @pytest.mark.parametrize("forces", [["w - v", "v - w"], ["v*w - u", "u - v*w"], ["v*w", "v*(1 - w)"], ["0"],
