@@ -19,6 +19,7 @@ from asympk.shown import Card, Several, ShownAsFormulas
 from asympk.symbolic.critical import CriticalManifold, checked_branch, equations, with_held_slow
 from asympk.symbolic.expansion import is_zero, limit_of
 from asympk.symbolic.hurwitz import attracting, characteristic, off_axis, repelling, split
+from asympk.symbolic.long import unnested
 from asympk.symbolic.manifold import RestState, SlowManifold
 from asympk.symbolic.sides import is_whole, on_side, phases
 from asympk.symbolic.signs import conjunction, known_sign, nonzero
@@ -170,7 +171,7 @@ def series_in_mu(value: str, spectrum: Eigenvalues, order: int) -> tuple[sp.Expr
 
 
 def _jacobian(mode):
-    return sp.Matrix([*mode.slow.values(), *mode.fast.values()]).jacobian([*mode.slow, *mode.fast])
+    return sp.Matrix([*map(unnested, (*mode.slow.values(), *mode.fast.values()))]).jacobian([*mode.slow, *mode.fast])
 
 
 def _on_branch(system, on, mode):

@@ -214,3 +214,14 @@ def test_a_spectrum_with_a_root_of_the_states_as_a_divisor_has_its_eigenvalues()
 def test_eigenvalues_that_grow_beyond_bounds_as_mu_vanishes_are_refused(slow, fast):
     with pytest.raises(InputError, match="no limit as m vanishes"):
         stability.eigenvalues(System.smooth({x: -x * slow}, {y: x - fast * y}, m))
+
+
+@pytest.mark.further
+def test_the_spectrum_of_quotients_in_quotients_is_refused_however_deep_they_are():
+    """Fresh from its formula, the derivative of forty levels was beyond Python's depth of calls."""
+    x, y, mu = sp.symbols("x y mu")
+    quotient = x
+    for _ in range(40):
+        quotient = 1 / (2 + y * quotient)
+    with pytest.raises(NotDerivable, match="depend on the state"):
+        stability.eigenvalues(System.smooth({x: -x}, {y: quotient - y}, mu))
