@@ -11,6 +11,7 @@ and the k-th derivative of every c_k is finite at p: sqrt(1 - x^2)/(1 - x) has n
 
 import math
 from collections.abc import Iterable, Iterator
+from functools import lru_cache
 from itertools import chain, islice
 
 import sympy as sp
@@ -134,6 +135,7 @@ def _root(expr: sp.Expr, s: sp.Symbol) -> sp.Expr | None:
     return None if slope == 0 or slope.has(s) else -expr.subs(s, 0) / slope
 
 
+@lru_cache(maxsize=4096)  # the modes of a system share most rates
 def _has_limit(rate: sp.Expr, s: sp.Symbol, place: sp.Expr) -> bool:
     """Tell whether a rate is known to have a limit where ``s`` is at the ``place`` of a zero of a divisor."""
     powers = [power for power in _divided(rate) if s in symbols_in(power)]

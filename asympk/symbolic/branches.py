@@ -308,6 +308,7 @@ def _without_pieces(expr: sp.Expr, signs: set[sp.Expr]) -> sp.Expr:
     return expr
 
 
+@lru_cache(maxsize=1024)
 def put_sign(quantity: sp.Expr, sign: sp.Expr) -> dict[sp.Basic, sp.Basic]:
     """Return the substitutions of ``sign`` for sign(quantity), and of ``sign * quantity`` for |quantity|.
 

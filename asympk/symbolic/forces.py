@@ -18,7 +18,7 @@ from asympk.errors import InputError
 from asympk.symbolic import branches
 from asympk.symbolic.branches import Branch, Guard, Phase, mode_name, with_direction
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.long import entries_named, has_no_inverse, heavy, replaced, symbols_in, tidied
+from asympk.symbolic.long import entries_named, has_no_inverse, heavy, is_clearly_nonzero, replaced, symbols_in, tidied
 
 if TYPE_CHECKING:
     from asympk.symbolic.system import Friction, System
@@ -61,7 +61,10 @@ def _undetermined(branch: Branch) -> InputError:
                       "velocity")
 
 
-def force_equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], sp.Matrix, sp.Matrix]:
+@lru_cache(maxsize=256)
+def force_equations(
+    system: "System", branch: Branch
+) -> tuple[tuple[sp.Symbol, ...], sp.ImmutableMatrix, sp.ImmutableMatrix]:
     """Return (unknowns, matrix, right side) of the linear equations of a branch."""
     unknowns, equations = [], []
     for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
@@ -75,12 +78,14 @@ def force_equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], 
         rows = (*laws, *(margin.value for margin in margins))
         equations = [rows[k] for k in branches.still_rows(branch)]
     equations = [branches.with_signs(system, branch, e) for e in equations]
-    matrix = sp.Matrix(len(equations), len(unknowns), [slope_by(e, u) for e in equations for u in unknowns])
-    if found := symbols_in(matrix.as_immutable()) & {*unknowns}:
+    pairs = [(e, symbols_in(e)) for e in equations]
+    slopes = [slope_by(e, u) if u in used else sp.S.Zero for e, used in pairs for u in unknowns]
+    matrix = sp.ImmutableMatrix(len(equations), len(unknowns), slopes)
+    if found := symbols_in(matrix) & {*unknowns}:
         raise InputError(f"mode {mode_name(branch)}: the forces must enter rates, loads and bounds linearly, and "
                          f"{min(map(str, found))} does not; write that rate, load or bound without it")
     zero = dict.fromkeys(unknowns, sp.S.Zero)
-    return unknowns, matrix, sp.Matrix([-replaced(e, zero) for e in equations])
+    return (*unknowns,), matrix, sp.ImmutableMatrix([-replaced(e, zero) for e in equations])
 
 
 def _friction_law(system: "System", branch: Branch, k: int) -> sp.Expr:
@@ -101,7 +106,7 @@ def reaction_law(friction: "Friction") -> sp.Expr:
 
 
 def _by_elimination(
-    branch: Branch, matrix: sp.Matrix, right: sp.Matrix, unknowns: list[sp.Symbol]
+    branch: Branch, matrix: sp.Matrix, right: sp.Matrix, unknowns: tuple[sp.Symbol, ...]
 ) -> dict[sp.Symbol, sp.Expr]:
     """Solve by the adjugate of a matrix of symbols that stand for the coefficients, which may be too long to expand.
 
@@ -224,6 +229,9 @@ def _is_combination(system: "System", some: frozenset[int], k: int) -> bool | No
     *others, own = velocities = [system.frictions[j].velocity for j in (*sorted(some), k)]
     if any((own / other).is_number for other in others):
         return True
+    known = symbols_in(sp.Tuple(*others))
+    if any(is_clearly_nonzero(slope_by(own, s)) for s in system.states if s in symbols_in(own) - known):
+        return False
     if any(map(heavy, velocities)):  # before they are expanded
         return None
     rows = sp.Matrix([_affine_row(system, velocity) for velocity in velocities])

@@ -251,6 +251,7 @@ def expanded(expr: sp.Expr) -> sp.Expr:
     return found if _is_rational(expr) or found.count_ops() <= expr.count_ops() else expr
 
 
+@lru_cache(maxsize=4096)
 def tidied(expr: sp.Expr) -> sp.Expr:
     """Expand an expression that ``expands``; write quotients of polynomials over a common denominator.
 
@@ -461,18 +462,18 @@ def pivots(matrix: sp.Matrix) -> list[tuple[int, int]] | None:
         sizes = [size if size > least * max(sizes) else m.one for size in sizes]  # a small one may be rounding
         scaled = [[e / size for e in row] for row, size in zip(rows, sizes, strict=True)]
         rows = [[*column] for column in zip(*scaled, strict=True)]
-    return [*_eliminated(dict(enumerate(rows)), [*range(matrix.cols)], least)]
+    return [*_eliminated({i: {j: e for j, e in enumerate(row) if e} for i, row in enumerate(rows)}, least)]
 
 
-def _eliminated(rows, columns, least):
-    """Yield the places of pivots, of which each is the largest entry that is left."""
-    while rows and columns:
-        size, i, j = max((abs(rows[i][j]), i, j) for i in rows for j in columns)
+def _eliminated(rows, least):
+    """Yield the places of pivots, of which each is the largest entry that is left; zeros are no entries."""
+    while entries := [(abs(e), i, j) for i, row in rows.items() for j, e in row.items()]:
+        size, i, j = max(entries)
         if size <= least:
             return
         pivot = rows.pop(i)
-        columns.remove(j)
+        first = pivot.pop(j)
         for row in rows.values():
-            factor = row[j] / pivot[j]
-            row[:] = [e - factor * p for e, p in zip(row, pivot, strict=True)]
+            factor = row.pop(j, 0) / first
+            row |= {k: row.get(k, 0) - factor * e for k, e in pivot.items() if factor}
         yield i, j

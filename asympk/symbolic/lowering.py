@@ -189,20 +189,26 @@ def _c_source(lowered):
 def _emission(lowered):
     """Return the texts of the arguments, of the shared subexpressions (pairs of name and value), and of the outputs."""
     shared, outputs, eliminated = _parts(replace(lowered, target="", name="", keys=None, single=False))
-    printer = printer_of(lowered.target, order="none" if eliminated else None)  # the many sums of steps are not sorted
     if unworked := atoms(sp.Tuple(*outputs, *(e for _, e in shared)), sp.Derivative, sp.Subs):
         raise InputError(f"{min(unworked, key=str).expr.func} has no derivative that can be written; give a smooth "
                          "function, or write the jump as a friction")
+    text = partial(_text, lowered.target, "none" if eliminated else None)  # the many sums of steps are not sorted
+    shared = [(text(t), text(as_tree(e))) for t, e in shared]
+    return [*map(text, lowered.args)], shared, [*map(text, outputs)]
+
+
+@lru_cache(maxsize=16384)  # the modes of a system share most expressions
+def _text(target: str, order: str | None, expr: sp.Expr) -> str:
+    printer = printer_of(target, order=order)
     try:
-        arguments, outputs = ([*map(printer.doprint, es)] for es in (lowered.args, outputs))
-        shared = [(printer.doprint(t), printer.doprint(as_tree(e))) for t, e in shared]
+        found = printer.doprint(expr)
     except PrintMethodNotImplementedError as reason:
         unknown = str(reason).splitlines()[0].rpartition(" ")[2]
-        others = "; target 'mpmath' has more functions" * (lowered.target != "mpmath")
-        raise NoFunction(f"target {lowered.target!r} has no {unknown}{others}", unknown) from None
-    if foreign := set(getattr(printer, "module_imports", {})) - {lowered.target}:
-        raise NoFunction(f"target {lowered.target!r} would need {', '.join(foreign)} here; use target 'mpmath'")
-    return arguments, shared, outputs
+        others = "; target 'mpmath' has more functions" * (target != "mpmath")
+        raise NoFunction(f"target {target!r} has no {unknown}{others}", unknown) from None
+    if foreign := set(getattr(printer, "module_imports", {})) - {target}:
+        raise NoFunction(f"target {target!r} would need {', '.join(foreign)} here; use target 'mpmath'")
+    return found
 
 
 def _unused_symbols(lowered, **assumptions):

@@ -1,0 +1,71 @@
+"""What the modes of many blocks have in common is derived once."""
+
+import pytest
+import sympy as sp
+
+import asympk as ap
+from asympk.automaton import poles
+from asympk.automaton.modes import mode_of
+from asympk.symbolic import forces, long, lowering
+from asympk.symbolic.branches import Phase
+
+COUNT = 5
+xs, vs, fs = (sp.symbols(f"{letter}0:{COUNT}", real=True) for letter in "xvF")
+k = sp.Symbol("k", positive=True)
+
+
+def chain():
+    """Blocks on springs between one another, whose friction falls with the speed."""
+    pulls = [sum(xs[j] - xs[i] for j in (i - 1, i + 1) if 0 <= j < COUNT) for i in range(COUNT)]
+    rates = dict(zip(xs, vs, strict=True)) | {v: k * pull + F for v, pull, F in zip(vs, pulls, fs, strict=True)}
+    frictions = [ap.Friction(velocity=v - 1, force=F, load=1, kinetic=1 / (1 + abs(v - 1)), static=1)
+                 for v, F in zip(vs, fs, strict=True)]
+    return ap.System.with_frictions(rates, {}, frictions)
+
+
+def blocks(*velocities):
+    """The mode of the chain in which the blocks slip in these directions, or stick for 0."""
+    return mode_of(chain(), tuple(Phase(velocity, 1) for velocity in velocities))
+
+
+def test_where_one_block_of_a_chain_stops_no_rate_of_another_is_tidied_anew():
+    assert len(blocks(1, 1, 1, 1, 1).rates) == 2 * COUNT
+    before = long.tidied.cache_info().misses
+    assert blocks(1, 1, 1, 1, 0).rates[:-1] == blocks(1, 1, 1, 1, 1).rates[:-1]
+    assert long.tidied.cache_info().misses - before <= 2
+
+
+def test_each_force_of_a_chain_is_sought_in_its_own_equation(monkeypatch):
+    sought, slope_by = [], forces.slope_by
+    monkeypatch.setattr(forces, "slope_by", lambda e, s: sought.append(s) or slope_by(e, s))
+    _, matrix, _ = forces.force_equations(chain(), blocks(1, 1, -1, 0, -1).branch)
+    assert matrix == sp.eye(COUNT)
+    assert len([s for s in sought if s in fs]) == COUNT
+
+
+def test_velocities_each_with_a_state_of_its_own_are_no_combinations_and_need_no_rank(monkeypatch):
+    monkeypatch.setattr(sp.Matrix, "rank", lambda *_, **__: pytest.fail("a rank is computed"))
+    assert forces._dependent.__wrapped__(chain()) == frozenset()
+
+
+def test_limits_at_the_divisor_of_one_block_are_looked_for_once_in_all_modes(monkeypatch):
+    assert blocks(1, 1, 1, 1, -1).poles
+    orders, order = [], poles._order
+    monkeypatch.setattr(poles, "_order", lambda e, *zero: orders.append(e) or order(e, *zero))
+    assert blocks(1, 1, 1, 1, 0).poles
+    assert not orders
+
+
+def test_an_expression_that_two_functions_share_is_written_once():
+    x, y = sp.symbols("x y_of_this_test", real=True)
+    lowering.lower((x,), (sp.sin(x) + x**3,), "math")
+    before = lowering._text.cache_info().misses
+    assert "sin" in lowering.lower((x, y), (sp.sin(x) + x**3, y), "math").source
+    assert lowering._text.cache_info().misses - before == 1
+
+
+@pytest.mark.parametrize("count", [1, 60])
+def test_a_diagonal_matrix_has_an_inverse_unless_an_entry_is_0(count):
+    entries = [k + n for n in range(count)]
+    assert long.has_no_inverse(sp.diag(*entries)) is False
+    assert long.has_no_inverse(sp.diag(*entries, 0)) is True
