@@ -110,8 +110,8 @@ _RELATIONS = {ast.Lt: sp.Lt, ast.LtE: sp.Le, ast.Gt: sp.Gt, ast.GtE: sp.Ge}
 _SIGNS = {"−": "-", "–": "-", "‐": "-", "·": "*", "⋅": "*", "×": "*", "÷": "/", "∕": "/", "²": "^2", "³": "^3",
           "½": "1/2", "√": "sqrt()", "≤": "<=", "≥": ">=", "π": "pi", "°": "deg", "′": "'"}
 _PRIME, _WORD = "\N{MODIFIER LETTER PRIME}", "\N{MODIFIER LETTER DOUBLE PRIME}"
-# Python's own words, which may name a quantity, without those of conditions
-_RESERVED = re.compile(rf"\b({'|'.join({*kwlist} - {'and', 'or', 'not', 'if', 'else', 'True', 'False'})})\b")
+_OF_CONDITIONS = {"and", "or", "not", "if", "else", "True", "False"}
+_RESERVED = re.compile(rf"\b({'|'.join({*kwlist} - _OF_CONDITIONS)})\b")  # Python's own words may name a quantity
 _NUMBER = re.compile(r"(?<![\w.])(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,4})?(?![\w.])", re.ASCII)
 
 
@@ -228,6 +228,8 @@ def _read(text: object, symbols: Mapping[str, sp.Expr], what: str) -> sp.Basic:
         raise InputError(f"{what} = {short(text)}: it must be a formula in text, such as 'x + 2*y'")
     if len(text) > LONGEST:
         raise InputError(f"{what}: a formula of {len(text)} characters; the longest that is read has {LONGEST}")
+    for name in sorted(symbols.keys() & _OF_CONDITIONS):
+        raise InputError(f"{what}: the name {name} is reserved for conditions, as in 'a if x > 0 else b'; rename it")
     plain = {_plain(normalize("NFKC", name)): name for name in symbols}  # as Python spells names
     for name in sorted(symbols.keys() - plain.values()):
         raise InputError(f"{what}: a formula cannot tell {name} from {plain[_plain(normalize('NFKC', name))]}, which "

@@ -131,6 +131,12 @@ def test_names_of_a_formula_stand_for_their_own_symbols_however_they_are_spelt()
         read_formula("X", {**symbols, "\N{GREEK SMALL LETTER MU}": sp.Symbol("m")})
 
 
+@pytest.mark.parametrize("name", ["and", "or", "not", "if", "else", "True", "False"])
+def test_a_word_of_conditions_names_no_quantity(name):
+    with pytest.raises(InputError, match=f"the name {name} is reserved for conditions, as in .*; rename it"):
+        read_formula(f"{name}*x", {"x": sp.Symbol("x"), name: sp.Symbol("p")})
+
+
 def test_a_byte_order_mark_is_passed_over(tmp_path):
     path = _file(tmp_path, {**PLAIN, "start": "[0, 0.2, -1]"})
     plain = ap.read_scene(path)
