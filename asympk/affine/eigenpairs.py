@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-_PRIME = 268_435_399  # the largest below 2^28: sums of up to 48 products stay within 64 bits
+_PRIME = 268_435_399  # the largest below 2^28: sums of up to 127 products stay within 64 bits
 _STEPS = 48
 _UNSETTLED = 4  # the number of steps after which every step must reduce the residual
 _SETTLED = 2.0**10  # the largest last correction, in units of 2^-bits

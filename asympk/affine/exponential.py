@@ -28,7 +28,7 @@ from asympk.arithmetic import DIGITS_OF_DOUBLES, SPARE_DIGITS, flow_context, set
 from asympk.errors import InputError, Undecided
 from asympk.multiprecision import whole_product
 
-MOST_STATES = 48
+MOST_STATES = 64  # with multiple eigenvalues the search for an exponential takes some seconds
 DIGITS_FOR_DOUBLES = DIGITS_OF_DOUBLES + SPARE_DIGITS  # those of the run that may follow one in doubles
 LARGEST = 400  # the power of ten beyond which numbers are refused, which no number here comes near
 _SPARE_BITS = 64
@@ -50,15 +50,20 @@ class Exponential:
     matrices: np.ndarray
 
 
+def states_beyond(states: int) -> str | None:
+    """Return words on a mode with more states than the exact flow takes, or None."""
+    return f"a mode has {states} states, forcing included: the exact flow takes {MOST_STATES}" * (
+        states > MOST_STATES) or None
+
+
 @lru_cache(maxsize=256)
 def exponential(entries: tuple[tuple[Fraction, ...], ...], digits: int) -> Exponential:
     """Return the ``Exponential`` of rows of Fractions to ``digits`` digits, with more bits the more their sizes differ.
 
-    Raises ``InputError`` for more than 48 states, ``Undecided`` where eigenvalues are too near to one another.
+    Raises ``InputError`` for more than ``MOST_STATES``, ``Undecided`` where eigenvalues are too near to one another.
     """
-    if len(entries) > MOST_STATES:
-        raise InputError(f"a mode has {len(entries)} states, forcing included: the exact flow takes {MOST_STATES}; "
-                         "ask for an integrator, such as method 'lsoda'")
+    if found := states_beyond(len(entries)):
+        raise InputError(f"{found}; ask for an integrator, such as method 'lsoda'")
     whole, denominator = in_whole_numbers(entries)
     lengths = [abs(entry).bit_length() for entry in whole.flat if entry]
     spread = max(lengths, default=0) - min(lengths, default=0)

@@ -14,7 +14,7 @@ import numpy as np
 
 from asympk import arithmetic
 from asympk.affine import form
-from asympk.affine.exponential import DIGITS_FOR_DOUBLES
+from asympk.affine.exponential import DIGITS_FOR_DOUBLES, states_beyond
 from asympk.affine.forcing import rounding_of_waves, with_waves
 from asympk.affine.mode import ClosedSegment, in_digits
 from asympk.affine.rounding import estimate
@@ -82,7 +82,12 @@ def obstacle(system: System) -> str | None:
     ``guards.sample_branches``, which differ from one mode in one phase, decide for all.
     """
     modes = (side for branch in guards.sample_branches(system) for side in on_all_sides(mode_of(system, branch)))
-    return next((form.mode_obstacle(mode) for mode in modes if form.form_of(mode) is None), None)
+    return next(filter(None, map(_mode_obstacle, modes)), None)
+
+
+def _mode_obstacle(mode: GuardedMode) -> str | None:
+    found = form.form_of(mode)
+    return form.mode_obstacle(mode) if found is None else states_beyond(len(found.matrix) + 1)
 
 
 def scene_obstacle(scene: Any) -> str | None:

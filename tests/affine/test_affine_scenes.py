@@ -416,12 +416,18 @@ def test_what_cannot_be_followed_is_refused_in_one_line():
         spring(1, {"x": 100, "v": 0}, 1000, events=5)
     with pytest.raises(OverflowError, match="take a smaller until"):
         spring(-10**8, {"x": 1, "v": 0}, 5)
-    states = sp.symbols("x0:50", real=True)
-    ring = ap.System.smooth({s: states[k - 1] - 2 * s for k, s in enumerate(states)}, {}, None)
-    with pytest.raises(ValueError, match="51 states, forcing included: the exact flow takes 48"):
-        ap.solve(ap.Scene(system=ring, values={}, start=dict.fromkeys(states, 1), until=1))
     with pytest.raises(ValueError, match="from 0 to until"):
         spring(1, {"x": 3, "v": -1}, 1)(2.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("count", "model", "why"), [
+    (63, "exact", None), (64, "lsoda", "a mode has 65 states, forcing included: the exact flow takes 64")])
+def test_more_states_than_the_exact_flow_takes_go_to_the_integrator_which_says_why(count, model, why):
+    decays = {s: -(k + 1) * s / 64 for k, s in enumerate(sp.symbols(f"x0:{count}", real=True))}
+    path = ap.solve(ap.Scene(system=ap.System.smooth(decays, {}, None), start=dict.fromkeys(decays, 1), until=1))
+    assert (path.model, path.info.get("why")) == (model, why)
+    assert [*map(float, path.final)] == pytest.approx([*np.exp(-np.arange(1, count + 1) / 64)], abs=1e-9)
 
 
 @pytest.mark.parametrize("until", ["0.1", "1/3", "0.7"])
