@@ -36,7 +36,7 @@ def _forces(system: "System", branch: Branch) -> dict[sp.Symbol, sp.Expr]:
         return {}
     if heavy(sp.Tuple(*matrix)):
         return _by_elimination(branch, matrix, right, unknowns)
-    if not branches.stands(branch) and _is_singular(matrix):
+    if not (branches.stands(branch) or determined(system, branch)):
         raise _undetermined(branch)
     if matrix.is_lower:
         return dict(zip(unknowns, map(tidied, matrix.lower_triangular_solve(right)), strict=True))
