@@ -195,7 +195,15 @@ def _margins(here: Junction, branch: Branch, group: tuple[int, ...]) -> dict[tup
         return None
     jumped = here.jumped(branch)
     margins = [_margins_at(here, branch, jumped, group, n, solved) for n, solved in enumerate(found)]
-    return {key: [m[key] for m in margins] for key in margins[0]}
+    found = {key: [m[key] for m in margins] for key in margins[0]}
+    return found | {key: _in_bounds(found, key) for key in found if key[0] == "slip_onset"}
+
+
+def _in_bounds(margins: dict[tuple, list], key: tuple) -> list:
+    """Return a margin of stick over twice the bound of friction: its rounding is that of the bound, in any units."""
+    kind, k, _ = key
+    size = sum(abs(margins[kind, k, way][0]) for way in (False, True))
+    return [value / size for value in margins[key]] if size else margins[key]
 
 
 def _margins_at(

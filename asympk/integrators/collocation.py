@@ -326,11 +326,14 @@ def _lost(scheme: Scheme, step: CollocationStep, before: tuple, faded: tuple) ->
     def rates(at: Any) -> tuple:
         return mode.watched_rates(step.t + at, state(at))
 
+    def touches(at: Any, k: int) -> bool:
+        return abs(values(at)[k]) < scheme.tolerance * SLACK
+
     root = partial(_root, tolerance=scheme.tolerance)
     last = GuardSample(0 * h, before, mode.watched_rates(step.t, step.state))
     for end in (h * part for part in ((*PARTS, 1) if mode.timed else (1,))):
         now = GuardSample(end, values(end), rates(end))
-        if met := first_lost(last, now, values, rates, root, PARTS, scheme.tolerance * SLACK):
+        if met := first_lost(last, now, values, rates, root, PARTS, touches):
             return met
         last = now
     return None

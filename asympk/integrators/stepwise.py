@@ -15,7 +15,7 @@ from typing import Protocol
 
 import numpy as np
 
-from asympk.automaton.contacts import clear_sign, nudges
+from asympk.automaton.contacts import clear_sign, is_open, nudges
 from asympk.automaton.loop import Segment, lost_with
 from asympk.automaton.numericmode import LONG, NumericMode
 from asympk.errors import AsympkError
@@ -29,7 +29,6 @@ COARSE = 1000  # multiple of its allowed error by which a step may miss the rate
 PARTS = 8  # the least number of steps into which one is divided
 TRUSTED = 15  # times that a middle is passed unseen before it is looked at again: its bump may depend on other states
 BESIDE = 2.0**-13  # part of a step to each side of an event within which its slope there is taken
-TOUCHING = 2.0**-50  # value that a guard may have by rounding where it touches 0 and turns
 UNBOUNDED = 1e-8  # part of the first value of p in R = -a / p at which R counts as infinite: no step reaches p = 0
 
 
@@ -172,7 +171,11 @@ class Watch:
 
         if not one_step:
             before = GuardSample(begin, values(begin), rates(begin))
-        return first_lost(before, self.last, values, rates, bracketed, touch=TOUCHING)
+        def touches(at, k):
+            state = within()(at)[: self.size].tolist()
+            return is_open([self._values(*place)[k] for place in ((at, state), *nudges(at, state, self.mode.beside))])
+
+        return first_lost(before, self.last, values, rates, bracketed, touches=touches)
 
     def back(self) -> None:
         """Go back to before the last step."""

@@ -39,21 +39,21 @@ def near(before: GuardSample, after: GuardSample, k: int) -> Any:
 
 def first_lost(
     before: GuardSample, after: GuardSample, values: Callable, rates: Callable, root: Callable,
-    parts: Iterable[Any] = PARTS, touch: Any = 0,
+    parts: Iterable[Any] = PARTS, touches: Callable[[Any, int], bool] = lambda t, k: False,
 ) -> tuple | None:
     """Return (time, guard) of the first guard lost between two samples, or None.
 
     ``values(t)`` and ``rates(t)`` are those of the guards on the polynomial of the step, and
     ``root(function, low, high)`` returns where a function changes its sign. A guard that starts at zero, or below zero
     by the error of a step, is lost only where it falls from there, since at the start its sign may be rounding.
-    A guard that comes closer to zero than ``touch`` and turns is lost where it turns.
+    A guard that turns where it ``touches(t, k)`` zero, but for errors, and did not before, is lost where it turns.
     """
     found: list[tuple[Any, int]] = []
     samples: list[GuardSample] = []
     for k in suspects(before, after):
         times = (t for part in parts if before.t < (t := before.t + (after.t - before.t) * part) < after.t)
         samples = samples or [before, *(GuardSample(t, values(t), rates(t)) for t in times), after]
-        if (t := _falls(samples, k, values, rates, root, _crosses(before, after, k), touch)) is not None:
+        if (t := _falls(samples, k, values, rates, root, _crosses(before, after, k), touches)) is not None:
             found.append((t, k))
     return min(found, default=None)
 
@@ -90,7 +90,8 @@ def _crosses(before: GuardSample, after: GuardSample, k: int) -> bool:
 
 
 def _falls(
-    samples: list[GuardSample], k: int, values: Callable, rates: Callable, root: Callable, crosses: bool, touch: Any
+    samples: list[GuardSample], k: int, values: Callable, rates: Callable, root: Callable, crosses: bool,
+    touches: Callable[[Any, int], bool],
 ) -> Any:
     """Return the first time at which guard ``k`` falls through zero between two successive samples, or None."""
     for a, b in pairwise(samples):
@@ -100,7 +101,7 @@ def _falls(
         if a.values[k] > 0 and a.rates[k] < 0 < b.rates[k]:
             least = root(lambda t: rates(t)[k], a.t, b.t)
             value = values(least)[k]
-            if abs(value) < touch < a.values[k]:
+            if touches(least, k) and not touches(a.t, k):
                 return least
             if value < 0:
                 return root(lambda t: values(t)[k], a.t, least)
