@@ -185,16 +185,16 @@ def _margins(here: Junction, branch: Branch, group: tuple[int, ...]) -> dict[tup
 
     They are not where the rounding of the state could make the determinant of their equations 0, as at a dead centre.
     """
-    found = []
+    solutions = []
     points = here.points_in(branch)
     for k in range(len(points)):
         if (own := here.solved(branch, group, k)) is None:
             return None
-        found.append(own)
-    if contacts.is_open([own.determinant for own in found]):
+        solutions.append(own)
+    if contacts.is_open([own.determinant for own in solutions]):
         return None
     jumped = here.jumped(branch)
-    margins = [_margins_at(here, branch, jumped, group, n, solved) for n, solved in enumerate(found)]
+    margins = [_margins_at(here, branch, jumped, group, n, solved) for n, solved in enumerate(solutions)]
     found = {key: [m[key] for m in margins] for key in margins[0]}
     return found | {key: _in_bounds(found, key) for key in found if key[0] == "slip_onset"}
 
