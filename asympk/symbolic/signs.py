@@ -10,6 +10,7 @@ from itertools import product
 
 import sympy as sp
 from sympy.functions.elementary.trigonometric import InverseTrigonometricFunction
+from sympy.simplify.fu import TR8
 
 from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.derivatives import slope_by
@@ -143,7 +144,8 @@ def follows(relation: sp.Basic, facts: tuple[sp.Basic, ...]) -> bool:
 def _is_known(difference, facts, strict=False):
     """Tell whether ``difference`` is positive, or not negative, by some choice of one bound for each symbol.
 
-    Of one that may not be factored this is not known, nor of a long one with several waves, which bound each other.
+    Products of waves also count as sums: sin(a) cos(a) is at most 1/2. Of a difference that may not be factored this is
+    not known, nor of a long one with several waves, which bound each other.
     """
     if not factorises(difference) or (is_longer(difference, LONG) and len(atoms(difference, *_WAVES)) > 1):
         return False
@@ -155,7 +157,10 @@ def _is_known(difference, facts, strict=False):
         if moved.is_positive if strict else moved.is_nonnegative:
             return True
     ends = _at_ends(difference, facts)
-    return bool(ends) and all(_is_known(end, facts, strict) for end in ends)
+    if ends and all(_is_known(end, facts, strict) for end in ends):
+        return True
+    summed = TR8(difference) if difference.has(sp.sin, sp.cos) and not is_longer(difference, LONG) else difference
+    return summed != difference and _is_known(summed, facts, strict)
 
 
 def waves_never_negative(expr: sp.Expr) -> bool:

@@ -72,8 +72,15 @@ def in_normal_form(expr: sp.Expr) -> sp.Expr:
 
 
 def in_lowest_terms(expr: sp.Expr) -> sp.Expr:
-    """Return a fraction in functions, such as sines, in the factors of its shortest normal form, however long."""
-    return in_factors(shortest(*_normal_forms(expr, expr)))
+    """Return a fraction in functions, such as sines, in the factors of its shortest normal form, however long.
+
+    If that is shorter, its own factors are brought into shortest forms one by one: the square of a sum, which a normal
+    form spreads, and sines of sums of angles.
+    """
+    powers = (factor.as_base_exp() for factor in sp.Mul.make_args(in_factors(expr)))
+    each = ((shortest(base, *_normal_forms(base, base)), power) for base, power in powers)
+    by_factors = sp.Mul(*(in_sums_of_angles(base) ** power for base, power in each))
+    return shortest(in_factors(shortest(*_normal_forms(expr, expr))), by_factors)
 
 
 def solved(matrix: sp.Matrix, right: sp.Matrix) -> list[sp.Expr] | None:

@@ -11,7 +11,7 @@ import asympk as ap
 from asympk.errors import NotDerivable, NotNormallyHyperbolic
 from asympk.symbolic import signs
 from asympk.symbolic.critical import critical_manifolds
-from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
+from asympk.symbolic.hurwitz import attracting, characteristic, off_axis, repelling, split
 from asympk.symbolic.long import LONG, is_longer
 from asympk.symbolic.signs import conjunction, known_sign
 
@@ -165,6 +165,25 @@ def test_no_bounds_are_sought_of_a_long_sum_of_several_waves(monkeypatch):
     long = sp.expand((2 * sp.cos(u) + 3 * sp.sin(u) + a + b + c) ** 6)
     assert is_longer(long, LONG)
     assert not signs.follows(long > 0, (a > b,))
+
+
+def test_products_of_waves_are_bounded_as_sums_of_waves():
+    """The sum is that of (a sin u)^2 and (b sin(u + v))^2."""
+    squares = sp.sin(u) ** 2 + 2 * sp.sin(u) * sp.sin(v) * sp.cos(u + v) + sp.sin(v) ** 2
+    assert [known_sign(sign * (a**2 * sp.sin(u) ** 2 + b**2 * squares), sp.true) for sign in (1, -1)] == [1, -1]
+
+
+def test_a_coefficient_keeps_its_squares_of_sums_and_its_sums_of_squares():
+    below = a**2 * sp.cos(u) ** 2 + b**2 * sp.sin(u) ** 2
+    entry = (sp.sin(u) * sp.cos(v) + sp.sin(v) * sp.cos(u)) ** 2 / below
+    assert characteristic(sp.Matrix([[-entry]])) == (1, sp.sin(u + v) ** 2 / below)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["brake_shoe", "crank_slider"])
+def test_a_contact_that_sticks_is_damped_at_all_angles_and_sizes(name):
+    system = getattr(ap.systems, name).system()
+    assert [m.stability for m in critical_manifolds(system) if m.mode == "stick"] == ["stable"]
 
 
 def test_a_conjunction_never_contradicts_itself():
