@@ -23,7 +23,7 @@ from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.domains import positive_on
 from asympk.symbolic.expansion import by_powers, is_implicit, is_zero, limit_of, one_side, zero_at_places
 from asympk.symbolic.hurwitz import Spectra, attracting, off_axis, repelling, spectra, split
-from asympk.symbolic.long import atoms, entries_in_factors, factorises, in_factors, replaced, unnested
+from asympk.symbolic.long import atoms, entries_in_factors, factorises, in_factors, replaced, tidied, unnested
 from asympk.symbolic.reading import real_expression
 from asympk.symbolic.roots import factors_of, is_complex, is_zero_on, solutions_of
 from asympk.symbolic.sides import Sides, is_switched, is_whole, on_sides, phases
@@ -295,7 +295,7 @@ def checked_branch(branch: Any, mode: Mode, small: sp.Symbol) -> sp.Dict:
         residual = limit_of(g, small).subs(branch, simultaneous=True)
         if not is_zero(residual):
             raise BranchError(f"{equations(branch)} does not solve the critical equation of {mode.name!r}: "
-                              f"there {small} {y}' = {short(sp.expand(residual))}, not 0")
+                              f"there {small} {y}' = {short(tidied(residual))}, not 0")
     return branch
 
 

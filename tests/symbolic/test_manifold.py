@@ -1229,6 +1229,9 @@ def test_a_branch_that_does_not_solve_the_critical_equation_is_refused_with_its_
         ap.slow_manifold(VAN_DER_POL, {v: u})
     with pytest.raises(BranchError, match=r"\(Add of very many digits\), not 0"):  # SymPy factors it without end
         ap.slow_manifold(MICHAELIS_MENTEN, {v: sp.Integer(10)**5000})
+    high = ap.System.smooth({u: -u}, {v: sp.Add(1, *sp.symbols("u a b c")) ** 60 - v}, mu)
+    with pytest.raises(BranchError, match=r"\(a \+ b \+ c \+ u \+ 1\)\*\*60, not 0"):  # half a million terms
+        ap.slow_manifold(high, {v: 0})
 
 
 @pytest.mark.parametrize(
