@@ -12,6 +12,7 @@ from sympy.polys.matrices import DomainMatrix
 from sympy.simplify.fu import TR10i
 
 from asympk.symbolic.long import (
+    factorises,
     functions_named,
     has_many_terms,
     in_factors,
@@ -72,11 +73,13 @@ def in_normal_form(expr: sp.Expr) -> sp.Expr:
 
 
 def in_lowest_terms(expr: sp.Expr) -> sp.Expr:
-    """Return a fraction in functions, such as sines, in the factors of its shortest normal form, however long.
+    """Return a fraction in functions, such as sines, in the factors of its shortest normal form.
 
     If that is shorter, its own factors are brought into shortest forms one by one: the square of a sum, which a normal
-    form spreads, and sines of sums of angles.
+    form spreads, and sines of sums of angles. An expression that may not be factored is returned as it is.
     """
+    if not factorises(expr):
+        return expr
     powers = (factor.as_base_exp() for factor in sp.Mul.make_args(in_factors(expr)))
     each = ((shortest(base, *_normal_forms(base, base)), power) for base, power in powers)
     by_factors = sp.Mul(*(in_sums_of_angles(base) ** power for base, power in each))
@@ -190,12 +193,15 @@ def _normal_forms(expr: sp.Expr, expanded: sp.Expr) -> Iterator[sp.Expr]:
     parts = sp.fraction(plain if expanded == expr else sp.cancel(plain))
     back = {name: function for function, name in renamed.items()}
     for square in (0, 1):
-        relations = [(pair[square], pair[0] ** 2 + pair[1] ** 2 - 1) for pair in names.values()]
+        relations = [(pair[square], 1 - pair[1 - square] ** 2) for pair in names.values()]
         numerator, denominator = (reduce(_remainder, relations, part) for part in parts)
         yield sp.cancel(numerator / denominator).xreplace(back)
 
 
 def _remainder(expr: sp.Expr, relation: tuple[sp.Symbol, sp.Expr]) -> sp.Expr:
-    name, circle = relation
-    squared = any(power.base == name for power in expr.atoms(sp.Pow))
-    return sp.rem(expr, circle, name) if squared and expr.is_polynomial(name) else expr
+    name, square = relation
+    if not (any(power.base == name for power in expr.atoms(sp.Pow)) and expr.is_polynomial(name)):
+        return expr
+    expanded = multiplied_out(expr)
+    powers = (power for power in expanded.atoms(sp.Pow) if power.base == name)
+    return expanded.xreplace({p: name ** (p.exp % 2) * square ** (p.exp // 2) for p in powers})

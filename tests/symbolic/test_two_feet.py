@@ -13,7 +13,7 @@ from asympk.symbolic.expansion import fast_jacobian, limit_of
 from asympk.symbolic.hurwitz import characteristic
 from asympk.symbolic.long import heavy
 from asympk.symbolic.roots import solutions_of
-from asympk.symbolic.tidy import solved
+from asympk.symbolic.tidy import in_lowest_terms, solved
 
 X, Y, THETA = dynamicsymbols("X Y theta")
 EPS, F = sp.symbols("epsilon f", positive=True)
@@ -89,6 +89,14 @@ def test_no_divisors_are_sought_in_a_matrix_of_six_full_rows(monkeypatch):
     p, q, u = sp.symbols("p q u")
     full = sp.Matrix(6, 6, lambda i, j: sp.prime(6 * i + j + 1) * p + sp.prime(7 * j + i + 2) * q * sp.sin(u))
     assert solved(full, sp.ones(6, 1)) is None
+
+
+def test_no_normal_form_is_sought_of_a_long_fraction_in_many_functions():
+    """Three fast states with ten functions in their rates had no characteristic polynomial within 12 s."""
+    x, u = sp.symbols("x u", real=True)
+    waves = [f(angle) for f in (sp.sin, sp.cos, sp.exp) for angle in (x, u, x + u)]
+    long = sp.expand(sp.Add(*waves) ** 3) / (1 + x * sp.Abs(u))
+    assert in_lowest_terms(long) is long
 
 
 @pytest.mark.parametrize("n", [3, 4])
