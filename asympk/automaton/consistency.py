@@ -453,13 +453,24 @@ def solved_without_friction(here: Junction, branch: Branch, group: Collection[in
     return contacts.solved_forces(here.system, sliding, smooth, here.numbers, group)
 
 
-def is_stiff(here: Junction, branch: Branch) -> bool:
-    """Tell whether the determinant of a branch has the sign that it has without friction, where that determines forces.
+def choices(here: Junction) -> Iterator[tuple[Branch, tuple[int, ...]]]:
+    """Yield (branch, group) with every choice of phases of each group of coupled frictions; other phases do not matter.
+
+    Raises ``InputError`` for too many.
+    """
+    for group in contacts.coupled(here.system):
+        phases = [here.phases[k] for k in group]
+        require_few(math.prod(map(len, phases)), sum(len(choice) > 1 for choice in phases))
+        for own in product(*phases):
+            yield _with_phases(here, dict(zip(group, own, strict=True))), group
+
+
+def is_stiff(here: Junction, branch: Branch, group: tuple[int, ...]) -> bool:
+    """Tell whether the determinant of a group has the sign that it has without friction, where that determines forces.
 
     Contacts at rest that share a velocity have the determinant 0.
     """
-    group = tuple(range(len(branch)))
     own, smooth = here.solved(branch, group), solved_without_friction(here, branch, group)
     if own is None or smooth is None:
-        return smooth is None or bool(branches.at_rest(branch))
+        return smooth is None or bool(branches.at_rest(branch) & {*group})
     return own.determinant * smooth.determinant > 0

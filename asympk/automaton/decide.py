@@ -13,7 +13,6 @@ either direction as well: such rest repels. Before all this the system rests if 
 of it (``rest``). ``follow_on`` is the entry, ``_going_on`` the rules; doubles decide where all signs are clear.
 """
 
-import math
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
@@ -103,12 +102,11 @@ def has_paradox(automaton: "Automaton", t: Any, state: tuple, slack: Any) -> boo
     with finite(lambda: t, lambda: without_value(automaton.system, automaton.values, t, state)):
         here = junction_at(automaton, None, (), t, state, slack, numbers)
         there = junction_at(_with_static(automaton, here.resting), None, (), t, state, slack, numbers)
-        consistency.require_few(math.prod(map(len, here.phases)), sum(len(choice) > 1 for choice in here.phases))
-        found = [(point, branch) for point in (here, there) for branch in product(*point.phases)]
+        found = [(point, *choice) for point in (here, there) for choice in consistency.choices(point)]
         if not all(consistency.is_stiff(*each) for each in found):
             return True
-        for point, branch in found:
-            if not point.is_determined(branch):
+        for point, branch, group in found:
+            if point.solved(branch, group) is None:
                 raise _undetermined(point, branch)
         return False
 

@@ -122,7 +122,7 @@ def _has_one_motion(automaton: Automaton, branch: Branch, t: Any, state: tuple) 
     """Tell whether each choice of phases has a determinant of the sign that it has without friction."""
     with suppress(*_OPEN):
         here, found = _junction(automaton, branch, t, state), distinct_branches(automaton.system, branch)
-        return bool(found) and all(is_stiff(here, other) for other in found)
+        return bool(found) and all(is_stiff(here, other, (*range(len(other)),)) for other in found)
     return False
 
 

@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
-from asympk.automaton import decide
+from asympk.automaton import consistency, decide
 from asympk.certify import certify
 from asympk.errors import InputError, NoMotion, NotDerivable, TwoMotions, UnboundedReaction, Undecided
 from asympk.mechanics.described import mechanism_of_table
@@ -723,6 +723,17 @@ def test_a_ladder_at_rest_has_a_paradox_by_slip_or_its_forces_that_are_not_deter
     assert _ladder(WALL).has_paradox({**LEANT, "f": 2})
     with pytest.raises(UnboundedReaction, match="not determined"):
         _ladder(WALL).has_paradox({**LEANT, "f": "1/4"})
+
+
+def test_the_paradox_of_bodies_apart_takes_the_phases_of_each_alone(monkeypatch):
+    """Of eleven blocks the phases of all had two thousand combinations, each with a determinant."""
+    stiff, asked = consistency.is_stiff, []
+    monkeypatch.setattr(consistency, "is_stiff", lambda *each: asked.append(each) or stiff(*each))
+    x, y, u, v = (sp.symbols(f"{name}:4", real=True) for name in "xyuv")
+    first, *others = (ap.Contact(y[k], x[k], 1, unilateral=True) for k in range(4))
+    blocks = ap.Mechanism(x + y, u + v, sp.eye(8), (0,) * 8, first, others=others)
+    assert not blocks.has_paradox(dict.fromkeys(x + y + v, 0) | dict.fromkeys(u, 1))
+    assert len(asked) == 2 * 4 * 2
 
 
 def test_feet_that_are_closed_are_told_by_their_numbers():
