@@ -114,7 +114,7 @@ def _in_one_wave(values, field):
         values.append(-sum(c * w for c, w in zip(law[1:], values[::-1], strict=False)))
     parts = list[Any]()
     for k, value in enumerate(values[: size + len(law)]):
-        off = value - _rate(parts, square, size, k)
+        off = -_rate(parts, square, size, k) + value  # SymPy takes no 0 from an algebraic number
         if k > size and not _vanishes(off, field):
             raise ValueError
         parts += [off * Fraction(2**k, factorial(k))] if k <= size else []
