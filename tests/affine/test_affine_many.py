@@ -510,6 +510,7 @@ def test_rows_whose_friction_becomes_negative_are_told_in_doubles_from_rows_whos
         ap.solve(ap.Scene(system=system, values={a: 0.5}, start={q: 3, v: 0}, until=5))
 
 
+@pytest.mark.slow
 def test_a_row_that_goes_on_after_all_others_is_followed_alone(monkeypatch):
     rounds = []
     advanced = affine_many._advanced

@@ -176,6 +176,7 @@ def test_two_blocks_are_followed_past_a_time_at_which_the_drive_of_one_touches_i
     assert path.final == pytest.approx([0, start[1] * (len(modes) == 1), 0, 0], abs=1e-14)
 
 
+@pytest.mark.slow
 def test_a_touch_is_told_whatever_digits_were_asked_for_before():
     """Runs of 64 digits and of doubles come upon the same precision; signs count as they are in one of them alone."""
     x, v, F, t = sp.symbols("x v F t", real=True)

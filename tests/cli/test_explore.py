@@ -107,6 +107,7 @@ def test_states_that_depend_on_others_follow_a_change_of_these():
         ap.solve(turned(scene, {}, {"z": 1}, None))
 
 
+@pytest.mark.further
 def test_a_drag_moves_no_state_that_depends_on_others():
     scenes = chosen_scenes("arm")()
     z = float(scenes[0].start[-1])

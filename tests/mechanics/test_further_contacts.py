@@ -420,6 +420,7 @@ def test_a_crank_with_joints_for_constraints_turns_as_in_its_two_angles(angle, r
     assert jointed.final[0] == pytest.approx(placed.final[0], abs=1e-8)
 
 
+@pytest.mark.further
 def test_joints_do_not_hide_that_a_second_motion_of_a_guide_comes_up():
     times = []
     for jointed in (True, False):
@@ -704,6 +705,7 @@ theta = 0
 """
 
 
+@pytest.mark.slow
 def test_a_box_has_the_paradox_of_the_foot_that_leads_though_the_other_has_none_in_this_direction():
     """The determinant of both feet, 4 b^2/(m J), knows no friction; that of a foot ends at f = (J/m + b^2)/(b h)."""
     box = mechanism_of_table(tomllib.loads(BOX), "box")
@@ -736,6 +738,7 @@ def test_the_paradox_of_bodies_apart_takes_the_phases_of_each_alone(monkeypatch)
     assert len(asked) == 2 * 4 * 2
 
 
+@pytest.mark.slow
 def test_feet_that_are_closed_are_told_by_their_numbers():
     middle = {"gap": "Y - h*cos(theta)", "slip": "X + h*sin(theta)", "friction": "f", "unilateral": True}
     box = tomllib.loads(BOX)

@@ -223,6 +223,7 @@ def test_the_squares_of_euler_angles_add_up_in_the_inertia_of_a_body_in_space():
     assert max(entry.count_ops() for entry in turning) < 30
 
 
+@pytest.mark.slow
 def test_a_body_in_space_has_the_reaction_of_newton_and_euler():
     body, angles, u = spatial_body(), sp.symbols("a b c"), np.array([1, 0.1, 0, 0.3, -0.5, 0.7])
     R = turned(angles)

@@ -64,6 +64,7 @@ def test_a_piecewise_within_a_condition_chooses_between_conditions_in_every_targ
     assert [float(f(*at)) for at in ((2, 2), (0.5, 2), (2, 0.5), (-2, 0.5))] == [2, 7, 7, -2]
 
 
+@pytest.mark.slow
 @settings(max_examples=50)
 @given(st.fractions(max_denominator=10**12).filter(lambda q: abs(q) < 10**12), st.integers(15, 120))
 def test_a_rational_constant_has_the_precision_of_the_call(q, digits):

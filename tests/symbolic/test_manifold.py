@@ -1277,6 +1277,7 @@ def test_a_manifold_of_multiple_roots_alone_is_not_normally_hyperbolic(force):
         ap.slow_manifold(system)
 
 
+@pytest.mark.further
 def test_of_a_product_the_branch_of_multiple_roots_alone_is_not_normally_hyperbolic():
     force = (sp.exp(y) + y - x) ** 2 * (sp.tanh(y) + y - x)
     double, other = critical_manifolds(ap.System.smooth(slow={x: 1}, fast={y: force}, small=mu))

@@ -643,6 +643,7 @@ def test_a_slip_that_begins_just_at_the_end_is_an_event():
         assert [event.kind for event in path.events] == kinds
 
 
+@pytest.mark.slow
 def test_a_start_next_to_the_largest_double_is_followed_as_a_smaller_one():
     """P does not count beside such reactions, so that x(5) is in proportion to x(0)."""
     ends = [ap.solve(ap.Scene(1, "1e-6", (x, "1/5", -1), 5)).final[0] / x for x in (1e200, 1e305, -1e307)]
