@@ -167,6 +167,9 @@ def _terms(expr: sp.Basic) -> int:
 def _terms_over(expr: sp.Basic) -> tuple[int, Counter[sp.Basic]]:
     """Return (a bound of the terms of the numerator, {divisor: power}) over a common denominator, as ``_quotient``."""
     if expr.is_Pow and expr.exp.is_Integer:
+        apart = sp.factor_terms(expr.base) if expr.exp.is_negative else expr.base
+        if apart.is_Mul:  # divisors that differ by a factor are one
+            return _terms_over(sp.Mul(*(factor**expr.exp for factor in apart.args)))
         above, below = _terms_over(expr.base)
         power = min(abs(int(expr.exp)), TERMS)
         raised = Counter({base: power * k for base, k in below.items()})
