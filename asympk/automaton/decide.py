@@ -78,12 +78,12 @@ def all_motions(automaton: "Automaton", t: Any, state: tuple, slack: Any) -> dic
     """
     state, numbers = _in_digits(state)
     with finite(lambda: t, lambda: without_value(automaton.system, automaton.values, t, state)):
-        here = junction_at(automaton, None, (), t, state, slack, numbers)
+        points = _beginnings(automaton, t, state, slack, numbers)
+        here, there = points[0], points[-1]
         tried = consistency.admissible(here)
         _require_determined(here, tried)
         consistent, doubts = _consistent(here, tried)
-        there = junction_at(_with_static(automaton, here.resting), None, (), t, state, slack, numbers)
-        onsets, _ = _consistent(there, consistency.admissible(there))
+        onsets = consistent if there is here else _consistent(there, consistency.admissible(there))[0]
         for doubt in doubts.values():
             raise doubt
         begun = {branch: still for branch, still in consistent.items()
@@ -100,15 +100,21 @@ def has_paradox(automaton: "Automaton", t: Any, state: tuple, slack: Any) -> boo
     """
     state, numbers = _in_digits(state)
     with finite(lambda: t, lambda: without_value(automaton.system, automaton.values, t, state)):
-        here = junction_at(automaton, None, (), t, state, slack, numbers)
-        there = junction_at(_with_static(automaton, here.resting), None, (), t, state, slack, numbers)
-        found = [(point, *choice) for point in (here, there) for choice in consistency.choices(point)]
+        points = _beginnings(automaton, t, state, slack, numbers)
+        found = [(point, *choice) for point in points for choice in consistency.choices(point)]
         if not all(consistency.is_stiff(*each) for each in found):
             return True
         for point, branch, group in found:
             if point.solved(branch, group) is None:
                 raise _undetermined(point, branch)
         return False
+
+
+def _beginnings(automaton: "Automaton", t: Any, state: tuple, slack: Any, numbers: Numbers) -> list[Junction]:
+    """Return the junction of a start and, if it differs, that with static friction where contacts might rest."""
+    here = junction_at(automaton, None, (), t, state, slack, numbers)
+    held = _with_static(automaton, here.resting)
+    return [here] if held == automaton else [here, junction_at(held, None, (), t, state, slack, numbers)]
 
 
 def _with_static(automaton: "Automaton", resting: set[int]) -> "Automaton":
