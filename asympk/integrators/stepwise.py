@@ -169,12 +169,12 @@ class Watch:
         def rates(at):
             return self.mode.watched_rates(at, within()(at)[: self.size].tolist())
 
-        if not one_step:
-            before = GuardSample(begin, values(begin), rates(begin))
         def touches(at, k):
             state = within()(at)[: self.size].tolist()
             return is_open([self._values(*place)[k] for place in ((at, state), *nudges(at, state, self.mode.beside))])
 
+        if not one_step:
+            before = GuardSample(begin, values(begin), rates(begin))
         return first_lost(before, self.last, values, rates, bracketed, touches=touches)
 
     def back(self) -> None:

@@ -27,6 +27,14 @@ state = {{X = 0, Y = 0.8912, theta = 1.1, "X'" = -1.17824, "Y'" = 0.0907, "theta
 over = {{theta = [0.05, 1.5]}}
 """
 
+BLOCK = """
+        coordinates = ["x", "y"]
+        lagrangian = "(x'^2 + y'^2)/2 - y"
+        gap = "y"
+        slip = "x"
+        friction = 0.4
+        unilateral = true"""
+
 
 @pytest.fixture
 def screen(tmp_path, capsys):
@@ -407,13 +415,7 @@ def test_a_start_pressed_into_elastic_ground_is_said_to_have_a_reaction_and_one_
 ):
     """A slip of the pen below the ground was followed as a body that the ground throws up."""
     file = tmp_path / "block.toml"
-    file.write_text(f"""
-        coordinates = ["x", "y"]
-        lagrangian = "(x'^2 + y'^2)/2 - y"
-        gap = "y"
-        slip = "x"
-        friction = 0.4
-        unilateral = true
+    file.write_text(f"""{BLOCK}
         compliance = "eps^2"
         damping = "eps"
         until = 0.1
@@ -442,13 +444,7 @@ def test_further_contacts_stand_in_the_file_and_are_said_to_be_open(screen, tmp_
 @pytest.mark.parametrize(("height", "said"), [(1, "slip with R = 1"), (0, "slip_same+open with R = 1 and R2 = 0")])
 def test_the_screen_of_an_open_contact_has_the_motions_of_this_contact_taken_as_closed(height, said, screen):
     """A block that leaves a wall slides on the floor; as a state off the floor, it would fall along the wall."""
-    told = screen(f"""
-        coordinates = ["x", "y"]
-        lagrangian = "(x'^2 + y'^2)/2 - y"
-        gap = "y"
-        slip = "x"
-        friction = 0.4
-        unilateral = true
+    told = screen(f"""{BLOCK}
         forces = {{x = 1}}
         others = [{{gap = "x", slip = "y", friction = 0.4, unilateral = true}}]
         state = {{x = 0, y = {height}, "x'" = 0, "y'" = 0}}
