@@ -161,9 +161,7 @@ def read_constants(what: str, value: Any, angles: bool = True) -> Any:
     return value
 
 
-def read_number(
-    what: str, value: Any, angles: bool = True, digits: int = KEPT_DIGITS
-) -> int | float | Fraction:
+def read_number(what: str, value: Any, angles: bool = True, digits: int = KEPT_DIGITS) -> int | float | Fraction:
     """Return a number as ``numbers.number`` does; a text may also be a formula of numbers, as in ``read_constant``."""
     return number(what, read_constant(what, value, angles, digits))
 

@@ -235,9 +235,7 @@ def _groups(entries):
     return sorted(driving), [sorted(group) for group in connected_components((others, coupled))] or [[]]
 
 
-def of_roots(
-    entries: tuple[tuple[Fraction, ...], ...], bits: int
-) -> Iterator[tuple[Block, np.ndarray]]:
+def of_roots(entries: tuple[tuple[Fraction, ...], ...], bits: int) -> Iterator[tuple[Block, np.ndarray]]:
     """Return (block, matrices) of all eigenvalues, which may be multiple, as roots of the characteristic polynomial.
 
     With ``(z - M)^{-1} = N(z) / q(z)``, ``N(z) = sum A_i (z - l)^i`` and ``(z - l)^m / q(z) = sum s_j (z - l)^j``, the

@@ -168,9 +168,7 @@ class LimitLayers:
         still = k is not None and slopes[k] == 0 and _is_zero(values[k], state)
         return k if still else None
 
-    def _first_guard(
-        self, values: np.ndarray, slopes: np.ndarray, y: float, target: float
-    ) -> tuple[float, int | None]:
+    def _first_guard(self, values: np.ndarray, slopes: np.ndarray, y: float, target: float) -> tuple[float, int | None]:
         direction = math.copysign(1, target - y)
         met = [(abs(v / s), k) for k, (v, s) in enumerate(zip(values, slopes, strict=True))
                if s * direction < 0 and v > 0 and abs(v / s) < abs(target - y)]

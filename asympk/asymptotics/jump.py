@@ -112,9 +112,7 @@ def first_integral(system: System) -> Integral:
     model = linear(system)
     x, y, z = model.states
     beta, gamma = sp.symbols("beta gamma", cls=sp.Dummy)
-    rates = [
-        [h + beta * g + gamma * f for f, g, h in zip(*m, strict=True)] for m in model.fields.values()
-    ]
+    rates = [[h + beta * g + gamma * f for f, g, h in zip(*m, strict=True)] for m in model.fields.values()]
     equations = [r[2] for r in rates] + [r[i] - rates[0][i] for r in rates[1:] for i in (0, 1)]
     found = sp.solve(equations, [beta, gamma], dict=True)
     if len(found) != 1:

@@ -48,9 +48,7 @@ class Ratio:
         other = self._like(other)
         if other is NotImplemented or not other.numerator:
             return NotImplemented if other is NotImplemented else self
-        common = {
-            u: min(self.units.get(u, 0), other.units.get(u, 0)) for u in {**self.units, **other.units}
-        }
+        common = {u: min(self.units.get(u, 0), other.units.get(u, 0)) for u in {**self.units, **other.units}}
         return _cancel(self._over(common) + other._over(common), common)
 
     def __mul__(self, other: "Ratio | Number") -> "Ratio":

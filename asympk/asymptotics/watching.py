@@ -20,9 +20,7 @@ SOONER = 2.0**-16  # the ratio of the times, from where a guard is 0, by which i
 SHALLOW = 0.5  # where the tangents meet, in units of the lesser end value, above which no dip is sought
 
 
-def watched(
-    steps: Iterable[Step], guards: Guards | None, size: int
-) -> Iterator[tuple[Step, tuple[float, int] | None]]:
+def watched(steps: Iterable[Step], guards: Guards | None, size: int) -> Iterator[tuple[Step, tuple[float, int] | None]]:
     """Yield every step together with (time, index) of the guard that first falls through 0 within the step, or None.
 
     ``guards`` takes the time and the first ``size`` states.

@@ -336,9 +336,7 @@ def _first_order(here: Junction, mode: GuardedMode, guard: int) -> int:
     return 3 if kind == "touch_down" and friction in here.touching else 1 - divided
 
 
-def signs_of_derivatives(
-    here: Junction, mode: GuardedMode, guard: int, slopes: tuple | None = None
-) -> Iterator[int]:
+def signs_of_derivatives(here: Junction, mode: GuardedMode, guard: int, slopes: tuple | None = None) -> Iterator[int]:
     """Yield the signs of the derivatives of a vanishing guard along the field, as far as they are computed.
 
     Powers of the penetration are left out of each derivative (Lemma 11); one with infinite powers is first multiplied

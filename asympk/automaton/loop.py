@@ -151,9 +151,7 @@ def _beyond_limits(count: int, ends: list, segments: list[Segment], until: Any, 
     return f"limit of {limit} crossings reached" if crossings > limit else ""
 
 
-def _left_at(
-    mode: NumericMode, segment: Segment, until: Any, slack: Any
-) -> tuple[Any, tuple, tuple[int, ...], Any]:
+def _left_at(mode: NumericMode, segment: Segment, until: Any, slack: Any) -> tuple[Any, tuple, tuple[int, ...], Any]:
     """Return the time and state at which a mode is left, its lost guards, and the time before a switch there or None.
 
     The state is on the zeros of these guards. What follows an event at a switch is decided just after the switch, where

@@ -120,8 +120,7 @@ class NumericMode:
             return found
         precise = partial(function, self.mode.system, outputs, "mpmath", directions=directions,
                           coefficients=self.coefficients)
-        return with_more_digits(found, self._removable, lambda m: precise(functions=m),
-                                self.functions)
+        return with_more_digits(found, self._removable, lambda m: precise(functions=m), self.functions)
 
     @cached_property
     def _removable(self) -> Callable[..., tuple]:
@@ -346,9 +345,7 @@ class NumericMode:
         """Return the rates at a time and a state."""
         return self.field(t, *state, *self.p)
 
-    def on_arrays(
-        self, of: Callable[["NumericMode"], Callable[..., tuple]], t: Any, here: Sequence[Any]
-    ) -> np.ndarray:
+    def on_arrays(self, of: Callable[["NumericMode"], Callable[..., tuple]], t: Any, here: Sequence[Any]) -> np.ndarray:
         """Return the values of a function ``of`` a mode, as its rates: an array (values,) + the shape of the places.
 
         The places are arrays of times and of ``here``, the states and the parameters. Where arrays give no finite

@@ -56,9 +56,7 @@ def in_mu(first: Number, with_log: Number = 0) -> Callable[[Fraction], Number]:
     return lambda mu: precise(mu) * (precise(first) + precise(with_log) * -M.log(precise(mu)))
 
 
-def approaches(
-    plane: SlowManifold, sigma: Number, state: Callable[[Fraction], Sequence[Number]]
-) -> tuple[bool, str]:
+def approaches(plane: SlowManifold, sigma: Number, state: Callable[[Fraction], Sequence[Number]]) -> tuple[bool, str]:
     """Return the ``trend`` of a distance in s of ``state(mu)`` from a slow plane at mu = 0 to its term of order mu."""
     level, first = (expr.subs(pk.sigma, sigma) for expr in (pk.x + plane.coefficient(0), plane.coefficient(1)))
 

@@ -184,8 +184,7 @@ def ambiguous_contacts(system: "System") -> dict[int, set[int]]:
     These are rigid contacts that may open or have friction, and frictions whose forces act on their own loads.
     """
     rough = {j for j in range(len(system.frictions)) if not is_smooth(system, j)}
-    rubs = {k: {j for j in rough if k in _reactions(system, j)}
-            for k, f in enumerate(system.frictions) if f.rigid}
+    rubs = {k: {j for j in rough if k in _reactions(system, j)} for k, f in enumerate(system.frictions) if f.rigid}
     forced = {j: {j} for j in rough if _acts_on_itself(system, j) and not any(j in found for found in rubs.values())}
     return {k: found for k, found in rubs.items() if found or system.frictions[k].gap is not None} | forced
 

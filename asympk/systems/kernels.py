@@ -15,10 +15,7 @@ FOR_SCENES = {
     **dict.fromkeys(ASYMPTOTIC, "asymptotics.models"),
     "moreau": "integrators.moreau",
 }
-FOR_ARRAYS = {
-    "exact": "systems.painleve_klein.arrays.ensemble",
-    **dict.fromkeys(ASYMPTOTIC, "asymptotics.arrays"),
-}
+FOR_ARRAYS = {"exact": "systems.painleve_klein.arrays.ensemble", **dict.fromkeys(ASYMPTOTIC, "asymptotics.arrays")}
 
 
 def is_rod(system: Any) -> bool:
