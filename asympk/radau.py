@@ -93,7 +93,4 @@ def _newton(values: list, u: Any) -> Any:
     return u - (high - low) * (u * u - 1) / (s * (u * high - low) - (s - 1) * (u * low - before))
 
 
-@lru_cache(maxsize=8)
-def tableau_of(stages: int, digits: int) -> Tableau:
-    """Return the ``Tableau`` of a number of stages in numbers of ``digits`` digits."""
-    return Tableau(stages, digits)
+tableau_of = lru_cache(maxsize=8)(Tableau)

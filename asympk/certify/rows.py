@@ -121,7 +121,8 @@ class ExactEntries:
     @cached_property
     def _surds(self) -> tuple[Any, dict[sp.Symbol, ANP]]:
         """The field of the roots of rational numbers among the parts, None for none or a large one, and these in it."""
-        found = {symbol: atom for atom, symbol in self.ranging.items() if _is_surd(atom)}
+        found = {symbol: atom for atom, symbol in self.ranging.items()
+                 if atom.is_Pow and atom.base.is_Rational and atom.exp.is_Rational}
         bases = {atom.base for atom in found.values()}
         degrees = (lcm(*(atom.exp.q for atom in found.values() if atom.base == base)) for base in bases)
         if not found or prod(degrees) > _MOST_DEGREE:
@@ -240,10 +241,6 @@ def _side(phase, value):
         return certain_sign(value) or None
     whole = value.floor().unique_fmpz()
     return None if whole is None else int(whole)
-
-
-def _is_surd(expr):
-    return expr.is_Pow and expr.base.is_Rational and expr.exp.is_Rational
 
 
 def _irrational(expr: sp.Expr) -> Iterator[sp.Expr]:

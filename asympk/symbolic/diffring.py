@@ -168,7 +168,11 @@ class DifferentialRing:
     def _add_product(self, total, a, b):
         """Add a*b to ``total`` in place, and return it."""
         self._spend(len(a) * len(b))
-        return _add_product(total, a, b)
+        get, right = total.get, list(b.items())
+        for m, c in a.items():
+            for k, d in right:
+                total[m + k] = get(m + k, 0) + c * d
+        return total
 
     def _spend(self, work):
         """Raise ``NotDerivable`` where more work than ``WORK`` is done in this ring."""
@@ -281,16 +285,6 @@ def _pack(polynomial):
 
 def _unpack(monomial, length):
     return [monomial >> WIDTH * i & (1 << WIDTH) - 1 for i in reversed(range(length))]
-
-
-def _add_product(total, a, b):
-    """Add a*b to ``total`` in place, and return it."""
-    get = total.get
-    right = list(b.items())
-    for m, c in a.items():
-        for k, d in right:
-            total[m + k] = get(m + k, 0) + c * d
-    return total
 
 
 def _partial(n, shift):

@@ -276,7 +276,7 @@ def _mixes(force, y):
 
     def several(factor, names):
         inside = {own[name] for name in factor.free_symbols & names}
-        if all(_is_root_of_rational(f, y) for f in inside):
+        if all(f.is_Pow and f.exp.is_Rational and f.base.is_rational_function(y) for f in inside):
             return False
         if len(inside) == 1:
             (f,) = inside
@@ -296,10 +296,6 @@ def _is_nested(f, y):
     inside = [*outermost(f.args[0], [y])]
     return len(inside) > 0 and (_mixes(f.args[0] - sp.Dummy(), y) or any(
         next(outermost(part.args[0], [y]), None) for part in inside))
-
-
-def _is_root_of_rational(f, y):
-    return f.is_Pow and f.exp.is_Rational and f.base.is_rational_function(y)
 
 
 def _has_factor(named, force, y, test):
