@@ -150,10 +150,7 @@ def read_constant(what: str, value: Any, angles: bool = True, digits: int = KEPT
 
 
 def read_constants(what: str, value: Any, angles: bool = True) -> Any:
-    """Return a list or a table with numbers for formulas of numbers, and any other value as it is.
-
-    Raises ``InputError`` as ``read_constant`` does.
-    """
+    """Return a list or a table with numbers for formulas, as ``read_constant`` does, any other value as it is."""
     if isinstance(value, list):
         return [read_constant(what, entry, angles) for entry in value]
     if isinstance(value, dict):

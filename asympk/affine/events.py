@@ -117,10 +117,7 @@ class Bending(NamedTuple):
 
 
 def first_root(guards: "Guards", until: Number, mesh: "Mesh") -> tuple[Number, tuple[int, ...]] | None:
-    """Return (time, indices of the guards) of the first root in (0, until], or None.
-
-    ``guards`` is a ``Guards``. Raises ``Undecided``.
-    """
+    """Return (time, indices of the guards) of the first root in (0, until], or None; raises ``Undecided``."""
     done = None
     for lo, hi, falling in guards.suspects(mesh, until):
         if done is None or hi > done.t:

@@ -155,10 +155,7 @@ def _unloaded(here: Junction, branch: Branch) -> set[int]:
 
 
 def _ties(here: Junction, branch: Branch, group: tuple[int, ...]) -> list[tuple] | None:
-    """Return the keys of the guards of a group that vanish, or None if one is negative.
-
-    None also means that the forces are not determined.
-    """
+    """Return the keys of a group's guards that vanish; None if one is negative, or forces are not determined."""
     leapt = {k: sign for k, sign in here.jumped(branch).items() if k in group and not branch[k].is_open}
     if any(branch[k].velocity != sign for k, sign in leapt.items()):
         return None

@@ -300,10 +300,7 @@ def solved_forces(
 
 
 def contact_equations(system: System, branch: Branch, point: ContactPoint, group: Collection[int]) -> list[tuple]:
-    """Return the rows that are 0 in a branch: of each friction its law or v', then of each reaction its equation.
-
-    Only the frictions of ``group`` count.
-    """
+    """Return the rows of a group that are 0 in a branch: each friction's law or v', then each reaction's equation."""
     _, unknowns, normals = contact_formulas(system)
     place = {u: j for j, u in enumerate(unknowns)}
     rows = [_law(system, branch, k, point, place) for k in group]

@@ -299,10 +299,7 @@ def _reason(outcome):
 
 @lru_cache(maxsize=32)
 def _compiled(method, mode, coefficients, tol):
-    """Return the compiled integrator of a mode.
-
-    Its parameters are those of the system and a margin for every guard and law of friction.
-    """
+    """Return a mode's compiled integrator, with margins for guards and laws of friction as further parameters."""
     try:
         import heyoka as hy
     except ImportError as error:

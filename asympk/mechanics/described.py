@@ -202,10 +202,7 @@ def refuse_sweep(table: Mapping[str, Any], where: Any, single: Iterable[str] = (
 
 
 def described_by(table: Any, parameters: Any) -> Described:
-    """Return the ``Described`` mechanism of a table without numbers; its formulas may use the names ``parameters``.
-
-    Raises ``InputError``.
-    """
+    """Return the ``Described`` of a table without numbers; formulas may use ``parameters``. Raises ``InputError``."""
     if not isinstance(table, dict) or "values" in table:
         raise InputError("mechanism: it must be a word of the catalogue, or a table whose values stand beside it")
     refuse_unknown(table, KEYS, "mechanism")
@@ -242,10 +239,7 @@ def scene_table(table: dict[str, Any], where: Any) -> dict[str, Any]:
 
 
 def contact_law(table: Mapping[str, Any], mechanism: Mechanism, parameters: Iterable[str]) -> tuple[sp.Expr, ...]:
-    """Return (compliance, damping) of an elastic contact as formulas in the names ``parameters``, () of a rigid one.
-
-    Raises ``InputError`` for other contacts.
-    """
+    """Return (compliance, damping) of an elastic contact as formulas, () of a rigid one; raises ``InputError``."""
     contact, law = table.get("contact"), {"compliance", "damping"}
     if contact == "rigid" and law.isdisjoint(table):
         return ()

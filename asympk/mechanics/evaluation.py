@@ -82,10 +82,7 @@ def _first_out_of_range(function: Callable[..., Any], arrays: Sequence[Any]) -> 
 
 
 def exactly_at(expr: sp.Expr, values: dict[sp.Symbol, Any]) -> Any:
-    """Return ``expr`` at exact numbers as a SymPy number, at numbers with doubles among them as a double.
-
-    Raises as ``evaluate`` does.
-    """
+    """Return ``expr`` at exact numbers as a SymPy number, at others as a double; raises as ``evaluate`` does."""
     rounded = float(evaluate((expr,), values)[0])
     given = {symbol: values[symbol] for symbol in symbols_in(expr)}
     if any(isinstance(value, float) for value in given.values()):

@@ -96,10 +96,7 @@ def write_arrow(root: Path, source: Path) -> None:
 
 
 def write_scripts(root: Path, out: Path) -> None:
-    """Write the derivations as scripts of sphinx-gallery, each with its stored results at the end.
-
-    Raises ``InputError`` where the results are not stored.
-    """
+    """Write the derivations as scripts of sphinx-gallery with their stored results, or raise ``InputError``."""
     write_text(out / "GALLERY_HEADER.rst", "Derivations\n===========\n\nThe scripts of ``derivations/`` with what they "
                "derive; ``asympk derive`` runs them.\n\n")
     for script in sorted((root / "derivations").glob("*.py")):

@@ -12,10 +12,7 @@ WIDTH, HEIGHT = 2.4, 1.8
 
 
 def sketch(name: str) -> Any:
-    """Return the sketch of a system of the catalogue as a matplotlib ``Figure``.
-
-    Raises ``MissingPackage`` where matplotlib is not installed.
-    """
+    """Return the sketch of a system of the catalogue, a ``Figure``; raises ``MissingPackage`` without matplotlib."""
     with pen.canvas(WIDTH, HEIGHT) as (figure, ax):
         SKETCHES[name].draw(ax)
     return figure

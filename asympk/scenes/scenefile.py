@@ -150,10 +150,7 @@ def _number(value):
 
 
 def scene_of_table(table: dict[str, Any], where: str, changes: Mapping[str, Any] = MappingProxyType({})) -> Scene:
-    """Return the ``Scene`` in a table of TOML, that of a mechanism included, after ``changes`` of values and start.
-
-    Raises ``InputError``.
-    """
+    """Return the ``Scene`` in a table, also of a mechanism, after ``changes`` of numbers; raises ``InputError``."""
     refuse_sweep(table, where, _SINGLE)
     if describes_mechanism(table):
         table = scene_table(table, where)
@@ -177,10 +174,7 @@ def _with_constants(entries: dict[str, Any]) -> dict[str, Any]:
 
 
 def keys_of(table: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the keys of the kind of scene in a table: ``SYSTEM``, ``PHYSICAL`` or ``NONDIMENSIONAL``.
-
-    Raises ``InputError`` for a table with keys of two kinds.
-    """
+    """Return ``SYSTEM``, ``PHYSICAL`` or ``NONDIMENSIONAL`` by the keys in a table; raises ``InputError`` for two."""
     physical, other = ([key for key in table if key in keys] for keys in ((*PHYSICAL, UNITS), NONDIMENSIONAL))
     of_system = any(key in table for key in SYSTEM)
     if (physical or other) and of_system:

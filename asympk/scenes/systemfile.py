@@ -48,10 +48,7 @@ _NEEDED = ("velocity", "force", "load", "kinetic")
 
 
 def read_system_scene(entry: dict[str, Any], changes: Mapping[str, Any]) -> Scene:
-    """Return the ``Scene`` of a table with ``system``, ``values``, ``start`` and ``until``, after ``changes`` of these.
-
-    Raises ``InputError``.
-    """
+    """Return the ``Scene`` of a table with a ``system``, after ``changes`` of numbers; raises ``InputError``."""
     require_keys(entry, ("system", "start", "until"))
     values, start = constants_in(entry, "values"), read_constants("start", entry["start"])
     system, mechanism = system_of(entry["system"], values)
@@ -120,10 +117,7 @@ def coordinates_of_start(system: System, mechanism: Mechanism, start: Iterable[s
 
 
 def read_system(table: Any, parameters: Any) -> System:
-    """Return the ``System`` that a table describes; formulas may use its states and forces, and ``parameters`` by name.
-
-    Raises ``InputError``.
-    """
+    """Return the ``System`` of a table; formulas may use states, forces and ``parameters``. Raises ``InputError``."""
     table = table_in({"system": table}, "system")
     refuse_unknown(table, KEYS, "system")
     slow, fast = (table_in(table, key, "system.") for key in ("slow", "fast"))
