@@ -87,8 +87,7 @@ def solve_many(
     if system is not None:
         run = _found("affine.many", "solve_many")
         _require_known(method, run, options)
-        values = {} if values is None else values
-        return run(system=system, values=values, start=start, until=until, **options)
+        return run(system=system, values={} if values is None else values, start=start, until=until, **options)
     if method not in FOR_ARRAYS:
         raise UnknownName(f"method {short(method)} does not follow arrays; choose one of {', '.join(FOR_ARRAYS)}, "
                           "or solve scene by scene")

@@ -102,10 +102,7 @@ def cut(line: str, most: int = WIDTH) -> str:
 
 
 def condensed(itinerary: str) -> str:
-    """Return an itinerary in words with repeated events, up to four in turn, written once.
-
-    An example is ``open: 9 x (touch_down, lift_off)``.
-    """
+    """Return an itinerary with repeated events, up to four in turn, written once: ``9 x (touch_down, lift_off)``."""
     def once(found: re.Match[str]) -> str:
         times = (len(found[0]) + 2) // (len(found[1]) + 2)
         return f"{times} x ({found[1]})" if ", " in found[1] else f"{times} x {found[1]}"
@@ -135,13 +132,11 @@ def as_html(card: Card) -> str:
 def as_latex(card: Card) -> str:
     """Return a card as a LaTeX array: the title, and the rows below it."""
     rows = [rf"{_text(label)} & {_formula(value)}" for label, value in card.rows]
-    below = [_array("ll", rows)] if rows else []
-    return _array("l", [_text(card.title), *below])
+    return _array("l", [_text(card.title), *([_array("ll", rows)] if rows else [])])
 
 
 def _array(align: str, rows: Sequence[str]) -> str:
-    body = r" \\[1ex] ".join(rows)
-    return rf"\begin{{array}}{{{align}}} {body} \end{{array}}"
+    return rf"\begin{{array}}{{{align}}} " + r" \\[1ex] ".join(rows) + r" \end{array}"
 
 
 def latex_of(value: Any) -> str:

@@ -80,8 +80,7 @@ def _reach(flow, parts, term_sizes):
         reach = np.minimum(most, value / np.maximum(3 * bound, 1e-300))
         clear = abs(value) > doubt
         found = np.where(clear, np.where(value > 0, reach, -1.0), found)
-    still = ~parts.slopes.any(axis=1)
-    return np.where(still, np.inf, found)
+    return np.where(parts.slopes.any(axis=1), found, np.inf)
 
 
 def _judged(rows: Rows, known: FunctionTable, first: np.ndarray) -> Verdicts:

@@ -91,10 +91,7 @@ class LimitLayers:
         return self.automaton.system.states.index(y)
 
     def arrive(self, path: MatchedPath) -> MatchedPath:
-        """Return the path after its layer, with y on the critical manifold of its mode; the layer takes no time.
-
-        Raises ``NoLaw``.
-        """
+        """Return the path after its layer, which takes no time, with y on the critical manifold; raises ``NoLaw``."""
         t, state, mode, speed = path.t, path.state, path.mode, 0.0
         events, modes = [*path.events], [*path.modes]
         event: Event | None
@@ -165,8 +162,7 @@ class LimitLayers:
     def _sliding(self, mode: Any, values: np.ndarray, slopes: np.ndarray, state: tuple) -> int | None:
         """Return the guard of the sliding velocity if the velocity is 0 and does not depend on y, else None."""
         k = _of_velocity(mode)
-        still = k is not None and slopes[k] == 0 and _is_zero(values[k], state)
-        return k if still else None
+        return k if k is not None and slopes[k] == 0 and _is_zero(values[k], state) else None
 
     def _first_guard(self, values: np.ndarray, slopes: np.ndarray, y: float, target: float) -> tuple[float, int | None]:
         direction = math.copysign(1, target - y)

@@ -74,8 +74,7 @@ class GuardedMode:
     @cached_property
     def rates(self) -> tuple[sp.Expr, ...]:
         """The rate of every state, in the order of ``system.states``."""
-        rates = self.system.divided(*guards.fields(self.sided, self.branch))
-        return tuple(map(self._placed, rates.values()))
+        return tuple(map(self._placed, self.system.divided(*guards.fields(self.sided, self.branch)).values()))
 
     @cached_property
     def reactions(self) -> tuple[sp.Expr, ...]:
@@ -349,8 +348,7 @@ class GuardedMode:
         even = ((s, slope) for s, slope in slopes if slope != 0 and not symbols_in(slope) & self.moving)
         zeros = ({s: sp.expand(s - expr / slope)} for s, slope in even)
         zero = next(zeros, None)
-        rate = sp.S.One if zero is None else replaced(self.drift(expr), zero)
-        return _vanishes(rate)
+        return zero is not None and _vanishes(replaced(self.drift(expr), zero))
 
     @cached_property
     def pressed(self) -> bool:

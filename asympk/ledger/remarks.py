@@ -71,8 +71,7 @@ def _lost_in_stick(start, mu, until):
 
 def _share_at_fixed_ratio(small):
     """Return the share of z0^2 that is lost in the first stick at mu = 1/4; k ~ small^-2 makes z0 = -1/small."""
-    start = (0, 0, -1 / small)
-    return _lost_in_stick(start, Fraction(1, 4), 100) * precise(small) ** 2
+    return _lost_in_stick((0, 0, -1 / small), Fraction(1, 4), 100) * precise(small) ** 2
 
 
 @claim("C39", "3", "Damping lets fast and slow motions be separated; without it they do not separate")

@@ -85,5 +85,4 @@ def friction_opposes() -> Iterator[Check]:
 
 
 def _value(expr, alpha=_PHYSICAL[rod.alpha]):
-    at = {**_PHYSICAL, rod.alpha: alpha, rod.R: 5, rod.kappa: sp.Rational(-3, 2), rod.F: 1}
-    return value_at(expr, at)
+    return value_at(expr, {**_PHYSICAL, rod.alpha: alpha, rod.R: 5, rod.kappa: sp.Rational(-3, 2), rod.F: 1})

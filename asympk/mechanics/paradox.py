@@ -93,8 +93,7 @@ def _ratio(kinetics: Kinetics) -> tuple[sp.Expr, sp.Expr]:
         return sp.S.One, sp.S.Zero
     if kinetics.long:
         return normal, sp.Abs(mixed, evaluate=False)
-    quotient = shortest(tidy(normal / mixed), tidy(-normal / mixed))
-    return tuple(map(sp.Abs, sp.fraction(quotient)))
+    return tuple(map(sp.Abs, sp.fraction(shortest(tidy(normal / mixed), tidy(-normal / mixed)))))
 
 
 @dataclass(frozen=True)

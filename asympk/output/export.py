@@ -187,8 +187,7 @@ def _edges(system):
 
 def _function(system, name, meaning, values, definitions=()):
     used = (*(values if isinstance(values, tuple) else (values,)), *(e for _, e in definitions))
-    args = _signature(system, used, {t for t, _ in definitions})
-    return Function(name, meaning, args, values, definitions)
+    return Function(name, meaning, _signature(system, used, {t for t, _ in definitions}), values, definitions)
 
 
 def _signature(system, values, defined=frozenset()):

@@ -47,8 +47,7 @@ def levels(sigma: Number) -> dict[str, float]:
 def level_formulas() -> dict[str, sp.Expr]:
     """Return the loads of Pi1, Pi2, Gamma1 and Gamma2 as expressions in sigma and sigma0."""
     planes = {plane.name: sp.cancel(pk.x + plane.coefficient(0)) for plane in slow_manifolds(pk.system(), order=0)}
-    edges = dict(zip(("Gamma1", "Gamma2"), stick_regions(pk.system()).edges, strict=True))
-    return planes | edges
+    return planes | dict(zip(("Gamma1", "Gamma2"), stick_regions(pk.system()).edges, strict=True))
 
 
 def phase_space(groups: Sequence[tuple[Number, str, Sequence[Path]]]) -> style.Figure:

@@ -84,5 +84,4 @@ def frame(path: Path, samples: int | None = None) -> "DataFrame":
         import pandas as pd
     except ImportError:
         raise MissingPackage("a frame needs pandas: pip install 'asympk[frame]'") from None
-    found = pd.DataFrame(trace(path, samples), columns=column_names(path))
-    return found.astype({"mode": "category"})
+    return pd.DataFrame(trace(path, samples), columns=column_names(path)).astype({"mode": "category"})

@@ -149,8 +149,7 @@ def _delay(system):
         grown = -(rest + part * (slow * time).exp(sp.exp)) * share
         return (grown.log(sp.log) + series({(-1, 0): DEPTH})) / fast
 
-    dominant = series(DEPTH / (fast * MU).leading)
-    return balance(step, dominant, 1).map(sp.cancel).map(sp.expand_log, system.small)
+    return balance(step, series(DEPTH / (fast * MU).leading), 1).map(sp.cancel).map(sp.expand_log, system.small)
 
 
 def _exactly(system):

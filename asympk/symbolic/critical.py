@@ -327,8 +327,7 @@ def _located(part, states, assumptions):
     if len(atoms(difference := part.gts - part.lts, sp.Function)) > MOST or not factorises(difference):
         return part
     parameters, rest = in_factors(difference).as_independent(*states, as_Add=False)
-    cases = (conjunction([(parameters, sign), (rest, sign)], assumptions) for sign in (1, -1))
-    return sp.Or(*cases)
+    return sp.Or(*(conjunction([(parameters, sign), (rest, sign)], assumptions) for sign in (1, -1)))
 
 
 def _branches(mode, small):

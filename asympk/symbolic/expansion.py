@@ -268,8 +268,7 @@ def _signed(expr, signs):
 @lru_cache(maxsize=64)
 def fast_jacobian(mode: Mode, small: sp.Symbol) -> sp.Matrix:
     """Return dg/dy at mu = 0, a matrix of functions of the states."""
-    fast = sp.Matrix([limit_of(g, small) for g in mode.fast.values()])
-    return fast.jacobian(list(mode.fast)).as_immutable()
+    return sp.Matrix([limit_of(g, small) for g in mode.fast.values()]).jacobian([*mode.fast]).as_immutable()
 
 
 def jacobian_on_branch(mode: Mode, small: sp.Symbol) -> sp.Matrix:

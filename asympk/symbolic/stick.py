@@ -210,8 +210,7 @@ class Region(ShownAsFormulas):
 
     def _card(self) -> Card:
         rows = [(formula_in_words(cell.condition), spans_in_words(cell.spans)) for cell in self._shown]
-        rows = rows or [("where", self.condition)]
-        return Card(f"Region {self.name}, load {self.plane.load}", tuple(rows))
+        return Card(f"Region {self.name}, load {self.plane.load}", tuple(rows or [("where", self.condition)]))
 
     def _latex(self, printer: Any, **options: Any) -> str:
         return self.latex()
