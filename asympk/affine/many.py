@@ -80,11 +80,9 @@ def solve_many(
     *, system: Any, values: Any, start: Any, until: Any, progress: Callable[[int, int], None] | None = None,
     strict: bool = False,
 ) -> AffineEnsemble:
-    """Follow trajectories of an affine system; ``values``, ``start`` and ``until`` hold arrays that broadcast.
+    """Follow trajectories of an affine system as ``asympk.solve_many`` does; raises ``InputError`` for any other.
 
-    Keys are symbols or names. ``progress(done, total)`` is called after each chunk. The ``outcome`` of a trajectory
-    that cannot be followed says why; with ``strict=True`` the error of its scalar flow is raised, with the index of the
-    trajectory. Raises ``InputError``, also where the system is not affine.
+    With ``strict=True`` the error of the scalar flow of a trajectory is raised, with the index of the trajectory.
     """
     require_system(system, "solve_many")
     parameters, states, horizon, shape = _broadcast(system, values, start, until)

@@ -108,12 +108,10 @@ def solve_many(
     method: str = "exact", *, events: bool = False, progress: Callable[[int, int], None] | None = None,
     strict: bool = False,
 ) -> RodEnsemble:
-    """Follow trajectories from (x, y, z) to ``until``; all arguments broadcast. Results equal those of ``solve``.
+    """Follow trajectories as ``asympk.solve_many`` does; raises ``InputError``.
 
-    ``events=True`` keeps the events; otherwise ``RodEnsemble.events`` finds them again from the arguments, which are
-    not copied. A trajectory that cannot be followed has an ``outcome`` that says why; with ``strict=True`` the reason
-    is raised, as ``TooManyEvents``, ``TooLarge`` or ``Undecided``. ``progress(done, total)`` is called after each
-    chunk. Raises ``InputError``.
+    Without ``events=True``, ``RodEnsemble.events`` finds them again from the arguments, which are not copied. With
+    ``strict=True``, ``TooManyEvents``, ``TooLarge`` or ``Undecided`` is raised.
     """
     shape, arguments = scene_columns(sigma, mu, x, y, z, until, sigma0)
     found = _follow(arguments, 0, prod(shape), [] if events else None, strict, progress)
