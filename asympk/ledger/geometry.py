@@ -221,7 +221,9 @@ def planes_and_rigid_motions() -> Iterator[Check]:
                    "1/(sigma + 4), -1/sigma")
     for regime in regimes(pk.system()):
         sample = _inside(regime.condition)
-        rigid = _rigid_loads(position.subs(pk.sigma, sample))
+        at = position.subs(pk.sigma, sample)
+        rigid = {(motion.velocity, motion.load.subs(rod.steepness, at)) for motion in rod.rigid_motions()
+                 if motion.velocity and at in motion.positions}
         elastic = {(p.side, loads[p.name].subs(pk.sigma, sample)) for p in regime.passages if p.side}
         yield symbolic(f"same side of z = 0 and same load for {regime.condition}", rigid == elastic,
                        sorted(map(str, elastic)))
@@ -239,11 +241,6 @@ def planes_and_rigid_motions() -> Iterator[Check]:
     second = {name: sp.cancel(plane.dynamics.slow[pk.x].subs(plane.branch)) for name, plane in planes.items()}
     remembers = all(sp.cancel(rate - loads[name] + pk.x) == 0 for name, rate in second.items())
     yield left_out.symbolic("x is a second state on both planes: x' = load - x in units of h l", remembers, second)
-
-
-def _rigid_loads(at):
-    motions = [motion for motion in rod.rigid_motions() if motion.velocity]
-    return {(motion.velocity, motion.load.subs(rod.steepness, at)) for motion in motions if at in motion.positions}
 
 
 def _inside(condition):

@@ -43,18 +43,14 @@ def phase(
     with plate(HEIGHT) as (drawing, axes):
         axis = axes.flat[0]
         if isinstance(what, System):
-            names = _names(what)
+            names = tuple(s.name for s in what.states)
+            if len(names) != 2:
+                raise InputError(f"the field of {len(names)} states cannot be drawn; draw a Scene over two of them")
             numbers, _ = what.placed({} if values is None else values, dict.fromkeys(what.states, 0))  # no start
             _field(axis, what, numbers, _window(window, WINDOW), _pair(names, names, x, y))
         else:
             _motion(axis, what if isinstance(what, Path) else solve(what), x, y, window)
     return sheet.kept(drawing, file)
-
-
-def _names(system: System) -> tuple[str, ...]:
-    if len(system.states) != 2:
-        raise InputError(f"the field of {len(system.states)} states cannot be drawn; draw a Scene over two of them")
-    return tuple(s.name for s in system.states)
 
 
 def _pair(names: tuple[str, ...], states: tuple[str, ...], x: Any, y: Any) -> tuple[str, str]:

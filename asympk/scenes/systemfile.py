@@ -75,7 +75,10 @@ def system_of(entry: Any, parameters: Any) -> tuple[System, Mechanism | None]:
             raise InputError(f"system {entry!r:.60} is unknown; the nearest is {near!r}")
         return import_module(f"asympk.systems.{entry}").system(), None
     if isinstance(entry, dict) and "mechanism" in entry:
-        mechanism = _mechanism(entry, parameters)
+        refuse_unknown(entry, MECHANISM, "system")
+        named = entry["mechanism"]
+        found = described_mechanism(named) if isinstance(named, str) else described_by(named, parameters)
+        mechanism = found.mechanism
         law = contact_law(entry, mechanism, parameters)
         return mechanism.elastic(*law) if law else mechanism.rigid(), mechanism
     return read_system(entry, parameters), None
@@ -157,9 +160,3 @@ def _friction(table: dict, symbols: dict[str, sp.Symbol], k: int) -> Friction:
     formulas = {key: read_formula(table[key], symbols, f"{where}: {key}")
                 for key in FRICTION if key in table and key not in ("force", "normal")}
     return Friction(**formulas, **{key: symbols[table[key]] for key in ("force", "normal") if key in table})
-
-
-def _mechanism(table: dict, parameters: Any) -> Mechanism:
-    refuse_unknown(table, MECHANISM, "system")
-    entry = table["mechanism"]
-    return (described_mechanism(entry) if isinstance(entry, str) else described_by(entry, parameters)).mechanism

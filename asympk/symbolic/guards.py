@@ -19,7 +19,7 @@ from asympk.symbolic.long import atoms, entries_named, heavy, replaced, symbols_
 from asympk.symbolic.penetration import without_penetration
 
 if TYPE_CHECKING:
-    from asympk.symbolic.system import Friction, System
+    from asympk.symbolic.system import System
 
 Rates = Mapping[sp.Symbol, sp.Expr]
 NEVER_IDLE = ("unbounded", "several")  # kinds of guards at whose loss a motion ceases to be the only one
@@ -102,7 +102,8 @@ def where(system: "System", branch: Branch) -> sp.Basic:
         if phase.velocity:
             conditions.append(v * load > 0 if phase.mode == "slip_same" else v * load < 0)
         else:
-            drive, coupling = _sliding(system, friction)
+            drive, coupling = branches.drive(system, friction)
+            drive = drive.subs({f.force: 0 for f in system.frictions if f is not friction})
             size, slope = (sp.Abs(part, evaluate=not heavy(part)) for part in (drive, coupling))
             up, down = (with_direction(friction.velocity, friction.static * sp.Abs(load), side) for side in (1, -1))
             within = size <= up * slope if up == down else sp.And(drive <= up * slope, -down * slope <= drive)
@@ -227,11 +228,6 @@ def stiffness(system: "System", branch: Branch) -> sp.Expr:
             row = unknowns.index(friction.force)
             alone[row, :] = sp.eye(len(unknowns))[row, :]
     return sp.Mul(*map(_determinant, (alone, matrix)))
-
-
-def _sliding(system: "System", friction: "Friction") -> tuple[sp.Expr, sp.Expr]:
-    found, coupling = branches.drive(system, friction)
-    return found.subs({f.force: 0 for f in system.frictions if f is not friction}), coupling
 
 
 def _put(system: "System", branch: Branch, expr: sp.Expr, solved: dict) -> sp.Expr:
