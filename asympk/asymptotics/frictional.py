@@ -19,10 +19,10 @@ from scipy.linalg import expm
 
 from asympk.asymptotics import matched
 from asympk.asymptotics.impact import LimitLayers, NoLaw
-from asympk.asymptotics.landing import abscissa
+from asympk.asymptotics.landing import FINEST, abscissa
 from asympk.asymptotics.matched import MatchedPath, Stretch, Task
 from asympk.asymptotics.reduced import FORGOTTEN, LOST, ROUNDING
-from asympk.asymptotics.smooth import FINEST, finer, growth_message, predicted_error, tolerance
+from asympk.asymptotics.smooth import finer, growth_message, predicted_error, tolerance
 from asympk.errors import AsympkError, NotNormallyHyperbolic, OutOfRange
 from asympk.path import Path, times_within
 
@@ -139,7 +139,8 @@ def _passed_on(task: Task, begun: MatchedPath, path: MatchedPath, units: Any) ->
     So does a layer that is remembered at the end, if slow motion has led to it at a time with an error, or will soon.
     The ``path`` is that to the next order. The motion to a tolerance ``COARSER`` times as large has errors as many
     times as large; to the ``FINEST`` tolerance rounding counts, which does not fall with it. If that motion fails, the
-    error is that of the states as a whole. The error is 0 for ``FEW`` layers that are forgotten.
+    error is that of the states as a whole. The error is 0 for ``FEW`` layers that are forgotten, unless one begins too
+    near a repelling manifold for its tolerance.
     """
     first = next((stretch.began for stretch in path.stretches if stretch.slowly), path.t)
     layers = [stretch for stretch in path.stretches if stretch.slowly is None]
@@ -148,15 +149,17 @@ def _passed_on(task: Task, begun: MatchedPath, path: MatchedPath, units: Any) ->
     soon = ROUNDING * task.rtol * max(1.0, path.t)
     values = path.mode.guard_values(*path.mode.moved_on(path.t, path.state, soon))
     nears = path.t > first and min(values, default=0.0) < 0
-    if not nears and not lately and len(layers) <= FEW:
+    blown = any(matched.growing(task, stretch.mode, stretch.began, tuple(stretch.states(0.0).tolist())) * task.rtol
+                < FINEST for stretch in layers)
+    if not (nears or lately or blown) and len(layers) <= FEW:
         return 0.0
     later = replace(task, until=task.until + soon) if nears else task
     try:
         now = _whole(later, begun) if nears else path
-        again = _whole(replace(later, rtol=COARSER * task.rtol), begun)
+        again = _whole(replace(later, rtol=COARSER * task.rtol, least=COARSER * FINEST), begun)
     except AsympkError:
         return float(np.abs(np.array(path.state) * units).max() + 1)
-    falls = COARSER if task.rtol > FINEST else 2
+    falls = COARSER if task.rtol > FINEST and not blown else 2
     return float(SAFE * np.abs((np.array(again.state) - now.state) * units).max() / (falls - 1))
 
 

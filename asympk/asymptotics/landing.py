@@ -7,6 +7,7 @@ finds the branch and decides when the layer is over. ``OutOfRange`` is raised wh
 """
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -18,8 +19,9 @@ import numpy as np
 
 from asympk.asymptotics import affinelayer
 from asympk.asymptotics.fibre import Formulas
-from asympk.asymptotics.nonstiff import Trajectory, steps
+from asympk.asymptotics.nonstiff import Trajectory, on_cubic, steps
 from asympk.asymptotics.stiff import jacobian
+from asympk.automaton.exponentials import exponentials
 from asympk.errors import OutOfRange
 from asympk.numbers import listed
 from asympk.symbolic.expansion import is_zero
@@ -30,8 +32,10 @@ SETTLED = 1e-7  # the largest distance from its branch, relative to the state, a
 STILL = 10  # the same distance in units of the tolerance, if that is more
 STEPS, SEARCHING = 20000, 4000  # the most steps of a layer in all, and before it is near one of several branches
 FAR = 1e6  # the size of the state, relative to its ``reach``, beyond which a layer counts as unbounded
+FINEST = 1e-13  # the least tolerance of an integration, beside the rounding of its states
 ROOT = 1e-12  # the error of a root, relative to the state
 ROUNDED = 2.0**-51  # the rounding error of g, relative to its terms, and of an eigenvalue, relative to its size
+GROWN, LARGEST = 50, 100.0  # the growth of errors from which they are estimated, and the logarithm of the largest one
 LOOSEST, ROUGHEST = 1e-3, 1e-8  # the largest tolerances of the terms 1 .. n of a layer, and of its term 0
 UNBOUNDED = "grows beyond bounds, or its rates do"
 
@@ -41,7 +45,8 @@ class Landing:
     """A layer in numbers: by the fast time ``end`` it has settled on ``branch``, a root y of g(x_0, y, 0).
 
     ``base[k]``, k = 0 .. order, is the coefficient of mu**k in the base point, and ``rest[k]`` in the fast states
-    on the slow manifold there. ``during(tau)`` returns the ``corrections`` for tau < ``end``.
+    on the slow manifold there. ``during(tau)`` returns the ``corrections`` for tau < ``end``. ``errors(tau)`` returns
+    those of the terms, (order + 1, states), or None where errors do not grow along the layer.
     """
 
     branch: tuple
@@ -49,6 +54,7 @@ class Landing:
     base: Any
     rest: Any
     during: Callable[[np.ndarray], np.ndarray]
+    errors: Callable[[float], np.ndarray] | None = None
 
     def corrections(self, tau: np.ndarray) -> np.ndarray:
         """Return X_k - S_k and Y_k - H_k at the array ``tau``: (order + 1, states) + tau.shape; 0 from ``end`` on."""
@@ -96,8 +102,12 @@ def _over(order, extent=1.0, fading=OVER):
 
 
 def _followed(formulas, order, x, y, values, fine, coarse):
-    first = (*y, *[0.0] * (order * (len(x) + len(y))))
+    first, errors = (*y, *[0.0] * (order * (len(x) + len(y)))), None
     branch, found = _settled(formulas, first, x, y, values, order, coarse)
+    if (growth := _growth(formulas, x, values, found)) > GROWN:
+        fine = coarse = fine[0], tuple(off / growth for off in fine[1])
+        branch, found = _settled(formulas, first, x, y, values, order, fine)
+        errors = partial(_errors, *_grown(formulas, order, x, values, found, *fine))
     end, last = found[-1].after, np.array(found[-1].end)
     jets = last[len(y) :].reshape(order, -1)[:, : len(x)].ravel()
     slow = formulas.slow(order)(*x, *branch, *jets, *values)
@@ -119,7 +129,34 @@ def _followed(formulas, order, x, y, values, fine, coarse):
         powers = tau ** np.arange(count).reshape(-1, *[1] * tau.ndim)
         return np.where(tau <= fine.steps[-1].after, series - np.tensordot(slowly, powers, 1), 0.0)
 
-    return Landing(branch, end, base, rest, during)
+    return Landing(branch, end, base, rest, during, errors)
+
+
+def _growth(formulas, x, values, steps):
+    """Return a bound of the growth of errors along term 0 of a layer, exp(int r dtau) where it repels at a rate r."""
+    if formulas.affine:
+        return 1.0
+    *point, spans = np.array([(*x, *step.state[: len(formulas.fast_states)], step.after - step.t) for step in steps]).T
+    entries = np.broadcast_arrays(*formulas.arrays.jacobian(*point, *values), spans)[:-1]
+    if len(entries) > 1:
+        slopes = np.stack(entries, axis=1).reshape(len(spans), *[math.isqrt(len(entries))] * 2)
+        entries = [np.linalg.eigvals(slopes).real.max(axis=1)]
+    return math.exp(min(LARGEST, spans @ np.maximum(entries[0], 0.0)))
+
+
+def _grown(formulas, order, x, values, steps, rtol, atol):
+    """Return the ends of the steps of a layer, and the errors there: those of all steps grow by the Jacobian matrix."""
+    flow, squares, found = formulas.complexes.layer(order), np.zeros((len(atol),) * 2), list[np.ndarray]()
+    slopes = [jacobian(lambda w: flow(*x, *w, *values), on_cubic(step, 0.5)) * (step.after - step.t) for step in steps]
+    for part, step in zip(exponentials(np.array(slopes)), steps, strict=True):
+        squares = part @ squares @ part.T + np.diag((atol + rtol * np.abs(step.end)) ** 2)
+        found.append(np.sqrt(np.diag(squares)))
+    at_rest = np.zeros((len(steps), len(x)))
+    return [step.after for step in steps], np.hstack([at_rest, found]).reshape(len(steps), order + 1, -1)
+
+
+def _errors(ends, errors, tau):
+    return errors[min(bisect_left(ends, tau), len(ends) - 1)]
 
 
 def root(formulas: Formulas, x: Sequence, guess: Sequence, values: tuple) -> tuple | None:
@@ -187,7 +224,7 @@ def _tolerances(rtol, mu, order, slow, fast, first):
     levels = [max(rtol, min(rtol / mu**first, ROUGHEST))] * fast
     for k in range(1, order + 1):
         levels += [rtol / max(mu**k, rtol / LOOSEST)] * (slow + fast)
-    return max(rtol, 1e-13), tuple(levels)
+    return max(rtol, FINEST), tuple(levels)
 
 
 def _settled(formulas, first, x, y, values, order, tolerances):

@@ -23,7 +23,7 @@ import sympy as sp
 
 from asympk.asymptotics import reduced
 from asympk.asymptotics.fibre import Formulas, formulas
-from asympk.asymptotics.landing import NEAR, OVER, UNBOUNDED, abscissa, attraction, newton, reach, root
+from asympk.asymptotics.landing import FINEST, NEAR, OVER, UNBOUNDED, abscissa, attraction, newton, reach, root
 from asympk.asymptotics.nonstiff import Step, Trajectory, steps
 from asympk.asymptotics.watching import watched
 from asympk.automaton.automaton import ROUNDED, Automaton, mode_on_sides
@@ -59,6 +59,7 @@ class Task:
     """How motions are followed: in which automaton, until when, slow motion to which order, with which tolerance.
 
     With ``whole`` slow motion has all powers of mu that the fast states bring into the rates, beyond the order, too.
+    A layer from near a repelling manifold has a tolerance as much smaller, but at least ``least``.
     """
 
     automaton: Automaton
@@ -67,6 +68,7 @@ class Task:
     order: int
     rtol: float
     whole: bool = False
+    least: float = FINEST
 
     @classmethod
     def of(cls, scene: Any, order: int, rtol: float) -> "Task":
@@ -239,11 +241,12 @@ def to_the_end(task: Task, slow: Slow, path: MatchedPath) -> tuple | None:
     return state if span == task.until - path.t else None
 
 
-def _growing(task: Task, slow: Slow, t: float, state: tuple) -> float:
+def growing(task: Task, mode: NumericMode, t: float, state: tuple) -> float:
     """Return the distance of the state from a repelling manifold, at most 1, or 1 where the manifold attracts.
 
     The layer amplifies this distance, so an error of the fast states relative to it is an error in time.
     """
+    slow = slow_of(mode)
     x, y = slow.point(t, state)
     if abscissa(slow.formulas, x, y, slow.values) <= 0 or (branch := root(slow.formulas, x, y, slow.values)) is None:
         return 1.0
@@ -297,12 +300,13 @@ def _watched_steps(
 ) -> Iterator[tuple[Step, tuple[float, int] | None]]:
     """Return the steps in one mode from the end of a path, each with the first guard or law that it loses, or None."""
     system, flow, now, faded = mode.mode.system, partial(mode.field, 0.0), path.state, mode.faded(path.t, path.state)
-    least, rtol = off * _growing(task, slow, path.t, path.state), task.rtol
-    atol = tuple(least if s in system.fast else rtol for s in system.states)
+    at, rtol = (path.t, path.state), task.rtol
+    share, longest = growing(task, mode, *at), task.mu / _fastest(slow, *at)
+    atol = tuple(off * share if s in system.fast else rtol for s in system.states)
     if system.time is not None:
         flow, now = _timed(mode), (*path.state, path.t)
-    along = steps((flow,), mode.p, now, task.until - path.t, rtol, (*atol, rtol)[: len(now)], late=task.time_error,
-                  longest=task.mu / _fastest(slow, path.t, path.state), within=mode.longest_step(task.until),
+    along = steps((flow,), mode.p, now, task.until - path.t, max(task.least, rtol * share), (*atol, rtol)[: len(now)],
+                  late=task.time_error, longest=longest, within=mode.longest_step(task.until),
                   slopes=partial(_slopes, mode))
     return watched(along, lambda span, state: mode.watched_values(faded, path.t + span, state), len(atol))
 

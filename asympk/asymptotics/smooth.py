@@ -23,7 +23,7 @@ import numpy as np
 
 from asympk.asymptotics import matched, reduced
 from asympk.asymptotics.fibre import Formulas
-from asympk.asymptotics.landing import OVER, Landing, abscissa, land, newton, root
+from asympk.asymptotics.landing import FINEST, OVER, Landing, abscissa, land, newton, root
 from asympk.asymptotics.reduced import ROUNDING, Reduced
 from asympk.automaton.modes import has_switches
 from asympk.automaton.numericmode import NumericMode
@@ -39,7 +39,7 @@ FADED = 2 * OVER  # the relaxation times, without what mu adds to their rate, af
 UNSURE = 1.25  # what is left of a layer is estimated up to a factor 1 + O(mu), beside what its own way changes
 EARLY = 1 / 8  # the share of the time of a layer after which it fades as near its end
 FIRST, NEARLY = (0.0, *(2.0**k for k in range(-6, 0))), 0.1  # shares of that time at which it may be near the branch
-FINEST, COARSEST = 1e-13, 1e-7  # bounds of the tolerance of the integrations
+COARSEST = 1e-7  # the largest tolerance of the integrations
 FINER = 1e-5  # the tolerance of the integrations in units of mu^(n + 1)
 ROUGH = 1e-6  # the tolerance of the motion that tells the branch at the given mu, and the distance between branches
 WATCHED = 1e-9  # the tolerance of the motion that tells whether a switching surface is crossed
@@ -343,7 +343,17 @@ def layered_motion(
     motion = reduced.follow_reduced_flow(known, order, starts[0], mu, values, until, rtol)
     span = max((step.span for step in motion.trajectory.steps), default=None)
     beside = reduced.side_by_side(known, orders, starts, mu, values, until, rtol, span=span, alone=motion)
-    return LayeredMotion(landing, motion, beside, sums, rtol, kept, motion.errors(rtol)[list(kept)])
+    errors = motion.errors(rtol) + _passed_on(landing, motion, sums[-1])
+    return LayeredMotion(landing, motion, beside, sums, rtol, kept, errors[list(kept)])
+
+
+def _passed_on(landing: Landing, motion: Reduced, powers: np.ndarray) -> np.ndarray:
+    """Return the errors at the end of the slow motion that those of its layer make; ``powers`` are those of mu."""
+    if landing.errors is None:
+        return np.zeros(len(motion.formulas.states))
+    made = powers @ landing.errors(tau := motion.end / motion.mu)
+    off = np.abs(motion.grown.kept) @ made[: motion.grown.kept.shape[1]]
+    return motion.spread(off) + (made if tau < landing.end else 0.0)
 
 
 def _expected(motion, layered, t, slow, layer, units, ends=None, least=STEADY):

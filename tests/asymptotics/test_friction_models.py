@@ -558,6 +558,18 @@ def test_a_layer_that_starts_near_a_repelling_manifold_is_as_right_as_any_other(
     assert distance(path.final, truth.final) < path.error
 
 
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_a_layer_that_starts_within_its_errors_of_a_repelling_branch_predicts_what_they_grow_to(order):
+    """The fast state keeps to 1/2 for long beside friction; two numbers are known by Taylor series in 45 digits."""
+    system = ap.System.with_frictions(
+        {a: -a + b, w: F + b - w}, {b: (b - sp.S.Half) * (2 + a - b) * (b + 1 + a**2 / 4)},
+        frictions=[ap.Friction(velocity=w, force=F, load=1, kinetic=sp.Rational(3, 10))], small=c)
+    scene = ap.Scene(system=system, values={c: "1/1000"}, start={a: 1, w: 1, b: "0.50000001"}, until="0.06")
+    path = ap.solve(scene, "jump", order=order)
+    wrong = max(abs(path.final[0] - 1.1094445088581306), abs(path.final[2] - 3.1092709677551815)) / 3.1
+    assert wrong < path.error < max(2e-8, 1e-3 ** (order + 1))
+
+
 @pytest.mark.parametrize(("start", "until"), [(STARTS[0], "1/2000"), (STARTS[0], "7/10000"), (STARTS[2], "1/50000")])
 @pytest.mark.parametrize("order", [1, 2])
 def test_what_is_predicted_bounds_the_error_where_a_run_ends_within_a_layer(start, until, order):

@@ -1087,6 +1087,26 @@ def test_errors_that_grow_as_a_slow_motion_leaves_what_repels_it_are_predicted(m
     assert np.abs(path.final - truth).max() < path.error < 10.0 ** -(order + 1)
 
 
+LATE = {  # layers that leave a branch that repels, by 24 terms of Taylor series in 45 digits
+    "growth": ({x: -x * y / 2}, {y: y * (2 + x - y)}, (1, "1e-10"),
+               {"0.03": (0.96776623276694856, 2.9682503579459215), "0.0125": (0.99334104264574408, 2.993833241501349)}),
+    "three branches": ({x: -x + y}, {y: (y - sp.S.Half) * (2 + x - y) * (y + 1 + x**2 / 4)}, (1, "0.50000001"),
+                       {"0.06": (1.1094445088581306, 3.1092709677551815),
+                        "0.0045": (0.99848129096469573, 2.73800096810718)}),
+}
+
+
+@pytest.mark.parametrize(("name", "until"), [(name, until) for name, (*_, ends) in LATE.items() for until in ends])
+@pytest.mark.parametrize("order", [1, 2, 4])
+def test_errors_that_grow_as_a_layer_leaves_what_repels_it_are_predicted(name, until, order):
+    """The layer grew from errors of 1e-13 beside 1e-10: the error of order 4 was 1.8e-6, and 2e-11 was predicted."""
+    slow, fast, start, ends = LATE[name]
+    path = _solved(ap.System.smooth(slow, fast, mu), {mu: "1/1000"}, dict(zip((x, y), start, strict=True)), until,
+                   order=order)
+    wrong = np.abs(np.subtract(path.final, ends[until])).max() / max(ends[until])
+    assert wrong < path.error < (4e-6 if until == "0.0045" else 1e-8) + 1e-2 ** (order + 1) / 2
+
+
 @pytest.mark.parametrize("more", [0, sp.Max(0, x - 1)])
 def test_a_slow_motion_that_starts_within_its_own_errors_of_what_repels_it_is_refused_as_that(more):
     third = sp.Rational(1, 3)
