@@ -285,15 +285,15 @@ def _out_of(units: tuple[int, ...], scene: Any, path: Any) -> Path:
 
 
 def _without_series(scene: Any) -> str:
-    """Return words on a power without Taylor series, whose base is 0 at the start, or "" if there is none.
+    """Return words on a power or logarithm without Taylor series, of what is 0 at the start for mu = 0, or "".
 
     Quotients of more than one argument that have a limit there, as (exp(x) - exp(x y))/x, are among them.
     """
     system = scene.system
     given = zip((*system.states, *system.parameters), (*scene.start, *scene.values), strict=True)
-    place = {s: rational(s.name, value) for s, value in given}
-    rates = (with_removables(rate, system.states) for rate in system.rates.values())
-    powers = sorted(atoms(sp.Tuple(*rates), sp.Pow), key=str)
-    found = (p for p in powers if p.base.xreplace(place) == 0
-             and not ((power := p.exp.xreplace(place)).is_integer and power.is_nonnegative))
-    return next((f"{short(p)} has no Taylor series where {short(p.base)} = 0" for p in found), "")
+    place = {s: rational(s.name, value) for s, value in given} | {system.small: sp.S.Zero}
+    rates = (with_removables(rate, system.states) for rate in (*system.slow.values(), *system.fast.values()))
+    parts = sorted(atoms(sp.Tuple(*rates), sp.Pow, sp.log), key=str)
+    found = ((p, p.args[0].subs(system.small, 0)) for p in parts if p.args[0].xreplace(place) == 0
+             and not (p.is_Pow and (power := p.exp.xreplace(place)).is_integer and power.is_nonnegative))
+    return next((f"{short(p)} has no Taylor series where {short(base)} = 0" for p, base in found), "")

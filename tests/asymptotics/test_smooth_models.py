@@ -797,6 +797,8 @@ def test_the_base_point_in_twenty_digits_is_where_the_exact_motion_leads_back_to
         (sp.log(x) - y, (-1, 1), OutOfRange, "no finite value"),
         (x - y ** sp.Rational(3, 2), (1, 0), OutOfRange, r"\(y\*\*\(3/2\) has no Taylor series where y = 0\)"),
         ((sp.exp(x) - sp.exp(x * y)) / x - 2 * y, (0, 1), OutOfRange, r"\(1/x has no Taylor series where x = 0\)"),
+        (x - y + sp.sqrt(mu + x), (0, 1), OutOfRange, r"\(sqrt\(mu \+ x\) has no Taylor series where x = 0\)"),
+        (x - y + sp.log(mu + 2 * x), (0, 1), OutOfRange, r"\(log\(mu \+ 2\*x\) has no Taylor series where 2\*x = 0\)"),
         (sp.besselj(0, x) - y, (1, 1), InputError, "no series here"),
         (sp.gamma(x) - y, (1, 1), InputError, "no series here"),
         (sp.sign(x - y / 2), (1, 1), NotDerivable, r"stays on 2\*x - y = 0 from t = "),
