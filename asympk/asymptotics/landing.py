@@ -137,11 +137,7 @@ def _growth(formulas, x, values, steps):
     if formulas.affine:
         return 1.0
     *point, spans = np.array([(*x, *step.state[: len(formulas.fast_states)], step.after - step.t) for step in steps]).T
-    entries = np.broadcast_arrays(*formulas.arrays.jacobian(*point, *values), spans)[:-1]
-    if len(entries) > 1:
-        slopes = np.stack(entries, axis=1).reshape(len(spans), *[math.isqrt(len(entries))] * 2)
-        entries = [np.linalg.eigvals(slopes).real.max(axis=1)]
-    return math.exp(min(LARGEST, spans @ np.maximum(entries[0], 0.0)))
+    return math.exp(min(LARGEST, spans @ np.fmax(abscissas(formulas, (*point, *values)), 0.0)))
 
 
 def _grown(formulas, order, x, values, steps, rtol, atol):
@@ -192,6 +188,16 @@ def reach(formulas: Formulas, x: tuple, y: tuple, values: tuple) -> float:
 def abscissa(formulas: Formulas, x: Any, y: Any, values: tuple) -> float:
     """Return the largest real part of an eigenvalue of g_y: negative where the branch attracts."""
     return rightmost(formulas.jacobian(*x, *y, *values)).real
+
+
+def abscissas(formulas: Formulas, point: Sequence) -> np.ndarray:
+    """Return the same at states and parameters that are numbers or arrays, and NaN where g_y is not finite."""
+    with np.errstate(all="ignore"):
+        entries = np.stack(np.broadcast_arrays(*formulas.arrays.jacobian(*point), *point[:1])[:-1], axis=1)
+    finite, size = np.isfinite(entries).all(axis=1), math.isqrt(entries.shape[1])
+    slopes = np.where(finite[:, None], entries, 0.0).reshape(-1, size, size)
+    largest = np.linalg.eigvals(slopes).real.max(axis=1) if size > 1 else slopes[:, 0, 0]
+    return np.where(finite, largest, np.nan)
 
 
 def rightmost(entries: tuple) -> complex:

@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from asympk.asymptotics.fibre import Formulas
-from asympk.asymptotics.landing import ROOT, newton, rightmost, root
+from asympk.asymptotics.landing import ROOT, abscissas, newton, rightmost, root
 from asympk.asymptotics.nonstiff import EXPONENT, Trajectory, on_cubic, rates, steps
 from asympk.asymptotics.stiff import jacobian
 from asympk.asymptotics.watching import watched
@@ -454,8 +454,7 @@ def _look_within(formulas, mu, values, steps, end, check):
     point = (ends @ CUBIC).reshape(len(ends), -1)
     unseen = [0.0] * len(formulas.fast_states) if formulas.affine else ()  # g_y does not contain y
     with np.errstate(all="ignore"):
-        entries = np.broadcast_arrays(*formulas.arrays.jacobian(*point, *unseen, *values), point[0])[:-1]
-        held = entries[0] < 0 if len(entries) == 1 else _stable(entries)
+        held = abscissas(formulas, (*point, *unseen, *values)) < 0
         if formulas.bounded:
             y = formulas.arrays.height(0)(*point, mu, *values)
             held = held & np.isfinite(np.broadcast_arrays(*y, point[0])).all(axis=0)
@@ -463,14 +462,6 @@ def _look_within(formulas, mu, values, steps, end, check):
         step, share = long[k // len(SHARES)], SHARES[k % len(SHARES)].item()
         if (t := step.t + share * (step.after - step.t)) < end:
             check(step, t, step.state_at(t))
-
-
-def _stable(entries):
-    """Tell where a matrix of arrays, its entries by rows, has no eigenvalue with a real part >= 0."""
-    slopes = np.stack(entries, axis=1)
-    finite = np.isfinite(slopes).all(axis=1)
-    square = np.where(finite[:, None], slopes, 0.0).reshape(-1, *[math.isqrt(len(entries))] * 2)
-    return np.linalg.eigvals(square).real.max(axis=1) < 0
 
 
 def _check(formulas, mu, values, guards, began, left, step, high, state):
