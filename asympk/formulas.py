@@ -224,7 +224,7 @@ def _read(text: object, symbols: Mapping[str, sp.Expr], what: str) -> sp.Basic:
     if len(text) > LONGEST:
         raise InputError(f"{what}: a formula of {len(text)} characters; the longest that is read has {LONGEST}")
     for name in sorted(symbols.keys() & _OF_CONDITIONS):
-        raise InputError(f"{what}: the name {name} is reserved for conditions, as in 'a if x > 0 else b'; rename it")
+        raise InputError(f"names: {name} is reserved for conditions, as in 'a if x > 0 else b'; rename it")
     plain = {_plain(normalize("NFKC", name)): name for name in symbols}  # as Python spells names
     for name in sorted(symbols.keys() - plain.values()):
         raise InputError(f"{what}: a formula cannot tell {name} from {plain[_plain(normalize('NFKC', name))]}, which "
