@@ -15,14 +15,14 @@ coefficients are a linear combination of the coefficients of quantities that van
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
-from itertools import product
 
 import sympy as sp
 
+from asympk.automaton.contacts import coupled
 from asympk.automaton.junction import ROUNDING, which_contact
 from asympk.automaton.modes import NO_FRICTION, SWITCH, mode_of
 from asympk.certify.balls import Ball, Refused, ball, flint
-from asympk.certify.candidates import Candidates, affine_form, in_name_only, not_determined
+from asympk.certify.candidates import MOST_CANDIDATES, Candidates, affine_form, in_name_only, not_determined
 from asympk.certify.enclosure import Budget, first_event
 from asympk.certify.families import constant, stacked
 from asympk.certify.rivals import require_one_motion
@@ -112,10 +112,10 @@ def _together(lost):
 
 
 def _after(mode, guard):
-    """Return the branches that may follow a mode: any branch at a switch, else any phase of the guard's friction."""
+    """Return the phases of each contact that may follow a mode: all at a switch, else any of the guard's friction."""
     free = guard.kind == SWITCH or branches.stands(mode.branch)
     lost = range(len(mode.branch)) if free else (guard.friction, *guard.others)
-    return product(*(all_phases(mode.system, k) if k in lost else (phase,) for k, phase in enumerate(mode.branch)))
+    return [all_phases(mode.system, k) if k in lost else (phase,) for k, phase in enumerate(mode.branch)]
 
 
 def _own_sides(mode):
@@ -181,7 +181,7 @@ class _Modes(Candidates):
         Where a contact slips in name only, the name of any may change.
         """
         held = branches.at_rest(mode.branch) - {guard.friction, *guard.others}
-        first = [] if in_name_only(mode.sided, mode.branch) else [_after(mode, guard)]
+        first = [] if in_name_only(mode.sided, mode.branch) else [self.every(state, _after(mode, guard))]
         return self.chosen([*first, self.every(state)], state, guard.kind, mode.branch, held)
 
     def ahead(self, guards, segment, remaining, since, budget):
@@ -298,7 +298,10 @@ class _Modes(Candidates):
         verdicts: dict = {}
         self.look_at(state)
         for candidates in tiers:
-            for branch in sorted(candidates, key=lambda branch: -len(branches.at_rest(branch))):
+            for tried, branch in enumerate(sorted(candidates, key=lambda branch: -len(branches.at_rest(branch)))):
+                if tried == MOST_CANDIDATES:
+                    raise Refused(f"candidates: over {tried} choices of phases may follow {what}; move the start a "
+                                  "little")
                 verdicts |= self._verdicts(branch, state)
                 if any(verdict > 0 and branches.stands(mode.branch) for mode, (verdict, _) in verdicts.items()):
                     break  # no other candidate has more frictions at rest
@@ -369,7 +372,10 @@ class _Modes(Candidates):
 
     def _may_leave_rest(self, branch, k, state):
         """Tell whether a branch may hold in which contact k slips, and not in name only, as others hold it."""
-        found = self._verdicts(branch, state) if forces.determined(self.here, branch) else {}
+        group = next(group for group in coupled(self.here) if k in group)
+        signs = self.signs(group, tuple(branch[j] for j in group), state)
+        held = -1 in signs.values() or not forces.determined(self.here, branch)
+        found = {} if held else self._verdicts(branch, state)
         return any(verdict >= 0 and self._slips(mode, k, state) for mode, (verdict, _) in found.items())
 
     def _slips(self, mode, k, state):

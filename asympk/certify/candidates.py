@@ -7,18 +7,21 @@ excludes a branch whose forces are not determined where every corner of these fo
 ``forcing`` finds the waves that force any mode, over which all rows are.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
 from itertools import chain, combinations, islice, product
+from math import prod
 
 import sympy as sp
 
 from asympk.affine.forcing import CONSTANT, Wave, with_derivatives
 from asympk.affine.form import Form, affine_parts, form_of, row_over
+from asympk.automaton.contacts import coupled, feels_directions
 from asympk.automaton.modes import GuardedMode, mode_of, on_all_sides, turning
-from asympk.certify.balls import Refused
+from asympk.certify.balls import Refused, flint
 from asympk.certify.rows import (
     EnclosedState,
     ExactEntries,
@@ -34,11 +37,15 @@ from asympk.certify.segments import AffineGuard, EnclosedMode
 from asympk.numbers import Number
 from asympk.symbolic import branches, forces
 from asympk.symbolic.branches import Branch, Phase, all_phases
+from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.guards import NEVER_IDLE, sample_branches, unused_rows
+from asympk.symbolic.long import replaced, symbols_in
 from asympk.symbolic.sides import inside, is_switched, is_whole, measured, on_sides, phases, system_on_sides
 from asympk.symbolic.system import System
 
 MOST_CORNERS = 200
+MOST_CANDIDATES, MOST_LISTED = 3**6, 3**9
+MOST_PIVOTS, MOST_ORDERS = 200, 8
 
 
 @lru_cache(maxsize=64)
@@ -80,6 +87,15 @@ def affine_form(mode: GuardedMode, waves: tuple[Wave, ...] | None = None) -> For
 def _to_place(opened, mode):
     """Return those of some phases of a mode that do not switch themselves; these follow on the sides of the others."""
     return [phase for phase in opened if not is_switched(measured(phase), mode.moving)] or opened
+
+
+@lru_cache(maxsize=256)
+def _alone(system, group):
+    """Return a system with some of its frictions alone, without the forces of all others."""
+    own = [system.frictions[k] for k in group]
+    others = dict.fromkeys({*system.pushes}.difference(*((f.force, f.normal) for f in own)), sp.S.Zero)
+    slow, fast = ({s: replaced(rate, others) for s, rate in rates.items()} for rates in (system.slow, system.fast))
+    return replace(system, slow=slow, fast=fast, frictions=own) if others else system
 
 
 def in_name_only(system: System, branch: Branch) -> set[int]:
@@ -182,22 +198,105 @@ class Candidates:
         """Return the row of an expression on the sides of a mode."""
         return tuple(map(self.field.exact, row_of(mode, expr, self.waves)))
 
-    def every(self, state: EnclosedState) -> Iterator[Branch]:
-        """Yield the branches that the signs of velocities and loads at a state, where certain, do not exclude."""
-        yield from product(*(self._phases(k, state) for k in range(len(self.system.frictions))))
+    def every(self, state: EnclosedState, among: Sequence[Iterable[Phase]] = ()) -> Iterator[Branch]:
+        """Yield the branches that the signs of velocities, loads and guards at a state, where certain, do not exclude.
 
-    def _phases(self, k, state):
-        """Return the phases of contact k that the signs of its velocity and load at a state do not exclude."""
+        ``among`` are the phases of each contact that count, by default all. What excludes phases of coupled contacts
+        does so beside any phases of the others. Raises ``Refused`` where too many branches are left.
+        """
+        among = among or [all_phases(self.system, k) for k in range(len(self.system.frictions))]
+        phases, fitting = [self._phases(k, state, found) for k, found in enumerate(among)], []
+        for group in coupled(self.here):
+            choices = self._choices(group, phases, state)
+            many = prod(map(len, choices)) > MOST_CANDIDATES  # none may be needed but the first, all at rest
+            fitting.append([dict(zip(group, own, strict=True)) for own in islice(product(*choices), MOST_LISTED)
+                            if many or -1 not in self.signs(group, own, state).values()])
+        if (found := prod(map(len, fitting))) >= MOST_LISTED:
+            raise Refused(f"candidates: over {found - 1} choices of phases may follow at once; move the start a little")
+        for choice in product(*fitting):
+            own = {k: phase for part in choice for k, phase in part.items()}
+            yield tuple(own[k] for k in sorted(own))
+
+    def signs(
+        self, group: tuple[int, ...], own: Branch, state: EnclosedState, orders: int = MOST_ORDERS
+    ) -> dict[tuple, int | None]:
+        """Return the signs of the guards of coupled contacts by their keys; none where forces are not determined.
+
+        A guard that vanishes, and a velocity one order later, has the sign of the first of its rates, up to ``orders``,
+        that is not 0. It is 0 or None where this may depend on the phases of other contacts.
+        """
+        alone = _alone(self.here, group)
+        if not forces.determined(alone, own):
+            return {}
+        mode = mode_of(alone, own)
+        guards = (guard for guard in (*mode.guards, *mode.fixed_guards) if guard.kind not in NEVER_IDLE)
+        return {guard.key: self._first_sign(mode, guard, state, orders) for guard in guards}
+
+    def _first_sign(self, mode, guard, state, orders):
+        others = {*self.here.pushes} - {*mode.system.pushes}
+        moved = {s for s, rate in self.here.rates.items() if symbols_in(rate) & others}
+        expr, sign = guard.value, self._sign(guard.value, state, mode)
+        for _ in range(orders + (guard.kind == "velocity_zero")):
+            if sign != 0 or symbols_in(expr) & moved:
+                break
+            expr = mode.drift(expr)
+            sign = self._sign(expr, state, mode)
+        return sign
+
+    def _choices(self, group, phases, state):
+        """Return the phases of each of some coupled contacts; where friction has one solution, those that it leaves.
+
+        From rest on, the first contact with a negative guard changes its phase (Lemma 19).
+        """
+        choices, turning = [phases[k] for k in group], {"velocity_zero": (0, 0), "slip_onset": (1, -1)}
+        own = [next((p for p in found if p.mode == "stick"), found[0]) for found in choices]
+        undecided = [k for k in group if len(phases[k]) > 1]
+        if len(undecided) < 2 or not self._has_one_solution(undecided, phases, state):
+            return choices
+        for _ in range(MOST_PIVOTS):
+            signs = self.signs(group, (*own,), state, 0)
+            if not (wrong := [key for key, sign in signs.items() if sign == -1]):
+                break
+            kind, k, upper = wrong[0]
+            own[k] = own[k]._replace(velocity=turning[kind][upper])
+        tied = {k for (_, k, _), sign in signs.items() if sign == 0}
+        known = {*signs.values()} <= {0, 1}
+        return [found if k in tied or not known else [own[k]] for k, found in enumerate(choices)]
+
+    def _has_one_solution(self, undecided, phases, state):
+        """Tell whether the friction of contacts, whose velocities vanish at a state, has one solution (Lemma 19)."""
+        resting = [self.system.frictions[k] for k in undecided]
+        if feels_directions(self.system) or any(branches.is_pushed(self.system, k) for k in undecided):
+            return False
+        if any(len({(p.load, p.slips or p.mode == "stick") for p in phases[k]}) > 1 for k in undecided):
+            return False
+        if any(f.static != f.kinetic or self._sign(f.velocity, state) != 0 for f in resting):
+            return False
+        rates = [branches.rate_along(self.system, f.velocity) for f in resting]
+        with suppress(Refused):
+            rows = [[self.field.ball(self.field.exact(slope_by(rate, f.force))) for f in resting] for rate in rates]
+            G = flint().arb_mat(rows) + flint().arb_mat(rows).transpose()
+            parts = (flint().arb_mat([row[:n] for row in G.tolist()[:n]]) for n in range(1, len(rows) + 1))
+            return all(part.det() > 0 for part in parts)
+        return False
+
+    def _phases(self, k, state, among):
+        """Return those phases of contact k that the signs of its velocity, load and gap at a state do not exclude."""
         friction = self.here.frictions[k]
         velocity = self._sign(friction.velocity, state)
         load = None if branches.is_pushed(self.here, k) else self._sign(friction.load, state)
-        return [phase for phase in all_phases(self.system, k) if phase.is_open or phase.smooth or (
-            velocity in (None, 0, phase.velocity) and load in (None, 0, phase.load))]
+        gap = 0 if friction.gap is None else self._sign(friction.gap, state)
+        apart = gap == 1 or (gap == -1 and friction.rigid)
+        return [phase for phase in among if (gap != -1 if phase.is_open else not apart and (
+            phase.smooth or (velocity in (None, 0, phase.velocity) and load in (None, 0, phase.load))))]
 
-    def _sign(self, expr, state):
-        """Return the sign of an expression at a state, or None where it is not certain, or depends on a switch."""
+    def _sign(self, expr, state, mode=None):
+        """Return the sign of an expression of a mode, by default of none, at a state, or None.
+
+        It is None where the sign is not certain, or depends on a switch.
+        """
         with suppress(Refused):
-            return sign_at(self._plain_row(expr), state)
+            return sign_at(self.row(mode or self._plain, expr), state)
 
     def _plain_row(self, expr):
         """Return the row of an expression of the states alone, which is the same in every mode."""
@@ -251,7 +350,7 @@ class Candidates:
                 if not slips or self._moves_freely(branch):
                     raise not_determined(branch)
                 yield branch
-            elif all(phase in self._phases(k, state) for k, phase in enumerate(branch)):
+            elif all(self._phases(k, state, [phase]) for k, phase in enumerate(branch)):
                 yield from self._corners(branch)
 
     def _moves_otherwise(self, branch, carried=()):

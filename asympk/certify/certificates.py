@@ -8,9 +8,10 @@ Each mode is followed in closed form in balls (``enclosure``). At an event the v
 value, and the next mode is decided by inequalities that hold at every point of the balls. An inequality that is not
 certain is an obstacle to the proof: ``grazing`` (a guard may or may not vanish), ``edge`` (z = 0 met on an edge of the
 static cone, or no certain next mode), ``simultaneous`` (two events), ``horizon`` (an event that may be at the end),
-``unstable plane`` (the balls contain a point of Pi2), ``start``, ``too many`` (events), ``undecided`` (the allowed work
-is spent), and the obstacles of ``rows`` and ``spectrum``. The modes of the rod, their coefficients and their
-succession are written here independently of the flow: a proof must not rest on the code that it checks.
+``unstable plane`` (the balls contain a point of Pi2), ``start``, ``too many`` (events), ``candidates`` (too many next
+modes), ``undecided`` (the allowed work is spent), and the obstacles of ``rows`` and ``spectrum``. The modes of the rod,
+their coefficients and their succession are written here independently of the flow: a proof must not rest on the code
+that it checks.
 """
 
 import math

@@ -10,10 +10,11 @@ of a row shortly after a state.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, reduce
 from math import lcm, prod
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -252,7 +253,8 @@ def _irrational(expr: sp.Expr) -> Iterator[sp.Expr]:
         yield expr
 
 
-class EnclosedState(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class EnclosedState:
     """The family of (w, 1), its exact entries where known (else None), and rows ``null`` that vanish at this state.
 
     ``time`` is the exact time of the state where known, else None.
@@ -268,6 +270,17 @@ class EnclosedState(NamedTuple):
     def balls(self) -> list[Ball]:
         """The states of all points of the box."""
         return self.family.whole.real.entries()
+
+    @cached_property
+    def vanishing(self) -> list[tuple[int, Row]]:
+        """The rows ``null`` in echelon form."""
+        return _echelon(self.null, self.field, range(len(self.exact)))
+
+    @cached_property
+    def unsharp(self) -> list[tuple[int, Row]]:
+        """The rows ``null`` in echelon form, the states that are known least first."""
+        known = self.balls
+        return _echelon(self.null, self.field, sorted(range(len(known)), key=lambda k: -float(known[k].rad())))
 
 
 def leading_sign(row: Row, matrix: tuple[Row, ...], state: EnclosedState) -> int | None:
@@ -294,7 +307,7 @@ def sign_at(row: Row, state: EnclosedState) -> int | None:
         if isinstance(value, int | Fraction):
             return (value > 0) - (value < 0)
         return (certain_sign(state.field.ball(value)) or None) if value else 0
-    if spanned(row, state.null, state.field):
+    if not any(_reduced(row, state.vanishing)):
         return 0
     return certain_sign(ball_at(row, state)) or certain_sign(ball_at(sharpened(row, state), state)) or None
 
@@ -315,8 +328,10 @@ def ball_at(row: Row, state: EnclosedState) -> Ball:
 
 def row_rate(row: Row, matrix: tuple[Row, ...]) -> Row:
     """Return the row of the time derivative of a row, ``r M``, where the state moves by ``(w, 1)' = M (w, 1)``."""
-    columns = zip(*matrix, strict=True)
-    return tuple(sum(c * m for c, m in zip(row, column, strict=True) if c and m) for column in columns)
+    found = [0] * len(row)
+    for c, rates in zip(row, matrix, strict=True):
+        found = [total + c * m if m else total for total, m in zip(found, rates, strict=True)] if c else found
+    return tuple(found)
 
 
 def spanned(row: Row, rows: Iterable[Row], field: ExactEntries) -> bool:
@@ -340,9 +355,7 @@ def quotient(row: Row, other: Row, rows: Iterable[Row], field: ExactEntries) -> 
 
 def sharpened(row: Row, state: EnclosedState) -> Row:
     """Return a row of the same value at a state: the rows that vanish there take away what is known least."""
-    known = state.balls
-    rank = sorted(range(len(row)), key=lambda k: -float(known[k].rad()))
-    found = _reduced(row, _echelon(state.null, state.field, rank))
+    found = _reduced(row, state.unsharp)
     return found if all(state.field.ball(c).is_finite() for c in found) else row
 
 
@@ -360,5 +373,5 @@ def _reduced(row, basis):
     for place, other in basis:
         if row[place]:
             factor = row[place] / other[place]
-            row = tuple(a - factor * b for a, b in zip(row, other, strict=True))
+            row = tuple(a - factor * b if b else a for a, b in zip(row, other, strict=True))
     return row

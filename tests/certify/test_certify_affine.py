@@ -1357,6 +1357,49 @@ def test_of_all_modes_of_a_chain_only_those_are_tried_that_the_signs_of_its_velo
     assert inside(proof, path)
 
 
+def blocks_in_line(many, stacked=False):
+    """Return blocks at rest that springs join, or that lie on one another, of which cos t moves the last."""
+    places, rates, forces = (sp.symbols(f"{name}1:{many + 1}", real=True) for name in ("p", "r", "H"))
+    pulls = [before - 2 * p + after for before, p, after in zip((0, *places), places, (*places[1:], 0), strict=False)]
+    if stacked:
+        pulls = [-H for H in (*forces[1:], 0)]
+    pulls[-1] += 2 * sp.cos(t)
+    slow = {**dict(zip(places, rates, strict=True)), **{r: a + H for r, a, H in zip(rates, pulls, forces, strict=True)}}
+    slips = [r - (before if stacked else 0) for before, r in zip((0, *rates), rates, strict=False)]
+    loads = range(many, 0, -1) if stacked else [1] * many
+    contacts = [ap.Friction(*contact, kinetic=sp.Rational(1, 2)) for contact in zip(slips, forces, loads, strict=True)]
+    system = ap.System.with_frictions(slow, {}, contacts, time=t)
+    return ap.Scene(system=system, start=dict.fromkeys(map(str, (*places, *rates)), 0), until=2)
+
+
+@pytest.mark.parametrize("stacked", [False, True])
+def test_of_blocks_at_rest_only_modes_are_tried_that_no_guard_of_coupled_contacts_excludes(stacked):
+    """All choices of phases are 3**8; those of blocks that lie on one another are coupled (Lemmas 12 and 19)."""
+    scene = blocks_in_line(8, stacked)
+    proof, path = certify(scene), ap.solve(scene)
+    assert proven(proof)
+    assert proof.modes == path.modes
+    assert inside(proof, path)
+
+
+def test_blocks_whose_friction_is_all_used_up_at_the_same_times_are_proven_to_rest():
+    """cos t is 1 - t^2/2 + .. at the start, and -1 + .. at pi: beside rest each way of slip is to be excluded."""
+    rates, forces = (sp.symbols(f"{name}1:8", real=True) for name in ("r", "H"))
+    contacts = [ap.Friction(r, H, load=1, kinetic=1) for r, H in zip(rates, forces, strict=True)]
+    slow = {r: sp.cos(t) + H for r, H in zip(rates, forces, strict=True)}
+    system = ap.System.with_frictions(slow, {}, contacts, time=t)
+    assert proven(certify(ap.Scene(system=system, start=dict.fromkeys(map(str, rates), 0), until=4)))
+
+
+def test_too_many_choices_of_phases_are_refused_by_name():
+    """Where static friction exceeds kinetic friction, coupled contacts may have several motions (Lemma 19)."""
+    scene = blocks_in_line(10, stacked=True)
+    contacts = [replace(f, static=1) for f in scene.system.frictions]
+    system = replace(scene.system, frictions=contacts)
+    found = certify(ap.Scene(system=system, start=dict(zip(scene.names, scene.start, strict=True)), until=2))
+    assert found.obstacle == "candidates"
+
+
 SLOPE = """coordinates = ["X", "Y"]
 lagrangian = "m*(X'^2 + Y'^2)/2 - m*g*Y"
 gap = "Y - a*X"
