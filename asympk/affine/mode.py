@@ -5,7 +5,7 @@ digits before they are rounded, so that the weight of a fast part which does not
 ``AffineMode`` holds exact data, ``AffineFlow`` the tables of one arithmetic, ``ClosedSegment`` the motion from a start.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -26,6 +26,7 @@ from asympk.numbers import Arithmetic, Number
 
 _LOST_BITS = 64
 _NEAR = 1e-6
+_WAVE = 0, 0, 0, None  # the power, the decay and the amplitude of a wave alone
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,17 @@ class AffineMode:
     def homogeneous(self) -> tuple[tuple[Fraction, ...], ...]:
         """The rows of M in ``(w, 1)' = M (w, 1)``."""
         return (*self.rows, (Fraction(0),) * (len(self.rows) + 1))
+
+    def touches(self, guard: int, waves: Sequence[tuple], zeros: Collection[int]) -> bool:
+        """Tell whether a guard is ``c + a cos(w t) + b sin(w t)`` with c^2 = a^2 + b^2, c > 0: it never falls below 0.
+
+        It is so while the states ``zeros`` stay 0; the ``waves`` are those of ``forcing.with_waves``.
+        """
+        row, states = self.guards[guard], len(self.rows) - len(waves)
+        kinds = {(power, *decay, place, turn)
+                 for c, (power, decay, turn, _, place) in zip(row[states:], waves, strict=False) if c}
+        alone = all(k in zeros for k, c in enumerate(row[:states]) if c) and [kind[:4] for kind in kinds] == [_WAVE]
+        return alone and row[-1] > 0 and sum(c * c for c in row[states:-1]) == row[-1] ** 2
 
     def exponential(self, digits: int) -> Exponential:
         """Return ``e^{M t}`` to ``digits`` digits, and to more where a coefficient of a guard has many zeros.
@@ -193,14 +205,14 @@ class ClosedSegment:
     ``sizes``, by default ``|start|``, are the sizes to which the errors of the start are proportional. A guard that is
     0 at the start within rounding, or is one of ``zeros``, is set to 0 there. If its slope is 0 at all times, the guard
     vanishes identically and is set to 1, so that it is never lost. So is one of those ``zeros`` that are ``level``,
-    whose slopes vanish at the start, if it returns to 0 without end (Lemma 20). With ``snapped=False`` no other guard
-    is changed.
+    whose slopes vanish at the start, if it returns to 0 without end (Lemma 20), and so are the ``touching`` ones. With
+    ``snapped=False`` no other guard is changed.
     """
 
     def __init__(
         self, flow: AffineFlow, start: Sequence[Number] | np.ndarray,
         sizes: Sequence[Number] | np.ndarray | None = None, snapped: bool = True, zeros: Sequence[int] = (),
-        level: Sequence[int] = (),
+        level: Sequence[int] = (), touching: Sequence[int] = (),
     ):
         m = self.m = flow.m
         self.flow, self.functions = flow, len(flow.rate)
@@ -211,7 +223,7 @@ class ClosedSegment:
         first, off = self.guards[self.functions], abs(flow.rows) @ self.size
         vanishing, moves = abs(first) <= off * max(m.margin, m.slack), self.slopes.any(axis=0)
         vanishing[[*zeros]] = True
-        self.returning = [*filter(self._returns, level)]
+        self.returning = [*filter(self._returns, level), *touching]
         vanishing[self.returning] = False
         self.zero, self.held = (np.flatnonzero(vanishing & snapped & some).tolist() for some in (moves, ~moves))
         first[self.zero] = m.number(0)
@@ -241,7 +253,7 @@ class ClosedSegment:
         start, size = (np.array([*map(float, values[: len(self.start)])]) for values in (self.start, self.size))
         if not np.isfinite(size).all():
             raise OverflowError
-        return ClosedSegment(self.flow.mode.in_doubles, start, size, snapped=False, level=self.returning)
+        return ClosedSegment(self.flow.mode.in_doubles, start, size, snapped=False, touching=self.returning)
 
     def state(self, t: Number) -> np.ndarray:
         """Return the state (n,) at the time t."""

@@ -236,7 +236,8 @@ def _followed(m, task, done):
         start, known = _with_waves(m, waves, t, late, state)
         vanishing = _vanishing(mode, t, state, segments)
         zeros = [q for q, guard in enumerate(kept) if guard in vanishing]
-        segment = ClosedSegment(flow, start, known, zeros=zeros, level=zeros if _begins_to_slip(mode, segments) else ())
+        segment = ClosedSegment(flow, start, known, zeros=zeros, level=zeros if _begins_to_slip(mode, segments) else (),
+                                touching=_touching(mode, flow.mode, waves, kept, state, segments))
         if segment.held and m.margin:  # what stays 0 is idle: rounding has taken the motion out of the start
             raise Undecided
         span, hits = _span(task, m, mode, segment, until - t - late, len(segments))
@@ -289,6 +290,19 @@ def _vanishing(mode, t, state, segments):
               if not (was.is_open or now.is_open) and was.velocity != now.velocity
               and not (k in jumping and mode.signs((jumping[k],), t, state)[0])}
     return [k for k, (kind, friction) in enumerate(mode.kinds) if kind == "velocity_zero" and friction in turned]
+
+
+def _touching(mode, affine_mode, waves, kept, state, segments):
+    """Return the edges of stick that touch 0 and never fall, as that of a block driven by as much as friction bears.
+
+    The states that stay 0 are those at rest and, from an exact start, those that only such states move.
+    """
+    edges = [q for q, guard in enumerate(kept) if waves and mode.kinds[guard][0] == "slip_onset"]
+    moves = {k: {j for j, c in enumerate(affine_mode.rows[k]) if c} for k, w in enumerate(state) if edges and not w}
+    zeros = {k for k in moves if not (segments and moves[k])}
+    while driven := {k for k in zeros if moves[k] - zeros}:
+        zeros -= driven
+    return [q for q in edges if affine_mode.touches(q, waves, zeros)]
 
 
 def _begins_to_slip(mode, segments):

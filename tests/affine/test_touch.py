@@ -49,6 +49,18 @@ def test_a_block_that_leaves_its_belt_alone_is_followed_past_any_number_of_touch
     assert [float(w) for w in path.final] == pytest.approx([0.5 + mpmath.sin(turn), mpmath.cos(turn)], abs=2e-13)
 
 
+@pytest.mark.parametrize(("static", "until"), [("1/2", 300), ("1/2", 10**9), ("5/4", 10**9)])
+@pytest.mark.few(1)
+def test_a_block_driven_by_as_much_as_friction_bears_rests_past_any_number_of_touches(static, until):
+    """Each touch took some 20 ms: two runs in ever more digits agreed on it. Only a larger drive moves the block."""
+    bound = sp.Rational(static)
+    friction, drive = ap.Friction(v, F, 1, sp.S.Half, bound), 3 * sp.cos(2 * t) / 5 - 4 * sp.sin(2 * t) / 5
+    for size, moves in ((1, False), (1 + sp.Rational(1, 10**12), True)):
+        block = ap.System.with_frictions({x: v, v: bound * size * drive + F}, {}, (friction,), time=t)
+        path = ap.solve(ap.Scene(system=block, start=(0, 0), until=4 if moves else until))
+        assert (len(path.events) > 0) == moves
+
+
 @pytest.mark.slow
 def test_a_block_that_leaves_its_belt_alone_is_followed_beside_one_that_turns_soon_after():
     """The guard of the last counted as one that vanishes, and the slope was asked for of what was left of it."""
