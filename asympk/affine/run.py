@@ -32,6 +32,7 @@ from asympk.symbolic.system import System
 from asympk.systems.automata import automaton_of
 
 MOST_SPARE = 300  # digits beyond four times those asked for, up to which a run is repeated
+_FADED = 3  # times the digits of a run: a velocity of which less is left counts as 0 where a mode begins
 TRUSTED = 5e-14  # the largest estimated error of a run in doubles that is returned as it is
 TRUSTED_EVENTS = 1e-8  # the largest estimated error of a run in doubles whose sequence of events is trusted
 _WITHIN = np.arange(1, 17) / 16  # parts of a segment at which its states are looked at
@@ -235,7 +236,8 @@ def _followed(m, task, done):
         late = segments[-1].work.late if segments and segments[-1].t == t else m.number(0)
         start, known = _with_waves(m, waves, t, late, state)
         vanishing = _vanishing(mode, t, state, segments)
-        zeros = [q for q, guard in enumerate(kept) if guard in vanishing]
+        zeros = [q for q, guard in enumerate(kept) if guard in vanishing or (
+            done and mode.kinds[guard][0] == "velocity_zero" and _has_faded(m, flow.rows[q], start, done[-1].segment))]
         segment = ClosedSegment(flow, start, known, zeros=zeros, level=zeros if _begins_to_slip(mode, segments) else (),
                                 touching=_touching(mode, flow.mode, waves, kept, state, segments))
         if segment.held and m.margin:  # what stays 0 is idle: rounding has taken the motion out of the start
@@ -290,6 +292,13 @@ def _vanishing(mode, t, state, segments):
               if not (was.is_open or now.is_open) and was.velocity != now.velocity
               and not (k in jumping and mode.signs((jumping[k],), t, state)[0])}
     return [k for k, (kind, friction) in enumerate(mode.kinds) if kind == "velocity_zero" and friction in turned]
+
+
+def _has_faded(m, row, start, before):
+    """Tell whether a velocity is nothing beside what the segment ``before`` had begun with: it creeps to rest."""
+    sizes = zip(row[:-1], before.start, strict=False)
+    value = abs(sum(c * w for c, w in zip(row, [*start, 1], strict=True)))
+    return 0 < value <= m.eps**_FADED * sum(abs(c * w) for c, w in sizes)
 
 
 def _touching(mode, affine_mode, waves, kept, state, segments):

@@ -87,6 +87,19 @@ def test_a_block_that_leaves_its_belt_alone_is_followed_beside_one_that_turns_so
     assert path.final == pytest.approx([*map(float, ap.solve(path.scene, digits=25).final)], abs=1e-13)
 
 
+@pytest.mark.slow
+def test_a_block_that_creeps_to_rest_is_followed_on_when_a_block_beside_it_begins_to_move():
+    """Critically damped, it slips at 1e-274 then. Whether this falls to 0 at once no digits showed."""
+    friction, beside = ap.Friction(v, F, 1, sp.Rational(1, 3)), ap.Friction(w, G, 1, sp.Rational(1, 5))
+    rates = {x: v, v: -(10**6) * x - 2000 * v + y - x + F, y: w, w: x - y - w / 10 + sp.cos(t) + G}
+    blocks = ap.System.with_frictions(rates, {}, (friction, beside), time=t)
+    path = ap.solve(ap.Scene(system=blocks, start=(1, 0, 1, 0), until=5))
+    ways = ("slip_same", "stick", "slip_opposite", "slip_same")
+    assert path.modes[:4] == tuple(f"slip_opposite+{way}" for way in ways)
+    rough = ap.solve(path.scene, method="lsoda", rtol=1e-10, atol=1e-12)
+    assert path.final == pytest.approx([*map(float, rough.final)], abs=1e-7)
+
+
 def test_a_touch_is_found_at_a_few_times_however_many_digits_decide_it(monkeypatch):
     """Bounds in doubles rule out the times between, and a guard that is bent upward has one least value."""
     looks, at = [], Guards.at
