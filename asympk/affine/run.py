@@ -32,6 +32,7 @@ from asympk.symbolic.system import System
 from asympk.systems.automata import automaton_of
 
 MOST_SPARE = 300  # digits beyond four times those asked for, up to which a run is repeated
+_TOUCHED = "slip_onset", "lift_off", "force_zero"  # a mode goes on where one of these guards only touches 0
 _FADED = 3  # times the digits of a run: a velocity of which less is left counts as 0 where a mode begins
 TRUSTED = 5e-14  # the largest estimated error of a run in doubles that is returned as it is
 TRUSTED_EVENTS = 1e-8  # the largest estimated error of a run in doubles whose sequence of events is trusted
@@ -302,16 +303,16 @@ def _has_faded(m, row, start, before):
 
 
 def _touching(mode, affine_mode, waves, kept, state, segments):
-    """Return the edges of stick that touch 0 and never fall, as that of a block driven by as much as friction bears.
+    """Return the guards that touch 0 and never fall, as the edge of stick under a drive as large as friction.
 
     The states that stay 0 are those at rest and, from an exact start, those that only such states move.
     """
-    edges = [q for q, guard in enumerate(kept) if waves and mode.kinds[guard][0] == "slip_onset"]
-    moves = {k: {j for j, c in enumerate(affine_mode.rows[k]) if c} for k, w in enumerate(state) if edges and not w}
+    found = [q for q, guard in enumerate(kept) if waves and mode.kinds[guard][0] in _TOUCHED]
+    moves = {k: {j for j, c in enumerate(affine_mode.rows[k]) if c} for k, w in enumerate(state) if found and not w}
     zeros = {k for k in moves if not (segments and moves[k])}
     while driven := {k for k in zeros if moves[k] - zeros}:
         zeros -= driven
-    return [q for q in edges if affine_mode.touches(q, waves, zeros)]
+    return [q for q in found if affine_mode.touches(q, waves, zeros)]
 
 
 def _begins_to_slip(mode, segments):

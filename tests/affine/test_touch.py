@@ -87,6 +87,15 @@ def test_a_block_that_leaves_its_belt_alone_is_followed_beside_one_that_turns_so
     assert path.final == pytest.approx([*map(float, ap.solve(path.scene, digits=25).final)], abs=1e-13)
 
 
+def test_a_rigid_contact_that_the_pull_of_its_ground_unloads_for_no_time_stays_closed_without_end():
+    """Its reaction is 1 - sin(t), and the block upon it neither slows down nor opens at the touches."""
+    ground = ap.Friction(v, F, G, sp.Rational(1, 100), gap=y, normal=G, constraint=G + sp.sin(t) - 1)
+    block = ap.System.with_frictions({x: v, v: F, y: w, w: sp.sin(t) - 1 + G}, {}, (ground,), time=t)
+    path = ap.solve(ap.Scene(system=block, start={"x": 0, "v": 10, "y": 0, "w": 0}, until=900))
+    assert [(event.kind, path.modes[-1]) for event in path.events] == []
+    assert path.final[1] == pytest.approx(10 - (900 + math.cos(900) - 1) / 100, abs=1e-13)
+
+
 @pytest.mark.slow
 def test_a_block_that_creeps_to_rest_is_followed_on_when_a_block_beside_it_begins_to_move():
     """Critically damped, it slips at 1e-274 then. Whether this falls to 0 at once no digits showed."""
