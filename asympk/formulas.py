@@ -128,7 +128,7 @@ def read_formula(text: object, symbols: Mapping[str, sp.Expr], what: str = "form
     found = _read(text, symbols, what)
     if not isinstance(found, sp.Expr):
         raise InputError(f"{what} = {short(text)}: it is a relation; give an expression")
-    if found.has(*NOT_FINITE, sp.I):
+    if not _is_real(found):
         raise InputError(f"{what} = {short(text)}: it is not a finite real expression")
     return found
 
@@ -224,7 +224,7 @@ def _read(text: object, symbols: Mapping[str, sp.Expr], what: str) -> sp.Basic:
     if len(text) > LONGEST:
         raise InputError(f"{what}: a formula of {len(text)} characters; the longest that is read has {LONGEST}")
     for name in sorted(symbols.keys() & _OF_CONDITIONS):
-        raise InputError(f"names: {name} is reserved for conditions, as in 'a if x > 0 else b'; rename it")
+        raise InputError(f"names: {name} is reserved for conditions, as in 'x > 0 and y > 0'; rename it")
     plain = {_plain(normalize("NFKC", name)): name for name in symbols}  # as Python spells names
     for name in sorted(symbols.keys() - plain.values()):
         raise InputError(f"{what}: a formula cannot tell {name} from {plain[_plain(normalize('NFKC', name))]}, which "
@@ -241,6 +241,12 @@ def _read(text: object, symbols: Mapping[str, sp.Expr], what: str) -> sp.Basic:
         raise
     except (ArithmeticError, ValueError):  # of SymPy, which has no digits for an integer as large as exp(10^6)
         raise InputError(f"{what} = {short(text)}: a number in it is too large; write it without") from None
+
+
+def _is_real(expr: sp.Expr) -> bool:
+    """Tell whether no part of an expression is a number that is not finite or not real, as sqrt(-1) and asin(2)."""
+    return not (expr.has(*NOT_FINITE, sp.I) or any(
+        part.is_real is False for part in expr.atoms(sp.Function, sp.Pow) if part.is_number))
 
 
 def _degree(expr: sp.Expr) -> int:
@@ -288,8 +294,8 @@ class _Reader:
                 return self._operations(node, depth)
             case ast.Call():
                 return self._call(node, depth)
-            case ast.Compare():
-                return self._relation(node, depth)
+            case ast.Compare() | ast.BoolOp() | ast.UnaryOp(op=ast.Not()):
+                return self._condition(node, depth)
         if not self.symbols:
             raise _no_number(self.what, self.text)
         raise self._refuse("it may hold numbers, names, + - * / ** and functions")
@@ -407,10 +413,12 @@ class _Reader:
                 return sp.Not(self._condition(node.operand, depth + 1))
             case ast.Compare():
                 return self._relation(node, depth)
-        raise self._refuse("a piece holds where a relation does, such as x < 1, or several with and, or, not between")
+        raise self._refuse("a condition is a relation, such as x < 1, or several with and, or, not between")
 
     def _relation(self, node: ast.Compare, depth: int) -> sp.Basic:
         sides = [self._expression(side, depth + 1) for side in (node.left, *node.comparators)]
+        if not all(map(_is_real, sides)):
+            raise self._refuse("a side of a relation is not a finite real expression")
         if any(type(op) not in _RELATIONS for op in node.ops):
             raise self._refuse("the relations are < <= > >=")
         pairs = zip(node.ops, sides, sides[1:], strict=False)

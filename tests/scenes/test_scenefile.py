@@ -20,7 +20,7 @@ from sweeptext import parse_sweep
 import asympk as ap
 from asympk.__main__ import main
 from asympk.errors import InputError, MissingPackage, UnknownName
-from asympk.formulas import read_constant, read_formula
+from asympk.formulas import read_constant, read_formula, read_relation
 from asympk.numbers import number
 from asympk.output.mechanisms import load_mechanism
 from asympk.pictures.trace import trace
@@ -379,6 +379,7 @@ def test_numbers_of_a_mechanism_may_be_formulas_and_its_contact_is_closed_to_all
     *((word, "it must be a number, such as 0.2") for word in ("theta", "one", "60 degrees", "pi/")),
     *((text, "degrees are a decimal or a ratio") for text in ("pi/4 deg", "pi/4 + 30 deg", "1 + sqrt(2) deg")),
     ("sqrt(-2)", "it is not a finite real expression"), ("1/(2-2)", "it divides by zero"),
+    *((text, "it is not a finite real expression") for text in ("asin(2)", "(-8)^(1/3)")),
     ("sine(1)", "the function sine is unknown; did you mean sin?"),
     ("Pi/4", "the name Pi is unknown; did you mean pi?"),
 ])
@@ -503,6 +504,26 @@ def test_a_function_of_a_number_beyond_the_range_of_doubles_is_refused_at_once(t
     """The cosine was sought with as many digits as exp(exp(20)) has before its point, 2*10^8."""
     with pytest.raises(InputError, match=said):
         read_constant("k", text)
+
+
+@pytest.mark.parametrize("text", ["x > sqrt(-1)", "asin(2) < x", "not x < log(-2)"])
+def test_a_relation_to_what_is_no_real_number_is_refused_with_its_text(text):
+    """SymPy's TypeError came through; alone, asin(2) was read as a formula."""
+    x = sp.Symbol("x", real=True)
+    for given, read in ((text, read_relation), (f"Piecewise((1, {text}), (0, True))", read_formula)):
+        with pytest.raises(InputError, match=re.escape(f" = {given!r}: a side of a relation is not a finite real")):
+            read(given, {"x": x})
+    with pytest.raises(InputError, match=r"'x\*asin\(2\)': it is not a finite real expression"):
+        read_formula("x*asin(2)", {"x": x})
+
+
+def test_relations_joined_by_and_or_and_not_are_an_assumption():
+    """In a Piecewise they were read, as an assumption they were taken for a formula with a wrong sign."""
+    x, y = sp.symbols("x y", real=True)
+    texts = {"x > y and y > 0": sp.And(x > y, y > 0), "x < 1 or x > 2": sp.Or(x < 1, x > 2), "not x > 1": x <= 1}
+    assert {text: read_relation(text, {"x": x, "y": y}) for text in texts} == texts
+    with pytest.raises(InputError, match="'x or y': a condition is a relation, such as x < 1"):
+        read_relation("x or y", {"x": x, "y": y})
 
 
 def test_a_number_that_a_double_holds_is_read():
