@@ -21,6 +21,8 @@ class _Quick:
     """Caches the order of terms for all functions, and skips SymPy's search for ``re``, which is never lowered."""
 
     _whole = ""  # of what an integer is made a number
+    _rewriteable_functions = C99CodePrinter._rewriteable_functions | {  # SymPy's differences of exponentials cancel
+        "coth": ("tanh", []), "csch": ("sinh", []), "acoth": ("atanh", []), "acsch": ("asinh", [])}
 
     def _as_ordered_terms(self, expr, order=None):
         return expr.args if self.order == "none" else _ordered_terms(expr)

@@ -206,6 +206,19 @@ def test_a_quotient_of_signs_in_c_is_nan_or_infinite_where_its_divisor_is_0(tmp_
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
+def test_hyperbolic_functions_and_their_inverses_have_no_differences_of_exponentials_or_logarithms(tmp_path):
+    """As those, coth(1e-8) had 8 digits, and coth(1e-300), coth(800) in C and acsch(-1e9) none."""
+    exprs = (sp.coth(x), sp.csch(x), sp.acsch(x), sp.acoth(x))
+    exact = (mpmath.coth, mpmath.csch, mpmath.acsch, mpmath.acoth)
+    targets = {target: [lower((x,), expr, target) for expr in exprs] for target in ("numpy", "math", "mpmath")}
+    for functions in (*targets.values(), compiled_c(exprs, tmp_path)):
+        for k, value in product(range(4), (1e-300, -1e-8, 0.3, 1.5, 700.0, 800.0, -1e9)):
+            if k < 3 or abs(value) > 1:
+                found, wanted = functions[k](value), exact[k](value)
+                assert abs(found - wanted) <= abs(wanted) * 1e-14 + mpmath.mpf(2) ** -1074, (k, value)
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
 def test_a_largest_or_smallest_of_arguments_in_c_is_nan_where_one_of_them_is(tmp_path):
     depth, hardening = Penetration(x), 1 / sp.sqrt(Penetration(x))
     exprs = [sp.Max(0, x), sp.Min(x**2, 2), sp.Max(sp.log(x), -x, sp.sin(x)), depth, depth**2, hardening]
