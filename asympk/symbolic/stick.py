@@ -304,7 +304,7 @@ def stick_regions(system: System) -> StickRegions:
     for one value of a state; ``InputError`` where static friction is below kinetic friction for all parameters allowed.
     """
     cone, moving = friction_cone(system), {*system.states, system.time}
-    reduced = _in_load(cone, moving)
+    reduced = _in_load(cone, moving, system.assumptions)
     plane = _plane(system, cone, reduced, moving)
     linear = reduced is not None and _linear(reduced)
     shown = cone if reduced is None else reduced
@@ -366,7 +366,7 @@ def _beside_rest(system, expr):
 def drive_of_load(system: System) -> tuple[sp.Symbol, sp.Expr]:
     """Return the load as one symbol s and the drive d(s); raises ``NotDerivable`` where d is not linear in s alone."""
     cone, moving = friction_cone(system), {*system.states, system.time}
-    reduced = _in_load(cone, moving)
+    reduced = _in_load(cone, moving, system.assumptions)
     if reduced is None or reduced.used & moving or not _linear(reduced):
         raise NotDerivable(f"the drive {cone.drive} is not linear in the load {cone.load} alone")
     return reduced.load, reduced.drive
@@ -405,11 +405,15 @@ def _require_order(friction, assumptions):
             raise InputError(f"{words}: {excess} > 0 for all parameters allowed; give {needed}")
 
 
-def _in_load(cone, moving):
-    """Return the cone with a symbol s for the load in place of one state, or None if the load determines no state."""
+def _in_load(cone, moving, assumptions):
+    """Return the cone with a symbol s for the load in place of one state, or None if the load determines no state.
+
+    A state whose coefficient vanishes at no parameters goes first: by that of another one the cone is divided.
+    """
     load = unused_symbol("s", {*cone.used, *cone.load.free_symbols, *moving}, real=True)
     states = sorted(cone.load.free_symbols & moving, key=str)
-    state = next((s for s in states if cone.load.is_polynomial(s) and _is_determined(s, cone.load, moving)), None)
+    given = (s for s in states if cone.load.is_polynomial(s) and _is_determined(s, cone.load, moving))
+    state = min(given, key=lambda s: nonzero(cone.load.diff(s), assumptions) != sp.true, default=None)
     if state is None:
         return None
     (solution,) = sp.solve(cone.load - load, state)

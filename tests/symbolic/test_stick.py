@@ -288,3 +288,12 @@ def test_no_modulus_of_a_modulus_is_shown():
     assert "Abs(Abs(" not in repr(regions)
     assert r"\left|{\left|" not in regions._repr_latex_()
     assert "stick      Abs(x) <= k**2*Abs(x)" in repr(regions)
+
+
+def test_the_load_replaces_a_state_whose_coefficient_never_vanishes():
+    """It replaced x, divided by a, and at a = 0 the region had no value."""
+    w, x, y, a, F = sp.symbols("w x y a F", real=True)
+    b, v = sp.Symbol("b", positive=True), sp.Symbol("v", real=True)
+    friction = ap.Friction(velocity=v, force=F, load=a * x + b * y, kinetic=1)
+    held = ap.stick_regions(ap.System.with_frictions({w: v, v: x - w + F, x: -x, y: -y}, {}, [friction])).stick
+    assert [held.contains({"w": 0, "x": 2, "y": y, "v": 0}, a=0, b=1) for y in (1, 2)] == [False, True]
