@@ -19,7 +19,7 @@ from asympk.formulas import NOT_FINITE, formula_in_words
 from asympk.numbers import short
 from asympk.shown import Card, Several, ShownAsFormulas
 from asympk.symbolic import expansion, roots
-from asympk.symbolic.conditions import reduce_under
+from asympk.symbolic.conditions import declared_sign, reduce_under
 from asympk.symbolic.domains import positive_on
 from asympk.symbolic.expansion import by_powers, is_implicit, is_zero, limit_of, one_side, zero_at_places
 from asympk.symbolic.hurwitz import Spectra, attracting, off_axis, repelling, spectra, split
@@ -354,10 +354,14 @@ def _implicit(mode):
 
 
 def _has_further_turns(mode, equal_zero):
-    """Tell whether a factor of g has other branches in further turns of y: g has none, or the mode ends at some y."""
+    """Tell whether a factor of g has other branches in further turns of y: g has none, or some y are not in the mode.
+
+    A y that is declared positive may have its roots in one turn in the next.
+    """
     factors = (factor for g in equal_zero for factor in factors_of(g, mode.fast))
     turning = {y for factor in factors for y in mode.fast if whole_turn(factor, y) is not None}
-    return any(mode.where.has(y) or any(g.has(y) and whole_turn(g, y) is None for g in equal_zero) for y in turning)
+    ending = any(mode.where.has(y) or declared_sign(y) for y in turning)
+    return ending or any(g.has(y) and whole_turn(g, y) is None for g in equal_zero for y in turning)
 
 
 def _by_value(mode, small, equal_zero):

@@ -418,12 +418,14 @@ def valued(expr: sp.Basic, place: Mapping[sp.Symbol, sp.Expr], digits: int, real
 
     def value(part: sp.Basic) -> sp.Basic:
         if part not in found:
-            new = part.func(*map(value, part.args)) if part.args else part
-            found[part] = worked_out(new) if isinstance(new, sp.Expr) and new.args and new.is_number else new
+            found[part] = worked_out(part)
         return found[part]
 
-    def worked_out(new: sp.Expr) -> sp.Expr:
+    def worked_out(part: sp.Basic) -> sp.Basic:
         try:
+            new = part.func(*map(value, part.args)) if part.args else part
+            if not (isinstance(new, sp.Expr) and new.args and new.is_number):
+                return new
             number = new.evalf(digits)
         except (TypeError, ValueError):  # of erfinv(2), and where complex numbers are compared
             return sp.nan

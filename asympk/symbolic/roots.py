@@ -27,6 +27,7 @@ from asympk.symbolic.long import (
     parts_of,
     pivots,
     replaced,
+    valued,
 )
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.substitutions import (
@@ -199,7 +200,7 @@ def _leaves_out(found, offered, equal_zero, y, *others):
     for side in (1, -1):
         at = {s: -number if s.is_nonpositive or (side < 0 and not s.is_nonnegative) else number
               for s, number in place.items() if s != y}
-        values = [h.xreplace(at).evalf() for h in heights]
+        values = [valued(h, at, 30, real=False) for h in heights]  # nan where there is no value, as of erfinv(2)
         if any(value.has(sp.Function) for value in values):  # SymPy does not compute erfcinv
             continue
         period = abs(float(2 * sp.pi / turn.xreplace(at))) if turn else math.inf
@@ -356,7 +357,7 @@ def _in_a_turn(found, numerator, t, q, force, y):
     """
     roots = [{y: 2 * sp.atan(h) / q} for s in solutions_of([numerator], [t]) or () for h in s.values()]
     roots += [{y: sp.pi / q}] * is_zero(force.subs(y, sp.pi / q))
-    return max(_different(found, q, y), roots, key=len)
+    return [*filter(_is_as_declared, max(_different(found, q, y), roots, key=len))]
 
 
 def _solves(solution, equal_zero):

@@ -272,8 +272,8 @@ def _vanishes(factor, assumptions):
 
 
 def _relation(expr, assumptions):
-    """Return ``expr > 0``, or True or False where this follows from the assumptions, with symbols and angles real."""
-    unknown = (*expr.free_symbols, *expr.atoms(InverseTrigonometricFunction))
+    """Return ``expr > 0``, or True or False where this follows from the assumptions, with symbols and inverses real."""
+    unknown = (*expr.free_symbols, *expr.atoms(InverseTrigonometricFunction, sp.erfinv, sp.erfcinv))
     real = {part: sp.Dummy(real=True) for part in unknown if part.is_real is None}
     known = sp.sympify(with_known_lambert(expr.subs(real)) > 0, strict=True)
     return known if known in (sp.true, sp.false) else reduce_under(above(expr), assumptions)

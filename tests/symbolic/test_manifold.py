@@ -570,6 +570,22 @@ def test_inverse_functions_are_of_what_theirs_give_and_complex_branches_are_none
         assert branch.exists == sp.And(x > least, x < most)
 
 
+def test_a_branch_that_has_no_value_at_the_numbers_of_a_test_has_its_domain_and_a_sign():
+    """SymPy cannot compute erfinv(a - 2) for a > 3, and its ValueError came through."""
+    a = sp.Symbol("a", real=True)
+    (branch,) = critical_manifolds(ap.System.smooth({x: -x}, {y: a - 2 - sp.erf(2 * y)}, mu))
+    assert (branch.branch[y], branch.exists) == (sp.erfinv(a - 2) / 2, sp.And(a > 1, a < 3))
+    assert branch.stability == "stable"
+
+
+def test_an_angle_that_is_declared_positive_has_its_roots_in_the_next_turns_on_an_implicit_manifold():
+    """atan(x) is negative for x < 0, where pi + atan(x) was left out; 0 is no positive root."""
+    angle = sp.Symbol("y", positive=True)
+    for force, closed in ((x - sp.tan(angle), [sp.atan(x)]), (-sp.sin(angle), [sp.pi])):
+        found = critical_manifolds(ap.System.smooth({x: -x}, {angle: force}, mu))
+        assert [m.branch[angle] for m in found] == [*closed, angle]
+
+
 @pytest.mark.parametrize(("factor", "closed"), [(1, []), (y - x, [x])])
 def test_where_sympy_leaves_out_a_root_one_implicit_manifold_stands_for_all_of_its_factor(factor, closed):
     """SymPy finds no root, and of a product that of the other factor alone."""
