@@ -141,6 +141,7 @@ def follows(relation: sp.Basic, facts: tuple[sp.Basic, ...]) -> bool:
     return _is_known(relation.gts - relation.lts, facts, strict=isinstance(relation, sp.Gt | sp.Lt))
 
 
+@lru_cache(maxsize=1024)
 def _is_known(difference, facts, strict=False):
     """Tell whether ``difference`` is positive, or not negative, by some choice of one bound for each symbol.
 
@@ -260,6 +261,7 @@ def above(expr: sp.Expr) -> sp.Basic:
     return sp.StrictGreaterThan(expr, 0, evaluate=not expr.has(sp.I) and expr.is_extended_real is not False)
 
 
+@lru_cache(maxsize=1024)
 def _vanishes(factor, assumptions):
     """Tell whether a factor may be 0: its symbols and the assumptions do not exclude it."""
     if factor.has(sp.I):
