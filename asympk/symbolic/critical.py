@@ -139,13 +139,15 @@ class CriticalManifold(ShownAsFormulas):
         """``"stable"`` (all fast directions attract), ``"unstable"`` (all repel) or ``"saddle"`` (some of each).
 
         A ``Piecewise`` of these names, as symbols, where it depends on parameters or on the place in ``domain``. Raises
-        ``NotNormallyHyperbolic`` where dg/dy has an eigenvalue on the imaginary axis on the whole manifold.
+        ``NotNormallyHyperbolic`` where the manifold exists nowhere, as with an imaginary eigenvalue on all of it.
         """
         if self.exists == sp.false:
             raise NotNormallyHyperbolic(self.degeneracy(self.branch))
         kinds = {"stable": self.attracting, "unstable": self.repelling, "saddle": self.saddle}
         inside = {name: reduce_under(condition, self.domain) for name, condition in kinds.items()}
         cases = [(sp.Symbol(name), condition) for name, condition in inside.items() if condition != sp.false]
+        if not cases:
+            raise NotNormallyHyperbolic(f"{self.name} exists nowhere: {formula_in_words(self.exists)} never holds")
         return cases[0][0].name if len(cases) == 1 else sp.Piecewise(*cases)  # the only one, wherever it exists
 
     @cached_property

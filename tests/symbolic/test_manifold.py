@@ -578,6 +578,16 @@ def test_a_branch_that_has_no_value_at_the_numbers_of_a_test_has_its_domain_and_
     assert branch.stability == "stable"
 
 
+def test_a_manifold_whose_condition_of_existence_never_holds_is_said_to_exist_nowhere():
+    """It is neither stable nor unstable nor a saddle, and a TypeError of SymPy's Piecewise came through."""
+    a = sp.Symbol("a", real=True)
+    system = ap.System.smooth({x: -x}, {y: a * sp.exp(-(y**2)) - 3 * a - 3}, mu, assumptions=a > -1)
+    for branch in critical_manifolds(system):
+        with pytest.raises(NotNormallyHyperbolic, match=r"exists nowhere: a > 0 and .* never holds"):
+            _ = branch.stability
+        assert "exists nowhere" in str(branch)
+
+
 def test_an_angle_that_is_declared_positive_has_its_roots_in_the_next_turns_on_an_implicit_manifold():
     """atan(x) is negative for x < 0, where pi + atan(x) was left out; 0 is no positive root."""
     angle = sp.Symbol("y", positive=True)
