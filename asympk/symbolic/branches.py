@@ -237,7 +237,7 @@ def with_powers(expr: sp.Expr) -> sp.Expr:
     squares = any(power.exp.is_Integer and power.exp > 1 for power in atoms(expr, sp.Pow))
     if not (expr.is_Add and squares) or is_longer(expr, LONG) or not expr.is_polynomial():
         return expr
-    factor, found = sp.sqf_list(expr)
+    factor, found = sp.sqf_list(expr, *sorted(expr.free_symbols, key=str))
     return sp.Mul(factor, *(part**k for part, k in found)) if any(k > 1 for _, k in found) else expr
 
 

@@ -8,6 +8,7 @@ import sympy as sp
 
 import asympk as ap
 from asympk.errors import InputError
+from asympk.symbolic.branches import with_powers
 from asympk.symbolic.forces import forces
 from asympk.symbolic.guards import named_branches
 from asympk.symbolic.system import Friction, System
@@ -319,3 +320,11 @@ def test_a_force_that_pushes_on_at_the_values_is_refused_with_them():
     with pytest.raises(InputError, match=r"with m = 2, the rate of the velocity v falls .*; write \+ F for - F"):
         ap.Scene(system=block, values={"m": 2}, start=start, until=1)
     assert ap.Scene(system=block, values={"m": -2}, start=start, until=1).values == (-2,)
+
+
+def test_numbers_such_as_the_sine_of_a_slope_are_coefficients_where_a_square_is_looked_for():
+    """SymPy took them for symbols of a polynomial, and a block on a wedge ended in its error that one divides."""
+    x, slope = sp.Symbol("x"), sp.Rational(3, 5)
+    plain = x**2 * sp.cos(slope) ** 2 / (3 - sp.sin(slope) ** 2) + 2 * x + 1
+    assert with_powers(plain) == plain
+    assert with_powers(2 * x**2 + 2 * sp.sqrt(2) * x + 1) == 2 * (x + sp.sqrt(2) / 2) ** 2
