@@ -121,7 +121,7 @@ def heavy(expr: sp.Basic) -> bool:
 
     Too long are 60 operations, or ``LONG`` in a quotient of polynomials.
     """
-    return has_many_terms(expr) or is_long(expr)
+    return is_long(expr) or has_many_terms(expr)
 
 
 def is_long(expr: sp.Basic) -> bool:

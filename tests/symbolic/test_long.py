@@ -60,6 +60,14 @@ def test_quotients_nested_deep_are_one_quotient_of_short_polynomials():
     assert found.subs(place) == nested.subs(place)
 
 
+def test_terms_of_a_long_expression_are_not_multiplied_out_to_be_counted(monkeypatch):
+    """Those of the reactions of three cylinders in a pyramid were for a minute and a half."""
+    every = [sp.Symbol(f"q{k}") for k in range(80)]
+    product = sp.Mul(*(sp.sin(q) + q * a + b for q in every))
+    monkeypatch.setattr(long, "_monomials", lambda *_: pytest.fail("terms were multiplied out"))
+    assert heavy(product)
+
+
 def test_sums_of_many_quotients_are_long_and_those_of_few_are_not():
     every = [sp.Symbol(f"q{k}") for k in range(20)]
     few, many = (sp.Add(*(a / (1 + q * b**2) for q in every[:n])) for n in (5, 20))
