@@ -29,7 +29,7 @@ from asympk.automaton.contacts import DOUBLES, Numbers, Unclear, clear_sign, pla
 from asympk.automaton.exact import MOST_WORKING
 from asympk.automaton.junction import Junction, junction_at
 from asympk.automaton.modes import GuardedMode, mode_of
-from asympk.automaton.rest import has_forces, moves_in_several_ways, open_forces, standing_branch
+from asympk.automaton.rest import has_forces, known_forces, move_alike, moves_otherwise, standing_branch
 from asympk.digits import carrier_context
 from asympk.errors import AsympkError, NegativeFriction, NoMotion, OutOfRange, TwoMotions, UnboundedReaction, Undecided
 from asympk.multiprecision import in_context
@@ -73,23 +73,29 @@ def follow_on(automaton: "Automaton", before: Branch | None, hits: tuple, t: Any
 def all_motions(automaton: "Automaton", t: Any, state: tuple, slack: Any) -> dict[Branch, dict[sp.Symbol, Any]]:
     """Return every branch that may begin at ``state``, no two of the same rates, and its forces.
 
-    None is preferred for its rest. A contact begins to slip if it does so with its static friction, too. Raises
-    ``UnboundedReaction`` where forces are not determined, ``Undecided``, ``OutOfRange`` and ``InputError``.
+    None is preferred for its rest. A contact begins to slip if it does so with its static friction, too. Where the
+    system rests on contacts whose equations leave forces open, only the others are given. Raises ``UnboundedReaction``
+    where such forces may move it, ``Undecided``, ``OutOfRange`` and ``InputError``.
     """
     state, numbers = _in_digits(state)
     with finite(lambda: t, lambda: without_value(automaton.system, automaton.values, t, state)):
         points = _beginnings(automaton, t, state, slack, numbers)
         here, there = points[0], points[-1]
         tried = consistency.admissible(here)
-        _require_determined(here, tried)
-        consistent, doubts = _consistent(here, tried)
+        standing = branches.bare(_standing(here, tried) or ())
+        still = standing if here.system.time is None else ()  # without a time what rests now rests on
+        shared = _shared(here, tried, standing)
+        consistent, doubts = _consistent(here, {
+            branch: keys for branch, keys in tried.items()
+            if not (still and keys is not None and move_alike(here, branch, still))})
         onsets = consistent if there is here else _consistent(there, consistency.admissible(there))[0]
         for doubt in doubts.values():
-            raise doubt
+            raise next((_undetermined(here, branch) for branch, others in shared.items() if others), doubt)
         begun = {branch: still for branch, still in consistent.items()
                  if branch in onsets
                  and not here.resting & (_named(here, branch, still) | _named(there, branch, onsets[branch]))}
-        return {branch: here.forces(branch) for branch in _distinct(begun, _modes(here, begun)).values()}
+        found = {branch: here.forces(branch) for branch in _distinct(begun, _modes(here, begun)).values()}
+        return found | _with_open_forces(here, shared, {*consistent}, {*begun})
 
 
 def has_paradox(automaton: "Automaton", t: Any, state: tuple, slack: Any) -> bool:
@@ -231,6 +237,7 @@ def _follow_on(
     here = junction_at(automaton, before, hits, t, state, slack, numbers)
     tried = consistency.admissible(here)
     if standing := _standing(here, tried):
+        _require_one_way(here, branches.bare(standing), tried)
         return standing
     try:
         return _going_on(here, tried)
@@ -292,9 +299,8 @@ def _standing(here: Junction, tried: Tried) -> Branch | None:
         loose = not here.is_determined(branch)
         standing = standing_branch(here, branch, partial(_margin_growth, here)) if loose else None
         if standing and (here.system.time is None or _lasts(here, standing)):
-            if moves_in_several_ways(here, branch):
+            if moves_otherwise(here, branch, branch):
                 raise _undetermined(here, branch)
-            _require_one_way(here, branch, tried)
             return standing
     return None
 
@@ -326,9 +332,47 @@ def _lasts(here: Junction, branch: Branch) -> bool:
 
 def _require_determined(here: Junction, tried: Tried) -> None:
     """Raise ``UnboundedReaction`` if some forces agree with a branch whose equations do not determine them."""
-    for branch, keys in tried.items():
-        if keys is None and has_forces(here, branch, elsewhere=True):
+    for branch in _open(here, tried):
+        raise _undetermined(here, branch)
+
+
+def _open(here: Junction, tried: Tried) -> list[Branch]:
+    """Return the branches with which some forces agree that their equations do not determine."""
+    return [branch for branch, keys in tried.items() if keys is None and has_forces(here, branch, elsewhere=True)]
+
+
+def _shared(here: Junction, tried: Tried, standing: Branch) -> dict[Branch, list[Branch]]:
+    """Return the branches with open forces, the most at rest first, and those with determined forces and their rates.
+
+    A branch that is ``standing`` has no others, and stands for all with open forces that let the system rest. Raises
+    ``UnboundedReaction`` if the rates of a branch depend on its open forces, or are those of no other.
+    """
+    determined = [branch for branch, keys in tried.items() if keys is not None]
+    found: dict[Branch, list[Branch]] = {standing: []} if standing else {}
+    for branch in sorted(_open(here, tried), key=lambda branch: -len(branches.at_rest(branch))):
+        if standing and has_forces(here, branch) and move_alike(here, branch, standing):
+            continue
+        found[branch] = [other for other in determined if move_alike(here, branch, other)]
+        if not (found[branch] and has_forces(here, branch)):
             raise _undetermined(here, branch)
+    return found
+
+
+def _with_open_forces(
+    here: Junction, shared: dict[Branch, list[Branch]], consistent: set[Branch], begun: set[Branch]
+) -> dict[Branch, dict[sp.Symbol, Any]]:
+    """Return the motions of ``shared`` branches that are not among those ``begun``, with the forces that are known.
+
+    The motion of a branch goes on if one of those that share it is consistent.
+    """
+    found, taken = {}, {*begun}
+    for branch, others in shared.items():
+        if others and not consistent.intersection(others):
+            raise _undetermined(here, branch)
+        if not taken.intersection(others):
+            found[branch] = known_forces(here, branch)
+        taken |= {*others}
+    return found
 
 
 def _require_uncritical(here: Junction, chosen: Branch, tried: Tried) -> None:
@@ -339,14 +383,16 @@ def _require_uncritical(here: Junction, chosen: Branch, tried: Tried) -> None:
     """
     for branch, keys in tried.items():
         rests = keys is None and branches.at_rest(branch) >= branches.at_rest(chosen)
-        if rests and solved_without_friction(here, branch, range(len(branch))) and moves_in_several_ways(here, branch):
+        bears = rests and solved_without_friction(here, branch, range(len(branch)))
+        if bears and moves_otherwise(here, branch, branch):
             raise _undetermined(here, branch)
 
 
 def _undetermined(here: Junction, branch: Branch) -> UnboundedReaction:
     why = "has equations that are singular in this state only; move the start a little, as an angle by 1e-6"
     if not forces.determined(here.system, branch):
-        names = ", ".join(map(str, open_forces(here, branch)))
+        known = known_forces(here, branch)
+        names = ", ".join(str(force) for force in here.system.pushes if force not in known)
         why = f"has more of them than equations, which leave {names} open; merge contacts, or add compliance to them"
     return UnboundedReaction(f"the forces of contacts are not determined {here.in_words}: "
                              f"{branches.mode_name(branch)} {why}", here.at.t, here.at.state)

@@ -13,6 +13,8 @@ undetermined forces may give different rates, and the motion is then not determi
 
 from collections.abc import Callable, Collection, Iterable
 from functools import lru_cache
+from itertools import compress
+from typing import Any
 
 import sympy as sp
 
@@ -51,17 +53,27 @@ def has_forces(here: Junction, branch: Branch, elsewhere: bool = False) -> bool:
     return acting and _corner(zeros, cones, here.numbers) is not None
 
 
-def moves_in_several_ways(here: Junction, branch: Branch) -> bool:
-    """Tell whether two solutions for the forces that agree with a branch give the system different rates.
+def move_alike(here: Junction, branch: Branch, other: Branch) -> bool:
+    """Tell whether all forces that agree with one branch, and all that agree with another, give the same rates."""
+    return not (moves_otherwise(here, branch, other) or moves_otherwise(here, other, branch))
 
-    Two such solutions exist exactly if, for the coefficients r of some rate, r (u - w) = 1, E u + e s = 0 and
-    E w + e s = 0 have a solution with u and w in the cones and s >= 0. For s > 0 the solutions are u/s and w/s; for
-    s = 0 they grow without bound in the directions u and w.
+
+def moves_otherwise(here: Junction, branch: Branch, other: Branch) -> bool:
+    """Tell whether forces that agree with a branch give some rate a greater value than ones that agree with another.
+
+    Such forces u and w exist exactly if, for the coefficients r of some rate, r (u - w) = 1, E u + e s = 0 and
+    D w + d s = 0 have a solution with u and w in the cones and s >= 0. For s > 0 the solutions are u/s and w/s; for
+    s = 0 they grow without bound in the directions u and w. Of one branch, two forces differ if one is greater.
     """
-    if not has_forces(here, branch):
+    tables = _tables(here, _rates(here.system), here.places)
+    known = zip(*(_known(here, each, tables) for each in (branch, other)), strict=True)
+    doubtful = [not (own and its) or here.numbers.decided_sign([a - b for a, b in zip(own, its, strict=True)]) > 0
+                for own, its in known]
+    if not (any(doubtful) and has_forces(here, branch) and has_forces(here, other)):
         return False
-    zeros, cones = (list(map(_doubled, tables)) for tables in _agreeing(here, branch))
-    for rows in zip(*_tables(here, _rates(here.system), here.places), strict=True):
+    zeros, cones = (list(map(_side_by_side, *both))
+                    for both in zip(_agreeing(here, branch), _agreeing(here, other), strict=True))
+    for rows in compress(zip(*tables, strict=True), doubtful):
         apart = [(-1, 0, *r, *(-a for a in r)) for _, *r in rows]
         with_apart = [[*z, row] for z, row in zip(zeros, apart, strict=True)]
         with_s = [[*c, unit_row(0, len(apart[0]) - 1)] for c in cones]
@@ -70,24 +82,32 @@ def moves_in_several_ways(here: Junction, branch: Branch) -> bool:
     return False
 
 
-def open_forces(here: Junction, branch: Branch) -> list[sp.Symbol]:
-    """Return the forces that the equations of a branch leave undetermined: some of them may change without the others.
+def known_forces(here: Junction, branch: Branch) -> dict[sp.Symbol, Any]:
+    """Return the forces that the equations of a branch determine, though they may leave others undetermined."""
+    unknowns = contacts.contact_formulas(here.system)[1]
+    rows = [unit_row(j, len(unknowns)) for j in range(len(unknowns))]
+    found = _known(here, branch, [rows for _ in here.places])
+    return {force: values[0] for force, values in zip(unknowns, found, strict=True) if values}
 
-    After an exchange of as many rows for forces as possible, these are the forces left, and those that depend on them.
+
+def _known(here: Junction, branch: Branch, rows: list[Table]) -> list[tuple]:
+    """Return the values of rows, given at all places, by the equations of a branch; () of one left undetermined.
+
+    After an exchange of as many equations for forces as possible, such a row depends on a force that is left.
     """
-    unknowns, every = contacts.contact_formulas(here.system)[1], range(len(branch))
-    tables = [contacts.contact_equations(here.system, branch, point, every) for point in here.points_in(branch)]
-    columns = range(1, 1 + len(unknowns))
-    tables, found = with_exchanges(tables, range(len(tables[0])), columns, here.numbers)
+    every, columns = range(len(branch)), range(1, len(rows[0][0]))
+    laws = [contacts.contact_equations(here.system, branch, point, every) for point in here.points_in(branch)]
+    size = len(laws[0])
+    tables, found = with_exchanges([law + own for law, own in zip(laws, rows, strict=True)], range(size), columns,
+                                   here.numbers)
     free = [j for j in columns if j not in found]
-    moved = (j for j, i in found.items() if any(_sign(tables, i, k, here.numbers) for k in free))
-    return [unknowns[j - 1] for j in sorted([*free, *moved])]
+    fixed = (not any(_sign(tables, i, j, here.numbers) for j in free) for i in range(size, len(tables[0])))
+    return [tuple(table[i][0] for table in tables) if known else () for i, known in enumerate(fixed, size)]
 
 
-def _doubled(table: Table) -> Table:
-    """Return every row in (1, u) as two rows in (1, s, u, w), one for u and one for w, with its constant times s."""
-    parts = [(e, row, [0] * len(row)) for e, *row in table]
-    return [(0, e, *u, *w) for e, row, none in parts for u, w in ((row, none), (none, row))]
+def _side_by_side(table: Table, other: Table) -> Table:
+    """Return the rows in (1, u) of two tables as rows in (1, s, u, w), for u and for w, each constant times s."""
+    return [(0, e, *u, *(0 for _ in u)) for e, *u in table] + [(0, e, *(0 for _ in w), *w) for e, *w in other]
 
 
 def _agreeing(here: Junction, branch: Branch) -> tuple[list[Table], list[Table]]:

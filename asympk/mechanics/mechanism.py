@@ -250,9 +250,9 @@ class Mechanism(ShownAsFormulas):
 
         Each is a pair (name, reaction) with the name ``"slip"``, ``"stick"`` or ``"lift_off"``; the contact counts as
         closed. If some of ``others`` are closed here, the contact is closed only where its gap is 0, and the name is
-        that of a mode of ``rigid()``, with the reactions of all contacts. The time is 0 unless it is given. Raises
-        ``InputError`` for missing values, ``NoMotion`` where a contact is hit, ``Undecided`` or ``UnboundedReaction``
-        where a reaction is not determined.
+        that of a mode of ``rigid()``, with the reactions of all contacts; nan is one that is not determined, as of a
+        ladder at rest, while the motion is. The time is 0 unless it is given. Raises ``InputError`` for missing values,
+        ``NoMotion`` where a contact is hit, ``Undecided`` or ``UnboundedReaction`` where a motion is not determined.
         """
         given = self._single(values)
         if not any(is_met(contact, given) for contact in self.equations[1:]):

@@ -29,7 +29,8 @@ MOTIONS = ("slip", "stick", "lift_off")
 class Motion(NamedTuple):
     """A rigid motion: ``"slip"``, ``"stick"`` or ``"lift_off"``, and its reaction R.
 
-    Of several closed contacts the name is that of a mode of ``Mechanism.rigid``, with the reactions of all contacts.
+    Of several closed contacts the name is that of a mode of ``Mechanism.rigid``, with the reactions of all contacts,
+    nan where these are not determined.
     """
 
     name: str

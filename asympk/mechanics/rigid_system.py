@@ -8,6 +8,7 @@ nu_k |N_k|. A flow stops with ``NoMotion`` where no mode is consistent, with ``T
 with ``UnboundedReaction`` where a reaction grows beyond all bounds or the reactions are not determined.
 """
 
+import math
 from collections.abc import Sequence
 from itertools import chain
 from typing import Any
@@ -54,7 +55,10 @@ def automaton_at(system: System, values: dict[sp.Symbol, Any], start: dict[str, 
 
 
 def motions_of_all(automaton: Automaton, t: Any, start: tuple) -> tuple[Motion, ...]:
-    """Return the motions of a rigid system from ``start``, by the names of its modes, with all reactions."""
+    """Return the motions of a rigid system from ``start``, by the names of its modes, with all reactions.
+
+    A reaction that is not determined is nan.
+    """
     found, normals = automaton.motions(t, start), [friction.normal for friction in automaton.system.frictions]
-    reactions = ([float(forces[normal]) for normal in normals] for forces in found.values())
+    reactions = ([float(forces.get(normal, math.nan)) for normal in normals] for forces in found.values())
     return tuple(Motion(mode_name(branch), (*own,)) for branch, own in zip(found, reactions, strict=True))

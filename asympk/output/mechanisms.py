@@ -260,7 +260,8 @@ def _of_all(described):
 
 def _reactions(found):
     several = found if isinstance(found, tuple) else (found,)
-    return " and ".join(f"R{k if k > 1 else ''} = {_short(R)}" for k, R in enumerate(several, 1))
+    return " and ".join(f"R{k if k > 1 else ''} = {'undetermined' if math.isnan(R) else _short(R)}"
+                        for k, R in enumerate(several, 1))
 
 
 def jump_lines(described: Described) -> list[str]:

@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
-from asympk.automaton import consistency, decide
+from asympk.automaton import consistency
 from asympk.certify import certify
 from asympk.errors import InputError, NoMotion, NotDerivable, TwoMotions, UnboundedReaction, Undecided
 from asympk.mechanics.described import mechanism_of_table
@@ -766,16 +766,37 @@ def test_a_drawer_that_slides_presses_on_both_guides_by_the_couple_of_its_pull(s
     assert found == ((name, (pytest.approx(-1 / 8), pytest.approx(1 / 8))),)
 
 
-def test_motions_of_a_jammed_drawer_are_refused_as_its_reactions_are_not_determined():
-    with pytest.raises(UnboundedReaction, match="not determined"):
-        _drawer().motions({**PULLED, "X'": 0, "f": 5})
+def test_a_jammed_drawer_rests_though_its_reactions_are_not_determined_as_its_run_does():
+    drawer, jammed = _drawer(), {**PULLED, "X'": 0, "f": 5}
+    ((name, reactions),) = drawer.motions(jammed)
+    system, values = drawer.rigid(), {name: jammed[name] for name in ("a", "e", "P", "f")}
+    path = ap.solve(ap.Scene(system=system, values=values, start=drawer.start(system, jammed), until=1))
+    assert path.modes == (name,) == ("stick+stick",)
+    assert all(map(math.isnan, reactions))
 
 
-def test_motions_whose_forces_are_not_determined_are_refused_before_derivatives_are_computed(monkeypatch):
-    """Those of a box at rest on two feet took 5 s."""
-    monkeypatch.setattr(decide, "_consistent", lambda *_: pytest.fail("guards were differentiated"))
-    with pytest.raises(UnboundedReaction, match="not determined"):
-        _drawer().motions({**PULLED, "X'": 0, "f": 5})
+@pytest.mark.parametrize("friction", ["0.18", "0.2", 2])
+def test_a_ladder_at_rest_moves_as_it_runs(friction):
+    """By statics it rests if tan(theta) is at least (1 - f^2)/(2 f), so from f = 0.188 on."""
+    ladder = _ladder(WALL)
+    ((name, _),) = ladder.motions({**LEANT, "f": friction})
+    system = ladder.rigid()
+    start = ladder.start(system, LEANT)
+    assert ap.solve(ap.Scene(system=system, values={"f": friction}, start=start, until="1/100")).modes == (name,)
+    assert (name == "stick+stick") == (friction != "0.18")
+
+
+def test_a_box_rests_on_a_slope_beside_a_block_that_slides_and_its_feet_bear_what_its_couple_asks_of_them():
+    """The slope pulls with 2, half a length below the middle: N - N2 = 2 and N + N2 = 10."""
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 + THETA.diff(T) ** 2 / 12 - 10 * Y + 2 * X
+    u, w = dynamicsymbols("u w")
+    energy += (u.diff(T) ** 2 + w.diff(T) ** 2) / 2 - 10 * w
+    feet = [ap.Contact(Y + (side * sp.sin(THETA) - sp.cos(THETA)) / 2, X + (side * sp.cos(THETA) + sp.sin(THETA)) / 2,
+                       sp.Rational(1, 2), unilateral=True) for side in (1, -1)]
+    block = ap.Contact(w, u, sp.Rational(1, 10), unilateral=True)
+    both = ap.Mechanism.from_lagrangian(energy, (X, Y, THETA, u, w), contact=feet[0], others=[feet[1], block])
+    at = dict.fromkeys(("X", "Y", "theta", "u", "w", "X'", "Y'", "theta'", "w'"), 0) | {"Y": "1/2", "u'": 1}
+    assert both.motions(at) == (("stick+stick+slip_same", (6, 4, 10)),)
 
 
 def test_motions_have_all_contacts_only_where_these_are_closed():
