@@ -94,6 +94,8 @@ def all_motions(automaton: "Automaton", t: Any, state: tuple, slack: Any) -> dic
         begun = {branch: still for branch, still in consistent.items()
                  if branch in onsets
                  and not here.resting & (_named(here, branch, still) | _named(there, branch, onsets[branch]))}
+        if standing and any(move_alike(here, branch, standing) for branch in begun):  # alike for now
+            raise _undetermined(here, standing)
         found = {branch: here.forces(branch) for branch in _distinct(begun, _modes(here, begun)).values()}
         return found | _with_open_forces(here, shared, {*consistent}, {*begun})
 
@@ -361,13 +363,13 @@ def _shared(here: Junction, tried: Tried, standing: Branch) -> dict[Branch, list
 def _with_open_forces(
     here: Junction, shared: dict[Branch, list[Branch]], consistent: set[Branch], begun: set[Branch]
 ) -> dict[Branch, dict[sp.Symbol, Any]]:
-    """Return the motions of ``shared`` branches that are not among those ``begun``, with the forces that are known.
+    """Return the motions of ``shared`` branches, with the forces that are known.
 
-    The motion of a branch goes on if one of those that share it is consistent.
+    It goes on if its contacts at rest slip, in name only, in a consistent branch; one that is ``begun`` is refused.
     """
-    found, taken = {}, {*begun}
+    found, taken = {}, set[Branch]()
     for branch, others in shared.items():
-        if others and not consistent.intersection(others):
+        if others and (begun.intersection(others) or not consistent.intersection(others)):
             raise _undetermined(here, branch)
         if not taken.intersection(others):
             found[branch] = known_forces(here, branch)
