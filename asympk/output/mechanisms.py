@@ -67,6 +67,8 @@ def mechanism_as_text(described: Described, settings: Mapping[str, str] = Mappin
     lines = [*wrapped("", title), *wrapped("at ", numbers)]
     lines += [f"off the contact: {off}{_HELD}"] if off else []
     lines += [*_others(rod.others, first, others), ""]
+    if jump and any(other.unilateral and off == {} for other, off in zip(rod.others, others, strict=True)):
+        jump[0] = f"{jump[0][:_LABEL]}of contact 1 alone: {jump[0][_LABEL:]}"
     for labelled in filter(None, (rigid, jump)):
         lines += [*(part for line in labelled for part in wrapped(line[:_LABEL], line[_LABEL:])), ""]
     return "\n".join([*lines, *_further(described, settings, first, mapped)])

@@ -744,6 +744,7 @@ def test_feet_that_are_closed_are_told_by_their_numbers():
     box = tomllib.loads(BOX)
     told = mechanism_as_text(mechanism_of_table(box | {"others": [*box["others"], middle]}, "box"))
     assert "contacts 2, 3 are closed here, too" in told
+    assert "jump            of contact 1 alone: " in told
 
 
 def _drawer():
