@@ -17,8 +17,8 @@ LONGEST = 60  # most characters of a number
 LATEX = 4000  # most characters of a formula in LaTeX; a longer one, of metres on one line, is shown as text
 _RELATIONS = {"->": r"\to ", "<=": r"\le ", ">=": r"\ge ", "<": "<", ">": ">", "|": "|"}
 _LINE = "text-align:left;white-space:nowrap"
-_EVENT = r"[a-z_]+(?: \d+)?"
-_REPEATED = re.compile(rf"\b({_EVENT}(?:, {_EVENT}){{0,3}}?)(?:, \1)+(?=,|$)")
+_EVENT = r"[a-z_+]+(?: \d+)?"
+_REPEATED = re.compile(rf"(?<!\S)({_EVENT}(?:, {_EVENT}){{0,3}}?)(?:, \1)+(?=,|$)")
 
 
 class Card(NamedTuple):
@@ -102,7 +102,7 @@ def cut(line: str, most: int = WIDTH) -> str:
 
 
 def condensed(itinerary: str) -> str:
-    """Return an itinerary with repeated events, up to four in turn, written once: ``9 x (touch_down, lift_off)``."""
+    """Return an itinerary with repeats of up to four events or modes written once: ``9 x (touch_down, lift_off)``."""
     def once(found: re.Match[str]) -> str:
         times = (len(found[0]) + 2) // (len(found[1]) + 2)
         return f"{times} x ({found[1]})" if ", " in found[1] else f"{times} x {found[1]}"

@@ -33,6 +33,7 @@ from asympk.automaton.numericmode import LOOKS, NumericMode
 from asympk.errors import NoManifold, NotNormallyHyperbolic, OutOfRange, TooManyEvents
 from asympk.numbers import listed
 from asympk.path import Event
+from asympk.shown import condensed
 from asympk.symbolic import guards
 from asympk.symbolic.branches import Branch
 from asympk.symbolic.coefficients import name_of, with_names
@@ -523,5 +524,5 @@ def small_number(scene: Any) -> float:
 def require_landed(method: str, landed: MatchedPath) -> None:
     """Raise ``NoManifold`` if ``method`` is ``"slow"`` and the first layer meets an event."""
     if method == "slow" and landed.events:
-        t = landed.events[0].t
-        raise NoManifold(f"the fast motion passes {' -> '.join(landed.modes)} from t = {t:.6g}; use method 'jump'")
+        through, t = condensed(", ".join(landed.modes)).replace(", ", " -> "), landed.events[0].t
+        raise NoManifold(f"the fast motion passes {through} from t = {t:.6g}; use method 'jump'")

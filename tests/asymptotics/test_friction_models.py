@@ -425,6 +425,15 @@ def test_an_event_in_a_fast_motion_that_never_settles_is_told_at_its_own_time():
         ap.solve(scene, "slow", order=1)
 
 
+def test_a_fast_motion_that_passes_two_modes_in_turn_is_told_in_a_few_words():
+    """Without damping the load changes its sign for ever, and the message named each of the modes."""
+    block = ap.System.with_friction(slow={}, fast={a: b, b: 1 - a}, velocity={w: 1 + F}, force=F, load=a, kinetic=0,
+                                    small=c)
+    scene = ap.Scene(system=block, values={c: "1e-2"}, start={a: 3, b: 0, w: 1}, until=1)
+    with pytest.raises(NoManifold, match=r"passes 16 x \(slip_same -> slip_opposite\) -> slip_same from t = 0\.02"):
+        ap.solve(scene, "slow", order=1)
+
+
 def test_layers_stop_at_events_that_are_closer_than_their_steps():
     start = ("101/2000", "5321/10000", "-8149/10000", "101/1250", "-147/1250")
     values = {"f": "21193/10000", held_rod().small: "583/12500"}

@@ -532,6 +532,8 @@ def test_an_itinerary_that_is_too_long_is_cut_after_its_first_events():
     assert alphabet.words(code) == f"{PHASES[1]}: {', '.join(kinds[:alphabet.longest])}, ..."
     assert condensed(alphabet.words(code)) == f"{PHASES[1]}: {alphabet.longest // 2} x (velocity_zero, slip_onset), ..."
     assert condensed("open: touch_down 1, touch_down 10, touch_down 10") == "open: touch_down 1, 2 x touch_down 10"
+    assert condensed("stick+open, open, open") == "stick+open, 2 x open"
+    assert condensed("stick+open, stick+open, stick") == "2 x stick+open, stick"
 
 
 def test_a_number_that_is_no_itinerary_is_told():
