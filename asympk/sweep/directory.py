@@ -31,7 +31,7 @@ from asympk.sweep.executors import InProcess
 from asympk.sweep.lock import locked
 from asympk.sweep.sweepfile import Sweep, from_description
 
-MANIFEST = "sweep.json"
+MANIFEST, SUMMARY = "sweep.json", "summary.json"
 LARGEST = 100_000_000  # bytes of the manifest: seven grids of 10^5 exact values
 VERSIONS = ("asympk", "numpy")
 _UNFINISHED = re.compile(r"\.(chunk-\d{8,}\.(npz|parquet)|sweep\.json|summary\.json)\.[0-9a-f]{16}\.part", re.ASCII)
@@ -71,8 +71,8 @@ def _declare(sweep, out):
     """Write the manifest, or raise ``InputError`` if the existing manifest is of another sweep or of other versions."""
     path, mine = out / MANIFEST, _manifest_of(sweep)
     if not os.path.lexists(path):
-        if next(out.glob("chunk-*"), None):
-            raise InputError(f"{out}: there are chunks but no {MANIFEST}; take another --out")
+        if next(out.glob("chunk-*"), None) or os.path.lexists(out / SUMMARY):
+            raise InputError(f"{out}: there are chunks or a summary but no {MANIFEST}; take another --out")
         write_text(path, json.dumps(mine, indent=1) + "\n")
         return
     _, there = read_manifest(out)

@@ -14,6 +14,7 @@ import numpy as np
 from asympk.many import OUTCOMES
 from asympk.storage.files import write_text
 from asympk.sweep import read_manifest, results
+from asympk.sweep.directory import SUMMARY
 from asympk.sweep.systems import SystemFamily
 
 PROBABILITIES = (0, 0.05, 0.25, 0.5, 0.75, 0.95, 1)
@@ -24,7 +25,7 @@ _COLUMNS = {"outcomes": "outcome", "events": "n_events", "collisions": "collisio
 
 
 def summarise(out: str | Path) -> dict[str, Any]:
-    """Return the summary of the complete sweep in ``out`` and write it to ``summary.json`` there.
+    """Return the summary of the complete sweep in ``out`` and write it to ``SUMMARY`` there.
 
     ``refused`` says why the first trajectory that is refused is so.
     Quantiles are exact: the quantile of a state at p is the element of rank floor(p (n - 1)) of its n final values.
@@ -44,7 +45,7 @@ def summarise(out: str | Path) -> dict[str, Any]:
         "probabilities": list(PROBABILITIES),
         "quantiles": found,
     }
-    write_text(out / "summary.json", json.dumps(summary, indent=1) + "\n")
+    write_text(out / SUMMARY, json.dumps(summary, indent=1) + "\n")
     return summary
 
 

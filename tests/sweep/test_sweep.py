@@ -559,8 +559,15 @@ def test_a_directory_of_another_sweep_or_version_is_refused(tmp_path):
     with pytest.raises(InputError, match="not the manifest"):
         run_sweep(_sweep(), tmp_path)
     manifest.unlink()
-    with pytest.raises(InputError, match="chunks but no"):
+    with pytest.raises(InputError, match="chunks or a summary but no"):
         run_sweep(_sweep(), tmp_path)
+
+
+def test_a_summary_that_is_of_no_sweep_is_not_overwritten(tmp_path):
+    (tmp_path / "summary.json").write_text("mine")
+    with pytest.raises(InputError, match=r"chunks or a summary but no sweep\.json"):
+        run_sweep(_sweep(), tmp_path)
+    assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("summary.json", "mine")]
 
 
 def test_what_a_killed_run_left_half_written_is_swept_up(tmp_path):
