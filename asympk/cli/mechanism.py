@@ -2,7 +2,7 @@
 
 from argparse import ArgumentParser, Namespace
 
-from asympk.cli.options import add_settings, meter, place_name, settings
+from asympk.cli.options import add_settings, meter, place_name, require_drawable, settings
 from asympk.errors import AsympkError, InputError
 
 HELP = "print the paradox of a mechanism, and the jump through it"
@@ -26,6 +26,7 @@ def run(options: Namespace) -> None:
             raise InputError("--set and --plot are for one mechanism; name it, or give a TOML file")
         print(scenes_as_text(MECHANISMS))
         return
+    require_drawable(options.plot)
     given = settings(options)
     described = load_mechanism(options.name).changed(read_constants("--set", given))
     try:
@@ -41,5 +42,5 @@ def _drawn(described, place):
     from asympk.pictures import sheets
     from asympk.pictures.rigid import motion_plot
 
-    sheets(place).kept(motion_plot(described), place)
+    sheets().kept(motion_plot(described), place)
     return f"wrote {place}"

@@ -275,7 +275,7 @@ def _described(table, where):
 
 def _coordinates(table):
     names = table.get("coordinates")
-    if not isinstance(names, list) or not all(isinstance(n, str) and _NAME.fullmatch(n) for n in names):
+    if not names or not isinstance(names, list) or not all(isinstance(n, str) and _NAME.fullmatch(n) for n in names):
         raise InputError("coordinates must be a list of plain names, such as ['X', 'theta']")
     return names
 

@@ -443,7 +443,7 @@ def _exact(name, value):
 
 def _matrix(mass):
     rows = mass.tolist() if hasattr(mass, "tolist") else mass
-    if not isinstance(rows, list | tuple) or not all(isinstance(row, list | tuple) for row in rows):
+    if not rows or not isinstance(rows, list | tuple) or not all(isinstance(row, list | tuple) for row in rows):
         raise InputError(f"mass = {short(mass)}: it must be a square matrix, a list of rows")
     if len({len(row) for row in rows}) != 1:
         raise InputError(f"mass = {short(mass)}: its rows differ in length")

@@ -331,6 +331,7 @@ def test_a_mass_matrix_in_a_file_does_for_a_lagrangian(tmp_path):
         (("Y - l*sin(theta)", "__import__('os')"), "gap"),
         (("unilateral = true", "unilateral = 1"), "unilateral must be true or false"),
         (('coordinates = ["X", "Y", "theta"]', 'coordinates = "X"'), "coordinates must be a list"),
+        (('coordinates = ["X", "Y", "theta"]', "coordinates = []"), "coordinates must be a list"),
         (("{theta = [0.05, 1.5]}", "[1]"), "over must name one"),
         (('friction = "f"', ""), "friction missing"),
         (("m*l^2*theta'^2/6", "0"), "mass is singular, its determinant is 0: theta has no inertia; give every"),
@@ -376,7 +377,7 @@ def test_what_is_wrong_in_the_file_of_a_mechanism_is_told_of_that_file_once(chan
         (["painleve_rod", "--set", "q=1"], "q is no coordinate, rate or parameter"),
         (["painleve_rod", "--set", "f=steep"], "f = 'steep'"),
         (["painleve_rod", "--set", "t=noon"], "t = 'noon'"),
-        (["painleve_rod", "--plot", "map.doc"], "a plot is written as one of"),
+        (["painleve_rod", "--plot", "map.doc"], "asympk: map.doc: a plot is written as one of"),
         (["missing.toml"], "there is no such file"),
     ],
 )
