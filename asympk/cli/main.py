@@ -160,6 +160,13 @@ class _Parser(argparse.ArgumentParser):
         super().__init__(*arguments, **options)
         self._negative_number_matcher = _NEGATIVE
 
+    def parse_known_args(self, *arguments: Any, **options: Any) -> Any:
+        """Refuse what is left over as the command does whose help lists the options; argparse would name asympk alone."""
+        found, left = super().parse_known_args(*arguments, **options)
+        if left:
+            self.error(f"unrecognized arguments: {' '.join(left)}")
+        return found, left
+
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"{self.prog}: {_one_line(message)}; see {self.prog} --help\n")
 

@@ -93,7 +93,7 @@ BAD_LINES = [
     ("mechanism arm --set f=1 --set f=2", "f is given twice; give it once"),
     ("solve backward --set mu=1e-4 --mu 1e-3", "mu is given twice; give it once"),
     ("least backward --start 0 0.2 -1 --set z=2", "z is given twice; give it once"),
-    ("solve backward extra", "unrecognized"),
+    ("solve backward extra", "asympk solve: unrecognized arguments: extra; see asympk solve --help"),
     ("scenes nonsense", "choose one of backward"),
     ("scenes absent.toml", "crank_slider, arm\n"),
     ("sweep good.toml", "--out"),
