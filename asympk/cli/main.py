@@ -161,7 +161,7 @@ class _Parser(argparse.ArgumentParser):
         self._negative_number_matcher = _NEGATIVE
 
     def parse_known_args(self, *arguments: Any, **options: Any) -> Any:
-        """Refuse what is left over as the command does whose help lists the options; argparse would name asympk alone."""
+        """Refuse what is left over in the name of the command whose help lists its options, not of asympk."""
         found, left = super().parse_known_args(*arguments, **options)
         if left:
             self.error(f"unrecognized arguments: {' '.join(left)}")
