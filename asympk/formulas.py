@@ -229,7 +229,7 @@ def _read(text: object, symbols: Mapping[str, sp.Expr], what: str) -> sp.Basic:
     for name in sorted(symbols.keys() - plain.values()):
         raise InputError(f"{what}: a formula cannot tell {name} from {plain[_plain(normalize('NFKC', name))]}, which "
                          "has the same letters in other signs; rename one")
-    source = _plain(text.replace("^", "**")).strip()
+    source = _plain(text.replace("^", "**").replace("#", "?")).strip()  # or what follows would be Python's comment
     try:
         tree = ast.parse(source, mode="eval")
     except (SyntaxError, ValueError, MemoryError, RecursionError):

@@ -79,9 +79,9 @@ class CriticalManifold(ShownAsFormulas):
         Roots and inverse functions, also those in g, have values in their ranges: y = x**2 solves x - sqrt(y) = 0 for
         x > 0 alone. A state that is declared positive or negative is so on the branch.
         """
-        if any(map(is_complex, (*self.branch.values(), *self.jacobian))):
+        inside = self._inside
+        if self._has_no_value or any(map(is_complex, (*self.branch.values(), *self.jacobian))):
             return sp.false
-        inside = positive_on(self.branch, [limit_of(g, self.small) for g in self.dynamics.fast.values()])
         if any(expr.has(sp.I) or with_known_lambert(expr).is_extended_real is False for expr in inside):
             return sp.false
         roots = fractional_powers(*self.branch.values())
@@ -91,6 +91,15 @@ class CriticalManifold(ShownAsFormulas):
         positive = {known if known in (sp.true, sp.false) else above(expr) for expr, known in conditions.items()}
         return sp.And(*(_located(relation, list(self.dynamics.slow), self.assumptions) for relation in positive))
 
+    @cached_property
+    def _inside(self):
+        """What is positive where the branch is real, of its roots, logarithms and inverse functions, and those in g."""
+        return positive_on(self.branch, [limit_of(g, self.small) for g in self.dynamics.fast.values()])
+
+    @property
+    def _has_no_value(self):
+        return any(expr.is_negative for expr in self._inside)
+
     @property
     def _assumed(self):
         return sp.And(self.assumptions, self.real)
@@ -98,7 +107,7 @@ class CriticalManifold(ShownAsFormulas):
     @cached_property
     def exists(self) -> sp.Basic:
         """The condition under which the branch is real and finite, and no eigenvalue of dg/dy has real part 0."""
-        if self._finite == sp.false:
+        if self._has_no_value or self._finite == sp.false:
             return sp.false
         return sp.And(off_axis(self.characteristic, self._assumed), self.real, self._finite)
 
@@ -116,17 +125,20 @@ class CriticalManifold(ShownAsFormulas):
     @cached_property
     def attracting(self) -> sp.Basic:
         """The condition under which every eigenvalue of dg/dy has a negative real part."""
-        return attracting(self.characteristic, self._assumed)
+        return self._of_kind(attracting)
 
     @cached_property
     def repelling(self) -> sp.Basic:
         """The condition under which every eigenvalue of dg/dy has a positive real part."""
-        return repelling(self.characteristic, self._assumed)
+        return self._of_kind(repelling)
 
     @cached_property
     def saddle(self) -> sp.Basic:
         """The condition under which dg/dy has eigenvalues on both sides of the imaginary axis and none on it."""
-        return split(self.characteristic, self._assumed)
+        return self._of_kind(split)
+
+    def _of_kind(self, kind):
+        return sp.false if self.exists == sp.false else kind(self.characteristic, self._assumed)
 
     @cached_property
     def folds(self) -> sp.Basic:
@@ -201,7 +213,7 @@ class CriticalManifold(ShownAsFormulas):
         """Return, in words, why the manifold ``branch`` is not normally hyperbolic, or not real, or not finite."""
         if not is_implicit(branch) and (free := _free(branch)):
             return free
-        if self._finite == sp.false:
+        if not self._has_no_value and self._finite == sp.false:
             why = "a denominator vanishes"
         elif self.real == sp.false:
             why = "a state has not the sign it is declared to have, or a root or a logarithm is of no positive number"

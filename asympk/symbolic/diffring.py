@@ -25,7 +25,10 @@ from asympk.errors import InputError, NotDerivable
 WIDTH = 32  # bits for one exponent; the highest bit is a guard that shows a borrow
 TRIAL = 1000  # larger primes of a denominator are not looked for: factoring a number of 400 digits never ends
 WORK = 3_000_000  # products of terms, and trial divisions of terms: they take seconds
+WRITTEN = 5_000  # terms of a numerator: SymPy writes them in seconds
 SEARCH = 30  # products of terms, as long as the search for common divisors takes for one
+TOO_LONG = ("the coefficients are too long to be written in symbols; ask for a lower order, or let export write them, "
+            "and solve(scene, method='slow', order=n) use them")
 NOT_SMOOTH = (sp.Piecewise, sp.Abs, sp.sign, sp.Max, sp.Min, sp.Heaviside, sp.DiracDelta, sp.floor, sp.ceiling)
 
 
@@ -112,9 +115,14 @@ class DifferentialRing:
         return self.dot(pairs)
 
     def expr(self, a: Fraction) -> sp.Expr:
-        """Return ``a`` as an expression: the product of content, common monomial, expanded rest and denominators."""
+        """Return ``a`` as an expression: the product of content, common monomial, expanded rest and denominators.
+
+        Raises ``NotDerivable`` for a numerator of more than ``WRITTEN`` terms.
+        """
         if not a.numerator:
             return sp.S.Zero
+        if len(a.numerator) > WRITTEN:
+            raise NotDerivable(TOO_LONG)
         content = gcd(*a.numerator.values())
         monomials = [_unpack(m, len(self.atoms)) for m in a.numerator]
         common = [min(column) for column in zip(*monomials, strict=True)]
@@ -178,8 +186,7 @@ class DifferentialRing:
         """Raise ``NotDerivable`` where more work than ``WORK`` is done in this ring."""
         self._work -= work
         if self._work < 0:
-            raise NotDerivable("the coefficients are too long to be written in symbols; ask for a lower order, or let "
-                               "export write them, and solve(scene, method='slow', order=n) use them")
+            raise NotDerivable(TOO_LONG)
 
     def _sum(self, sums):
         """Return the sum of ``{exponents: numerator}`` over a common denominator, reduced."""

@@ -91,7 +91,8 @@ def test_a_formula_that_switches_by_no_relation_is_refused_in_one_line(wrong):
 
 @pytest.mark.parametrize(("text", "said"), [("x − 1", "the sign − is not read; write -"), ("2·x", "write [*]"),
                                             ("x²", r"write \^2"), ("x ≤ 1", "write <="), ("π*x", "did you mean pi"),
-                                            ("x·x", "the sign · is not read; write [*]")])
+                                            ("x·x", "the sign · is not read; write [*]"),
+                                            ("x #c", "it is not a formula")])
 def test_a_sign_that_only_documents_have_is_named_with_what_to_write(text, said):
     with pytest.raises(InputError, match=said):
         read_formula(text, {"x": sp.Symbol("x", real=True)})

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 import asympk as ap
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic, OrderError
+from asympk.symbolic import diffring
 from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.critical import CriticalManifold, critical_manifolds
 from asympk.symbolic.expansion import expand, is_zero, is_zero_somewhere, zero_at_places
@@ -576,6 +577,26 @@ def test_a_branch_that_has_no_value_at_the_numbers_of_a_test_has_its_domain_and_
     (branch,) = critical_manifolds(ap.System.smooth({x: -x}, {y: a - 2 - sp.erf(2 * y)}, mu))
     assert (branch.branch[y], branch.exists) == (sp.erfinv(a - 2) / 2, sp.And(a > 1, a < 3))
     assert branch.stability == "stable"
+
+
+def test_a_manifold_without_a_real_value_exists_nowhere():
+    """SymPy has no exp(erfinv(3)**2), nor an order of infinite numbers: ValueError and TypeError came through."""
+    a = sp.Symbol("a", real=True)
+    (branch,) = critical_manifolds(ap.System.smooth({x: -x}, {y: a - sp.erf(y)}, mu))
+    with pytest.raises(NotNormallyHyperbolic, match=r"\(a = 3\); Pi1 exists only for a > -1 and a < 1"):
+        branch.at(a=3)
+    for force in (3 - sp.erf(x + 2 * y), sp.sqrt(x + y)):
+        (branch,) = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
+        assert {branch.exists, branch.attracting, branch.repelling, branch.saddle} == {sp.false}
+
+
+def test_coefficients_of_more_terms_than_sympy_writes_in_seconds_are_refused(monkeypatch):
+    """Those of 10,000 terms took a minute."""
+    system = ap.System.smooth({x: 3 - x * y}, {y: sp.sin(x) - y - x * y**2}, mu)
+    (*_, m) = ap.slow_manifolds(system, order=2)
+    monkeypatch.setattr(diffring, "WRITTEN", 10)
+    with pytest.raises(NotDerivable, match="too long to be written in symbols; ask for a lower order"):
+        m.coefficient(2)
 
 
 def test_a_manifold_whose_condition_of_existence_never_holds_is_said_to_exist_nowhere():
