@@ -248,8 +248,13 @@ class GuardedMode:
 
     @cached_property
     def poles(self) -> tuple[sp.Expr, ...]:
-        """The divisors of the rates that vary and may vanish; their zeros are poles of the rates."""
-        return tuple(sorted((e for e in {*self._divisors.values()} if not e.is_nonzero), key=sp.default_sort_key))
+        """The divisors of the rates that vary and may vanish; their zeros are poles of the rates.
+
+        A square root is never negative where the rates are real, so that 1 + sqrt(x) does not vanish.
+        """
+        real = {e: replaced(e, {root: sp.Dummy(nonnegative=True) for root in atoms(e, sp.Pow) if root.exp == sp.S.Half})
+                for e in self._divisors.values()}
+        return tuple(sorted((e for e, form in real.items() if not form.is_nonzero), key=sp.default_sort_key))
 
     @cached_property
     def removable(self) -> tuple[sp.Expr, ...]:

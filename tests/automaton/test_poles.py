@@ -197,6 +197,12 @@ def test_a_step_of_no_length_leads_to_no_pole():
     assert mode.require_one_side((divisor * (1 + 1e-15),), 1.0, (1.0,), begun=1.0) == (divisor,)
 
 
+def test_the_sum_of_1_and_a_root_is_no_pole():
+    system = ap.System.smooth({x: 1 / (1 + sp.sqrt(x)) + 1 / (sp.sqrt(x) - 2)}, {}, None)
+    (divisor,) = automaton_of(ap.Scene(system=system, start={x: 1}, until=1)).mode(()).mode.poles
+    assert divisor.subs(x, 4) == 0
+
+
 def test_a_limit_beside_a_divisor_with_a_square_is_found():
     """The divisor 1 + (a - 2)^2 was left as it stands, and what cancels above it was not seen to: a pole was told."""
     a = sp.Symbol("a", real=True)
