@@ -174,11 +174,11 @@ def _follow_on(
     led = _sides_known(automaton, clear, edges, t, state, slack)
     if led and (sided := _on_sides(automaton, led)) != automaton:  # a load that would be 0 keeps its edge
         return _follow_on(sided, before, _same(automaton, sided, before, hits), t, state, slack, near)
-    found: dict[tuple[int, int], set[Branch]] = {}
+    if not edges:
+        return decide.follow_on(automaton, before, hits, t, state, slack)
+    found, leads = dict[tuple[int, int], set[Branch]](), set[tuple[int, ...]]()
     refused: dict[tuple[int, ...], NoMotion | TwoMotions] = {}
-    leads = set()
-    choices = _choices_of_sides(automaton, edges)
-    for choice in choices if edges else ():
+    for choice in (choices := _choices_of_sides(automaton, edges)):
         sides = _beyond(edges, choice)
         try:
             branch = _by_law_of(automaton, sides, before, hits, t, state, slack)

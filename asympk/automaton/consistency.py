@@ -149,9 +149,9 @@ def _unloaded(here: Junction, branch: Branch) -> set[int]:
     Their reaction then vanishes in ``branch``, too. It is a force, and moving the state makes it 0 only to rounding. A
     reaction that has jumped away from 0 does not vanish.
     """
-    changed = {k for k, was in enumerate(branches.bare(here.before or ())) if was != branch[k]}
-    unloaded = (k for kind, k in here.lost if kind == "force_zero" and changed <= {k})
-    return {k for k in unloaded if here.system.frictions[k].rigid and not here.has_jumped(k)}
+    rigid = [k for kind, k in here.lost if kind == "force_zero" and here.system.frictions[k].rigid]
+    changed = {k for k, was in enumerate(branches.bare(here.before or ())) if was != branch[k]} if rigid else set[int]()
+    return {k for k in rigid if changed <= {k} and not here.has_jumped(k)}
 
 
 def _ties(here: Junction, branch: Branch, group: tuple[int, ...]) -> list[tuple] | None:

@@ -116,7 +116,7 @@ class Place(NamedTuple):
         formulas = function(system, outputs, self.numbers.target, self.numbers.functions, directions,
                             coefficients=self.coefficients)
         found = formulas(self.t, *self.state, *self.p)
-        if any(abs(value) > self.numbers.largest for value in found):
+        if self.numbers.largest < math.inf and any(abs(value) > self.numbers.largest for value in found):
             raise OverflowError
         return found
 
@@ -150,7 +150,7 @@ DOUBLES = Numbers("math", math, float, 2.0**-20, 2.0**-36)
 def is_open(values: Sequence) -> bool:
     """Tell whether the first value's sign is open: its size is at most four times its distance from another value."""
     first, *others = values
-    return abs(first) <= 4 * max(abs(v - first) for v in others)
+    return abs(first) <= 4 * max([abs(v - first) for v in others])
 
 
 def clear_sign(values: Sequence) -> int:
@@ -289,7 +289,7 @@ def solved_forces(
 
     The forces stand in the order of the unknowns of ``contact_formulas``.
     """
-    equations, unknowns = contact_equations(system, branch, point, group), contact_formulas(system)[1]
+    equations, unknowns = contact_equations(system, branch, point, group), system.pushes
     if len(group) == len(branch):
         return eliminated(equations, unknowns, numbers)
     mine = {u for k in group for u in (system.frictions[k].force, system.frictions[k].normal)}

@@ -59,7 +59,7 @@ class Junction:
         """The place of the state itself."""
         return self.places[0]
 
-    @property
+    @cached_property
     def numbers(self) -> Numbers:
         """The numbers on which all signs at this junction are decided."""
         return self.at.numbers
@@ -92,7 +92,8 @@ class Junction:
 
     def beginning(self, branch: Branch, k: int, point: int) -> tuple[ContactNumbers, ContactNumbers]:
         """Return contact k, at rest in a branch, as where it is about to slip forward and backward."""
-        ways = ((*branch[:k], branch[k]._replace(velocity=side), *branch[k + 1 :]) for side in (1, -1))
+        ways = [(*branch[:k], branch[k]._replace(velocity=side), *branch[k + 1 :])
+                for side in (1, -1)] if self.signs else [branch, branch]
         forward, backward = (self.points_in(way)[point].contacts[k] for way in ways)
         return forward, backward
 

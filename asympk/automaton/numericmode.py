@@ -185,9 +185,10 @@ class NumericMode:
 
     def vanishing(self, first: tuple, now: tuple) -> sp.Expr | None:
         """Return a divisor of the rates that has nearly vanished relative to its ``first`` value, or None."""
-        values = zip(self.mode.poles, first, now, strict=True)
-        near = (expr for expr, begun, value in values if abs(value) < NEXT_TO_NOTHING * abs(begun))
-        return next(map(as_quotient, near), None)
+        for divisor, begun, value in zip(self.mode.poles, first, now, strict=True):
+            if abs(value) < NEXT_TO_NOTHING * abs(begun):
+                return as_quotient(divisor)
+        return None
 
     def faded(self, t: Any, state: State) -> tuple:
         """Return the values down to which the ``laws`` are 0 but for the errors of the states, in a mode begun here.
@@ -199,8 +200,7 @@ class NumericMode:
     def watched_values(self, faded: tuple, t: Any, state: State) -> tuple:
         """Return the values of the guards and, after them, of the ``laws`` above their ``faded`` values."""
         found = self.watched(t, *state, *self.p)
-        laws = len(found) - len(faded)
-        return (*found[:laws], *map(sub, found[laws:], faded)) if faded else found
+        return (*found[: -len(faded)], *map(sub, found[-len(faded) :], faded)) if faded else found
 
     def watched_rates(self, t: Any, state: State) -> tuple:
         """Return the derivatives of what is ``watched`` along the field."""

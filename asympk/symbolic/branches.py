@@ -65,6 +65,7 @@ def without_idle(branch: Branch) -> Branch:
     return tuple(phase._replace(idle=()) for phase in branch)
 
 
+@lru_cache(maxsize=1024)
 def bare(branch: Branch) -> Branch:
     """Return a branch without its records of idle guards and of the rows that determine its forces at rest."""
     return tuple(phase._replace(idle=(), still=()) for phase in branch)
@@ -95,6 +96,7 @@ def mode_name(branch: Branch) -> str:
     return "+".join(phase.mode for phase in branch) or "smooth"
 
 
+@lru_cache(maxsize=1024)
 def at_rest(branch: Branch) -> frozenset[int]:
     """Return the indices of the frictions that stick."""
     return frozenset(k for k, phase in enumerate(branch) if phase.mode == "stick")
