@@ -47,10 +47,11 @@ class AffineMode:
         It is so while the states ``zeros`` stay 0; the ``waves`` are those of ``forcing.with_waves``.
         """
         row, states = self.guards[guard], len(self.rows) - len(waves)
-        kinds = {(power, *decay, place, turn)
-                 for c, (power, decay, turn, _, place) in zip(row[states:], waves, strict=False) if c}
+        forced = [(c, wave) for c, wave in zip(row[states:], waves, strict=False) if c]
+        kinds = {(power, *decay, place, turn) for _, (power, decay, turn, _, place) in forced}
         alone = all(k in zeros for k, c in enumerate(row[:states]) if c) and [kind[:4] for kind in kinds] == [_WAVE]
-        return alone and row[-1] > 0 and sum(c * c for c in row[states:-1]) == row[-1] ** 2
+        sizes = (sum(c for c, wave in forced if wave[3] == sine) for sine in (False, True))
+        return alone and row[-1] > 0 and sum(size * size for size in sizes) == row[-1] ** 2
 
     def exponential(self, digits: int) -> Exponential:
         """Return ``e^{M t}`` to ``digits`` digits, and to more where a coefficient of a guard has many zeros.

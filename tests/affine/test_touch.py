@@ -61,6 +61,19 @@ def test_a_block_driven_by_as_much_as_friction_bears_rests_past_any_number_of_to
         assert (len(path.events) > 0) == moves
 
 
+def test_waves_whose_frequencies_are_equal_at_the_values_alone_are_one_whose_amplitudes_add():
+    """3/5 cos(w t) + 4/5 cos(2 t) is 7/5 cos(2 t) for w = 2: it exceeds the friction, 1, and the block slips."""
+    drive = sp.Rational(3, 5) * sp.sin(w * t) + sp.Rational(4, 5) * sp.sin(2 * t)
+    friction = ap.Friction(v, F, 1, sp.S.Half, 1)
+    runs = []
+    for pull, values in ((drive, {w: 2}), (drive.subs(w, 2), {})):
+        block = ap.System.with_frictions({x: v, v: pull + F}, {}, (friction,), time=t)
+        runs.append(ap.solve(ap.Scene(system=block, values=values, start=(0, 0), until=6)))
+    assert len(runs[0].events) > 1
+    assert runs[0].modes == runs[1].modes
+    assert runs[0].final == pytest.approx(runs[1].final, abs=1e-13)
+
+
 @pytest.mark.slow
 def test_a_block_that_leaves_its_belt_alone_is_followed_beside_one_that_turns_soon_after():
     """The guard of the last counted as one that vanishes, and the slope was asked for of what was left of it."""
