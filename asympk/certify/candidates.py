@@ -98,6 +98,13 @@ def _alone(system, group):
     return replace(system, slow=slow, fast=fast, frictions=own) if others else system
 
 
+def _products(choices):
+    """Return the products of some choices of phases; raises ``Refused`` where there are too many."""
+    if (found := prod(map(len, choices))) > MOST_LISTED:
+        raise Refused(f"candidates: {found} choices of phases may follow at once; move the start a little")
+    return product(*choices)
+
+
 def in_name_only(system: System, branch: Branch) -> set[int]:
     """Return the contacts that slip in a branch in name only, as others hold them."""
     return {k for k in range(len(branch)) if forces.is_carried(system, branch, k)}
@@ -207,13 +214,10 @@ class Candidates:
         among = among or [all_phases(self.system, k) for k in range(len(self.system.frictions))]
         phases, fitting = [self._phases(k, state, found) for k, found in enumerate(among)], []
         for group in coupled(self.here):
-            choices = self._choices(group, phases, state)
-            many = prod(map(len, choices)) > MOST_CANDIDATES  # none may be needed but the first, all at rest
-            fitting.append([dict(zip(group, own, strict=True)) for own in islice(product(*choices), MOST_LISTED)
-                            if many or -1 not in self.signs(group, own, state).values()])
-        if (found := prod(map(len, fitting))) >= MOST_LISTED:
-            raise Refused(f"candidates: over {found - 1} choices of phases may follow at once; move the start a little")
-        for choice in product(*fitting):
+            every = _products(self._choices(group, phases, state))
+            fitting.append([dict(zip(group, own, strict=True)) for own in every
+                            if -1 not in self.signs(group, own, state).values()])
+        for choice in _products(fitting):
             own = {k: phase for part in choice for k, phase in part.items()}
             yield tuple(own[k] for k in sorted(own))
 
@@ -251,22 +255,23 @@ class Candidates:
         choices, turning = [phases[k] for k in group], {"velocity_zero": (0, 0), "slip_onset": (1, -1)}
         own = [next((p for p in found if p.mode == "stick"), found[0]) for found in choices]
         undecided = [k for k in group if len(phases[k]) > 1]
-        if len(undecided) < 2 or not self._has_one_solution(undecided, phases, state):
+        if len(undecided) < 2 or not self._has_one_solution(group, undecided, phases, state):
             return choices
         for _ in range(MOST_PIVOTS):
             signs = self.signs(group, (*own,), state, 0)
-            if not (wrong := [key for key, sign in signs.items() if sign == -1]):
+            kind, k, upper = next((key for key, sign in signs.items() if sign == -1), ("", None, 0))
+            if k is None or group[k] not in undecided:
                 break
-            kind, k, upper = wrong[0]
             own[k] = own[k]._replace(velocity=turning[kind][upper])
         tied = {k for (_, k, _), sign in signs.items() if sign == 0}
         known = {*signs.values()} <= {0, 1}
         return [found if k in tied or not known else [own[k]] for k, found in enumerate(choices)]
 
-    def _has_one_solution(self, undecided, phases, state):
-        """Tell whether the friction of contacts, whose velocities vanish at a state, has one solution (Lemma 19)."""
+    def _has_one_solution(self, group, undecided, phases, state):
+        """Tell whether the undecided frictions of a group, at velocities that vanish, have one solution (Lemma 19)."""
         resting = [self.system.frictions[k] for k in undecided]
-        if feels_directions(self.system) or any(branches.is_pushed(self.system, k) for k in undecided):
+        forced = (self.system.frictions[k].rigid or branches.is_pushed(self.system, k) for k in group)
+        if feels_directions(self.system) or any(forced):
             return False
         if any(len({(p.load, p.slips or p.mode == "stick") for p in phases[k]}) > 1 for k in undecided):
             return False

@@ -1391,6 +1391,26 @@ def test_blocks_whose_friction_is_all_used_up_at_the_same_times_are_proven_to_re
     assert proven(certify(ap.Scene(system=system, start=dict.fromkeys(map(str, rates), 0), until=4)))
 
 
+def test_choices_of_phases_that_guards_exclude_do_not_count_as_many(monkeypatch):
+    """Of more than the limit none was excluded: seven blocks with static friction, 3**7 choices, were refused."""
+    for module in ("affine", "candidates"):
+        monkeypatch.setattr(f"asympk.certify.{module}.MOST_CANDIDATES", 3)
+    scene = blocks_in_line(3, stacked=True)
+    system = replace(scene.system, frictions=[replace(f, static=1) for f in scene.system.frictions])
+    found = certify(ap.Scene(system=system, start=dict(zip(scene.names, scene.start, strict=True)), until=1))
+    assert proven(found)
+
+
+def test_a_load_that_jumps_below_0_when_two_blocks_stop_together_changes_its_sign_in_the_proof():
+    """The guard of the load, not of the two, turned negative while their phases were sought: a KeyError."""
+    contacts = [ap.Friction(v, F, 1, sp.S.Half), ap.Friction(w, G, 1, sp.S.Half),
+                ap.Friction(c, H, sp.Rational(1, 4) - (F + G) / 2, sp.Rational(1, 4))]
+    system = ap.System.with_frictions({x: v, y: w, v: y - 2 * x + F, w: x - 2 * y + G, c: H}, {}, contacts)
+    start = {x: 0, y: 0, v: Fraction(3, 4), w: Fraction(3, 4), c: 5}
+    proof = proven_as_followed(ap.Scene(system=system, start=start, until=1))
+    assert proof.modes == ("slip_same+slip_same+slip_same", "stick+stick+slip_opposite")
+
+
 def test_too_many_choices_of_phases_are_refused_by_name():
     """Where static friction exceeds kinetic friction, coupled contacts may have several motions (Lemma 19)."""
     scene = blocks_in_line(10, stacked=True)
