@@ -290,12 +290,12 @@ class _Reader:
                 return -self.read(node.operand, depth + 1)
             case ast.UnaryOp(op=ast.UAdd()):
                 return self.read(node.operand, depth + 1)
+            case ast.Compare() | ast.BoolOp() | ast.BinOp(op=ast.BitAnd() | ast.BitOr()) | ast.UnaryOp():
+                return self._condition(node, depth)
             case ast.BinOp():
                 return self._operations(node, depth)
             case ast.Call():
                 return self._call(node, depth)
-            case ast.Compare() | ast.BoolOp() | ast.UnaryOp(op=ast.Not()):
-                return self._condition(node, depth)
         if not self.symbols:
             raise _no_number(self.what, self.text)
         raise self._refuse("it may hold numbers, names, + - * / ** and functions")

@@ -521,7 +521,8 @@ def test_a_relation_to_what_is_no_real_number_is_refused_with_its_text(text):
 def test_relations_joined_by_and_or_and_not_are_an_assumption():
     """In a Piecewise they were read, as an assumption they were taken for a formula with a wrong sign."""
     x, y = sp.symbols("x y", real=True)
-    texts = {"x > y and y > 0": sp.And(x > y, y > 0), "x < 1 or x > 2": sp.Or(x < 1, x > 2), "not x > 1": x <= 1}
+    texts = {"x > y and y > 0": sp.And(x > y, y > 0), "x < 1 or x > 2": sp.Or(x < 1, x > 2), "not x > 1": x <= 1,
+             "(x > y) & (y > 0)": sp.And(x > y, y > 0), "(x < 1) | ~(x <= 2)": sp.Or(x < 1, x > 2)}
     assert {text: read_relation(text, {"x": x, "y": y}) for text in texts} == texts
     with pytest.raises(InputError, match="'x or y': a condition is a relation, such as x < 1"):
         read_relation("x or y", {"x": x, "y": y})
