@@ -404,8 +404,10 @@ def _may_vanish(expr):
 
 
 def _is_as_declared(solution):
-    """Tell whether every unknown may be as it is declared."""
-    return all(sp.check_assumptions(h, **y.assumptions0) is not False for y, h in solution.items())
+    """Tell whether every unknown may be as it is declared, and has no number without a value, as erfinv(2)."""
+    numbers = (f for f in sp.Tuple(*solution.values()).atoms(sp.Function) if f.is_number)
+    valueless = any(valued(f, {}, 15, real=False) is sp.nan for f in numbers)
+    return not valueless and all(sp.check_assumptions(h, **y.assumptions0) is not False for y, h in solution.items())
 
 
 def factors_of(force: sp.Expr, unknowns: Collection[sp.Symbol]) -> list[sp.Expr]:

@@ -585,9 +585,9 @@ def test_a_manifold_without_a_real_value_exists_nowhere():
     (branch,) = critical_manifolds(ap.System.smooth({x: -x}, {y: a - sp.erf(y)}, mu))
     with pytest.raises(NotNormallyHyperbolic, match=r"\(a = 3\); Pi1 exists only for a > -1 and a < 1"):
         branch.at(a=3)
-    for force in (3 - sp.erf(x + 2 * y), sp.sqrt(x + y)):
-        (branch,) = critical_manifolds(ap.System.smooth({x: -x}, {y: force}, mu))
-        assert {branch.exists, branch.attracting, branch.repelling, branch.saddle} == {sp.false}
+    assert critical_manifolds(ap.System.smooth({x: -x}, {y: 3 - sp.erf(x + 2 * y)}, mu)) == ()
+    (branch,) = critical_manifolds(ap.System.smooth({x: -x}, {y: sp.sqrt(x + y)}, mu))
+    assert {branch.exists, branch.attracting, branch.repelling, branch.saddle} == {sp.false}
 
 
 def test_coefficients_of_more_terms_than_sympy_writes_in_seconds_are_refused(monkeypatch):
@@ -597,6 +597,14 @@ def test_coefficients_of_more_terms_than_sympy_writes_in_seconds_are_refused(mon
     monkeypatch.setattr(diffring, "WRITTEN", 10)
     with pytest.raises(NotDerivable, match="too long to be written in symbols; ask for a lower order"):
         m.coefficient(2)
+
+
+def test_a_root_that_is_a_number_without_a_value_is_none():
+    """As erfinv(2): its stability was a ValueError of mpmath, also beside another branch."""
+    a = sp.Symbol("a", positive=True)
+    for factor, found in ((1, []), (y - x, [x])):
+        system = ap.System.smooth({x: -x}, {y: factor * (sp.erf(a * y) - 2)}, mu)
+        assert [branch.branch[y] for branch in critical_manifolds(system)] == found
 
 
 def test_a_manifold_whose_condition_of_existence_never_holds_is_said_to_exist_nowhere():
