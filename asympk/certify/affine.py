@@ -161,7 +161,7 @@ class _Modes(Candidates):
         for friction in self.system.frictions:
             gap = friction.gap if friction.rigid else None
             for what, expr in (("gap", gap), ("rate of the gap", gap and rate_along(self.system, gap))):
-                if expr and self._is_rounding(self._plain_row(expr), state):
+                if expr and self._is_rounding(self.row(self._plain, expr), state):
                     raise Refused(f"edge: the {what} at the start is rounding, which a run takes as 0; start where it "
                                   "is 0 exactly, or take the elastic contact")
 

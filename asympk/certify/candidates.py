@@ -100,7 +100,7 @@ def _alone(system, group):
 
 def _products(choices):
     """Return the products of some choices of phases; raises ``Refused`` where there are too many."""
-    if (found := prod(map(len, choices))) > MOST_LISTED:
+    if (found := prod(map(len, choices))) >= MOST_LISTED:
         raise Refused(f"candidates: {found} choices of phases may follow at once; move the start a little")
     return product(*choices)
 
@@ -302,10 +302,6 @@ class Candidates:
         """
         with suppress(Refused):
             return sign_at(self.row(mode or self._plain, expr), state)
-
-    def _plain_row(self, expr):
-        """Return the row of an expression of the states alone, which is the same in every mode."""
-        return self.row(self._plain, expr)
 
     def _sides_of_velocities(self, state):
         """Yield the sides of switches of sliding velocities that are certain shortly after a state."""
