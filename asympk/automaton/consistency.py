@@ -13,7 +13,7 @@ import math
 from collections.abc import Collection, Iterator
 from contextlib import suppress
 from functools import lru_cache
-from itertools import chain, islice, product
+from itertools import chain, count, islice, product
 from typing import Any
 
 import sympy as sp
@@ -28,6 +28,7 @@ from asympk.errors import InputError, Undecided
 from asympk.symbolic import branches
 from asympk.symbolic.branches import Branch, Guard, Phase
 from asympk.symbolic.forces import is_carried
+from asympk.symbolic.guards import asks_for_signs
 from asympk.symbolic.long import replaced, symbols_in
 from asympk.symbolic.penetration import with_finite_powers
 from asympk.symbolic.system import System
@@ -39,6 +40,7 @@ MOST = 8  # largest number of undecided frictions whose combinations of phases a
 PIVOTS = 500  # of a group of frictions; about as many as there are frictions lead to the solution
 CLEARLY = 1e-6  # least eigenvalue of a symmetric part that counts as positive
 Tried = dict[Branch, list[tuple] | None]
+Choice = tuple[dict[int, Phase], list[tuple] | None]  # phases of a group, and the keys of guards that vanish
 
 
 def admissible(here: Junction) -> Tried:
@@ -47,7 +49,7 @@ def admissible(here: Junction) -> Tried:
     A branch has one of the choices of ``_fitting`` for each group of coupled frictions. A branch whose forces are not
     determined is kept, with None in place of the keys.
     """
-    fitting = [_fitting(here, group) for group in contacts.coupled(here.system)]
+    fitting = _lasting(here, [_fitting(here, group) for group in contacts.coupled(here.system)])
     require_few(math.prod(map(len, fitting)), sum(len(choices) > 1 for choices in fitting))
     found: Tried = {}
     for choice in product(*fitting):
@@ -57,7 +59,77 @@ def admissible(here: Junction) -> Tried:
     return found
 
 
-def _fitting(here: Junction, group: tuple[int, ...]) -> list[tuple[dict[int, Phase], list[tuple] | None]]:
+def _lasting(here: Junction, fitting: list[list[Choice]]) -> list[list[Choice]]:
+    """Return the choices of groups without those in which a guard falls whatever the other groups choose.
+
+    The choices of one group after the other are then few, where all combinations of them would be many.
+    """
+    sizes = [len(choices) for choices in fitting if len(choices) > 1]
+    determined = all(ties is not None for choices in fitting for _, ties in choices)
+    if math.prod(map(len, fitting)) <= sum(sizes) or not determined or asks_for_signs(here.system):
+        return fitting
+    base = {k: phase for choices in fitting for k, phase in choices[0][0].items()}
+    steady = {force for group, choices in zip(contacts.coupled(here.system), fitting, strict=True)
+              for force in _steady(here, group, [_with_phases(here, base | own) for own, _ in choices])}
+    return [[(own, ties) for own, ties in choices
+             if not (ties and len(choices) > 1 and _falls_alone(here, base | own, own.keys(), ties, steady))]
+            for choices in fitting]
+
+
+def _steady(here: Junction, group: tuple[int, ...], choices: list[Branch]) -> Iterator[sp.Symbol]:
+    """Yield the forces of a group that are alike, within rounding, in all of its choices."""
+    first, *others = ([here.solved(b, group, n) for n in range(len(here.points_in(b)))] for b in choices)
+    for force in _forces_of(here.system, group):
+        apart = ([a.forces[force] - b.forces[force] for a, b in zip(first, own, strict=True) if a and b]
+                 for own in others)
+        if not any(map(here.numbers.decided_sign, apart)):
+            yield force
+
+
+def _falls_alone(
+    here: Junction, phases: dict[int, Phase], own: Collection[int], ties: list[tuple], steady: set[sp.Symbol]
+) -> bool:
+    """Tell whether one of the vanishing guards of contacts ``own`` falls whatever the phases of all other contacts.
+
+    Its first derivative that is not 0 may contain derivatives of the own forces alone, and of others only values that
+    are ``steady``.
+    """
+    mode = mode_of(here.system, _with_phases(here, phases))
+    with suppress(Undecided):
+        if fallen := _grown(here, mode, [k for k, guard in enumerate(mode.guards) if guard.key in ties])[1]:
+            guard, order = fallen
+            symbols = _symbols_of_derivatives(here.system, mode.guards[guard].friction)
+            *_, before, last = set[sp.Symbol](), *islice(symbols, order + 1)
+            others = {*here.system.pushes} - {*_forces_of(here.system, own)}
+            return not (before & others or last & others - steady)
+    return False
+
+
+def _forces_of(system: System, group: Collection[int]) -> list[sp.Symbol]:
+    return [force for k in sorted(group) for force in (system.frictions[k].force, system.frictions[k].normal) if force]
+
+
+def _symbols_of_derivatives(system: System, k: int) -> Iterator[set[sp.Symbol]]:
+    """Yield the symbols that may be in a guard of contact k and in its derivatives of order 1, 2, and so on."""
+    friction, inside = system.frictions[k], _symbols_of_rates(system)
+    found = symbols_in(sp.Tuple(*friction.parts.values(), *_forces_of(system, [k])))
+    while True:
+        yield found
+        found = found.union(*(inside[s] for s in found & inside.keys()))
+
+
+@lru_cache(maxsize=64)
+def _symbols_of_rates(system: System) -> dict[sp.Symbol, set[sp.Symbol]]:
+    """Return the symbols that may be in the rate of each state, and in the derivative of each force."""
+    found = {s: symbols_in(rate) for s, rate in system.rates.items()}
+    for group in contacts.coupled(system):
+        frictions = [system.frictions[k] for k in group]
+        parts = [e for f in frictions for e in (*f.parts.values(), branches.rate_along(system, f.velocity))]
+        found |= dict.fromkeys(_forces_of(system, group), symbols_in(sp.Tuple(*parts)))
+    return found
+
+
+def _fitting(here: Junction, group: tuple[int, ...]) -> list[Choice]:
     """Return the choices of phases of a group in which no guard is negative, and the keys of those that vanish.
 
     Where all of a group that may rest can, with margins that are positive, static friction holds the group, if it draws
@@ -302,14 +374,23 @@ def staying(here: Junction, mode: GuardedMode, keys: list[tuple]) -> list[int] |
     ties = [k for k, guard in enumerate(all_guards(mode)) if guard.key in keys]
     if mode.pressed and any(v < 0 for v in here.at.values(mode.system, mode.conditions)):
         return None  # a condition is a margin divided by the penetration: the margin is negative once there is one
-    pending, grown = _signs_by_guard(here, mode, [k for k in ties if k < len(mode.guards)]), set[int]()
-    while pending:  # one derivative of each at a time: those of a guard that stays 0 grow long
+    grown, fallen = _grown(here, mode, [k for k in ties if k < len(mode.guards)])
+    return None if fallen else [k for k in ties if k not in grown]
+
+
+def _grown(here: Junction, mode: GuardedMode, ties: list[int]) -> tuple[set[int], tuple[int, int] | None]:
+    """Return the vanishing guards that grow, and the first one that falls with the order of its derivative, or None."""
+    pending, grown = _signs_by_guard(here, mode, ties), set[int]()
+    for step in count():  # one derivative of each at a time: those of a guard that stays 0 grow long
         signs = {k: next(growth, None) for k, growth in pending.items()}
         if -1 in signs.values():
-            return None
+            k = min(k for k, sign in signs.items() if sign == -1)
+            return grown, (k, _first_order(here, mode, k) + step)
         grown |= {k for k, sign in signs.items() if sign == 1}
         pending = {k: growth for k, growth in pending.items() if signs[k] == 0}
-    return [k for k in ties if k not in grown]
+        if not pending:
+            break
+    return grown, None
 
 
 def _signs_by_guard(here: Junction, mode: GuardedMode, ties: list[int]) -> dict[int, Iterator[int]]:

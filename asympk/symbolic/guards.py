@@ -30,12 +30,12 @@ def named_branches(system: "System") -> Iterator[Branch]:
 
     A stick is left out, for instance, where the force does not enter the rate of its velocity.
     """
-    asked = _asks_for_signs(system)
+    asked = asks_for_signs(system)
     choices = (one_per_mode(system, k, asked) for k in range(len(system.frictions)))
     return (branch for branch in product(*choices) if determined(system, branch))
 
 
-def _asks_for_signs(system: "System") -> bool:
+def asks_for_signs(system: "System") -> bool:
     """Tell whether a rate, sliding velocity, load or friction bound contains an absolute value or a sign."""
     bounds = (e for f in system.frictions for e in (f.velocity, f.load, f.kinetic, f.static))
     return bool(atoms(sp.Tuple(*system.rates.values(), *bounds), sp.Abs, sp.sign))
@@ -47,7 +47,7 @@ def sample_branches(system: "System") -> Iterator[Branch]:
     One phase of a mode suffices unless a formula contains a sign or an absolute value. Where the equations of rigid
     contacts that slip are singular, as at critical friction, these contacts are open or stick, all but one at a time.
     """
-    asked = _asks_for_signs(system)
+    asked = asks_for_signs(system)
     choices = [all_phases(system, k) if asked else one_per_mode(system, k) for k in range(len(system.frictions))]
     first = tuple(choice[0] for choice in choices)
     rigid = [k for k, friction in enumerate(system.frictions) if friction.rigid]

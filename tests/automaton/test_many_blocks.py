@@ -4,7 +4,7 @@ import pytest
 import sympy as sp
 
 import asympk as ap
-from asympk.automaton import poles
+from asympk.automaton import decide, poles
 from asympk.automaton.modes import mode_of
 from asympk.symbolic import forces, long, lowering
 from asympk.symbolic.branches import Phase
@@ -69,3 +69,41 @@ def test_a_diagonal_matrix_has_an_inverse_unless_an_entry_is_0(count):
     entries = [k + n for n in range(count)]
     assert long.has_no_inverse(sp.diag(*entries)) is False
     assert long.has_no_inverse(sp.diag(*entries, 0)) is True
+
+
+def pushed_by_cosines(count, spring):
+    """Blocks that rest at the bound of their friction, which the push cos t leaves at once; springs may join them."""
+    t, positions, velocities, frictions = sp.Symbol("t"), *(sp.symbols(f"{name}1:{count + 1}") for name in "xvF")
+    ends = (0, *positions, 0)
+    pulls = [spring * (ends[n] - 2 * x + ends[n + 2]) for n, x in enumerate(positions)]
+    rates = {v: sp.cos(t) + pull + F for v, pull, F in zip(velocities, pulls, frictions, strict=True)}
+    laws = [ap.Friction(velocity=v, force=F, load=1, kinetic=1) for v, F in zip(velocities, frictions, strict=True)]
+    system = ap.System.with_frictions(dict(zip(positions, velocities, strict=True)) | rates, {}, laws, time=t)
+    return ap.Scene(system=system, start=dict.fromkeys(system.states, 0), until=1)
+
+
+@pytest.mark.parametrize("spring", [0, 1])
+def test_blocks_whose_ties_are_independent_are_judged_one_by_one(spring, monkeypatch):
+    """Springs move the ties by derivatives higher than those that tell: of six blocks 64 modes were derived."""
+    judged, staying = [], decide.staying
+    monkeypatch.setattr(decide, "staying", lambda *asked: judged.append(asked) or staying(*asked))
+    assert ap.solve(pushed_by_cosines(6, spring)).modes == ("+".join(["stick"] * 6),)
+    assert len(judged) == 1
+
+
+@pytest.mark.slow
+@pytest.mark.further
+def test_more_independent_ties_than_have_combinations_to_be_tried_are_decided():
+    """Of thirteen blocks that may each rest or slip at first, 8192 combinations were too many."""
+    assert ap.solve(pushed_by_cosines(13, 0)).modes == ("+".join(["stick"] * 13),)
+
+
+def test_a_tie_that_a_derivative_of_another_force_decides_is_not_judged_alone():
+    """The first block breaks loose, the second stays, and the spring between them makes the third slip."""
+    t, (x, y), (u, v, w), (F, G, H) = sp.Symbol("t"), *map(sp.symbols, ("x y", "u v w", "F G H"))
+    laws = [ap.Friction(velocity=s, force=force, load=1, kinetic=1) for s, force in ((u, F), (v, G), (w, H))]
+    rates = {x: u, y: v, u: 1 + t + F, v: 1 - t + G, w: 1 + x - y + H}
+    system = ap.System.with_frictions(rates, {}, laws, time=t)
+    path = ap.solve(ap.Scene(system=system, start=dict.fromkeys(system.states, 0), until=1))
+    assert path.modes == ("slip_same+stick+slip_same",)
+    assert path.final == pytest.approx((1 / 6, 0, 1 / 2, 0, 1 / 24), abs=1e-12)
