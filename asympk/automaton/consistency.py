@@ -11,9 +11,11 @@ those that vanish: the first that is not 0 must be positive. ``decide`` chooses 
 
 import math
 from collections.abc import Collection, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from functools import lru_cache
 from itertools import chain, count, islice, product
+from time import monotonic
 from typing import Any
 
 import sympy as sp
@@ -24,7 +26,7 @@ from asympk.automaton.junction import Junction
 from asympk.automaton.kept import is_kept_gap, vanish_on_plane
 from asympk.automaton.modes import GuardedMode, mode_of
 from asympk.automaton.motionseries import derivatives_along
-from asympk.errors import InputError, Undecided
+from asympk.errors import InputError, Undecided, Unfinished
 from asympk.symbolic import branches
 from asympk.symbolic.branches import Branch, Guard, Phase
 from asympk.symbolic.forces import is_carried
@@ -41,6 +43,24 @@ PIVOTS = 500  # of a group of frictions; about as many as there are frictions le
 CLEARLY = 1e-6  # least eigenvalue of a symmetric part that counts as positive
 Tried = dict[Branch, list[tuple] | None]
 Choice = tuple[dict[int, Phase], list[tuple] | None]  # phases of a group, and the keys of guards that vanish
+_deadline: ContextVar[float] = ContextVar("deadline", default=math.inf)
+
+
+@contextmanager
+def decided_by(deadline: float) -> Iterator[None]:
+    """Let ``require_time_left`` raise ``Unfinished`` within once ``time.monotonic`` is beyond the ``deadline``."""
+    token = _deadline.set(deadline)
+    try:
+        yield
+    finally:
+        _deadline.reset(token)
+
+
+def require_time_left(here: Junction) -> None:
+    """Raise ``Unfinished`` after the deadline of ``decided_by``."""
+    if monotonic() > _deadline.get():
+        raise Unfinished(f"time limit reached where the motion is chosen among many {here.in_words}; allow more "
+                         "seconds, or move the start a little, so that fewer quantities are 0 at once")
 
 
 def admissible(here: Junction) -> Tried:
@@ -49,7 +69,7 @@ def admissible(here: Junction) -> Tried:
     A branch has one of the choices of ``_fitting`` for each group of coupled frictions. A branch whose forces are not
     determined is kept, with None in place of the keys.
     """
-    fitting = _lasting(here, [_fitting(here, group) for group in contacts.coupled(here.system)])
+    fitting = _without_falling(here, [_fitting(here, group) for group in contacts.coupled(here.system)])
     require_few(math.prod(map(len, fitting)), sum(len(choices) > 1 for choices in fitting))
     found: Tried = {}
     for choice in product(*fitting):
@@ -59,7 +79,7 @@ def admissible(here: Junction) -> Tried:
     return found
 
 
-def _lasting(here: Junction, fitting: list[list[Choice]]) -> list[list[Choice]]:
+def _without_falling(here: Junction, fitting: list[list[Choice]]) -> list[list[Choice]]:
     """Return the choices of groups without those in which a guard falls whatever the other groups choose.
 
     The choices of one group after the other are then few, where all combinations of them would be many.
@@ -96,7 +116,7 @@ def _falls_alone(
     """
     mode = mode_of(here.system, _with_phases(here, phases))
     with suppress(Undecided):
-        if fallen := _grown(here, mode, [k for k, guard in enumerate(mode.guards) if guard.key in ties])[1]:
+        if fallen := _ties_that_grow(here, mode, [k for k, guard in enumerate(mode.guards) if guard.key in ties])[1]:
             guard, order = fallen
             symbols = _symbols_of_derivatives(here.system, mode.guards[guard].friction)
             *_, before, last = set[sp.Symbol](), *islice(symbols, order + 1)
@@ -374,11 +394,11 @@ def staying(here: Junction, mode: GuardedMode, keys: list[tuple]) -> list[int] |
     ties = [k for k, guard in enumerate(all_guards(mode)) if guard.key in keys]
     if mode.pressed and any(v < 0 for v in here.at.values(mode.system, mode.conditions)):
         return None  # a condition is a margin divided by the penetration: the margin is negative once there is one
-    grown, fallen = _grown(here, mode, [k for k in ties if k < len(mode.guards)])
+    grown, fallen = _ties_that_grow(here, mode, [k for k in ties if k < len(mode.guards)])
     return None if fallen else [k for k in ties if k not in grown]
 
 
-def _grown(here: Junction, mode: GuardedMode, ties: list[int]) -> tuple[set[int], tuple[int, int] | None]:
+def _ties_that_grow(here: Junction, mode: GuardedMode, ties: list[int]) -> tuple[set[int], tuple[int, int] | None]:
     """Return the vanishing guards that grow, and the first one that falls with the order of its derivative, or None."""
     pending, grown = _signs_by_guard(here, mode, ties), set[int]()
     for step in count():  # one derivative of each at a time: those of a guard that stays 0 grow long

@@ -271,7 +271,9 @@ def _going_on(here: Junction, tried: Tried) -> Branch:
 def _consistent(here: Junction, tried: Tried) -> tuple[dict[Branch, list[int]], dict[Branch, Undecided]]:
     """Return the consistent branches with their guards that stay 0, and those for which that is undecided."""
     consistent, doubts = dict[Branch, list[int]](), dict[Branch, Undecided]()
-    for branch, keys in tried.items():
+    for n, (branch, keys) in enumerate(tried.items()):
+        if n and keys:
+            consistency.require_time_left(here)
         try:
             still = None if keys is None else staying(here, mode_of(here.system, branch), keys)
         except Undecided as error:

@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 
 from asympk.automaton.automaton import Automaton
+from asympk.automaton.consistency import decided_by
 from asympk.automaton.decide import is_of_numbers, without_value_soon
 from asympk.automaton.kept import without_asymmetry
 from asympk.automaton.loop import Run, Segment, follow, lost_with
@@ -122,9 +123,10 @@ def _references(scene: Scene, digits: int, events: int, deadline: float) -> tupl
     places = [carrier_context(SPARE).mag(carried(v, SPARE)) for v in automaton.values if v]
     lost = sum(map(abs, places)) * 3 // 10  # digits that a rate such as log(1 + p)/p of a tiny parameter may lose
     contexts = [carrier_context(digits + SPARE + times * lost + extra) for times, (_, extra) in enumerate(ORDERS, 1)]
-    first = automaton.first(scene.start, scene.until, contexts[0].dps)
-    rough, fine = (_follow(automaton, first, scene, ctx, stages + more, digits + extra, events, deadline)
-                   for ctx, (more, extra) in zip(contexts, ORDERS, strict=True))
+    with decided_by(deadline):
+        first = automaton.first(scene.start, scene.until, contexts[0].dps)
+        rough, fine = (_follow(automaton, first, scene, ctx, stages + more, digits + extra, events, deadline)
+                       for ctx, (more, extra) in zip(contexts, ORDERS, strict=True))
     if fine.last.short:
         raise TooManyEvents(f"{fine.last.short} at t = {float(fine.last.t):.6g}; take a smaller until, or more events",
                             fine.last.t, fine.last.state)

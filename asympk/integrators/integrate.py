@@ -17,6 +17,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from asympk.automaton.consistency import decided_by
 from asympk.automaton.kept import without_asymmetry
 from asympk.automaton.loop import Run, Segment, follow, without_value_after
 from asympk.automaton.numericmode import NumericMode
@@ -146,7 +147,8 @@ def _trace(scene, method, options, times=(), keep=False):
         return in_range(t, state, lambda: _settled(mode, later, without_asymmetry(mode, t, state, followed(
             mode, t, state, end, lambda end: advance(mode, t, state, end, settings)))))
 
-    return follow(automaton, automaton.first(scene.start, scene.until), start, until, on, options["events"])
+    with decided_by(deadline):
+        return follow(automaton, automaton.first(scene.start, scene.until), start, until, on, options["events"])
 
 
 def in_range(t: float, state: tuple[float, ...], segment: Callable[[], Segment]) -> Segment:

@@ -60,7 +60,8 @@ def _stopped_at(stop: Pole | Unfinished) -> Any:
     """Return the time at which the motion itself stopped a run, or None where a limit on the work did."""
     if isinstance(stop, Pole):
         return stop.t
-    return stop.path.info["reached"] if stop.path.info["status"].startswith(("stalled", "left the range")) else None
+    info = stop.path.info if stop.path else {"status": ""}
+    return info["reached"] if info["status"].startswith(("stalled", "left the range")) else None
 
 
 def _followed(scene: Any, tolerance: float = TOLERANCE, **limits: Any) -> Path:

@@ -6,6 +6,7 @@ import sympy as sp
 import asympk as ap
 from asympk.automaton import decide, poles
 from asympk.automaton.modes import mode_of
+from asympk.errors import Unfinished
 from asympk.symbolic import forces, long, lowering
 from asympk.symbolic.branches import Phase
 
@@ -107,3 +108,14 @@ def test_a_tie_that_a_derivative_of_another_force_decides_is_not_judged_alone():
     path = ap.solve(ap.Scene(system=system, start=dict.fromkeys(system.states, 0), until=1))
     assert path.modes == ("slip_same+stick+slip_same",)
     assert path.final == pytest.approx((1 / 6, 0, 1 / 2, 0, 1 / 24), abs=1e-12)
+
+
+@pytest.mark.parametrize("options", [{"method": "lsoda"}, {"digits": 20}])
+def test_a_choice_among_ties_ends_with_the_time_of_the_run(options):
+    """On elastic contacts that begin without load, modes were derived for minutes, whatever the time allowed."""
+    t, x, v, F = sp.symbols("t x v F")
+    block = ap.System.with_frictions({x: v, v: sp.cos(t) + x**2 + F}, {}, [
+        ap.Friction(velocity=v, force=F, load=1, kinetic=1)], time=t)
+    scene = ap.Scene(system=block, start={x: 0, v: 0}, until=1)
+    with pytest.raises(Unfinished, match="time limit reached where the motion is chosen among many at t = 0, x = 0"):
+        ap.solve(scene, seconds=0, **options)
