@@ -250,7 +250,7 @@ def _shared(outputs, unused_symbols):
     shared, found = sp.cse([*(e for _, e in entries), *outputs], symbols=unused_symbols, order="canonical")
     named = [(symbol, e) for (symbol, _), e in zip(entries, found, strict=False)]
     parts = [*tables, *shared, *named, *steps]
-    return in_order(parts) if steps else parts, found[len(entries) :], {t for t, _ in steps}, forms
+    return in_order(parts) if entries else parts, found[len(entries) :], {t for t, _ in steps}, forms
 
 
 def without_tables(

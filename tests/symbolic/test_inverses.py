@@ -98,6 +98,13 @@ def test_the_derivatives_of_an_elimination_name_no_negated_symbol():
     assert not [line for line in lines if line.partition("= -")[2].isidentifier()]
 
 
+def test_a_form_that_is_one_of_its_entries_is_written_before_what_contains_it():
+    """Runs of three cylinders, whose masses couple nowhere, ended in Python's error on a local variable."""
+    product = b * InverseForm.of((1, 0), sp.eye(2), (sp.sin(a), 0))
+    found = ap.lower((a, b), (product + 1, sp.cos(product)), "math")(*PLACE[:2])
+    assert found == pytest.approx((PLACE[1] * np.sin(PLACE[0]) + 1, np.cos(PLACE[1] * np.sin(PLACE[0]))), rel=1e-14)
+
+
 @pytest.mark.parametrize("directions", [(), ((a, sp.S.One, b),)])
 @pytest.mark.parametrize("target", ["c", "math"])
 def test_every_step_of_an_elimination_that_is_written_is_read(directions, target):
