@@ -7,6 +7,7 @@ guards. A ``Guard`` is positive while the branch holds.
 
 from collections.abc import Collection, Iterable
 from functools import lru_cache
+from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
 import sympy as sp
@@ -20,6 +21,8 @@ from asympk.symbolic.signs import waves_never_negative
 
 if TYPE_CHECKING:
     from asympk.symbolic.system import Friction, System
+
+APART = 0.01  # the least distance of roots that rounding leaves of none that are equal, relative to them
 
 
 class Phase(NamedTuple):
@@ -237,10 +240,25 @@ def never_negative(system: "System", expr: sp.Expr) -> bool:
 def with_powers(expr: sp.Expr) -> sp.Expr:
     """Return a polynomial with its multiple factors as powers: written out, they are rounding near their zeros."""
     squares = any(power.exp.is_Integer and power.exp > 1 for power in atoms(expr, sp.Pow))
-    if not (expr.is_Add and squares) or is_longer(expr, LONG) or not expr.is_polynomial():
+    if not (expr.is_Add and squares) or is_longer(expr, LONG) or not expr.is_polynomial() or _is_square_free(expr):
         return expr
     factor, found = sp.sqf_list(expr, *sorted(expr.free_symbols, key=str))
     return sp.Mul(factor, *(part**k for part, k in found)) if any(k > 1 for _, k in found) else expr
+
+
+def _is_square_free(expr):
+    """Tell whether a polynomial with irrational numbers has no double roots along a line, or is a number.
+
+    SymPy takes minutes to look for common factors with several such numbers.
+    """
+    import numpy as np
+
+    names, t = sorted(expr.free_symbols, key=str), sp.Dummy()
+    if not names or all(part.free_symbols or part.is_Rational for part in sp.preorder_traversal(expr)):
+        return not names
+    line = {name: sp.sqrt(k + 2) + t * sp.cbrt(k + 3) for k, name in enumerate(names)}
+    roots = np.roots([*map(float, sp.Poly(expr.xreplace(line).evalf(), t).all_coeffs())]).tolist()
+    return all(abs(a - b) > APART * abs(a) for a, b in combinations(roots, 2))
 
 
 @lru_cache(maxsize=256)

@@ -1339,3 +1339,20 @@ def test_a_block_whose_height_is_the_rounding_of_a_metre_in_nanometres_stands_on
     path = ap.solve(ap.Scene(system=system, start=[metre, metre * math.sin(math.pi), metre, 0], until=1))
     assert path.modes == ("slip_same", "stick")
     assert path.final[0] == pytest.approx(metre * 10 / 9)
+
+
+def test_a_block_slides_down_a_wedge_whose_slope_is_a_number_as_the_equations_of_newton_say():
+    """SymPy's error that a polynomial was expected, of a load that is a number, came through."""
+    slope, s, c, f = sp.Rational(3, 5), math.sin(0.6), math.cos(0.6), 0.2
+    across, along, gap = dynamicsymbols("A D G")
+    place = across + along * sp.cos(slope) - gap * sp.sin(slope), along * sp.sin(slope) + gap * sp.cos(slope)
+    energy = 3 * across.diff(T) ** 2 / 2 + sum(z.diff(T) ** 2 for z in place) / 2 - 10 * place[1]
+    face = ap.Contact(gap, along, sp.Rational(1, 5), unilateral=True)
+    block = ap.Mechanism.from_lagrangian(energy, (across, along, gap), contact=face)
+    start = {"A": 0, "D": 0, "G": 0, "A'": 0, "D'": -1, "G'": 0}
+    ((name, reaction),) = block.motions(start)
+    found = ap.solve(ap.Scene(system=block.rigid(), start=start, until=1)).final
+    pushed = s - f * c  # what of a unit reaction pushes the block back and the wedge ahead
+    away, down, force = np.linalg.solve([[1, c, pushed], [0, s, -c - f * s], [3, 0, -pushed]], [0, -10, 0])
+    assert (name, reaction) == ("slip", pytest.approx(force))
+    assert found == pytest.approx([away / 2, down / 2 - 1, 0, away, down - 1, 0])

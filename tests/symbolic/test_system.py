@@ -328,3 +328,13 @@ def test_numbers_such_as_the_sine_of_a_slope_are_coefficients_where_a_square_is_
     plain = x**2 * sp.cos(slope) ** 2 / (3 - sp.sin(slope) ** 2) + 2 * x + 1
     assert with_powers(plain) == plain
     assert with_powers(2 * x**2 + 2 * sp.sqrt(2) * x + 1) == 2 * (x + sp.sqrt(2) / 2) ** 2
+
+
+def test_no_common_factors_are_sought_of_numbers_or_where_roots_along_a_line_are_far_apart(monkeypatch):
+    """A block on a wedge of slope 3/5 ended in SymPy's error on a number; with three such numbers it took minutes."""
+    x, y, slope = *sp.symbols("x y"), sp.Rational(3, 5)
+    a, b, c = sp.sin(slope) / (1 + sp.cos(slope) ** 2), sp.sqrt(2), sp.exp(-slope)
+    monkeypatch.setattr(sp, "sqf_list", lambda *_: pytest.fail("common factors were sought"))
+    for plain in (sp.cos(slope) ** 2 / (3 - sp.sin(slope) ** 2) + 1,
+                  a * x**2 + (a * b + c / (1 + a)) * y**2 + x * y * (a - c / (b + a * c)) + b * y**3 + c * x + y + a):
+        assert with_powers(plain) is plain
