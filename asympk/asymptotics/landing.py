@@ -105,7 +105,8 @@ def _followed(formulas, order, x, y, values, fine, coarse):
     first, errors = (*y, *[0.0] * (order * (len(x) + len(y)))), None
     branch, found = _settled(formulas, first, x, y, values, order, coarse)
     if (growth := _growth(formulas, x, values, found)) > GROWN:
-        fine = coarse = fine[0], tuple(off / growth for off in fine[1])
+        share = max(1 / growth, min(1.0, ROUNDED * max(map(abs, y)) / fine[1][0]))  # no steps resolve rounding
+        fine = coarse = fine[0], tuple(off * share for off in fine[1])
         branch, found = _settled(formulas, first, x, y, values, order, fine)
         errors = partial(_errors, *_grown(formulas, order, x, values, found, *fine))
     end, last = found[-1].after, np.array(found[-1].end)

@@ -1109,6 +1109,18 @@ def test_errors_that_grow_as_a_layer_leaves_what_repels_it_are_predicted(name, u
     assert wrong < path.error < (4e-6 if until == "0.0045" else 1e-8) + 1e-2 ** (order + 1) / 2
 
 
+@pytest.mark.parametrize(("fast", "start", "end", "most"), [
+    ({y: (y - sp.S.Half) * (2 + x - y) * (y + 1 + x**2 / 4)}, (1, "0.500000000001"), (1.184171295, 3.184006961), 1e-5),
+    ({u: v, v: -2 * v - sp.sin(u) + x / 10}, (0, "3.141592654", 0), (0, 2 * math.pi, 0), 1e-11),
+])
+def test_a_layer_from_so_near_what_repels_it_that_the_start_is_rounded_ends_with_the_errors_of_that(
+        fast, start, end, most):
+    """Tolerances were below the rounding of the fast states, and the layer was refused after hundreds of steps."""
+    system = ap.System.smooth({x: -x + y if y in fast else -x}, fast, mu)
+    path = _solved(system, {mu: "1/1000"}, dict(zip((x, *fast), start, strict=True)), "0.1", order=4)
+    assert np.abs(np.subtract(path.final, end)).max() / max(end) < path.error < most
+
+
 @pytest.mark.parametrize("more", [0, sp.Max(0, x - 1)])
 def test_a_slow_motion_that_starts_within_its_own_errors_of_what_repels_it_is_refused_as_that(more):
     third = sp.Rational(1, 3)
