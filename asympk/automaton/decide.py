@@ -89,8 +89,9 @@ def all_motions(automaton: "Automaton", t: Any, state: tuple, slack: Any) -> dic
             branch: keys for branch, keys in tried.items()
             if not (still and keys is not None and move_alike(here, branch, still))})
         onsets = consistent if there is here else _consistent(there, consistency.admissible(there))[0]
-        for doubt in doubts.values():
-            raise next((_undetermined(here, branch) for branch, others in shared.items() if others), doubt)
+        for alike, doubt in doubts.items():
+            if not (standing and move_alike(here, alike, standing)):  # else it rests, too, as far as computed
+                raise next((_undetermined(here, branch) for branch, others in shared.items() if others), doubt)
         begun = {branch: still for branch, still in consistent.items()
                  if branch in onsets
                  and not here.resting & (_named(here, branch, still) | _named(there, branch, onsets[branch]))}

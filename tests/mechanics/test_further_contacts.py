@@ -800,6 +800,24 @@ def test_a_box_rests_on_a_slope_beside_a_block_that_slides_and_its_feet_bear_wha
     assert both.motions(at) == (("stick+stick+slip_same", (6, 4, 10)),)
 
 
+@pytest.mark.slow
+@pytest.mark.further
+def test_a_box_between_a_floor_and_a_wall_rests_as_its_run_does_while_a_pull_grows():
+    """A foot that slips in name only was undecided, as all derivatives of its guards vanish."""
+    half = sp.Rational(1, 2)
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 + THETA.diff(T) ** 2 / 12 - 2 * Y + T * X / 10
+    feet = [ap.Contact(Y + side * sp.sin(THETA) - sp.cos(THETA), X + side * sp.cos(THETA) + sp.sin(THETA), friction,
+                       unilateral=True) for side, friction in ((3 * half, half / 5), (0, half))]
+    wall = ap.Contact(2 - X - 2 * sp.cos(THETA), Y + 2 * sp.sin(THETA), 0, unilateral=True)
+    box = ap.Mechanism.from_lagrangian(energy, (X, Y, THETA), contact=feet[0], others=[feet[1], wall])
+    at = dict.fromkeys(("X", "theta", "X'", "Y'", "theta'"), 0) | {"Y": 1}
+    ((name, reactions),) = box.motions(at)
+    system = box.rigid()
+    path = ap.solve(ap.Scene(system=system, start=box.start(system, at), until="1/100"))
+    assert path.modes == (name,) == ("stick+stick+closed",)
+    assert all(map(math.isnan, reactions))
+
+
 def test_motions_have_all_contacts_only_where_these_are_closed():
     """On the wall the ladder slides on both ends, beside it on the floor alone."""
     values = {**LEANT, "f": "1/10"}
