@@ -14,7 +14,7 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from functools import lru_cache
-from itertools import chain, count, islice, product
+from itertools import chain, islice, product
 from time import monotonic
 from typing import Any
 
@@ -400,16 +400,13 @@ def staying(here: Junction, mode: GuardedMode, keys: list[tuple]) -> list[int] |
 
 def _ties_that_grow(here: Junction, mode: GuardedMode, ties: list[int]) -> tuple[set[int], tuple[int, int] | None]:
     """Return the vanishing guards that grow, and the first one that falls with the order of its derivative, or None."""
-    pending, grown = _signs_by_guard(here, mode, ties), set[int]()
-    for step in count():  # one derivative of each at a time: those of a guard that stays 0 grow long
+    pending, grown, step = _signs_by_guard(here, mode, ties), set[int](), 0
+    while pending:  # one derivative of each at a time: those of a guard that stays 0 grow long
         signs = {k: next(growth, None) for k, growth in pending.items()}
-        if -1 in signs.values():
-            k = min(k for k, sign in signs.items() if sign == -1)
-            return grown, (k, _first_order(here, mode, k) + step)
+        if fallen := [k for k, sign in signs.items() if sign == -1]:
+            return grown, (fallen[0], _first_order(here, mode, fallen[0]) + step)
         grown |= {k for k, sign in signs.items() if sign == 1}
-        pending = {k: growth for k, growth in pending.items() if signs[k] == 0}
-        if not pending:
-            break
+        pending, step = {k: growth for k, growth in pending.items() if signs[k] == 0}, step + 1
     return grown, None
 
 
