@@ -83,11 +83,11 @@ def all_motions(automaton: "Automaton", t: Any, state: tuple, slack: Any) -> dic
         here, there = points[0], points[-1]
         tried = consistency.admissible(here)
         standing = branches.bare(_standing(here, tried) or ())
-        still = standing if here.system.time is None else ()  # without a time what rests now rests on
+        lasting = standing if here.system.time is None else ()  # without a time what rests now rests on
         shared = _shared(here, tried, standing)
         consistent, doubts = _consistent(here, {
             branch: keys for branch, keys in tried.items()
-            if not (still and keys is not None and move_alike(here, branch, still))})
+            if not (lasting and keys is not None and move_alike(here, branch, lasting))})
         onsets = consistent if there is here else _consistent(there, consistency.admissible(there))[0]
         for alike, doubt in doubts.items():
             if not (standing and move_alike(here, alike, standing)):  # else it rests, too, as far as computed
