@@ -51,6 +51,7 @@ COARSER = 10  # digits by which a second, coarser evaluation is shorter; a sign 
 LATER = Fraction(5, 7)  # a generic span of time: after it a smooth force that is 0 now shows whether it stays 0
 RANGE = 700  # more digits than lie between the least and the largest double
 SOON = 17  # spans from rounding to 1e-6, each four times as long as the one before
+MOST_OPEN = 256  # branches that may have open forces: to compare 195 takes five seconds, 931 half a minute
 SAME = 1e-12  # relative difference below which static and kinetic friction count as equal
 
 
@@ -75,13 +76,16 @@ def all_motions(automaton: "Automaton", t: Any, state: tuple, slack: Any) -> dic
 
     None is preferred for its rest. A contact begins to slip if it does so with its static friction, too. Where the
     system rests on contacts whose equations leave forces open, only the others are given. Raises ``UnboundedReaction``
-    where such forces may move it, ``Undecided``, ``OutOfRange`` and ``InputError``.
+    where such forces may move it, or are those of over ``MOST_OPEN`` branches, ``Undecided``, ``OutOfRange`` and
+    ``InputError``.
     """
     state, numbers = _in_digits(state)
     with finite(lambda: t, lambda: without_value(automaton.system, automaton.values, t, state)):
         points = _beginnings(automaton, t, state, slack, numbers)
         here, there = points[0], points[-1]
         tried = consistency.admissible(here)
+        if sum(keys is None for keys in tried.values()) > MOST_OPEN:
+            _require_determined(here, tried)
         standing = branches.bare(_standing(here, tried) or ())
         lasting = standing if here.system.time is None else ()  # without a time what rests now rests on
         shared = _shared(here, tried, standing)
@@ -341,9 +345,9 @@ def _require_determined(here: Junction, tried: Tried) -> None:
         raise _undetermined(here, branch)
 
 
-def _open(here: Junction, tried: Tried) -> list[Branch]:
-    """Return the branches with which some forces agree that their equations do not determine."""
-    return [branch for branch, keys in tried.items() if keys is None and has_forces(here, branch, elsewhere=True)]
+def _open(here: Junction, tried: Tried) -> Iterator[Branch]:
+    """Yield the branches with which some forces agree that their equations do not determine."""
+    return (branch for branch, keys in tried.items() if keys is None and has_forces(here, branch, elsewhere=True))
 
 
 def _shared(here: Junction, tried: Tried, standing: Branch) -> dict[Branch, list[Branch]]:

@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
-from asympk.automaton import consistency
+from asympk.automaton import consistency, decide
 from asympk.certify import certify
 from asympk.errors import InputError, NoMotion, NotDerivable, TwoMotions, UnboundedReaction, Undecided
 from asympk.mechanics.described import mechanism_of_table
@@ -774,6 +774,13 @@ def test_a_jammed_drawer_rests_though_its_reactions_are_not_determined_as_its_ru
     path = ap.solve(ap.Scene(system=system, values=values, start=drawer.start(system, jammed), until=1))
     assert path.modes == (name,) == ("stick+stick",)
     assert all(map(math.isnan, reactions))
+
+
+def test_motions_at_rest_with_open_forces_of_many_branches_are_refused(monkeypatch):
+    """To compare those of a body on six feet in pairs took minutes."""
+    monkeypatch.setattr(decide, "MOST_OPEN", 1)
+    with pytest.raises(UnboundedReaction, match=r"stick\+stick has more of them than equations"):
+        _drawer().motions({**PULLED, "X'": 0, "f": 5})
 
 
 @pytest.mark.parametrize("friction", ["0.18", "0.2", 2])
