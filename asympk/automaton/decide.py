@@ -87,19 +87,19 @@ def all_motions(automaton: "Automaton", t: Any, state: tuple, slack: Any) -> dic
         if sum(keys is None for keys in tried.values()) > MOST_OPEN:
             _require_determined(here, tried)
         standing = branches.bare(_standing(here, tried) or ())
-        lasting = standing if here.system.time is None else ()  # without a time what rests now rests on
         shared = _shared(here, tried, standing)
-        consistent, doubts = _consistent(here, {
-            branch: keys for branch, keys in tried.items()
-            if not (lasting and keys is not None and move_alike(here, branch, lasting))})
+        rests = {branch for branch, keys in tried.items()
+                 if standing and keys is not None and move_alike(here, branch, standing)}
+        lasting = rests if here.system.time is None else set[Branch]()  # without a time what rests now rests on
+        consistent, doubts = _consistent(here, {b: keys for b, keys in tried.items() if b not in lasting})
         onsets = consistent if there is here else _consistent(there, consistency.admissible(there))[0]
-        for alike, doubt in doubts.items():
-            if not (standing and move_alike(here, alike, standing)):  # else it rests, too, as far as computed
+        for doubtful, doubt in doubts.items():
+            if doubtful not in rests:  # else it rests, too, as far as computed
                 raise next((_undetermined(here, branch) for branch, others in shared.items() if others), doubt)
         begun = {branch: still for branch, still in consistent.items()
                  if branch in onsets
                  and not here.resting & (_named(here, branch, still) | _named(there, branch, onsets[branch]))}
-        if standing and any(move_alike(here, branch, standing) for branch in begun):  # alike for now
+        if rests & begun.keys():  # alike for now
             raise _undetermined(here, standing)
         found = {branch: here.forces(branch) for branch in _distinct(begun, _modes(here, begun)).values()}
         return found | _with_open_forces(here, shared, {*consistent}, {*begun})
