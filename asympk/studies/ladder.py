@@ -91,8 +91,15 @@ def rungs(scene: Scene, allowed: float = UNBOUNDED) -> tuple[Rung, ...]:
     unit = found[-1][0].cost
     compared = slice(None) if scene.system else slice(None, None, 2)
     found = [(replace(rung, cost=rung.cost and unit and rung.cost / unit), final) for rung, final in found]
-    return tuple(rung if final is None else replace(rung, reason=f"not measured: {missing}") if reference is None else
-                 replace(rung, measured=distance(final[compared], reference[compared])) for rung, final in found)
+
+    def measured(rung: Rung, final: Any) -> Rung:
+        if final is None:
+            return rung
+        if reference is None:
+            return replace(rung, reason=f"not measured: {missing}")
+        return replace(rung, measured=distance(final[compared], reference[compared]))
+
+    return tuple(measured(*pair) for pair in found)
 
 
 def _reference(scene, end):
